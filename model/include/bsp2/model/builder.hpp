@@ -1,0 +1,43 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+#include <vector>
+
+#include "bsp2/model/expression.hpp"
+
+/// The C++ builder of expressions. Every function returns a new expression and throws bsp2::Error where an argument
+/// makes no solid (NaN, infinite, singular, mixed dimensions).
+namespace bsp2::model {
+
+/// The box [0, size]; with `center`, the box [-size/2, size/2]. D = size.size(). A size <= 0 gives the empty solid.
+Expression cuboid(std::span<const double> size, bool center = false);
+Expression cuboid(std::initializer_list<double> size, bool center = false);
+
+/// Cylinder or cone frustum along +z from 0 to `height` (with `center`, around 0), as a prism over regular polygons of
+/// `sides` corners, the first on +x. A radius of 0 is an apex. Height <= 0 or both radii 0 give the empty solid.
+Expression cylinder(double height, double radius_bottom, double radius_top, std::uint32_t sides, bool center = false);
+
+/// OpenSCAD's sphere: (sides + 1) / 2 rings of `sides` corners, ring i at the polar angle 180 (i + 0.5) / rings.
+Expression sphere(double radius, std::uint32_t sides);
+
+/// The solid inside closed faces, given as OpenSCAD does: each face a cycle of point indices, *clockwise* seen from
+/// outside. Faces may be non-convex and not quite planar, vertices may lie on edges of neighbours (T-vertices).
+/// @throws bsp2::Error that names the open edge if the faces enclose no volume.
+Expression polyhedron(std::vector<std::array<double, 3>> points, const std::vector<std::vector<std::uint32_t>>& faces);
+
+Expression unite(std::vector<Expression> operands);
+Expression intersect(std::vector<Expression> operands);
+/// The first operand without all others.
+Expression subtract(std::vector<Expression> operands);
+/// Points in an odd number of operands.
+Expression symmetric_difference(std::vector<Expression> operands);
+Expression complement(Expression operand);
+
+/// The image under the affine map `matrix`, (D+1) x (D+1) row-major. The matrix is divided by its last entry; the rest
+/// of the last row is ignored, as OpenSCAD does. A singular matrix gives the empty solid.
+Expression transform(std::span<const double> matrix, Expression operand);
+
+}  // namespace bsp2::model

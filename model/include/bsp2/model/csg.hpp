@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bsp2/model/expression.hpp"
+
+namespace bsp2::model {
+
+/// A model read from a source text, and what the reader wants to say about it.
+struct Model {
+  Expression expression;
+  std::vector<std::string> warnings;  ///< "file:line:column: text"
+  std::size_t primitive_count = 0;    ///< occurrences of primitives in the source, those of `%` and `*` left out
+};
+
+/// Reads OpenSCAD's .csg language (nodes group union difference intersection multmatrix color render cube sphere
+/// cylinder polyhedron, modifiers % # ! *, comments) with OpenSCAD's meaning.
+/// @param name the name of the text in messages, usually its path.
+/// @throws bsp2::Error "name:line:column: ..." for a syntax error and for a node that is not supported.
+Model parse_csg(std::string_view text, const std::string& name);
+
+/// Reads a file. @throws bsp2::Error also if it is no readable file.
+Model read_csg(const std::filesystem::path& path);
+
+/// The whole text of a model file. @throws bsp2::Error if it is missing, a directory, not readable or empty.
+std::string read_text(const std::filesystem::path& path);
+
+}  // namespace bsp2::model
