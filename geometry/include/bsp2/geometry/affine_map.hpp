@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "bsp2/geometry/covector.hpp"
+#include "bsp2/geometry/exact.hpp"
+
+namespace bsp2::geometry {
+
+/// Arithmetic with 113 bits: products of a few matrices of doubles lose nothing that the doubles express.
+__extension__ using Quad = __float128;
+
+/// An affine map from a primitive's frame to the model, as a D x (D+1) matrix, translation last, in model units.
+template <int D>
+using Matrix = std::array<std::array<Quad, D + 1>, D>;
+
+/// The affine map on the model's grid: the same matrix as integers, in units of 2^grid_exponent.
+///
+/// The grid is 2^-100 of the largest coordinate: every map is rounded to it once, and all that follows is exact.
+/// Maps covectors by the product with the adjugate matrix (paper, section 4.1: transformers).
+template <int D>
+class AffineMap {
+ public:
+  /// @pre no entry exceeds 2^(grid_exponent + 102).
+  AffineMap(const Matrix<D>& matrix, int grid_exponent);
+
+  /// Orientation of the linear part: +1, -1, or 0 where it is singular on the grid.
+  [[nodiscard]] int orientation() const { return orientation_; }
+  /// The covector in the model's frame, exact, with respect to points in grid units.
+  void map(const Covector<D>& local, ExactCovector<D>& world) const;
+
+  /// The covector in the model's frame in long double, and a bound of each coefficient's error.
+  struct Rounded {
+    std::array<long double, D + 1> value, error;
+  };
+  [[nodiscard]] Rounded map_rounded(const Covector<D>& local) const;
+
+ private:
+  std::array<std::array<Int128, D + 1>, D> entries_;  // linear part, translation last
+  int orientation_ = 0;
+  std::array<std::array<long double, D>, D> adjugate_, adjugate_magnitude_;  // rounded, and the sum of its terms' sizes
+  long double determinant_ = 0, determinant_magnitude_ = 0;
+  void exact_adjugate(std::array<std::array<ExactInteger<D>, D>, D>& adjugate, ExactInteger<D>& determinant) const;
+};
+
+}  // namespace bsp2::geometry

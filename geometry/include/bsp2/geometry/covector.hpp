@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "bsp2/geometry/exact.hpp"
+
+namespace bsp2::geometry {
+
+/// An oriented hyperplane in the frame of one primitive: exact integer coefficients, constant last; the negative side
+/// is inside. At most 216 bits a coefficient (64 above D = 3).
+template <int D>
+struct Covector {
+  std::array<LocalInteger, D + 1> exact;
+  std::array<long double, D + 1> rounded;  ///< each coefficient with a relative error below 2^-63
+};
+
+template <int D>
+Covector<D> make_covector(const std::array<LocalInteger, D + 1>& exact);
+
+/// A primitive in its own frame, exactly: the half-spaces of a convex polytope and its bounding box.
+template <int D>
+struct Polytope {
+  std::vector<Covector<D>> covectors;
+  std::array<double, D> lower{}, upper{};  ///< contain the polytope (rounded outward)
+};
+
+/// [0, 1]^D.
+template <int D>
+Polytope<D> unit_box();
+
+/// A stack of regular polygons, as model::Lathe has it, scaled so that the largest radius and the span of z are 1.
+///
+/// Corner directions are cosines and sines rounded to multiples of 2^-53, radii likewise; the corners of ring i are
+/// *exactly* radius_i times the direction. So the four corners of each side lie exactly in one plane, and all planes
+/// around a corner meet in one point: no sliver appears there, under any affine map.
+/// @param radius, z one per ring: radii in [0, 1], z ascending from 0 to 1.
+Polytope<3> lathe(std::uint32_t sides, std::span<const double> radius, std::span<const double> z);
+
+/// The plane through three points with coordinates p 2^-53, |p| <= 2^53, negative towards the inside of a triangle that
+/// is counter-clockwise seen from outside. All zero where the points are collinear.
+Covector<3> triangle_covector(const std::array<std::array<std::int64_t, 3>, 3>& points);
+
+/// cos and sin of 360 * index / count degrees as multiples of 2^-53; exact at multiples of 30 and 45 degrees where the
+/// values are rational, and symmetric in all octants.
+std::array<std::int64_t, 2> corner_direction(std::uint32_t index, std::uint32_t count);
+
+}  // namespace bsp2::geometry

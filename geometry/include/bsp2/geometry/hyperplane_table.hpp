@@ -1,0 +1,85 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "bsp2/geometry/affine_map.hpp"
+#include "bsp2/geometry/covector.hpp"
+#include "bsp2/geometry/hyperplane.hpp"
+
+namespace bsp2::geometry {
+
+/// All hyperplanes of a model, each under one id.
+///
+/// Two kinds: the hyperplanes of primitives (a covector of the primitive's frame and the affine map that places it: the
+/// exact coefficients are their product, computed when asked for), and axis-parallel cuts x_axis = position on a regular
+/// grid of 2^27 steps over the model's bounds, which need no storage.
+///
+/// Life: bounds, then maps and covectors and occurrences are added, then `merge` decides coincidence once, then any
+/// number of threads may read.
+template <int D>
+class HyperplaneTable {
+ public:
+  /// @param lower, upper bounds of all that will be added, finite.
+  HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper);
+
+  std::uint32_t add_map(const Matrix<D>& matrix);
+  /// @return index of the first one.
+  std::uint32_t add_covectors(std::span<const Covector<D>> covectors);
+  [[nodiscard]] int orientation(std::uint32_t map) const { return maps_[map].orientation(); }
+  /// Adds the hyperplane `covector` placed by `map`. @return the number of this occurrence.
+  std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector);
+
+  /// Decides which occurrences are the same hyperplane and gives ids: occurrences that are equal (tolerance 0), or whose
+  /// values differ by at most `tolerance` times the size of the bounds everywhere within them. The first occurrence
+  /// represents the others.
+  /// @return the oriented hyperplane of each occurrence.
+  std::vector<OrientedHyperplane> merge(double tolerance);
+
+  /// Hyperplanes of primitives; their ids are 0 ... size() - 1.
+  [[nodiscard]] std::size_t size() const { return hyperplanes_.size(); }
+  /// The rounded hyperplane; with the sign of the id's canonical orientation.
+  [[nodiscard]] Hyperplane<D> rounded(HyperplaneId id) const { return id < first_axis_id ? hyperplanes_[id] : axis_rounded(id); }
+  [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
+
+  /// The hyperplane x_axis = value, negative below; `position` in [0, axis_steps].
+  [[nodiscard]] static HyperplaneId axis_hyperplane(int axis, std::uint32_t position) {
+    return first_axis_id + (static_cast<std::uint32_t>(axis) << axis_bits) + position;
+  }
+  [[nodiscard]] double axis_value(int axis, std::uint32_t position) const { return origin_[axis] + position * step_[axis]; }
+  /// The last position whose value is <= x.
+  [[nodiscard]] std::uint32_t axis_position(int axis, double x) const;
+  static constexpr std::uint32_t axis_steps = (1u << 27) - 1;
+
+  /// Corners of the root cell, which holds the model's bounds with a margin.
+  [[nodiscard]] std::uint32_t root_lower() const { return 0; }
+  [[nodiscard]] std::uint32_t root_upper() const { return axis_steps; }
+  /// A bound of |x_i| within the root cell.
+  [[nodiscard]] double radius() const { return radius_; }
+  [[nodiscard]] int grid_exponent() const { return grid_exponent_; }
+
+ private:
+  static constexpr unsigned axis_bits = 27;
+  static constexpr HyperplaneId first_axis_id = 1u << 30;  // leaves a bit for the orientation: 7 axes would fit
+
+  struct Source {
+    std::uint32_t map, covector;
+  };
+  std::array<double, D> origin_, step_;
+  double radius_ = 0, size_ = 0;
+  std::array<double, D> centre_;
+  int grid_exponent_ = 0;
+  std::vector<AffineMap<D>> maps_;
+  std::vector<Covector<D>> covectors_;
+  std::vector<Hyperplane<D>> hyperplanes_;  // occurrences before merge, canonical ones after it
+  std::vector<Source> sources_;
+
+  Hyperplane<D> axis_rounded(HyperplaneId id) const;
+  Hyperplane<D> round(const Source& source) const;
+  Hyperplane<D> round_exactly(const Source& source) const;
+  [[nodiscard]] bool equal(const Source& a, const Source& b, bool opposite) const;
+};
+
+}  // namespace bsp2::geometry

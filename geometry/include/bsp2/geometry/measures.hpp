@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "bsp2/geometry/cell.hpp"
+#include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/geometry/hyperplane_table.hpp"
+
+namespace bsp2::geometry {
+
+/// Integrals of x_i x_j over a set, with x_0 = 1: volume, first and second moments; the paper's 4 x 4 inertia tensor.
+///
+/// Symmetric, stored by rows of the upper triangle: (0,0), (0,1) ... (0,D), (1,1) ... In model units, about the origin.
+template <int D>
+struct Moments {
+  static constexpr int size = (D + 1) * (D + 2) / 2;
+  std::array<double, size> integral{};
+  [[nodiscard]] double volume() const { return integral[0]; }
+  static constexpr int index(int i, int j) { return i <= j ? i * (2 * (D + 1) - i - 1) / 2 + j : index(j, i); }
+};
+
+/// Sums moments so that the result depends neither on the order of the summands nor on their grouping: each is rounded
+/// to a multiple of 2^-96 of the root cell's own moment and added as an integer.
+/// Thread rule: one thread at a time; sums of several threads are merged by `+=`.
+template <int D>
+class MomentSum {
+ public:
+  /// @param radius a bound of |x_i| over all that will be added.
+  explicit MomentSum(double radius = 1);
+  void add(const Moments<D>& moments);
+  MomentSum& operator+=(const MomentSum& other);
+  [[nodiscard]] Moments<D> value() const;
+
+ private:
+  std::array<int, 3> exponent_;  // of one unit of moments of degree 0, 1, 2
+  std::array<Int128, Moments<D>::size> sum_{};
+  [[nodiscard]] static int degree(int index);
+};
+
+/// Flattens cells and measures them. Thread rule: one thread at a time.
+/// Cells are cut into simplices from their first vertex, facet by facet (so no term is negative).
+template <int D>
+class CellWriter {
+ public:
+  explicit CellWriter(const HyperplaneTable<D>& table) : table_(&table) {}
+  /// Volume and moments of a cell.
+  Moments<D> measure(const Cell<D>& cell);
+  /// Appends the cell with its geometry and volume; the caller fills label, part, region and level.
+  /// @return its moments.
+  Moments<D> append(const Cell<D>& cell, CellBatch& batch);
+
+ private:
+  const HyperplaneTable<D>* table_;
+  std::vector<std::array<std::uint16_t, 2>> neighbours_;  // of each vertex along the facet at hand
+  std::vector<std::uint16_t> loops_, loop_ends_;          // ordered vertices of all facets (D = 3)
+
+  void order_facets(const Cell<D>& cell);
+  Moments<D> measure_ordered(const Cell<D>& cell) const;
+};
+
+}  // namespace bsp2::geometry

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "bsp2/geometry/cell.hpp"
+#include "bsp2/geometry/hyperplane_table.hpp"
+
+namespace bsp2::geometry {
+
+/// Where a cell lies with respect to a hyperplane.
+enum class Position : std::uint8_t { negative, positive, crossing };
+
+/// What the kernel has done, for reports.
+struct KernelCounts {
+  std::uint64_t splits = 0, predicates = 0, exact_predicates = 0, vertices = 0, exact_vertices = 0;
+  KernelCounts& operator+=(const KernelCounts& other);
+};
+
+/// A cell under construction, in buffers that are reused from one split to the next.
+template <int D>
+class CellScratch {
+ public:
+  void clear();
+  std::uint16_t add_vertex(const Vertex<D>& vertex);
+  /// Opens a k-face on these hyperplanes; its subfaces follow. @return its index.
+  std::uint16_t add_face(int k, const std::uint32_t* hyperplanes);
+  void add_subface(int k, std::uint16_t subface) { levels_[k - 1].subfaces.push_back(subface); }
+  void close_face(int k) { levels_[k - 1].ends.push_back(static_cast<std::uint32_t>(levels_[k - 1].subfaces.size())); }
+  [[nodiscard]] Cell<D> pack() const;
+
+ private:
+  struct Level {
+    std::vector<std::uint32_t> hyperplanes, ends;
+    std::vector<std::uint16_t> subfaces;
+  };
+  std::vector<Vertex<D>> vertices_;
+  std::array<Level, (D > 1 ? D - 1 : 1)> levels_;
+};
+
+/// The kernel's two operations on cells, with the buffers and counts of one thread.
+///
+/// `side` is the one predicate: a floating-point filter with a proven bound answers almost always, exact integer
+/// arithmetic the rest. Everything else is combinatorics on its answers, so a split never yields an invalid cell.
+/// Thread rule: one thread at a time; the table is shared and only read.
+template <int D>
+class Splitter {
+ public:
+  explicit Splitter(const HyperplaneTable<D>& table) : table_(&table) {}
+
+  /// -1, 0, +1: the side of the hyperplane on which the vertex is. Exact.
+  int side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded);
+
+  /// Where the cell lies; remembers the vertices' sides for `split`. A cell with no vertex strictly on one side is on the
+  /// other one.
+  Position classify(const Cell<D>& cell, HyperplaneId id);
+
+  /// Splits the cell that was classified last, and crosses the hyperplane, into its two halves and their common facet.
+  /// A null pointer leaves that half unbuilt. Linear in the faces of the cell.
+  /// Source: Bajaj and Pascucci 1996; the paper, figure 4.
+  void split(const Cell<D>& cell, HyperplaneId id, Cell<D>* negative, Cell<D>* positive);
+
+  [[nodiscard]] const HyperplaneTable<D>& table() const { return *table_; }
+  [[nodiscard]] const KernelCounts& counts() const { return counts_; }
+
+ private:
+  struct Half {
+    CellScratch<D> scratch;
+    std::array<std::vector<std::uint16_t>, D> index;   // of each k-face in this half
+    std::array<std::vector<std::uint16_t>, D> common;  // [k-1]: of the (k-1)-face in which a crossing k-face meets h
+    bool wanted = false;
+  };
+  static constexpr std::uint8_t has_negative = 1, has_positive = 2, crosses = 3;
+
+  const HyperplaneTable<D>* table_;
+  KernelCounts counts_;
+  std::array<std::vector<std::uint8_t>, D> mask_;  // of each k-face: on which sides it has vertices
+  std::array<Half, 2> halves_;
+
+  int exact_side(const Vertex<D>& vertex, HyperplaneId id);
+  void split_vertices(const Cell<D>& cell);
+  void split_edges(const Cell<D>& cell, HyperplaneId id);
+  void split_faces(const Cell<D>& cell, int k, HyperplaneId id);
+  void split_body(const Cell<D>& cell, HyperplaneId id);
+  void copy_face(const Cell<D>& cell, int k, std::size_t face, Half& half);
+  template <typename Facets>
+  std::uint16_t add_common(const Cell<D>& cell, int k, const Facets& subfaces, const std::uint32_t* hyperplanes, Half& half);
+};
+
+}  // namespace bsp2::geometry

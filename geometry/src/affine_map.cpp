@@ -1,0 +1,143 @@
+#include "bsp2/geometry/affine_map.hpp"
+
+#include <cassert>
+#include <cmath>
+#include <stdexcept>
+
+namespace bsp2::geometry {
+namespace {
+
+constexpr long double unit_roundoff = 0x1p-60L;  // a few operations at 2^-64 each
+
+/// value * 2^-exponent rounded to the nearest integer.
+Int128 on_grid(Quad value, int exponent) {
+  // Two steps keep each power of two within the range of long double on every platform.
+  Quad scaled = value * static_cast<Quad>(std::ldexp(1.0L, -(exponent / 2)));
+  scaled *= static_cast<Quad>(std::ldexp(1.0L, -(exponent - exponent / 2)));
+  if (!(scaled < static_cast<Quad>(0x1p125L) && scaled > static_cast<Quad>(-0x1p125L)))
+    throw std::logic_error("an affine map exceeds the model's grid");
+  return static_cast<Int128>(scaled < 0 ? scaled - static_cast<Quad>(0.5) : scaled + static_cast<Quad>(0.5));
+}
+
+/// Determinant of the n x n minor of `m` without row and column, by cofactors, and the sum of its terms' sizes.
+template <int D>
+void minor(const std::array<std::array<long double, D>, D>& m, unsigned rows, unsigned columns, long double& value,
+           long double& magnitude) {
+  if (rows == 0) {
+    value = magnitude = 1;
+    return;
+  }
+  const int row = std::countr_zero(rows);
+  value = magnitude = 0;
+  int position = 0;
+  for (int column = 0; column < D; ++column) {
+    if (!(columns >> column & 1u)) continue;
+    long double v, g;
+    minor<D>(m, rows & ~(1u << row), columns & ~(1u << column), v, g);
+    value += (position % 2 == 0 ? m[row][column] : -m[row][column]) * v;
+    magnitude += std::fabs(m[row][column]) * g;
+    ++position;
+  }
+}
+
+template <int D, typename Integer>
+Integer exact_minor(const std::array<std::array<Int128, D + 1>, D>& m, unsigned rows, unsigned columns) {
+  if (rows == 0) return 1;
+  const int row = std::countr_zero(rows);
+  Integer value = 0;
+  int position = 0;
+  for (int column = 0; column < D; ++column) {
+    if (!(columns >> column & 1u)) continue;
+    if (m[row][column] != 0) {
+      const Integer term = Integer(m[row][column]) * exact_minor<D, Integer>(m, rows & ~(1u << row), columns & ~(1u << column));
+      value += position % 2 == 0 ? term : Integer(-term);
+    }
+    ++position;
+  }
+  return value;
+}
+
+}  // namespace
+
+template <int D>
+AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent) {
+  std::array<std::array<long double, D>, D> linear;
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j <= D; ++j) {
+      entries_[i][j] = on_grid(matrix[i][j], grid_exponent);
+      if (j < D) linear[i][j] = static_cast<long double>(entries_[i][j]);
+    }
+  constexpr unsigned all = (1u << D) - 1;
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      long double value, magnitude;
+      minor<D>(linear, all & ~(1u << j), all & ~(1u << i), value, magnitude);
+      adjugate_[i][j] = (i + j) % 2 == 0 ? value : -value;
+      adjugate_magnitude_[i][j] = magnitude;
+    }
+  minor<D>(linear, all, all, determinant_, determinant_magnitude_);
+  if (std::fabs(determinant_) > determinant_magnitude_ * unit_roundoff)
+    orientation_ = determinant_ < 0 ? -1 : 1;
+  else
+    orientation_ = exact_minor<D, ExactInteger<D>>(entries_, all, all).sign();
+}
+
+template <int D>
+void AffineMap<D>::exact_adjugate(std::array<std::array<ExactInteger<D>, D>, D>& adjugate, ExactInteger<D>& determinant) const {
+  constexpr unsigned all = (1u << D) - 1;
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      adjugate[i][j] = exact_minor<D, ExactInteger<D>>(entries_, all & ~(1u << j), all & ~(1u << i));
+      if ((i + j) % 2 != 0) adjugate[i][j] = -adjugate[i][j];
+    }
+  determinant = 0;
+  for (int j = 0; j < D; ++j) determinant += ExactInteger<D>(entries_[0][j]) * adjugate[j][0];
+}
+
+template <int D>
+void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const {
+  std::array<std::array<ExactInteger<D>, D>, D> adjugate;
+  ExactInteger<D> determinant;
+  exact_adjugate(adjugate, determinant);
+  world[D] = determinant * ExactInteger<D>(local.exact[D]);
+  for (int j = 0; j < D; ++j) {
+    world[j] = 0;
+    for (int i = 0; i < D; ++i)
+      if (!local.exact[i].is_zero()) world[j] += ExactInteger<D>(local.exact[i]) * adjugate[i][j];
+    if (entries_[j][D] != 0) world[D] -= world[j] * ExactInteger<D>(entries_[j][D]);
+  }
+  if (orientation_ < 0)
+    for (auto& coefficient : world) coefficient = -coefficient;
+}
+
+template <int D>
+typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const Covector<D>& local) const {
+  Rounded world;
+  world.value[D] = determinant_ * local.rounded[D];
+  long double constant_magnitude = determinant_magnitude_ * std::fabs(local.rounded[D]);
+  for (int j = 0; j < D; ++j) {
+    long double value = 0, magnitude = 0;
+    for (int i = 0; i < D; ++i) {
+      value += local.rounded[i] * adjugate_[i][j];
+      magnitude += std::fabs(local.rounded[i]) * adjugate_magnitude_[i][j];
+    }
+    world.value[j] = value;
+    world.error[j] = magnitude * unit_roundoff;
+    const auto translation = static_cast<long double>(entries_[j][D]);
+    world.value[D] -= value * translation;
+    constant_magnitude += magnitude * std::fabs(translation);
+  }
+  world.error[D] = constant_magnitude * unit_roundoff;
+  if (orientation_ < 0)
+    for (long double& coefficient : world.value) coefficient = -coefficient;
+  return world;
+}
+
+template class AffineMap<1>;
+template class AffineMap<2>;
+template class AffineMap<3>;
+template class AffineMap<4>;
+template class AffineMap<5>;
+template class AffineMap<6>;
+
+}  // namespace bsp2::geometry

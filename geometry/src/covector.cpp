@@ -1,0 +1,135 @@
+#include "bsp2/geometry/covector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace bsp2::geometry {
+namespace {
+
+constexpr double direction_unit = 0x1p53;
+
+long double rounded(const LocalInteger& value) {
+  if (value.is_zero()) return 0;
+  const LocalInteger magnitude = mp::abs(value);
+  const long top = static_cast<long>(mp::msb(magnitude)) - 63;
+  const std::uint64_t leading = top > 0 ? static_cast<std::uint64_t>(LocalInteger(magnitude >> top))
+                                        : static_cast<std::uint64_t>(magnitude);
+  const long double result = std::ldexp(static_cast<long double>(leading), static_cast<int>(std::max(top, 0L)));
+  return value.sign() < 0 ? -result : result;
+}
+
+/// Divides out the common power of two: simple primitives then stay simple in exact arithmetic.
+template <std::size_t N>
+void strip_powers_of_two(std::array<LocalInteger, N>& values) {
+  unsigned shift = std::numeric_limits<unsigned>::max();
+  for (const LocalInteger& value : values)
+    if (!value.is_zero()) shift = std::min(shift, static_cast<unsigned>(mp::lsb(LocalInteger(mp::abs(value)))));
+  if (shift == 0 || shift == std::numeric_limits<unsigned>::max()) return;
+  for (LocalInteger& value : values) value = value.sign() < 0 ? LocalInteger(-(LocalInteger(-value) >> shift)) : LocalInteger(value >> shift);
+}
+
+double outward(double value, double direction) { return std::nextafter(value, direction * std::numeric_limits<double>::infinity()); }
+
+}  // namespace
+
+template <int D>
+Covector<D> make_covector(const std::array<LocalInteger, D + 1>& exact) {
+  Covector<D> result{exact, {}};
+  strip_powers_of_two(result.exact);
+  for (int i = 0; i <= D; ++i) result.rounded[i] = rounded(result.exact[i]);
+  return result;
+}
+
+template <int D>
+Polytope<D> unit_box() {
+  Polytope<D> box;
+  for (int axis = 0; axis < D; ++axis) {
+    std::array<LocalInteger, D + 1> low{}, high{};
+    low[axis] = -1;  // -x <= 0
+    high[axis] = 1;  // x - 1 <= 0
+    high[D] = -1;
+    box.covectors.push_back(make_covector<D>(low));
+    box.covectors.push_back(make_covector<D>(high));
+    box.lower[axis] = 0;
+    box.upper[axis] = 1;
+  }
+  return box;
+}
+
+std::array<std::int64_t, 2> corner_direction(std::uint32_t index, std::uint32_t count) {
+  // Reduce to the first octant in exact integer arithmetic: eighths * 360/8 + rest, rest / (8 count) of a turn.
+  const std::uint64_t scaled = std::uint64_t{index % count} * 8;
+  const auto octant = static_cast<unsigned>(scaled / count);
+  const std::uint64_t rest = octant % 2 == 0 ? scaled % count : count - scaled % count;
+  const long double angle = std::numbers::pi_v<long double> / 4 * rest / count;
+  long double cosine = std::cos(angle), sine = std::sin(angle);
+  if (3 * rest == 2 * std::uint64_t{count}) {  // 30 degrees
+    cosine = std::sqrt(3.0L) / 2;
+    sine = 0.5L;
+  } else if (rest == count) {  // 45 degrees
+    cosine = sine = std::sqrt(0.5L);
+  }
+  auto c = std::llround(cosine * direction_unit), s = std::llround(sine * direction_unit);
+  if ((octant + 1) / 2 % 2 == 1) std::swap(c, s);
+  if (octant >= 2 && octant < 6) c = -c;
+  if (octant >= 4) s = -s;
+  return {c, s};
+}
+
+Polytope<3> lathe(std::uint32_t sides, std::span<const double> radius, std::span<const double> z) {
+  using I = LocalInteger;
+  // Radii R and heights Z as multiples of 2^-53. A corner is (R C, R S, Z) with x and y in units of 2^-106.
+  std::vector<std::int64_t> r, h;
+  for (const double value : radius) r.push_back(std::llround(std::ldexp(value, 53)));
+  for (const double value : z) h.push_back(std::llround(std::ldexp(value, 53)));
+  Polytope<3> result;
+  const auto add = [&](I a, I b, I c, I d) { result.covectors.push_back(make_covector<3>({a, b, c, d})); };
+  if (r.front() > 0) add(0, 0, -(I(1) << 53), I(h.front()));
+  if (r.back() > 0) add(0, 0, I(1) << 53, -I(h.back()));
+  for (std::uint32_t j = 0; j < sides; ++j) {
+    const auto [c0, s0] = corner_direction(j, sides);
+    const auto [c1, s1] = corner_direction((j + 1) % sides, sides);
+    const I chord_x = I(c1) - c0, chord_y = I(s1) - s0;
+    const I cross = I(c0) * s1 - I(c1) * s0;
+    for (std::size_t i = 0; i + 1 < r.size(); ++i) {
+      // In units X = 2^106 x, Y = 2^106 y, Z = 2^53 z:
+      //   (Z1-Z0) (chord_y X - chord_x Y) - (R1-R0) cross Z + cross (R1 Z0 - R0 Z1) = 0, positive outside.
+      const I rise = I(h[i + 1]) - h[i], growth = I(r[i + 1]) - r[i];
+      const I constant = cross * (I(r[i + 1]) * h[i] - I(r[i]) * h[i + 1]);
+      add((rise * chord_y) << 106, -((rise * chord_x) << 106), -((growth * cross) << 53), constant);
+    }
+  }
+  const double widest = outward(*std::max_element(radius.begin(), radius.end()), 1);
+  result.lower = {-widest, -widest, z.front()};
+  result.upper = {widest, widest, z.back()};
+  return result;
+}
+
+Covector<3> triangle_covector(const std::array<std::array<std::int64_t, 3>, 3>& points) {
+  using I = LocalInteger;
+  std::array<I, 3> u, v, p;
+  for (int i = 0; i < 3; ++i) {
+    p[i] = points[0][i];
+    u[i] = I(points[1][i]) - points[0][i];
+    v[i] = I(points[2][i]) - points[0][i];
+  }
+  const I a = u[1] * v[2] - u[2] * v[1], b = u[2] * v[0] - u[0] * v[2], c = u[0] * v[1] - u[1] * v[0];
+  return make_covector<3>({a << 53, b << 53, c << 53, -(a * p[0] + b * p[1] + c * p[2])});
+}
+
+template Covector<1> make_covector<1>(const std::array<LocalInteger, 2>&);
+template Covector<2> make_covector<2>(const std::array<LocalInteger, 3>&);
+template Covector<3> make_covector<3>(const std::array<LocalInteger, 4>&);
+template Covector<4> make_covector<4>(const std::array<LocalInteger, 5>&);
+template Covector<5> make_covector<5>(const std::array<LocalInteger, 6>&);
+template Covector<6> make_covector<6>(const std::array<LocalInteger, 7>&);
+template Polytope<1> unit_box<1>();
+template Polytope<2> unit_box<2>();
+template Polytope<3> unit_box<3>();
+template Polytope<4> unit_box<4>();
+template Polytope<5> unit_box<5>();
+template Polytope<6> unit_box<6>();
+
+}  // namespace bsp2::geometry

@@ -1,0 +1,270 @@
+#include "bsp2/geometry/measures.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace bsp2::geometry {
+namespace {
+
+/// Adds the moments of a simplex of content `volume` with D + 1 corners.
+/// Source: Strang and Fix; integral of x_i x_j = V / ((D+1)(D+2)) (sum_k v_ki v_kj + sum_k v_ki sum_k v_kj).
+template <int D>
+void add_simplex(const std::array<const double*, D + 1>& corners, double volume, Moments<D>& moments) {
+  std::array<double, D> sum{};
+  for (const double* corner : corners)
+    for (int i = 0; i < D; ++i) sum[i] += corner[i];
+  moments.integral[0] += volume;
+  const double second = volume / ((D + 1) * (D + 2));
+  for (int i = 0; i < D; ++i) {
+    moments.integral[Moments<D>::index(0, i + 1)] += volume / (D + 1) * sum[i];
+    for (int j = i; j < D; ++j) {
+      double products = sum[i] * sum[j];
+      for (const double* corner : corners) products += corner[i] * corner[j];
+      moments.integral[Moments<D>::index(i + 1, j + 1)] += second * products;
+    }
+  }
+}
+
+template <int D>
+double simplex_volume(const std::array<const double*, D + 1>& corners) {
+  std::array<std::array<double, D>, D> a;
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) a[i][j] = corners[i + 1][j] - corners[0][j];
+  double determinant = 1;
+  for (int k = 0; k < D; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < D; ++i)
+      if (std::fabs(a[i][k]) > std::fabs(a[pivot][k])) pivot = i;
+    if (a[pivot][k] == 0) return 0;
+    std::swap(a[k], a[pivot]);
+    determinant *= a[k][k] / (k + 1);  // divides by D!
+    for (int i = k + 1; i < D; ++i)
+      for (int j = k + 1; j < D; ++j) a[i][j] -= a[i][k] / a[k][k] * a[k][j];
+  }
+  return std::fabs(determinant);
+}
+
+/// Vertices of each face, by level, for cutting a cell of any dimension into simplices: a k-face is the cone from its
+/// lowest vertex over those of its (k-1)-faces that miss it.
+template <int D>
+class SimplexCutter {
+ public:
+  SimplexCutter(const Cell<D>& cell, Moments<D>& moments) : cell_(cell), moments_(moments) {
+    for (int k = 1; k < D; ++k) {
+      lowest_[k].resize(cell.face_count(k));
+      for (std::size_t face = 0; face < cell.face_count(k); ++face) {
+        std::uint16_t low = 0xffff;
+        for (const std::uint16_t sub : cell.subfaces(k, face)) low = std::min(low, k == 1 ? sub : lowest_[k - 1][sub]);
+        lowest_[k][face] = low;
+      }
+    }
+  }
+  void run() {
+    corners_[0] = cell_.vertices()[0].x.data();
+    if constexpr (D == 1) {
+      corners_[1] = cell_.vertices()[1].x.data();
+      add_simplex<1>(corners_, simplex_volume<1>(corners_), moments_);
+    } else {
+      for (std::size_t facet = 0; facet < cell_.facet_count(); ++facet)
+        if (!contains(D - 1, facet, 0)) cut(D - 1, facet);
+    }
+  }
+
+ private:
+  const Cell<D>& cell_;
+  Moments<D>& moments_;
+  std::array<std::vector<std::uint16_t>, D> lowest_;
+  std::array<const double*, D + 1> corners_{};
+
+  [[nodiscard]] bool contains(int k, std::size_t face, std::uint16_t vertex) const {
+    if (k == 0) return face == vertex;
+    const auto subfaces = cell_.subfaces(k, face);
+    return std::any_of(subfaces.begin(), subfaces.end(), [&](std::uint16_t sub) { return contains(k - 1, sub, vertex); });
+  }
+  void cut(int k, std::size_t face) {
+    if (k == 0) {
+      corners_[D] = cell_.vertices()[face].x.data();
+      add_simplex<D>(corners_, simplex_volume<D>(corners_), moments_);
+      return;
+    }
+    const std::uint16_t apex = lowest_[k][face];
+    corners_[D - k] = cell_.vertices()[apex].x.data();
+    for (const std::uint16_t sub : cell_.subfaces(k, face))
+      if (k == 1 ? sub != apex : !contains(k - 1, sub, apex)) cut(k - 1, sub);
+  }
+};
+
+}  // namespace
+
+template <int D>
+MomentSum<D>::MomentSum(double radius) {
+  int e = 0;
+  std::frexp(radius, &e);
+  for (int k = 0; k < 3; ++k) exponent_[k] = (e + 1) * D + e * k - 96;
+}
+
+template <int D>
+int MomentSum<D>::degree(int index) {
+  return index == 0 ? 0 : index <= D ? 1 : 2;
+}
+
+template <int D>
+void MomentSum<D>::add(const Moments<D>& moments) {
+  for (int i = 0; i < Moments<D>::size; ++i) sum_[i] += static_cast<Int128>(std::ldexp(moments.integral[i], -exponent_[degree(i)]));
+}
+
+template <int D>
+MomentSum<D>& MomentSum<D>::operator+=(const MomentSum& other) {
+  for (int i = 0; i < Moments<D>::size; ++i) sum_[i] += other.sum_[i];
+  return *this;
+}
+
+template <int D>
+Moments<D> MomentSum<D>::value() const {
+  Moments<D> result;
+  for (int i = 0; i < Moments<D>::size; ++i) result.integral[i] = std::ldexp(static_cast<double>(sum_[i]), exponent_[degree(i)]);
+  return result;
+}
+
+/// Puts the vertices of each facet in order around it, counter-clockwise seen from outside.
+template <int D>
+void CellWriter<D>::order_facets(const Cell<D>& cell) {
+  if constexpr (D == 3) {
+    const auto vertices = cell.vertices();
+    loops_.clear();
+    loop_ends_.clear();
+    neighbours_.resize(vertices.size());
+    for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
+      const auto edges = cell.subfaces(2, facet);
+      for (const std::uint16_t edge : edges)
+        for (const std::uint16_t vertex : cell.subfaces(1, edge)) neighbours_[vertex] = {0xffff, 0xffff};
+      for (const std::uint16_t edge : edges) {
+        const auto ends = cell.subfaces(1, edge);
+        for (int i = 0; i < 2; ++i) neighbours_[ends[i]][neighbours_[ends[i]][0] != 0xffff] = ends[1 - i];
+      }
+      const std::size_t begin = loops_.size();
+      const std::uint16_t first = cell.subfaces(1, edges[0])[0];
+      std::uint16_t previous = neighbours_[first][1], at = first;
+      for (std::size_t i = 0; i < edges.size(); ++i) {
+        loops_.push_back(at);
+        const std::uint16_t next = neighbours_[at][0] == previous ? neighbours_[at][1] : neighbours_[at][0];
+        previous = at;
+        at = next;
+      }
+      // Newell's normal against the outward normal.
+      const OrientedHyperplane code = cell.facet_hyperplane(facet);
+      const auto normal = table_->rounded(code.id()).normal;
+      const auto& o = vertices[loops_[begin]].x;
+      double turn = 0;
+      for (std::size_t i = begin + 1; i + 1 < loops_.size(); ++i) {
+        const auto &p = vertices[loops_[i]].x, &q = vertices[loops_[i + 1]].x;
+        const double ux = p[0] - o[0], uy = p[1] - o[1], uz = p[2] - o[2], vx = q[0] - o[0], vy = q[1] - o[1], vz = q[2] - o[2];
+        turn += normal[0] * (uy * vz - uz * vy) + normal[1] * (uz * vx - ux * vz) + normal[2] * (ux * vy - uy * vx);
+      }
+      if ((turn < 0) != code.flipped()) std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.end());
+      loop_ends_.push_back(static_cast<std::uint16_t>(loops_.size()));
+    }
+  }
+}
+
+template <int D>
+Moments<D> CellWriter<D>::measure_ordered(const Cell<D>& cell) const {
+  Moments<D> moments;
+  if constexpr (D == 3) {
+    const auto vertices = cell.vertices();
+    const auto& o = vertices[0].x;
+    std::size_t begin = 0;
+    for (const std::uint16_t end : loop_ends_) {
+      const auto loop = loops_.begin() + static_cast<std::ptrdiff_t>(begin);
+      const auto stop = loops_.begin() + end;
+      if (std::find(loop, stop, 0) == stop) {
+        const auto& a = vertices[loop[0]].x;
+        for (std::size_t i = begin + 1; i + 1 < end; ++i) {
+          const auto &b = vertices[loops_[i]].x, &c = vertices[loops_[i + 1]].x;
+          const double ax = a[0] - o[0], ay = a[1] - o[1], az = a[2] - o[2];
+          const double bx = b[0] - o[0], by = b[1] - o[1], bz = b[2] - o[2];
+          const double cx = c[0] - o[0], cy = c[1] - o[1], cz = c[2] - o[2];
+          const double volume = std::fabs(ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / 6;
+          add_simplex<3>({o.data(), a.data(), b.data(), c.data()}, volume, moments);
+        }
+      }
+      begin = end;
+    }
+  } else {
+    SimplexCutter<D>(cell, moments).run();
+  }
+  return moments;
+}
+
+template <int D>
+Moments<D> CellWriter<D>::measure(const Cell<D>& cell) {
+  order_facets(cell);
+  return measure_ordered(cell);
+}
+
+namespace {
+
+/// All vertices of a k-face.
+template <int D>
+void collect_vertices(const Cell<D>& cell, int k, std::size_t face, std::set<std::uint16_t>& vertices) {
+  if (k == 0) {
+    vertices.insert(static_cast<std::uint16_t>(face));
+    return;
+  }
+  for (const std::uint16_t sub : cell.subfaces(k, face)) collect_vertices(cell, k - 1, sub, vertices);
+}
+
+}  // namespace
+
+template <int D>
+Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
+  const Moments<D> moments = measure(cell);
+  batch.dimension = D;
+  for (const Vertex<D>& vertex : cell.vertices()) batch.points.insert(batch.points.end(), vertex.x.begin(), vertex.x.end());
+  batch.point_offset.push_back(static_cast<std::uint32_t>(batch.points.size() / D));
+  const auto end_facet = [&](OrientedHyperplane code) {
+    batch.facet_vertex_offset.push_back(static_cast<std::uint32_t>(batch.facet_vertices.size()));
+    const auto id = static_cast<std::int32_t>(code.id());
+    batch.facet_hyperplane.push_back(code.flipped() ? ~id : id);
+  };
+  if constexpr (D == 1) {
+    const auto ends = cell.vertices();
+    for (std::uint16_t i = 0; i < 2; ++i) {
+      batch.facet_vertices.push_back(i);
+      const HyperplaneId id = ends[i].hyperplanes[0];
+      const bool outward = ends[i].x[0] > ends[1 - i].x[0];
+      end_facet(oriented(id, (table_->rounded(id).normal[0] > 0) != outward));
+    }
+  } else if constexpr (D == 3) {
+    std::size_t begin = 0;
+    for (std::size_t facet = 0; facet < loop_ends_.size(); ++facet) {
+      batch.facet_vertices.insert(batch.facet_vertices.end(), loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.begin() + loop_ends_[facet]);
+      begin = loop_ends_[facet];
+      end_facet(cell.facet_hyperplane(facet));
+    }
+  } else {
+    for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
+      std::set<std::uint16_t> vertices;
+      collect_vertices(cell, D - 1, facet, vertices);
+      batch.facet_vertices.insert(batch.facet_vertices.end(), vertices.begin(), vertices.end());
+      end_facet(cell.facet_hyperplane(facet));
+    }
+  }
+  batch.facet_offset.push_back(static_cast<std::uint32_t>(batch.facet_hyperplane.size()));
+  batch.volume.push_back(moments.volume());
+  return moments;
+}
+
+#define BSP2_INSTANTIATE(D)     \
+  template class MomentSum<D>; \
+  template class CellWriter<D>;
+BSP2_INSTANTIATE(1)
+BSP2_INSTANTIATE(2)
+BSP2_INSTANTIATE(3)
+BSP2_INSTANTIATE(4)
+BSP2_INSTANTIATE(5)
+BSP2_INSTANTIATE(6)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::geometry

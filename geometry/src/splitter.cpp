@@ -1,0 +1,298 @@
+#include "bsp2/geometry/splitter.hpp"
+
+#include <cassert>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+
+namespace bsp2::geometry {
+
+KernelCounts& KernelCounts::operator+=(const KernelCounts& other) {
+  splits += other.splits;
+  predicates += other.predicates;
+  exact_predicates += other.exact_predicates;
+  vertices += other.vertices;
+  exact_vertices += other.exact_vertices;
+  return *this;
+}
+
+// --- CellScratch ------------------------------------------------------------------------------------------------
+
+namespace {
+
+std::uint16_t next_index(std::size_t size) {
+  if (size > std::numeric_limits<std::uint16_t>::max())
+    throw std::length_error("a cell has more than 65535 faces of one dimension");
+  return static_cast<std::uint16_t>(size);
+}
+
+template <typename T>
+std::size_t put(Block& block, std::size_t at, const std::vector<T>& values) {
+  if (!values.empty()) std::memcpy(block.at<std::byte>(at), values.data(), values.size() * sizeof(T));
+  return at + (values.size() * sizeof(T) + 3) / 4 * 4;
+}
+
+}  // namespace
+
+template <int D>
+void CellScratch<D>::clear() {
+  vertices_.clear();
+  for (Level& level : levels_) {
+    level.hyperplanes.clear();
+    level.ends.clear();
+    level.subfaces.clear();
+  }
+}
+
+template <int D>
+std::uint16_t CellScratch<D>::add_vertex(const Vertex<D>& vertex) {
+  const std::uint16_t index = next_index(vertices_.size());
+  vertices_.push_back(vertex);
+  return index;
+}
+
+template <int D>
+std::uint16_t CellScratch<D>::add_face(int k, const std::uint32_t* hyperplanes) {
+  Level& level = levels_[k - 1];
+  const std::uint16_t index = next_index(level.hyperplanes.size() / (D - k));
+  level.hyperplanes.insert(level.hyperplanes.end(), hyperplanes, hyperplanes + (D - k));
+  return index;
+}
+
+template <int D>
+Cell<D> CellScratch<D>::pack() const {
+  std::size_t bytes = vertices_.size() * sizeof(Vertex<D>);
+  if constexpr (D > 1)
+    for (const Level& level : levels_)
+      bytes += (level.hyperplanes.size() + level.ends.size()) * 4 + (level.subfaces.size() * 2 + 3) / 4 * 4;
+  Cell<D> cell;
+  cell.block_ = Block(bytes);
+  cell.vertex_count_ = static_cast<std::uint32_t>(vertices_.size());
+  std::size_t at = put(cell.block_, 0, vertices_);
+  if constexpr (D > 1)
+    for (int k = 1; k < D; ++k) {
+      const Level& level = levels_[k - 1];
+      auto& packed = cell.levels_[k - 1];
+      packed.faces = static_cast<std::uint32_t>(level.hyperplanes.size() / (D - k));
+      packed.hyperplanes_at = static_cast<std::uint32_t>(at);
+      at = put(cell.block_, at, level.hyperplanes);
+      packed.ends_at = static_cast<std::uint32_t>(at);
+      if (k > 1) at = put(cell.block_, at, level.ends);  // edges have two vertices each
+      packed.subfaces_at = static_cast<std::uint32_t>(at);
+      at = put(cell.block_, at, level.subfaces);
+    }
+  return cell;
+}
+
+// --- the predicate -----------------------------------------------------------------------------------------------
+
+template <int D>
+int Splitter<D>::side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded) {
+  ++counts_.predicates;
+  const double value = rounded.at(vertex.x);
+  const double bound = rounded.error + vertex.error * (1 + 0x1p-40);
+  if (value > bound) return 1;
+  if (value < -bound) return -1;
+  for (const HyperplaneId own : vertex.hyperplanes)
+    if (own == id) return 0;
+  return exact_side(vertex, id);
+}
+
+template <int D>
+int Splitter<D>::exact_side(const Vertex<D>& vertex, HyperplaneId id) {
+  ++counts_.exact_predicates;
+  std::array<ExactCovector<D>, D> rows;
+  for (int i = 0; i < D; ++i) rows[i] = table_->exact(vertex.hyperplanes[i]);
+  const auto point = meeting_point<D>(rows);
+  const auto h = table_->exact(id);
+  ExactInteger<D> value = h[D] * point[D];
+  for (int i = 0; i < D; ++i)
+    if (!h[i].is_zero() && !point[i].is_zero()) value += h[i] * point[i];
+  return value.sign() * point[D].sign();
+}
+
+template <int D>
+Position Splitter<D>::classify(const Cell<D>& cell, HyperplaneId id) {
+  const Hyperplane<D> rounded = table_->rounded(id);
+  const auto vertices = cell.vertices();
+  mask_[0].resize(vertices.size());
+  std::uint8_t all = 0;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const int s = side(vertices[i], id, rounded);
+    const std::uint8_t mask = s < 0 ? has_negative : s > 0 ? has_positive : 0;
+    mask_[0][i] = mask;
+    all |= mask;
+  }
+  return all == crosses ? Position::crossing : all == has_positive ? Position::positive : Position::negative;
+}
+
+// --- split: signs of the vertices, then each k-face from its (k-1)-faces --------------------------------------------
+
+namespace {
+constexpr std::uint16_t none = std::numeric_limits<std::uint16_t>::max();
+}
+
+template <int D>
+void Splitter<D>::split(const Cell<D>& cell, HyperplaneId id, Cell<D>* negative, Cell<D>* positive) {
+  ++counts_.splits;
+  halves_[0].wanted = negative != nullptr;
+  halves_[1].wanted = positive != nullptr;
+  for (Half& half : halves_) {
+    half.scratch.clear();
+    for (int k = 0; k < D; ++k) half.index[k].assign(cell.face_count(k), none);
+    for (int k = 1; k < D; ++k) half.common[k - 1].assign(cell.face_count(k), none);
+  }
+  split_vertices(cell);
+  if constexpr (D == 1) {
+    std::array<HyperplaneId, 1> ids{id};
+    const Vertex<D> vertex = make_vertex<D>(*table_, ids, counts_.exact_vertices);
+    for (Half& half : halves_)
+      if (half.wanted) half.scratch.add_vertex(vertex);
+  } else {
+    split_edges(cell, id);
+    for (int k = 2; k < D; ++k) split_faces(cell, k, id);
+    split_body(cell, id);
+  }
+  if (negative != nullptr) *negative = halves_[0].scratch.pack();
+  if (positive != nullptr) *positive = halves_[1].scratch.pack();
+}
+
+template <int D>
+void Splitter<D>::split_vertices(const Cell<D>& cell) {
+  const auto vertices = cell.vertices();
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    for (unsigned h = 0; h < 2; ++h) {
+      const std::uint8_t other_side = h == 0 ? has_positive : has_negative;
+      if (halves_[h].wanted && mask_[0][i] != other_side) halves_[h].index[0][i] = halves_[h].scratch.add_vertex(vertices[i]);
+    }
+}
+
+template <int D>
+void Splitter<D>::copy_face(const Cell<D>& cell, int k, std::size_t face, Half& half) {
+  half.index[k][face] = half.scratch.add_face(k, cell.hyperplanes(k, face).data());
+  for (const std::uint16_t sub : cell.subfaces(k, face)) half.scratch.add_subface(k, half.index[k - 1][sub]);
+  half.scratch.close_face(k);
+}
+
+template <int D>
+void Splitter<D>::split_edges(const Cell<D>& cell, HyperplaneId id) {
+  if constexpr (D > 1) {
+    const std::size_t count = cell.face_count(1);
+    mask_[1].resize(count);
+    for (std::size_t edge = 0; edge < count; ++edge) {
+      const auto ends = cell.subfaces(1, edge);
+      const std::uint8_t mask = mask_[0][ends[0]] | mask_[0][ends[1]];
+      mask_[1][edge] = mask;
+      if (mask != crosses) {
+        for (unsigned h = 0; h < 2; ++h)
+          if (halves_[h].wanted && mask != (h == 0 ? has_positive : has_negative)) copy_face(cell, 1, edge, halves_[h]);
+        continue;
+      }
+      std::array<HyperplaneId, D> ids;
+      const auto own = cell.hyperplanes(1, edge);
+      for (int i = 0; i + 1 < D; ++i) ids[i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
+      ids[D - 1] = id;
+      ++counts_.vertices;
+      const Vertex<D> vertex = make_vertex<D>(*table_, ids, counts_.exact_vertices);
+      for (unsigned h = 0; h < 2; ++h) {
+        Half& half = halves_[h];
+        if (!half.wanted) continue;
+        const std::uint16_t cut = half.common[0][edge] = half.scratch.add_vertex(vertex);
+        const bool first_stays = mask_[0][ends[0]] == (h == 0 ? has_negative : has_positive);
+        half.index[1][edge] = half.scratch.add_face(1, own.data());
+        half.scratch.add_subface(1, first_stays ? half.index[0][ends[0]] : cut);
+        half.scratch.add_subface(1, first_stays ? cut : half.index[0][ends[1]]);
+        half.scratch.close_face(1);
+      }
+    }
+  }
+}
+
+/// The (k-1)-face in which a crossing k-face with these (k-1)-faces meets the hyperplane. Its own (k-2)-faces are the
+/// common ones of the crossing (k-1)-faces, and those that lie on the hyperplane already: each of these belongs to two
+/// (k-1)-faces, one a side, and is taken from the negative one.
+template <int D>
+template <typename Subfaces>
+std::uint16_t Splitter<D>::add_common(const Cell<D>& cell, int k, const Subfaces& subfaces, const std::uint32_t* hyperplanes, Half& half) {
+  const std::uint16_t index = half.scratch.add_face(k - 1, hyperplanes);
+  for (const std::uint16_t sub : subfaces) {
+    if (mask_[k - 1][sub] == crosses) {
+      half.scratch.add_subface(k - 1, half.common[k - 2][sub]);
+    } else if (mask_[k - 1][sub] == has_negative) {
+      for (const std::uint16_t on : cell.subfaces(k - 1, sub))
+        if (mask_[k - 2][on] == 0) half.scratch.add_subface(k - 1, half.index[k - 2][on]);
+    }
+  }
+  half.scratch.close_face(k - 1);
+  return index;
+}
+
+template <int D>
+void Splitter<D>::split_faces(const Cell<D>& cell, int k, HyperplaneId id) {
+  const std::size_t count = cell.face_count(k);
+  mask_[k].resize(count);
+  for (std::size_t face = 0; face < count; ++face) {
+    const auto subfaces = cell.subfaces(k, face);
+    std::uint8_t mask = 0;
+    for (const std::uint16_t sub : subfaces) mask |= mask_[k - 1][sub];
+    mask_[k][face] = mask;
+    if (mask != crosses) {
+      for (unsigned h = 0; h < 2; ++h)
+        if (halves_[h].wanted && mask != (h == 0 ? has_positive : has_negative)) copy_face(cell, k, face, halves_[h]);
+      continue;
+    }
+    std::array<std::uint32_t, D> ids{};  // of the common face
+    const auto own = cell.hyperplanes(k, face);
+    for (int i = 0; i < D - k; ++i) ids[i] = k == D - 1 ? own[i] >> 1 : own[i];
+    ids[D - k] = id;
+    for (unsigned h = 0; h < 2; ++h) {
+      Half& half = halves_[h];
+      if (!half.wanted) continue;
+      const std::uint16_t common = half.common[k - 1][face] = add_common(cell, k, subfaces, ids.data(), half);
+      half.index[k][face] = half.scratch.add_face(k, own.data());
+      for (const std::uint16_t sub : subfaces)
+        if (mask_[k - 1][sub] != (h == 0 ? has_positive : has_negative)) half.scratch.add_subface(k, half.index[k - 1][sub]);
+      half.scratch.add_subface(k, common);
+      half.scratch.close_face(k);
+    }
+  }
+}
+
+template <int D>
+void Splitter<D>::split_body(const Cell<D>& cell, HyperplaneId id) {
+  if constexpr (D > 1) {
+    struct AllFacets {
+      std::uint16_t count;
+      struct Iterator {
+        std::uint16_t at;
+        std::uint16_t operator*() const { return at; }
+        Iterator& operator++() {
+          ++at;
+          return *this;
+        }
+        bool operator!=(const Iterator& other) const { return at != other.at; }
+      };
+      [[nodiscard]] Iterator begin() const { return {0}; }
+      [[nodiscard]] Iterator end() const { return {count}; }
+    };
+    const AllFacets facets{static_cast<std::uint16_t>(cell.facet_count())};
+    for (unsigned h = 0; h < 2; ++h) {
+      if (!halves_[h].wanted) continue;
+      const std::uint32_t code = oriented(id, h == 1).code;  // the half is on its negative side
+      add_common(cell, D, facets, &code, halves_[h]);
+    }
+  }
+}
+
+#define BSP2_INSTANTIATE(D)       \
+  template class CellScratch<D>; \
+  template class Splitter<D>;
+BSP2_INSTANTIATE(1)
+BSP2_INSTANTIATE(2)
+BSP2_INSTANTIATE(3)
+BSP2_INSTANTIATE(4)
+BSP2_INSTANTIATE(5)
+BSP2_INSTANTIATE(6)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::geometry
