@@ -20,8 +20,8 @@ int exponent_above(double x) {
 }  // namespace
 
 template <int D>
-HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper) {
-  double largest = 0;
+HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper, double reach) {
+  double largest = reach;
   for (int i = 0; i < D; ++i) {
     size_ = std::max(size_, upper[i] - lower[i]);
     largest = std::max({largest, std::fabs(lower[i]), std::fabs(upper[i])});
@@ -31,7 +31,7 @@ HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const st
     // Margin on all sides, so that no face of the model nearly coincides with the root cell. The step is a power of
     // two and the origin a multiple of it: all positions are exact doubles.
     const double extent = std::max(upper[i] - lower[i], size_ * 0x1p-20);
-    step_[i] = std::max(std::ldexp(1.0, exponent_above(extent * (1 + 0x1p-4)) - static_cast<int>(axis_bits) + 0),
+    step_[i] = std::max(std::ldexp(1.0, exponent_above(extent * (1 + 0x1p-4)) - static_cast<int>(axis_bits)),
                         std::ldexp(1.0, exponent_above(largest + size_) - 50));
     const double width = step_[i] * axis_steps;
     origin_[i] = std::floor((lower[i] - (width - extent) / 2) / step_[i]) * step_[i];

@@ -126,6 +126,17 @@ Position Splitter<D>::classify(const Cell<D>& cell, HyperplaneId id) {
   return all == crosses ? Position::crossing : all == has_positive ? Position::positive : Position::negative;
 }
 
+template <int D>
+Position Splitter<D>::position(const Cell<D>& cell, HyperplaneId id, const Hyperplane<D>& rounded) {
+  int seen = 0;
+  for (const Vertex<D>& vertex : cell.vertices()) {
+    const int s = side(vertex, id, rounded);
+    if (s * seen < 0) return Position::crossing;
+    if (s != 0) seen = s;
+  }
+  return seen > 0 ? Position::positive : Position::negative;
+}
+
 // --- split: signs of the vertices, then each k-face from its (k-1)-faces --------------------------------------------
 
 namespace {

@@ -44,6 +44,8 @@ struct CellBatch {
   [[nodiscard]] bool empty() const { return label.empty(); }
   [[nodiscard]] std::size_t point_count(std::size_t cell) const { return point_offset[cell + 1] - point_offset[cell]; }
   [[nodiscard]] std::size_t facet_count(std::size_t cell) const { return facet_offset[cell + 1] - facet_offset[cell]; }
+  /// Gives back memory that growing has left over.
+  void shrink_to_fit();
   /// Coordinates of the cell's points, D numbers each.
   [[nodiscard]] std::span<const double> cell_points(std::size_t cell) const {
     const auto d = static_cast<std::size_t>(dimension);

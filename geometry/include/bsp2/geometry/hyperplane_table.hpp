@@ -22,8 +22,9 @@ namespace bsp2::geometry {
 template <int D>
 class HyperplaneTable {
  public:
-  /// @param lower, upper bounds of all that will be added, finite.
-  HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper);
+  /// @param lower, upper bounds of the model, finite: the root cell holds them.
+  /// @param reach a bound of |x_i| over all primitives that will be added.
+  HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper, double reach);
 
   std::uint32_t add_map(const Matrix<D>& matrix);
   /// @return index of the first one.

@@ -56,6 +56,9 @@ class Splitter {
   /// other one.
   Position classify(const Cell<D>& cell, HyperplaneId id);
 
+  /// Where the cell lies, stopping as soon as that is known; remembers nothing.
+  Position position(const Cell<D>& cell, HyperplaneId id, const Hyperplane<D>& rounded);
+
   /// Splits the cell that was classified last, and crosses the hyperplane, into its two halves and their common facet.
   /// A null pointer leaves that half unbuilt. Linear in the faces of the cell.
   /// Source: Bajaj and Pascucci 1996; the paper, figure 4.
