@@ -64,7 +64,8 @@ class Expression {
   [[nodiscard]] bool same_node(const Expression& other) const { return node_ == other.node_; }
 
  private:
-  std::shared_ptr<const Node> node_;
+  friend struct Node;                 // whose destructor takes chains apart
+  std::shared_ptr<const Node> node_;  // shared: a DAG has many parents
 };
 
 /// An n-ary Boolean. `subtract` is its first child without the others, `complement` has one child; a union of no

@@ -1,0 +1,135 @@
+#include "bsp2/model/builder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/model/tessellation.hpp"
+#include "matrix.hpp"
+
+namespace bsp2::model {
+namespace {
+
+Expression make(int dimension, std::variant<Primitive, Boolean, Transform> value) {
+  return Expression(std::make_shared<Node>(dimension, std::move(value)));
+}
+
+void require_finite(std::span<const double> values, const char* what) {
+  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
+    throw Error(std::string(what) + ": not a finite number");
+}
+
+void require_sides(std::uint32_t sides, const char* what) {
+  if (sides < 3 || sides > max_sides)
+    throw Error(std::string(what) + ": " + std::to_string(sides) + " sides; it takes 3 to " +
+                std::to_string(max_sides));
+}
+
+int common_dimension(const std::vector<Expression>& operands, const char* what) {
+  for (const Expression& operand : operands)
+    if (operand.dimension() != operands.front().dimension())
+      throw Error(std::string(what) + ": operands of " + std::to_string(operands.front().dimension()) +
+                  " and " + std::to_string(operand.dimension()) + " dimensions");
+  return operands.front().dimension();
+}
+
+Expression boolean(Operation operation, std::vector<Expression> operands, const char* what) {
+  if (operands.empty()) throw Error(std::string(what) + ": no operands");
+  const int dimension = common_dimension(operands, what);
+  return make(dimension, Boolean{operation, std::move(operands)});
+}
+
+}  // namespace
+
+Expression cuboid(std::span<const double> size, bool center) {
+  if (size.empty()) throw Error("cuboid: no lengths");
+  require_finite(size, "cuboid");
+  const int dimension = static_cast<int>(size.size());
+  if (std::any_of(size.begin(), size.end(), [](double length) { return length <= 0; }))
+    return Expression(dimension);
+  const Expression box = make(dimension, Cuboid{{size.begin(), size.end()}});
+  if (!center) return box;
+  const std::size_t stride = size.size() + 1;
+  std::vector<double> matrix(stride * stride);
+  for (std::size_t i = 0; i < stride; ++i) matrix[i * stride + i] = 1;
+  for (std::size_t i = 0; i < size.size(); ++i) matrix[i * stride + size.size()] = -size[i] / 2;
+  return make(dimension, Transform{std::move(matrix), box});
+}
+
+Expression cuboid(std::initializer_list<double> size, bool center) {
+  return cuboid(std::span<const double>(size.begin(), size.size()), center);
+}
+
+Expression cylinder(double height, double radius_bottom, double radius_top, std::uint32_t sides,
+                    bool center) {
+  const double numbers[] = {height, radius_bottom, radius_top};
+  require_finite(numbers, "cylinder");
+  require_sides(sides, "cylinder");
+  const double low = center ? -height / 2 : 0, high = center ? height / 2 : height;
+  if (radius_bottom < 0 || radius_top < 0 || (radius_bottom == 0 && radius_top == 0) || low >= high)
+    return Expression(3);
+  return make(3, Lathe{sides, {{radius_bottom, low}, {radius_top, high}}});
+}
+
+Expression sphere(double radius, std::uint32_t sides) {
+  require_finite({&radius, 1}, "sphere");
+  require_sides(sides, "sphere");
+  if (radius <= 0) return Expression(3);
+  const std::uint32_t rings = ring_count(sides);
+  if (std::uint64_t{rings} * sides > max_sphere_facets)
+    throw Error("sphere: " + std::to_string(sides) + " sides in " + std::to_string(rings) +
+                " rings are more than " + std::to_string(max_sphere_facets) + " facets");
+  Lathe lathe{sides, {}};
+  lathe.rings.reserve(rings);
+  for (std::uint32_t i = rings; i-- > 0;) {
+    const double angle = 180 * (i + 0.5) / rings;
+    lathe.rings.push_back({radius * sine(angle), radius * cosine(angle)});
+  }
+  // A radius near the smallest double leaves no room for rings.
+  for (std::size_t i = 1; i < lathe.rings.size(); ++i)
+    if (lathe.rings[i - 1].z >= lathe.rings[i].z) return Expression(3);
+  return make(3, std::move(lathe));
+}
+
+Expression unite(std::vector<Expression> operands) {
+  if (operands.empty()) return Expression();
+  return boolean(Operation::unite, std::move(operands), "unite");
+}
+
+Expression intersect(std::vector<Expression> operands) {
+  return boolean(Operation::intersect, std::move(operands), "intersect");
+}
+
+Expression subtract(std::vector<Expression> operands) {
+  return boolean(Operation::subtract, std::move(operands), "subtract");
+}
+
+Expression symmetric_difference(std::vector<Expression> operands) {
+  return boolean(Operation::symmetric_difference, std::move(operands), "symmetric_difference");
+}
+
+Expression complement(Expression operand) {
+  return boolean(Operation::complement, {std::move(operand)}, "complement");
+}
+
+Expression transform(std::span<const double> matrix, Expression operand) {
+  const int dimension = operand.dimension();
+  const auto stride = static_cast<std::size_t>(dimension) + 1;
+  if (matrix.size() != stride * stride)
+    throw Error("transform: a matrix of " + std::to_string(matrix.size()) + " entries for a solid of " +
+                std::to_string(dimension) + " dimensions, which takes " + std::to_string(stride * stride));
+  std::vector<double> affine(matrix.begin(), matrix.end());
+  switch (normalize_affine(affine)) {
+    case MatrixKind::not_finite:
+      throw Error("transform: the matrix holds or yields a number that is not finite");
+    case MatrixKind::singular:
+      return Expression(dimension);
+    case MatrixKind::regular:
+      break;
+  }
+  return make(dimension, Transform{std::move(affine), std::move(operand)});
+}
+
+}  // namespace bsp2::model

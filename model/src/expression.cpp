@@ -1,0 +1,44 @@
+#include "bsp2/model/expression.hpp"
+
+#include <utility>
+
+namespace bsp2::model {
+
+Expression::Expression(int dimension)
+    : node_(std::make_shared<Node>(dimension, Boolean{Operation::unite, {}})) {}
+
+int Expression::dimension() const {
+  return node_->dimension;
+}
+
+namespace {
+using Owner = std::shared_ptr<const Node>;
+thread_local std::vector<Owner>* pending = nullptr;  // of the outermost ~Node that runs on this thread
+}  // namespace
+
+// The outermost destructor releases everything; the ones it sets off only hand over their children. So the
+// depth of the call stack is two, whatever the depth of the expression.
+Node::~Node() {
+  const auto hand_over = [this](std::vector<Owner>& to) {
+    if (auto* boolean = std::get_if<Boolean>(&value)) {
+      for (Expression& child : boolean->children) to.push_back(std::move(child.node_));
+    } else if (auto* transform = std::get_if<Transform>(&value)) {
+      to.push_back(std::move(transform->child.node_));
+    }
+  };
+  if (std::holds_alternative<Primitive>(value)) return;
+  if (pending) {
+    hand_over(*pending);
+    return;
+  }
+  std::vector<Owner> owners;
+  pending = &owners;
+  hand_over(owners);
+  while (!owners.empty()) {
+    const Owner released = std::move(owners.back());
+    owners.pop_back();
+  }
+  pending = nullptr;
+}
+
+}  // namespace bsp2::model

@@ -1,0 +1,60 @@
+#include "matrix.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bsp2::model {
+namespace {
+
+/// Divides a row or column (`n` entries, `step` apart) by a power of two so that its largest entry is in [1,
+/// 2).
+/// @return false if all its entries are zero.
+bool scale_line(double* line, int n, int step) {
+  double largest = 0;
+  for (int i = 0; i < n; ++i) largest = std::max(largest, std::fabs(line[i * step]));
+  if (largest == 0) return false;
+  const int exponent = std::ilogb(largest);
+  for (int i = 0; i < n; ++i) line[i * step] = std::scalbn(line[i * step], -exponent);
+  return true;
+}
+
+/// Whether the linear part cannot be told from a singular one: elimination with full pivoting, on rows and
+/// columns scaled by powers of two, meets a pivot no larger than the rounding of the doubles.
+bool is_singular(std::vector<double> a, int n, int stride) {
+  for (int column = 0; column < n; ++column)
+    if (!scale_line(a.data() + column, n, stride)) return true;
+  for (int row = 0; row < n; ++row)
+    if (!scale_line(a.data() + row * stride, n, 1)) return true;
+  const double smallest = 4 * n * std::numeric_limits<double>::epsilon();
+  for (int step = 0; step < n; ++step) {
+    int row = step, column = step;
+    for (int i = step; i < n; ++i)
+      for (int j = step; j < n; ++j)
+        if (std::fabs(a[i * stride + j]) > std::fabs(a[row * stride + column])) row = i, column = j;
+    if (std::fabs(a[row * stride + column]) <= smallest) return true;
+    for (int j = 0; j < n; ++j) std::swap(a[step * stride + j], a[row * stride + j]);
+    for (int i = 0; i < n; ++i) std::swap(a[i * stride + step], a[i * stride + column]);
+    for (int i = step + 1; i < n; ++i) {
+      const double factor = a[i * stride + step] / a[step * stride + step];
+      for (int j = step; j < n; ++j) a[i * stride + j] -= factor * a[step * stride + j];
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+MatrixKind normalize_affine(std::vector<double>& matrix) {
+  const int stride = static_cast<int>(std::lround(std::sqrt(static_cast<double>(matrix.size()))));
+  const int n = stride - 1;
+  if (const double last = matrix.back(); last != 1)
+    for (double& entry : matrix) entry /= last;
+  if (!std::all_of(matrix.begin(), matrix.end(), [](double entry) { return std::isfinite(entry); }))
+    return MatrixKind::not_finite;
+  std::fill(matrix.end() - stride, matrix.end(), 0.0);
+  matrix.back() = 1;
+  return is_singular(matrix, n, stride) ? MatrixKind::singular : MatrixKind::regular;
+}
+
+}  // namespace bsp2::model

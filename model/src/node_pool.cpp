@@ -1,0 +1,133 @@
+#include "node_pool.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+namespace bsp2::model {
+namespace {
+
+__extension__ using Wide = unsigned __int128;
+
+/// Mixes values into a hash by multiplying and folding; quality is enough for open addressing.
+class Hash {
+ public:
+  void add(std::uint64_t value) {
+    const auto product = static_cast<Wide>(state_ ^ value) * 0x9E3779B97F4A7C15ull;
+    state_ = static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64) ^ (state_ << 7);
+  }
+  void add(double value) { add(std::bit_cast<std::uint64_t>(value + 0.0)); }  // -0 == 0, so it hashes as 0
+  [[nodiscard]] std::uint64_t value() const { return state_; }
+
+ private:
+  std::uint64_t state_ = 0x243F6A8885A308D3ull;
+};
+
+void add(Hash& hash, const Cuboid& cuboid) {
+  for (const double size : cuboid.size) hash.add(size);
+}
+
+void add(Hash& hash, const Lathe& lathe) {
+  hash.add(std::uint64_t{lathe.sides});
+  for (const auto& [radius, z] : lathe.rings) hash.add(radius), hash.add(z);
+}
+
+void add(Hash& hash, const TriangleMesh& mesh) {
+  for (const auto& point : mesh.points)
+    for (const double x : point) hash.add(x);
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t corner : triangle) hash.add(std::uint64_t{corner});
+}
+
+std::uint64_t hash_of(const Primitive& primitive) {
+  Hash hash;
+  hash.add(std::uint64_t{primitive.index()});
+  std::visit([&](const auto& shape) { add(hash, shape); }, primitive);
+  return hash.value();
+}
+
+std::uint64_t address(const Expression& e) {
+  return reinterpret_cast<std::uintptr_t>(&e.node());
+}
+
+}  // namespace
+
+template <class Equal, class Make>
+Expression NodePool::find_or_make(std::uint64_t hash, Equal equal, Make make) {
+  std::size_t at = hash & (slots_.size() - 1);
+  for (; slots_[at].index != 0; at = (at + 1) & (slots_.size() - 1)) {
+    if (slots_[at].hash != hash) continue;
+    const Expression& candidate = nodes_[slots_[at].index - 1];
+    if (equal(candidate.node().value)) return candidate;
+  }
+  nodes_.emplace_back(make());
+  slots_[at] = {hash, static_cast<std::uint32_t>(nodes_.size())};
+  Expression made = nodes_.back();
+  if (2 * nodes_.size() > slots_.size()) grow();
+  return made;
+}
+
+void NodePool::grow() {
+  std::vector<Slot> old(2 * slots_.size());
+  old.swap(slots_);
+  for (const Slot& slot : old) {
+    if (slot.index == 0) continue;
+    std::size_t at = slot.hash & (slots_.size() - 1);
+    while (slots_[at].index != 0) at = (at + 1) & (slots_.size() - 1);
+    slots_[at] = slot;
+  }
+}
+
+Expression NodePool::primitive(Primitive primitive) {
+  return find_or_make(
+      hash_of(primitive),
+      [&](const auto& value) {
+        return std::holds_alternative<Primitive>(value) && std::get<Primitive>(value) == primitive;
+      },
+      [&] { return Expression(std::make_shared<Node>(empty_.dimension(), std::move(primitive))); });
+}
+
+Expression NodePool::boolean(Operation operation, std::span<const Expression> operands) {
+  const auto empty = [this](const Expression& e) { return is_empty(e); };
+  if (operands.empty()) return empty_;
+  if (operation == Operation::subtract && is_empty(operands.front())) return empty_;
+  if (operation == Operation::intersect && std::any_of(operands.begin(), operands.end(), empty))
+    return empty_;
+  operands_.assign(operands.begin(), operands.end());
+  std::erase_if(operands_, empty);
+  if (operands_.empty()) return empty_;
+  if (operands_.size() == 1) return operands_.front();
+
+  Hash hash;
+  hash.add(0x100 + static_cast<std::uint64_t>(operation));
+  for (const Expression& operand : operands_) hash.add(address(operand));
+  const auto equal = [&](const auto& value) {
+    const auto* other = std::get_if<Boolean>(&value);
+    return other && other->operation == operation &&
+           std::equal(other->children.begin(), other->children.end(), operands_.begin(), operands_.end(),
+                      [](const Expression& a, const Expression& b) { return a.same_node(b); });
+  };
+  return find_or_make(hash.value(), equal, [&] {
+    return Expression(std::make_shared<Node>(empty_.dimension(), Boolean{operation, operands_}));
+  });
+}
+
+Expression NodePool::transform(std::span<const double> matrix, const Expression& child) {
+  if (is_empty(child)) return empty_;
+  Hash hash;
+  hash.add(std::uint64_t{0x200});
+  for (const double entry : matrix) hash.add(entry);
+  hash.add(address(child));
+  const auto equal = [&](const auto& value) {
+    const auto* other = std::get_if<Transform>(&value);
+    return other && other->child.same_node(child) &&
+           std::equal(matrix.begin(), matrix.end(), other->matrix.begin(), other->matrix.end());
+  };
+  return find_or_make(hash.value(), equal, [&] {
+    Transform made{{matrix.begin(), matrix.end()}, child};
+    for (double& entry : made.matrix) entry += 0.0;  // no -0: nodes that compare equal look equal
+    return Expression(std::make_shared<Node>(empty_.dimension(), std::move(made)));
+  });
+}
+
+}  // namespace bsp2::model

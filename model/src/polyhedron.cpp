@@ -1,0 +1,220 @@
+#include "polyhedron.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/model/builder.hpp"
+#include "mesh_triangulation.hpp"
+
+namespace bsp2::model {
+namespace {
+
+constexpr double largest_coordinate = 1e100;  // products of three stay finite
+
+std::string text_of(double x) {
+  char buffer[32];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x).ptr};
+}
+
+std::string text_of(const Point3& p) {
+  return "(" + text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]) + ")";
+}
+
+void check_input(const std::vector<Point3>& points, const FaceCycles& faces) {
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (const double x : points[i])
+      if (!(std::fabs(x) <= largest_coordinate))
+        throw Error("polyhedron: point " + std::to_string(i) + " " + text_of(points[i]) +
+                    " is not finite or too large");
+  for (std::size_t f = 0; f < faces.size(); ++f)
+    for (const std::uint32_t corner : faces[f])
+      if (corner >= points.size())
+        throw Error("polyhedron: face " + std::to_string(f) + " names point " + std::to_string(corner) +
+                    ", but there are " + std::to_string(points.size()) + " points, the first being 0");
+}
+
+/// Index of the first point at the same place, for every point.
+std::vector<std::uint32_t> first_equal(const std::vector<Point3>& points) {
+  std::vector<std::uint32_t> order(points.size()), first(points.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tie(points[a], a) < std::tie(points[b], b);
+  });
+  for (std::size_t i = 0; i < order.size(); ++i)
+    first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
+  return first;
+}
+
+/// The cycles counter-clockwise seen from outside, over points that all differ.
+FaceCycles oriented(const std::vector<Point3>& points, const FaceCycles& faces) {
+  const std::vector<std::uint32_t> first = first_equal(points);
+  FaceCycles result = faces;
+  for (std::size_t f = 0, begin = 0; f < faces.size(); begin = faces.ends[f++])
+    std::reverse(result.corners.begin() + static_cast<std::ptrdiff_t>(begin),
+                 result.corners.begin() + static_cast<std::ptrdiff_t>(faces.ends[f]));
+  for (std::uint32_t& corner : result.corners) corner = first[corner];
+  return without_degenerate(points, result);
+}
+
+[[noreturn]] void throw_open(const std::vector<Point3>& points, const std::vector<OpenEdge>& open) {
+  const OpenEdge& edge = open.front();
+  std::string text = "polyhedron: not closed: the edge from point " + std::to_string(edge.a) + " " +
+                     text_of(points[edge.a]) + " to point " + std::to_string(edge.b) + " " +
+                     text_of(points[edge.b]) + " has no matching face on its other side";
+  if (open.size() > 1) text += "; " + std::to_string(open.size() - 1) + " more edges are open";
+  throw Error(text);
+}
+
+/// Closes the faces with as little tolerance as it takes: exactly; then on OpenSCAD's grid of 2^-20, made
+/// finer for models smaller than 1; then within the rounding of a text that gives six digits.
+FaceCycles closed(const std::vector<Point3>& points, const FaceCycles& faces) {
+  const std::vector<OpenEdge> open = open_edges(faces);
+  if (open.empty()) return faces;
+  double extent = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto [low, high] = std::minmax_element(
+        points.begin(), points.end(), [k](const Point3& p, const Point3& q) { return p[k] < q[k]; });
+    extent = std::max(extent, (*high)[k] - (*low)[k]);
+  }
+  const Tolerance none{}, grid{0x1p-20 * std::min(1.0, extent), 0}, digits{0, 1.1e-5};
+  const std::pair<Tolerance, Tolerance> attempts[] = {
+      {none, none}, {grid, grid}, {grid, digits}, {digits, digits}};
+  for (const auto& [welding, splitting] : attempts) {
+    FaceCycles attempt = welding.exact() ? faces : without_degenerate(points, weld(points, faces, welding));
+    attempt = split_at_t_vertices(points, std::move(attempt), splitting);
+    if (open_edges(attempt).empty()) return without_degenerate(points, attempt);
+  }
+  throw_open(points, open);
+}
+
+FaceCycles as_faces(const std::vector<Triangle>& triangles) {
+  FaceCycles faces;
+  faces.corners.reserve(3 * triangles.size());
+  for (const Triangle& triangle : triangles) {
+    faces.corners.insert(faces.corners.end(), triangle.begin(), triangle.end());
+    faces.end_face();
+  }
+  return faces;
+}
+
+std::vector<Triangle> triangulated(const std::vector<Point3>& points, const FaceCycles& faces) {
+  std::vector<Triangle> triangles;
+  triangles.reserve(faces.corners.size());
+  Triangulator triangulator(points);
+  for (std::size_t f = 0; f < faces.size(); ++f) triangulator.triangulate(faces[f], triangles);
+  return triangles;
+}
+
+/// Removes pairs of equal triangles wound in opposite ways: they bound nothing together.
+void cancel_opposite(std::vector<Triangle>& triangles) {
+  struct Key {
+    Triangle sorted;
+    bool even;
+    std::uint32_t index;
+  };
+  std::vector<Key> keys;
+  keys.reserve(triangles.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+    Triangle t = triangles[i];
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    const bool even = t[1] < t[2];
+    if (!even) std::swap(t[1], t[2]);
+    keys.push_back({t, even, i});
+  }
+  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
+    return std::tie(a.sorted, a.even, a.index) < std::tie(b.sorted, b.even, b.index);
+  });
+  std::vector<bool> dropped(triangles.size());
+  for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
+    while (end < keys.size() && keys[end].sorted == keys[begin].sorted) ++end;
+    std::size_t middle = begin;
+    while (middle < end && !keys[middle].even) ++middle;
+    for (std::size_t k = 0; k < std::min(middle - begin, end - middle); ++k)
+      dropped[keys[begin + k].index] = dropped[keys[middle + k].index] = true;
+  }
+  std::size_t size = 0;
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    if (!dropped[i]) triangles[size++] = triangles[i];
+  triangles.resize(size);
+}
+
+/// Triangles without any that is flat, as far as that keeps the mesh closed.
+std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces) {
+  std::vector<Triangle> triangles = triangulated(points, faces);
+  cancel_opposite(triangles);
+  for (int round = 0; round < 4; ++round) {
+    faces = without_degenerate(points, as_faces(triangles));
+    if (faces.size() == triangles.size()) break;
+    // The long edge of a flat triangle has its third corner as a T-vertex.
+    faces = split_at_t_vertices(points, std::move(faces), {});
+    if (!open_edges(faces).empty()) break;
+    triangles = triangulated(points, faces);
+    cancel_opposite(triangles);
+  }
+  return triangles;
+}
+
+double volume(const std::vector<Point3>& points, const std::vector<Triangle>& triangles) {
+  double sum = 0;
+  if (triangles.empty()) return 0;
+  const Point3& o = points[triangles[0][0]];
+  for (const Triangle& t : triangles) {
+    Point3 e[3];
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) e[i][k] = points[t[i]][k] - o[k];
+    sum += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
+           e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+           e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+  }
+  return sum / 6;
+}
+
+/// Keeps the points in use, in their order.
+TriangleMesh compact(const std::vector<Point3>& points, std::vector<Triangle> triangles) {
+  std::vector<std::uint32_t> id(points.size());
+  for (const Triangle& triangle : triangles)
+    for (const std::uint32_t corner : triangle) id[corner] = 1;
+  TriangleMesh mesh;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (id[i] == 0) continue;
+    id[i] = static_cast<std::uint32_t>(mesh.points.size());
+    mesh.points.push_back({points[i][0] + 0.0, points[i][1] + 0.0, points[i][2] + 0.0});  // no -0
+  }
+  for (Triangle& triangle : triangles)
+    for (std::uint32_t& corner : triangle) corner = id[corner];
+  mesh.triangles = std::move(triangles);
+  return mesh;
+}
+
+}  // namespace
+
+std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const FaceCycles& faces) {
+  check_input(points, faces);
+  std::vector<Triangle> triangles = closed_triangles(points, closed(points, oriented(points, faces)));
+  if (triangles.empty()) return std::nullopt;
+  if (const auto open = open_edges(as_faces(triangles)); !open.empty()) throw_open(points, open);
+  // Wound the wrong way round as a whole: the solid is the same, so turn it.
+  if (volume(points, triangles) < 0)
+    for (Triangle& triangle : triangles) std::swap(triangle[1], triangle[2]);
+  return compact(points, std::move(triangles));
+}
+
+Expression polyhedron(std::vector<std::array<double, 3>> points,
+                      const std::vector<std::vector<std::uint32_t>>& faces) {
+  FaceCycles cycles;
+  for (const auto& face : faces) {
+    cycles.corners.insert(cycles.corners.end(), face.begin(), face.end());
+    cycles.end_face();
+  }
+  std::optional<TriangleMesh> mesh = closed_mesh(points, cycles);
+  if (!mesh) return Expression(3);
+  return Expression(std::make_shared<Node>(3, std::move(*mesh)));
+}
+
+}  // namespace bsp2::model

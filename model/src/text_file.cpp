@@ -1,0 +1,35 @@
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <system_error>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/model/csg.hpp"
+
+namespace bsp2::model {
+
+std::string read_text(const std::filesystem::path& path) {
+  const std::string name = path.string();
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status))
+    throw Error(name + ": no such file" +
+                (error && error != std::errc::no_such_file_or_directory ? " (" + error.message() + ")" : ""));
+  if (std::filesystem::is_directory(status)) throw Error(name + ": is a directory, not a model file");
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+  if (!file) throw Error(name + ": cannot be read: " + std::strerror(errno));
+  std::string text;
+  if (const auto size = std::filesystem::file_size(path, error); !error) text.reserve(size + 1);
+  for (std::size_t chunk = std::size_t{1} << 20, got = chunk; got == chunk;) {
+    const std::size_t before = text.size();
+    text.resize(before + chunk);
+    got = std::fread(text.data() + before, 1, chunk, file.get());
+    text.resize(before + got);
+  }
+  if (std::ferror(file.get())) throw Error(name + ": cannot be read: " + std::strerror(errno));
+  if (text.empty()) throw Error(name + ": is empty, so it holds no model");
+  return text;
+}
+
+}  // namespace bsp2::model
