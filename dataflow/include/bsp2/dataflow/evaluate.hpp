@@ -1,0 +1,86 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bsp2/dataflow/consumer.hpp"
+#include "bsp2/dataflow/network.hpp"
+#include "bsp2/geometry/bsp_tree.hpp"
+#include "bsp2/geometry/cell.hpp"
+#include "bsp2/geometry/measures.hpp"
+#include "bsp2/geometry/splitter.hpp"
+
+namespace bsp2::dataflow {
+
+enum class Order : std::uint8_t {
+  depth,    ///< finish one cell before the next: little memory
+  priority  ///< the largest undecided cell first: a coarse picture of the whole, soon
+};
+
+struct EvaluateOptions {
+  unsigned threads = 1;
+  Order order = Order::depth;
+  std::optional<unsigned> level;         ///< what is undecided so deep in the BSP tree stays FUZZY
+  std::optional<double> budget_seconds;  ///< what is undecided then stays FUZZY
+  std::optional<std::uint64_t> cells;    ///< likewise once so many cells are decided
+  bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells go to the consumers
+  bool record_tree = false;
+};
+
+/// A region of space: a leaf of the partition, its cell, and the expression localized there. Named by its place among
+/// the regions.
+template <int D>
+struct Region {
+  std::uint16_t level = 0;
+  geometry::Cell<D> cell;
+  std::vector<Word> program;
+};
+
+/// Order-independent sum of 128-bit hashes of cells: label, part, region, level and geometry, byte for byte.
+struct Digest {
+  std::array<std::uint64_t, 2> words{};
+  void add(const geometry::CellBatch& batch, std::size_t cell);
+  Digest& operator+=(const Digest& other);
+  [[nodiscard]] std::string hex() const;
+};
+
+/// Sums over all decided and remaining cells; equal in every run, whatever the number of threads and their timing.
+template <int D>
+struct Totals {
+  explicit Totals(double radius) : in(radius), fuzzy(radius) {}
+  geometry::MomentSum<D> in, fuzzy;
+  std::uint64_t in_cells = 0, fuzzy_cells = 0, out_cells = 0;  ///< OUT cells only where they are kept
+  std::array<double, D> lower, upper;                          ///< of the IN cells; lower > upper where there are none
+  unsigned level = 0;                                          ///< the deepest cell
+  Digest digest;                                               ///< of the cells that are kept
+  geometry::KernelCounts counts;
+  void reset_bounds();
+  Totals& operator+=(const Totals& other);
+};
+
+template <int D>
+struct Evaluation {
+  Totals<D> totals;
+  /// One tree a region, in the order of the regions, when asked for. Leaf k >= 1 is cell k - 1 of the refinements sorted
+  /// by worker and first cell.
+  std::vector<std::int32_t> region_roots;
+  geometry::BspTree tree;
+  std::vector<std::uint64_t> cells_of_worker;
+};
+
+/// Evaluates the regions of a network with a crew of worker threads that steal work from each other.
+///
+/// Each worker takes a token (a FUZZY cell and its localized expression), fires it through the network, and either emits
+/// the decided cell to the consumers or splits it in two tokens. Where both halves turn out alike, the cell is given back
+/// whole. The cells depend on the network, the regions and the level alone.
+/// Thread rule: called by one thread, which serves the consumers until all is done.
+/// @throws what a worker or a consumer threw first.
+template <int D>
+Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
+                       std::span<Consumer* const> consumers);
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "bsp2/geometry/affine_map.hpp"
+#include "bsp2/geometry/hyperplane.hpp"
+
+namespace bsp2::dataflow {
+
+/// A placed triangle mesh: a producer that is not convex.
+///
+/// Inside are the points around which the mesh winds a non-zero number of times. Coordinates are rounded, good to
+/// `error`; they only ever rule facets out of a cell. What decides is exact: the facets' hyperplanes.
+struct Mesh {
+  struct Facet {
+    std::array<std::uint32_t, 3> corners;
+    geometry::OrientedHyperplane plane;
+  };
+  std::vector<std::array<double, 3>> points;
+  double error = 0;  ///< bound of the coordinates' error
+  std::vector<Facet> facets;
+  /// Hyperplanes of the facets around each point, sorted: point i has [incident_offset[i], incident_offset[i + 1]).
+  std::vector<std::uint32_t> incident_offset;
+  std::vector<geometry::HyperplaneId> incident;
+};
+
+}  // namespace bsp2::dataflow

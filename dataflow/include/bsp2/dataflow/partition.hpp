@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "bsp2/dataflow/evaluate.hpp"
+#include "bsp2/dataflow/network.hpp"
+
+namespace bsp2::dataflow {
+
+/// A binary space partition of the root cell into regions of about equal estimated work.
+///
+/// A child >= 0 of a node is a node, a child < 0 is the region ~child.
+template <int D>
+struct Partition {
+  struct Node {
+    geometry::HyperplaneId hyperplane;
+    std::int32_t negative, positive;
+  };
+  std::int32_t root = ~0;
+  std::vector<Node> nodes;
+  std::vector<Region<D>> regions;
+};
+
+/// Cuts the root cell `depth` times in two by axis-parallel hyperplanes, each at the weighted median of the undecided
+/// operands, their weight being their number of half-spaces or facets. A region in which nothing is undecided is not cut
+/// further: there are at most 2^depth regions.
+/// The result depends on the network and the depth alone.
+template <int D>
+Partition<D> partition(const Network<D>& network, unsigned depth);
+
+}  // namespace bsp2::dataflow

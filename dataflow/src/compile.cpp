@@ -1,0 +1,280 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <stdexcept>
+#include <unordered_map>
+
+#include "bsp2/dataflow/network.hpp"
+#include "bsp2/geometry/error.hpp"
+#include "lowering.hpp"
+#include "mesh_shape.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+using geometry::HyperplaneTable;
+using geometry::Matrix;
+using geometry::OrientedHyperplane;
+using geometry::Polytope;
+using geometry::Quad;
+
+/// A primitive's shape in a normalized frame, shared by all its occurrences.
+template <int D>
+struct Shape {
+  Matrix<D> frame;  // from the normalized frame to the primitive's own
+  std::uint32_t first_covector = 0, covector_count = 0;
+  std::vector<std::pair<double, double>> rings;  // lathe: radius and z, in the normalized frame; otherwise empty
+  std::array<double, D> lower, upper;            // in the normalized frame
+  std::shared_ptr<const MeshShape> mesh;         // shared: by all occurrences of one mesh
+};
+
+template <int D>
+Matrix<D> scaling(const std::array<double, D>& factors) {
+  Matrix<D> m{};
+  for (int i = 0; i < D; ++i) m[i][i] = factors[i];
+  return m;
+}
+
+/// Collects shapes and places occurrences: from the lowered tree to a network.
+template <int D>
+class Compiler {
+ public:
+  Compiler(const Lowered<D>& lowered, const CompileOptions& options) : lowered_(lowered), options_(options) {}
+
+  Network<D> run() {
+    make_shapes();
+    std::vector<Matrix<D>> matrices;
+    std::vector<Producer<D>> producers;
+    double reach = 0;
+    for (const Occurrence<D>& occurrence : lowered_.occurrences) {
+      const Shape<D>& shape = shapes_[shape_of_[producers.size()]];
+      matrices.push_back(compose<D>(occurrence.matrix, shape.frame));
+      Producer<D> producer;
+      producer.part = static_cast<std::int32_t>(producers.size());
+      place_bounds(shape, matrices.back(), producer);
+      for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
+      producers.push_back(producer);
+    }
+    Box<D> box = bounds_of(lowered_, producers);
+    if (box.is_empty()) return empty_network(producers.size());
+    if (!box.is_finite()) box = hull_of(producers);
+    for (int i = 0; i < D; ++i)
+      if (!std::isfinite(box.lower[i]) || !std::isfinite(box.upper[i])) throw Error("the model's size is not finite");
+
+    Network<D> network{HyperplaneTable<D>(box.lower, box.upper, reach), std::move(producers), {}, {}, lowered_.program, 0};
+    network.primitive_count = lowered_.occurrences.size();
+    add_planes(network, matrices, box);
+    return network;
+  }
+
+ private:
+  const Lowered<D>& lowered_;
+  const CompileOptions& options_;
+  std::vector<geometry::Covector<D>> covectors_;
+  std::vector<Shape<D>> shapes_;
+  std::vector<std::uint32_t> shape_of_;  // of each occurrence
+
+  Network<D> empty_network(std::size_t primitives) {
+    std::array<double, D> zero{}, one;
+    one.fill(1);
+    Network<D> network{HyperplaneTable<D>(zero, one, 1), {}, {}, {}, {}, primitives};
+    return network;
+  }
+
+  void make_shapes() {
+    std::unordered_map<const model::Primitive*, std::uint32_t> by_node;
+    std::map<std::vector<double>, std::uint32_t> lathes;  // by sides and normalized rings
+    std::uint32_t box = 0;
+    bool has_box = false;
+    for (const Occurrence<D>& occurrence : lowered_.occurrences) {
+      const auto [entry, is_new] = by_node.try_emplace(occurrence.primitive, 0);
+      if (is_new) {
+        Shape<D> shape = std::visit([&](const auto& primitive) { return make_shape(primitive, lathes, has_box ? &box : nullptr); }, *occurrence.primitive);
+        if (std::holds_alternative<model::Cuboid>(*occurrence.primitive) && !has_box) {
+          has_box = true;
+          box = static_cast<std::uint32_t>(shapes_.size());
+        }
+        entry->second = static_cast<std::uint32_t>(shapes_.size());
+        shapes_.push_back(std::move(shape));
+      }
+      shape_of_.push_back(entry->second);
+    }
+  }
+
+  void add_covectors(Shape<D>& shape, const std::vector<geometry::Covector<D>>& covectors) {
+    shape.first_covector = static_cast<std::uint32_t>(covectors_.size());
+    shape.covector_count = static_cast<std::uint32_t>(covectors.size());
+    covectors_.insert(covectors_.end(), covectors.begin(), covectors.end());
+  }
+
+  Shape<D> make_shape(const model::Cuboid& cuboid, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t* same) {
+    Shape<D> shape;
+    if (same != nullptr) {
+      shape = shapes_[*same];
+    } else {
+      const Polytope<D> box = geometry::unit_box<D>();
+      add_covectors(shape, box.covectors);
+      shape.lower = box.lower;
+      shape.upper = box.upper;
+    }
+    std::array<double, D> size;
+    std::copy_n(cuboid.size.begin(), D, size.begin());
+    shape.frame = scaling<D>(size);
+    return shape;
+  }
+
+  Shape<D> make_shape(const model::Lathe& lathe, std::map<std::vector<double>, std::uint32_t>& known, const std::uint32_t*) {
+    if constexpr (D != 3) {
+      throw std::logic_error("a lathe is three-dimensional");
+    } else {
+      double widest = 0;
+      for (const auto& ring : lathe.rings) widest = std::max(widest, ring.radius);
+      const double bottom = lathe.rings.front().z, height = lathe.rings.back().z - bottom;
+      std::vector<double> radius, z, key{static_cast<double>(lathe.sides)};
+      for (const auto& ring : lathe.rings) {
+        radius.push_back(ring.radius / widest);
+        z.push_back((ring.z - bottom) / height);
+        key.insert(key.end(), {radius.back(), z.back()});
+      }
+      Shape<D> shape;
+      const auto [entry, is_new] = known.try_emplace(key, static_cast<std::uint32_t>(shapes_.size()));
+      if (is_new) {
+        const Polytope<3> polytope = geometry::lathe(lathe.sides, radius, z);
+        add_covectors(shape, polytope.covectors);
+        shape.lower = polytope.lower;
+        shape.upper = polytope.upper;
+        for (std::size_t i = 0; i < radius.size(); ++i) shape.rings.emplace_back(radius[i], z[i]);
+      } else {
+        shape = shapes_[entry->second];
+      }
+      shape.frame = scaling<3>({widest, widest, height});
+      shape.frame[2][3] = bottom;
+      return shape;
+    }
+  }
+
+  Shape<D> make_shape(const model::TriangleMesh& mesh, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    if constexpr (D != 3) {
+      throw std::logic_error("a triangle mesh is three-dimensional");
+    } else {
+      Shape<D> shape;
+      auto normalized = std::make_shared<MeshShape>(mesh);
+      add_covectors(shape, normalized->covectors);
+      normalized->covectors.clear();
+      normalized->covectors.shrink_to_fit();
+      shape.frame = scaling<3>({normalized->scale, normalized->scale, normalized->scale});
+      shape.lower = normalized->lower;
+      shape.upper = normalized->upper;
+      shape.mesh = std::move(normalized);
+      return shape;
+    }
+  }
+
+  void place_bounds(const Shape<D>& shape, const Matrix<D>& matrix, Producer<D>& producer) const {
+    for (int i = 0; i < D; ++i) {
+      long double low = static_cast<long double>(matrix[i][D]), high = low;
+      long double across = 0;  // reach of the unit circle of a lathe along axis i
+      if (!shape.rings.empty()) across = std::hypot(static_cast<long double>(matrix[i][0]), static_cast<long double>(matrix[i][1]));
+      if (!shape.rings.empty()) {
+        const auto along = static_cast<long double>(matrix[i][D - 1]);
+        long double l = std::numeric_limits<long double>::infinity(), h = -l;
+        for (const auto& [radius, z] : shape.rings) {
+          l = std::min(l, along * z - across * radius);
+          h = std::max(h, along * z + across * radius);
+        }
+        low += l;
+        high += h;
+      } else {
+        for (int j = 0; j < D; ++j) {
+          const long double a = static_cast<long double>(matrix[i][j]) * shape.lower[j], b = static_cast<long double>(matrix[i][j]) * shape.upper[j];
+          low += std::min(a, b);
+          high += std::max(a, b);
+        }
+      }
+      const long double slack = 0x1p-50L * std::max(std::fabs(low), std::fabs(high));
+      producer.lower[i] = static_cast<double>(low - slack);
+      producer.upper[i] = static_cast<double>(high + slack);
+    }
+  }
+
+  void add_planes(Network<D>& network, const std::vector<Matrix<D>>& matrices, const Box<D>& box) {
+    HyperplaneTable<D>& table = network.table;
+    table.add_covectors(covectors_);
+    std::vector<std::uint32_t> first_occurrence;
+    for (std::size_t i = 0; i < network.producers.size(); ++i) {
+      Producer<D>& producer = network.producers[i];
+      const Shape<D>& shape = shapes_[shape_of_[i]];
+      first_occurrence.push_back(0);
+      if (!box.touches(producer.lower, producer.upper)) {
+        make_empty(producer);
+        continue;
+      }
+      const std::uint32_t map = table.add_map(matrices[i]);
+      if (table.orientation(map) == 0) {
+        make_empty(producer);
+        continue;
+      }
+      for (std::uint32_t k = 0; k < shape.covector_count; ++k) {
+        const std::uint32_t occurrence = table.add_occurrence(map, shape.first_covector + k);
+        if (k == 0) first_occurrence.back() = occurrence;
+      }
+    }
+    const std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence);
+    for (std::size_t i = 0; i < network.producers.size(); ++i) {
+      Producer<D>& producer = network.producers[i];
+      if (is_empty(producer)) continue;
+      const Shape<D>& shape = shapes_[shape_of_[i]];
+      const std::span own(codes.data() + first_occurrence[i], shape.covector_count);
+      if constexpr (D == 3) {
+        if (shape.mesh != nullptr && !shape.mesh->convex) {
+          producer.mesh = static_cast<std::int32_t>(network.meshes.size());
+          network.meshes.push_back(place_mesh(*shape.mesh, matrices[i], own));
+          continue;
+        }
+      }
+      add_half_spaces(network, producer, own);
+    }
+  }
+
+  /// The half-spaces of a convex producer, each once. One that merging has made flat is empty.
+  void add_half_spaces(Network<D>& network, Producer<D>& producer, std::span<const OrientedHyperplane> own) {
+    std::vector<OrientedHyperplane> planes(own.begin(), own.end());
+    std::sort(planes.begin(), planes.end(), [](auto a, auto b) { return a.code < b.code; });
+    planes.erase(std::unique(planes.begin(), planes.end()), planes.end());
+    for (std::size_t i = 0; i + 1 < planes.size(); ++i)
+      if (planes[i].id() == planes[i + 1].id()) return make_empty(producer);
+    producer.first_plane = static_cast<std::uint32_t>(network.planes.size());
+    producer.plane_count = static_cast<std::uint32_t>(planes.size());
+    network.planes.insert(network.planes.end(), planes.begin(), planes.end());
+    for (const OrientedHyperplane plane : planes) {
+      const auto h = network.table.rounded(plane.id());
+      for (int axis = 0; axis < D; ++axis)
+        if (std::fabs(h.normal[axis]) > 1 - 1e-12)
+          producer.bounding_plane[axis][(h.normal[axis] > 0) != plane.flipped() ? 1 : 0] = plane.code + 1;
+    }
+  }
+
+  static void make_empty(Producer<D>& producer) {
+    producer.lower.fill(std::numeric_limits<double>::infinity());
+    producer.upper.fill(-std::numeric_limits<double>::infinity());
+  }
+  static bool is_empty(const Producer<D>& producer) { return producer.lower[0] > producer.upper[0]; }
+};
+
+}  // namespace
+
+template <int D>
+Network<D> compile(const model::Expression& expression, const CompileOptions& options) {
+  const Lowered<D> lowered = lower<D>(expression);
+  return Compiler<D>(lowered, options).run();
+}
+
+template Network<1> compile<1>(const model::Expression&, const CompileOptions&);
+template Network<2> compile<2>(const model::Expression&, const CompileOptions&);
+template Network<3> compile<3>(const model::Expression&, const CompileOptions&);
+template Network<4> compile<4>(const model::Expression&, const CompileOptions&);
+template Network<5> compile<5>(const model::Expression&, const CompileOptions&);
+template Network<6> compile<6>(const model::Expression&, const CompileOptions&);
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,512 @@
+#include "bsp2/dataflow/evaluate.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <queue>
+#include <stdexcept>
+#include <thread>
+#include <unordered_map>
+
+#include "bounded_queue.hpp"
+#include "bsp2/dataflow/localizer.hpp"
+#include "tokens.hpp"
+#include "work_deque.hpp"
+
+namespace bsp2::dataflow {
+
+using geometry::Cell;
+using geometry::CellBatch;
+using geometry::Label;
+using Clock = std::chrono::steady_clock;
+
+template <int D>
+void Totals<D>::reset_bounds() {
+  lower.fill(std::numeric_limits<double>::infinity());
+  upper.fill(-std::numeric_limits<double>::infinity());
+}
+
+template <int D>
+Totals<D>& Totals<D>::operator+=(const Totals& other) {
+  in += other.in;
+  fuzzy += other.fuzzy;
+  in_cells += other.in_cells;
+  fuzzy_cells += other.fuzzy_cells;
+  out_cells += other.out_cells;
+  for (int i = 0; i < D; ++i) {
+    lower[i] = std::min(lower[i], other.lower[i]);
+    upper[i] = std::max(upper[i], other.upper[i]);
+  }
+  level = std::max(level, other.level);
+  digest += other.digest;
+  counts += other.counts;
+  return *this;
+}
+
+namespace {
+
+constexpr std::size_t cells_per_batch = 512;
+constexpr std::size_t worker_stack_bytes = std::size_t{256} << 20;  // programs may be nested deeply; virtual until used
+
+/// What the workers of one evaluation share.
+template <int D>
+class Crew;
+
+/// One pthread of the crew with everything that is its own.
+template <int D>
+class Worker {
+ public:
+  Worker(Crew<D>& crew, std::uint32_t index);
+  void start();
+  void join();
+  void run();
+  void add(Token<D>* token);
+
+  WorkDeque<Token<D>> deque;
+  Totals<D> totals;
+  std::vector<std::array<std::int64_t, 3>> nodes;  // hyperplane and two tree codes
+  std::uint64_t emitted = 0;
+  std::atomic<std::uint64_t> decided{0};        // share of the space, in units of 2^-60
+  std::atomic<std::uint64_t> decided_cells{0};  // for progress
+  std::uint32_t index;
+
+ private:
+  Crew<D>& crew_;
+  geometry::Splitter<D> splitter_;
+  Localizer<D> localizer_;
+  geometry::CellWriter<D> writer_;
+  Pool<Token<D>> tokens_;
+  Pool<Join<D>> joins_;
+  std::shared_ptr<Refinement> batch_;
+  std::vector<Word> program_;
+  pthread_t thread_{};
+
+  void work();
+  Token<D>* next();
+  Token<D>* process(Token<D>* token);
+  Token<D>* split(Token<D>* token, const typename Localizer<D>::Cut& cut);
+  void finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome);
+  Outcome<D> combine(Join<D>& join);
+  std::int64_t emit(Outcome<D>& outcome, std::uint32_t region);
+  void count(const Outcome<D>& outcome, const geometry::Moments<D>& moments);
+  void flush();
+  void count_decided(std::uint16_t level);
+};
+
+template <int D>
+class Crew {
+ public:
+  Crew(const Network<D>& network_, const EvaluateOptions& options_) : network(network_), options(options_) {
+    for (std::uint32_t i = 0; i < std::max(1u, options.threads); ++i) workers.push_back(std::make_unique<Worker<D>>(*this, i));
+  }
+
+  const Network<D>& network;
+  const EvaluateOptions& options;
+  std::vector<std::unique_ptr<Worker<D>>> workers;
+  BoundedQueue<std::shared_ptr<const Refinement>> queue{64};
+  Pool<Token<D>> first_tokens;
+  std::atomic<std::size_t> open_regions{0};
+  std::atomic<unsigned> running{0};
+  std::atomic<bool> stop{false};   // leave the rest FUZZY
+  std::atomic<bool> abort{false};  // leave everything: an exception was thrown
+  std::vector<std::int64_t> region_codes;
+  // Tokens in order of priority; unused when depth first.
+  std::mutex heap_mutex;
+  struct Priority {
+    double key;
+    Token<D>* token;
+    bool operator<(const Priority& other) const { return key < other.key; }
+  };
+  std::vector<Priority> heap;
+
+  void fail() {
+    const std::lock_guard lock(failure_mutex_);
+    if (!failure_) failure_ = std::current_exception();
+    abort = true;
+    queue.close();
+  }
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::mutex failure_mutex_;
+  std::exception_ptr failure_;
+};
+
+template <int D>
+Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
+    : totals(crew.network.table.radius()), index(index_), crew_(crew), splitter_(crew.network.table),
+      localizer_(crew.network, splitter_), writer_(crew.network.table) {
+  totals.reset_bounds();
+}
+
+template <int D>
+void Worker<D>::start() {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, worker_stack_bytes);
+  const auto body = [](void* self) -> void* {
+    static_cast<Worker*>(self)->run();
+    return nullptr;
+  };
+  const int error = pthread_create(&thread_, &attributes, body, this);
+  pthread_attr_destroy(&attributes);
+  if (error != 0) throw std::system_error(error, std::generic_category(), "cannot start a worker thread");
+}
+
+template <int D>
+void Worker<D>::join() {
+  pthread_join(thread_, nullptr);
+}
+
+template <int D>
+void Worker<D>::run() {
+  try {
+    work();
+    flush();
+  } catch (...) {
+    crew_.fail();
+  }
+  totals.counts = splitter_.counts();
+  if (crew_.running.fetch_sub(1) == 1) crew_.queue.nudge();
+}
+
+template <int D>
+void Worker<D>::work() {
+  unsigned idle = 0;
+  while (crew_.open_regions.load(std::memory_order_acquire) != 0 && !crew_.abort.load(std::memory_order_relaxed)) {
+    Token<D>* token = next();
+    if (token == nullptr) {
+      if (++idle < 64)
+        std::this_thread::yield();
+      else
+        std::this_thread::sleep_for(std::chrono::microseconds(50));
+      continue;
+    }
+    idle = 0;
+    while (token != nullptr && !crew_.abort.load(std::memory_order_relaxed)) token = process(token);
+  }
+}
+
+template <int D>
+void Worker<D>::add(Token<D>* token) {
+  if (crew_.options.order == Order::depth) return deque.push(token);
+  const double key = CellExtent<D>(token->cell).radius;
+  const std::lock_guard lock(crew_.heap_mutex);
+  crew_.heap.push_back({key, token});
+  std::push_heap(crew_.heap.begin(), crew_.heap.end());
+}
+
+template <int D>
+Token<D>* Worker<D>::next() {
+  if (crew_.options.order == Order::priority) {
+    const std::lock_guard lock(crew_.heap_mutex);
+    if (crew_.heap.empty()) return nullptr;
+    std::pop_heap(crew_.heap.begin(), crew_.heap.end());
+    Token<D>* token = crew_.heap.back().token;
+    crew_.heap.pop_back();
+    return token;
+  }
+  if (Token<D>* own = deque.pop()) return own;
+  for (std::size_t i = 1; i < crew_.workers.size(); ++i)
+    if (Token<D>* stolen = crew_.workers[(index + i) % crew_.workers.size()]->deque.steal()) return stolen;
+  return nullptr;
+}
+
+/// Fires one token. @return a token to go on with, or null.
+template <int D>
+Token<D>* Worker<D>::process(Token<D>* token) {
+  Outcome<D> outcome;
+  outcome.label = Label::fuzzy;
+  outcome.level = token->level;
+  if (!crew_.stop.load(std::memory_order_relaxed)) {
+    typename Localizer<D>::Cut cut;
+    const Answer answer = localizer_.fire(token->program, token->cell, program_, cut);
+    const bool deep = crew_.options.level && token->level >= *crew_.options.level;
+    if (answer.label == Label::fuzzy && !deep) {
+      std::swap(token->program, program_);
+      return split(token, cut);
+    }
+    outcome.label = answer.label;
+    outcome.part = answer.part;
+  }
+  outcome.cell = std::move(token->cell);
+  count_decided(token->level);
+  finish(token->parent, token->side, token->region, std::move(outcome));
+  tokens_.give(token);
+  return nullptr;
+}
+
+template <int D>
+Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& cut) {
+  if (token->level == std::numeric_limits<std::uint16_t>::max()) throw std::length_error("the BSP tree is more than 65535 levels deep");
+  const bool need_out = crew_.options.keep_out;
+  std::array<bool, 2> built{need_out || !cut.negative_is_out, need_out || !cut.positive_is_out};
+  Join<D>* join = joins_.take();
+  join->parent = token->parent;
+  join->region = token->region;
+  join->level = token->level;
+  join->side = token->side;
+  join->hyperplane = cut.hyperplane;
+  join->pending.store(2, std::memory_order_relaxed);
+  if (splitter_.classify(token->cell, cut.hyperplane) != geometry::Position::crossing) throw std::logic_error("a cut misses its cell");
+  std::array<Cell<D>, 2> halves;
+  splitter_.split(token->cell, cut.hyperplane, built[0] ? &halves[0] : nullptr, built[1] ? &halves[1] : nullptr);
+  join->cell = std::move(token->cell);
+  const auto level = static_cast<std::uint16_t>(token->level + 1);
+
+  if (built[0] && built[1]) {
+    Token<D>* other = tokens_.take();
+    other->program = token->program;
+    other->cell = std::move(halves[1]);
+    other->parent = join;
+    other->region = token->region;
+    other->level = level;
+    other->side = 1;
+    add(other);
+  } else {
+    Outcome<D> outside;
+    outside.level = level;
+    count_decided(level);
+    const std::uint8_t side = built[0] ? 1 : 0;
+    finish(join, side, token->region, std::move(outside));
+    if (!built[0] && !built[1]) {  // both halves are OUT
+      tokens_.give(token);
+      Outcome<D> second;
+      second.level = level;
+      count_decided(level);
+      finish(join, static_cast<std::uint8_t>(1 - side), join->region, std::move(second));
+      return nullptr;
+    }
+  }
+  const std::uint8_t mine = built[0] ? 0 : 1;
+  token->cell = std::move(halves[mine]);
+  token->parent = join;
+  token->level = level;
+  token->side = mine;
+  if (crew_.options.order == Order::depth) return token;
+  add(token);
+  return nullptr;
+}
+
+/// Hands an outcome to the split it came from; whoever brings the second half goes on with the whole.
+template <int D>
+void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome) {
+  while (parent != nullptr) {
+    parent->outcomes[side] = std::move(outcome);
+    if (parent->pending.fetch_sub(1, std::memory_order_acq_rel) == 2) return;
+    Join<D>* const join = parent;
+    outcome = combine(*join);
+    side = join->side;
+    parent = join->parent;
+    for (Outcome<D>& done : join->outcomes) done = {};
+    join->cell = {};
+    joins_.give(join);
+  }
+  crew_.region_codes[region] = outcome.mixed ? outcome.tree : emit(outcome, region);
+  crew_.open_regions.fetch_sub(1, std::memory_order_acq_rel);
+}
+
+/// Two halves of one label are given back as one cell; others are emitted and become a node of the BSP tree.
+template <int D>
+Outcome<D> Worker<D>::combine(Join<D>& join) {
+  auto& [a, b] = join.outcomes;
+  Outcome<D> whole;
+  whole.level = join.level;
+  if (!a.mixed && !b.mixed && a.label == b.label && a.label != Label::fuzzy) {
+    bool same = a.part == b.part;
+    whole.part = a.part;
+    if (!same) {  // a primitive that contains one half may contain both
+      for (const std::int32_t part : {std::min(a.part, b.part), std::max(a.part, b.part)})
+        if (!same && part >= 0 && localizer_.contains(crew_.network.producers[part], join.cell)) {
+          same = true;
+          whole.part = part;
+        }
+    }
+    if (same) {
+      whole.label = a.label;
+      whole.cell = std::move(join.cell);
+      return whole;
+    }
+  }
+  const std::int64_t negative = a.mixed ? a.tree : emit(a, join.region), positive = b.mixed ? b.tree : emit(b, join.region);
+  whole.mixed = true;
+  if (crew_.options.record_tree) {
+    whole.tree = TreeCode::node(index, nodes.size());
+    nodes.push_back({join.hyperplane, negative, positive});
+  }
+  return whole;
+}
+
+/// Counts a decided cell and, if it is kept, sends it to the consumers. @return its code in the tree.
+template <int D>
+std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
+  const EvaluateOptions& options = crew_.options;
+  const bool kept = outcome.label == Label::in ? options.keep_in : outcome.label == Label::fuzzy ? options.keep_fuzzy : options.keep_out;
+  if (outcome.label == Label::out && !kept) return 0;
+  if (!kept) {
+    count(outcome, writer_.measure(outcome.cell));
+    return 0;
+  }
+  if (batch_ == nullptr) {
+    batch_ = std::make_shared<Refinement>();
+    batch_->worker = index;
+    batch_->first = emitted;
+  }
+  CellBatch& cells = batch_->cells;
+  count(outcome, writer_.append(outcome.cell, cells));
+  cells.label.push_back(outcome.label);
+  cells.part.push_back(outcome.part);
+  cells.region.push_back(region);
+  cells.level.push_back(outcome.level);
+  totals.digest.add(cells, cells.size() - 1);
+  const std::uint64_t number = emitted++;
+  decided_cells.store(emitted, std::memory_order_relaxed);
+  if (cells.size() >= cells_per_batch) flush();
+  return TreeCode::cell(index, number);
+}
+
+template <int D>
+void Worker<D>::count(const Outcome<D>& outcome, const geometry::Moments<D>& moments) {
+  totals.level = std::max<unsigned>(totals.level, outcome.level);
+  if (outcome.label == Label::fuzzy) {
+    ++totals.fuzzy_cells;
+    totals.fuzzy.add(moments);
+  } else if (outcome.label == Label::out) {
+    ++totals.out_cells;
+  } else {
+    ++totals.in_cells;
+    totals.in.add(moments);
+    for (const auto& vertex : outcome.cell.vertices())
+      for (int i = 0; i < D; ++i) {
+        totals.lower[i] = std::min(totals.lower[i], vertex.x[i]);
+        totals.upper[i] = std::max(totals.upper[i], vertex.x[i]);
+      }
+  }
+}
+
+template <int D>
+void Worker<D>::flush() {
+  if (batch_ != nullptr && !batch_->cells.empty()) {
+    batch_->cells.shrink_to_fit();
+    crew_.queue.push(std::move(batch_));
+  }
+  batch_ = nullptr;
+}
+
+template <int D>
+void Worker<D>::count_decided(std::uint16_t level) {
+  if (level < 60) decided.fetch_add((std::uint64_t{1} << 60) >> level, std::memory_order_relaxed);
+}
+
+/// The thread that called `evaluate`: serves the consumers and watches the budget.
+template <int D>
+void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
+  const auto start = Clock::now();
+  auto last_progress = start;
+  for (;;) {
+    const bool all_done = crew.running.load() == 0;  // before the look into the queue: nothing comes after it
+    auto item = crew.queue.pop(std::chrono::milliseconds(all_done ? 0 : 20));
+    if (item)
+      for (Consumer* consumer : consumers) consumer->consume(*item);
+    else if (all_done)
+      return;
+    const auto now = Clock::now();
+    std::uint64_t cells = 0;
+    double decided = 0;
+    for (const auto& worker : crew.workers) {
+      cells += worker->decided_cells.load(std::memory_order_relaxed);
+      decided += std::ldexp(static_cast<double>(worker->decided.load(std::memory_order_relaxed)), -60);
+    }
+    if (crew.options.budget_seconds && std::chrono::duration<double>(now - start).count() > *crew.options.budget_seconds) crew.stop = true;
+    if (crew.options.cells && cells >= *crew.options.cells) crew.stop = true;
+    if (now - last_progress > std::chrono::milliseconds(100)) {
+      last_progress = now;
+      for (Consumer* consumer : consumers) consumer->progress(std::min(1.0, decided), cells);
+    }
+  }
+}
+
+/// The workers' nodes as one tree per region.
+template <int D>
+void assemble_tree(const Crew<D>& crew, Evaluation<D>& result) {
+  geometry::BspTree& tree = result.tree;
+  tree.dimension = D;
+  std::vector<std::uint64_t> first_node{0}, first_cell{0};
+  for (const auto& worker : crew.workers) {
+    first_node.push_back(first_node.back() + worker->nodes.size());
+    first_cell.push_back(first_cell.back() + worker->emitted);
+    result.cells_of_worker.push_back(worker->emitted);
+  }
+  const auto child = [&](std::int64_t code) -> std::int32_t {
+    if (code == 0) return geometry::BspTree::empty_leaf;
+    const std::uint32_t worker = TreeCode::worker(code);
+    if (code < 0) return static_cast<std::int32_t>(first_node[worker] + TreeCode::index(code));
+    return ~static_cast<std::int32_t>(first_cell[worker] + TreeCode::index(code) + 1);
+  };
+  std::unordered_map<geometry::HyperplaneId, std::uint32_t> used;
+  for (const auto& worker : crew.workers)
+    for (const auto& [id, negative, positive] : worker->nodes) {
+      const auto [entry, is_new] = used.try_emplace(static_cast<geometry::HyperplaneId>(id), static_cast<std::uint32_t>(used.size()));
+      if (is_new) {
+        const auto h = crew.network.table.rounded(entry->first);
+        tree.hyperplanes.push_back(h.offset);
+        tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
+      }
+      tree.nodes.push_back({entry->second, child(negative), child(positive)});
+    }
+  for (const std::int64_t code : crew.region_codes) result.region_roots.push_back(child(code));
+}
+
+}  // namespace
+
+template <int D>
+Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
+                       std::span<Consumer* const> consumers) {
+  Crew<D> crew(network, options);
+  crew.region_codes.assign(regions.size(), 0);
+  std::size_t next_worker = 0;
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    Token<D>* token = crew.first_tokens.take();
+    token->cell = std::move(regions[i].cell);
+    token->program = std::move(regions[i].program);
+    token->region = static_cast<std::uint32_t>(i);
+    token->level = regions[i].level;
+    crew.workers[next_worker++ % crew.workers.size()]->add(token);
+  }
+  crew.open_regions = regions.size();
+  crew.running = static_cast<unsigned>(crew.workers.size());
+  std::size_t started = 0;
+  try {
+    for (; started < crew.workers.size(); ++started) crew.workers[started]->start();
+    serve(crew, consumers);
+  } catch (...) {
+    crew.fail();
+  }
+  for (std::size_t i = 0; i < started; ++i) crew.workers[i]->join();
+  crew.rethrow();
+
+  Evaluation<D> result{Totals<D>(network.table.radius()), {}, {}, {}};
+  result.totals.reset_bounds();
+  for (const auto& worker : crew.workers) result.totals += worker->totals;
+  assemble_tree(crew, result);
+  return result;
+}
+
+#define BSP2_INSTANTIATE(D)                                                                                            \
+  template struct Totals<D>;                                                                                           \
+  template Evaluation<D> evaluate<D>(const Network<D>&, std::vector<Region<D>>, const EvaluateOptions&, std::span<Consumer* const>);
+BSP2_INSTANTIATE(1)
+BSP2_INSTANTIATE(2)
+BSP2_INSTANTIATE(3)
+BSP2_INSTANTIATE(4)
+BSP2_INSTANTIATE(5)
+BSP2_INSTANTIATE(6)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,104 @@
+#include "mesh_shape.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace bsp2::dataflow {
+namespace {
+
+/// Testing all points against all planes pays for itself only on small meshes.
+constexpr std::size_t most_convex_triangles = 2000;
+
+/// Side of an integer point: sign of n . (p 2^-53) + d, exactly.
+int side(const geometry::Covector<3>& plane, const std::array<std::int64_t, 3>& point) {
+  long double value = std::ldexp(plane.rounded[3], 53), magnitude = std::fabs(value);
+  for (int i = 0; i < 3; ++i) {
+    const long double term = plane.rounded[i] * static_cast<long double>(point[i]);
+    value += term;
+    magnitude += std::fabs(term);
+  }
+  if (std::fabs(value) > magnitude * 0x1p-60L) return value < 0 ? -1 : 1;
+  // Unlike a world covector's, these 216 + 54 bits need more than a LocalInteger.
+  using Wide = geometry::FixedInteger<320>;
+  Wide exact = Wide(plane.exact[3]) << 53;
+  for (int i = 0; i < 3; ++i) exact += Wide(plane.exact[i]) * point[i];
+  return exact.sign();
+}
+
+}  // namespace
+
+MeshShape::MeshShape(const model::TriangleMesh& mesh) {
+  double largest = 0;
+  for (const auto& point : mesh.points)
+    for (const double x : point) largest = std::max(largest, std::fabs(x));
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  scale = std::ldexp(1.0, exponent);
+  lower.fill(std::numeric_limits<double>::infinity());
+  upper.fill(-std::numeric_limits<double>::infinity());
+  for (const auto& point : mesh.points) {
+    auto& p = points.emplace_back();
+    for (int i = 0; i < 3; ++i) {
+      p[i] = std::llround(std::ldexp(point[i], 53 - exponent));
+      const double x = std::ldexp(static_cast<double>(p[i]), -53);
+      lower[i] = std::min(lower[i], x);
+      upper[i] = std::max(upper[i], x);
+    }
+  }
+  for (const auto& triangle : mesh.triangles) {
+    auto plane = geometry::triangle_covector({points[triangle[0]], points[triangle[1]], points[triangle[2]]});
+    if (plane.exact[0].is_zero() && plane.exact[1].is_zero() && plane.exact[2].is_zero()) continue;
+    triangles.push_back(triangle);
+    covectors.push_back(std::move(plane));
+  }
+  convex = is_convex();
+}
+
+bool MeshShape::is_convex() const {
+  if (triangles.size() > most_convex_triangles || triangles.size() < 4) return false;
+  std::vector<std::uint32_t> used;  // points of triangles
+  for (const auto& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  for (const auto& plane : covectors)
+    for (const std::uint32_t point : used)
+      if (side(plane, points[point]) > 0) return false;
+  return true;
+}
+
+Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, std::span<const geometry::OrientedHyperplane> planes) {
+  Mesh mesh;
+  double largest = 0;
+  for (const auto& point : shape.points) {
+    auto& placed = mesh.points.emplace_back();
+    for (int i = 0; i < 3; ++i) {
+      geometry::Quad sum = matrix[i][3];
+      double magnitude = std::fabs(static_cast<double>(sum));
+      for (int j = 0; j < 3; ++j) {
+        const geometry::Quad term = matrix[i][j] * static_cast<geometry::Quad>(std::ldexp(static_cast<double>(point[j]), -53));
+        sum += term;
+        magnitude += std::fabs(static_cast<double>(term));
+      }
+      placed[i] = static_cast<double>(sum);
+      largest = std::max(largest, magnitude);
+    }
+  }
+  mesh.error = largest * 0x1p-51;
+  std::vector<std::pair<std::uint32_t, geometry::HyperplaneId>> around;
+  for (std::size_t i = 0; i < shape.triangles.size(); ++i) {
+    mesh.facets.push_back({shape.triangles[i], planes[i]});
+    for (const std::uint32_t corner : shape.triangles[i]) around.emplace_back(corner, planes[i].id());
+  }
+  std::sort(around.begin(), around.end());
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  mesh.incident_offset.assign(mesh.points.size() + 1, 0);
+  for (const auto& [point, id] : around) {
+    ++mesh.incident_offset[point + 1];
+    mesh.incident.push_back(id);
+  }
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) mesh.incident_offset[i + 1] += mesh.incident_offset[i];
+  return mesh;
+}
+
+}  // namespace bsp2::dataflow
