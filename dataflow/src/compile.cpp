@@ -210,7 +210,7 @@ class Compiler {
         make_empty(producer);
         continue;
       }
-      const std::uint32_t map = table.add_map(matrices[i]);
+      const std::uint32_t map = table.add_map(matrices[i], producer.lower, producer.upper);
       if (table.orientation(map) == 0) {
         make_empty(producer);
         continue;

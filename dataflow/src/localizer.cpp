@@ -17,7 +17,7 @@ using geometry::Position;
 namespace {
 
 /// Above so many undecided operands, space is cut between them rather than along one of them.
-constexpr std::size_t many_operands = 6;
+constexpr std::size_t many_operands = 12;
 /// Programs longer than this are first localized without looking at vertices.
 constexpr std::size_t long_program = 256;
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_map>
 
 namespace bsp2::geometry {
 namespace {
@@ -42,8 +41,14 @@ HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const st
 }
 
 template <int D>
-std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix) {
+std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper) {
   maps_.emplace_back(matrix, grid_exponent_);
+  Extent extent;
+  for (int i = 0; i < D; ++i) {
+    extent.centre[i] = (lower[i] + upper[i]) / 2;
+    extent.half[i] = (upper[i] - lower[i]) / 2;
+  }
+  extents_.push_back(extent);
   return static_cast<std::uint32_t>(maps_.size() - 1);
 }
 
@@ -120,63 +125,136 @@ bool HyperplaneTable<D>::equal(const Source& a, const Source& b, bool opposite) 
   return true;
 }
 
+namespace {
+
+/// Finds hyperplanes whose coefficients are close: three linear forms of them, each cut into buckets.
+template <int D>
+class CoefficientHash {
+ public:
+  CoefficientHash(const std::array<double, D>& centre, double half, std::size_t expected) : centre_(centre), half_(half) {
+    std::size_t size = 64;
+    while (size < 2 * expected) size *= 2;
+    heads_.assign(size, none);
+  }
+
+  /// Calls `visit` with each entry that may be within `window` of h or of its opposite.
+  template <typename Visit>
+  void find(const Hyperplane<D>& h, double window, Visit&& visit) const {
+    const auto f = forms(h);
+    for (const double sign : {1.0, -1.0}) {
+      if (sign * f[0] < -2 * window) continue;  // entries have the sign that makes the first form positive
+      std::array<std::int64_t, 3> low, high;
+      for (int i = 0; i < 3; ++i) {
+        low[i] = bucket(sign * f[i] - window);
+        high[i] = bucket(sign * f[i] + window);
+      }
+      std::array<std::int64_t, 3> at;
+      for (at[0] = low[0]; at[0] <= high[0]; ++at[0])
+        for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
+          for (at[2] = low[2]; at[2] <= high[2]; ++at[2])
+            for (std::uint32_t entry = heads_[slot(at)]; entry != none; entry = next_[entry]) visit(entry);
+    }
+  }
+
+  /// Entries are numbered 0, 1, 2 ...
+  void add(const Hyperplane<D>& h) {
+    auto f = forms(h);
+    std::array<std::int64_t, 3> at;
+    for (int i = 0; i < 3; ++i) at[i] = bucket(f[0] < 0 ? -f[i] : f[i]);
+    std::uint32_t& head = heads_[slot(at)];
+    next_.push_back(head);
+    head = static_cast<std::uint32_t>(next_.size() - 1);
+  }
+
+ private:
+  static constexpr std::uint32_t none = ~0u;
+  static constexpr double width = 0x1p-10;
+  std::array<double, D> centre_;
+  double half_;
+  std::vector<std::uint32_t> heads_, next_;
+
+  std::array<double, 3> forms(const Hyperplane<D>& h) const {
+    const double value = h.at(centre_) / half_;
+    std::array<double, 3> f{0.618033988749895 * value, 0.414213562373095 * value, -0.302775637731995 * value};
+    constexpr std::array<std::array<double, 6>, 3> weights{{{0.754877666, -0.569840291, 0.324717957, 0.219149, -0.8192, 0.4656},
+                                                            {-0.465571232, 0.682327804, 0.867653, -0.3473, 0.2956, 0.7321},
+                                                            {0.5436890127, 0.295597743, -0.8392867, 0.6180, 0.1323, -0.3813}}};
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < D; ++i) f[k] += weights[k][i] * h.normal[i];
+    return f;
+  }
+  static std::int64_t bucket(double f) { return static_cast<std::int64_t>(std::floor(f / width)); }
+  [[nodiscard]] std::size_t slot(const std::array<std::int64_t, 3>& at) const {
+    std::uint64_t hash = 0;
+    for (const std::int64_t x : at) hash = (hash ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u, hash ^= hash >> 29;
+    return hash & (heads_.size() - 1);
+  }
+};
+
+}  // namespace
+
+/// Occurrences, those of large primitives first.
+template <int D>
+std::vector<std::uint32_t> HyperplaneTable<D>::by_size() const {
+  std::vector<std::uint32_t> order(sources_.size());
+  std::vector<double> size(extents_.size());
+  for (std::size_t i = 0; i < extents_.size(); ++i) size[i] = *std::max_element(extents_[i].half.begin(), extents_[i].half.end());
+  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return size[sources_[a].map] > size[sources_[b].map]; });
+  return order;
+}
+
+template <int D>
+bool HyperplaneTable<D>::coincide(std::uint32_t occurrence, std::uint32_t representative, double tolerance, double& distance, bool& opposite) const {
+  const Hyperplane<D>&h = hyperplanes_[occurrence], &r = hyperplanes_[representative];
+  double dot = 0;
+  for (int i = 0; i < D; ++i) dot += h.normal[i] * r.normal[i];
+  opposite = dot < 0;
+  const double sign = opposite ? -1 : 1;
+  const Extent& extent = extents_[sources_[occurrence].map];
+  distance = std::fabs(h.at(extent.centre) - sign * r.at(extent.centre));
+  for (int i = 0; i < D; ++i) distance += extent.half[i] * std::fabs(h.normal[i] - sign * r.normal[i]);
+  if (tolerance > 0) return distance <= tolerance * size_;
+  return distance <= 4 * D * (h.error + r.error) && equal(sources_[occurrence], sources_[representative], opposite);
+}
+
 template <int D>
 std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance) {
-  // Each occurrence joins the nearest earlier representative within the tolerance, or becomes one. Candidates are found
-  // by a hash of |f|, f a linear form of the coefficients: close hyperplanes have close f, opposite ones opposite f.
-  const double half = size_;
-  const double window = 8 * (D + 1) * std::max(tolerance, 0x1p-46 * (1 + radius_ / size_)), bucket_width = 32 * window;
-  const auto form = [&](const Hyperplane<D>& h) {
-    double value = h.at(centre_) / half, f = 0.6180339887498949 * value;
-    for (int i = 0; i < D; ++i) f += h.normal[i] * (0.7548776662466927 - 0.2451223337533073 * i * (i % 2 == 0 ? 0.83 : 1.17));
-    return f;
-  };
+  CoefficientHash<D> hash(centre_, size_, sources_.size());
   std::vector<OrientedHyperplane> result(sources_.size());
-  std::vector<std::uint32_t> next;                           // chains representatives of one bucket
-  std::unordered_map<std::int64_t, std::uint32_t> buckets;  // last representative of a bucket, plus one
-  buckets.reserve(sources_.size() / 2);
-  std::uint32_t count = 0;
-  const auto distance = [&](const Hyperplane<D>& a, const Hyperplane<D>& b, double sign) {
-    double sum = std::fabs(a.at(centre_) - sign * b.at(centre_));
-    for (int i = 0; i < D; ++i) sum += half * std::fabs(a.normal[i] - sign * b.normal[i]);
-    return sum;
-  };
-  for (std::uint32_t i = 0; i < sources_.size(); ++i) {
-    const Hyperplane<D> h = hyperplanes_[i];
-    const Source source = sources_[i];
-    const double key = std::fabs(form(h)) / bucket_width;
-    std::uint32_t best = count;
-    bool best_flipped = false;
+  std::vector<std::uint32_t> representatives;  // by id
+  for (const std::uint32_t i : by_size()) {
+    // Coefficients of coincident hyperplanes differ the more, the smaller the primitive is.
+    const auto& half = extents_[sources_[i].map].half;
+    const double smallest = std::max(*std::min_element(half.begin(), half.end()), size_ * 0x1p-30);
+    const double window = std::clamp(8 * tolerance * size_ / smallest, 0x1p-44 * (1 + radius_ / size_), 0x1p-12);
+    auto best = static_cast<std::uint32_t>(representatives.size());
+    bool best_opposite = false;
     double best_distance = std::numeric_limits<double>::infinity();
-    const auto low = static_cast<std::int64_t>(std::floor(key - 1.0 / 32)), high = static_cast<std::int64_t>(std::floor(key + 1.0 / 32));
-    for (std::int64_t bucket = low; bucket <= high; ++bucket) {
-      const auto found = buckets.find(bucket);
-      for (std::uint32_t r = found == buckets.end() ? 0 : found->second; r != 0; r = next[r - 1]) {
-        const Hyperplane<D>& other = hyperplanes_[r - 1];
-        double dot = 0;
-        for (int k = 0; k < D; ++k) dot += h.normal[k] * other.normal[k];
-        const double d = distance(h, other, dot < 0 ? -1 : 1);
-        const bool same = tolerance > 0 ? d <= tolerance * size_ : d <= 4 * D * (h.error + other.error) && equal(source, sources_[r - 1], dot < 0);
-        if (same && (d < best_distance || (d == best_distance && r - 1 < best))) {
-          best = r - 1;
-          best_flipped = dot < 0;
-          best_distance = d;
-        }
-      }
+    hash.find(hyperplanes_[i], window, [&](std::uint32_t id) {
+      double distance;
+      bool opposite;
+      if (!coincide(i, representatives[id], tolerance, distance, opposite)) return;
+      if (distance > best_distance || (distance == best_distance && id > best)) return;
+      best = id;
+      best_opposite = opposite;
+      best_distance = distance;
+    });
+    if (best == representatives.size()) {
+      representatives.push_back(i);
+      hash.add(hyperplanes_[i]);
     }
-    if (best == count) {  // in place: count <= i
-      hyperplanes_[count] = h;
-      sources_[count] = source;
-      std::uint32_t& head = buckets[static_cast<std::int64_t>(std::floor(key))];
-      next.push_back(head);
-      head = ++count;
-    }
-    result[i] = oriented(best, best_flipped);
+    result[i] = oriented(best, best_opposite);
   }
-  hyperplanes_.resize(count);
-  hyperplanes_.shrink_to_fit();
-  sources_.resize(count);
-  sources_.shrink_to_fit();
+  std::vector<Hyperplane<D>> hyperplanes;
+  std::vector<Source> sources;
+  for (const std::uint32_t i : representatives) {
+    hyperplanes.push_back(hyperplanes_[i]);
+    sources.push_back(sources_[i]);
+  }
+  hyperplanes_ = std::move(hyperplanes);
+  sources_ = std::move(sources);
+  extents_ = {};
   return result;
 }
 

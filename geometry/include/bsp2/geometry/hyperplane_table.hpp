@@ -26,16 +26,17 @@ class HyperplaneTable {
   /// @param reach a bound of |x_i| over all primitives that will be added.
   HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper, double reach);
 
-  std::uint32_t add_map(const Matrix<D>& matrix);
+  /// The map that places a primitive, and bounds of the placed primitive.
+  std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
   /// @return index of the first one.
   std::uint32_t add_covectors(std::span<const Covector<D>> covectors);
   [[nodiscard]] int orientation(std::uint32_t map) const { return maps_[map].orientation(); }
   /// Adds the hyperplane `covector` placed by `map`. @return the number of this occurrence.
   std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector);
 
-  /// Decides which occurrences are the same hyperplane and gives ids: occurrences that are equal (tolerance 0), or whose
-  /// values differ by at most `tolerance` times the size of the bounds everywhere within them. The first occurrence
-  /// represents the others.
+  /// Decides which occurrences are the same hyperplane and gives ids. An occurrence is represented by another one that
+  /// equals it, or (tolerance > 0) that differs from it by at most `tolerance` times the size of the model anywhere within
+  /// the bounds of its own primitive: so no primitive's face moves by more. Large primitives represent small ones.
   /// @return the oriented hyperplane of each occurrence.
   std::vector<OrientedHyperplane> merge(double tolerance);
 
@@ -72,7 +73,11 @@ class HyperplaneTable {
   double radius_ = 0, size_ = 0;
   std::array<double, D> centre_;
   int grid_exponent_ = 0;
+  struct Extent {
+    std::array<double, D> centre, half;
+  };
   std::vector<AffineMap<D>> maps_;
+  std::vector<Extent> extents_;  // of the primitives that the maps place, until merge
   std::vector<Covector<D>> covectors_;
   std::vector<Hyperplane<D>> hyperplanes_;  // occurrences before merge, canonical ones after it
   std::vector<Source> sources_;
@@ -81,6 +86,8 @@ class HyperplaneTable {
   Hyperplane<D> round(const Source& source) const;
   Hyperplane<D> round_exactly(const Source& source) const;
   [[nodiscard]] bool equal(const Source& a, const Source& b, bool opposite) const;
+  [[nodiscard]] bool coincide(std::uint32_t occurrence, std::uint32_t representative, double tolerance, double& distance, bool& opposite) const;
+  [[nodiscard]] std::vector<std::uint32_t> by_size() const;
 };
 
 }  // namespace bsp2::geometry
