@@ -375,5 +375,40 @@ TEST(Polyhedron, FacesOfManyCorners) {
   expect_solid(prism(comb, 1).solid(), area(comb), 1e-4);
 }
 
+TEST(Polyhedron, AnyFacesAreAClosedMeshOrAnError) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  int solids = 0;
+  for (int round = 0; round < 5000; ++round) {
+    // Few positions on a grid, so that coincidences of all kinds are the rule.
+    Faces faces;
+    const auto coordinate = [&] { return static_cast<double>(random() % 3) * (round % 2 ? 1 : 0.1); };
+    for (int i = 0; i < 12; ++i) faces.points.push_back({coordinate(), coordinate(), coordinate()});
+    for (std::size_t i = 1 + random() % 4; i > 0; --i) {
+      Face face;
+      for (std::size_t k = 3 + random() % 6; k > 0; --k)
+        face.push_back(static_cast<std::uint32_t>(random() % 12));
+      faces.faces.push_back(face);
+      // Now and then its opposite, cut at one more diagonal, so that the whole is closed.
+      if (random() % 4 == 0) continue;
+      std::reverse(face.begin(), face.end());
+      faces.faces.emplace_back(face.begin(), face.begin() + 3);
+      face.erase(face.begin() + 1);
+      faces.faces.push_back(face);
+    }
+    try {
+      const Expression solid = faces.solid();
+      if (is_empty(solid)) continue;
+      ++solids;
+      EXPECT_TRUE(is_closed(mesh_of(solid)));
+      EXPECT_GE(volume(solid), -1e-15);
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("not closed"), std::string::npos);
+    }
+  }
+  EXPECT_GT(solids, 0);
+}
+
 }  // namespace
 }  // namespace bsp2::model
