@@ -54,10 +54,13 @@ struct Insertion {
   std::uint32_t vertex;
 };
 
+/// Empty also if there are far more than a mesh with a few gaps has: a heap of overlapping edges, which stays
+/// open.
 std::vector<Insertion> t_vertices(const std::vector<Point3>& points, const std::vector<OpenEdge>& edges,
                                   const Tolerance& tolerance) {
   const PointTree tree(points, ends_of(edges));
   std::vector<Insertion> insertions;
+  const std::size_t most = 64 * edges.size() + 1000;
   for (const OpenEdge& edge : edges) {
     const Point3 &a = points[edge.a], &b = points[edge.b];
     const double reach = std::max(tolerance.at(a), tolerance.at(b));
@@ -69,6 +72,7 @@ std::vector<Insertion> t_vertices(const std::vector<Point3>& points, const std::
       if (v != edge.a && v != edge.b && on_segment(a, b, points[v], reach, place))
         insertions.push_back({key_of(edge.a, edge.b), place, v});
     });
+    if (insertions.size() > most) return {};
   }
   std::sort(insertions.begin(), insertions.end(), [](const Insertion& x, const Insertion& y) {
     return std::tie(x.edge, x.place, x.vertex) < std::tie(y.edge, y.place, y.vertex);

@@ -9,7 +9,7 @@
 #include "bsp2/model/expression.hpp"
 
 /// The C++ builder of expressions. Every function returns a new expression and throws bsp2::Error where an argument
-/// makes no solid (NaN, infinite, singular, mixed dimensions).
+/// makes no sense (NaN, infinite, mixed dimensions, no operands).
 namespace bsp2::model {
 
 /// The box [0, size]; with `center`, the box [-size/2, size/2]. D = size.size(). A size <= 0 gives the empty solid.
@@ -25,9 +25,14 @@ Expression sphere(double radius, std::uint32_t sides);
 
 /// The solid inside closed faces, given as OpenSCAD does: each face a cycle of point indices, *clockwise* seen from
 /// outside. Faces may be non-convex and not quite planar, vertices may lie on edges of neighbours (T-vertices).
-/// @throws bsp2::Error that names the open edge if the faces enclose no volume.
+///
+/// Gaps are closed with as little tolerance as it takes: none at first, then 2^-20 (of the model, if that is smaller than
+/// 1), then the rounding of a text of six digits. Faces that are all flat enclose nothing: the empty solid. Faces wound
+/// the wrong way round as a whole give the same solid. O(n log n).
+/// @throws bsp2::Error that names the open edge if the faces do not close.
 Expression polyhedron(std::vector<std::array<double, 3>> points, const std::vector<std::vector<std::uint32_t>>& faces);
 
+/// No operands: the empty solid of dimension 3.
 Expression unite(std::vector<Expression> operands);
 Expression intersect(std::vector<Expression> operands);
 /// The first operand without all others.

@@ -13,13 +13,19 @@ namespace bsp2::model {
 struct Model {
   Expression expression;
   std::vector<std::string> warnings;  ///< "file:line:column: text"
-  std::size_t primitive_count = 0;    ///< occurrences of primitives in the source, those of `%` and `*` left out
+  /// Occurrences of primitives in the expanded tree of `expression`, in source order: what `%`, `*` and `!` leave out
+  /// does not count, nor does what is empty (a cube of size 0, an operand of an empty intersection).
+  std::size_t primitive_count = 0;
 };
 
 /// Reads OpenSCAD's .csg language (nodes group union difference intersection multmatrix color render cube sphere
-/// cylinder polyhedron, modifiers % # ! *, comments) with OpenSCAD's meaning.
+/// cylinder polyhedron, modifiers % # ! *, comments) with OpenSCAD's meaning; docs/model.md has the details.
+///
+/// Equal subtrees become one node. Time and memory are linear in the text, and the call stack does not grow with its
+/// nesting. Any number of threads may read different texts.
 /// @param name the name of the text in messages, usually its path.
-/// @throws bsp2::Error "name:line:column: ..." for a syntax error and for a node that is not supported.
+/// @throws bsp2::Error "name:line:column: ..." for a syntax error, for a node that is not supported, for a polyhedron
+/// that is not closed, and for more sides than the limits of tessellation.hpp; "name: ..." for a text without a node.
 Model parse_csg(std::string_view text, const std::string& name);
 
 /// Reads a file. @throws bsp2::Error also if it is no readable file.
