@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+namespace bsp2::io {
+
+/// Writes a whole file at once: under a temporary name in the same folder, then renamed, so that nobody ever
+/// sees half a file. What is no regular file (a device, a pipe) is written directly, a symbolic link is
+/// followed.
+/// @throws bsp2::Error that names the path; the old file, if any, is untouched.
+void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// Makes a folder and its parents if they are missing. @throws bsp2::Error, also where a file of that name
+/// is.
+void make_folder(const std::filesystem::path& path);
+
+/// Would `make_folder` and files in it succeed? Asked before a long run, to fail early; makes nothing.
+/// @throws bsp2::Error if not.
+void check_folder(const std::filesystem::path& path);
+
+/// A new, hidden folder in `parent` that is removed with what is left in it at the end of its life.
+///
+/// Files that belong together are written here and then moved to the parent, which is a rename.
+class TemporaryDirectory {
+ public:
+  /// @throws bsp2::Error if `parent` is no folder in which one can write.
+  explicit TemporaryDirectory(const std::filesystem::path& parent);
+  ~TemporaryDirectory();
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace bsp2::io

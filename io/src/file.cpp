@@ -1,0 +1,112 @@
+#include "bsp2/io/file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <string>
+#include <system_error>
+
+#include "bsp2/geometry/error.hpp"
+
+namespace bsp2::io {
+namespace fs = std::filesystem;
+namespace {
+
+[[noreturn]] void fail(const std::string& what, const fs::path& path, std::error_code why) {
+  throw Error(what + " '" + path.string() + "': " + why.message());
+}
+
+std::error_code last_error() {
+  return {errno, std::generic_category()};
+}
+
+/// Writes and closes; false with errno set if anything failed, be it the last byte.
+bool write_all(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) {
+      const int error = errno;
+      ::close(descriptor);
+      errno = error;
+      return false;
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return ::close(descriptor) == 0;
+}
+
+/// The file that a path stands for: links are followed, so that they survive the renaming.
+fs::path target_of(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::is_symlink(path, ignored)) return path;
+  const fs::path target = fs::canonical(path, ignored);
+  return ignored ? path : target;
+}
+
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+}  // namespace
+
+void write_file(const fs::path& path, std::string_view bytes) {
+  std::error_code error;
+  const fs::path target = target_of(path);
+  const fs::file_status status = fs::status(target, error);
+  if (fs::is_directory(status)) throw Error("cannot write '" + path.string() + "': it is a directory");
+  const bool in_place =
+      fs::exists(status) && !fs::is_regular_file(status);  // /dev/null must remain what it is
+  const fs::path name = in_place ? target
+                                 : folder_of(target) / ("." + target.filename().string() + "." +
+                                                        std::to_string(::getpid()) + ".tmp");
+  const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor < 0) fail("cannot write", path, last_error());
+  const bool written = write_all(descriptor, bytes);
+  if (!written) error = last_error();
+  if (in_place) {
+    if (!written) fail("cannot write", path, error);
+    return;
+  }
+  if (written) fs::rename(name, target, error);
+  if (error) {
+    std::error_code ignored;
+    fs::remove(name, ignored);
+    fail("cannot write", path, error);
+  }
+}
+
+void make_folder(const fs::path& path) {
+  std::error_code error;
+  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
+    throw Error("cannot write to the folder '" + path.string() + "': it is a file");
+  }
+  fs::create_directories(path, error);
+  if (error && !fs::is_directory(path)) fail("cannot make the folder", path, error);
+}
+
+void check_folder(const fs::path& path) {
+  std::error_code error;
+  fs::path existing = path;
+  while (!fs::exists(existing, error) && existing.has_relative_path()) existing = folder_of(existing);
+  if (!fs::is_directory(existing, error)) {
+    throw Error("cannot write to the folder '" + path.string() + "': '" + existing.string() + "' is a file");
+  }
+  if (::access(existing.c_str(), W_OK | X_OK) != 0)
+    fail("cannot write to the folder", existing, last_error());
+}
+
+TemporaryDirectory::TemporaryDirectory(const fs::path& parent) {
+  std::string name = (parent / ".bsp2-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) fail("cannot write to the folder", parent, last_error());
+  path_ = name;
+}
+
+TemporaryDirectory::~TemporaryDirectory() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+}  // namespace bsp2::io

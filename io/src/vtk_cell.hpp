@@ -1,0 +1,34 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "bsp2/geometry/cell_batch.hpp"
+
+namespace bsp2::io {
+
+/// A cell in VTK's terms: a cell type and its points in VTK's order, as indices into the cell's own points.
+/// For a polyhedron the order of the points means nothing.
+struct VtkCell {
+  std::uint8_t type = 0;
+  std::vector<std::uint16_t> points;
+};
+
+/// Finds the most special type of a cell: tetrahedron, wedge, hexahedron or polyhedron in 3D, polygon in 2D,
+/// line in 1D.
+/// @param result reused from cell to cell, to allocate rarely.
+void describe(const geometry::CellBatch& batch, std::size_t cell, VtkCell& result);
+
+/// A simplex of a cell, its points in VTK's order (the last ones unused below 3D), and its volume.
+struct Simplex {
+  std::array<std::uint16_t, 4> points;
+  double volume;
+};
+
+/// Cuts a cell (D = 2 or 3) into simplices around the vertex that lies on the most facets. Those without
+/// volume, from collinear vertices, are left out.
+void cut_into_simplices(const geometry::CellBatch& batch, std::size_t cell, std::vector<Simplex>& result);
+
+}  // namespace bsp2::io

@@ -1,0 +1,194 @@
+#include "vtk_piece.hpp"
+
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCellType.h>
+#include <vtkDoubleArray.h>
+#include <vtkIdTypeArray.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnsignedIntArray.h>
+#include <vtkUnsignedShortArray.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <unordered_map>
+
+#include "vtk_cell.hpp"
+
+namespace bsp2::io {
+namespace {
+
+using geometry::CellBatch;
+
+struct PointHash {
+  std::size_t operator()(const std::array<double, 3>& p) const {
+    std::uint64_t h = 0;
+    for (const double x : p) h = (std::rotl(h, 23) ^ std::bit_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15U;
+    return h ^ (h >> 32);
+  }
+};
+
+/// Makes one point of equal ones.
+class PointWelder {
+ public:
+  PointWelder() { points_->SetDataTypeToDouble(); }
+
+  vtkIdType id_of(std::span<const double> coordinates) {
+    std::array<double, 3> p{};
+    for (std::size_t i = 0; i < coordinates.size(); ++i)
+      p[i] = coordinates[i] + 0.0;  // -0 and +0 are one point
+    const auto [found, is_new] = ids_.try_emplace(p, static_cast<vtkIdType>(ids_.size()));
+    if (is_new) points_->InsertNextPoint(p.data());
+    return found->second;
+  }
+  [[nodiscard]] vtkPoints* points() const { return points_; }
+
+ private:
+  std::unordered_map<std::array<double, 3>, vtkIdType, PointHash> ids_;
+  vtkNew<vtkPoints> points_;
+};
+
+/// The cell arrays; one value each a cell of the grid.
+class CellArrays {
+ public:
+  CellArrays() {
+    label_->SetName("label");
+    part_->SetName("part");
+    region_->SetName("region");
+    rank_->SetName("rank");
+    level_->SetName("level");
+    volume_->SetName("volume");
+  }
+  void add(const CellBatch& batch, std::size_t cell, int rank, double volume) {
+    label_->InsertNextValue(static_cast<unsigned char>(batch.label[cell]));
+    part_->InsertNextValue(batch.part[cell]);
+    region_->InsertNextValue(batch.region[cell]);
+    rank_->InsertNextValue(rank);
+    level_->InsertNextValue(batch.level[cell]);
+    volume_->InsertNextValue(volume);
+  }
+  void attach_to(vtkCellData* data) const {
+    for (vtkDataArray* array :
+         std::initializer_list<vtkDataArray*>{label_, part_, region_, rank_, level_, volume_}) {
+      data->AddArray(array);
+    }
+    data->SetActiveScalars("part");  // what ParaView colours by at first
+  }
+
+ private:
+  vtkNew<vtkUnsignedCharArray> label_;
+  vtkNew<vtkIntArray> part_, rank_;
+  vtkNew<vtkUnsignedIntArray> region_;
+  vtkNew<vtkUnsignedShortArray> level_;
+  vtkNew<vtkDoubleArray> volume_;
+};
+
+class GridBuilder {
+ public:
+  explicit GridBuilder(const VtuOptions& options) : options_(options) {}
+
+  void add(const CellBatch& batch, std::size_t cell) {
+    weld(batch, cell);
+    if (options_.tets && batch.dimension > 1) {
+      add_simplices(batch, cell);
+    } else {
+      add_whole(batch, cell);
+    }
+  }
+
+  [[nodiscard]] vtkSmartPointer<vtkUnstructuredGrid> finish() const {
+    auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
+    grid->SetPoints(welder_.points());
+    const bool polyhedra = faces_->GetNumberOfValues() > 0;
+    grid->SetCells(types_, cells_, polyhedra ? face_locations_.Get() : nullptr,
+                   polyhedra ? faces_.Get() : nullptr);
+    arrays_.attach_to(grid->GetCellData());
+    return grid;
+  }
+
+ private:
+  void weld(const CellBatch& batch, std::size_t cell) {
+    const auto d = static_cast<std::size_t>(batch.dimension);
+    const std::span<const double> points = batch.cell_points(cell);
+    ids_.resize(batch.point_count(cell));
+    for (std::size_t i = 0; i < ids_.size(); ++i) ids_[i] = welder_.id_of(points.subspan(i * d, d));
+  }
+
+  void add_whole(const CellBatch& batch, std::size_t cell) {
+    describe(batch, cell, shape_);
+    start_cell(shape_.type, shape_.points);
+    if (shape_.type == VTK_POLYHEDRON) add_faces(batch, cell);
+    arrays_.add(batch, cell, options_.rank, batch.volume[cell]);
+  }
+
+  void add_simplices(const CellBatch& batch, std::size_t cell) {
+    cut_into_simplices(batch, cell, simplices_);
+    for (const Simplex& simplex : simplices_) {
+      const auto corners = static_cast<std::size_t>(batch.dimension) + 1;
+      start_cell(batch.dimension == 3 ? VTK_TETRA : VTK_TRIANGLE, std::span(simplex.points).first(corners));
+      arrays_.add(batch, cell, options_.rank, simplex.volume);
+    }
+  }
+
+  void start_cell(unsigned char type, std::span<const std::uint16_t> points) {
+    types_->InsertNextValue(type);
+    cells_->InsertNextCell(static_cast<int>(points.size()));
+    for (const std::uint16_t point : points) cells_->InsertCellPoint(ids_[point]);
+    face_locations_->InsertNextValue(type == VTK_POLYHEDRON ? faces_->GetNumberOfValues() : -1);
+  }
+
+  void add_faces(const CellBatch& batch, std::size_t cell) {
+    faces_->InsertNextValue(static_cast<vtkIdType>(batch.facet_count(cell)));
+    for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
+      const auto vertices = batch.vertices_of_facet(f);
+      faces_->InsertNextValue(static_cast<vtkIdType>(vertices.size()));
+      for (const std::uint16_t vertex : vertices) faces_->InsertNextValue(ids_[vertex]);
+    }
+  }
+
+  VtuOptions options_;
+  PointWelder welder_;
+  CellArrays arrays_;
+  vtkNew<vtkUnsignedCharArray> types_;
+  vtkNew<vtkCellArray> cells_;
+  vtkNew<vtkIdTypeArray> faces_, face_locations_;
+  std::vector<vtkIdType> ids_;  // of the points of the present cell
+  VtkCell shape_;
+  std::vector<Simplex> simplices_;
+};
+
+}  // namespace
+
+std::vector<Piece> divide(std::span<const std::shared_ptr<const CellBatch>> batches,
+                          std::size_t piece_cells) {
+  std::vector<Piece> pieces(1);
+  std::size_t room = piece_cells;
+  for (const auto& batch : batches) {
+    for (std::size_t first = 0; first < batch->size();) {
+      if (room == 0) {
+        pieces.emplace_back();
+        room = piece_cells;
+      }
+      const std::size_t last = first + std::min(room, batch->size() - first);
+      pieces.back().push_back({batch.get(), first, last});
+      room -= last - first;
+      first = last;
+    }
+  }
+  return pieces;
+}
+
+vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, const VtuOptions& options) {
+  GridBuilder builder(options);
+  for (const CellRange& range : piece) {
+    for (std::size_t cell = range.first; cell < range.last; ++cell) builder.add(*range.batch, cell);
+  }
+  return builder.finish();
+}
+
+}  // namespace bsp2::io

@@ -1,0 +1,94 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <string>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/io/file.hpp"
+#include "temporary_folder.hpp"
+
+namespace bsp2::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+class File : public ::testing::Test {
+ protected:
+  static std::string content(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  [[nodiscard]] std::ptrdiff_t entries() const {
+    return std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator());
+  }
+  testing::TemporaryFolder folder;
+};
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST_F(File, IsReplacedAsAWhole) {
+  const fs::path path = folder.path() / "a.txt";
+  write_file(path, "first");
+  write_file(path, "2");
+  EXPECT_EQ(content(path), "2");
+  EXPECT_EQ(entries(), 1);
+}
+
+TEST_F(File, FollowsLinksAndKeepsDevices) {
+  const fs::path real = folder.path() / "real", link = folder.path() / "link",
+                 device = folder.path() / "device";
+  write_file(real, "old");
+  fs::create_symlink("real", link);
+  write_file(link, "new");
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(content(real), "new");
+  fs::create_symlink("/dev/null", device);
+  write_file(device, "lost");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+TEST_F(File, FailsWithThePathAndLeavesNothing) {
+  const auto full = message_of([] { write_file("/dev/full", "x"); });
+  EXPECT_NE(full.find("'/dev/full': No space left"), std::string::npos) << full;
+  const auto missing = message_of([&] { write_file(folder.path() / "no" / "a", "x"); });
+  EXPECT_NE(missing.find("/no/a': No such file"), std::string::npos) << missing;
+  const auto directory = message_of([&] { write_file(folder.path(), "x"); });
+  EXPECT_NE(directory.find("it is a directory"), std::string::npos) << directory;
+  EXPECT_EQ(entries(), 0);
+}
+
+TEST_F(File, DirectoriesAreMadeButNotOverFiles) {
+  const fs::path deep = folder.path() / "a" / "b";
+  check_folder(deep);
+  EXPECT_EQ(entries(), 0);
+  make_folder(deep);
+  make_folder(deep);
+  EXPECT_TRUE(fs::is_directory(deep));
+  write_file(deep / "file", "x");
+  for (const fs::path& bad : {deep / "file", deep / "file" / "below"}) {
+    EXPECT_NE(message_of([&] { check_folder(bad); }).find("is a file"), std::string::npos);
+    EXPECT_NE(message_of([&] { make_folder(bad); }), "");
+  }
+}
+
+TEST_F(File, TemporaryDirectoryVanishesWithItsContent) {
+  {
+    const TemporaryDirectory scratch(folder.path());
+    write_file(scratch.path() / "x", "y");
+    EXPECT_EQ(entries(), 1);
+  }
+  EXPECT_EQ(entries(), 0);
+  EXPECT_THROW(TemporaryDirectory(folder.path() / "missing"), Error);
+}
+
+}  // namespace
+}  // namespace bsp2::io
