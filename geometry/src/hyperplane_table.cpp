@@ -53,6 +53,16 @@ std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix, const std::ar
 }
 
 template <int D>
+std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix) {
+  std::array<double, D> lower, upper;
+  for (int i = 0; i < D; ++i) {
+    lower[i] = centre_[i] - size_ / 2;
+    upper[i] = centre_[i] + size_ / 2;
+  }
+  return add_map(matrix, lower, upper);
+}
+
+template <int D>
 std::uint32_t HyperplaneTable<D>::add_covectors(std::span<const Covector<D>> covectors) {
   const auto first = static_cast<std::uint32_t>(covectors_.size());
   covectors_.insert(covectors_.end(), covectors.begin(), covectors.end());

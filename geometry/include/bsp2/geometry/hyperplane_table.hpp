@@ -28,6 +28,8 @@ class HyperplaneTable {
 
   /// The map that places a primitive, and bounds of the placed primitive.
   std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
+  /// The same for a primitive that may be anywhere in the model.
+  std::uint32_t add_map(const Matrix<D>& matrix);
   /// @return index of the first one.
   std::uint32_t add_covectors(std::span<const Covector<D>> covectors);
   [[nodiscard]] int orientation(std::uint32_t map) const { return maps_[map].orientation(); }
