@@ -18,6 +18,8 @@ namespace {
 
 /// Above so many undecided operands, space is cut between them rather than along one of them.
 constexpr std::size_t many_operands = 12;
+/// An operand with more undecided half-spaces is halved first.
+constexpr std::size_t many_planes = 160;
 /// Programs longer than this are first localized without looking at vertices.
 constexpr std::size_t long_program = 256;
 
@@ -42,6 +44,8 @@ CellExtent<D>::CellExtent(const Cell<D>& cell) {
     centre[i] /= static_cast<double>(vertices.size());
     lower[i] -= error;
     upper[i] += error;
+    middle[i] = (lower[i] + upper[i]) / 2;
+    half[i] = (upper[i] - lower[i]) / 2 * (1 + 0x1p-40);
   }
   double square = 0;
   for (const auto& vertex : vertices) {
@@ -66,6 +70,15 @@ bool CellExtent<D>::contains(const std::array<double, D>& low, const std::array<
   return true;
 }
 
+template <int D>
+Position CellExtent<D>::position(const geometry::Hyperplane<D>& h) const {
+  const double value = h.at(middle);
+  double reach = h.error;
+  for (int i = 0; i < D; ++i) reach += std::fabs(h.normal[i]) * half[i];
+  reach *= 1 + 0x1p-40;
+  return value > reach ? Position::positive : value < -reach ? Position::negative : Position::crossing;
+}
+
 // --- folding ---------------------------------------------------------------------------------------------------------
 
 template <int D>
@@ -73,6 +86,7 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   const CellExtent<D> extent(cell);
   cell_ = &cell;
   extent_ = &extent;
+  columns_.load(cell);
   const bool quick = program.size() > long_program;
   Answer answer = localize(program, out, quick);
   if (answer.label != Label::fuzzy) return answer;
@@ -202,16 +216,12 @@ Label Localizer<D>::visit_mesh(const Word* leaf, const Producer<D>& producer, st
     return Label::out;
 }
 
-/// Where the cell lies: from its ball if that is enough, else from its vertices, exactly.
+/// Where the cell lies: from its box if that is enough, else from its vertices, exactly.
 template <int D>
 Position Localizer<D>::position(OrientedHyperplane plane) {
   const auto h = splitter_->table().rounded(plane.id());
-  const double value = plane.flipped() ? -h.at(extent_->centre) : h.at(extent_->centre);
-  const double reach = extent_->radius + h.error;
-  if (value > reach) return Position::positive;
-  if (value < -reach) return Position::negative;
-  if (quick_) return Position::crossing;
-  const Position where = splitter_->position(*cell_, plane.id(), h);
+  Position where = extent_->position(h);
+  if (where == Position::crossing && !quick_) where = splitter_->position(*cell_, columns_, plane.id(), h);
   if (where == Position::crossing || !plane.flipped()) return where;
   return where == Position::negative ? Position::positive : Position::negative;
 }
@@ -222,6 +232,7 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
   const CellExtent<D> extent(cell);
   cell_ = &cell;
   extent_ = &extent;
+  columns_.load(cell);
   quick_ = false;
   const auto planes = network_->planes_of(producer);
   return std::all_of(planes.begin(), planes.end(), [&](OrientedHyperplane plane) { return position(plane) == Position::negative; });
@@ -307,12 +318,10 @@ void Localizer<D>::choose_facet(std::span<const Word> program, Cut& cut) {
     if (!choose_mesh_median(best, cut)) cut = {choose_mesh_plane(best)};
     return;
   }
-  const bool whole = (best[0] & Net::whole) != 0;
-  const OrientedHyperplane* const own = network_->planes.data() + producer.first_plane;
+  if (fewest > many_planes && choose_half(best, cut)) return;
   OrientedHyperplane chosen;
   double furthest = -std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < fewest; ++i) {
-    const OrientedHyperplane plane = whole ? own[i] : OrientedHyperplane{best[Net::header + i]};
+  for (const OrientedHyperplane plane : undecided_planes(best)) {
     const auto h = splitter_->table().rounded(plane.id());
     const double value = plane.flipped() ? -h.at(extent_->centre) : h.at(extent_->centre);
     if (value > furthest) {
@@ -327,6 +336,47 @@ void Localizer<D>::choose_facet(std::span<const Word> program, Cut& cut) {
   cut.hyperplane = chosen.id();
   cut.positive_is_out = chosen.flipped() ? inside_is_out : outside_is_out;
   cut.negative_is_out = chosen.flipped() ? outside_is_out : inside_is_out;
+}
+
+template <int D>
+std::span<const OrientedHyperplane> Localizer<D>::undecided_planes(const Word* leaf) const {
+  static_assert(sizeof(OrientedHyperplane) == sizeof(Word));
+  if ((leaf[0] & Net::whole) != 0) return network_->planes_of(network_->producers[leaf[2]]);
+  return {reinterpret_cast<const OrientedHyperplane*>(leaf + Net::header), leaf[1] - Net::header};
+}
+
+/// Halves the cell across an operand with very many half-spaces, along the axis that parts them best: cutting along one
+/// after the other would take time quadratic in their number.
+template <int D>
+bool Localizer<D>::choose_half(const Word* leaf, Cut& cut) {
+  const Producer<D>& producer = network_->producers[leaf[2]];
+  const auto planes = undecided_planes(leaf);
+  const auto& table = splitter_->table();
+  std::size_t fewest = planes.size() * 3 / 4;  // more than that in one half is no progress
+  bool found = false;
+  for (int axis = 0; axis < D; ++axis) {
+    const double low = std::max(producer.lower[axis], extent_->lower[axis]), high = std::min(producer.upper[axis], extent_->upper[axis]);
+    const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, (low + high) / 2));
+    CellExtent<D> below = *extent_, above = *extent_;
+    const double value = -table.rounded(id).offset;
+    for (CellExtent<D>* half : {&below, &above}) {
+      (half == &below ? half->upper : half->lower)[axis] = value;
+      half->middle[axis] = (half->lower[axis] + half->upper[axis]) / 2;
+      half->half[axis] = (half->upper[axis] - half->lower[axis]) / 2;
+    }
+    std::size_t in_below = 0, in_above = 0;
+    for (const OrientedHyperplane plane : planes) {
+      const auto h = table.rounded(plane.id());
+      in_below += below.position(h) == Position::crossing ? 1 : 0;
+      in_above += above.position(h) == Position::crossing ? 1 : 0;
+    }
+    if (std::max(in_below, in_above) >= fewest) continue;
+    if (splitter_->position(*cell_, id, table.rounded(id)) != Position::crossing) continue;
+    fewest = std::max(in_below, in_above);
+    cut = {id};
+    found = true;
+  }
+  return found;
 }
 
 /// The program's label if its leaf `leaf` (not complemented) had the label `assumed` and nothing else were known.

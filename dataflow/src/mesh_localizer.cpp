@@ -102,8 +102,7 @@ bool MeshLocalizer::may_meet(const Mesh& mesh, const Mesh::Facet& facet) const {
     if (std::max({(*a)[i], (*b)[i], (*c)[i]}) + mesh.error < extent_.lower[i]) return false;
   }
   const auto h = splitter_.table().rounded(facet.plane.id());
-  const double value = std::fabs(h.at(extent_.centre));
-  if (value > extent_.radius + h.error) return false;
+  if (extent_.position(h) != Position::crossing) return false;
   if (quick_) return true;
   if (splitter_.position(cell_, facet.plane.id(), h) != Position::crossing) return false;
   for (std::size_t side = 0; side < cell_.facet_count(); ++side) {

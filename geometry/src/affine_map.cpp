@@ -40,10 +40,11 @@ void minor(const std::array<std::array<long double, D>, D>& m, unsigned rows, un
   }
 }
 
+/// Of at least one row and column.
 template <int D, typename Integer>
 Integer exact_minor(const std::array<std::array<Int128, D + 1>, D>& m, unsigned rows, unsigned columns) {
-  if (rows == 0) return 1;
   const int row = std::countr_zero(rows);
+  if (rows == (1u << row)) return Integer(m[row][std::countr_zero(columns)]);
   Integer value = 0;
   int position = 0;
   for (int column = 0; column < D; ++column) {
@@ -79,31 +80,34 @@ AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent) {
   if (std::fabs(determinant_) > determinant_magnitude_ * unit_roundoff)
     orientation_ = determinant_ < 0 ? -1 : 1;
   else
-    orientation_ = exact_minor<D, ExactInteger<D>>(entries_, all, all).sign();
+    orientation_ = exact_minor<D, MinorInteger<D>>(entries_, all, all).sign();
 }
 
 template <int D>
-void AffineMap<D>::exact_adjugate(std::array<std::array<ExactInteger<D>, D>, D>& adjugate, ExactInteger<D>& determinant) const {
+void AffineMap<D>::exact_adjugate(std::array<std::array<MinorInteger<D>, D>, D>& adjugate, MinorInteger<D>& determinant) const {
   constexpr unsigned all = (1u << D) - 1;
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
-      adjugate[i][j] = exact_minor<D, ExactInteger<D>>(entries_, all & ~(1u << j), all & ~(1u << i));
+      if constexpr (D == 1)
+        adjugate[i][j] = 1;
+      else
+        adjugate[i][j] = exact_minor<D, MinorInteger<D>>(entries_, all & ~(1u << j), all & ~(1u << i));
       if ((i + j) % 2 != 0) adjugate[i][j] = -adjugate[i][j];
     }
   determinant = 0;
-  for (int j = 0; j < D; ++j) determinant += ExactInteger<D>(entries_[0][j]) * adjugate[j][0];
+  for (int j = 0; j < D; ++j) determinant += MinorInteger<D>(entries_[0][j]) * adjugate[j][0];
 }
 
 template <int D>
 void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const {
-  std::array<std::array<ExactInteger<D>, D>, D> adjugate;
-  ExactInteger<D> determinant;
+  std::array<std::array<MinorInteger<D>, D>, D> adjugate;
+  MinorInteger<D> determinant;
   exact_adjugate(adjugate, determinant);
-  world[D] = determinant * ExactInteger<D>(local.exact[D]);
+  world[D] = ExactInteger<D>(determinant) * ExactInteger<D>(local.exact[D]);
   for (int j = 0; j < D; ++j) {
     world[j] = 0;
     for (int i = 0; i < D; ++i)
-      if (!local.exact[i].is_zero()) world[j] += ExactInteger<D>(local.exact[i]) * adjugate[i][j];
+      if (!local.exact[i].is_zero()) world[j] += ExactInteger<D>(local.exact[i]) * ExactInteger<D>(adjugate[i][j]);
     if (entries_[j][D] != 0) world[D] -= world[j] * ExactInteger<D>(entries_[j][D]);
   }
   if (orientation_ < 0)

@@ -1,5 +1,6 @@
 #include "bsp2/geometry/splitter.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <cstring>
 #include <limits>
@@ -84,6 +85,17 @@ Cell<D> CellScratch<D>::pack() const {
   return cell;
 }
 
+template <int D>
+void VertexColumns<D>::load(const Cell<D>& cell) {
+  const auto vertices = cell.vertices();
+  error = 0;
+  for (auto& column : x) column.resize(vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    for (int k = 0; k < D; ++k) x[k][i] = vertices[i].x[k];
+    error = std::max(error, vertices[i].error);
+  }
+}
+
 // --- the predicate -----------------------------------------------------------------------------------------------
 
 template <int D>
@@ -99,12 +111,26 @@ int Splitter<D>::side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane
 }
 
 template <int D>
+Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table), exact_cache_(D <= 3 ? 256 : 16) {}
+
+/// Valid until the next call.
+template <int D>
+const ExactCovector<D>& Splitter<D>::exact(HyperplaneId id) {
+  CachedCovector& entry = exact_cache_[(id * 0x9e3779b1u >> 12) % exact_cache_.size()];
+  if (entry.id != id) {
+    entry.covector = table_->exact(id);
+    entry.id = id;
+  }
+  return entry.covector;
+}
+
+template <int D>
 int Splitter<D>::exact_side(const Vertex<D>& vertex, HyperplaneId id) {
   ++counts_.exact_predicates;
   std::array<ExactCovector<D>, D> rows;
-  for (int i = 0; i < D; ++i) rows[i] = table_->exact(vertex.hyperplanes[i]);
+  for (int i = 0; i < D; ++i) rows[i] = exact(vertex.hyperplanes[i]);
   const auto point = meeting_point<D>(rows);
-  const auto h = table_->exact(id);
+  const auto& h = exact(id);
   ExactInteger<D> value = h[D] * point[D];
   for (int i = 0; i < D; ++i)
     if (!h[i].is_zero() && !point[i].is_zero()) value += h[i] * point[i];
@@ -135,6 +161,29 @@ Position Splitter<D>::position(const Cell<D>& cell, HyperplaneId id, const Hyper
     if (s != 0) seen = s;
   }
   return seen > 0 ? Position::positive : Position::negative;
+}
+
+template <int D>
+Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded) {
+  const std::size_t count = columns.x[0].size();
+  std::array<const double*, D> x;
+  for (int k = 0; k < D; ++k) x[k] = columns.x[k].data();
+  const double bound = rounded.error + columns.error * (1 + 0x1p-40);
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+  for (std::size_t begin = 0; begin < count; begin += 16) {  // in blocks, for vector instructions and an early end
+    const std::size_t end = std::min(begin + 16, count);
+    for (std::size_t i = begin; i < end; ++i) {
+      double value = rounded.offset;
+      for (int k = 0; k < D; ++k) value += rounded.normal[k] * x[k][i];
+      lowest = value < lowest ? value : lowest;
+      highest = value > highest ? value : highest;
+    }
+    counts_.predicates += end - begin;
+    if (lowest < -bound && highest > bound) return Position::crossing;
+  }
+  if (highest < -bound) return Position::negative;
+  if (lowest > bound) return Position::positive;
+  return position(cell, id, rounded);
 }
 
 // --- split: signs of the vertices, then each k-face from its (k-1)-faces --------------------------------------------
@@ -295,8 +344,9 @@ void Splitter<D>::split_body(const Cell<D>& cell, HyperplaneId id) {
   }
 }
 
-#define BSP2_INSTANTIATE(D)       \
-  template class CellScratch<D>; \
+#define BSP2_INSTANTIATE(D)          \
+  template struct VertexColumns<D>; \
+  template class CellScratch<D>;    \
   template class Splitter<D>;
 BSP2_INSTANTIATE(1)
 BSP2_INSTANTIATE(2)

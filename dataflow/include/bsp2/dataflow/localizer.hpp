@@ -21,11 +21,15 @@ struct Answer {
 /// A box and a ball around a cell, slightly enlarged: quick, conservative tests before the exact ones.
 template <int D>
 struct CellExtent {
-  std::array<double, D> lower, upper, centre;
+  std::array<double, D> lower, upper;
+  std::array<double, D> middle, half;  ///< the box's centre and half its size
+  std::array<double, D> centre;        ///< mean of the vertices, inside the cell
   double radius;
   explicit CellExtent(const geometry::Cell<D>& cell);
   [[nodiscard]] bool misses(const std::array<double, D>& low, const std::array<double, D>& high) const;
   [[nodiscard]] bool contains(const std::array<double, D>& low, const std::array<double, D>& high) const;
+  /// Where the cell lies, `crossing` also where the box alone cannot tell.
+  [[nodiscard]] geometry::Position position(const geometry::Hyperplane<D>& h) const;
 };
 
 /// Fires a token through the network: asks the producers of its localized expression about a cell, folds answered
@@ -64,6 +68,7 @@ class Localizer {
   geometry::Splitter<D>* splitter_;
   const geometry::Cell<D>* cell_ = nullptr;  // the cell at hand
   const CellExtent<D>* extent_ = nullptr;
+  geometry::VertexColumns<D> columns_;  // of the cell at hand
   bool quick_ = false;                 // keep what only a look at all vertices could decide
   std::vector<std::uint32_t> active_;  // where the undecided leaves start in the simplified program
   std::vector<Word> second_pass_;
@@ -78,8 +83,10 @@ class Localizer {
   geometry::Label visit_mesh(const Word* leaf, const Producer<D>& producer, std::vector<Word>& out);
   Answer close(std::size_t begin, std::size_t first_active, std::vector<Word>& out);
   geometry::Position position(geometry::OrientedHyperplane plane);
+  [[nodiscard]] std::span<const geometry::OrientedHyperplane> undecided_planes(const Word* leaf) const;
 
   bool choose_median(std::span<const Word> program, Cut& cut);
+  bool choose_half(const Word* leaf, Cut& cut);
   bool choose_mesh_median(const Word* leaf, Cut& cut);
   bool take_middle_candidate(Cut& cut);
   void choose_facet(std::span<const Word> program, Cut& cut);

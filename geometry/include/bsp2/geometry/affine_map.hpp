@@ -15,6 +15,10 @@ __extension__ using Quad = __float128;
 template <int D>
 using Matrix = std::array<std::array<Quad, D + 1>, D>;
 
+/// Holds any minor of a linear part on the grid: D factors of 102 bits.
+template <int D>
+using MinorInteger = FixedInteger<D <= 3 ? 384 : 704>;
+
 /// The affine map on the model's grid: the same matrix as integers, in units of 2^grid_exponent.
 ///
 /// The grid is 2^-100 of the largest coordinate: every map is rounded to it once, and all that follows is exact.
@@ -41,7 +45,8 @@ class AffineMap {
   int orientation_ = 0;
   std::array<std::array<long double, D>, D> adjugate_, adjugate_magnitude_;  // rounded, and the sum of its terms' sizes
   long double determinant_ = 0, determinant_magnitude_ = 0;
-  void exact_adjugate(std::array<std::array<ExactInteger<D>, D>, D>& adjugate, ExactInteger<D>& determinant) const;
+  using Minor = MinorInteger<D>;
+  void exact_adjugate(std::array<std::array<Minor, D>, D>& adjugate, Minor& determinant) const;
 };
 
 }  // namespace bsp2::geometry

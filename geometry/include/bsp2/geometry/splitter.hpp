@@ -39,6 +39,14 @@ class CellScratch {
   std::array<Level, (D > 1 ? D - 1 : 1)> levels_;
 };
 
+/// The coordinates of a cell's vertices by axis, so that one hyperplane is held against all of them at a time.
+template <int D>
+struct VertexColumns {
+  std::array<std::vector<double>, D> x;
+  double error = 0;  ///< the largest of the vertices' error bounds
+  void load(const Cell<D>& cell);
+};
+
 /// The kernel's two operations on cells, with the buffers and counts of one thread.
 ///
 /// `side` is the one predicate: a floating-point filter with a proven bound answers almost always, exact integer
@@ -47,7 +55,7 @@ class CellScratch {
 template <int D>
 class Splitter {
  public:
-  explicit Splitter(const HyperplaneTable<D>& table) : table_(&table) {}
+  explicit Splitter(const HyperplaneTable<D>& table);
 
   /// -1, 0, +1: the side of the hyperplane on which the vertex is. Exact.
   int side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded);
@@ -58,6 +66,8 @@ class Splitter {
 
   /// Where the cell lies, stopping as soon as that is known; remembers nothing.
   Position position(const Cell<D>& cell, HyperplaneId id, const Hyperplane<D>& rounded);
+  /// The same, faster, with the cell's columns.
+  Position position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded);
 
   /// Splits the cell that was classified last, and crosses the hyperplane, into its two halves and their common facet.
   /// A null pointer leaves that half unbuilt. Linear in the faces of the cell.
@@ -81,7 +91,14 @@ class Splitter {
   std::array<std::vector<std::uint8_t>, D> mask_;  // of each k-face: on which sides it has vertices
   std::array<Half, 2> halves_;
 
+  struct CachedCovector {
+    HyperplaneId id = ~HyperplaneId{0};
+    ExactCovector<D> covector;
+  };
+  std::vector<CachedCovector> exact_cache_;  // of the hyperplanes that exact predicates asked for last
+
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
+  const ExactCovector<D>& exact(HyperplaneId id);
   void split_vertices(const Cell<D>& cell);
   void split_edges(const Cell<D>& cell, HyperplaneId id);
   void split_faces(const Cell<D>& cell, int k, HyperplaneId id);
