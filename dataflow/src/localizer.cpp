@@ -345,8 +345,8 @@ std::span<const OrientedHyperplane> Localizer<D>::undecided_planes(const Word* l
   return {reinterpret_cast<const OrientedHyperplane*>(leaf + Net::header), leaf[1] - Net::header};
 }
 
-/// Halves the cell across an operand with very many half-spaces, along the axis that parts them best: cutting along one
-/// after the other would take time quadratic in their number.
+/// Halves the cell across an operand with very many half-spaces, if that parts them: cutting along one after the other
+/// would take time quadratic in their number.
 template <int D>
 bool Localizer<D>::choose_half(const Word* leaf, Cut& cut) {
   const Producer<D>& producer = network_->producers[leaf[2]];
@@ -357,25 +357,23 @@ bool Localizer<D>::choose_half(const Word* leaf, Cut& cut) {
   for (int axis = 0; axis < D; ++axis) {
     const double low = std::max(producer.lower[axis], extent_->lower[axis]), high = std::min(producer.upper[axis], extent_->upper[axis]);
     const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, (low + high) / 2));
-    CellExtent<D> below = *extent_, above = *extent_;
-    const double value = -table.rounded(id).offset;
-    for (CellExtent<D>* half : {&below, &above}) {
-      (half == &below ? half->upper : half->lower)[axis] = value;
-      half->middle[axis] = (half->lower[axis] + half->upper[axis]) / 2;
-      half->half[axis] = (half->upper[axis] - half->lower[axis]) / 2;
+    if (splitter_->classify(*cell_, id) != Position::crossing) continue;
+    std::array<Cell<D>, 2> halves;
+    splitter_->split(*cell_, id, &halves[0], &halves[1]);
+    std::size_t most = 0;
+    for (const Cell<D>& half : halves) {
+      columns_.load(half);
+      most = std::max<std::size_t>(most, static_cast<std::size_t>(std::count_if(planes.begin(), planes.end(), [&](OrientedHyperplane plane) {
+        return splitter_->position(half, columns_, plane.id(), table.rounded(plane.id())) == Position::crossing;
+      })));
+      if (most >= fewest) break;
     }
-    std::size_t in_below = 0, in_above = 0;
-    for (const OrientedHyperplane plane : planes) {
-      const auto h = table.rounded(plane.id());
-      in_below += below.position(h) == Position::crossing ? 1 : 0;
-      in_above += above.position(h) == Position::crossing ? 1 : 0;
-    }
-    if (std::max(in_below, in_above) >= fewest) continue;
-    if (splitter_->position(*cell_, id, table.rounded(id)) != Position::crossing) continue;
-    fewest = std::max(in_below, in_above);
+    if (most >= fewest) continue;
+    fewest = most;
     cut = {id};
     found = true;
   }
+  columns_.load(*cell_);
   return found;
 }
 
