@@ -34,7 +34,7 @@ void write_picture(const fs::path& path, supersteps::RunResult& result) {
 /// With -o, what this dimension does not allow is left out; asked for by name, it is a mistake.
 bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder, const fs::path& path,
                  supersteps::RunReport& report) {
-  if (possible || !folder || path.parent_path() != *folder) return true;
+  if (possible || !folder || path != *folder / path.filename()) return true;
   report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
                             std::to_string(report.dimension));
   return false;

@@ -108,7 +108,7 @@ TEST(Program, FourDimensionsGiveAReportOnly) {
     return result;
   };
   std::ostringstream out;
-  EXPECT_EQ(program({"run", "x", "-o", folder.path().string()}, out, run), 0);
+  EXPECT_EQ(program({"run", "x", "-o", folder.path().string() + "/"}, out, run), 0);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
   EXPECT_EQ(program({"run", "x", "--picture", (folder.path() / "p.png").string()}, out, run), 2);
 }
