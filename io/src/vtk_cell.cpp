@@ -3,6 +3,8 @@
 #include <vtkCellType.h>
 
 #include <algorithm>
+#include <numeric>
+#include <optional>
 #include <span>
 #include <stdexcept>
 
@@ -52,7 +54,8 @@ bool contains(Vertices vertices, std::uint16_t vertex) {
 
 /// The vertex outside `base` to which an edge leads from `vertex`, which is in `base`; in a prism there is
 /// one.
-std::uint16_t partner(const CellBatch& batch, std::size_t cell, Vertices base, std::uint16_t vertex) {
+std::optional<std::uint16_t> partner(const CellBatch& batch, std::size_t cell, Vertices base,
+                                     std::uint16_t vertex) {
   for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
     const Vertices around = batch.vertices_of_facet(f);
     for (std::size_t i = 0; i < around.size(); ++i) {
@@ -60,36 +63,40 @@ std::uint16_t partner(const CellBatch& batch, std::size_t cell, Vertices base, s
       if (around[i] == vertex && !contains(base, next)) return next;
     }
   }
-  throw std::logic_error("a cell that looks like a prism is none");
+  return std::nullopt;
 }
 
-/// A prism: the base, then above each of its vertices the partner.
-void set_prism(const CellBatch& batch, std::size_t cell, Vertices base, std::vector<std::uint16_t>& points) {
+/// A prism: the base, then above each of its vertices the partner. False if the cell, thinner than its
+/// coordinates are exact, goes around its facets in other ways.
+bool set_prism(const CellBatch& batch, std::size_t cell, Vertices base, std::vector<std::uint16_t>& points) {
   points.assign(base.begin(), base.end());
-  for (const std::uint16_t vertex : base) points.push_back(partner(batch, cell, base, vertex));
+  for (const std::uint16_t vertex : base) {
+    const auto above = partner(batch, cell, base, vertex);
+    if (!above || (base.size() * 2 == batch.point_count(cell) && contains(points, *above))) return false;
+    points.push_back(*above);
+  }
+  return true;
 }
 
 void describe_3d(const CellBatch& batch, std::size_t cell, VtkCell& result) {
   const std::size_t points = batch.point_count(cell), facets = batch.facet_count(cell);
-  if (points == 4 && facets == 4) {
+  if (points == 4 && facets == 4 && set_prism(batch, cell, facet_with(batch, cell, 3), result.points)) {
     // VTK wants the first three points around a normal that shows *to* the fourth: the facet reversed.
-    const Vertices base = batch.vertices_of_facet(batch.facet_offset[cell]);
     result.type = VTK_TETRA;
-    set_prism(batch, cell, base, result.points);
     result.points.resize(4);
     std::swap(result.points[0], result.points[1]);
-  } else if (points == 6 && facets == 5 && facets_with(batch, cell, 3) == 2) {
+  } else if (points == 6 && facets == 5 && facets_with(batch, cell, 3) == 2 &&
+             set_prism(batch, cell, facet_with(batch, cell, 3), result.points)) {
     result.type = VTK_WEDGE;  // here the normal of the first three shows outward
-    set_prism(batch, cell, facet_with(batch, cell, 3), result.points);
-  } else if (points == 8 && facets == 6 && facets_with(batch, cell, 4) == 6) {
+  } else if (points == 8 && facets == 6 && facets_with(batch, cell, 4) == 6 &&
+             set_prism(batch, cell, facet_with(batch, cell, 4), result.points)) {
     result.type = VTK_HEXAHEDRON;  // as with the tetrahedron
-    set_prism(batch, cell, facet_with(batch, cell, 4), result.points);
     std::swap(result.points[1], result.points[3]);
     std::swap(result.points[5], result.points[7]);
   } else {
     result.type = VTK_POLYHEDRON;
     result.points.resize(points);
-    for (std::size_t i = 0; i < points; ++i) result.points[i] = static_cast<std::uint16_t>(i);
+    std::iota(result.points.begin(), result.points.end(), std::uint16_t{0});
   }
 }
 

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bsp2/supersteps/run.hpp"
+
+namespace bsp2::jobs {
+
+/// What `bsp2 run` was asked for.
+struct RunCommand {
+  supersteps::RunOptions options;
+  std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
+  std::optional<std::filesystem::path> mesh, picture, report;  ///< also those that -o names
+  bool tets = false, stats = false, quiet = false;
+};
+
+/// Reads the arguments of the program (its name left out).
+/// @return nothing if help or version was asked for and has been printed to `out`.
+/// @throws bsp2::Error for arguments that make no sense, with a hint where help is.
+std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arguments, std::ostream& out);
+
+/// "2s", "500ms", "1.5min", "1h" or a plain number of seconds. @throws bsp2::Error for anything else.
+double parse_seconds(const std::string& text);
+
+}  // namespace bsp2::jobs

@@ -1,0 +1,16 @@
+#pragma once
+
+#include "bsp2/jobs/command_line.hpp"
+
+namespace bsp2::jobs {
+
+/// Could the outputs be written? Asked before a long run. @throws bsp2::Error if not.
+void check_outputs(const RunCommand& command);
+
+/// Writes what was asked for: the mesh, the picture, at last the report, which then holds the time of the
+/// rendering and the peak memory up to here. With -o, what cannot be drawn or meshed in this dimension is
+/// left out with a warning.
+/// @throws bsp2::Error if a file cannot be written.
+void write_outputs(const RunCommand& command, supersteps::RunResult& result);
+
+}  // namespace bsp2::jobs

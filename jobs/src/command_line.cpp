@@ -1,0 +1,173 @@
+#include "bsp2/jobs/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <ostream>
+
+#include "bsp2/geometry/error.hpp"
+
+namespace bsp2::jobs {
+namespace {
+
+constexpr auto footer =
+    "Examples:\n"
+    "  bsp2 run model.csg                     evaluate and print a summary\n"
+    "  bsp2 run model.csg -o out              also write out/solid.pvtu for ParaView,\n"
+    "                                         out/view.png and out/report.json\n"
+    "  bsp2 run model.csg --picture tower.png --threads 4\n"
+    "\n"
+    "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad).\n"
+    "Exit code: 0 success, 2 a mistake in the options, the model or a path, 1 an\n"
+    "error of bsp2 itself.";
+
+/// Options as they are typed, before they mean something.
+struct Raw {
+  std::string order, budget, folder, picture, report;
+  std::vector<std::string> keep;
+  bool mesh = false;
+};
+
+CLI::Validator finite_share() {
+  return {[](const std::string& text) -> std::string {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value >= 0 && value <= 0.01) return {};
+            return "must be between 0 and 0.01, not " + text;
+          },
+          "0 .. 0.01"};
+}
+
+void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
+  auto& options = command.options;
+  const auto group = "What is computed";
+  app.add_option("--threads", options.threads, "threads of this process; 0: one a core")
+      ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
+      ->type_name("N")
+      ->group(group);
+  app.add_option("--regions", options.regions,
+                 "divide space into N regions, rounded up to a power\nof two (default: by the work)")
+      ->check(CLI::Range(1U, 1U << 20, "1 .. 1048576"))
+      ->type_name("N")
+      ->group(group);
+  app.add_option("--level", options.level, "stop after N cuts in a row; the rest stays FUZZY")
+      ->type_name("N")
+      ->group(group);
+  app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min")
+      ->type_name("TIME")
+      ->group(group);
+  app.add_option("--cells", options.cells, "stop at about N cells")->type_name("N")->group(group);
+  app.add_option(
+         "--keep", raw.keep,
+         "keep only cells of this kind: in, fuzzy or out;\nrepeat for several (default: in and fuzzy)")
+      ->check(CLI::IsMember({"in", "fuzzy", "out"}))
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("KIND")
+      ->group(group);
+  app.add_option("--coincidence", options.coincidence,
+                 "planes closer than this share of the bounding box\nare one; 0: only equal planes")
+      ->check(finite_share())
+      ->type_name("T")
+      ->capture_default_str()
+      ->group(group);
+  app.add_option("--order", raw.order, "which cell is refined next: depth or priority")
+      ->check(CLI::IsMember({"depth", "priority"}))
+      ->type_name("ORDER")
+      ->group(group);
+}
+
+void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
+  const auto group = "What is written";
+  app.add_option("-o,--output", raw.folder,
+                 "write report.json, solid.pvtu with its pieces and\nview.png into this folder")
+      ->type_name("DIR")
+      ->group(group);
+  app.add_flag("--vtu", raw.mesh, "write the cells as solid.pvtu (without -o: here)")->group(group);
+  app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
+  app.add_option("--picture", raw.picture, "draw the solid")->type_name("FILE.png")->group(group);
+  app.add_option("--report", raw.report, "write the report")->type_name("FILE.json")->group(group);
+  app.add_flag("--stats", command.stats, "print figures about the kernel's work")->group(group);
+  app.add_flag("--quiet", command.quiet, "print no summary and no progress")->group(group);
+}
+
+void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& keep) {
+  if (keep.empty()) return;
+  const auto named = [&](const char* label) {
+    return std::find(keep.begin(), keep.end(), label) != keep.end();
+  };
+  options.keep_in = named("in");
+  options.keep_fuzzy = named("fuzzy");
+  options.keep_out = named("out");
+}
+
+RunCommand finished(RunCommand command, const Raw& raw) {
+  set_kept(command.options, raw.keep);
+  if (raw.order == "priority") command.options.order = supersteps::Order::priority;
+  if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
+  if (!raw.picture.empty()) command.picture = raw.picture;
+  if (!raw.report.empty()) command.report = raw.report;
+  if (raw.mesh) command.mesh = "solid.pvtu";
+  if (!raw.folder.empty()) {
+    command.folder = raw.folder;
+    command.mesh = *command.folder / "solid.pvtu";
+    if (!command.picture) command.picture = *command.folder / "view.png";
+    if (!command.report) command.report = *command.folder / "report.json";
+  }
+  if (command.tets && !command.mesh) throw Error("--tets needs -o DIR or --vtu (see 'bsp2 run --help')");
+  command.options.collect_cells = command.mesh || command.picture;
+  return command;
+}
+
+[[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& run) {
+  const std::string hint = run.parsed() ? " (see 'bsp2 run --help')" : " (see 'bsp2 --help')";
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
+    std::string first = error.what();  // "The following arguments were not expected: a b"
+    first = first.substr(first.find(": ") + 2);
+    throw Error("unknown option or argument '" + first + "'" + hint);
+  }
+  if (!run.parsed()) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
+  throw Error(error.what() + hint);
+}
+
+}  // namespace
+
+double parse_seconds(const std::string& text) {
+  static const std::map<std::string, double> units{{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}, {"h", 3600}};
+  const auto split = text.find_first_not_of("0123456789.");
+  const std::string number = text.substr(0, split),
+                    unit = split == std::string::npos ? "" : text.substr(split);
+  double value = 0;
+  if (units.count(unit) == 0 || number.empty() || !CLI::detail::lexical_cast(number, value) || !(value > 0)) {
+    throw Error("--budget: '" + text + "' is no time; write for example 2s, 500ms or 1min");
+  }
+  return value * units.at(unit);
+}
+
+std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arguments, std::ostream& out) {
+  if (!arguments.empty() && !arguments.front().starts_with('-') && arguments.front() != "run") {
+    throw Error("unknown command '" + arguments.front() + "' (see 'bsp2 --help')");
+  }
+  RunCommand command;
+  Raw raw;
+  CLI::App app("Evaluates a solid model into an exact mesh of convex cells, in parallel.", "bsp2");
+  app.set_version_flag("--version", "bsp2 " BSP2_VERSION, "Print the version and exit");
+  app.get_formatter()->column_width(28);
+  app.require_subcommand(1);
+  CLI::App* run = app.add_subcommand("run", "Evaluate a model");
+  run->add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
+  add_work_options(*run, command, raw);
+  add_output_options(*run, command, raw);
+  app.footer("Try 'bsp2 run --help'.");
+  run->footer(footer);
+  try {
+    app.parse(
+        std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the back
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() != 0) fail(error, *run);
+    app.exit(error, out, out);  // help or version
+    return std::nullopt;
+  }
+  return finished(std::move(command), raw);
+}
+
+}  // namespace bsp2::jobs

@@ -1,0 +1,59 @@
+#include "bsp2/jobs/report_json.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace bsp2::jobs {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json superstep(const supersteps::SuperstepRecord& record) {
+  return {{"name", record.name},
+          {"step", record.step},
+          {"seconds", record.seconds},
+          {"bytes_sent", record.bytes_sent},
+          {"bytes_received", record.bytes_received},
+          {"cells", record.cells},
+          {"predicted_seconds", record.predicted_seconds}};
+}
+
+/// null where there is nothing: no cells have no centroid.
+Json or_null(const std::vector<double>& values) {
+  return values.empty() ? Json(nullptr) : Json(values);
+}
+
+}  // namespace
+
+std::string to_json(const supersteps::RunReport& report) {
+  Json json;
+  json["model"] = report.model;
+  json["dimension"] = report.dimension;
+  json["ranks"] = report.ranks;
+  json["threads"] = report.threads;
+  json["regions"] = report.regions;
+  json["level"] = report.level;
+  json["primitives"] = report.primitives;
+  json["hyperplanes"] = report.hyperplanes;
+  json["cells"] = {{"in", report.in_cells}, {"fuzzy", report.fuzzy_cells}, {"out", nullptr}};
+  if (report.out_cells) json["cells"]["out"] = *report.out_cells;
+  json["volume"] = {{"in", report.in_volume}, {"fuzzy", report.fuzzy_volume}};
+  json["centroid"] = or_null(report.centroid);
+  json["inertia"] = report.inertia;
+  json["bounds"] = nullptr;
+  if (!report.lower.empty()) json["bounds"] = Json::array({report.lower, report.upper});
+  json["boundary"] = nullptr;
+  json["digest"] = report.digest;
+  json["supersteps"] = Json::array();
+  for (const auto& record : report.supersteps) json["supersteps"].push_back(superstep(record));
+  json["stats"] = {{"splits", report.splits},
+                   {"predicates", report.predicates},
+                   {"exact_fallbacks", report.exact_fallbacks}};
+  json["seconds"] = report.seconds;
+  json["cpu_seconds"] = report.cpu_seconds;
+  json["peak_rss_bytes"] = report.peak_rss_bytes;
+  json["warnings"] = report.warnings;
+  // A path need not be UTF-8, a JSON text must.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace bsp2::jobs

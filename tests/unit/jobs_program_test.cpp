@@ -1,0 +1,151 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/jobs/program.hpp"
+#include "bsp2/jobs/progress_bar.hpp"
+#include "bsp2/jobs/report_json.hpp"
+#include "bsp2/jobs/summary.hpp"
+#include "sample_mesh.hpp"
+#include "temporary_folder.hpp"
+
+namespace bsp2::jobs {
+namespace {
+
+namespace fs = std::filesystem;
+using supersteps::RunOptions;
+using supersteps::RunResult;
+
+supersteps::RunReport sample_report() {
+  supersteps::RunReport report;
+  report.model = "tower.csg";
+  report.primitives = 2609;
+  report.hyperplanes = 61234;
+  report.in_cells = 123456789;
+  report.in_volume = 0.1 + 0.2;
+  report.centroid = {1.0 / 3, -2, 0};
+  report.inertia = std::vector<std::vector<double>>(4, std::vector<double>(4, 1.5));
+  report.lower = {-1e9, 0, 0};
+  report.upper = {1.0 / 7, 1, 1};
+  report.digest = "00ff";
+  report.supersteps = {{"computation", 3, {0.5, 0.25}, {1, 2}, {3, 4}, {5, 6}, 0.75}};
+  report.predicates = 1000;
+  report.exact_fallbacks = 5;
+  report.seconds = 2;
+  report.warnings = {"odd"};
+  return report;
+}
+
+RunResult sample_result(const RunOptions& options) {
+  std::mt19937 random(1);
+  RunResult result;
+  result.report = sample_report();
+  if (!options.collect_cells) return result;
+  auto sample = testing::random_mesh(random, 30);
+  result.mesh = {3, sample.batches};
+  result.tree = sample.tree;
+  return result;
+}
+
+TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
+  auto report = sample_report();
+  const auto json = nlohmann::ordered_json::parse(to_json(report));
+  std::vector<std::string> keys;
+  for (const auto& item : json.items()) keys.push_back(item.key());
+  EXPECT_EQ(keys, (std::vector<std::string>{
+                      "model",       "dimension",      "ranks",   "threads",    "regions",  "level",
+                      "primitives",  "hyperplanes",    "cells",   "volume",     "centroid", "inertia",
+                      "bounds",      "boundary",       "digest",  "supersteps", "stats",    "seconds",
+                      "cpu_seconds", "peak_rss_bytes", "warnings"}));
+  EXPECT_EQ(json["volume"]["in"].get<double>(), 0.1 + 0.2);
+  EXPECT_EQ(json["centroid"][0].get<double>(), 1.0 / 3);
+  EXPECT_EQ(json["bounds"][1][0].get<double>(), 1.0 / 7);
+  EXPECT_EQ(json["cells"]["in"], 123456789);
+  EXPECT_TRUE(json["cells"]["out"].is_null());
+  EXPECT_TRUE(json["boundary"].is_null());
+  EXPECT_EQ(json["supersteps"][0]["bytes_received"][1], 4);
+  report.out_cells = 7;
+  report.lower.clear();
+  report.centroid.clear();
+  report.model = "\xff.csg";  // no UTF-8
+  const auto other = nlohmann::json::parse(to_json(report));
+  EXPECT_EQ(other["cells"]["out"], 7);
+  EXPECT_TRUE(other["bounds"].is_null());
+}
+
+TEST(Summary, FitsATerminalAndGroupsDigits) {
+  std::ostringstream out;
+  print_summary(out, sample_report());
+  print_stats(out, sample_report());
+  EXPECT_NE(out.str().find("123,456,789 cells"), std::string::npos);
+  EXPECT_NE(out.str().find("(0.5000 % of the predicates)"), std::string::npos);
+  std::istringstream lines(out.str());
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+}
+
+TEST(Program, WritesWhatTheFolderNames) {
+  const testing::TemporaryFolder folder;
+  const fs::path dir = folder.path() / "a" / "b";
+  std::ostringstream out;
+  EXPECT_EQ(program({"run", "x", "-o", dir.string()}, out, sample_result), 0);
+  for (const char* name : {"report.json", "solid.pvtu", "solid_0.vtu", "view.png"})
+    EXPECT_TRUE(fs::exists(dir / name)) << name;
+  EXPECT_EQ(std::distance(fs::directory_iterator(dir), fs::directory_iterator()), 4);
+  std::ifstream report(dir / "report.json");
+  EXPECT_EQ(nlohmann::json::parse(report)["supersteps"].back()["name"], "rendering");
+  EXPECT_NE(out.str().find("tower.csg"), std::string::npos);
+}
+
+TEST(Program, FourDimensionsGiveAReportOnly) {
+  const testing::TemporaryFolder folder;
+  const auto run = [](const RunOptions&) {
+    RunResult result;
+    result.report.dimension = result.mesh.dimension = 4;
+    return result;
+  };
+  std::ostringstream out;
+  EXPECT_EQ(program({"run", "x", "-o", folder.path().string() + "/"}, out, run), 0);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
+  EXPECT_EQ(program({"run", "x", "--picture", (folder.path() / "p.png").string()}, out, run), 2);
+}
+
+TEST(Program, ExitCodesTellWhoseMistakeItIs) {
+  const testing::TemporaryFolder folder;
+  const std::string file = (folder.path() / "file").string();
+  std::ofstream(file) << "x";
+  std::ostringstream out;
+  bool has_run = false;
+  const auto spy = [&](const RunOptions& options) { return has_run = true, sample_result(options); };
+  EXPECT_EQ(program({"run", "x", "--nonsense"}, out, spy), 2);
+  EXPECT_EQ(program({"run", "x", "-o", file}, out, spy), 2);
+  EXPECT_EQ(program({"run", "x", "--report", folder.path().string()}, out, spy), 2);
+  EXPECT_FALSE(has_run) << "bad outputs are noticed before the work";
+  EXPECT_EQ(program({"run", "x"}, out, [](const RunOptions&) -> RunResult { throw Error("bad model"); }), 2);
+  EXPECT_EQ(program({"run", "x"}, out, [](const RunOptions&) -> RunResult { throw std::logic_error("bug"); }),
+            1);
+  EXPECT_EQ(program({"run", "x"}, out, [](const RunOptions&) -> RunResult { throw std::bad_alloc(); }), 1);
+  EXPECT_EQ(out.str(), "");
+  EXPECT_EQ(program({"run", "x", "--quiet"}, out, spy), 0);
+  EXPECT_EQ(out.str(), "");
+}
+
+TEST(ProgressBar, DrawsRarelyAndCleansUp) {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* file = open_memstream(&text, &size);
+  {
+    ProgressBar bar(file, true);
+    for (int i = 0; i < 1000; ++i) bar.show(0.5, 42);
+  }
+  ProgressBar(file).show(0.7, 43);  // no terminal
+  std::fclose(file);
+  EXPECT_EQ(std::string(text, size), "\r[####################....................]  50 %  42 cells \r\033[K");
+  free(text);
+}
+
+}  // namespace
+}  // namespace bsp2::jobs
