@@ -23,10 +23,12 @@ class BoundedQueue {
     filled_.notify_one();
   }
 
-  /// Waits for an item, at most so long.
+  /// Waits for an item, at most so long or until nudged.
   std::optional<T> pop(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
-    if (!filled_.wait_for(lock, timeout, [&] { return !items_.empty(); })) return std::nullopt;
+    filled_.wait_for(lock, timeout, [&] { return nudged_ || !items_.empty(); });
+    nudged_ = false;
+    if (items_.empty()) return std::nullopt;
     T item = std::move(items_.front());
     items_.pop_front();
     room_.notify_one();
@@ -42,14 +44,18 @@ class BoundedQueue {
   }
 
   /// Wakes the waiting consumer, e.g. because all producers are done.
-  void nudge() { filled_.notify_all(); }
+  void nudge() {
+    const std::lock_guard lock(mutex_);
+    nudged_ = true;
+    filled_.notify_all();
+  }
 
  private:
   std::size_t capacity_;
   std::mutex mutex_;
   std::condition_variable room_, filled_;
   std::deque<T> items_;
-  bool closed_ = false;
+  bool closed_ = false, nudged_ = false;
 };
 
 }  // namespace bsp2::dataflow

@@ -134,6 +134,7 @@ void CellWriter<D>::order_facets(const Cell<D>& cell) {
     const auto vertices = cell.vertices();
     loops_.clear();
     loop_ends_.clear();
+    doubtful_.clear();
     neighbours_.resize(vertices.size());
     for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
       const auto edges = cell.subfaces(2, facet);
@@ -156,15 +157,54 @@ void CellWriter<D>::order_facets(const Cell<D>& cell) {
       const OrientedHyperplane code = cell.facet_hyperplane(facet);
       const auto normal = table_->rounded(code.id()).normal;
       const auto& o = vertices[loops_[begin]].x;
-      double turn = 0;
+      double turn = 0, length = 0, error = vertices[loops_[begin]].error;
       for (std::size_t i = begin + 1; i + 1 < loops_.size(); ++i) {
         const auto &p = vertices[loops_[i]].x, &q = vertices[loops_[i + 1]].x;
         const double ux = p[0] - o[0], uy = p[1] - o[1], uz = p[2] - o[2], vx = q[0] - o[0], vy = q[1] - o[1], vz = q[2] - o[2];
         turn += normal[0] * (uy * vz - uz * vy) + normal[1] * (uz * vx - ux * vz) + normal[2] * (ux * vy - uy * vx);
+        length += std::fabs(ux) + std::fabs(uy) + std::fabs(uz) + std::fabs(vx) + std::fabs(vy) + std::fabs(vz);
+        error = std::max({error, vertices[loops_[i]].error, vertices[loops_[i + 1]].error});
       }
       if ((turn < 0) != code.flipped()) std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.end());
       loop_ends_.push_back(static_cast<std::uint16_t>(loops_.size()));
+      if (std::fabs(turn) <= 4 * error * (length + error * static_cast<double>(edges.size())) + 0x1p-48 * length * length)
+        doubtful_.push_back(static_cast<std::uint16_t>(facet));
     }
+    if (!doubtful_.empty()) turn_doubtful_facets();
+  }
+}
+
+/// A facet whose rounded coordinates do not tell how it turns, because it is as thin as they are rounded, turns as its
+/// neighbours say: they run along the common edge in the opposite direction.
+template <int D>
+void CellWriter<D>::turn_doubtful_facets() {
+  const auto begin_of = [&](std::size_t facet) { return facet == 0 ? std::size_t{0} : loop_ends_[facet - 1]; };
+  const auto runs_along = [&](std::size_t facet, std::uint16_t from, std::uint16_t to) {
+    const std::size_t begin = begin_of(facet), end = loop_ends_[facet];
+    for (std::size_t i = begin; i < end; ++i)
+      if (loops_[i] == from && loops_[i + 1 < end ? i + 1 : begin] == to) return true;
+    return false;
+  };
+  const auto is_doubtful = [&](std::size_t facet) { return std::find(doubtful_.begin(), doubtful_.end(), facet) != doubtful_.end(); };
+  if (doubtful_.size() == loop_ends_.size()) doubtful_.pop_back();  // all of them: as one of them says
+  while (!doubtful_.empty()) {
+    const std::size_t before = doubtful_.size();
+    for (std::size_t k = doubtful_.size(); k-- > 0;) {
+      const std::size_t facet = doubtful_[k], begin = begin_of(facet), end = loop_ends_[facet];
+      bool known = false, reverse = false;
+      for (std::size_t i = begin; i < end && !known; ++i) {
+        const std::uint16_t from = loops_[i], to = loops_[i + 1 < end ? i + 1 : begin];
+        for (std::size_t other = 0; other < loop_ends_.size() && !known; ++other) {
+          if (other == facet || is_doubtful(other)) continue;
+          reverse = runs_along(other, from, to);
+          known = reverse || runs_along(other, to, from);
+        }
+      }
+      if (!known) continue;
+      if (reverse) std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.begin() + static_cast<std::ptrdiff_t>(end));
+      doubtful_.erase(doubtful_.begin() + static_cast<std::ptrdiff_t>(k));
+    }
+    if (doubtful_.size() == before) return;  // cannot be: the facets around a cell are connected
   }
 }
 

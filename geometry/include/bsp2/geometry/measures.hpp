@@ -55,8 +55,10 @@ class CellWriter {
   const HyperplaneTable<D>* table_;
   std::vector<std::array<std::uint16_t, 2>> neighbours_;  // of each vertex along the facet at hand
   std::vector<std::uint16_t> loops_, loop_ends_;          // ordered vertices of all facets (D = 3)
+  std::vector<std::uint16_t> doubtful_;           // facets too thin to tell which way round they are
 
   void order_facets(const Cell<D>& cell);
+  void turn_doubtful_facets();
   Moments<D> measure_ordered(const Cell<D>& cell) const;
 };
 

@@ -1,0 +1,118 @@
+// Real models, with what mesh kernels found out about them.
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "bsp2/model/csg.hpp"
+#include "models.hpp"
+
+namespace bsp2::models {
+namespace {
+
+struct Entry {
+  std::string file, status, kernels;
+  double volume = 0, area = 0, reach = 0;  // reach: the largest coordinate
+};
+
+std::vector<Entry> entries() {
+  std::vector<Entry> all;
+  std::ifstream manifest(shared() / "corpus" / "csg" / "manifest.tsv");
+  std::string line;
+  std::map<std::string, std::size_t> column;
+  while (std::getline(manifest, line)) {
+    std::vector<std::string> words;
+    std::istringstream stream(line);
+    for (std::string word; std::getline(stream, word, '\t');) words.push_back(word);
+    words.resize(40);
+    if (column.empty()) {
+      for (std::size_t i = 0; i < words.size(); ++i)
+        if (!words[i].empty()) column[words[i]] = i;
+      continue;
+    }
+    const auto number = [&](const char* name) { return std::strtod(words[column[name]].c_str(), nullptr); };
+    if (words[column["level"]] != "0") continue;
+    Entry entry{words[column["file"]], words[column["status"]], words[column["kernels"]], number("volume"),
+                number("area")};
+    for (const char* name : {"xmin", "ymin", "zmin", "xmax", "ymax", "zmax"})
+      entry.reach = std::max(entry.reach, std::fabs(number(name)));
+    all.push_back(entry);
+  }
+  return all;
+}
+
+/// The reference volumes are those of STL files whose coordinates have six significant digits. Each vertex is
+/// off by up to half a unit in the sixth digit, so a skin of area A moves by that much at most: the volume is
+/// uncertain by A * unit / 2 * sqrt(3), whatever kernel wrote the text. Nothing can be concluded from
+/// differences below that.
+double text_error(const Entry& entry) {
+  const double unit = entry.reach > 0 ? std::pow(10.0, std::floor(std::log10(entry.reach)) - 5) : 0;
+  return entry.area * unit / 2 * std::sqrt(3.0);
+}
+
+TEST(Corpus, VolumesOfFilesWithoutTwoDimensionalNodes) {
+  if (shared().empty()) GTEST_SKIP() << "no corpus at hand";
+  const auto all = entries();
+  if (all.empty()) GTEST_SKIP() << "no manifest at hand";
+  std::size_t checked = 0;
+  for (const Entry& entry : all) {
+    SCOPED_TRACE(entry.file);
+    const auto report = run_file(shared() / "corpus" / "csg" / entry.file);
+    EXPECT_EQ(report.fuzzy_cells, 0U);
+    EXPECT_TRUE(entry.status != "empty" || report.in_cells == 0);
+    if (entry.status != "ok" || entry.kernels != "agree") continue;
+    if (entry.file.starts_with("dotscad__seashell")) continue;  // below
+    EXPECT_NEAR(report.in_volume, entry.volume, 1e-6 * entry.volume + text_error(entry));
+    ++checked;
+  }
+  EXPECT_GT(checked, 50U);
+}
+
+TEST(Corpus, TheTowerOfPisa) {
+  const auto file = shared() / "corpus" / "csg" / "pyplasm__pisa.csg";
+  if (shared().empty() || !std::filesystem::exists(file)) GTEST_SKIP() << "no corpus at hand";
+  EXPECT_NEAR(run_file(file).in_volume, 7067.46, 0.02);
+}
+
+/// The seashell is one mesh that overlaps itself. The manifest has the signed volume of its skin, in which
+/// overlaps count as often as they are covered; here they count once. Both are integrals of the winding
+/// number w over space, of w and of [w != 0], which the test estimates by random points, with w as a sum of
+/// solid angles.
+TEST(Corpus, TheSeashellCountsItsOverlapsOnce) {
+  const auto file = shared() / "corpus" / "csg" / "dotscad__seashell-fab4.csg";
+  if (shared().empty() || !std::filesystem::exists(file)) GTEST_SKIP() << "no corpus at hand";
+  const auto report = run_file(file);
+  const model::Expression shell = model::read_csg(file).expression;
+  const auto parts = dataflow::occurrences(shell);
+  ASSERT_EQ(parts.size(), 1U);
+  // The mesh in the model's frame.
+  const model::Expression* at = &parts[0];
+  ASSERT_TRUE(std::holds_alternative<model::Primitive>(at->node().value)) << "the file has no maps";
+  const auto& mesh = std::get<model::TriangleMesh>(std::get<model::Primitive>(at->node().value));
+  ASSERT_EQ(report.lower.size(), 3U);
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  dataflow::Random random(seed);
+  double box = 1, signed_sum = 0, inside = 0, overlaps = 0;
+  for (std::size_t i = 0; i < 3; ++i) box *= report.upper[i] - report.lower[i];
+  constexpr int samples = 4000;
+  for (int k = 0; k < samples; ++k) {
+    dataflow::Point x;
+    for (std::size_t i = 0; i < 3; ++i)
+      x.push_back(dataflow::uniform(random, report.lower[i], report.upper[i]));
+    const auto w = std::lround(dataflow::winding_number(mesh, x));
+    signed_sum += static_cast<double>(w);
+    inside += w != 0;
+    overlaps += w > 1;
+  }
+  const auto estimate = [&](double sum) { return sum / samples * box; };
+  const double deviation = box / (2 * std::sqrt(samples));  // of one bit, at most
+  EXPECT_NEAR(estimate(signed_sum), 2565.96952, 6 * 2 * deviation);
+  EXPECT_NEAR(estimate(inside), report.in_volume, 6 * deviation);
+  EXPECT_GT(overlaps, 0);
+  EXPECT_LT(report.in_volume, 2565.96952);
+}
+
+}  // namespace
+}  // namespace bsp2::models

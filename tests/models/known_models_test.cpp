@@ -1,0 +1,43 @@
+// Models whose volume is known.
+
+#include <gtest/gtest.h>
+
+#include "models.hpp"
+
+namespace bsp2::models {
+namespace {
+
+TEST(KnownModel, SpheresAreThoseOfOpenScad) {  // known to six digits
+  EXPECT_NEAR(evaluate(model::sphere(1, 8)).volume(), 3.22904, 1e-5);
+  EXPECT_NEAR(evaluate(model::sphere(1, 5)).volume(), 2.40228, 1e-5);
+}
+
+TEST(KnownModel, MengerSponges) {
+  double volume = 1;
+  for (int level = 1; level <= 2; ++level) {
+    volume *= 20;
+    EXPECT_NEAR(evaluate(menger(level)).volume(), volume, 1e-14 * volume) << "level " << level;
+    EXPECT_NEAR(evaluate(menger(level), 0).volume(), volume, 1e-14 * volume) << "level " << level;
+  }
+}
+
+TEST(KnownModel, TheShippedTower) {
+  const auto report = run_file(std::filesystem::path(BSP2_SOURCE_DIR) / "examples" / "leaning_tower.csg");
+  EXPECT_EQ(report.primitives, 2609U);
+  EXPECT_EQ(report.fuzzy_cells, 0U);
+  EXPECT_NEAR(report.in_volume, 4992.14352895, 1e-9 * 4992.14352895);
+}
+
+TEST(KnownModel, ShippedExamplesHaveNoFuzzyCell) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::filesystem::path(BSP2_SOURCE_DIR) / "examples")) {
+    if (entry.path().extension() != ".csg") continue;
+    const auto one = run_file(entry.path(), 1), four = run_file(entry.path(), 4);
+    EXPECT_GT(one.in_volume, 0) << entry.path();
+    EXPECT_EQ(one.fuzzy_cells, 0U) << entry.path();
+    EXPECT_EQ(one.digest, four.digest) << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace bsp2::models

@@ -1,0 +1,269 @@
+// Evaluation as a machine: exceptions, limits, what is kept, the tree.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+
+#include "bsp2/geometry/error.hpp"
+#include "dataflow_oracle.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+using geometry::Label;
+using Clock = std::chrono::steady_clock;
+
+/// Many small solids, so that there are many batches.
+model::Expression grid_of_solids(int side) {
+  std::vector<model::Expression> operands;
+  for (int x = 0; x < side; ++x)
+    for (int y = 0; y < side; ++y)
+      for (int z = 0; z < side; ++z) {
+        auto m = identity_matrix(3);
+        m[3] = 2 * x;
+        m[7] = 2 * y;
+        m[11] = 2 * z;
+        operands.push_back(model::transform(m, model::sphere(0.9, 8)));
+      }
+  return model::unite(operands);
+}
+
+class Thrower : public Consumer {
+ public:
+  Thrower(int at_batch, bool in_progress) : left_(at_batch), in_progress_(in_progress) {}
+  void consume(const std::shared_ptr<const Refinement>& refinement) override {
+    weak.push_back(refinement);
+    if (!in_progress_ && left_-- == 0) throw Error("no room on the disk");
+    if (in_progress_) std::this_thread::sleep_for(std::chrono::milliseconds(120));  // let progress come
+  }
+  void progress(double done, std::uint64_t) override {
+    EXPECT_GE(done, 0);
+    EXPECT_LE(done, 1);
+    if (in_progress_) throw Error("progress cannot be shown");
+  }
+  std::vector<std::weak_ptr<const Refinement>> weak;
+
+ private:
+  int left_;
+  bool in_progress_;
+};
+
+TEST(Evaluate, LeavesPromptlyWithAConsumersException) {
+  const Network<3> network = compile<3>(grid_of_solids(7), {});
+  for (const unsigned threads : {1U, 2U, 4U})
+    for (const Order order : {Order::depth, Order::priority})
+      for (const int at : {0, 3, -1}) {
+        Keeper keeper;
+        Thrower thrower(at, at < 0);
+        std::vector<Consumer*> consumers{&thrower, &keeper};
+        EvaluateOptions options = keep_everything(threads, order);
+        const auto start = Clock::now();
+        EXPECT_THROW(evaluate(network, partition(network, 2).regions, options, consumers), Error);
+        EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 20);
+        // Nothing holds on to the batches but the consumers that kept them.
+        keeper.refinements.clear();
+        for (const auto& batch : thrower.weak) EXPECT_TRUE(batch.expired());
+      }
+  // The network is as good as before.
+  EXPECT_GT(evaluate(network, partition(network, 0).regions, EvaluateOptions{}, {}).totals.in_cells, 0U);
+}
+
+TEST(Evaluate, ServesAnyNumberOfConsumersWithTheSameBatches) {
+  const Network<3> network = compile<3>(grid_of_solids(3), {});
+  Keeper a, b, c;
+  std::vector<Consumer*> consumers{&a, &b, &c};
+  const auto result = evaluate(network, partition(network, 1).regions, keep_everything(2), consumers);
+  EXPECT_EQ(a.refinements, b.refinements);
+  EXPECT_EQ(a.refinements, c.refinements);
+  std::uint64_t cells = 0;
+  Digest digest;
+  std::vector<std::vector<std::pair<std::uint64_t, std::uint64_t>>> ranges(2);
+  for (const auto& refinement : a.refinements) {
+    cells += refinement->cells.size();
+    ASSERT_LT(refinement->worker, 2U);
+    ranges[refinement->worker].emplace_back(refinement->first, refinement->cells.size());
+    for (std::size_t i = 0; i < refinement->cells.size(); ++i) digest.add(refinement->cells, i);
+  }
+  EXPECT_EQ(digest.hex(), result.totals.digest.hex());
+  EXPECT_EQ(cells, result.totals.in_cells + result.totals.out_cells);
+  for (auto& own : ranges) {  // each worker numbers its cells without a gap
+    std::sort(own.begin(), own.end());
+    std::uint64_t next = 0;
+    for (const auto& [first, count] : own) {
+      EXPECT_EQ(first, next);
+      next += count;
+    }
+  }
+  EXPECT_EQ(result.cells_of_worker.size(), 2U);
+}
+
+TEST(Evaluate, KeepsWhatIsAskedFor) {
+  const Network<3> network = compile<3>(grid_of_solids(2), {});
+  for (int mask = 0; mask < 8; ++mask) {
+    Keeper keeper;
+    std::vector<Consumer*> consumers{&keeper};
+    EvaluateOptions options;
+    options.keep_in = (mask & 1) != 0;
+    options.keep_fuzzy = (mask & 2) != 0;
+    options.keep_out = (mask & 4) != 0;
+    options.level = 9;
+    const auto result = evaluate(network, partition(network, 0).regions, options, consumers);
+    std::array<std::uint64_t, 3> seen{};
+    for (const auto& refinement : keeper.refinements)
+      for (const Label label : refinement->cells.label) ++seen[static_cast<std::size_t>(label)];
+    EXPECT_EQ(seen[static_cast<std::size_t>(Label::in)], options.keep_in ? result.totals.in_cells : 0);
+    EXPECT_EQ(seen[static_cast<std::size_t>(Label::fuzzy)],
+              options.keep_fuzzy ? result.totals.fuzzy_cells : 0);
+    EXPECT_EQ(seen[static_cast<std::size_t>(Label::out)], options.keep_out ? result.totals.out_cells : 0);
+    EXPECT_GT(result.totals.fuzzy_cells, 0U);
+  }
+}
+
+TEST(Evaluate, StopsAtALevel) {
+  const Network<3> network = compile<3>(grid_of_solids(3), {});
+  std::uint64_t last = 0;
+  for (const unsigned level : {0U, 1U, 2U, 5U, 8U, 12U}) {
+    EvaluateOptions options = keep_everything(2);
+    options.level = level;
+    const auto result = evaluate_all(network, 0, options);
+    EXPECT_EQ(result.evaluation.totals.level, level);
+    for (const auto& refinement : result.refinements)
+      for (std::size_t i = 0; i < refinement->cells.size(); ++i) {
+        ASSERT_LE(refinement->cells.level[i], level);
+        if (refinement->cells.label[i] == Label::fuzzy) {
+          ASSERT_EQ(refinement->cells.level[i], level);
+        }
+      }
+    const std::uint64_t cells = result.evaluation.totals.in_cells + result.evaluation.totals.fuzzy_cells +
+                                result.evaluation.totals.out_cells;
+    EXPECT_GE(cells, last);
+    last = cells;
+  }
+}
+
+TEST(Evaluate, ABudgetLeavesFuzzyCellsThatHoldTheTruth) {
+  const Network<3> network = compile<3>(grid_of_solids(9), {});
+  const double truth =
+      evaluate(network, partition(network, 0).regions, EvaluateOptions{}, {}).totals.in.value().volume();
+  for (const Order order : {Order::depth, Order::priority})
+    for (const bool by_time : {false, true}) {
+      EvaluateOptions options;
+      options.threads = 2;
+      options.order = order;
+      if (by_time)
+        options.budget_seconds = 0.0;
+      else
+        options.cells = 100;
+      const auto start = Clock::now();
+      const auto totals = evaluate(network, partition(network, 0).regions, options, {}).totals;
+      EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 30);
+      const double in = totals.in.value().volume(), fuzzy = totals.fuzzy.value().volume();
+      EXPECT_LE(in, truth * (1 + 1e-12));
+      EXPECT_GE(in + fuzzy, truth * (1 - 1e-12));
+    }
+}
+
+TEST(Evaluate, TakesTheLargestCellFirstByPriority) {
+  // One worker that stops once it has decided some cells. By priority the largest cell that is left is then
+  // smaller than depth first, which has dug one hole and left the rest as it was.
+  const Network<3> network = compile<3>(grid_of_solids(9), {});
+  std::array<double, 2> largest{};
+  for (const Order order : {Order::depth, Order::priority}) {
+    EvaluateOptions options;
+    options.order = order;
+    options.level = 14;
+    options.cells = 1;
+    options.keep_in = options.keep_fuzzy = true;
+    const auto result = evaluate_all(network, 0, options);
+    for (const auto& refinement : result.refinements)
+      for (std::size_t i = 0; i < refinement->cells.size(); ++i)
+        if (refinement->cells.label[i] == Label::fuzzy)
+          largest[static_cast<std::size_t>(order)] =
+              std::max(largest[static_cast<std::size_t>(order)], refinement->cells.volume[i]);
+  }
+  EXPECT_LE(largest[1], largest[0]);
+}
+
+TEST(Evaluate, OfNothingIsNothing) {
+  for (const auto& e :
+       {model::Expression(3), model::intersect({model::cuboid({1, 1, 1}), model::Expression(3)}),
+        model::subtract({model::Expression(3), model::cuboid({1, 1, 1})})}) {
+    const Network<3> network = compile<3>(e, {});
+    const auto result = evaluate(network, partition(network, 2).regions, EvaluateOptions{}, {});
+    EXPECT_EQ(result.totals.in_cells, 0U);
+    EXPECT_EQ(result.totals.in.value().volume(), 0);
+    EXPECT_GT(result.totals.lower[0], result.totals.upper[0]);
+  }
+  const Network<3> network = compile<3>(model::cuboid({1, 1, 1}), {});
+  EXPECT_EQ(evaluate(network, {}, EvaluateOptions{}, {}).totals.in_cells, 0U);  // no regions
+}
+
+TEST(Evaluate, RecordsATreeThatLocatesPoints) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (int round = 0; round < 40; ++round) {
+    const auto e = random_expression(random, 3, Kind::solids, 2);
+    const Network<3> network = compile<3>(e, {});
+    EvaluateOptions options;
+    options.threads = 1 + static_cast<unsigned>(round) % 3;
+    options.record_tree = true;
+    const auto result = evaluate_all(network, 0, options);
+    auto sorted = result.refinements;
+    std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+      return std::pair(a->worker, a->first) < std::pair(b->worker, b->first);
+    });
+    ASSERT_EQ(result.evaluation.region_roots.size(), 1U);
+    geometry::BspTree tree = result.evaluation.tree;
+    tree.root = result.evaluation.region_roots[0];
+    for (int i = 0; i < 50; ++i) {
+      std::array<double, 3> x;
+      for (int axis = 0; axis < 3; ++axis)
+        x[axis] = network.table.axis_value(
+            axis, static_cast<std::uint32_t>(uniform(random, 0, 1) * network.table.axis_steps));
+      const Where truth = where(e, Point(x.begin(), x.end()), 1e-7L);
+      const std::int32_t leaf = tree.locate(x);
+      if (!truth.doubtful) {
+        ASSERT_EQ(leaf != 0, truth.inside);
+      }
+      if (leaf == 0) continue;
+      std::size_t cell = static_cast<std::size_t>(leaf) - 1, batch = 0;
+      while (cell >= sorted[batch]->cells.size()) cell -= sorted[batch++]->cells.size();
+      const auto points = sorted[batch]->cells.cell_points(cell);
+      for (std::size_t axis = 0; axis < 3; ++axis) {  // within the cell's box
+        double low = INFINITY, high = -INFINITY;
+        for (std::size_t k = axis; k < points.size(); k += 3)
+          low = std::min(low, points[k]), high = std::max(high, points[k]);
+        ASSERT_GE(x[axis], low - 1e-9);
+        ASSERT_LE(x[axis], high + 1e-9);
+      }
+    }
+  }
+}
+
+TEST(Partition, FillsTheRootWithRegionsThatDoNotDependOnWhoComputes) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (int round = 0; round < 60; ++round) {
+    const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
+    geometry::CellWriter<3> writer(network.table);
+    const double root = writer.measure(geometry::root_cell(network.table)).volume();
+    for (const unsigned depth : {0U, 1U, 2U, 5U}) {
+      const auto a = partition(network, depth), b = partition(network, depth);
+      EXPECT_LE(a.regions.size(), std::size_t{1} << depth);
+      EXPECT_EQ(a.nodes.size() + 1, a.regions.size());
+      double sum = 0;
+      for (std::size_t i = 0; i < a.regions.size(); ++i) {
+        EXPECT_LE(a.regions[i].level, depth);
+        EXPECT_EQ(a.regions[i].program, b.regions[i].program);
+        sum += writer.measure(a.regions[i].cell).volume();
+      }
+      EXPECT_NEAR(sum, root, 1e-12 * root);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace bsp2::dataflow
