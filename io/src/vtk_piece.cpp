@@ -92,12 +92,13 @@ class GridBuilder {
  public:
   explicit GridBuilder(const VtuOptions& options) : options_(options) {}
 
-  void add(const CellBatch& batch, std::size_t cell) {
+  /// @param as_polyhedron although the cell may be something simpler.
+  void add(const CellBatch& batch, std::size_t cell, bool as_polyhedron) {
     weld(batch, cell);
     if (options_.tets && batch.dimension > 1) {
       add_simplices(batch, cell);
     } else {
-      add_whole(batch, cell);
+      add_whole(batch, cell, as_polyhedron);
     }
   }
 
@@ -119,8 +120,9 @@ class GridBuilder {
     for (std::size_t i = 0; i < ids_.size(); ++i) ids_[i] = welder_.id_of(points.subspan(i * d, d));
   }
 
-  void add_whole(const CellBatch& batch, std::size_t cell) {
+  void add_whole(const CellBatch& batch, std::size_t cell, bool as_polyhedron) {
     describe(batch, cell, shape_);
+    if (as_polyhedron) shape_.type = VTK_POLYHEDRON;
     start_cell(shape_.type, shape_.points);
     if (shape_.type == VTK_POLYHEDRON) add_faces(batch, cell);
     arrays_.add(batch, cell, options_.rank, batch.volume[cell]);
@@ -183,10 +185,26 @@ std::vector<Piece> divide(std::span<const std::shared_ptr<const CellBatch>> batc
   return pieces;
 }
 
-vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, const VtuOptions& options) {
-  GridBuilder builder(options);
+bool has_polyhedra(const Piece& piece) {
+  VtkCell shape;
   for (const CellRange& range : piece) {
-    for (std::size_t cell = range.first; cell < range.last; ++cell) builder.add(*range.batch, cell);
+    for (std::size_t cell = range.first; cell < range.last; ++cell) {
+      describe(*range.batch, cell, shape);
+      if (shape.type == VTK_POLYHEDRON) return true;
+    }
+  }
+  return false;
+}
+
+vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, bool with_polyhedron,
+                                               const VtuOptions& options) {
+  GridBuilder builder(options);
+  bool missing = with_polyhedron && !has_polyhedra(piece);
+  for (const CellRange& range : piece) {
+    for (std::size_t cell = range.first; cell < range.last; ++cell) {
+      builder.add(*range.batch, cell, missing);
+      missing = false;
+    }
   }
   return builder.finish();
 }

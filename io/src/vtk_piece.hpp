@@ -26,7 +26,12 @@ using Piece = std::vector<CellRange>;
 std::vector<Piece> divide(std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
                           std::size_t piece_cells);
 
+/// Does a piece hold a cell that is only a polyhedron?
+bool has_polyhedra(const Piece& piece);
+
 /// A piece as VTK knows it, with all cell arrays.
-vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, const VtuOptions& options);
+/// @param with_polyhedron write one cell as a polyhedron even if it is simpler. VTK's reader loses the polyhedra of a
+/// whole `.pvtu` if one of its pieces has none.
+vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, bool with_polyhedron, const VtuOptions& options);
 
 }  // namespace bsp2::io

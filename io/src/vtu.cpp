@@ -32,6 +32,7 @@ class PieceSource : public vtkUnstructuredGridAlgorithm {
   PieceSource& operator=(const PieceSource&) = delete;
 
   std::vector<Piece> pieces;
+  bool with_polyhedra = false;  ///< whether any piece has some
   VtuOptions options;
   std::exception_ptr failure;  // VTK knows no exceptions: kept here, thrown after its pipeline has returned
 
@@ -48,7 +49,7 @@ class PieceSource : public vtkUnstructuredGridAlgorithm {
       const int asked =
           outputs->GetInformationObject(0)->Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER());
       vtkUnstructuredGrid::GetData(outputs)->ShallowCopy(
-          make_grid(pieces.at(static_cast<std::size_t>(asked)), options));
+          make_grid(pieces.at(static_cast<std::size_t>(asked)), with_polyhedra, options));
       return 1;
     } catch (...) {
       failure = std::current_exception();
@@ -149,6 +150,8 @@ void write_vtu(const fs::path& pvtu, int dimension,
   // A cell becomes about nine tetrahedra: smaller pieces for the same memory.
   source->pieces =
       divide(batches, std::max<std::size_t>(1, options.tets ? options.piece_cells / 4 : options.piece_cells));
+  source->with_polyhedra = dimension == 3 && !options.tets &&
+                           std::any_of(source->pieces.begin(), source->pieces.end(), has_polyhedra);
   const TemporaryDirectory scratch(pvtu.has_parent_path() ? pvtu.parent_path() : ".");
   write_all(scratch.path() / pvtu.filename(), pvtu, source);
   publish(scratch.path(), pvtu, file_count(source->pieces));

@@ -128,6 +128,20 @@ TEST_F(Vtu, RandomCellsKeepTheirVolumesThroughPieces) {
   }
 }
 
+TEST_F(Vtu, PiecesWithAndWithoutPolyhedraGoTogether) {
+  const auto box = testing::box({0, 0, 0}, {1, 1, 1});
+  const auto cut = testing::split(testing::box({2, 0, 0}, {3, 1, 1}), {-4.5, 1, 1, 1})[0];
+  for (const auto& order :
+       {std::vector{box, box, cut, box, cut}, {cut, box, cut, cut, box}, {box, box}, {cut, cut}}) {
+    auto batch = std::make_shared<CellBatch>();
+    for (const auto& solid : order) testing::append(*batch, solid);
+    const auto grid = write_and_read(3, {batch}, {.piece_cells = 1});
+    for (vtkIdType i = 0; i < grid->GetNumberOfCells(); ++i) {
+      EXPECT_NEAR(volume_of(grid->GetCell(i)), value(grid, "volume", i), 1e-12) << "cell " << i;
+    }
+  }
+}
+
 TEST_F(Vtu, WeldsEqualPointsWithinAPiece) {
   auto batch = std::make_shared<CellBatch>();
   testing::append(*batch, testing::box({-1, 0, 0}, {0.0, 1, 1}));
