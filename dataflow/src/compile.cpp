@@ -60,7 +60,7 @@ class Compiler {
     if (box.is_empty()) return empty_network(producers.size());
     if (!box.is_finite()) box = hull_of(producers);
     for (int i = 0; i < D; ++i)
-      if (!std::isfinite(box.lower[i]) || !std::isfinite(box.upper[i])) throw Error("the model's size is not finite");
+      if (!std::isfinite(box.lower[i]) || !std::isfinite(box.upper[i])) throw Error("the model is too large: some coordinates are not finite numbers; look for huge factors in its matrices");
 
     Network<D> network{HyperplaneTable<D>(box.lower, box.upper, reach), std::move(producers), {}, {}, lowered_.program, 0};
     network.primitive_count = lowered_.occurrences.size();

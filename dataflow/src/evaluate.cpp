@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <exception>
 #include <limits>
 #include <mutex>
@@ -68,7 +69,7 @@ class Worker {
 
   WorkDeque<Token<D>> deque;
   Totals<D> totals;
-  std::vector<std::array<std::int64_t, 3>> nodes;  // hyperplane and two tree codes
+  std::deque<RecordedNode> nodes;  // grows without copying
   std::uint64_t emitted = 0;
   std::atomic<std::uint64_t> decided{0};        // share of the space, in units of 2^-60
   std::atomic<std::uint64_t> decided_cells{0};  // for progress
@@ -100,12 +101,14 @@ class Worker {
 template <int D>
 class Crew {
  public:
-  Crew(const Network<D>& network_, const EvaluateOptions& options_) : network(network_), options(options_) {
+  Crew(const Network<D>& network_, const EvaluateOptions& options_)
+      : network(network_), options(options_), codes(std::max(1u, options_.threads)) {
     for (std::uint32_t i = 0; i < std::max(1u, options.threads); ++i) workers.push_back(std::make_unique<Worker<D>>(*this, i));
   }
 
   const Network<D>& network;
   const EvaluateOptions& options;
+  const TreeCodes codes;
   std::vector<std::unique_ptr<Worker<D>>> workers;
   BoundedQueue<std::shared_ptr<const Refinement>> queue{64};
   Pool<Token<D>> first_tokens;
@@ -337,8 +340,10 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
   const std::int64_t negative = a.mixed ? a.tree : emit(a, join.region), positive = b.mixed ? b.tree : emit(b, join.region);
   whole.mixed = true;
   if (crew_.options.record_tree) {
-    whole.tree = TreeCode::node(index, nodes.size());
-    nodes.push_back({join.hyperplane, negative, positive});
+    whole.tree = crew_.codes.node(index, nodes.size());
+    if (std::max(std::llabs(whole.tree), std::max(std::llabs(negative), std::llabs(positive))) > std::numeric_limits<std::int32_t>::max())
+      throw std::length_error("the BSP tree has more than 2^31 nodes or cells");
+    nodes.push_back({join.hyperplane, {static_cast<std::int32_t>(negative), static_cast<std::int32_t>(positive)}});
   }
   return whole;
 }
@@ -368,7 +373,7 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   const std::uint64_t number = emitted++;
   decided_cells.store(emitted, std::memory_order_relaxed);
   if (cells.size() >= cells_per_batch) flush();
-  return TreeCode::cell(index, number);
+  return crew_.codes.cell(index, number);
 }
 
 template <int D>
@@ -434,7 +439,7 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
 
 /// The workers' nodes as one tree per region.
 template <int D>
-void assemble_tree(const Crew<D>& crew, Evaluation<D>& result) {
+void assemble_tree(Crew<D>& crew, Evaluation<D>& result) {
   geometry::BspTree& tree = result.tree;
   tree.dimension = D;
   std::vector<std::uint64_t> first_node{0}, first_cell{0};
@@ -445,21 +450,24 @@ void assemble_tree(const Crew<D>& crew, Evaluation<D>& result) {
   }
   const auto child = [&](std::int64_t code) -> std::int32_t {
     if (code == 0) return geometry::BspTree::empty_leaf;
-    const std::uint32_t worker = TreeCode::worker(code);
-    if (code < 0) return static_cast<std::int32_t>(first_node[worker] + TreeCode::index(code));
-    return ~static_cast<std::int32_t>(first_cell[worker] + TreeCode::index(code) + 1);
+    const std::uint32_t worker = crew.codes.worker(code);
+    if (code < 0) return static_cast<std::int32_t>(first_node[worker] + crew.codes.index(code));
+    return ~static_cast<std::int32_t>(first_cell[worker] + crew.codes.index(code) + 1);
   };
   std::unordered_map<geometry::HyperplaneId, std::uint32_t> used;
-  for (const auto& worker : crew.workers)
-    for (const auto& [id, negative, positive] : worker->nodes) {
-      const auto [entry, is_new] = used.try_emplace(static_cast<geometry::HyperplaneId>(id), static_cast<std::uint32_t>(used.size()));
+  tree.nodes.reserve(first_node.back());
+  for (const auto& worker : crew.workers) {
+    for (const auto& [id, children] : worker->nodes) {
+      const auto [entry, is_new] = used.try_emplace(id, static_cast<std::uint32_t>(used.size()));
       if (is_new) {
-        const auto h = crew.network.table.rounded(entry->first);
+        const auto h = crew.network.table.rounded(id);
         tree.hyperplanes.push_back(h.offset);
         tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
       }
-      tree.nodes.push_back({entry->second, child(negative), child(positive)});
+      tree.nodes.push_back({entry->second, child(children[0]), child(children[1])});
     }
+    worker->nodes = {};
+  }
   for (const std::int64_t code : crew.region_codes) result.region_roots.push_back(child(code));
 }
 

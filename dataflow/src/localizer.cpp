@@ -349,14 +349,12 @@ std::span<const OrientedHyperplane> Localizer<D>::undecided_planes(const Word* l
 /// would take time quadratic in their number.
 template <int D>
 bool Localizer<D>::choose_half(const Word* leaf, Cut& cut) {
-  const Producer<D>& producer = network_->producers[leaf[2]];
   const auto planes = undecided_planes(leaf);
   const auto& table = splitter_->table();
-  std::size_t fewest = planes.size() * 3 / 4;  // more than that in one half is no progress
+  std::size_t fewest = planes.size() * 17 / 20;  // more than that in one half is no progress
   bool found = false;
   for (int axis = 0; axis < D; ++axis) {
-    const double low = std::max(producer.lower[axis], extent_->lower[axis]), high = std::min(producer.upper[axis], extent_->upper[axis]);
-    const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, (low + high) / 2));
+    const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, extent_->centre[axis]));
     if (splitter_->classify(*cell_, id) != Position::crossing) continue;
     std::array<Cell<D>, 2> halves;
     splitter_->split(*cell_, id, &halves[0], &halves[1]);

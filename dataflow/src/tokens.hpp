@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <deque>
@@ -19,7 +20,7 @@ struct Outcome {
   bool mixed = false;
   std::int32_t part = geometry::no_part;
   std::uint16_t level = 0;
-  std::int64_t tree = 0;  ///< of a mixed one: see TreeCode
+  std::int64_t tree = 0;  ///< of a mixed one: see TreeCodes
   geometry::Cell<D> cell;  ///< may be empty for OUT
 };
 
@@ -49,15 +50,26 @@ struct Token {
 };
 
 /// Where a child of a BSP node is, while several workers build the tree: 0 is empty space, positive a cell, negative a
-/// node of some worker.
-struct TreeCode {
-  static std::int64_t cell(std::uint32_t worker, std::uint64_t index) { return static_cast<std::int64_t>((std::uint64_t{worker} << 44) + index + 1); }
-  static std::int64_t node(std::uint32_t worker, std::uint64_t index) { return -cell(worker, index); }
-  static std::uint32_t worker(std::int64_t code) { return static_cast<std::uint32_t>((magnitude(code) - 1) >> 44); }
-  static std::uint64_t index(std::int64_t code) { return (magnitude(code) - 1) & ((std::uint64_t{1} << 44) - 1); }
+/// node. Cells and nodes are numbered by each of the `workers` for itself.
+class TreeCodes {
+ public:
+  explicit TreeCodes(std::uint32_t workers) : workers_(workers) {}
+  [[nodiscard]] std::int64_t cell(std::uint32_t worker, std::uint64_t index) const {
+    return static_cast<std::int64_t>(index * workers_ + worker + 1);
+  }
+  [[nodiscard]] std::int64_t node(std::uint32_t worker, std::uint64_t index) const { return -cell(worker, index); }
+  [[nodiscard]] std::uint32_t worker(std::int64_t code) const { return static_cast<std::uint32_t>((magnitude(code) - 1) % workers_); }
+  [[nodiscard]] std::uint64_t index(std::int64_t code) const { return (magnitude(code) - 1) / workers_; }
 
  private:
+  std::uint32_t workers_;
   static std::uint64_t magnitude(std::int64_t code) { return static_cast<std::uint64_t>(code < 0 ? -code : code); }
+};
+
+/// A node of the BSP tree as its worker wrote it down; children as TreeCodes have them.
+struct RecordedNode {
+  geometry::HyperplaneId hyperplane;
+  std::array<std::int32_t, 2> children;
 };
 
 /// Recycled objects: the steady state allocates nothing. Owns all that it ever made, so that an evaluation that ends in an

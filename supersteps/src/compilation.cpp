@@ -1,3 +1,4 @@
+#include "bsp2/geometry/error.hpp"
 #include "instantiate.hpp"
 #include "stages.hpp"
 
@@ -5,7 +6,11 @@ namespace bsp2::supersteps {
 
 template <int D>
 dataflow::Network<D> compilation(const model::Model& model, const RunOptions& options) {
-  return dataflow::compile<D>(model.expression, {.coincidence = options.coincidence});
+  try {
+    return dataflow::compile<D>(model.expression, {.coincidence = options.coincidence});
+  } catch (const Error& error) {
+    throw Error(options.model.string() + ": " + error.what());
+  }
 }
 
 #define BSP2_STAGE(D) template dataflow::Network<D> compilation<D>(const model::Model&, const RunOptions&);
