@@ -34,15 +34,18 @@ class Thrower : public Consumer {
   Thrower(int at_batch, bool in_progress) : left_(at_batch), in_progress_(in_progress) {}
   void consume(const std::shared_ptr<const Refinement>& refinement) override {
     weak.push_back(refinement);
+    thrown_at = Clock::now();
     if (!in_progress_ && left_-- == 0) throw Error("no room on the disk");
     if (in_progress_) std::this_thread::sleep_for(std::chrono::milliseconds(120));  // let progress come
   }
   void progress(double done, std::uint64_t) override {
     EXPECT_GE(done, 0);
     EXPECT_LE(done, 1);
+    thrown_at = Clock::now();
     if (in_progress_) throw Error("progress cannot be shown");
   }
   std::vector<std::weak_ptr<const Refinement>> weak;
+  Clock::time_point thrown_at;
 
  private:
   int left_;
@@ -50,7 +53,7 @@ class Thrower : public Consumer {
 };
 
 TEST(Evaluate, LeavesPromptlyWithAConsumersException) {
-  const Network<3> network = compile<3>(grid_of_solids(7), {});
+  const Network<3> network = compile<3>(grid_of_solids(5), {});
   for (const unsigned threads : {1U, 2U, 4U})
     for (const Order order : {Order::depth, Order::priority})
       for (const int at : {0, 3, -1}) {
@@ -58,9 +61,8 @@ TEST(Evaluate, LeavesPromptlyWithAConsumersException) {
         Thrower thrower(at, at < 0);
         std::vector<Consumer*> consumers{&thrower, &keeper};
         EvaluateOptions options = keep_everything(threads, order);
-        const auto start = Clock::now();
         EXPECT_THROW(evaluate(network, partition(network, 2).regions, options, consumers), Error);
-        EXPECT_LT(std::chrono::duration<double>(Clock::now() - start).count(), 20);
+        EXPECT_LT(std::chrono::duration<double>(Clock::now() - thrower.thrown_at).count(), 20);
         // Nothing holds on to the batches but the consumers that kept them.
         keeper.refinements.clear();
         for (const auto& batch : thrower.weak) EXPECT_TRUE(batch.expired());
@@ -143,7 +145,7 @@ TEST(Evaluate, StopsAtALevel) {
 }
 
 TEST(Evaluate, ABudgetLeavesFuzzyCellsThatHoldTheTruth) {
-  const Network<3> network = compile<3>(grid_of_solids(9), {});
+  const Network<3> network = compile<3>(grid_of_solids(6), {});
   const double truth =
       evaluate(network, partition(network, 0).regions, EvaluateOptions{}, {}).totals.in.value().volume();
   for (const Order order : {Order::depth, Order::priority})
@@ -167,7 +169,7 @@ TEST(Evaluate, ABudgetLeavesFuzzyCellsThatHoldTheTruth) {
 TEST(Evaluate, TakesTheLargestCellFirstByPriority) {
   // One worker that stops once it has decided some cells. By priority the largest cell that is left is then
   // smaller than depth first, which has dug one hole and left the rest as it was.
-  const Network<3> network = compile<3>(grid_of_solids(9), {});
+  const Network<3> network = compile<3>(grid_of_solids(6), {});
   std::array<double, 2> largest{};
   for (const Order order : {Order::depth, Order::priority}) {
     EvaluateOptions options;

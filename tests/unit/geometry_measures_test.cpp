@@ -25,19 +25,22 @@ TEST(MomentSum, DependsNeitherOnOrderNorOnGrouping) {
     for (Moments<3>& m : all)
       for (int i = 0; i < Moments<3>::size; ++i) {
         const int degree = i == 0 ? 0 : i <= 3 ? 1 : 2;
-        m.integral[i] = uniform(random, i == 0 ? 0 : -1, 1) * std::pow(radius, 3 + degree) * std::pow(10.0, -pick(random, 3, 14));
+        m.integral[i] = uniform(random, i == 0 ? 0 : -1, 1) * std::pow(radius, 3 + degree) *
+                        std::pow(10.0, -pick(random, 3, 14));
         expected[i] += m.integral[i];
       }
     MomentSum<3> plain(radius);
     for (const Moments<3>& m : all) plain.add(m);
     for (int i = 0; i < Moments<3>::size; ++i) {
       const int degree = i == 0 ? 0 : i <= 3 ? 1 : 2;
-      ASSERT_NEAR(plain.value().integral[i], static_cast<double>(expected[i]), 1e-15 * std::pow(radius, 3 + degree));
+      ASSERT_NEAR(plain.value().integral[i], static_cast<double>(expected[i]),
+                  1e-15 * std::pow(radius, 3 + degree));
     }
     for (int again = 0; again < 5; ++again) {
       std::shuffle(all.begin(), all.end(), random);
       std::vector<MomentSum<3>> groups(static_cast<std::size_t>(pick(random, 1, 7)), MomentSum<3>(radius));
-      for (const Moments<3>& m : all) groups[static_cast<std::size_t>(pick(random, 0, static_cast<int>(groups.size()) - 1))].add(m);
+      for (const Moments<3>& m : all)
+        groups[static_cast<std::size_t>(pick(random, 0, static_cast<int>(groups.size()) - 1))].add(m);
       MomentSum<3> total(radius);
       for (const auto& group : groups) total += group;
       ASSERT_EQ(total.value().integral, plain.value().integral);
@@ -70,7 +73,8 @@ TEST(Block, IsOwnMemoryWhateverComesAndGoes) {
   };
   for (int step = 0; step < 20000; ++step) {
     if (live.empty() || (live.size() < 900 && pick(random, 0, 1) == 0)) {
-      const auto size = static_cast<std::size_t>(pick(random, 0, 9) == 0 ? pick(random, 1, 100000) : pick(random, 1, 2000));
+      const auto size =
+          static_cast<std::size_t>(pick(random, 0, 9) == 0 ? pick(random, 1, 100000) : pick(random, 1, 2000));
       Filled f{Block(size), static_cast<unsigned char>(step)};
       ASSERT_EQ(f.block.size(), size);
       ASSERT_EQ(reinterpret_cast<std::uintptr_t>(f.block.at<char>(0)) % 8, 0U);

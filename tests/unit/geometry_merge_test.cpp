@@ -44,8 +44,8 @@ TYPED_TEST(Merge, WithoutToleranceMergesExactlyWhatIsEqual) {
     upper.fill(4);
     std::vector<typename Model<D>::Placed> boxes;
     for (int k = 0; k < 6; ++k) {
-      // Integer maps: sheared, mirrored, stretched by different factors, so that equal planes have different multiples;
-      // some turned by next to nothing.
+      // Integer maps: sheared, mirrored, stretched by different factors, so that equal planes have different
+      // multiples; some turned by next to nothing.
       Matrix<D> m = identity<D>();
       for (int i = 0; i < D; ++i) {
         for (int j = i + 1; j < D; ++j) m[i][j] = pick(random, -1, 1);
@@ -77,7 +77,8 @@ TYPED_TEST(Merge, WithinTheToleranceMergesAndBeyondItDoesNot) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 300; ++round) {
-    const double size = std::pow(10.0, uniform(random, -6, 6)), tolerance = std::pow(10.0, -pick(random, 3, 9));
+    const double size = std::pow(10.0, uniform(random, -6, 6)),
+                 tolerance = std::pow(10.0, -pick(random, 3, 9));
     std::array<double, D> lower, upper;
     lower.fill(-size / 2);
     upper.fill(size / 2);
@@ -88,14 +89,17 @@ TYPED_TEST(Merge, WithinTheToleranceMergesAndBeyondItDoesNot) {
     }
     const auto covectors = unit_box<D>().covectors;
     HyperplaneTable<D> table(lower, upper, 4 * D * size);
-    const std::uint32_t first = table.add_covectors(covectors), facet = static_cast<std::uint32_t>(pick(random, 0, 2 * D - 1));
+    const std::uint32_t first = table.add_covectors(covectors),
+                        facet = static_cast<std::uint32_t>(pick(random, 0, 2 * D - 1));
     table.add_occurrence(table.add_map(m), first + facet);
     const Hyperplane<D> original = table.rounded(0);
-    // Moved along its normal by a share of the tolerance; every other time mirrored, which turns its facets around.
+    // Moved along its normal by a share of the tolerance; every other time mirrored, which turns its facets
+    // around.
     const std::array<double, 4> shares{0.9, 1.1, -0.9, -1.1};
     for (const double share : shares) {
       Matrix<D> moved = m;
-      for (int i = 0; i < D; ++i) moved[i][D] += static_cast<Quad>(share * tolerance * size) * static_cast<Quad>(original.normal[i]);
+      for (int i = 0; i < D; ++i)
+        moved[i][D] += static_cast<Quad>(share * tolerance * size) * static_cast<Quad>(original.normal[i]);
       table.add_occurrence(table.add_map(moved), first + facet);
     }
     const auto codes = table.merge(tolerance);
@@ -134,13 +138,14 @@ TEST(MergeInSpace, OppositeFacesOfTouchingBoxesShareAnId) {
 }
 
 TEST(MergeInSpace, ChainsDoNotCollapse) {
-  // Planes 0.6 tolerances apart: the first represents those within the tolerance of itself, not their neighbours'
-  // neighbours; so nothing moves by more than the tolerance.
+  // Planes 0.6 tolerances apart: the first represents those within the tolerance of itself, not their
+  // neighbours' neighbours; so nothing moves by more than the tolerance.
   for (const double tolerance : {1e-9, 1e-6}) {
     HyperplaneTable<3> table({0, 0, 0}, {1, 1, 1}, 2);
     const std::uint32_t first = table.add_covectors(unit_box<3>().covectors);
     constexpr int count = 40;
-    for (int i = 0; i < count; ++i) table.add_occurrence(table.add_map(translation<3>({0.25 + 0.6 * tolerance * i, 0, 0})), first);
+    for (int i = 0; i < count; ++i)
+      table.add_occurrence(table.add_map(translation<3>({0.25 + 0.6 * tolerance * i, 0, 0})), first);
     const auto codes = table.merge(tolerance);
     std::vector<int> representative(table.size(), -1);
     for (int i = 0; i < count; ++i) {
@@ -158,7 +163,8 @@ TEST(MergeInSpace, DoesNotDependOnTheTableBeingNearTheOrigin) {
     const std::uint32_t first = table.add_covectors(unit_box<3>().covectors);
     for (const double shift : {0.0, 1e-5, 0.5e-5})
       for (std::uint32_t k = 0; k < 6; ++k)
-        table.add_occurrence(table.add_map(translation<3>({offset + shift, offset + shift, offset + shift})), first + k);
+        table.add_occurrence(table.add_map(translation<3>({offset + shift, offset + shift, offset + shift})),
+                             first + k);
     EXPECT_EQ(table.merge(1e-7).size(), 18U);
     EXPECT_EQ(table.size(), 18U) << offset;
   }
