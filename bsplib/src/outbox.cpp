@@ -1,0 +1,147 @@
+#include "outbox.hpp"
+
+#include <algorithm>
+
+namespace bsp2::bsplib {
+
+using wire::Op;
+using wire::Record;
+
+void Outbox::grow(std::size_t needed) {
+  const std::size_t capacity = std::max({needed, 2 * block_.capacity, reserve_, std::size_t{1024}});
+  if (block_.data && staging_->extend(block_, capacity)) return;
+  Staging::Block larger = staging_->allocate(capacity);
+  if (size_ > 0) std::memcpy(larger.data, block_.data, size_);
+  block_ = larger;
+}
+
+std::byte* Outbox::append(std::size_t bytes) {
+  close_run();
+  if (size_ + bytes > block_.capacity) grow(size_ + bytes);
+  std::byte* place = block_.data + size_;
+  size_ += bytes;
+  return place;
+}
+
+/// The run goes on in a larger stream, if it only ended for want of room.
+bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes, std::size_t limit) {
+  if (slot != run_slot_ || offset != run_next_ || bytes > limit - offset) return false;
+  const auto end = static_cast<std::size_t>(run_tail_ - block_.data);
+  if (end - run_start_ + bytes > wire::max_inline_size) return false;
+  size_ = end;
+  grow(end + wire::padded(bytes) + 8);
+  run_tail_ = block_.data + end;
+  set_room(limit);
+  return true;
+}
+
+/// How far the run may go: within the registration, the stream, and what a record can tell.
+void Outbox::set_room(std::size_t limit) {
+  const auto room = static_cast<std::size_t>(block_.data + block_.capacity - run_tail_);
+  const auto length = static_cast<std::size_t>(run_tail_ - block_.data) - run_start_ - sizeof(Record);
+  run_left_ = std::min({limit - run_next_, room & ~std::size_t{7}, wire::max_inline_size - length});
+}
+
+void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes,
+                 std::size_t limit) {
+  if (prolong_run(slot, offset, bytes, limit)) {
+    continue_run(slot, offset, source, bytes);
+    return;
+  }
+  std::byte* place = append(sizeof(Record) + wire::padded(bytes));
+  const Record record{slot, 0, offset};
+  std::memcpy(place, &record, sizeof record);
+  run_start_ = static_cast<std::size_t>(place - block_.data);
+  run_tail_ = place + sizeof record;
+  copy(run_tail_, source, bytes);
+  run_tail_ += bytes;
+  run_slot_ = slot;
+  run_next_ = offset + bytes;
+  set_room(limit);
+  contents |= wire::has_puts;
+  ++count;
+}
+
+void Outbox::close_run() {
+  if (run_slot_ == Registry::no_id) return;
+  auto* start = block_.data + run_start_;
+  const auto bytes = static_cast<std::size_t>(run_tail_ - start) - sizeof(Record);
+  const std::uint32_t op_size = Record::pack(Op::put, bytes);
+  std::memcpy(start + offsetof(Record, op_size), &op_size, sizeof op_size);
+  size_ = run_start_ + sizeof(Record) + wire::padded(bytes);
+  payload += bytes;
+  run_slot_ = Registry::no_id;
+}
+
+void Outbox::big_put(Registry::Id slot, std::size_t offset, const std::byte* bytes_at, std::size_t bytes,
+                     std::size_t where) {
+  std::byte* place = append(sizeof(wire::BigPut));
+  const wire::BigPut big{{slot, Record::pack(Op::big_put, 0), offset},
+                         bytes,
+                         where,
+                         static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(bytes_at))};
+  std::memcpy(place, &big, sizeof big);
+  if (where == wire::nowhere) data.push_back({bytes_at, bytes});
+  contents |= wire::has_big_puts;
+  payload += bytes;
+  ++count;
+}
+
+/// Neighbouring gets merge, if nothing came between them.
+bool Outbox::extend_get(Registry::Id slot, std::size_t offset, const std::byte* target, std::size_t bytes) {
+  if (wanted.empty() || run_slot_ != Registry::no_id || last_get_ != size_) return false;
+  Wanted& last = wanted.back();
+  if (last.slot != slot || last.offset_end != offset || last.target + last.size != target || last.direct)
+    return false;
+  last.offset_end += bytes;
+  last.size += bytes;
+  const std::uint64_t size = last.size;
+  std::memcpy(block_.data + size_ - sizeof(wire::Get) + offsetof(wire::Get, size), &size, sizeof size);
+  return true;
+}
+
+void Outbox::get(Registry::Id slot, std::size_t offset, void* target, std::size_t bytes, bool direct) {
+  auto* to = static_cast<std::byte*>(target);
+  wanted_bytes += bytes;
+  contents |= wire::has_gets;
+  if (!direct && extend_get(slot, offset, to, bytes)) return;
+  std::byte* place = append(sizeof(wire::Get));
+  const wire::Get record{{slot, Record::pack(Op::get, 0), offset}, bytes, direct ? 1U : 0U};
+  std::memcpy(place, &record, sizeof record);
+  last_get_ = size_;
+  wanted.push_back({slot, offset + bytes, to, bytes, direct});
+  ++count;
+}
+
+void Outbox::store(const void* source, std::byte* target, std::size_t bytes) {
+  stores.push_back({source, target, bytes});
+  payload += bytes;
+  ++count;
+}
+
+void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
+                     const std::byte* bytes_at, std::size_t bytes) {
+  std::byte* place = append(sizeof(Record) + wire::padded(tag_bytes) + wire::padded(bytes));
+  const Record record{queue, Record::pack(Op::message, tag_bytes), bytes};
+  std::memcpy(place, &record, sizeof record);
+  place += sizeof record;
+  copy(place, tag, tag_bytes);
+  copy(place + wire::padded(tag_bytes), bytes_at, bytes);
+  contents |= wire::has_messages;
+  payload += bytes + tag_bytes;
+  ++count;
+}
+
+void Outbox::reset() {
+  close_run();
+  reserve_ = size_;
+  block_ = {};
+  size_ = last_get_ = 0;
+  data.clear();
+  wanted.clear();
+  stores.clear();
+  contents = count = 0;
+  payload = wanted_bytes = 0;
+}
+
+}  // namespace bsp2::bsplib
