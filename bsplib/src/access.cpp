@@ -83,7 +83,7 @@ void Engine::start_put(int pid, const void* source, Registry::Id slot, std::size
 
 void Engine::hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
   if (static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_) &&
-      out(pid).continue_run(slot, offset, source, bytes))
+      out(pid).put_again(slot, offset, source, bytes))
     return;
   Outbox& box = outbox(pid, "hpput");
   check_range("hpput", "Writes", pid, slot, offset, bytes);

@@ -20,7 +20,8 @@ Engine::Engine(MPI_Comm comm, WorldOptions options)
   MPI_Comm_rank(comm, &pid_);
   MPI_Comm_size(comm, &nprocs_);
   const auto n = static_cast<std::size_t>(nprocs_);
-  out_.assign(n, Outbox(&staging_));
+  runs_.resize(n);
+  for (Run& run : runs_) out_.emplace_back(&staging_, &run);
   in_.resize(n);
   slots_out_.resize(n * wire::slot_bytes);
   slots_in_.resize(n * wire::slot_bytes);

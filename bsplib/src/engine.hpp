@@ -39,6 +39,8 @@ class Engine {
   std::uint64_t registry_version() const { return registry_.version(); }
   void wait_for_all() { MPI_Barrier(comm_); }
 
+  std::span<Run> runs() { return runs_; }
+
   void sync();
   void open_sync();
   bool advance(bool wait);
@@ -58,7 +60,7 @@ class Engine {
 
   void put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
     if (static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_) && defect != Defect::late_put &&
-        out_[static_cast<std::size_t>(pid)].continue_run(slot, offset, source, bytes))
+        out_[static_cast<std::size_t>(pid)].put_again(slot, offset, source, bytes))
       return;
     start_put(pid, source, slot, offset, bytes);
   }
@@ -145,6 +147,7 @@ class Engine {
 
   Staging staging_;
   Registry registry_;
+  std::vector<Run> runs_;
   std::vector<Outbox> out_;
   std::vector<Inflow> in_;
   std::vector<std::byte> slots_out_, slots_in_;

@@ -89,27 +89,35 @@ void Inflow::index(const Registry& registry, int source) {
     if (messages.size() > 1) std::swap(messages[0], messages[1]);
 }
 
+void Inflow::apply_big_put(const Registry& registry, const std::byte* place, std::size_t& landed) {
+  const auto put = load<wire::BigPut>(place);
+  if (travels_alone(put, own)) {
+    const Landing& landing = landings[landed++];
+    if (landing.aside) copy_bytes(landing.target, landing.aside.get(), landing.size);
+  } else {
+    const auto* from = own ? reinterpret_cast<const std::byte*>(static_cast<std::uintptr_t>(put.address))
+                           : staging + put.where;
+    copy_bytes(target_of(registry, put.record), from, put.size);
+  }
+}
+
 void Inflow::apply_puts(const Registry& registry) {
   if (!(contents & (wire::has_puts | wire::has_big_puts))) return;
-  std::size_t landed = 0, last_put = wire::nowhere;
+  std::size_t landed = 0;
+  const std::byte* lost = nullptr;
   if constexpr (defect == Defect::drop_put)
     for_each_record(stream, size, [&](const Record& record, const std::byte* place) {
-      if (record.op() == Op::put) last_put = static_cast<std::size_t>(place - stream);
+      if (record.op() == Op::put) lost = place;
     });
+  Registry::Id last = Registry::no_id;
+  std::byte* base = nullptr;
   for_each_record(stream, size, [&](const Record& record, const std::byte* place) {
     if (record.op() == Op::put) {
-      if (defect == Defect::drop_put && stream + last_put == place) return;
-      copy_bytes(target_of(registry, record), place + sizeof(Record), record.size());
+      if (place == lost) return;
+      if (record.target != last) base = registry.slot(last = record.target).address;
+      copy_bytes(base + record.offset, place + sizeof(Record), record.size());
     } else if (record.op() == Op::big_put) {
-      const auto put = load<wire::BigPut>(place);
-      if (travels_alone(put, own)) {
-        const Landing& landing = landings[landed++];
-        if (landing.aside) copy_bytes(landing.target, landing.aside.get(), landing.size);
-      } else {
-        const auto* from = own ? reinterpret_cast<const std::byte*>(static_cast<std::uintptr_t>(put.address))
-                               : staging + put.where;
-        copy_bytes(target_of(registry, record), from, put.size);
-      }
+      apply_big_put(registry, place, landed);
     }
   });
 }

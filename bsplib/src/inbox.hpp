@@ -44,6 +44,8 @@ struct Inflow {
   void clear();
 
  private:
+  void apply_big_put(const Registry& registry, const std::byte* place, std::size_t& landed);
+
   std::unique_ptr<std::byte[]> buffer_;
   std::size_t capacity_ = 0;
 };

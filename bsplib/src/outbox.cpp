@@ -1,7 +1,5 @@
 #include "outbox.hpp"
 
-#include <algorithm>
-
 namespace bsp2::bsplib {
 
 using wire::Op;
@@ -15,62 +13,49 @@ void Outbox::grow(std::size_t needed) {
   block_ = larger;
 }
 
+void Outbox::make_room(std::size_t bytes) {
+  if (size_ + bytes > block_.capacity) grow(size_ + bytes);
+}
+
 std::byte* Outbox::append(std::size_t bytes) {
   close_run();
-  if (size_ + bytes > block_.capacity) grow(size_ + bytes);
+  make_room(bytes);
   std::byte* place = block_.data + size_;
   size_ += bytes;
   return place;
 }
 
 /// The run goes on in a larger stream, if it only ended for want of room.
-bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes, std::size_t limit) {
-  if (slot != run_slot_ || offset != run_next_ || bytes > limit - offset) return false;
-  const auto end = static_cast<std::size_t>(run_tail_ - block_.data);
-  if (end - run_start_ + bytes > wire::max_inline_size) return false;
-  size_ = end;
-  grow(end + wire::padded(bytes) + 8);
-  run_tail_ = block_.data + end;
-  set_room(limit);
+bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes) {
+  if (slot != run_->slot || offset != run_->next() || bytes > limit_ - offset) return false;
+  if (run_bytes() + bytes > wire::max_inline_size) return false;
+  size_ = static_cast<std::size_t>(run_->tail - block_.data);
+  const std::size_t end = size_;
+  make_room(wire::padded(bytes) + 8);
+  run_->origin = reinterpret_cast<std::uintptr_t>(block_.data + end) - offset;
+  run_->tail = block_.data + end;
+  set_room();
   return true;
-}
-
-/// How far the run may go: within the registration, the stream, and what a record can tell.
-void Outbox::set_room(std::size_t limit) {
-  const auto room = static_cast<std::size_t>(block_.data + block_.capacity - run_tail_);
-  const auto length = static_cast<std::size_t>(run_tail_ - block_.data) - run_start_ - sizeof(Record);
-  run_left_ = std::min({limit - run_next_, room & ~std::size_t{7}, wire::max_inline_size - length});
 }
 
 void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes,
                  std::size_t limit) {
-  if (prolong_run(slot, offset, bytes, limit)) {
-    continue_run(slot, offset, source, bytes);
+  if (prolong_run(slot, offset, bytes)) {
+    run_->append(slot, offset, source, bytes);
     return;
   }
-  std::byte* place = append(sizeof(Record) + wire::padded(bytes));
-  const Record record{slot, 0, offset};
-  std::memcpy(place, &record, sizeof record);
-  run_start_ = static_cast<std::size_t>(place - block_.data);
-  run_tail_ = place + sizeof record;
-  copy(run_tail_, source, bytes);
-  run_tail_ += bytes;
-  run_slot_ = slot;
-  run_next_ = offset + bytes;
-  set_room(limit);
+  close_run();
+  make_room(head + wire::padded(bytes));
+  limit_ = limit;
   contents |= wire::has_puts;
-  ++count;
+  run_->slot = slot;
+  begin_record(size_, offset, source, bytes);
 }
 
 void Outbox::close_run() {
-  if (run_slot_ == Registry::no_id) return;
-  auto* start = block_.data + run_start_;
-  const auto bytes = static_cast<std::size_t>(run_tail_ - start) - sizeof(Record);
-  const std::uint32_t op_size = Record::pack(Op::put, bytes);
-  std::memcpy(start + offsetof(Record, op_size), &op_size, sizeof op_size);
-  size_ = run_start_ + sizeof(Record) + wire::padded(bytes);
-  payload += bytes;
-  run_slot_ = Registry::no_id;
+  if (run_->slot == Registry::no_id) return;
+  size_ = end_record();
+  run_->slot = Registry::no_id;
 }
 
 void Outbox::big_put(Registry::Id slot, std::size_t offset, const std::byte* bytes_at, std::size_t bytes,
@@ -89,7 +74,7 @@ void Outbox::big_put(Registry::Id slot, std::size_t offset, const std::byte* byt
 
 /// Neighbouring gets merge, if nothing came between them.
 bool Outbox::extend_get(Registry::Id slot, std::size_t offset, const std::byte* target, std::size_t bytes) {
-  if (wanted.empty() || run_slot_ != Registry::no_id || last_get_ != size_) return false;
+  if (wanted.empty() || run_->slot != Registry::no_id || last_get_ != size_) return false;
   Wanted& last = wanted.back();
   if (last.slot != slot || last.offset_end != offset || last.target + last.size != target || last.direct)
     return false;
@@ -125,8 +110,8 @@ void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_
   const Record record{queue, Record::pack(Op::message, tag_bytes), bytes};
   std::memcpy(place, &record, sizeof record);
   place += sizeof record;
-  copy(place, tag, tag_bytes);
-  copy(place + wire::padded(tag_bytes), bytes_at, bytes);
+  if (tag_bytes > 0) std::memcpy(place, tag, tag_bytes);
+  if (bytes > 0) std::memcpy(place + wire::padded(tag_bytes), bytes_at, bytes);
   contents |= wire::has_messages;
   payload += bytes + tag_bytes;
   ++count;

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <vector>
 
+#include "bsp2/bsplib/world.hpp"
 #include "defect.hpp"
 #include "registry.hpp"
 #include "staging.hpp"
@@ -16,7 +18,8 @@ namespace bsp2::bsplib {
 /// it.
 ///
 /// The newest put stays open as a *run*: puts that continue where it ends only append their bytes. So a loop
-/// of small puts over neighbouring elements costs little more than one large put.
+/// of small puts over neighbouring elements costs little more than one large put. Any other record closes the
+/// run.
 class Outbox {
  public:
   struct Piece {
@@ -36,18 +39,10 @@ class Outbox {
     bool direct;
   };
 
-  explicit Outbox(Staging* staging) : staging_(staging) {}
+  Outbox(Staging* staging, detail::Run* run) : staging_(staging), run_(run) {}
 
-  /// Appends to the run, if the put continues it.
-  bool continue_run(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
-    constexpr std::size_t gap = defect == Defect::merge_wrongly ? 1 : 0;
-    if (slot != run_slot_ || offset - run_next_ > gap || bytes > run_left_) return false;
-    copy(run_tail_, source, bytes);
-    run_tail_ += bytes;
-    run_next_ += bytes;
-    run_left_ -= bytes;
-    return true;
-  }
+  /// A small put that needs no checks but these: it continues the run, or goes to the same registration.
+  bool put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes);
   /// @param limit size of the registered memory; the run must not pass it.
   void put(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes, std::size_t limit);
   /// Data beside the stream: staged (`where`), or in a message of its own.
@@ -73,28 +68,76 @@ class Outbox {
   std::uint64_t wanted_bytes = 0;
 
  private:
-  static void copy(std::byte* to, const void* from, std::size_t bytes) {
-    if (bytes == 8) {
-      std::memcpy(to, from, 8);
-    } else if (bytes > 0) {
-      std::memcpy(to, from, bytes);
-    }
-  }
   std::byte* append(std::size_t bytes);
+  void make_room(std::size_t bytes);
   void grow(std::size_t needed);
-  bool prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes, std::size_t limit);
-  void set_room(std::size_t limit);
   bool extend_get(Registry::Id slot, std::size_t offset, const std::byte* target, std::size_t bytes);
+  bool prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes);
+  std::size_t run_bytes() const {
+    return static_cast<std::size_t>(run_->tail - block_.data) - run_start_ - head;
+  }
+  void begin_record(std::size_t start, std::size_t offset, const void* source, std::size_t bytes);
+  std::size_t end_record();
+  void set_room();
+
+  static constexpr std::size_t head = sizeof(wire::Record);
 
   Staging* staging_;
   Staging::Block block_;
   std::size_t size_ = 0, reserve_ = 0;
-  std::size_t last_get_ = 0;  ///< end of the newest get in the stream
-  // The open run. run_slot_ is no_id if there is none.
-  Registry::Id run_slot_ = Registry::no_id;
-  std::size_t run_next_ = 0, run_left_ = 0;
-  std::byte* run_tail_ = nullptr;
+  std::size_t last_get_ = 0;   ///< end of the newest get in the stream
+  detail::Run* run_;           ///< the open run; it has no slot if there is none
   std::size_t run_start_ = 0;  ///< of its record in the stream
+  std::size_t limit_ = 0;      ///< size of its registration
 };
+
+/// How far the run may go: within the registration and the stream, and not so far at once that large data,
+/// which is better staged, could join it. Capacities are multiples of 8, so the padding has room, too.
+inline void Outbox::set_room() {
+  const auto room = static_cast<std::size_t>(block_.data + block_.capacity - run_->tail);
+  run_->end = run_->tail + std::min({limit_ - run_->next(), room, wire::stage_bytes - 1});
+}
+
+/// Begins a record with the first bytes of its run, at `start` of the stream. The record itself is written at
+/// its end.
+inline void Outbox::begin_record(std::size_t start, std::size_t offset, const void* source,
+                                 std::size_t bytes) {
+  std::byte* place = block_.data + start + head;
+  if (bytes == 8) {
+    std::memcpy(place, source, 8);
+  } else {
+    std::memcpy(place, source, bytes);
+  }
+  run_start_ = start;
+  run_->origin = reinterpret_cast<std::uintptr_t>(place) - offset;
+  run_->tail = place + bytes;
+  set_room();
+  ++count;
+}
+
+/// Writes the record of the run. @return where the next one goes.
+inline std::size_t Outbox::end_record() {
+  std::byte* place = block_.data + run_start_;
+  const std::size_t bytes = run_bytes();
+  const wire::Record record{run_->slot, wire::Record::pack(wire::Op::put, bytes),
+                            reinterpret_cast<std::uintptr_t>(place + head) - run_->origin};
+  std::memcpy(place, &record, head);
+  payload += bytes;
+  return run_start_ + head + wire::padded(bytes);
+}
+
+inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
+  if (run_->append(slot, offset, source, bytes)) return true;
+  if (slot != run_->slot || bytes > limit_ || offset > limit_ - bytes) return false;
+  if constexpr (defect == Defect::merge_wrongly)
+    if (offset == run_->next() + 1 && bytes <= run_->left())
+      return run_->append(slot, run_->next(), source, bytes);
+  const std::size_t end = run_start_ + head + wire::padded(run_bytes());
+  if (offset == run_->next() || bytes == 0 || bytes >= wire::stage_bytes ||
+      block_.capacity - end < head + wire::padded(bytes))
+    return false;
+  begin_record(end_record(), offset, source, bytes);
+  return true;
+}
 
 }  // namespace bsp2::bsplib

@@ -38,18 +38,21 @@ WorldOptions WorldOptions::from_environment() {
 }
 
 World::World(MPI_Comm comm, WorldOptions options)
-    : engine_(std::make_unique<Engine>(duplicate(comm), options)) {}
-World::World(std::unique_ptr<Engine> engine) : engine_(std::move(engine)) {}
+    : World(std::make_unique<Engine>(duplicate(comm), options)) {}
+
+World::World(std::unique_ptr<Engine> engine) : runs_(engine->runs()), engine_(std::move(engine)) {}
 
 World::~World() {
   if (engine_) leave(*engine_);
 }
 
-World::World(World&&) noexcept = default;
+World::World(World&& other) noexcept
+    : runs_(std::exchange(other.runs_, {})), engine_(std::move(other.engine_)) {}
 
 World& World::operator=(World&& other) noexcept {
   if (engine_ && this != &other) leave(*engine_);
   engine_ = std::move(other.engine_);
+  runs_ = std::exchange(other.runs_, {});
   return *this;
 }
 
@@ -109,13 +112,13 @@ World::Slot World::slot_of(const void* address, const char* caller) const {
   return engine_->slot_of(address, caller);
 }
 
-void World::put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+void World::start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
   engine_->put(pid, source, target, offset, bytes);
 }
 void World::get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
   engine_->get(pid, source, offset, target, bytes, false);
 }
-void World::hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+void World::start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
   engine_->hpput(pid, source, target, offset, bytes);
 }
 void World::hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {

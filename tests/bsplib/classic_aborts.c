@@ -1,5 +1,5 @@
-/* Mistakes that must end all processes, each with its message: classic_aborts <case>. A case that gets to the end has
- * failed, since this program then succeeds. */
+/* Mistakes that must end all processes, each with its message: classic_aborts <case>. A case that gets to the
+ * end has failed, since this program then succeeds. */
 #include <bsp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,9 +8,13 @@
 static const char* wanted;
 static int value;
 
-static int is(const char* name) { return strcmp(wanted, name) == 0; }
+static int is(const char* name) {
+  return strcmp(wanted, name) == 0;
+}
 
-static void spmd_without_end(void) { bsp_begin(bsp_nprocs()); }
+static void spmd_without_end(void) {
+  bsp_begin(bsp_nprocs());
+}
 
 static void never_reached(void) {
   bsp_begin(bsp_nprocs());

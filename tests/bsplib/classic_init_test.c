@@ -1,5 +1,5 @@
-/* bsp_init: process 0 runs main before and after the parallel part, the others only the parallel part, and fewer
- * processes than there are take part. */
+/* bsp_init: process 0 runs main before and after the parallel part, the others only the parallel part, and
+ * fewer processes than there are take part. */
 #include <bsp.h>
 #include <stdio.h>
 #include <stdlib.h>

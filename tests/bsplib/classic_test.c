@@ -4,9 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define CHECK(condition) \
-  do { \
-    if (!(condition)) bsp_abort("%s:%d: not true on process %d: %s", __FILE__, __LINE__, (int)bsp_pid(), #condition); \
+#define CHECK(condition)                                                                              \
+  do {                                                                                                \
+    if (!(condition))                                                                                 \
+      bsp_abort("%s:%d: not true on process %d: %s", __FILE__, __LINE__, (int)bsp_pid(), #condition); \
   } while (0)
 
 enum { big = 300000 };

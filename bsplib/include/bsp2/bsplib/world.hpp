@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -44,8 +45,33 @@ struct Message {
 class OpenSuperstep;
 
 namespace detail {
+
 class Engine;
-}
+
+/// The newest put to a rank, as long as it can be continued. Public, so that a loop of small puts to
+/// neighbouring places is compiled to little more than copying them; only `tail` changes in such a loop.
+struct Run {
+  std::uint32_t slot = ~std::uint32_t{0};  ///< all ones: none
+  std::uintptr_t origin = 0;               ///< tail - origin is where the run ends in the registration
+  std::byte* tail = nullptr;               ///< where the next bytes go
+  std::byte* end = nullptr;                ///< how far
+
+  std::size_t next() const { return reinterpret_cast<std::uintptr_t>(tail) - origin; }
+  std::size_t left() const { return static_cast<std::size_t>(end - tail); }
+
+  bool append(std::uint32_t to, std::size_t offset, const void* source, std::size_t bytes) {
+    if (to != slot || offset != next() || bytes > left()) return false;
+    if (bytes == 8) {
+      std::memcpy(tail, source, 8);
+    } else if (bytes > 0) {
+      std::memcpy(tail, source, bytes);
+    }
+    tail += bytes;
+    return true;
+  }
+};
+
+}  // namespace detail
 
 /// The ranks of a communicator as a BSP computer. There is no global state: worlds are independent of each
 /// other.
@@ -113,11 +139,15 @@ class World {
   // --- Communication: complete after the next sync. The memory of the other rank is named by a slot. ---
   // @throws Error (local) if the rank, the slot or the range does not exist.
 
-  void put(int pid, const void* source, Slot target, std::size_t offset,
-           std::size_t bytes);  ///< reads source now
+  /// Reads the source now.
+  void put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+    if (!continues(pid, source, target, offset, bytes)) start_put(pid, source, target, offset, bytes);
+  }
   void get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
   /// Unbuffered: source and target must not change, and are undefined, until the sync ends.
-  void hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
+  void hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+    if (!continues(pid, source, target, offset, bytes)) start_hpput(pid, source, target, offset, bytes);
+  }
   void hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
 
   // --- Messages ---
@@ -145,6 +175,14 @@ class World {
 
  private:
   explicit World(std::unique_ptr<detail::Engine> engine);
+  bool continues(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+    return static_cast<unsigned>(pid) < runs_.size() &&
+           runs_[static_cast<std::size_t>(pid)].append(target, offset, source, bytes);
+  }
+  void start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
+  void start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
+
+  std::span<detail::Run> runs_;  ///< by rank; the engine has them
   std::unique_ptr<detail::Engine> engine_;
 };
 
