@@ -1,0 +1,111 @@
+#pragma once
+
+#include <concepts>
+#include <exception>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "bsp2/bsplib/world.hpp"
+
+namespace bsp2::bsplib {
+
+/// The view that all ranks have on memory that they registered together: element i of rank p.
+///
+/// Indices are in elements and are checked against what rank p registered. Communication is complete after
+/// the next sync. Thread rule and errors: as World.
+template <Travels T>
+class Distributed {
+ public:
+  World::Slot slot() const { return slot_; }
+  std::size_t size(int pid) const {
+    return world_->size_of(slot_, pid) / sizeof(T);
+  }  ///< known after the next sync
+
+  /// Writes to rank pid from element `first` on; reads the values now.
+  void put(int pid, std::span<const T> values, std::size_t first) {
+    world_->put(pid, values.data(), slot_, first * sizeof(T), values.size_bytes());
+  }
+  void put(int pid, const T& value, std::size_t index) {
+    world_->put(pid, &value, slot_, index * sizeof(T), sizeof(T));
+  }
+  /// Reads from rank pid, from element `first` on, what will be there when all have come to the sync.
+  void get(int pid, std::size_t first, std::span<T> target) {
+    world_->get(pid, slot_, first * sizeof(T), target.data(), target.size_bytes());
+  }
+  void get(int pid, std::size_t index, T& target) { get(pid, index, std::span<T>(&target, 1)); }
+  /// Unbuffered: values and target must be left alone until the sync is over.
+  void hpput(int pid, std::span<const T> values, std::size_t first) {
+    world_->hpput(pid, values.data(), slot_, first * sizeof(T), values.size_bytes());
+  }
+  void hpget(int pid, std::size_t first, std::span<T> target) {
+    world_->hpget(pid, slot_, first * sizeof(T), target.data(), target.size_bytes());
+  }
+
+ protected:
+  Distributed(World& world, World::Slot slot) : world_(&world), slot_(slot) {}
+  Distributed(Distributed&& other) noexcept
+      : world_(std::exchange(other.world_, nullptr)), slot_(other.slot_) {}
+  Distributed& operator=(Distributed&&) = delete;
+  /// Takes the registration back at the next sync.
+  ~Distributed() {
+    if (!world_) return;
+    try {
+      world_->pop_slot(slot_);
+    } catch (const std::exception&) {
+      // The world is dead or over, and the registration with it.
+    }
+  }
+  World& world() const { return *world_; }
+
+ private:
+  World* world_;
+  World::Slot slot_;
+};
+
+/// Registers memory of the program for as long as this object lives. Construction and destruction are
+/// collective and take effect at the next sync; the memory must live that long.
+template <Travels T>
+class Registered : public Distributed<T> {
+ public:
+  Registered(World& world, std::span<T> local)
+      : Distributed<T>(world, world.push_reg(local.data(), local.size_bytes())), local_(local) {}
+
+  std::span<T> local() const { return local_; }
+
+ private:
+  std::span<T> local_;
+};
+
+/// An array with a part on every rank, in memory of the layer. Parts may differ in size; elements begin as
+/// zero bytes.
+///
+/// Construction is collective and takes effect at once. Where ranks share a node, hpput writes into this
+/// memory without a transfer. The memory lives until the sync after the destruction.
+template <Travels T>
+class Array : public Distributed<T> {
+ public:
+  Array(World& world, std::size_t local_size)
+      : Array(world, world.allocate(checked(world, local_size)), local_size) {}
+
+  std::span<T> local() const { return local_; }
+  T& operator[](std::size_t i) const { return local_[i]; }
+  T* begin() const { return local_.data(); }
+  T* end() const { return local_.data() + local_.size(); }
+  std::size_t size() const { return local_.size(); }
+  using Distributed<T>::size;
+
+ private:
+  Array(World& world, std::pair<World::Slot, std::byte*> memory, std::size_t local_size)
+      : Distributed<T>(world, memory.first), local_(reinterpret_cast<T*>(memory.second), local_size) {}
+
+  static std::size_t checked(World& world, std::size_t size) {
+    if (size > static_cast<std::size_t>(-1) / 2 / sizeof(T))
+      world.fail("An array of " + std::to_string(size) + " elements does not fit");
+    return size * sizeof(T);
+  }
+
+  std::span<T> local_;
+};
+
+}  // namespace bsp2::bsplib

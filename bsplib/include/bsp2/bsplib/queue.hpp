@@ -1,0 +1,101 @@
+#pragma once
+
+#include <array>
+#include <bit>
+#include <boost/archive/binary_iarchive.hpp>
+#include <boost/archive/binary_oarchive.hpp>
+#include <boost/iostreams/device/array.hpp>
+#include <boost/iostreams/device/back_inserter.hpp>
+#include <boost/iostreams/stream.hpp>
+#include <concepts>
+#include <cstring>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "bsp2/bsplib/world.hpp"
+
+namespace bsp2::bsplib {
+
+/// Types that can be messages: those whose bytes are their value, and objects that Boost.Serialization
+/// archives. Pointers, references and arrays are refused, they would arrive as something else.
+template <class T>
+concept Sendable = Travels<T> ||
+    (std::is_class_v<T> && !std::is_const_v<T> && std::default_initializable<T> && std::movable<T>);
+
+namespace detail {
+
+constexpr unsigned archive_flags = boost::archive::no_header;
+
+template <class T>
+void write_archive(std::vector<char>& bytes, const T& value) {
+  namespace io = boost::iostreams;
+  bytes.clear();
+  io::stream<io::back_insert_device<std::vector<char>>> stream(bytes);
+  boost::archive::binary_oarchive(stream, archive_flags) << value;
+  stream.flush();
+}
+
+template <class T>
+T read_archive(std::span<const std::byte> bytes) {
+  namespace io = boost::iostreams;
+  io::stream<io::array_source> stream(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  T value;
+  boost::archive::binary_iarchive(stream, archive_flags) >> value;
+  return value;
+}
+
+}  // namespace detail
+
+/// A queue of messages of one type. Messages sent in a superstep are there after its sync, and only until the
+/// next.
+///
+/// Construction is collective. Thread rule and errors: as World.
+template <Sendable T>
+class Queue {
+ public:
+  struct Received {
+    int source;
+    T value;
+  };
+
+  explicit Queue(World& world) : world_(&world), number_(world.new_queue()) {}
+
+  /// Sends a copy. @throws Error if there is no such rank; what Boost.Serialization throws.
+  void send(int pid, const T& value) {
+    if constexpr (Travels<T>) {
+      world_->send(number_, pid, {}, std::as_bytes(std::span<const T>(&value, 1)));
+    } else {
+      detail::write_archive(bytes_, value);
+      world_->send(number_, pid, {}, std::as_bytes(std::span<const char>(bytes_)));
+    }
+  }
+
+  std::size_t size() const { return world_->messages(number_).size(); }
+
+  /// What arrived at the last sync, in the order of the senders' ranks, and of one sender in the order sent.
+  std::vector<Received> receive() const {
+    const auto messages = world_->messages(number_);
+    std::vector<Received> all;
+    all.reserve(messages.size());
+    for (const Message& message : messages) all.push_back({message.source, decode(message.payload)});
+    return all;
+  }
+
+ private:
+  static T decode(std::span<const std::byte> payload) {
+    if constexpr (Travels<T>) {
+      std::array<std::byte, sizeof(T)> bytes;
+      std::memcpy(bytes.data(), payload.data(), sizeof(T));
+      return std::bit_cast<T>(bytes);
+    } else {
+      return detail::read_archive<T>(payload);
+    }
+  }
+
+  World* world_;
+  std::uint32_t number_;
+  std::vector<char> bytes_;
+};
+
+}  // namespace bsp2::bsplib

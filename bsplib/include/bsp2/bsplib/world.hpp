@@ -1,0 +1,226 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "bsp2/bsplib/cost.hpp"
+#include "bsp2/bsplib/error.hpp"
+
+namespace bsp2::bsplib {
+
+/// Types whose bytes are their value: these travel by put and get. Pointers do not, they mean nothing
+/// elsewhere.
+template <class T>
+concept Travels = std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_member_pointer_v<T> &&
+                  !std::is_reference_v<T> && !std::is_const_v<T>;
+
+struct WorldOptions {
+  /// Staging memory of a rank for the messages within a node, twice this much; what does not fit travels by
+  /// MPI.
+  std::size_t staging_bytes = std::size_t{4} << 20;
+  /// Supersteps whose cost is kept one by one.
+  std::size_t kept_costs = 1024;
+
+  /// The defaults, or what the environment says: BSP2_STAGING_BYTES.
+  static WorldOptions from_environment();
+};
+
+/// A message as it arrived. It is valid until the next sync() or open().
+struct Message {
+  int source = 0;
+  std::span<const std::byte> tag, payload;
+};
+
+class OpenSuperstep;
+
+namespace detail {
+
+class Engine;
+
+/// The newest put to a rank, as long as it can be continued. Public, so that a loop of small puts to
+/// neighbouring places is compiled to little more than copying them; only `tail` changes in such a loop.
+struct Run {
+  std::uint32_t slot = ~std::uint32_t{0};  ///< all ones: none
+  std::uintptr_t origin = 0;               ///< tail - origin is where the run ends in the registration
+  std::byte* tail = nullptr;               ///< where the next bytes go
+  std::byte* end = nullptr;                ///< how far
+
+  std::size_t next() const { return reinterpret_cast<std::uintptr_t>(tail) - origin; }
+  std::size_t left() const { return static_cast<std::size_t>(end - tail); }
+
+  bool append(std::uint32_t to, std::size_t offset, const void* source, std::size_t bytes) {
+    if (to != slot || offset != next() || bytes > left()) return false;
+    if (bytes == 8) {
+      std::memcpy(tail, source, 8);
+    } else if (bytes > 0) {
+      std::memcpy(tail, source, bytes);
+    }
+    tail += bytes;
+    return true;
+  }
+};
+
+}  // namespace detail
+
+/// The ranks of a communicator as a BSP computer. There is no global state: worlds are independent of each
+/// other.
+///
+/// Threads: MPI_THREAD_FUNNELED; the thread that initialized MPI makes all calls, others may compute
+/// meanwhile. "Collective" below means that all ranks of the world call the function, in the same order. If
+/// they do not, or if one rank fails, then all of them get the same Error from their next collective call; no
+/// rank hangs. After an agreed error a world is dead: every call throws this error again.
+class World {
+ public:
+  /// Number of registered memory; equal on all ranks.
+  using Slot = std::uint32_t;
+
+  /// Collective over comm, which is duplicated. A boost::mpi::communicator converts to MPI_Comm.
+  explicit World(MPI_Comm comm = MPI_COMM_WORLD, WorldOptions options = WorldOptions::from_environment());
+  /// As close(), but does not throw. While an exception leaves the scope, it tells the other ranks that this
+  /// one failed, so that they do not wait for it.
+  ~World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+
+  int pid() const;
+  int nprocs() const;
+  double time() const;              ///< seconds since the world began, on this rank's clock
+  std::uint64_t superstep() const;  ///< counts the syncs
+
+  /// Ends the superstep. Collective. In this order: all gets read; then gets write their results; then puts
+  /// write, in the order of their ranks, and of one rank in the order of the calls (so overlapping puts have
+  /// a defined result); then registrations, removals and the tag size take effect; the messages of the
+  /// superstep are there.
+  /// @throws Error, agreed.
+  void sync();
+  /// Begins the end of the superstep: communication runs while this rank goes on computing. Collective, as
+  /// its close().
+  [[nodiscard]] OpenSuperstep open();
+  /// Ends the world. Collective. @throws Error, agreed, if other ranks still synchronize.
+  void close();
+
+  /// Tells all ranks that this one cannot go on; they get it from their next collective call. Does not
+  /// return.
+  /// @throws Error, agreed, with this text.
+  [[noreturn]] void fail(const std::string& why);
+  /// As fail(), for an error that this rank got; one of a sub-world yields to failures that arose in this
+  /// world.
+  [[noreturn]] void relay(const Error& error);
+  bool failed() const;
+
+  /// A world of the ranks with the same color, ordered by key. Collective.
+  World split(int color, int key = 0);
+
+  // --- Memory. Takes effect at the next sync, in sequence. ---
+
+  /// Makes memory accessible to the other ranks. Collective; sizes may differ, nullptr gives no access.
+  Slot push_reg(const void* address, std::size_t bytes);
+  /// Removes the newest registration of an address. Collective. The memory must live until the next sync.
+  void pop_reg(const void* address);
+  void pop_slot(Slot slot);
+  /// New zeroed memory, registered at once, which ranks of the same node write without a transfer.
+  /// Collective. It is freed at the sync after its pop.
+  std::pair<Slot, std::byte*> allocate(std::size_t bytes);
+  std::size_t size_of(Slot slot, int pid) const;  ///< bytes that a rank registered
+  /// The newest registration of an address that is in effect. @throws Error if there is none.
+  Slot slot_of(const void* address, const char* caller = "slot_of") const;
+
+  // --- Communication: complete after the next sync. The memory of the other rank is named by a slot. ---
+  // @throws Error (local) if the rank, the slot or the range does not exist.
+
+  /// Reads the source now.
+  void put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+    if (!continues(pid, source, target, offset, bytes)) start_put(pid, source, target, offset, bytes);
+  }
+  void get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
+  /// Unbuffered: source and target must not change, and are undefined, until the sync ends.
+  void hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+    if (!continues(pid, source, target, offset, bytes)) start_hpput(pid, source, target, offset, bytes);
+  }
+  void hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
+
+  // --- Messages ---
+
+  /// Sets the size of the tags of queue 0 from the next superstep on; collective. @return the size set
+  /// before.
+  std::size_t set_tagsize(std::size_t bytes);
+  std::size_t tagsize() const;           ///< of the messages sent in this superstep
+  std::size_t received_tagsize() const;  ///< of the messages received
+  /// Opens one more queue. Collective; takes effect at once.
+  std::uint32_t new_queue();
+  void send(std::uint32_t queue, int pid, std::span<const std::byte> tag, std::span<const std::byte> payload);
+  /// What arrived for a queue at the last sync, in the order of the ranks (queue 0: descending) and of their
+  /// calls.
+  std::span<const Message> messages(std::uint32_t queue) const;
+
+  // --- Cost ---
+
+  const CostReport& costs() const;
+  /// The machine that predictions use. By default the one in machine_file(), if any.
+  void set_machine(const Machine& machine);
+  const std::optional<Machine>& machine() const;
+
+  detail::Engine& engine() { return *engine_; }  ///< for the classic interface
+
+ private:
+  explicit World(std::unique_ptr<detail::Engine> engine);
+  bool continues(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+    return static_cast<unsigned>(pid) < runs_.size() &&
+           runs_[static_cast<std::size_t>(pid)].append(target, offset, source, bytes);
+  }
+  void start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
+  void start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
+
+  std::span<detail::Run> runs_;  ///< by rank; the engine has them
+  std::unique_ptr<detail::Engine> engine_;
+};
+
+/// A superstep that is ending while its ranks compute. Between open() and close() no communication may be
+/// started, received messages are gone, and the memory that this superstep reads or writes must be left
+/// alone.
+class OpenSuperstep {
+ public:
+  OpenSuperstep(const OpenSuperstep&) = delete;
+  OpenSuperstep& operator=(const OpenSuperstep&) = delete;
+  ~OpenSuperstep();  ///< closes, if nobody did
+
+  /// Lets the communication advance. Call it now and then while computing. @return whether all data has
+  /// arrived.
+  bool poll();
+  /// The sync is complete after this. Collective. @throws Error, agreed.
+  void close();
+
+ private:
+  friend class World;
+  explicit OpenSuperstep(detail::Engine& engine) : engine_(&engine) {}
+  detail::Engine* engine_;
+};
+
+/// Runs a program on a world; whatever exception leaves it on one rank ends it on all, with one agreed Error.
+/// Collective. @throws Error, agreed.
+template <class Program>
+void supervise(World& world, Program&& program) {
+  try {
+    std::forward<Program>(program)(world);
+  } catch (const Error& error) {
+    if (error.agreed() && world.failed()) throw;
+    world.relay(error);
+  } catch (const std::exception& error) {
+    world.fail(error.what());
+  } catch (...) {
+    world.fail("an exception of unknown type");
+  }
+}
+
+}  // namespace bsp2::bsplib

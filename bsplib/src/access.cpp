@@ -1,0 +1,168 @@
+// What a superstep asks for: checked here, at the call, and put into the outboxes.
+#include <cstring>
+
+#include "engine.hpp"
+
+namespace bsp2::bsplib::detail {
+
+namespace {
+
+std::string address_of(const void* p) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%p", p);
+  return text;
+}
+
+}  // namespace
+
+void Engine::reject(Errc code, const char* where, std::string detail) {
+  Error error(code, pid_, superstep_, where, std::move(detail));
+  if (!rejected_) {
+    rejected_ = error;
+    rejected_origin_ = true;
+  }
+  throw error;
+}
+
+void Engine::check_usable(const char* caller) {
+  if (verdict_) throw *verdict_;
+  if (closed_) throw Error(Errc::misuse, pid_, superstep_, caller, "The world has ended");
+  if (phase_ != Phase::idle)
+    throw Error(Errc::misuse, pid_, superstep_, caller, "Not allowed while a superstep is open");
+}
+
+Outbox& Engine::outbox(int pid, const char* caller) {
+  check_usable(caller);
+  if (pid < 0 || pid >= nprocs_)
+    reject(Errc::bad_argument, caller,
+           "The process ID " + std::to_string(pid) + " does not exist, there are " + std::to_string(nprocs_));
+  return out(pid);
+}
+
+void Engine::check_range(const char* caller, const char* verb, int pid, Registry::Id slot, std::size_t offset,
+                         std::size_t bytes) {
+  if (!registry_.effective(slot)) reject(Errc::not_registered, caller, "Remote address is not registered");
+  std::size_t size = registry_.slot(slot).sizes[static_cast<std::size_t>(pid)];
+  if (size == Registry::null_size) size = 0;
+  if (offset <= size && bytes <= size - offset) return;
+  const std::size_t beyond = offset > size ? bytes + (offset - size) : bytes - (size - offset);
+  reject(Errc::out_of_range, caller,
+         std::string(verb) + " " + std::to_string(beyond) + " bytes beyond registered range of " +
+             std::to_string(size) + " bytes at process " + std::to_string(pid));
+}
+
+Registry::Id Engine::slot_of(const void* address, const char* caller) {
+  if (!address) reject(Errc::bad_argument, caller, "Remote memory cannot be identified by NULL");
+  const Registry::Id id = registry_.find(address);
+  if (id != Registry::no_id) return id;
+  if (registry_.pending(address))
+    reject(Errc::not_registered, caller,
+           "Remote address was just registered with push_reg(" + address_of(address) +
+               "), which takes effect at the next sync");
+  reject(Errc::not_registered, caller, "Remote address " + address_of(address) + " was not registered");
+}
+
+void Engine::start_put(int pid, const void* source, Registry::Id slot, std::size_t offset,
+                       std::size_t bytes) {
+  Outbox& box = outbox(pid, "put");
+  check_range("put", "Writes", pid, slot, offset, bytes);
+  if (bytes == 0) return;
+  if (!source) reject(Errc::bad_argument, "put", "The source is NULL");
+  if constexpr (defect == Defect::late_put) {
+    late_.push_back({pid, source, slot, offset, bytes});
+    return;
+  }
+  if (bytes < wire::stage_bytes) {
+    box.put(slot, offset, source, bytes, registry_.slot(slot).sizes[static_cast<std::size_t>(pid)]);
+    return;
+  }
+  const Staging::Block block = staging_.allocate(bytes);
+  std::memcpy(block.data, source, bytes);
+  box.big_put(slot, offset, block.data, bytes, staging_.peer(pid) ? block.where : wire::nowhere);
+}
+
+void Engine::hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+  if (static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_) &&
+      out(pid).put_again(slot, offset, source, bytes))
+    return;
+  Outbox& box = outbox(pid, "hpput");
+  check_range("hpput", "Writes", pid, slot, offset, bytes);
+  if (bytes == 0) return;
+  if (!source) reject(Errc::bad_argument, "hpput", "The source is NULL");
+  const Registry::Slot& target = registry_.slot(slot);
+  const auto rank = static_cast<std::size_t>(pid);
+  const bool reachable = !target.memory.empty() && target.memory[rank];
+  if (reachable && pid != pid_ && bytes >= wire::store_bytes) {
+    box.store(source, target.memory[rank] + offset, bytes);
+  } else if (bytes >= wire::direct_bytes) {
+    box.big_put(slot, offset, static_cast<const std::byte*>(source), bytes, wire::nowhere);
+  } else if (bytes >= wire::stage_bytes) {
+    start_put(pid, source, slot, offset, bytes);
+  } else {
+    box.put(slot, offset, source, bytes, target.sizes[rank]);
+  }
+}
+
+void Engine::get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes,
+                 bool unbuffered) {
+  const char* caller = unbuffered ? "hpget" : "get";
+  Outbox& box = outbox(pid, caller);
+  check_range(caller, "Reads", pid, slot, offset, bytes);
+  if (bytes == 0) return;
+  if (!target) reject(Errc::bad_argument, caller, "The destination is NULL");
+  box.get(slot, offset, target, bytes, unbuffered && pid != pid_ && bytes >= wire::direct_bytes);
+}
+
+Registry::Id Engine::push_reg(const void* address, std::size_t bytes) {
+  check_usable("push_reg");
+  return registry_.push(address, bytes);
+}
+
+void Engine::pop_reg(const void* address) {
+  check_usable("pop_reg");
+  if (!registry_.pop(address))
+    reject(Errc::not_registered, "pop_reg",
+           "memory at address " + address_of(address) + " was not registered");
+}
+
+void Engine::pop_slot(Registry::Id slot) {
+  check_usable("pop_reg");
+  registry_.pop_id(slot);
+}
+
+std::size_t Engine::size_of(Registry::Id slot, int pid) const {
+  if (!registry_.effective(slot) || pid < 0 || pid >= nprocs_) return 0;
+  const std::size_t size = registry_.slot(slot).sizes[static_cast<std::size_t>(pid)];
+  return size == Registry::null_size ? 0 : size;
+}
+
+std::size_t Engine::set_tagsize(std::size_t bytes) {
+  check_usable("set_tagsize");
+  if (bytes > wire::max_inline_size)
+    reject(Errc::bad_argument, "set_tagsize", "Tag size " + std::to_string(bytes) + " is too large");
+  const std::size_t before = next_tag_size_;
+  next_tag_size_ = bytes;
+  ++tag_sets_;
+  if constexpr (defect == Defect::early_tagsize) tag_size_ = bytes;
+  return before;
+}
+
+std::uint32_t Engine::new_queue() {
+  check_usable("new_queue");
+  queues_.emplace_back();
+  return static_cast<std::uint32_t>(queues_.size() - 1);
+}
+
+void Engine::send(std::uint32_t queue, int pid, std::span<const std::byte> tag,
+                  std::span<const std::byte> payload) {
+  Outbox& box = outbox(pid, "send");
+  if (queue >= queues_.size()) reject(Errc::bad_argument, "send", "There is no such queue");
+  box.message(queue, tag.data(), tag.size(), payload.data(), payload.size());
+}
+
+std::vector<Message>& Engine::messages(std::uint32_t queue) {
+  if (queue >= queues_.size()) reject(Errc::bad_argument, "messages", "There is no such queue");
+  return queues_[queue];
+}
+
+}  // namespace bsp2::bsplib::detail

@@ -1,0 +1,162 @@
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "classic_state.hpp"
+
+/// The functions of BSPlib for one dialect, that is, for its types of process numbers and sizes.
+///
+/// Some messages are worded (and misspelt) as in BSPonMPI, since published conformance tests compare their
+/// beginning.
+namespace bsp2::bsplib::classic {
+
+template <class Pid, class Nprocs, class Size>
+struct Api {
+  /// Process numbers that cannot be stay so when they become int.
+  static int pid(Pid pid) {
+    if constexpr (std::is_unsigned_v<Pid>)
+      if (pid > static_cast<Pid>(std::numeric_limits<int>::max())) return -1;
+    return static_cast<int>(pid);
+  }
+
+  static bool negative([[maybe_unused]] Size size) {
+    if constexpr (std::is_signed_v<Size>) return size < 0;
+    return false;
+  }
+
+  static void check_access(const char* function, Size offset, Size bytes) {
+    if (negative(offset)) die(function, "The offset was negative, which is illegal");
+    if (negative(bytes)) die(function, "The size was negative, which is illegal");
+  }
+
+  template <class To>
+  static To narrow(std::size_t value, const char* function, const char* what) {
+    if (value > static_cast<std::size_t>(std::numeric_limits<To>::max()))
+      die(function, std::string(what) + " " + std::to_string(value) + " is too large for its type");
+    return static_cast<To>(value);
+  }
+
+  template <class Call>
+  static void guarded(Call&& call) {
+    try {
+      call();
+    } catch (const Error& error) {
+      die(error);
+    }
+  }
+
+  static void push_reg(const void* address, Size bytes) {
+    auto& world = engine("bsp_push_reg");
+    if (negative(bytes)) die("bsp_push_reg", "The memory size was negative, which is illegal");
+    guarded([&] { world.push_reg(address, static_cast<std::size_t>(bytes)); });
+  }
+
+  static void put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
+    auto& world = engine("bsp_put");
+    if (bytes == 0) return;
+    check_access("bsp_put", offset, bytes);
+    const auto slot = slot_of(world, dst, "bsp_put");
+    guarded([&] {
+      world.put(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
+    });
+  }
+
+  static void hpput(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
+    auto& world = engine("bsp_hpput");
+    if (bytes == 0) return;
+    check_access("bsp_hpput", offset, bytes);
+    const auto slot = slot_of(world, dst, "bsp_hpput");
+    guarded([&] {
+      world.hpput(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
+    });
+  }
+
+  static void get(const char* function, Pid from, const void* src, Size offset, void* dst, Size bytes,
+                  bool unbuffered) {
+    auto& world = engine(function);
+    if (bytes == 0) return;
+    check_access(function, offset, bytes);
+    const auto slot = slot_of(world, src, function);
+    guarded([&] {
+      world.get(pid(from), slot, static_cast<std::size_t>(offset), dst, static_cast<std::size_t>(bytes),
+                unbuffered);
+    });
+  }
+
+  static void set_tagsize(Size* bytes) {
+    auto& world = engine("bsp_set_tagsize");
+    if (!bytes) die("bsp_set_tagsize", "NULL ptr as argument is now allowed");
+    if (negative(*bytes)) die("bsp_set_tagsize", "Tag size may not be negative");
+    guarded([&] { *bytes = static_cast<Size>(world.set_tagsize(static_cast<std::size_t>(*bytes))); });
+  }
+
+  static void send(Pid to, const void* tag, const void* payload, Size bytes) {
+    auto& world = engine("bsp_send");
+    if (pid(to) < 0 || pid(to) >= world.nprocs()) die("bsp_send", "The source process ID does not exist");
+    if (negative(bytes)) die("bsp_send", "Payload size may not be negative");
+    if (!payload && bytes != 0) die("bsp_send", "payload may not be NULL if its size is non-zero");
+    if (!tag && world.tagsize() > 0) die("bsp_send", "tag may not be NULL if the tag size is non-zero");
+    guarded([&] {
+      world.send(0, pid(to), {static_cast<const std::byte*>(tag), world.tagsize()},
+                 {static_cast<const std::byte*>(payload), static_cast<std::size_t>(bytes)});
+    });
+  }
+
+  static void qsize(Nprocs* count, Size* bytes) {
+    auto& world = engine("bsp_qsize");
+    if (!count || !bytes) die("bsp_qsize", "both arguments may not be NULL");
+    *count =
+        narrow<Nprocs>(world.messages(0).size() - state.next_message, "bsp_qsize", "The number of messages");
+    *bytes = narrow<Size>(state.bytes_left, "bsp_qsize", "The size of all messages");
+  }
+
+  static const Message* front(detail::Engine& world) {
+    const auto& queue = world.messages(0);
+    return state.next_message < queue.size() ? &queue[state.next_message] : nullptr;
+  }
+
+  static void drop_front(const Message& message) {
+    state.bytes_left -= message.payload.size();
+    ++state.next_message;
+  }
+
+  static void get_tag(Size* status, void* tag) {
+    auto& world = engine("bsp_get_tag");
+    if (!status) die("bsp_get_tag", "first arguments may not be NULL");
+    const std::size_t bytes = world.received_tagsize();
+    if (!tag && bytes > 0)
+      die("bsp_get_tag", "tag must point to a block of available memory of at least " +
+                             std::to_string(bytes) + " bytes long");
+    const Message* message = front(world);
+    *status = message ? narrow<Size>(message->payload.size(), "bsp_get_tag", "The size of the message")
+                      : static_cast<Size>(-1);
+    if (message && bytes > 0) std::memcpy(tag, message->tag.data(), bytes);
+  }
+
+  static void move(void* payload, Size bytes) {
+    auto& world = engine("bsp_move");
+    if (negative(bytes)) die("bsp_move", "size argument may not be negative");
+    if (!payload && bytes != 0) die("bsp_move", "payload may not be NULL if reception_nbytes is non-zero");
+    const Message* message = front(world);
+    if (!message) die("bsp_move", "Message queue was empty");
+    const std::size_t size = std::min(static_cast<std::size_t>(bytes), message->payload.size());
+    if (size > 0) std::memcpy(payload, message->payload.data(), size);
+    drop_front(*message);
+  }
+
+  static Size hpmove(void** tag, void** payload) {
+    auto& world = engine("bsp_hpmove");
+    if (!tag || !payload) die("bsp_hpmove", "pointer arugments may not be NULL");
+    const Message* message = front(world);
+    if (!message) return static_cast<Size>(-1);
+    *tag = const_cast<std::byte*>(message->tag.data());
+    *payload = const_cast<std::byte*>(message->payload.data());
+    drop_front(*message);
+    return narrow<Size>(message->payload.size(), "bsp_hpmove", "The size of the message");
+  }
+};
+
+}  // namespace bsp2::bsplib::classic

@@ -1,0 +1,5 @@
+// The dialect of MulticoreBSP for C: size_t and unsigned int.
+#define BSP2_MULTICORE_BSP
+#include "bsp.h"
+#include "classic_api.hpp"
+#include "classic_dialect.hpp"

@@ -1,0 +1,179 @@
+#include "classic_state.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+namespace bsp2::bsplib::classic {
+
+State state;
+
+namespace {
+
+int world_size() {
+  int size = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &size);
+  return size;
+}
+
+[[noreturn]] void end_all() {
+  state.aborting = true;
+  int initialized = 0, finalized = 0;
+  MPI_Initialized(&initialized);
+  MPI_Finalized(&finalized);
+  if (initialized && !finalized) MPI_Abort(MPI_COMM_WORLD, EXIT_FAILURE);
+  std::_Exit(EXIT_FAILURE);
+}
+
+void print(std::string message) {
+  if (message.empty() || message.back() != '\n') message += '\n';
+  std::fflush(stdout);
+  std::fputs(message.c_str(), stderr);
+  std::fflush(stderr);
+}
+
+/// A program that ends without bsp_end must not leave the others waiting.
+void at_exit() {
+  int finalized = 0;
+  MPI_Finalized(&finalized);
+  if (finalized || state.aborting) return;
+  if (state.began && !state.ended) die("bsp_end", "was not called before the end of the program");
+  if (state.init_called && !state.began && world_size() > 1)
+    die("bsp_begin", "was not called before the end of the program, after bsp_init");
+  MPI_Finalize();
+}
+
+void start_mpi(int* argc, char*** argv) {
+  int initialized = 0;
+  MPI_Initialized(&initialized);
+  if (initialized) return;
+  int provided = 0;
+  MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &provided);
+  std::atexit(at_exit);
+}
+
+/// "sync/push_reg" is "bsp_sync/bsp_push_reg" to a classic program.
+std::string classic_name(const std::string& where) {
+  std::string name = "bsp_";
+  for (const char c : where) {
+    name += c;
+    if (c == '/') name += "bsp_";
+  }
+  return name;
+}
+
+std::string place(int rank, std::uint64_t superstep) {
+  return " (process " + std::to_string(rank) + ", superstep " + std::to_string(superstep) + ")";
+}
+
+}  // namespace
+
+void die(const Error& error) {
+  if (!error.agreed() || state.nprocs == 1 || state.engine->pid() == 0)
+    print(classic_name(error.where()) + ": " + error.detail() + place(error.culprit(), error.superstep()));
+  if (error.agreed()) state.engine->wait_for_all();  // everyone is here; let process 0 finish its message
+  end_all();
+}
+
+void die(const char* function, const std::string& message) {
+  std::string where;
+  if (state.engine) where = place(state.engine->pid(), state.engine->superstep());
+  print(std::string(function) + ": " + message + where);
+  end_all();
+}
+
+void abort_with(const char* format, va_list arguments) {
+  va_list again;
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, format, arguments);
+  std::string message(static_cast<std::size_t>(std::max(length, 0)) + 1, '\0');
+  std::vsnprintf(message.data(), message.size(), format, again);
+  va_end(again);
+  message.pop_back();
+  print(message);
+  end_all();
+}
+
+void not_in_spmd(const char* function) {
+  die(function, "can only be called within SPMD section");
+}
+
+void init(void (*spmd)(void), int argc, char** argv) {
+  start_mpi(&argc, &argv);
+  if (state.began) die("bsp_init", "must be called before bsp_begin");
+  if (state.init_called) die("bsp_init", "May be called only once");
+  if (!spmd) die("bsp_init", "The function is NULL");
+  state.init_called = true;
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  if (rank == 0) return;
+  spmd();
+  if (!state.began) die("bsp_init", "The SPMD function did not call bsp_begin");
+  if (!state.ended) die("bsp_init", "The SPMD function did not call bsp_end");
+  std::exit(EXIT_SUCCESS);
+}
+
+void begin(long long maxprocs) {
+  start_mpi(nullptr, nullptr);
+  if (state.began) die("bsp_begin", "May be called only once");
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Bcast(&maxprocs, 1, MPI_LONG_LONG, 0, MPI_COMM_WORLD);  // other processes may not know it yet
+  if (maxprocs <= 0 && rank == 0)
+    die("bsp_begin", "The number of processes must be greater than 0, it was " + std::to_string(maxprocs));
+  state.began = true;
+  state.nprocs = static_cast<int>(std::clamp<long long>(maxprocs, 1, world_size()));
+  const bool active = rank < state.nprocs;
+  MPI_Comm part = MPI_COMM_NULL;
+  MPI_Comm_split(MPI_COMM_WORLD, active ? 0 : MPI_UNDEFINED, rank, &part);
+  if (!active) {
+    state.ended = true;
+    std::exit(EXIT_SUCCESS);
+  }
+  state.world.emplace(part);
+  MPI_Comm_free(&part);
+  state.engine = &state.world->engine();
+}
+
+void end() {
+  detail::Engine& world = engine("bsp_end");
+  try {
+    world.close();
+  } catch (const Error& error) {
+    die(error);
+  }
+  state.engine = nullptr;
+  state.world.reset();
+  state.ended = true;
+}
+
+void sync() {
+  detail::Engine& world = engine("bsp_sync");
+  try {
+    world.sync();
+  } catch (const Error& error) {
+    die(error);
+  }
+  state.next_message = 0;
+  state.bytes_left = 0;
+  for (const Message& message : world.messages(0)) state.bytes_left += message.payload.size();
+}
+
+int nprocs() {
+  if (state.nprocs > 0) return state.nprocs;
+  start_mpi(nullptr, nullptr);
+  return world_size();
+}
+
+World::Slot look_up(detail::Engine& engine, const void* address, const char* function) {
+  try {
+    state.slot = engine.slot_of(address, function + 4);  // without "bsp_"
+  } catch (const Error& error) {
+    die(error);
+  }
+  state.address = address;
+  state.version = engine.registry_version();
+  return state.slot;
+}
+
+}  // namespace bsp2::bsplib::classic

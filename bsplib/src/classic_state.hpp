@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdarg>
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "bsp2/bsplib/world.hpp"
+#include "engine.hpp"
+
+/// The one world of a classic program. Here, and only here, is global state: the interface of BSPlib has no
+/// handle.
+namespace bsp2::bsplib::classic {
+
+struct State {
+  detail::Engine* engine = nullptr;  ///< of the world, between bsp_begin and bsp_end
+  std::optional<World> world;
+  bool init_called = false, began = false, ended = false, aborting = false;
+  int nprocs = 0;
+
+  // The newest address that was looked up.
+  const void* address = nullptr;
+  World::Slot slot = 0;
+  std::uint64_t version = 0;
+
+  // The queue of messages.
+  std::size_t next_message = 0;
+  std::size_t bytes_left = 0;
+};
+
+extern State state;
+
+void init(void (*spmd)(void), int argc, char** argv);
+void begin(long long maxprocs);
+void end();
+void sync();
+int nprocs();
+
+/// Ends all processes with an error of the layer; one process prints it.
+[[noreturn]] void die(const Error& error);
+/// The same with a message of this process.
+[[noreturn]] void die(const char* function, const std::string& message);
+[[noreturn]] void abort_with(const char* format, va_list arguments);
+[[noreturn]] void not_in_spmd(const char* function);
+
+/// The world, for a function that makes sense in the parallel part only.
+inline detail::Engine& engine(const char* function) {
+  if (!state.engine) not_in_spmd(function);
+  return *state.engine;
+}
+
+World::Slot look_up(detail::Engine& engine, const void* address, const char* function);
+
+inline World::Slot slot_of(detail::Engine& engine, const void* address, const char* function) {
+  if (address == state.address && engine.registry_version() == state.version) return state.slot;
+  return look_up(engine, address, function);
+}
+
+}  // namespace bsp2::bsplib::classic

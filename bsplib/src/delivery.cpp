@@ -1,0 +1,325 @@
+// The phases of a sync. Notation: a *stream* is what one rank asks of another; *data* is what does not fit in
+// streams.
+//
+//   slots    every pair exchanges a slot; all ranks judge the headers
+//   streams  streams that are neither in a slot nor in shared staging memory arrive
+//   data     gets are answered from memory as it is now, unbuffered stores are written, big puts travel
+//   landed   results of gets are written, then puts in the order of ranks; messages are handed out; the next
+//   superstep
+#include <atomic>
+#include <climits>
+#include <cstring>
+
+#include "engine.hpp"
+
+namespace bsp2::bsplib::detail {
+
+using wire::Header;
+using wire::Kind;
+using wire::Route;
+
+namespace {
+
+bool complete(std::vector<MPI_Request>& requests, bool wait) {
+  if (requests.empty()) return true;
+  int done = 1;
+  const int count = static_cast<int>(requests.size());
+  if (wait) {
+    MPI_Waitall(count, requests.data(), MPI_STATUSES_IGNORE);
+  } else {
+    MPI_Testall(count, requests.data(), &done, MPI_STATUSES_IGNORE);
+  }
+  if (done) requests.clear();
+  return done != 0;
+}
+
+constexpr std::size_t piece_bytes = std::size_t{1} << 30;  // MPI counts in int
+
+template <class Post>
+void in_pieces(std::size_t bytes, Post&& post) {
+  for (std::size_t at = 0; at < bytes; at += piece_bytes)
+    post(at, static_cast<int>(bytes - at < piece_bytes ? bytes - at : piece_bytes));
+}
+
+void receive(std::byte* to, std::size_t bytes, int from, int tag, MPI_Comm comm,
+             std::vector<MPI_Request>& requests) {
+  in_pieces(bytes, [&](std::size_t at, int count) {
+    MPI_Irecv(to + at, count, MPI_BYTE, from, tag, comm, &requests.emplace_back());
+  });
+}
+
+void transmit(const std::byte* data, std::size_t bytes, int to, int tag, MPI_Comm comm,
+              std::vector<MPI_Request>& requests) {
+  in_pieces(bytes, [&](std::size_t at, int count) {
+    MPI_Isend(data + at, count, MPI_BYTE, to, tag, comm, &requests.emplace_back());
+  });
+}
+
+}  // namespace
+
+void Engine::start_sync() {
+  if (rejected_) {
+    const Error error = *rejected_;
+    fail(error.detail(), true);
+  }
+  exchange(Kind::sync, 0, false);
+}
+
+void Engine::open_sync() {
+  check_usable("open");
+  start_sync();
+}
+
+void Engine::sync() {
+  check_usable("sync");
+  start_sync();
+  advance(true);
+  finish_sync();
+}
+
+/// @return whether everything has arrived, or the superstep has failed.
+bool Engine::advance(bool wait) {
+  if (phase_ == Phase::slots) {
+    if (!complete(requests_, wait)) return false;
+    std::atomic_thread_fence(std::memory_order_acquire);
+    pending_ = judge();
+    phase_ = Phase::landed;
+    if (pending_ || header(pid_).kind != Kind::sync) return true;
+    phase_ = Phase::streams;
+    receive_streams();
+  }
+  if (phase_ == Phase::streams) {
+    if (!complete(requests_, wait)) return false;
+    for (int rank = 0; rank < nprocs_; ++rank) in(rank).index(registry_, rank);
+    if constexpr (defect == Defect::gets_after_puts) apply_puts();
+    answer_gets();
+    write_stores();
+    exchange_data();
+    phase_ = Phase::data;
+  }
+  if (phase_ == Phase::data) {
+    if (!complete(requests_, wait) || !complete(send_requests_, wait)) return false;
+    phase_ = Phase::landed;
+  }
+  return true;
+}
+
+void Engine::finish_sync() {
+  if (pending_) raise(*pending_);
+  write_gets();
+  if constexpr (defect != Defect::gets_after_puts) apply_puts();
+  deliver_messages();
+  commit_registrations();
+  account();
+  next_superstep();
+}
+
+void Engine::locate_stream(int rank) {
+  Inflow& inflow = in(rank);
+  inflow.own = rank == pid_;
+  if (inflow.own) {
+    inflow.stream = out(rank).stream();
+    inflow.size = out(rank).stream_bytes();
+    inflow.contents = out(rank).contents;
+    return;
+  }
+  const Header& h = header(rank);
+  inflow.size = h.stream_bytes;
+  inflow.contents = h.contents;
+  inflow.staging = staging_.peer(rank);
+  if (h.route == Route::in_slot) {
+    inflow.stream = slots_in_.data() + static_cast<std::size_t>(rank) * wire::slot_bytes + sizeof(Header);
+  } else if (h.route == Route::in_staging) {
+    inflow.stream = inflow.staging + h.stream_where;
+  } else if (h.route == Route::message) {
+    std::byte* room = inflow.room(inflow.size);
+    inflow.stream = room;
+    receive(room, inflow.size, rank, wire::tag_stream, comm_, requests_);
+  }
+}
+
+void Engine::receive_streams() {
+  for (int rank = 0; rank < nprocs_; ++rank) locate_stream(rank);
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    if (rank == pid_) continue;
+    const Outbox& box = out(rank);
+    if (box.stream_bytes() > wire::inline_bytes && !(staging_.peer(rank) && box.where() != wire::nowhere))
+      transmit(box.stream(), box.stream_bytes(), rank, wire::tag_stream, comm_, send_requests_);
+  }
+}
+
+/// Reads what others get from here, before anything is written.
+void Engine::answer_gets() {
+  for (int rank = 0; rank < nprocs_; ++rank)
+    if (in(rank).contents & wire::has_gets) answer(rank);
+}
+
+void Engine::answer(int rank) {
+  auto& reply = rank == pid_ ? replies_in_[static_cast<std::size_t>(rank)]
+                             : replies_out_[static_cast<std::size_t>(rank)];
+  std::size_t bytes = 0;
+  for (const auto& request : in(rank).requests)
+    if (!request.direct) bytes += request.size;
+  reply.resize(bytes);
+  std::size_t at = 0;
+  for (const auto& request : in(rank).requests) {
+    if (rank != pid_) bytes_out_ += request.size;
+    if (request.direct) {
+      transmit(request.source, request.size, rank, wire::tag_direct_reply, comm_, send_requests_);
+    } else {
+      std::memcpy(reply.data() + at, request.source, request.size);
+      at += request.size;
+    }
+  }
+  if (rank != pid_) transmit(reply.data(), bytes, rank, wire::tag_reply, comm_, send_requests_);
+}
+
+/// Unbuffered puts into memory that we can reach. The other rank is in its sync, since its slot is here.
+void Engine::write_stores() {
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    if (out(rank).stores.empty()) continue;
+    for (const auto& store : out(rank).stores) std::memcpy(store.target, store.source, store.size);
+    std::atomic_thread_fence(std::memory_order_release);
+    MPI_Isend(nullptr, 0, MPI_BYTE, rank, wire::tag_notice, comm_, &send_requests_.emplace_back());
+  }
+}
+
+void Engine::exchange_data() {
+  bool landing = false;
+  for (const Inflow& inflow : in_) landing |= !inflow.landings.empty();
+  wanted_.clear();
+  if (landing) {
+    for (const Outbox& box : out_)
+      for (const auto& wanted : box.wanted) wanted_.emplace_back(wanted.target, wanted.size);
+    set_overlapping_aside(in_, registry_, wanted_);
+  }
+  for (int rank = 0; rank < nprocs_; ++rank)
+    if (rank != pid_) exchange_data_with(rank);
+}
+
+void Engine::exchange_data_with(int rank) {
+  if (header(rank).stores > 0)
+    MPI_Irecv(nullptr, 0, MPI_BYTE, rank, wire::tag_notice, comm_, &requests_.emplace_back());
+  for (auto& landing : in(rank).landings)
+    receive(landing.aside ? landing.aside.get() : landing.target, landing.size, rank, wire::tag_data, comm_,
+            requests_);
+  for (const auto& piece : out(rank).data)
+    transmit(piece.data, piece.size, rank, wire::tag_data, comm_, send_requests_);
+  std::size_t bytes = 0;
+  for (const auto& wanted : out(rank).wanted) {
+    if (wanted.direct) {
+      receive(wanted.target, wanted.size, rank, wire::tag_direct_reply, comm_, requests_);
+    } else {
+      bytes += wanted.size;
+    }
+  }
+  auto& reply = replies_in_[static_cast<std::size_t>(rank)];
+  reply.resize(bytes);
+  receive(reply.data(), bytes, rank, wire::tag_reply, comm_, requests_);
+}
+
+void Engine::write_gets() {
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    std::size_t at = 0;
+    for (const auto& wanted : out(rank).wanted) {
+      if (wanted.direct) continue;
+      std::memcpy(wanted.target, replies_in_[static_cast<std::size_t>(rank)].data() + at, wanted.size);
+      at += wanted.size;
+    }
+  }
+}
+
+void Engine::apply_puts() {
+  if constexpr (defect == Defect::puts_in_reverse) {
+    for (int rank = nprocs_ - 1; rank >= 0; --rank) in(rank).apply_puts(registry_);
+  } else {
+    for (Inflow& inflow : in_) inflow.apply_puts(registry_);
+  }
+}
+
+/// Queue 0 is in descending order of ranks, which classic programs have come to expect; the others ascend.
+void Engine::deliver_messages() {
+  for (auto& queue : queues_) queue.clear();
+  bool any = false;
+  for (const Inflow& inflow : in_) any |= !inflow.messages.empty();
+  if (!any) return;
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    const Inflow& up = in(rank);
+    for (std::size_t i = 0; i < up.messages.size(); ++i)
+      if (up.queues[i] != 0) queues_[up.queues[i]].push_back(up.messages[i]);
+    const Inflow& down = in(nprocs_ - 1 - rank);
+    for (std::size_t i = 0; i < down.messages.size(); ++i)
+      if (down.queues[i] == 0) queues_[0].push_back(down.messages[i]);
+  }
+}
+
+void Engine::commit_registrations() {
+  const auto& mine = registry_.changes();
+  if (!mine.empty()) {
+    std::vector<Registry::Change> all(mine.size() * static_cast<std::size_t>(nprocs_));
+    const int bytes = static_cast<int>(mine.size() * sizeof(Registry::Change));
+    MPI_Allgather(mine.data(), bytes, MPI_BYTE, all.data(), bytes, MPI_BYTE, comm_);
+    if (auto problem = registry_.commit(all))
+      raise({Errc::registration_mismatch, problem->culprit, "sync/" + problem->where, problem->detail});
+    free_released(false);
+  }
+  received_tag_size_ = tag_size_;
+  tag_size_ = next_tag_size_;
+  tag_sets_ = 0;
+}
+
+void Engine::account() {
+  SuperstepCost cost;
+  cost.superstep = superstep_;
+  cost.work_seconds = entered_sync_ - left_sync_;
+  std::uint64_t previous_h = previous_h_;
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    const Header& h = header(rank);
+    cost.max_work_seconds = std::max(cost.max_work_seconds, h.work_seconds);
+    previous_h = std::max(previous_h, h.previous_h);
+    if (rank == pid_) continue;
+    cost.messages_out += out(rank).count;
+    cost.messages_in += h.messages;
+    bytes_out_ += out(rank).payload;
+    bytes_in_ += h.payload + out(rank).wanted_bytes;
+  }
+  cost.bytes_out = bytes_out_;
+  cost.bytes_in = bytes_in_;
+  cost.h_bytes = previous_h_ = std::max(bytes_out_, bytes_in_);
+  left_sync_ = MPI_Wtime();
+  cost.sync_seconds = left_sync_ - entered_sync_;
+  record(cost, previous_h);
+}
+
+/// Sets h of a superstep, and what follows from it.
+void Engine::settle(SuperstepCost& cost, std::uint64_t h) {
+  if (cost.predicted_seconds) costs.predicted_seconds -= *cost.predicted_seconds;
+  cost.h_bytes = h;
+  if (machine) cost.predicted_seconds = predict(cost, *machine);
+  if (cost.predicted_seconds) costs.predicted_seconds += *cost.predicted_seconds;
+}
+
+void Engine::record(SuperstepCost cost, std::uint64_t previous_h) {
+  if (!costs.recent.empty()) settle(costs.recent.back(), previous_h);
+  settle(cost, cost.h_bytes);
+  ++costs.supersteps;
+  costs.work_seconds += cost.work_seconds;
+  costs.sync_seconds += cost.sync_seconds;
+  costs.bytes_out += cost.bytes_out;
+  costs.bytes_in += cost.bytes_in;
+  costs.messages_out += cost.messages_out;
+  costs.messages_in += cost.messages_in;
+  costs.recent.push_back(cost);
+  if (costs.recent.size() > std::max<std::size_t>(options_.kept_costs, 1)) costs.recent.pop_front();
+}
+
+void Engine::next_superstep() {
+  for (Inflow& inflow : in_) inflow.clear();
+  for (Outbox& box : out_) box.reset();
+  staging_.flip();
+  bytes_out_ = bytes_in_ = 0;
+  ++superstep_;
+  phase_ = Phase::idle;
+}
+
+}  // namespace bsp2::bsplib::detail

@@ -1,0 +1,233 @@
+#include "engine.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+
+namespace bsp2::bsplib::detail {
+
+using wire::Header;
+using wire::Kind;
+using wire::Route;
+
+Engine::Engine(MPI_Comm comm, WorldOptions options)
+    : comm_(comm), options_(options), staging_(comm, options.staging_bytes), registry_([&] {
+        int size = 0;
+        MPI_Comm_size(comm, &size);
+        return size;
+      }()) {
+  MPI_Comm_rank(comm, &pid_);
+  MPI_Comm_size(comm, &nprocs_);
+  const auto n = static_cast<std::size_t>(nprocs_);
+  runs_.resize(n);
+  for (Run& run : runs_) out_.emplace_back(&staging_, &run);
+  in_.resize(n);
+  slots_out_.resize(n * wire::slot_bytes);
+  slots_in_.resize(n * wire::slot_bytes);
+  replies_out_.resize(n);
+  replies_in_.resize(n);
+  queues_.resize(1);
+  try {
+    machine = find_machine(load_machines(machine_file()), nprocs_);
+  } catch (const std::runtime_error&) {
+    machine.reset();  // an unreadable file means no predictions, not the end of the program
+  }
+  begin_ = left_sync_ = MPI_Wtime();
+}
+
+Engine::~Engine() = default;
+
+const Header& Engine::header(int rank) const {
+  return *reinterpret_cast<const Header*>(slots_in_.data() +
+                                          static_cast<std::size_t>(rank) * wire::slot_bytes);
+}
+
+void Engine::fill_slots(Kind kind, std::uint64_t argument) {
+  Header common;
+  common.kind = kind;
+  common.superstep = superstep_;
+  common.pushes = registry_.pushes();
+  common.pops = registry_.pops();
+  common.tag_sets = tag_sets_;
+  common.queues = static_cast<std::uint32_t>(queues_.size());
+  common.tag_size = next_tag_size_;
+  common.argument = argument;
+  common.work_seconds = entered_sync_ - left_sync_;
+  common.previous_h = previous_h_;
+  if (kind == Kind::error) {
+    common.error_code = static_cast<std::uint32_t>(rejected_->code());
+    common.error_origin = rejected_origin_;
+    common.error_bytes =
+        static_cast<std::uint32_t>(rejected_->where().size() + 1 + rejected_->detail().size());
+  }
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    std::byte* slot = slots_out_.data() + static_cast<std::size_t>(rank) * wire::slot_bytes;
+    Header h = common;
+    if (kind == Kind::sync && rank != pid_) {
+      Outbox& box = out(rank);
+      box.close_run();
+      h.stream_bytes = box.stream_bytes();
+      h.stream_where = box.where();
+      h.contents = box.contents;
+      h.stores = static_cast<std::uint32_t>(box.stores.size());
+      h.messages = box.count;
+      h.payload = box.payload;
+      h.route = h.stream_bytes == 0                                   ? Route::none
+                : h.stream_bytes <= wire::inline_bytes                ? Route::in_slot
+                : staging_.peer(rank) && box.where() != wire::nowhere ? Route::in_staging
+                                                                      : Route::message;
+      if (h.route == Route::in_slot) std::memcpy(slot + sizeof h, box.stream(), h.stream_bytes);
+    }
+    std::memcpy(slot, &h, sizeof h);
+  }
+  if (kind == Kind::sync) out(pid_).close_run();
+}
+
+void Engine::post_slots() {
+  const auto at = [](std::vector<std::byte>& slots, int rank) {
+    return slots.data() + static_cast<std::size_t>(rank) * wire::slot_bytes;
+  };
+  constexpr int size = static_cast<int>(wire::slot_bytes);
+  if (nprocs_ > few_ranks) {
+    MPI_Ialltoall(slots_out_.data(), size, MPI_BYTE, slots_in_.data(), size, MPI_BYTE, comm_,
+                  &requests_.emplace_back());
+    return;
+  }
+  std::memcpy(at(slots_in_, pid_), at(slots_out_, pid_), wire::slot_bytes);
+  for (int i = 1; i < nprocs_; ++i) {
+    const int from = (pid_ + nprocs_ - i) % nprocs_;
+    MPI_Irecv(at(slots_in_, from), size, MPI_BYTE, from, wire::tag_slot, comm_, &requests_.emplace_back());
+  }
+  for (int i = 1; i < nprocs_; ++i) {
+    const int to = (pid_ + i) % nprocs_;
+    MPI_Isend(at(slots_out_, to), size, MPI_BYTE, to, wire::tag_slot, comm_, &requests_.emplace_back());
+  }
+}
+
+/// Starts, or with `wait` completes, the exchange that every collective call begins with.
+void Engine::exchange(Kind kind, std::uint64_t argument, bool wait) {
+  entered_sync_ = MPI_Wtime();
+  if constexpr (defect == Defect::late_put)
+    if (kind == Kind::sync)
+      for (const auto& put : std::exchange(late_, {}))
+        out(put.pid).put(put.slot, put.offset, put.source, put.bytes,
+                         registry_.slot(put.slot).sizes[static_cast<std::size_t>(put.pid)]);
+  fill_slots(kind, argument);
+  std::atomic_thread_fence(std::memory_order_release);
+  post_slots();
+  phase_ = Phase::slots;
+  if (wait) advance(true);
+}
+
+/// A collective call that is not a sync. On return all ranks have called the same.
+void Engine::meet(Kind kind, std::uint64_t argument) {
+  if (rejected_ && kind != Kind::error) {
+    const Error error = *rejected_;
+    fail(error.detail(), true);
+  }
+  exchange(kind, argument, true);
+  if (pending_) raise(*pending_);
+  phase_ = Phase::idle;
+  left_sync_ = MPI_Wtime();
+}
+
+void Engine::publish(std::string& text) const {
+  const int culprit = pending_->culprit;
+  if (culprit == pid_) {
+    text = rejected_->where() + '\0' + rejected_->detail();
+  } else {
+    text.resize(pending_->text_bytes);
+  }
+  MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_BYTE, culprit, comm_);
+}
+
+void Engine::raise(Verdict verdict) {
+  pending_ = verdict;
+  if (verdict.text_bytes > 0) {
+    std::string text;
+    publish(text);
+    const auto end = text.find('\0');
+    verdict.where = text.substr(0, end);
+    verdict.detail = text.substr(end + 1);
+  }
+  phase_ = Phase::idle;
+  pending_.reset();
+  verdict_.emplace(verdict.code, verdict.culprit, superstep_, verdict.where, verdict.detail, true);
+  throw *verdict_;
+}
+
+void Engine::fail(const std::string& why, bool origin) {
+  if (verdict_) throw *verdict_;
+  if (!rejected_) {
+    rejected_.emplace(Errc::exception, pid_, superstep_, "exception", why);
+    rejected_origin_ = origin;
+  }
+  if (closed_) throw *rejected_;
+  meet(Kind::error, 0);
+  throw *rejected_;  // not reached: an exchange with an error in it is judged as one
+}
+
+void Engine::close() {
+  if (closed_) return;
+  if (verdict_) throw *verdict_;
+  meet(Kind::end, 0);
+  closed_ = true;
+  if (!costs.recent.empty()) {
+    std::uint64_t h = 0;
+    for (int rank = 0; rank < nprocs_; ++rank) h = std::max(h, header(rank).previous_h);
+    settle(costs.recent.back(), h);
+  }
+  free_released(true);
+  staging_.release();
+  if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
+}
+
+std::unique_ptr<Engine> Engine::split(int color, int key) {
+  check_usable("split");
+  if (color < 0) reject(Errc::bad_argument, "split", "The color " + std::to_string(color) + " is negative");
+  meet(Kind::split, 0);
+  MPI_Comm part = MPI_COMM_NULL;
+  MPI_Comm_split(comm_, color, key, &part);
+  return std::make_unique<Engine>(part, options_);
+}
+
+std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
+  check_usable("allocate");
+  meet(Kind::allocate, bytes);
+  Registry::Slot slot;
+  for (int rank = 0; rank < nprocs_; ++rank) slot.sizes.push_back(header(rank).argument);
+  slot.address = allocate_shared(slot, bytes);
+  if (!slot.address) {
+    slot.heap = static_cast<std::byte*>(std::calloc(std::max<std::size_t>(bytes, 1), 1));
+    slot.address = slot.heap;
+  }
+  if (!slot.address) reject(Errc::resource, "allocate", "No memory for " + std::to_string(bytes) + " bytes");
+  std::byte* address = slot.address;
+  return {registry_.adopt(std::move(slot)), address};
+}
+
+/// Memory that the ranks of this node reach; null if MPI grants none.
+std::byte* Engine::allocate_shared(Registry::Slot& slot, std::size_t bytes) {
+  if (staging_.node() == MPI_COMM_NULL) return nullptr;
+  void* base = nullptr;
+  const std::size_t size = std::max<std::size_t>(bytes, 64);
+  const bool granted = MPI_Win_allocate_shared(static_cast<MPI_Aint>(size), 1, MPI_INFO_NULL, staging_.node(),
+                                               &base, &slot.window) == MPI_SUCCESS;
+  if (!all_have(staging_.node(), granted)) {
+    slot.window = MPI_WIN_NULL;
+    return nullptr;
+  }
+  slot.memory = shared_parts(comm_, staging_.node(), slot.window);
+  std::memset(base, 0, size);
+  return static_cast<std::byte*>(base);
+}
+
+void Engine::free_released(bool everything) {
+  for (auto& slot : registry_.take_released(everything)) {
+    if (slot.window != MPI_WIN_NULL) MPI_Win_free(&slot.window);
+    std::free(slot.heap);
+  }
+}
+
+}  // namespace bsp2::bsplib::detail

@@ -1,0 +1,177 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bsp2/bsplib/world.hpp"
+#include "defect.hpp"
+#include "inbox.hpp"
+#include "outbox.hpp"
+#include "registry.hpp"
+#include "staging.hpp"
+#include "wire.hpp"
+
+namespace bsp2::bsplib::detail {
+
+/// What World hides. See World for the meaning of the public functions.
+///
+/// Every collective call begins with the same exchange of one slot a pair of ranks. Each rank sees every
+/// header, so all come to the same verdict on them without asking again. The slots travel point to point up
+/// to `few_ranks`, and by MPI_Ialltoall above, whether a superstep is opened or not, so that both may meet.
+class Engine {
+ public:
+  Engine(MPI_Comm comm, WorldOptions options);  ///< takes the communicator over
+  ~Engine();
+  Engine(const Engine&) = delete;
+  Engine& operator=(const Engine&) = delete;
+
+  int pid() const { return pid_; }
+  int nprocs() const { return nprocs_; }
+  double time() const { return MPI_Wtime() - begin_; }
+  std::uint64_t superstep() const { return superstep_; }
+  bool failed() const { return verdict_.has_value(); }
+  bool closed() const { return closed_; }
+  std::uint64_t registry_version() const { return registry_.version(); }
+  void wait_for_all() { MPI_Barrier(comm_); }
+
+  std::span<Run> runs() { return runs_; }
+
+  void sync();
+  void open_sync();
+  bool advance(bool wait);
+  void finish_sync();
+  void close();
+  /// Takes part in whatever the others do, to tell them. @param origin whether the failure arose in this
+  /// world.
+  [[noreturn]] void fail(const std::string& why, bool origin);
+  std::unique_ptr<Engine> split(int color, int key);
+
+  Registry::Id push_reg(const void* address, std::size_t bytes);
+  void pop_reg(const void* address);
+  void pop_slot(Registry::Id slot);
+  std::pair<Registry::Id, std::byte*> allocate(std::size_t bytes);
+  std::size_t size_of(Registry::Id slot, int pid) const;
+  Registry::Id slot_of(const void* address, const char* caller);
+
+  void put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+    if (static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_) && defect != Defect::late_put &&
+        out_[static_cast<std::size_t>(pid)].put_again(slot, offset, source, bytes))
+      return;
+    start_put(pid, source, slot, offset, bytes);
+  }
+  void get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes, bool unbuffered);
+  void hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
+
+  std::size_t set_tagsize(std::size_t bytes);
+  std::size_t tagsize() const { return tag_size_; }
+  std::size_t received_tagsize() const { return received_tag_size_; }
+  std::uint32_t new_queue();
+  void send(std::uint32_t queue, int pid, std::span<const std::byte> tag, std::span<const std::byte> payload);
+  std::vector<Message>& messages(std::uint32_t queue);
+
+  CostReport costs;
+  std::optional<Machine> machine;
+
+  /// Throws an error of this rank alone, and remembers it for the others.
+  [[noreturn]] void reject(Errc code, const char* where, std::string detail);
+
+ private:
+  enum class Phase { idle, slots, streams, data, landed };
+  struct Verdict {
+    Errc code;
+    int culprit;
+    std::string where, detail;
+    std::uint32_t text_bytes = 0;  ///< > 0: the culprit still has to tell the text
+  };
+  static constexpr int few_ranks = 32;
+
+  // engine.cpp: the collective calls
+  void start_sync();
+  void check_usable(const char* caller);
+  void exchange(wire::Kind kind, std::uint64_t argument, bool wait);
+  void meet(wire::Kind kind, std::uint64_t argument);
+  void fill_slots(wire::Kind kind, std::uint64_t argument);
+  void post_slots();
+  const wire::Header& header(int rank) const;
+  [[noreturn]] void raise(Verdict verdict);
+  void publish(std::string& text) const;
+  std::byte* allocate_shared(Registry::Slot& slot, std::size_t bytes);
+  void free_released(bool everything);
+
+  // verdict.cpp: judging headers
+  std::optional<Verdict> judge() const;
+  std::optional<Verdict> judge_errors() const;
+  std::optional<Verdict> judge_kinds() const;
+  std::optional<Verdict> judge_counts() const;
+  template <class Get>
+  std::optional<int> odd_one_out(Get&& get) const;
+
+  // access.cpp: what a superstep asks for
+  Outbox& outbox(int pid, const char* caller);
+  void check_range(const char* caller, const char* verb, int pid, Registry::Id slot, std::size_t offset,
+                   std::size_t bytes);
+  void start_put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
+
+  // delivery.cpp: the phases of a sync
+  void receive_streams();
+  void locate_stream(int rank);
+  void answer_gets();
+  void answer(int rank);
+  void write_stores();
+  void exchange_data();
+  void exchange_data_with(int rank);
+  void write_gets();
+  void apply_puts();
+  void deliver_messages();
+  void commit_registrations();
+  void account();
+  void record(SuperstepCost cost, std::uint64_t previous_h);
+  void settle(SuperstepCost& cost, std::uint64_t h);
+  void next_superstep();
+
+  Outbox& out(int rank) { return out_[static_cast<std::size_t>(rank)]; }
+  Inflow& in(int rank) { return in_[static_cast<std::size_t>(rank)]; }
+
+  MPI_Comm comm_;
+  WorldOptions options_;
+  int pid_ = 0, nprocs_ = 1;
+  double begin_ = 0.0, left_sync_ = 0.0, entered_sync_ = 0.0;
+  std::uint64_t superstep_ = 0;
+  bool closed_ = false;
+  Phase phase_ = Phase::idle;
+
+  Staging staging_;
+  Registry registry_;
+  std::vector<Run> runs_;
+  std::vector<Outbox> out_;
+  std::vector<Inflow> in_;
+  std::vector<std::byte> slots_out_, slots_in_;
+  std::vector<MPI_Request> requests_, send_requests_;
+  std::vector<std::vector<std::byte>> replies_out_, replies_in_;
+  std::vector<std::pair<std::byte*, std::size_t>> wanted_;
+  std::vector<std::vector<Message>> queues_;
+
+  std::size_t tag_size_ = 0, next_tag_size_ = 0, received_tag_size_ = 0;
+  std::uint32_t tag_sets_ = 0;
+  std::uint64_t previous_h_ = 0, bytes_out_ = 0, bytes_in_ = 0;
+
+  std::optional<Error> rejected_;  ///< an error of this rank that the others do not know yet
+  bool rejected_origin_ = true;
+  std::optional<Verdict> pending_;  ///< of the exchange that is going on
+  std::optional<Error> verdict_;    ///< the agreed error that ended this world
+
+  struct LateCopy {
+    int pid;
+    const void* source;
+    Registry::Id slot;
+    std::size_t offset, bytes;
+  };
+  std::vector<LateCopy> late_;  ///< only with Defect::late_put
+};
+
+}  // namespace bsp2::bsplib::detail

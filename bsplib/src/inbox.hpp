@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "bsp2/bsplib/world.hpp"
+#include "registry.hpp"
+#include "wire.hpp"
+
+namespace bsp2::bsplib {
+
+/// What one rank sent us in a superstep, while it is being delivered.
+struct Inflow {
+  const std::byte* stream = nullptr;
+  std::size_t size = 0;
+  std::uint32_t contents = 0;
+  const std::byte* staging = nullptr;  ///< the sender's, where we can read it
+  bool own = false;                    ///< from ourselves
+
+  struct Landing {  ///< a big put that comes in a message
+    std::byte* target;
+    std::size_t size;
+    std::unique_ptr<std::byte[]> aside;  ///< received here, if other writes overlap it
+  };
+  struct Request {  ///< a get to be answered
+    const std::byte* source;
+    std::size_t size;
+    bool direct;
+  };
+  std::vector<Landing> landings;
+  std::vector<Request> requests;
+  std::vector<Message> messages;
+  std::vector<std::uint32_t> queues;  ///< of the messages
+
+  /// Room for a stream that comes in a message; kept for later supersteps.
+  std::byte* room(std::size_t bytes);
+
+  /// Finds the requests, landings and messages of the stream.
+  void index(const Registry& registry, int source);
+  /// Writes the puts of the stream, in its order.
+  void apply_puts(const Registry& registry);
+  void clear();
+
+ private:
+  void apply_big_put(const Registry& registry, const std::byte* place, std::size_t& landed);
+
+  std::unique_ptr<std::byte[]> buffer_;
+  std::size_t capacity_ = 0;
+};
+
+/// Marks the landings that overlap another write of this rank: those must wait for their turn.
+/// @param wanted memory that gets will write.
+void set_overlapping_aside(std::vector<Inflow>& inflows, const Registry& registry,
+                           const std::vector<std::pair<std::byte*, std::size_t>>& wanted);
+
+}  // namespace bsp2::bsplib

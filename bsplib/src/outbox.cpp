@@ -1,0 +1,132 @@
+#include "outbox.hpp"
+
+namespace bsp2::bsplib {
+
+using wire::Op;
+using wire::Record;
+
+void Outbox::grow(std::size_t needed) {
+  const std::size_t capacity = std::max({needed, 2 * block_.capacity, reserve_, std::size_t{1024}});
+  if (block_.data && staging_->extend(block_, capacity)) return;
+  Staging::Block larger = staging_->allocate(capacity);
+  if (size_ > 0) std::memcpy(larger.data, block_.data, size_);
+  block_ = larger;
+}
+
+void Outbox::make_room(std::size_t bytes) {
+  if (size_ + bytes > block_.capacity) grow(size_ + bytes);
+}
+
+std::byte* Outbox::append(std::size_t bytes) {
+  close_run();
+  make_room(bytes);
+  std::byte* place = block_.data + size_;
+  size_ += bytes;
+  return place;
+}
+
+/// The run goes on in a larger stream, if it only ended for want of room.
+bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes) {
+  if (slot != run_->slot || offset != run_->next() || bytes > limit_ - offset) return false;
+  if (run_bytes() + bytes > wire::max_inline_size) return false;
+  size_ = static_cast<std::size_t>(run_->tail - block_.data);
+  const std::size_t end = size_;
+  make_room(wire::padded(bytes) + 8);
+  run_->origin = reinterpret_cast<std::uintptr_t>(block_.data + end) - offset;
+  run_->tail = block_.data + end;
+  set_room();
+  return true;
+}
+
+void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes,
+                 std::size_t limit) {
+  if (prolong_run(slot, offset, bytes)) {
+    run_->append(slot, offset, source, bytes);
+    return;
+  }
+  close_run();
+  make_room(head + wire::padded(bytes));
+  limit_ = limit;
+  contents |= wire::has_puts;
+  run_->slot = slot;
+  begin_record(size_, offset, source, bytes);
+}
+
+void Outbox::close_run() {
+  if (run_->slot == Registry::no_id) return;
+  size_ = end_record();
+  run_->slot = Registry::no_id;
+}
+
+void Outbox::big_put(Registry::Id slot, std::size_t offset, const std::byte* bytes_at, std::size_t bytes,
+                     std::size_t where) {
+  std::byte* place = append(sizeof(wire::BigPut));
+  const wire::BigPut big{{slot, Record::pack(Op::big_put, 0), offset},
+                         bytes,
+                         where,
+                         static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(bytes_at))};
+  std::memcpy(place, &big, sizeof big);
+  if (where == wire::nowhere) data.push_back({bytes_at, bytes});
+  contents |= wire::has_big_puts;
+  payload += bytes;
+  ++count;
+}
+
+/// Neighbouring gets merge, if nothing came between them.
+bool Outbox::extend_get(Registry::Id slot, std::size_t offset, const std::byte* target, std::size_t bytes) {
+  if (wanted.empty() || run_->slot != Registry::no_id || last_get_ != size_) return false;
+  Wanted& last = wanted.back();
+  if (last.slot != slot || last.offset_end != offset || last.target + last.size != target || last.direct)
+    return false;
+  last.offset_end += bytes;
+  last.size += bytes;
+  const std::uint64_t size = last.size;
+  std::memcpy(block_.data + size_ - sizeof(wire::Get) + offsetof(wire::Get, size), &size, sizeof size);
+  return true;
+}
+
+void Outbox::get(Registry::Id slot, std::size_t offset, void* target, std::size_t bytes, bool direct) {
+  auto* to = static_cast<std::byte*>(target);
+  wanted_bytes += bytes;
+  contents |= wire::has_gets;
+  if (!direct && extend_get(slot, offset, to, bytes)) return;
+  std::byte* place = append(sizeof(wire::Get));
+  const wire::Get record{{slot, Record::pack(Op::get, 0), offset}, bytes, direct ? 1U : 0U};
+  std::memcpy(place, &record, sizeof record);
+  last_get_ = size_;
+  wanted.push_back({slot, offset + bytes, to, bytes, direct});
+  ++count;
+}
+
+void Outbox::store(const void* source, std::byte* target, std::size_t bytes) {
+  stores.push_back({source, target, bytes});
+  payload += bytes;
+  ++count;
+}
+
+void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
+                     const std::byte* bytes_at, std::size_t bytes) {
+  std::byte* place = append(sizeof(Record) + wire::padded(tag_bytes) + wire::padded(bytes));
+  const Record record{queue, Record::pack(Op::message, tag_bytes), bytes};
+  std::memcpy(place, &record, sizeof record);
+  place += sizeof record;
+  if (tag_bytes > 0) std::memcpy(place, tag, tag_bytes);
+  if (bytes > 0) std::memcpy(place + wire::padded(tag_bytes), bytes_at, bytes);
+  contents |= wire::has_messages;
+  payload += bytes + tag_bytes;
+  ++count;
+}
+
+void Outbox::reset() {
+  close_run();
+  reserve_ = size_;
+  block_ = {};
+  size_ = last_get_ = 0;
+  data.clear();
+  wanted.clear();
+  stores.clear();
+  contents = count = 0;
+  payload = wanted_bytes = 0;
+}
+
+}  // namespace bsp2::bsplib

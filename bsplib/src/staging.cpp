@@ -1,0 +1,121 @@
+#include "staging.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "wire.hpp"
+
+namespace bsp2::bsplib {
+
+namespace {
+
+constexpr std::size_t alignment = 64;  // a cache line
+
+std::size_t aligned(std::size_t n) {
+  return (n + alignment - 1) & ~(alignment - 1);
+}
+
+}  // namespace
+
+bool all_have(MPI_Comm comm, bool mine) {
+  int have = mine, all = 0;
+  MPI_Allreduce(&have, &all, 1, MPI_INT, MPI_MIN, comm);
+  return all != 0;
+}
+
+std::vector<std::byte*> shared_parts(MPI_Comm comm, MPI_Comm node, MPI_Win window) {
+  int size = 0, node_size = 0;
+  MPI_Comm_size(comm, &size);
+  MPI_Comm_size(node, &node_size);
+  std::vector<std::byte*> parts(static_cast<std::size_t>(size), nullptr);
+  std::vector<int> ranks(static_cast<std::size_t>(node_size)), in_comm(ranks.size());
+  for (int i = 0; i < node_size; ++i) ranks[static_cast<std::size_t>(i)] = i;
+  MPI_Group group, node_group;
+  MPI_Comm_group(comm, &group);
+  MPI_Comm_group(node, &node_group);
+  MPI_Group_translate_ranks(node_group, node_size, ranks.data(), group, in_comm.data());
+  for (int i = 0; i < node_size; ++i) {
+    MPI_Aint bytes = 0;
+    int unit = 1;
+    void* base = nullptr;
+    MPI_Win_shared_query(window, i, &bytes, &unit, &base);
+    parts[static_cast<std::size_t>(in_comm[static_cast<std::size_t>(i)])] = static_cast<std::byte*>(base);
+  }
+  MPI_Group_free(&group);
+  MPI_Group_free(&node_group);
+  return parts;
+}
+
+Staging::Staging(MPI_Comm comm, std::size_t half_bytes) {
+  int size = 0;
+  MPI_Comm_size(comm, &size);
+  peers_.assign(static_cast<std::size_t>(size), nullptr);
+  if (size > 1 && half_bytes > 0) share(comm, aligned(half_bytes));
+}
+
+void Staging::share(MPI_Comm comm, std::size_t half_bytes) {
+  MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &node_);
+  int node_size = 0;
+  MPI_Comm_size(node_, &node_size);
+  if (node_size == 1) return;
+  MPI_Comm_set_errhandler(node_, MPI_ERRORS_RETURN);
+  void* base = nullptr;
+  const bool granted = MPI_Win_allocate_shared(static_cast<MPI_Aint>(2 * half_bytes), 1, MPI_INFO_NULL, node_,
+                                               &base, &window_) == MPI_SUCCESS;
+  if (!all_have(node_, granted)) {
+    window_ = MPI_WIN_NULL;
+    return;
+  }
+  peers_ = shared_parts(comm, node_, window_);
+  base_ = static_cast<std::byte*>(base);
+  half_bytes_ = half_bytes;
+}
+
+Staging::~Staging() = default;
+
+void Staging::release() {
+  if (window_ != MPI_WIN_NULL) MPI_Win_free(&window_);
+  if (node_ != MPI_COMM_NULL) MPI_Comm_free(&node_);
+  half_bytes_ = 0;
+}
+
+Staging::Block Staging::allocate(std::size_t bytes) {
+  const std::size_t size = aligned(std::max<std::size_t>(bytes, 1));
+  if (size <= half_bytes_ - top_) {
+    const std::size_t where = half_ * half_bytes_ + top_;
+    top_ += size;
+    return {base_ + where, size, where};
+  }
+  auto found = free_.lower_bound(size);
+  Heap heap;
+  if (found != free_.end() && found->first <= 4 * size) {
+    heap = std::move(found->second);
+    free_.erase(found);
+  } else {
+    heap = {std::unique_ptr<std::byte[]>(new std::byte[size]), size};
+  }
+  used_[half_].push_back(std::move(heap));
+  return {used_[half_].back().data.get(), used_[half_].back().capacity, wire::nowhere};
+}
+
+bool Staging::extend(Block& block, std::size_t capacity) {
+  if (block.where == wire::nowhere || block.where + block.capacity != half_ * half_bytes_ + top_)
+    return false;
+  const std::size_t more = aligned(capacity) - block.capacity;
+  if (more > half_bytes_ - top_) return false;
+  top_ += more;
+  block.capacity += more;
+  return true;
+}
+
+void Staging::flip() {
+  half_ ^= 1U;
+  top_ = 0;
+  for (auto& heap : used_[half_]) {
+    const std::size_t capacity = heap.capacity;
+    free_.emplace(capacity, std::move(heap));
+  }
+  used_[half_].clear();
+}
+
+}  // namespace bsp2::bsplib

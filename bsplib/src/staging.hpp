@@ -1,0 +1,67 @@
+#pragma once
+
+#include <mpi.h>
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace bsp2::bsplib {
+
+/// Memory for what a superstep sends. Ranks of one node read each other's without a transfer.
+///
+/// Two halves take turns. What rank s stages in superstep k is read by t in sync k, and as messages until t
+/// enters sync k+1; s writes this half again only after its own sync k+1, so no further synchronization is
+/// needed. When a half is full, or there is no shared memory, private memory serves; that travels in
+/// messages.
+class Staging {
+ public:
+  struct Block {
+    std::byte* data = nullptr;
+    std::size_t capacity = 0;
+    std::size_t where = 0;  ///< offset for the other ranks, or wire::nowhere
+  };
+
+  /// Collective over comm. Shared memory is used where MPI grants it.
+  Staging(MPI_Comm comm, std::size_t half_bytes);
+  ~Staging();
+  Staging(const Staging&) = delete;
+  Staging& operator=(const Staging&) = delete;
+
+  Block allocate(std::size_t bytes);
+  /// Makes a block larger where it is, if it was the last one allocated.
+  bool extend(Block& block, std::size_t capacity);
+  /// Where another rank's staging memory is in this address space; null if it is on another node.
+  const std::byte* peer(int rank) const { return peers_[static_cast<std::size_t>(rank)]; }
+  /// The ranks that share memory; null if there is none.
+  MPI_Comm node() const { return window_ == MPI_WIN_NULL ? MPI_COMM_NULL : node_; }
+  /// After a sync: the other half's turn.
+  void flip();
+  /// Collective: gives the shared memory back. Without it the memory lives until MPI ends.
+  void release();
+
+ private:
+  void share(MPI_Comm comm, std::size_t half_bytes);
+
+  MPI_Comm node_ = MPI_COMM_NULL;
+  MPI_Win window_ = MPI_WIN_NULL;
+  std::byte* base_ = nullptr;
+  std::size_t half_bytes_ = 0, top_ = 0;
+  unsigned half_ = 0;
+  std::vector<std::byte*> peers_;
+  struct Heap {
+    std::unique_ptr<std::byte[]> data;
+    std::size_t capacity;
+  };
+  std::multimap<std::size_t, Heap> free_;
+  std::vector<Heap> used_[2];
+};
+
+/// Whether all ranks say yes. Collective.
+bool all_have(MPI_Comm comm, bool mine);
+
+/// Where the ranks of `comm` that share memory with us have their part of a window; null for the others.
+std::vector<std::byte*> shared_parts(MPI_Comm comm, MPI_Comm node, MPI_Win window);
+
+}  // namespace bsp2::bsplib

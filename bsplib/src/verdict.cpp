@@ -1,0 +1,104 @@
+// What every rank concludes from the headers that all have. The answer depends on nothing else, so it is the
+// same everywhere: agreeing costs no communication.
+#include <algorithm>
+#include <vector>
+
+#include "engine.hpp"
+
+namespace bsp2::bsplib::detail {
+
+using wire::Header;
+using wire::Kind;
+
+/// The lowest rank whose value is not the one that most ranks have (of equally many, that of the lower rank).
+template <class Get>
+std::optional<int> Engine::odd_one_out(Get&& get) const {
+  const auto mine = get(header(0));
+  bool equal = true;
+  for (int rank = 1; rank < nprocs_ && equal; ++rank) equal = get(header(rank)) == mine;
+  if (equal) return std::nullopt;
+  auto common = mine;
+  int votes = 0;
+  for (int i = 0; i < nprocs_; ++i) {
+    int same = 0;
+    for (int j = 0; j < nprocs_; ++j) same += get(header(j)) == get(header(i));
+    if (same > votes) votes = same, common = get(header(i));
+  }
+  for (int rank = 0; rank < nprocs_; ++rank)
+    if (get(header(rank)) != common) return rank;
+  return std::nullopt;
+}
+
+std::optional<Engine::Verdict> Engine::judge_errors() const {
+  int culprit = -1;
+  for (int rank = nprocs_ - 1; rank >= 0; --rank) {
+    const Header& h = header(rank);
+    if (h.kind != Kind::error) continue;
+    if (culprit < 0 || h.error_origin || !header(culprit).error_origin) culprit = rank;
+  }
+  if (culprit < 0) return std::nullopt;
+  return Verdict{static_cast<Errc>(header(culprit).error_code), culprit, "", "", header(culprit).error_bytes};
+}
+
+std::optional<Engine::Verdict> Engine::judge_kinds() const {
+  const auto kind = [](const Header& h) { return h.kind; };
+  const auto odd = odd_one_out(kind);
+  if (!odd) return std::nullopt;
+  int early = -1;
+  bool only_sync_and_end = true;
+  for (int rank = nprocs_ - 1; rank >= 0; --rank) {
+    if (kind(header(rank)) == Kind::end) early = rank;
+    only_sync_and_end &= kind(header(rank)) == Kind::end || kind(header(rank)) == Kind::sync;
+  }
+  if (early >= 0 && only_sync_and_end)
+    return Verdict{Errc::ended_early, early, "sync/end",
+                   "Some processes have called bsp_sync, while others have called bsp_end instead"};
+  const int other = *odd == 0 ? 1 : 0;
+  const auto name = [&](int rank) {
+    return std::string(wire::kind_names[static_cast<unsigned>(kind(header(rank)))]);
+  };
+  return Verdict{early >= 0 ? Errc::ended_early : Errc::mixed_collectives, early >= 0 ? early : *odd, "sync",
+                 "Process " + std::to_string(*odd) + " called " + name(*odd) + " while process " +
+                     std::to_string(other) + " called " + name(other)};
+}
+
+std::optional<Engine::Verdict> Engine::judge_counts() const {
+  const auto differ = [&](int rank, auto get, const char* what) {
+    const int other = rank == 0 ? 1 : 0;
+    return ": process " + std::to_string(rank) + " " + what + " " + std::to_string(get(header(rank))) +
+           ", process " + std::to_string(other) + " " + std::to_string(get(header(other)));
+  };
+  const auto pushes = [](const Header& h) { return h.pushes; };
+  if (const auto odd = odd_one_out(pushes))
+    return Verdict{
+        Errc::registration_mismatch, *odd, "sync/push_reg",
+        "Not all processes registered the same number of memory blocks" + differ(*odd, pushes, "registered")};
+  const auto pops = [](const Header& h) { return h.pops; };
+  if (const auto odd = odd_one_out(pops))
+    return Verdict{
+        Errc::registration_mismatch, *odd, "sync/pop_reg",
+        "Not all processes popped the same number of memory blocks" + differ(*odd, pops, "popped")};
+  const auto sets = [](const Header& h) { return h.tag_sets; };
+  if (const auto odd = odd_one_out(sets))
+    return Verdict{Errc::tag_mismatch, *odd, "sync/set_tagsize",
+                   "Not all processes set the tag size same number of times" + differ(*odd, sets, "set it")};
+  const auto size = [](const Header& h) { return h.tag_size; };
+  if (const auto odd = odd_one_out(size))
+    return Verdict{Errc::tag_mismatch, *odd, "sync/set_tagsize",
+                   "Not all processes announced the same tag size" + differ(*odd, size, "announced")};
+  const auto queues = [](const Header& h) { return h.queues; };
+  if (const auto odd = odd_one_out(queues))
+    return Verdict{Errc::mixed_collectives, *odd, "sync/new_queue",
+                   "Not all processes have the same number of queues" + differ(*odd, queues, "has")};
+  return std::nullopt;
+}
+
+std::optional<Engine::Verdict> Engine::judge() const {
+  if (nprocs_ == 1 && header(0).kind != Kind::error) return std::nullopt;
+  if (auto verdict = judge_errors()) return verdict;
+  if (auto verdict = judge_kinds()) return verdict;
+  if (header(0).kind == Kind::end) return std::nullopt;  // what was announced for a next superstep is void
+  return judge_counts();
+}
+
+}  // namespace bsp2::bsplib::detail

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// What travels: one fixed slot a pair of ranks in every exchange, and streams of records.
+///
+/// A slot is a Header and up to `inline_bytes` of a stream. A longer stream stays in the sender's staging
+/// memory, where ranks of the same node read it, or follows in a message.
+namespace bsp2::bsplib::wire {
+
+inline constexpr std::size_t nowhere = ~std::size_t{0};
+inline constexpr std::size_t slot_bytes = 256;
+
+/// From here on data is staged beside the stream instead of in it.
+inline constexpr std::size_t stage_bytes = std::size_t{16} << 10;
+/// From here on an unbuffered access has a message of its own. Below, combining is faster.
+inline constexpr std::size_t direct_bytes = std::size_t{64} << 10;
+/// From here on an unbuffered put into memory of the layer is written straight into it.
+inline constexpr std::size_t store_bytes = std::size_t{4} << 10;
+
+enum class Kind : std::uint32_t { sync, end, allocate, split, error };
+inline constexpr const char* kind_names[] = {"sync", "end", "allocate", "split", "error"};
+
+enum Contents : std::uint32_t { has_puts = 1, has_big_puts = 2, has_gets = 4, has_messages = 8 };
+enum class Route : std::uint32_t { none, in_slot, in_staging, message };
+
+struct Header {
+  // The same to every rank: what all must agree on.
+  Kind kind = Kind::sync;
+  std::uint32_t error_code = 0;
+  std::uint64_t superstep = 0;
+  std::uint32_t pushes = 0, pops = 0;
+  std::uint32_t tag_sets = 0, queues = 0;
+  std::uint64_t tag_size = 0;
+  std::uint64_t argument = 0;      ///< bytes to allocate, or color and key of a split
+  std::uint32_t error_origin = 0;  ///< 1: the error arose here, 0: it came from a sub-world
+  std::uint32_t error_bytes = 0;   ///< length of the error's text
+  double work_seconds = 0.0;
+  std::uint64_t previous_h = 0;  ///< h of the superstep before, which its end could not tell
+  // For the receiver alone.
+  Route route = Route::none;
+  std::uint32_t contents = 0;
+  std::uint64_t stream_bytes = 0;
+  std::uint64_t stream_where = 0;
+  std::uint32_t stores = 0;  ///< puts written straight into the receiver's memory; a notice follows them
+  std::uint32_t messages = 0;
+  std::uint64_t payload = 0;
+};
+static_assert(sizeof(Header) <= 144);
+inline constexpr std::size_t inline_bytes = slot_bytes - sizeof(Header);
+
+/// Records are 8-byte aligned; the data of put and message follows its record, padded to 8 bytes.
+enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4 };
+inline constexpr std::size_t max_inline_size = (std::size_t{1} << 28) - 8;
+
+struct Record {
+  std::uint32_t target;   ///< registration, or queue
+  std::uint32_t op_size;  ///< op in the low 4 bits; above them the size of a put, or of a message's tag
+  std::uint64_t offset;   ///< in the registration; for a message, the size of its payload
+  Op op() const { return static_cast<Op>(op_size & 15U); }
+  std::size_t size() const { return op_size >> 4U; }
+  static std::uint32_t pack(Op op, std::size_t size) {
+    return static_cast<std::uint32_t>(op) | static_cast<std::uint32_t>(size << 4U);
+  }
+};
+static_assert(sizeof(Record) == 16);
+
+struct BigPut {
+  Record record;
+  std::uint64_t size;
+  std::uint64_t where;    ///< in the sender's staging memory, or `nowhere`: a message follows
+  std::uint64_t address;  ///< in the sender's address space, for puts to oneself
+};
+
+struct Get {
+  Record record;
+  std::uint64_t size;
+  std::uint64_t direct;  ///< 1: the answer is a message of its own
+};
+
+constexpr std::size_t padded(std::size_t n) {
+  return (n + 7) & ~std::size_t{7};
+}
+
+enum Tag : int { tag_slot = 1, tag_stream, tag_data, tag_reply, tag_direct_reply, tag_notice };
+
+}  // namespace bsp2::bsplib::wire

@@ -1,0 +1,178 @@
+#include "bsp2/bsplib/world.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "engine.hpp"
+
+namespace bsp2::bsplib {
+
+using detail::Engine;
+
+namespace {
+
+MPI_Comm duplicate(MPI_Comm comm) {
+  MPI_Comm copy = MPI_COMM_NULL;
+  MPI_Comm_dup(comm, &copy);
+  return copy;
+}
+
+/// Ends a world at the end of its scope, where nothing may be thrown.
+void leave(Engine& engine) noexcept {
+  if (engine.closed() || engine.failed()) return;
+  try {
+    if (std::uncaught_exceptions() > 0) engine.fail("The process left its world by an exception", true);
+    engine.close();
+  } catch (const std::exception& error) {
+    if (std::uncaught_exceptions() == 0) std::fprintf(stderr, "bsp2::bsplib: %s\n", error.what());
+  }
+}
+
+}  // namespace
+
+WorldOptions WorldOptions::from_environment() {
+  WorldOptions options;
+  if (const char* bytes = std::getenv("BSP2_STAGING_BYTES"))
+    options.staging_bytes = std::strtoull(bytes, nullptr, 10);
+  return options;
+}
+
+World::World(MPI_Comm comm, WorldOptions options)
+    : World(std::make_unique<Engine>(duplicate(comm), options)) {}
+
+World::World(std::unique_ptr<Engine> engine) : runs_(engine->runs()), engine_(std::move(engine)) {}
+
+World::~World() {
+  if (engine_) leave(*engine_);
+}
+
+World::World(World&& other) noexcept
+    : runs_(std::exchange(other.runs_, {})), engine_(std::move(other.engine_)) {}
+
+World& World::operator=(World&& other) noexcept {
+  if (engine_ && this != &other) leave(*engine_);
+  engine_ = std::move(other.engine_);
+  runs_ = std::exchange(other.runs_, {});
+  return *this;
+}
+
+int World::pid() const {
+  return engine_->pid();
+}
+int World::nprocs() const {
+  return engine_->nprocs();
+}
+double World::time() const {
+  return engine_->time();
+}
+std::uint64_t World::superstep() const {
+  return engine_->superstep();
+}
+void World::sync() {
+  engine_->sync();
+}
+
+OpenSuperstep World::open() {
+  engine_->open_sync();
+  return OpenSuperstep(*engine_);
+}
+
+void World::close() {
+  engine_->close();
+}
+void World::fail(const std::string& why) {
+  engine_->fail(why, true);
+}
+void World::relay(const Error& error) {
+  engine_->fail(error.what(), !error.agreed());
+}
+bool World::failed() const {
+  return engine_->failed();
+}
+World World::split(int color, int key) {
+  return World(engine_->split(color, key));
+}
+
+World::Slot World::push_reg(const void* address, std::size_t bytes) {
+  return engine_->push_reg(address, bytes);
+}
+void World::pop_reg(const void* address) {
+  engine_->pop_reg(address);
+}
+void World::pop_slot(Slot slot) {
+  engine_->pop_slot(slot);
+}
+std::pair<World::Slot, std::byte*> World::allocate(std::size_t bytes) {
+  return engine_->allocate(bytes);
+}
+std::size_t World::size_of(Slot slot, int pid) const {
+  return engine_->size_of(slot, pid);
+}
+World::Slot World::slot_of(const void* address, const char* caller) const {
+  return engine_->slot_of(address, caller);
+}
+
+void World::start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+  engine_->put(pid, source, target, offset, bytes);
+}
+void World::get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
+  engine_->get(pid, source, offset, target, bytes, false);
+}
+void World::start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
+  engine_->hpput(pid, source, target, offset, bytes);
+}
+void World::hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
+  engine_->get(pid, source, offset, target, bytes, true);
+}
+
+std::size_t World::set_tagsize(std::size_t bytes) {
+  return engine_->set_tagsize(bytes);
+}
+std::size_t World::tagsize() const {
+  return engine_->tagsize();
+}
+std::size_t World::received_tagsize() const {
+  return engine_->received_tagsize();
+}
+std::uint32_t World::new_queue() {
+  return engine_->new_queue();
+}
+void World::send(std::uint32_t queue, int pid, std::span<const std::byte> tag,
+                 std::span<const std::byte> payload) {
+  engine_->send(queue, pid, tag, payload);
+}
+std::span<const Message> World::messages(std::uint32_t queue) const {
+  return engine_->messages(queue);
+}
+
+const CostReport& World::costs() const {
+  return engine_->costs;
+}
+void World::set_machine(const Machine& machine) {
+  engine_->machine = machine;
+}
+const std::optional<Machine>& World::machine() const {
+  return engine_->machine;
+}
+
+OpenSuperstep::~OpenSuperstep() {
+  if (!engine_) return;
+  try {
+    close();
+  } catch (const std::exception&) {
+    // The world is dead now and says so at its next call.
+  }
+}
+
+bool OpenSuperstep::poll() {
+  return !engine_ || engine_->advance(false);
+}
+
+void OpenSuperstep::close() {
+  if (!engine_) return;
+  Engine& engine = *std::exchange(engine_, nullptr);
+  engine.advance(true);
+  engine.finish_sync();
+}
+
+}  // namespace bsp2::bsplib

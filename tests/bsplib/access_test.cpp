@@ -1,0 +1,175 @@
+// put, get, hpput and hpget of the typed interface, of all sizes, on both kinds of memory.
+#include <gtest/gtest.h>
+
+#include <complex>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include "bsp2/bsplib/memory.hpp"
+
+namespace {
+
+using namespace bsp2::bsplib;
+
+struct Point {
+  double x, y;
+  std::int32_t id;
+  bool operator==(const Point&) const = default;
+};
+
+int next(const World& world) {
+  return (world.pid() + 1) % world.nprocs();
+}
+int previous(const World& world) {
+  return (world.pid() + world.nprocs() - 1) % world.nprocs();
+}
+
+/// A message of this size takes another path through the layer: slot, staging, message, direct.
+class Access : public testing::TestWithParam<std::tuple<std::size_t, std::size_t>> {
+ protected:
+  std::size_t size() const { return std::get<0>(GetParam()); }
+  World world{MPI_COMM_WORLD, WorldOptions{.staging_bytes = std::get<1>(GetParam())}};
+
+  std::vector<std::uint32_t> values(int pid) const {
+    std::vector<std::uint32_t> v(size());
+    std::iota(v.begin(), v.end(), 1000000U * static_cast<std::uint32_t>(pid + 1));
+    return v;
+  }
+};
+
+TEST_P(Access, PutArrivesAndReadsItsSourceAtTheCall) {
+  std::vector<std::uint32_t> target(size() + 2, 7);
+  Registered<std::uint32_t> shared(world, target);
+  world.sync();
+  auto source = values(world.pid());
+  shared.put(next(world), source, 1);
+  source.assign(size(), 0);
+  world.sync();
+  auto expected = values(previous(world));
+  expected.insert(expected.begin(), 7);
+  expected.push_back(7);
+  EXPECT_EQ(target, expected);
+}
+
+TEST_P(Access, UnbufferedPutArrivesInMemoryOfTheProgramAndOfTheLayer) {
+  std::vector<std::uint32_t> target(size());
+  Registered<std::uint32_t> registered(world, target);
+  Array<std::uint32_t> array(world, size());
+  world.sync();
+  const auto source = values(world.pid());
+  registered.hpput(next(world), source, 0);
+  array.hpput(next(world), source, 0);
+  world.sync();
+  EXPECT_EQ(target, values(previous(world)));
+  EXPECT_TRUE(std::equal(array.begin(), array.end(), target.begin(), target.end()));
+}
+
+TEST_P(Access, GetsReadBeforePutsWrite) {
+  Array<std::uint32_t> array(world, size());
+  const auto mine = values(world.pid());
+  std::copy(mine.begin(), mine.end(), array.begin());
+  std::vector<std::uint32_t> got(size()), fresh(size(), 5);
+  array.get(next(world), 0, got);
+  array.put(next(world), fresh, 0);
+  world.sync();
+  EXPECT_EQ(got, values(next(world)));
+  EXPECT_TRUE(std::equal(array.begin(), array.end(), fresh.begin(), fresh.end()));
+}
+
+TEST_P(Access, UnbufferedGetArrives) {
+  auto mine = values(world.pid());
+  Registered<std::uint32_t> shared(world, mine);
+  world.sync();
+  std::vector<std::uint32_t> got(size());
+  shared.hpget(previous(world), 0, got);
+  world.sync();
+  EXPECT_EQ(got, values(previous(world)));
+}
+
+/// All ranks put to overlapping places of rank 0: the result is as if they had done so one after the other.
+TEST_P(Access, OverlappingPutsHaveTheResultOfTheirOrder) {
+  const auto p = static_cast<std::size_t>(world.nprocs());
+  const std::size_t half = (size() + 1) / 2;
+  Array<std::uint32_t> array(world, size() + p * half);
+  array.put(0, values(world.pid()), static_cast<std::size_t>(world.pid()) * half);
+  world.sync();
+  if (world.pid() != 0) return;
+  std::vector<std::uint32_t> expected(array.size());
+  for (std::size_t pid = 0; pid < p; ++pid) {
+    const auto v = values(static_cast<int>(pid));
+    std::copy(v.begin(), v.end(), expected.begin() + static_cast<std::ptrdiff_t>(pid * half));
+  }
+  EXPECT_TRUE(std::equal(array.begin(), array.end(), expected.begin(), expected.end()));
+}
+
+constexpr std::size_t staging = std::size_t{4} << 20;
+INSTANTIATE_TEST_SUITE_P(Sizes, Access,
+                         testing::Combine(testing::Values(1, 20, 1000, 5000, 40000, 600000),
+                                          testing::Values(std::size_t{0}, std::size_t{65536}, staging)));
+
+TEST(ArrayTest, TakesAnyTriviallyCopyableType) {
+  World world;
+  Array<Point> points(world, 2);
+  Array<std::complex<double>> numbers(world, 1);
+  points.put(next(world), Point{1.0, 2.0, world.pid()}, 1);
+  numbers.put(next(world), {0.5, static_cast<double>(world.pid())}, 0);
+  world.sync();
+  EXPECT_EQ(points[1], (Point{1.0, 2.0, previous(world)}));
+  EXPECT_EQ(points[0], (Point{0.0, 0.0, 0}));
+  EXPECT_EQ(numbers[0].imag(), previous(world));
+}
+
+TEST(ArrayTest, PartsMayDifferInSizeAndMayBeEmpty) {
+  World world;
+  Array<int> array(world, static_cast<std::size_t>(world.pid()));
+  for (int pid = 0; pid < world.nprocs(); ++pid) {
+    EXPECT_EQ(array.size(pid), static_cast<std::size_t>(pid));
+    if (pid > 0) array.put(pid, 10 * pid, static_cast<std::size_t>(pid) - 1);
+  }
+  world.sync();
+  if (world.pid() > 0) {
+    EXPECT_EQ(array[array.size() - 1], 10 * world.pid());
+  }
+}
+
+TEST(ArrayTest, LivesUntilTheSyncAfterItsDestruction) {
+  World world;
+  std::vector<int> got(1000);
+  {
+    Array<int> array(world, got.size());
+    std::fill(array.begin(), array.end(), world.pid());
+    array.get(next(world), 0, got);
+  }
+  world.sync();
+  EXPECT_EQ(got, std::vector<int>(1000, next(world)));
+}
+
+TEST(ArrayTest, ManySmallPutsMergeIntoFewMessages) {
+  World world;
+  Array<double> array(world, 1000);
+  for (std::size_t i = 0; i < 1000; ++i) array.put(next(world), static_cast<double>(i), i);
+  world.sync();
+  for (std::size_t i = 0; i < 1000; ++i) ASSERT_EQ(array[i], static_cast<double>(i));
+  EXPECT_EQ(world.costs().recent.back().messages_out, world.nprocs() > 1 ? 1U : 0U);
+}
+
+TEST(ArrayTest, MixedSizesInOneSuperstepKeepTheirOrder) {
+  World world;
+  Array<char> array(world, 200000);
+  const std::vector<char> big(150000, 'b'), medium(30000, 'm'), small(100, 's');
+  array.put(next(world), big, 0);
+  array.put(next(world), small, 149950);  // over the end of the big one
+  array.put(next(world), medium, 149980);
+  array.put(next(world), small, 10);
+  world.sync();
+  EXPECT_EQ(array[0], 'b');
+  EXPECT_EQ(array[10], 's');
+  EXPECT_EQ(array[149949], 'b');
+  EXPECT_EQ(array[149979], 's');
+  EXPECT_EQ(array[149980], 'm');
+  EXPECT_EQ(array[179979], 'm');
+  EXPECT_EQ(array[179980], 0);
+}
+
+}  // namespace

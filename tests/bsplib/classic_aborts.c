@@ -1,0 +1,118 @@
+/* Mistakes that must end all processes, each with its message: classic_aborts <case>. A case that gets to the
+ * end has failed, since this program then succeeds. */
+#include <bsp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char* wanted;
+static int value;
+
+static int is(const char* name) {
+  return strcmp(wanted, name) == 0;
+}
+
+static void spmd_without_end(void) {
+  bsp_begin(bsp_nprocs());
+}
+
+static void never_reached(void) {
+  bsp_begin(bsp_nprocs());
+  bsp_end();
+}
+
+static void registrations(int me, int other) {
+  int second;
+  if (is("push_negative")) bsp_push_reg(&value, -1);
+  if (is("push_some") && me != 1) bsp_push_reg(&value, 4);
+  if (is("pop_unknown")) bsp_pop_reg(&value);
+  if (is("pop_null")) bsp_pop_reg(NULL);
+  if (is("pop_other")) {
+    bsp_push_reg(&value, 4);
+    bsp_push_reg(&second, 4);
+    bsp_pop_reg(me == 0 ? &value : &second);
+  }
+  if (is("push_pop_order")) {
+    bsp_push_reg(&value, 4);
+    if (me == 0) bsp_pop_reg(&value);
+    bsp_push_reg(&second, 4);
+    if (me != 0) bsp_pop_reg(&value);
+  }
+  if (is("pop_some")) {
+    bsp_push_reg(&value, 4);
+    bsp_sync();
+    if (me == 0) bsp_pop_reg(&value);
+  }
+  if (is("put_after_pop")) {
+    bsp_push_reg(&value, 4);
+    bsp_pop_reg(&value);
+    bsp_sync();
+    bsp_put(other, &me, &value, 0, 4);
+  }
+  if (is("put_unregistered")) bsp_put(other, &me, &value, 0, 4);
+  if (is("put_before_sync")) {
+    bsp_push_reg(&value, 4);
+    bsp_put(other, &me, &value, 0, 4);
+  }
+  if (is("put_to_null")) {
+    bsp_push_reg(me == 1 ? NULL : &value, 4);
+    bsp_sync();
+    if (me == 0) bsp_put(1, &me, &value, 0, 4);
+  }
+}
+
+static void accesses(int me, int p) {
+  int two[2] = {0, 0};
+  bsp_push_reg(&value, 4);
+  bsp_sync();
+  if (is("put_nprocs")) bsp_put(p, &me, &value, 0, 4);
+  if (is("put_minus_one")) bsp_put(-1, &me, &value, 0, 4);
+  if (is("put_beyond") && me == p - 1) bsp_put(0, two, &value, 0, 8);
+  if (is("put_negative")) bsp_put(0, two, &value, -4, 4);
+  if (is("put_null")) bsp_put(0, two, NULL, 0, 4);
+  if (is("hpput_beyond")) bsp_hpput(0, two, &value, 1, 4);
+  if (is("get_beyond")) bsp_get(0, &value, 4, two, 4);
+  if (is("hpget_beyond")) bsp_hpget(0, &value, 0, two, 8);
+  bsp_sync();
+}
+
+static void messages(int me, int p) {
+  int size = me;
+  if (is("tagsize_some") && me == 0) bsp_set_tagsize(&size);
+  if (is("tagsize_differs")) bsp_set_tagsize(&size);
+  size = -1;
+  if (is("tagsize_negative")) bsp_set_tagsize(&size);
+  if (is("send_nobody")) bsp_send(p, NULL, NULL, 0);
+  if (is("move_empty")) bsp_move(NULL, 0);
+}
+
+int main(int argc, char** argv) {
+  int me, p;
+  wanted = argc > 1 ? argv[1] : "";
+  if (is("never_began")) {
+    bsp_init(never_reached, argc, argv);
+    return 0; /* process 0 forgets to begin, the others wait in bsp_begin */
+  }
+  if (is("spmd_without_end")) {
+    bsp_init(spmd_without_end, argc, argv);
+    spmd_without_end();
+    return 0;
+  }
+  if (is("outside")) return bsp_pid();
+  bsp_begin(is("begin_nobody") ? 0 : bsp_nprocs());
+  me = bsp_pid();
+  p = bsp_nprocs();
+  if (is("abort")) bsp_abort("the answer is %d", 42);
+  if (is("abort_one_rank") && me == 1) bsp_abort("only process %d\n", me);
+  if (is("begin_twice")) bsp_begin(1);
+  if (is("end_early") && me != 1) bsp_sync();
+  if (is("end_late") && me != 0) bsp_sync();
+  if (is("exit_early") && me == p - 1) exit(0);
+  if (is("exit_early") || is("abort_one_rank")) bsp_sync();
+  registrations(me, (me + 1) % p);
+  if (strncmp(wanted, "put_", 4) == 0 || strstr(wanted, "_beyond")) accesses(me, p);
+  messages(me, p);
+  if (!is("end_early") && !is("end_late")) bsp_sync();
+  bsp_end();
+  return 0;
+}

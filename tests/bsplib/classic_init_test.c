@@ -1,0 +1,38 @@
+/* bsp_init: process 0 runs main before and after the parallel part, the others only the parallel part, and
+ * fewer processes than there are take part. */
+#include <bsp.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static int wanted; /* only process 0 knows it */
+
+static void check(int condition, const char* what) {
+  if (!condition) bsp_abort("classic_init_test: %s", what);
+}
+
+static void spmd(void) {
+  int sum = 0, t, ones[8] = {0}, one = 1;
+  double start;
+  bsp_begin(wanted);
+  start = bsp_time();
+  check(start >= 0.0 && start < 60.0, "bsp_time counts from bsp_begin");
+  bsp_push_reg(ones, sizeof ones);
+  bsp_sync();
+  for (t = 0; t < (int)bsp_nprocs(); ++t) bsp_put(t, &one, ones, (int)(bsp_pid() * sizeof one), sizeof one);
+  bsp_sync();
+  for (t = 0; t < 8; ++t) sum += ones[t];
+  check(sum == (int)bsp_nprocs(), "every process has put its one");
+  check(bsp_time() >= start, "bsp_time grows");
+  bsp_end();
+}
+
+int main(int argc, char** argv) {
+  int available;
+  bsp_init(spmd, argc, argv);
+  available = bsp_nprocs();
+  wanted = available > 1 ? available - 1 : 1;
+  spmd();
+  if (bsp_nprocs() != wanted) return 1;
+  printf("%d of %d processes took part\n", wanted, available);
+  return 0;
+}

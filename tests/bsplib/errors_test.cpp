@@ -1,0 +1,272 @@
+// Agreed errors: whatever one rank does wrong, all ranks get the same Error from their next collective call.
+// That none of them hangs is what the time limit of this test is for.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bsp2/bsplib/collectives.hpp"
+#include "bsp2/bsplib/memory.hpp"
+
+namespace {
+
+using namespace bsp2::bsplib;
+
+/// Every rank must leave `program` with the same agreed error.
+void expect_agreed(const std::function<void(World&)>& program, Errc code, int culprit,
+                   const std::string& text) {
+  std::optional<Error> error;
+  World world;
+  try {
+    supervise(world, program);
+  } catch (const Error& e) {
+    error = e;
+  }
+  ASSERT_TRUE(error.has_value()) << "rank " << world.pid() << " got no error";
+  EXPECT_TRUE(error->agreed());
+  EXPECT_EQ(error->code(), code) << error->what();
+  EXPECT_EQ(error->culprit(), culprit) << error->what();
+  EXPECT_NE(std::string(error->what()).find(text), std::string::npos) << error->what();
+  EXPECT_TRUE(world.failed());
+  try {
+    world.sync();
+    ADD_FAILURE() << "a dead world says so again";
+  } catch (const Error& again) {
+    EXPECT_STREQ(again.what(), error->what());
+  }
+  World fresh;  // the ranks are in step: a new world works
+  Collectives<std::string> all(fresh);
+  for (const std::string& other : all.all_gather(error->what())) EXPECT_EQ(other, error->what());
+}
+
+int last(const World& world) {
+  return world.nprocs() - 1;
+}
+int ranks() {
+  int size = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &size);
+  return size;
+}
+
+class Agreed : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (ranks() == 1) GTEST_SKIP() << "a rank alone agrees with itself";
+  }
+  int culprit = ranks() - 1;
+};
+
+TEST(AgreedAlways, OutOfRangeAccessNamesCulpritAndSuperstep) {
+  expect_agreed(
+      [](World& world) {
+        Array<int> array(world, 10);
+        world.sync();
+        world.sync();
+        if (world.pid() == last(world)) array.put(0, 1, 10);
+        world.sync();
+      },
+      Errc::out_of_range, ranks() - 1,
+      "put: Writes 4 bytes beyond registered range of 40 bytes at process 0 (rank " +
+          std::to_string(ranks() - 1) + ", superstep 2)");
+}
+
+TEST(AgreedAlways, ErrorThatTheCulpritCaughtIsToldToTheOthersAllTheSame) {
+  expect_agreed(
+      [](World& world) {
+        Array<int> array(world, 1);
+        if (world.pid() == last(world)) {
+          EXPECT_THROW(array.put(world.nprocs(), 1, 0), Error);
+        }
+        world.sync();
+      },
+      Errc::bad_argument, ranks() - 1, "does not exist");
+}
+
+TEST(AgreedAlways, ExceptionOfTheProgram) {
+  expect_agreed(
+      [](World& world) {
+        world.sync();
+        if (world.pid() == last(world)) throw std::runtime_error("the disk is full");
+        for (;;) world.sync();
+      },
+      Errc::exception, ranks() - 1, "the disk is full (rank " + std::to_string(ranks() - 1) + ", superstep ");
+}
+
+TEST(AgreedAlways, LongTextArrivesWhole) {
+  const std::string text(5000, 'x');
+  expect_agreed([&](World& world) { world.fail(text); }, Errc::exception, 0, text);
+}
+
+TEST(AgreedAlways, RangeThatWrapsAround) {
+  expect_agreed(
+      [](World& world) {
+        Array<char> array(world, 10);
+        char c = 0;
+        if (world.pid() == last(world)) world.put(0, &c, array.slot(), ~std::size_t{0}, 1);
+        world.sync();
+      },
+      Errc::out_of_range, ranks() - 1, "beyond registered range");
+}
+
+TEST_F(Agreed, SomeRanksRegister) {
+  expect_agreed(
+      [](World& world) {
+        int x = 0;
+        if (world.pid() != last(world)) world.push_reg(&x, sizeof x);
+        world.sync();
+      },
+      Errc::registration_mismatch, culprit, "Not all processes registered the same number");
+}
+
+TEST_F(Agreed, SomeRanksPop) {
+  expect_agreed(
+      [](World& world) {
+        int x = 0;
+        world.push_reg(&x, sizeof x);
+        world.sync();
+        if (world.pid() == last(world)) world.pop_reg(&x);
+        world.sync();
+      },
+      Errc::registration_mismatch, culprit, "Not all processes popped the same number");
+}
+
+TEST_F(Agreed, RanksPopDifferentMemory) {
+  expect_agreed(
+      [](World& world) {
+        int x = 0, y = 0;
+        world.push_reg(&x, sizeof x);
+        world.push_reg(&y, sizeof y);
+        world.sync();
+        world.pop_reg(world.pid() == last(world) ? &x : &y);
+        world.sync();
+      },
+      Errc::registration_mismatch, culprit, "did not pop the same memory registration");
+}
+
+TEST_F(Agreed, TagSizesDiffer) {
+  expect_agreed(
+      [](World& world) {
+        world.set_tagsize(world.pid() == last(world) ? 8 : 4);
+        world.sync();
+      },
+      Errc::tag_mismatch, culprit, "Not all processes announced the same tag size");
+}
+
+TEST_F(Agreed, SomeRanksMakeAQueue) {
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) Queue<int> queue(world);
+        world.sync();
+      },
+      Errc::mixed_collectives, culprit, "queues");
+}
+
+TEST_F(Agreed, SomeRanksEndEarly) {
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) world.close();
+        world.sync();
+      },
+      Errc::ended_early, culprit, "while others have called bsp_end");
+}
+
+TEST_F(Agreed, SomeRanksReturnFromTheProgram) {
+  World world;
+  std::optional<Error> error;
+  try {
+    supervise(world, [](World& w) {
+      if (w.pid() != last(w)) w.sync();
+    });
+    world.close();
+  } catch (const Error& e) {
+    error = e;
+  }
+  ASSERT_TRUE(error.has_value());
+  EXPECT_EQ(error->code(), Errc::ended_early);
+  EXPECT_EQ(error->culprit(), culprit);
+}
+
+TEST_F(Agreed, RanksCallDifferentCollectives) {
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) {
+          Array<int> array(world, 100);
+        } else {
+          world.sync();
+        }
+      },
+      Errc::mixed_collectives, culprit, "called allocate");
+}
+
+TEST_F(Agreed, SomeRanksSplit) {
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) {
+          World part = world.split(0);
+        } else {
+          Array<int> array(world, 100);
+        }
+      },
+      Errc::mixed_collectives, culprit, "called split");
+}
+
+TEST_F(Agreed, FailureReachesRanksInAnOpenSuperstep) {
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) throw std::runtime_error("out of luck");
+        OpenSuperstep open = world.open();
+        for (int i = 0; i < 10; ++i) open.poll();
+        open.close();
+      },
+      Errc::exception, culprit, "out of luck");
+}
+
+TEST_F(Agreed, ExceptionInAnOpenSuperstepIsTold) {
+  expect_agreed(
+      [](World& world) {
+        OpenSuperstep open = world.open();
+        if (world.pid() == last(world)) throw std::runtime_error("between open and close");
+        open.close();
+        world.sync();
+      },
+      Errc::exception, culprit, "between open and close");
+}
+
+TEST_F(Agreed, FailureInASubWorldEndsTheWhole) {
+  expect_agreed(
+      [](World& world) {
+        World part = world.split(world.pid() % 2);
+        Array<int> array(part, 1);
+        part.sync();
+        if (world.pid() == last(world)) throw std::runtime_error("only in a part");
+        part.sync();
+        part.sync();
+        world.sync();
+      },
+      Errc::exception, culprit, "only in a part");
+}
+
+/// A world that is left by an exception nobody supervises: the others must not wait for it.
+TEST_F(Agreed, WorldLeftByAnException) {
+  std::string seen;
+  try {
+    World world;
+    world.sync();
+    if (world.pid() == last(world)) throw std::runtime_error("unsupervised");
+    world.sync();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.culprit(), culprit);
+    seen = error.what();
+  } catch (const std::runtime_error& error) {
+    seen = error.what();
+  }
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  EXPECT_NE(seen.find(rank == culprit ? "unsupervised" : "left its world by an exception"), std::string::npos)
+      << seen;
+}
+
+}  // namespace

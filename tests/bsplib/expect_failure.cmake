@@ -1,0 +1,10 @@
+# Runs COMMAND (its words separated by |); it must fail and print a text that matches EXPECT.
+string(REPLACE "|" ";" command "${COMMAND}")
+execute_process(COMMAND ${command} RESULT_VARIABLE code OUTPUT_VARIABLE out ERROR_VARIABLE err)
+if(code EQUAL 0)
+  message(FATAL_ERROR "It should have failed:\n${out}\n${err}")
+endif()
+if(NOT "${out}\n${err}" MATCHES "${EXPECT}")
+  message(FATAL_ERROR "It failed with ${code}, but without '${EXPECT}':\n${out}\n${err}")
+endif()
+message(STATUS "failed as expected: ${CMAKE_MATCH_0}")

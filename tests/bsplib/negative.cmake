@@ -1,0 +1,16 @@
+# Types that cannot travel must not compile, and the compiler must say why.
+set(compile ${CMAKE_CXX_COMPILER} -std=c++20 -fsyntax-only -I${CMAKE_SOURCE_DIR}/bsplib/include)
+foreach(directory ${MPI_CXX_INCLUDE_DIRS})
+  list(APPEND compile -isystem ${directory})
+endforeach()
+foreach(case nothing put_string put_pointer queue_pointer queue_reference array_of_vector span_of_other_type)
+  string(TOUPPER ${case} macro)
+  set(command ${compile} -DCASE_${macro} ${CMAKE_CURRENT_SOURCE_DIR}/does_not_compile.cpp)
+  if(NOT case STREQUAL nothing)
+    string(REPLACE ";" "|" joined "${command}")
+    set(command ${CMAKE_COMMAND} "-DCOMMAND=${joined}" "-DEXPECT=constraint|no matching function|could not convert"
+        -P ${CMAKE_CURRENT_SOURCE_DIR}/expect_failure.cmake)
+  endif()
+  add_test(NAME bsplib.compile.${case} COMMAND ${command})
+  set_tests_properties(bsplib.compile.${case} PROPERTIES TIMEOUT 120)
+endforeach()

@@ -1,0 +1,132 @@
+// Worlds: sub-worlds, opened supersteps, lifetimes.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <boost/mpi/communicator.hpp>
+#include <functional>
+#include <thread>
+#include <vector>
+
+#include "bsp2/bsplib/collectives.hpp"
+#include "bsp2/bsplib/memory.hpp"
+
+namespace {
+
+using namespace bsp2::bsplib;
+
+int next(const World& world) {
+  return (world.pid() + 1) % world.nprocs();
+}
+int previous(const World& world) {
+  return (world.pid() + world.nprocs() - 1) % world.nprocs();
+}
+
+TEST(WorldTest, TakesACommunicatorOfBoost) {
+  const boost::mpi::communicator communicator;
+  World world(communicator);
+  EXPECT_EQ(world.pid(), communicator.rank());
+  EXPECT_EQ(world.nprocs(), communicator.size());
+  const double begin = world.time();
+  EXPECT_GE(begin, 0.0);
+  world.sync();
+  EXPECT_EQ(world.superstep(), 1U);
+  EXPECT_GE(world.time(), begin);
+}
+
+TEST(WorldTest, SeveralWorldsAreIndependent) {
+  World a, b;
+  Array<int> in_a(a, 1), in_b(b, 1);
+  in_a.put(next(a), 1 + a.pid(), 0);
+  in_b.put(next(b), 100 + b.pid(), 0);
+  b.sync();
+  EXPECT_EQ(in_a[0], 0);
+  EXPECT_EQ(in_b[0], 100 + previous(b));
+  a.sync();
+  EXPECT_EQ(in_a[0], 1 + previous(a));
+}
+
+TEST(WorldTest, MovesAndClosesOnce) {
+  World a;
+  World b = std::move(a);
+  b.sync();
+  b.close();
+  b.close();
+  EXPECT_THROW(b.sync(), Error);
+}
+
+TEST(Split, MakesWorldsOfEqualColor) {
+  World world;
+  World half = world.split(world.pid() % 2, -world.pid());
+  const int size = (world.nprocs() + (world.pid() % 2 == 0 ? 1 : 0)) / 2;
+  EXPECT_EQ(half.nprocs(), size);
+  EXPECT_EQ(half.pid(), size - 1 - world.pid() / 2) << "descending keys reverse the order";
+  Collectives<int> all(half);
+  int expected = 0;
+  for (int pid = world.pid() % 2; pid < world.nprocs(); pid += 2) expected += pid;
+  EXPECT_EQ(all.reduce(world.pid(), std::plus<>()), expected);
+  for (int i = 0; i < world.pid() % 2; ++i) half.sync();  // sub-worlds run at their own pace
+  half.close();
+  world.sync();
+}
+
+TEST(Open, CommunicationRunsWhileTheRankComputes) {
+  World world;
+  for (const std::size_t size : {1U, 3000U, 1000000U}) {
+    Array<int> array(world, size);
+    Registered<int> registered(world, array.local());
+    const std::vector<int> data(size, world.pid());
+    array.put(next(world), data, 0);
+    double sum = 0.0;
+    {
+      OpenSuperstep open = world.open();
+      for (int i = 0; i < 1000; ++i) {
+        sum += i;
+        open.poll();
+      }
+      EXPECT_THROW(world.sync(), Error) << "not while it is open";
+      open.close();
+    }
+    EXPECT_EQ(sum, 499500.0);
+    EXPECT_EQ(array[size - 1], previous(world));
+  }
+}
+
+/// A rank that opens its superstep meets ranks that just synchronize.
+TEST(Open, MeetsSync) {
+  World world;
+  Array<int> array(world, 10);
+  for (int round = 0; round < 10; ++round) {
+    array.put(next(world), round + world.pid(), 3);
+    if ((world.pid() + round) % 2 == 0) {
+      OpenSuperstep open = world.open();
+      open.poll();
+    } else {
+      world.sync();
+    }
+    EXPECT_EQ(array[3], round + previous(world));
+  }
+  EXPECT_EQ(world.superstep(), 10U);
+}
+
+TEST(Open, OtherThreadsComputeMeanwhile) {
+  World world;
+  Array<int> array(world, 500000);
+  const std::vector<int> data(500000, 1 + world.pid());
+  std::atomic<bool> stop = false;
+  std::atomic<long> steps = 0;
+  std::thread worker([&] {
+    while (!stop) ++steps;
+  });
+  for (int round = 0; round < 5; ++round) {
+    array.hpput(next(world), data, 0);
+    OpenSuperstep open = world.open();
+    while (!open.poll()) {
+    }
+    open.close();
+  }
+  stop = true;
+  worker.join();
+  EXPECT_EQ(array[499999], 1 + previous(world));
+}
+
+}  // namespace
