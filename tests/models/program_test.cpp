@@ -1,0 +1,115 @@
+// The program itself, as a person starts it: exit codes, messages, and what is left in the output folder.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "temporary_folder.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Ended {
+  int code;
+  std::string text;  // standard output and standard error
+};
+
+Ended start(const std::string& arguments) {
+  const std::string command = std::string(BSP2_PROGRAM) + " " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  std::string text;
+  std::array<char, 4096> buffer;
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), count);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
+}
+
+class Program : public testing::Test {
+ protected:
+  bsp2::testing::TemporaryFolder folder_;
+
+  std::string model(const std::string& text) {
+    const fs::path path = folder_.path() / "model.csg";
+    std::ofstream(path, std::ios::binary) << text;
+    return path.string();
+  }
+  fs::path out() { return folder_.path() / "out"; }
+
+  /// The user's mistake: one message that names the place, code 2, and no file.
+  void expect_refused(const std::string& text, const std::string& mention) {
+    const Ended ended = start("run " + model(text) + " -o " + out().string());
+    EXPECT_EQ(ended.code, 2) << ended.text;
+    EXPECT_NE(ended.text.find(mention), std::string::npos) << ended.text;
+    EXPECT_EQ(ended.text.substr(0, 6), "bsp2: ");
+    if (fs::exists(out())) {
+      EXPECT_TRUE(fs::is_empty(out())) << text.substr(0, 80);
+    }
+  }
+};
+
+TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
+  expect_refused("", "empty");
+  expect_refused("cube(size=[1,2,3])", ":1:");
+  expect_refused("group() { cube(size=[1,2,", ":1:");
+  expect_refused("\x93\x01\xff garbage", ":1:1:");
+  expect_refused("linear_extrude(height = 1) { circle(r = 1); }", "linear_extrude");
+  expect_refused("cylinder($fn = 1e9, h = 1, r1 = 1, r2 = 1);", "limit");
+  expect_refused("polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);", "edge");
+  std::string huge = "cube();";
+  for (int i = 0; i < 3; ++i) huge = "multmatrix([[1e200,0,0,0],[0,1e200,0,0],[0,0,1e200,0],[0,0,0,1]]) {" + huge + "}";
+  expect_refused(huge, "not finite");
+}
+
+TEST_F(Program, RefusesBadPathsAndOptions) {
+  EXPECT_EQ(start("run " + (folder_.path() / "missing.csg").string()).code, 2);
+  EXPECT_EQ(start("run " + folder_.path().string()).code, 2);
+  const std::string good = model("cube(size = [1, 2, 3]);");
+  EXPECT_EQ(start("run " + good + " --bogus").code, 2);
+  EXPECT_EQ(start("run " + good + " --threads minus").code, 2);
+  EXPECT_EQ(start("run " + good + " -o " + good).code, 2);  // a file where the folder should be
+  EXPECT_EQ(start("run").code, 2);
+  EXPECT_EQ(start("").code, 2);
+  EXPECT_EQ(start("--help").code, 0);
+}
+
+TEST_F(Program, TakesOddNumbersAsOpenScadDoes) {
+  for (const char* text : {"cube(size=[nan,1,1]);", "cube(size=[inf,1,1]);", "sphere(r=-1);", "group();",
+                           "multmatrix([[1,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { cube(); }",
+                           "multmatrix([[1,0,0,inf],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { cube(); }"}) {
+    const Ended ended = start("run " + model(text) + " -o " + out().string());
+    EXPECT_EQ(ended.code, 0) << text << ended.text;
+    EXPECT_TRUE(fs::exists(out() / "report.json"));
+  }
+}
+
+TEST_F(Program, EvaluatesDeepNesting) {
+  for (const std::string node : {"group() {", "difference() { cube(size = [9, 9, 9]);", "multmatrix([[1,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) {"}) {
+    std::string text;
+    for (int i = 0; i < 10000; ++i) text += node;
+    text += "cube();";
+    for (int i = 0; i < 10000; ++i) text += "}";
+    const Ended ended = start("run " + model(text));
+    EXPECT_EQ(ended.code, 0) << node << ended.text;
+  }
+}
+
+TEST_F(Program, WritesWhatItWasAskedFor) {
+  const Ended ended = start("run " + model("difference() { cube(size=[4,4,4]); sphere($fn=8,r=2); }") + " -o " + out().string());
+  EXPECT_EQ(ended.code, 0) << ended.text;
+  for (const char* name : {"report.json", "solid.pvtu", "view.png"}) EXPECT_TRUE(fs::exists(out() / name)) << name;
+  for (std::size_t begin = 0; begin < ended.text.size();) {  // fits a terminal
+    const std::size_t end = std::min(ended.text.find('\n', begin), ended.text.size());
+    const std::string line = ended.text.substr(begin, end - begin);
+    if (line.find(folder_.path().string()) == std::string::npos) {
+      EXPECT_LE(line.size(), 80U) << line;
+    }
+    begin = end + 1;
+  }
+}
+
+}  // namespace
