@@ -1,7 +1,5 @@
 #include "bsp2/dataflow/evaluate.hpp"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <chrono>
 #include <deque>
@@ -15,6 +13,7 @@
 
 #include "bounded_queue.hpp"
 #include "bsp2/dataflow/localizer.hpp"
+#include "large_stack.hpp"
 #include "tokens.hpp"
 #include "work_deque.hpp"
 
@@ -51,7 +50,6 @@ Totals<D>& Totals<D>::operator+=(const Totals& other) {
 namespace {
 
 constexpr std::size_t cells_per_batch = 512;
-constexpr std::size_t worker_stack_bytes = std::size_t{256} << 20;  // programs may be nested deeply; virtual until used
 
 /// What the workers of one evaluation share.
 template <int D>
@@ -150,16 +148,11 @@ Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
 
 template <int D>
 void Worker<D>::start() {
-  pthread_attr_t attributes;
-  pthread_attr_init(&attributes);
-  pthread_attr_setstacksize(&attributes, worker_stack_bytes);
   const auto body = [](void* self) -> void* {
     static_cast<Worker*>(self)->run();
     return nullptr;
   };
-  const int error = pthread_create(&thread_, &attributes, body, this);
-  pthread_attr_destroy(&attributes);
-  if (error != 0) throw std::system_error(error, std::generic_category(), "cannot start a worker thread");
+  thread_ = start_on_large_stack(body, this);
 }
 
 template <int D>

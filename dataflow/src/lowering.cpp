@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsp2/geometry/error.hpp"
+
 namespace bsp2::dataflow {
 
 using geometry::Matrix;
@@ -135,12 +137,19 @@ class Lowering {
     }
   }
 
+  static constexpr std::size_t deepest = 100000;  // what the stacks that walk the program are made for
+  std::size_t depth_ = 0;
+
   /// Starts a combiner and schedules its end behind its operands.
   void open(Word kind) {
+    if (++depth_ > deepest) throw Error("unions, intersections and differences are nested more than 100000 deep");
     stack_.push_back({nullptr, 0, false, 0, lowered_.program.size()});
     lowered_.program.insert(lowered_.program.end(), {kind, 0, 0});
   }
-  void close(std::size_t begin) { lowered_.program[begin + 1] = static_cast<Word>(lowered_.program.size() - begin); }
+  void close(std::size_t begin) {
+    --depth_;
+    lowered_.program[begin + 1] = static_cast<Word>(lowered_.program.size() - begin);
+  }
 };
 
 }  // namespace

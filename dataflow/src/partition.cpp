@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "bsp2/dataflow/localizer.hpp"
+#include "large_stack.hpp"
 
 namespace bsp2::dataflow {
 
@@ -87,7 +88,9 @@ class Partitioner {
 
 template <int D>
 Partition<D> partition(const Network<D>& network, unsigned depth) {
-  return Partitioner<D>(network, depth).run();
+  Partition<D> result;
+  call_on_large_stack([&] { result = Partitioner<D>(network, depth).run(); });
+  return result;
 }
 
 template Partition<1> partition<1>(const Network<1>&, unsigned);
