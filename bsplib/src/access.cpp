@@ -81,10 +81,8 @@ void Engine::start_put(int pid, const void* source, Registry::Id slot, std::size
   box.big_put(slot, offset, block.data, bytes, staging_.peer(pid) ? block.where : wire::nowhere);
 }
 
-void Engine::hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
-  if (static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_) &&
-      out(pid).put_again(slot, offset, source, bytes))
-    return;
+void Engine::start_hpput(int pid, const void* source, Registry::Id slot, std::size_t offset,
+                         std::size_t bytes) {
   Outbox& box = outbox(pid, "hpput");
   check_range("hpput", "Writes", pid, slot, offset, bytes);
   if (bytes == 0) return;

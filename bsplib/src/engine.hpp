@@ -65,7 +65,12 @@ class Engine {
     start_put(pid, source, slot, offset, bytes);
   }
   void get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes, bool unbuffered);
-  void hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
+  void hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+    if (static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_) &&
+        out_[static_cast<std::size_t>(pid)].put_again(slot, offset, source, bytes))
+      return;
+    start_hpput(pid, source, slot, offset, bytes);
+  }
 
   std::size_t set_tagsize(std::size_t bytes);
   std::size_t tagsize() const { return tag_size_; }
@@ -115,6 +120,7 @@ class Engine {
   Outbox& outbox(int pid, const char* caller);
   void check_range(const char* caller, const char* verb, int pid, Registry::Id slot, std::size_t offset,
                    std::size_t bytes);
+  void start_hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
   void start_put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
 
   // delivery.cpp: the phases of a sync

@@ -20,27 +20,35 @@ T load(const std::byte* place) {
   return value;
 }
 
-/// Bytes from one record to the next.
+/// Bytes of a record that is not a put, with its data.
 std::size_t extent(const Record& record) {
   switch (record.op()) {
-    case Op::put:
-      return sizeof(Record) + wire::padded(record.size());
     case Op::big_put:
       return sizeof(wire::BigPut);
     case Op::get:
       return sizeof(wire::Get);
     case Op::message:
       return sizeof(Record) + wire::padded(record.size()) + wire::padded(record.offset);
+    default:
+      return sizeof(Record) + wire::padded(record.size());
   }
-  return sizeof(Record);
 }
 
+/// visit(record, place, data): records in their order, where they are, and where the data of a put or message
+/// begins.
 template <class Visit>
 void for_each_record(const std::byte* stream, std::size_t size, Visit&& visit) {
   for (std::size_t at = 0; at < size;) {
-    const auto record = load<Record>(stream + at);
-    visit(record, stream + at);
-    at += extent(record);
+    const auto put = load<wire::ShortPut>(stream + at);
+    if (static_cast<Op>(put.bits & 15U) == Op::short_put) {
+      const Record record = put.widen();
+      visit(record, stream + at, stream + at + sizeof put);
+      at += sizeof put + wire::padded(record.size());
+    } else {
+      const auto record = load<Record>(stream + at);
+      visit(record, stream + at, stream + at + sizeof record);
+      at += extent(record);
+    }
   }
 }
 
@@ -72,19 +80,21 @@ std::byte* Inflow::room(std::size_t bytes) {
 
 void Inflow::index(const Registry& registry, int source) {
   if (!(contents & (wire::has_gets | wire::has_big_puts | wire::has_messages))) return;
-  for_each_record(stream, size, [&](const Record& record, const std::byte* place) {
-    if (record.op() == Op::get) {
-      const auto get = load<wire::Get>(place);
-      requests.push_back({target_of(registry, record), get.size, get.direct != 0});
-    } else if (record.op() == Op::big_put) {
-      const auto put = load<wire::BigPut>(place);
-      if (travels_alone(put, own)) landings.push_back({target_of(registry, record), put.size, nullptr});
-    } else if (record.op() == Op::message) {
-      const std::byte* tag = place + sizeof(Record);
-      messages.push_back({source, {tag, record.size()}, {tag + wire::padded(record.size()), record.offset}});
-      queues.push_back(record.target);
-    }
-  });
+  for_each_record(
+      stream, size,
+      [&](const Record& record, const std::byte* place, [[maybe_unused]] const std::byte* data) {
+        if (record.op() == Op::get) {
+          const auto get = load<wire::Get>(place);
+          requests.push_back({target_of(registry, record), get.size, get.direct != 0});
+        } else if (record.op() == Op::big_put) {
+          const auto put = load<wire::BigPut>(place);
+          if (travels_alone(put, own)) landings.push_back({target_of(registry, record), put.size, nullptr});
+        } else if (record.op() == Op::message) {
+          messages.push_back(
+              {source, {data, record.size()}, {data + wire::padded(record.size()), record.offset}});
+          queues.push_back(record.target);
+        }
+      });
   if constexpr (defect == Defect::swap_messages)
     if (messages.size() > 1) std::swap(messages[0], messages[1]);
 }
@@ -106,20 +116,23 @@ void Inflow::apply_puts(const Registry& registry) {
   std::size_t landed = 0;
   const std::byte* lost = nullptr;
   if constexpr (defect == Defect::drop_put)
-    for_each_record(stream, size, [&](const Record& record, const std::byte* place) {
-      if (record.op() == Op::put) lost = place;
-    });
+    for_each_record(
+        stream, size,
+        [&](const Record& record, const std::byte* place, [[maybe_unused]] const std::byte* data) {
+          if (record.op() == Op::put) lost = place;
+        });
   Registry::Id last = Registry::no_id;
   std::byte* base = nullptr;
-  for_each_record(stream, size, [&](const Record& record, const std::byte* place) {
-    if (record.op() == Op::put) {
-      if (place == lost) return;
-      if (record.target != last) base = registry.slot(last = record.target).address;
-      copy_bytes(base + record.offset, place + sizeof(Record), record.size());
-    } else if (record.op() == Op::big_put) {
-      apply_big_put(registry, place, landed);
-    }
-  });
+  for_each_record(stream, size,
+                  [&](const Record& record, const std::byte* place, [[maybe_unused]] const std::byte* data) {
+                    if (record.op() == Op::put) {
+                      if (place == lost) return;
+                      if (record.target != last) base = registry.slot(last = record.target).address;
+                      copy_bytes(base + record.offset, data, record.size());
+                    } else if (record.op() == Op::big_put) {
+                      apply_big_put(registry, place, landed);
+                    }
+                  });
 }
 
 void Inflow::clear() {
@@ -147,16 +160,18 @@ std::vector<Write> all_writes(std::vector<Inflow>& inflows, const Registry& regi
   for (Inflow& inflow : inflows) {
     std::size_t landed = 0;
     if (!(inflow.contents & (wire::has_puts | wire::has_big_puts))) continue;
-    for_each_record(inflow.stream, inflow.size, [&](const Record& record, const std::byte* place) {
-      std::byte* target = record.op() == Op::message ? nullptr : target_of(registry, record);
-      if (record.op() == Op::put) {
-        writes.push_back({target, target + record.size(), nullptr});
-      } else if (record.op() == Op::big_put) {
-        const auto put = load<wire::BigPut>(place);
-        Inflow::Landing* landing = travels_alone(put, inflow.own) ? &inflow.landings[landed++] : nullptr;
-        writes.push_back({target, target + put.size, landing});
-      }
-    });
+    for_each_record(
+        inflow.stream, inflow.size,
+        [&](const Record& record, const std::byte* place, [[maybe_unused]] const std::byte* data) {
+          std::byte* target = record.op() == Op::message ? nullptr : target_of(registry, record);
+          if (record.op() == Op::put) {
+            writes.push_back({target, target + record.size(), nullptr});
+          } else if (record.op() == Op::big_put) {
+            const auto put = load<wire::BigPut>(place);
+            Inflow::Landing* landing = travels_alone(put, inflow.own) ? &inflow.landings[landed++] : nullptr;
+            writes.push_back({target, target + put.size, landing});
+          }
+        });
   }
   return writes;
 }

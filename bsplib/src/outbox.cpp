@@ -25,10 +25,10 @@ std::byte* Outbox::append(std::size_t bytes) {
   return place;
 }
 
-/// The run goes on in a larger stream, if it only ended for want of room.
+/// The run goes on in a larger stream, if it only ended for want of room there.
 bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes) {
   if (slot != run_->slot || offset != run_->next() || bytes > limit_ - offset) return false;
-  if (run_bytes() + bytes > wire::max_inline_size) return false;
+  if (run_bytes() + bytes > longest_run) return false;
   size_ = static_cast<std::size_t>(run_->tail - block_.data);
   const std::size_t end = size_;
   make_room(wire::padded(bytes) + 8);
@@ -47,6 +47,8 @@ void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std:
   close_run();
   make_room(head + wire::padded(bytes));
   limit_ = limit;
+  const bool is_short = slot < wire::ShortPut::target_limit && limit <= wire::ShortPut::reach;
+  head_ = is_short ? sizeof(wire::ShortPut) : sizeof(Record);
   contents |= wire::has_puts;
   run_->slot = slot;
   begin_record(size_, offset, source, bytes);

@@ -74,13 +74,14 @@ class Outbox {
   bool extend_get(Registry::Id slot, std::size_t offset, const std::byte* target, std::size_t bytes);
   bool prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes);
   std::size_t run_bytes() const {
-    return static_cast<std::size_t>(run_->tail - block_.data) - run_start_ - head;
+    return static_cast<std::size_t>(run_->tail - block_.data) - run_start_ - head_;
   }
   void begin_record(std::size_t start, std::size_t offset, const void* source, std::size_t bytes);
   std::size_t end_record();
   void set_room();
 
   static constexpr std::size_t head = sizeof(wire::Record);
+  static constexpr std::size_t longest_run = wire::stage_bytes - 1;
 
   Staging* staging_;
   Staging::Block block_;
@@ -89,20 +90,21 @@ class Outbox {
   detail::Run* run_;           ///< the open run; it has no slot if there is none
   std::size_t run_start_ = 0;  ///< of its record in the stream
   std::size_t limit_ = 0;      ///< size of its registration
+  std::size_t head_ = head;    ///< size of its record
 };
 
-/// How far the run may go: within the registration and the stream, and not so far at once that large data,
-/// which is better staged, could join it. Capacities are multiples of 8, so the padding has room, too.
+/// How far the run may go: within the registration, the stream, and what a short record can tell. Capacities
+/// are multiples of 8, so the padding has room, too.
 inline void Outbox::set_room() {
   const auto room = static_cast<std::size_t>(block_.data + block_.capacity - run_->tail);
-  run_->end = run_->tail + std::min({limit_ - run_->next(), room, wire::stage_bytes - 1});
+  run_->end = run_->tail + std::min({limit_ - run_->next(), room, longest_run - run_bytes()});
 }
 
 /// Begins a record with the first bytes of its run, at `start` of the stream. The record itself is written at
 /// its end.
 inline void Outbox::begin_record(std::size_t start, std::size_t offset, const void* source,
                                  std::size_t bytes) {
-  std::byte* place = block_.data + start + head;
+  std::byte* place = block_.data + start + head_;
   if (bytes == 8) {
     std::memcpy(place, source, 8);
   } else {
@@ -119,11 +121,16 @@ inline void Outbox::begin_record(std::size_t start, std::size_t offset, const vo
 inline std::size_t Outbox::end_record() {
   std::byte* place = block_.data + run_start_;
   const std::size_t bytes = run_bytes();
-  const wire::Record record{run_->slot, wire::Record::pack(wire::Op::put, bytes),
-                            reinterpret_cast<std::uintptr_t>(place + head) - run_->origin};
-  std::memcpy(place, &record, head);
+  const std::size_t offset = reinterpret_cast<std::uintptr_t>(place + head_) - run_->origin;
+  if (head_ == sizeof(wire::ShortPut)) {
+    const wire::ShortPut record{static_cast<std::uint32_t>(offset), wire::ShortPut::pack(bytes, run_->slot)};
+    std::memcpy(place, &record, sizeof record);
+  } else {
+    const wire::Record record{run_->slot, wire::Record::pack(wire::Op::put, bytes), offset};
+    std::memcpy(place, &record, sizeof record);
+  }
   payload += bytes;
-  return run_start_ + head + wire::padded(bytes);
+  return run_start_ + head_ + wire::padded(bytes);
 }
 
 inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
@@ -132,9 +139,9 @@ inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void*
   if constexpr (defect == Defect::merge_wrongly)
     if (offset == run_->next() + 1 && bytes <= run_->left())
       return run_->append(slot, run_->next(), source, bytes);
-  const std::size_t end = run_start_ + head + wire::padded(run_bytes());
+  const std::size_t end = run_start_ + head_ + wire::padded(run_bytes());
   if (offset == run_->next() || bytes == 0 || bytes >= wire::stage_bytes ||
-      block_.capacity - end < head + wire::padded(bytes))
+      block_.capacity - end < head_ + wire::padded(bytes))
     return false;
   begin_record(end_record(), offset, source, bytes);
   return true;

@@ -51,7 +51,7 @@ static_assert(sizeof(Header) <= 144);
 inline constexpr std::size_t inline_bytes = slot_bytes - sizeof(Header);
 
 /// Records are 8-byte aligned; the data of put and message follows its record, padded to 8 bytes.
-enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4 };
+enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4, short_put = 5 };
 inline constexpr std::size_t max_inline_size = (std::size_t{1} << 28) - 8;
 
 struct Record {
@@ -65,6 +65,22 @@ struct Record {
   }
 };
 static_assert(sizeof(Record) == 16);
+
+/// A put that fits in fewer bits: most do. Its op is where that of a Record is.
+struct ShortPut {
+  static constexpr std::uint32_t target_limit = 1U << 14U;
+  static constexpr std::size_t reach = std::size_t{1} << 32U;  ///< registrations up to this size
+
+  std::uint32_t offset;
+  std::uint32_t bits;  ///< op, 14 bits of the size, 14 bits of the target
+  static std::uint32_t pack(std::size_t size, std::uint32_t target) {
+    return static_cast<std::uint32_t>(Op::short_put) | static_cast<std::uint32_t>(size << 4U) | target << 18U;
+  }
+  Record widen() const {
+    return {bits >> 18U, Record::pack(Op::put, bits >> 4U & (target_limit - 1)), offset};
+  }
+};
+static_assert(sizeof(ShortPut) == 8 && stage_bytes <= ShortPut::target_limit);
 
 struct BigPut {
   Record record;

@@ -2,10 +2,11 @@
 //
 //   mpirun -n P bsp2-probe [-o FILE] [--dry-run]
 //
-// p is the number of ranks. r is the rate of y += a x on vectors that fit in the cache. The time of supersteps with
-// h-relations of growing size, in which every rank puts h bytes in 8-byte words cyclically to the others, is fitted by a
-// line g h + l. This is what bspbench does (R. H. Bisseling, Parallel Scientific Computation, section 1.5), except that
-// times are medians of repetitions and that the unit is the second, not the flop.
+// p is the number of ranks. r is the rate of y += a x on vectors that fit in the cache. The time of
+// supersteps with h-relations of growing size, in which every rank puts h bytes in 8-byte words cyclically to
+// the others, is fitted by a line g h + l. This is what bspbench does (R. H. Bisseling, Parallel Scientific
+// Computation, section 1.5), except that times are medians of repetitions and that the unit is the second,
+// not the flop.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -24,7 +25,8 @@ namespace {
 using namespace bsp2::bsplib;
 
 double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
   return values[values.size() / 2];
 }
 
@@ -53,9 +55,13 @@ double superstep_seconds(World& world, Array<double>& array, std::size_t words) 
   for (int sample = 0; sample < 31; ++sample) {
     world.sync();
     const double begin = MPI_Wtime();
-    for (std::size_t i = 0; i < words; ++i) {
-      const std::size_t to = p == 1 ? 0 : (me + 1 + i % (p - 1)) % p;
-      array.put(static_cast<int>(to), 1.0, me * per_rank + i / std::max<std::size_t>(p - 1, 1));
+    for (std::size_t i = 0, place = me * per_rank, to = 0; i < words; ++i) {
+      if (to == me && p > 1) ++to;
+      if (to == p) {
+        to = me == 0 && p > 1 ? 1 : 0;
+        ++place;
+      }
+      array.put(static_cast<int>(to++), 1.0, place);
     }
     world.sync();
     times.push_back(MPI_Wtime() - begin);
@@ -63,7 +69,8 @@ double superstep_seconds(World& world, Array<double>& array, std::size_t words) 
   return median(times);
 }
 
-/// The line through the points, by least squares of the relative errors: small h-relations count as much as large ones.
+/// The line through the points, by least squares of the relative errors: small h-relations count as much as
+/// large ones.
 void fit(const std::vector<double>& h, const std::vector<double>& seconds, Machine& machine) {
   double w = 0, wh = 0, whh = 0, wt = 0, wht = 0;
   for (std::size_t i = 0; i < h.size(); ++i) {
@@ -78,20 +85,29 @@ void fit(const std::vector<double>& h, const std::vector<double>& seconds, Machi
   machine.l = std::max((wt - machine.g * wh) / w, 0.0);
 }
 
+/// What was measured, beside what g h + l says.
+void print(const std::vector<double>& h, const std::vector<double>& seconds, const Machine& machine) {
+  std::printf("%10s %14s %14s\n", "h / bytes", "measured / us", "g h + l / us");
+  for (std::size_t i = 0; i < h.size(); ++i)
+    std::printf("%10.0f %14.2f %14.2f\n", h[i], 1e6 * seconds[i], 1e6 * (machine.g * h[i] + machine.l));
+}
+
 Machine measure(World& world) {
   constexpr std::size_t most_words = 1U << 14U;
   Machine machine{.nprocs = world.nprocs()};
   Collectives<double> all(world);
-  const auto slowest = [&](double x) { return all.reduce(x, [](double a, double b) { return std::max(a, b); }); };
+  const auto slowest = [&](double x) {
+    return all.reduce(x, [](double a, double b) { return std::max(a, b); });
+  };
   machine.r = -slowest(-computing_rate());
   Array<double> array(world, (most_words + 1) * static_cast<std::size_t>(world.nprocs()));
   std::vector<double> h, seconds;
   for (std::size_t words = 0; words <= most_words; words = words == 0 ? 1 : 2 * words) {
     h.push_back(static_cast<double>(words * sizeof(double)));
     seconds.push_back(slowest(superstep_seconds(world, array, words)));
-    if (world.pid() == 0) std::printf("h = %8.0f bytes: %10.2f us\n", h.back(), 1e6 * seconds.back());
   }
   fit(h, seconds, machine);
+  if (world.pid() == 0) print(h, seconds, machine);
   return machine;
 }
 
@@ -117,8 +133,9 @@ int main(int argc, char** argv) {
   return spmd(argc, argv, [&](World& world) {
     const Machine machine = measure(world);
     if (world.pid() != 0) return;
-    std::printf("p = %d, r = %.3f Gflop/s, g = %.3f ns/byte (%.1f flop/word), l = %.2f us (%.0f flop)\n", machine.nprocs,
-                machine.r / 1e9, machine.g * 1e9, machine.g * 8 * machine.r, machine.l * 1e6, machine.l * machine.r);
+    std::printf("p = %d, r = %.3f Gflop/s, g = %.3f ns/byte (%.1f flop/word), l = %.2f us (%.0f flop)\n",
+                machine.nprocs, machine.r / 1e9, machine.g * 1e9, machine.g * 8 * machine.r, machine.l * 1e6,
+                machine.l * machine.r);
     if (!store) return;
     store_machine(file, machine);
     std::printf("stored in %s\n", file.c_str());
