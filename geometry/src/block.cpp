@@ -11,6 +11,8 @@ constexpr std::size_t granule = 256, class_count = 48, kept_per_class = 512;
 
 std::size_t size_class(std::size_t size) { return (size + granule - 1) / granule; }
 
+thread_local bool closed = false;  // the thread's cache is gone; blocks in static storage may outlive it
+
 /// Free blocks of one thread, chained through their own memory, by size in granules.
 class BlockCache {
  public:
@@ -20,7 +22,7 @@ class BlockCache {
   ~BlockCache() {
     for (Free*& list : lists_)
       while (list != nullptr) std::free(std::exchange(list, list->next));
-    closed_ = true;
+    closed = true;
   }
   void* take(std::size_t size) {
     const std::size_t index = size_class(size);
@@ -34,7 +36,7 @@ class BlockCache {
   }
   void give(void* data, std::size_t size) noexcept {
     const std::size_t index = size_class(size);
-    if (closed_ || index >= class_count || counts_[index] >= kept_per_class) return std::free(data);
+    if (index >= class_count || counts_[index] >= kept_per_class) return std::free(data);
     lists_[index] = new (data) Free{lists_[index]};
     ++counts_[index];
   }
@@ -45,7 +47,6 @@ class BlockCache {
   };
   std::array<Free*, class_count> lists_{};
   std::array<std::size_t, class_count> counts_{};
-  bool closed_ = false;  // blocks in static storage may outlive the thread's cache
 };
 
 BlockCache& cache() {
@@ -57,6 +58,11 @@ BlockCache& cache() {
 
 Block::Block(std::size_t size) : data_(static_cast<std::byte*>(cache().take(size))), size_(size) {}
 
-void Block::release() noexcept { cache().give(data_, size_); }
+void Block::release() noexcept {
+  if (closed)
+    std::free(data_);
+  else
+    cache().give(data_, size_);
+}
 
 }  // namespace bsp2::geometry
