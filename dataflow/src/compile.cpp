@@ -56,11 +56,11 @@ class Compiler {
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
       producers.push_back(producer);
     }
+    check_sizes(matrices, reach);
     Box<D> box = bounds_of(lowered_, producers);
     if (box.is_empty()) return empty_network(producers.size());
     if (!box.is_finite()) box = hull_of(producers);
-    for (int i = 0; i < D; ++i)
-      if (!std::isfinite(box.lower[i]) || !std::isfinite(box.upper[i])) throw Error("the model is too large: some coordinates are not finite numbers; look for huge factors in its matrices");
+    check_proportions(box, reach);
 
     Network<D> network{HyperplaneTable<D>(box.lower, box.upper, reach), std::move(producers), {}, {}, lowered_.program, 0};
     network.primitive_count = lowered_.occurrences.size();
@@ -74,6 +74,28 @@ class Compiler {
   std::vector<geometry::Covector<D>> covectors_;
   std::vector<Shape<D>> shapes_;
   std::vector<std::uint32_t> shape_of_;  // of each occurrence
+
+  /// Second moments are fifth powers of lengths, and all must stay far from the limits of a double.
+  static void check_sizes(const std::vector<Matrix<D>>& matrices, double reach) {
+    for (const Matrix<D>& matrix : matrices)
+      for (const auto& row : matrix)
+        for (const Quad entry : row) {
+          const auto size = std::fabs(static_cast<long double>(entry));
+          if (!(size <= 1e40L)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+          if (size > 0x1p20L * static_cast<long double>(reach))
+            throw Error("a primitive is modelled more than a million times its reach away from where its matrices put it; model it nearer to the origin");
+        }
+  }
+
+  /// The grid must resolve the solid, however far its largest primitive reaches.
+  static void check_proportions(const Box<D>& box, double reach) {
+    double size = 0;
+    for (int i = 0; i < D; ++i) size = std::max(size, box.upper[i] - box.lower[i]);
+    if (!std::isfinite(size) || !(reach <= 1e40)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+    if (size > 0 && size < 1e-40) throw Error("the model is smaller than 1e-40; scale it up");
+    if (reach > 0x1p45 * size)
+      throw Error("a primitive reaches more than 2^45 times farther than the solid is large; make that primitive smaller");
+  }
 
   Network<D> empty_network(std::size_t primitives) {
     std::array<double, D> zero{}, one;

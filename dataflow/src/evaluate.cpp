@@ -141,7 +141,7 @@ class Crew {
 
 template <int D>
 Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
-    : totals(crew.network.table.radius()), index(index_), crew_(crew), splitter_(crew.network.table),
+    : totals(crew.network.table.radius(), crew.network.table.width()), index(index_), crew_(crew), splitter_(crew.network.table),
       localizer_(crew.network, splitter_), writer_(crew.network.table) {
   totals.reset_bounds();
 }
@@ -492,7 +492,7 @@ Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions
   for (std::size_t i = 0; i < started; ++i) crew.workers[i]->join();
   crew.rethrow();
 
-  Evaluation<D> result{Totals<D>(network.table.radius()), {}, {}, {}};
+  Evaluation<D> result{Totals<D>(network.table.radius(), network.table.width()), {}, {}, {}};
   result.totals.reset_bounds();
   for (const auto& worker : crew.workers) result.totals += worker->totals;
   assemble_tree(crew, result);

@@ -318,7 +318,8 @@ void Localizer<D>::choose_facet(std::span<const Word> program, Cut& cut) {
     if (!choose_mesh_median(best, cut)) cut = {choose_mesh_plane(best)};
     return;
   }
-  if (fewest > many_planes && choose_half(best, cut)) return;
+  // The attempt costs more than a cut; where it fails, all planes may meet in an apex, and it is not repeated at once.
+  if (fewest > many_planes && fewest % 32 == 0 && choose_half(best, cut)) return;
   OrientedHyperplane chosen;
   double furthest = -std::numeric_limits<double>::infinity();
   for (const OrientedHyperplane plane : undecided_planes(best)) {

@@ -7,7 +7,7 @@
 namespace bsp2::geometry {
 namespace {
 
-constexpr long double unit_roundoff = 0x1p-60L;  // a few operations at 2^-64 each
+constexpr long double unit_roundoff = 0x1p-58L;  // up to 40 operations at 2^-64 each, in D = 6
 
 /// value * 2^-exponent rounded to the nearest integer.
 Int128 on_grid(Quad value, int exponent) {

@@ -20,7 +20,7 @@ int exponent_above(double x) {
 
 template <int D>
 HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper, double reach) {
-  double largest = reach;
+  double largest = 0;
   for (int i = 0; i < D; ++i) {
     size_ = std::max(size_, upper[i] - lower[i]);
     largest = std::max({largest, std::fabs(lower[i]), std::fabs(upper[i])});
@@ -37,7 +37,7 @@ HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const st
     centre_[i] = origin_[i] + width / 2;
     radius_ = std::max({radius_, std::fabs(origin_[i]), std::fabs(origin_[i] + width)});
   }
-  grid_exponent_ = exponent_above(std::max(largest, size_)) - 100;
+  grid_exponent_ = exponent_above(std::max({largest, size_, reach})) - 100;
 }
 
 template <int D>
@@ -222,6 +222,9 @@ bool HyperplaneTable<D>::coincide(std::uint32_t occurrence, std::uint32_t repres
   opposite = dot < 0;
   const double sign = opposite ? -1 : 1;
   const Extent& extent = extents_[sources_[occurrence].map];
+  double turn = 0;
+  for (int i = 0; i < D; ++i) turn += std::fabs(h.normal[i] - sign * r.normal[i]);
+  if (turn > 0x1p-10) return false;  // within a tiny primitive all faces are close; those that turn are not the same
   distance = std::fabs(h.at(extent.centre) - sign * r.at(extent.centre));
   for (int i = 0; i < D; ++i) distance += extent.half[i] * std::fabs(h.normal[i] - sign * r.normal[i]);
   if (tolerance > 0) return distance <= tolerance * size_;
@@ -296,8 +299,13 @@ ExactCovector<D> HyperplaneTable<D>::exact(HyperplaneId id) const {
   const int axis = static_cast<int>(code >> axis_bits);
   for (auto& coefficient : world) coefficient = 0;
   // value = m 2^e grid units; x - value = 0 times the power of two that makes it an integer.
+  const double value = axis_value(axis, code & axis_steps);
+  if (value == 0) {
+    world[axis] = 1;
+    return world;
+  }
   int e = 0;
-  const double mantissa = std::frexp(axis_value(axis, code & axis_steps), &e);
+  const double mantissa = std::frexp(value, &e);
   const auto m = static_cast<std::int64_t>(std::ldexp(mantissa, 53));
   e -= 53 + grid_exponent_;
   world[axis] = 1;

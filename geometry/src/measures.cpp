@@ -98,10 +98,11 @@ class SimplexCutter {
 }  // namespace
 
 template <int D>
-MomentSum<D>::MomentSum(double radius) {
-  int e = 0;
-  std::frexp(radius, &e);
-  for (int k = 0; k < 3; ++k) exponent_[k] = (e + 1) * D + e * k - 96;
+MomentSum<D>::MomentSum(double radius, double width) {
+  int r = 0, w = 0;
+  std::frexp(radius, &r);
+  std::frexp(width, &w);
+  for (int k = 0; k < 3; ++k) exponent_[k] = w * D + r * k - 96;
 }
 
 template <int D>
@@ -111,7 +112,7 @@ int MomentSum<D>::degree(int index) {
 
 template <int D>
 void MomentSum<D>::add(const Moments<D>& moments) {
-  for (int i = 0; i < Moments<D>::size; ++i) sum_[i] += static_cast<Int128>(std::ldexp(moments.integral[i], -exponent_[degree(i)]));
+  for (int i = 0; i < Moments<D>::size; ++i) sum_[i] += static_cast<Int128>(std::nearbyint(std::ldexp(moments.integral[i], -exponent_[degree(i)])));
 }
 
 template <int D>
@@ -166,7 +167,7 @@ void CellWriter<D>::order_facets(const Cell<D>& cell) {
         error = std::max({error, vertices[loops_[i]].error, vertices[loops_[i + 1]].error});
       }
       if ((turn < 0) != code.flipped()) std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.end());
-      loop_ends_.push_back(static_cast<std::uint16_t>(loops_.size()));
+      loop_ends_.push_back(static_cast<std::uint32_t>(loops_.size()));
       if (std::fabs(turn) <= 4 * error * (length + error * static_cast<double>(edges.size())) + 0x1p-48 * length * length)
         doubtful_.push_back(static_cast<std::uint16_t>(facet));
     }
@@ -215,7 +216,7 @@ Moments<D> CellWriter<D>::measure_ordered(const Cell<D>& cell) const {
     const auto vertices = cell.vertices();
     const auto& o = vertices[0].x;
     std::size_t begin = 0;
-    for (const std::uint16_t end : loop_ends_) {
+    for (const std::uint32_t end : loop_ends_) {
       const auto loop = loops_.begin() + static_cast<std::ptrdiff_t>(begin);
       const auto stop = loops_.begin() + end;
       if (std::find(loop, stop, 0) == stop) {

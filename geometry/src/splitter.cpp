@@ -22,8 +22,8 @@ KernelCounts& KernelCounts::operator+=(const KernelCounts& other) {
 namespace {
 
 std::uint16_t next_index(std::size_t size) {
-  if (size > std::numeric_limits<std::uint16_t>::max())
-    throw std::length_error("a cell has more than 65535 faces of one dimension");
+  if (size >= std::numeric_limits<std::uint16_t>::max())  // the last value stands for "none"
+    throw std::length_error("a cell has more than 65534 faces of one dimension");
   return static_cast<std::uint16_t>(size);
 }
 

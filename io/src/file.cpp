@@ -84,7 +84,8 @@ void make_folder(const fs::path& path) {
     throw Error("cannot write to the folder '" + path.string() + "': it is a file");
   }
   fs::create_directories(path, error);
-  if (error && !fs::is_directory(path)) fail("cannot make the folder", path, error);
+  std::error_code ignored;
+  if (error && !fs::is_directory(path, ignored)) fail("cannot make the folder", path, error);
 }
 
 void check_folder(const fs::path& path) {

@@ -45,7 +45,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("N")
       ->group(group);
   app.add_option("--regions", options.regions,
-                 "divide space into N regions, rounded up to a power\nof two (default: by the work)")
+                 "divide space into N regions, rounded up to a power\nof two (default: 1)")
       ->check(CLI::Range(1U, 1U << 20, "1 .. 1048576"))
       ->type_name("N")
       ->group(group);

@@ -53,7 +53,11 @@ void check_outputs(const RunCommand& command) {
   for (const auto& file : {command.mesh, command.picture, command.report}) {
     if (!file) continue;
     io::check_folder(folder_of(*file));
-    if (fs::is_directory(*file)) throw Error("cannot write '" + file->string() + "': it is a directory");
+    std::error_code error;
+    if (!file->has_filename() || fs::is_directory(*file, error)) throw Error("cannot write '" + file->string() + "': it is a directory");
+    if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
+      throw Error("cannot write '" + file->string() + "': " + error.message());
+    if (fs::equivalent(*file, command.options.model, error)) throw Error("cannot write '" + file->string() + "': it is the model itself");
   }
 }
 

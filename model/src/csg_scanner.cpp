@@ -128,6 +128,7 @@ void Scanner::value(std::vector<Value>& tape) {
     skip_space();
     if (peek() == '[') {
       advance();
+      if (open_.size() >= 1000) fail("vectors nested more than 1000 deep");
       open_.push_back(static_cast<std::uint32_t>(tape.size()));
       tape.push_back({Value::vector});
       skip_space();

@@ -51,7 +51,7 @@ struct Digest {
 /// Sums over all decided and remaining cells; equal in every run, whatever the number of threads and their timing.
 template <int D>
 struct Totals {
-  explicit Totals(double radius) : in(radius), fuzzy(radius) {}
+  Totals(double radius, double width) : in(radius, width), fuzzy(radius, width) {}
   geometry::MomentSum<D> in, fuzzy;
   std::uint64_t in_cells = 0, fuzzy_cells = 0, out_cells = 0;  ///< OUT cells only where they are kept
   std::array<double, D> lower, upper;                          ///< of the IN cells; lower > upper where there are none

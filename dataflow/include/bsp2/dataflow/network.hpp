@@ -61,7 +61,8 @@ struct CompileOptions {
 };
 
 /// Lowers an expression to a network. @pre expression.dimension() == D.
-/// @throws bsp2::Error if the solid is not bounded by anything.
+/// A solid that only complements bound is cut off at the bounds of its primitives.
+/// @throws bsp2::Error if lengths are too large or too small, absolutely or for each other.
 /// Source: the paper, section 4.2, "Compilation".
 template <int D>
 Network<D> compile(const model::Expression& expression, const CompileOptions& options);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -60,6 +61,8 @@ class HyperplaneTable {
   /// Corners of the root cell, which holds the model's bounds with a margin.
   [[nodiscard]] std::uint32_t root_lower() const { return 0; }
   [[nodiscard]] std::uint32_t root_upper() const { return axis_steps; }
+  /// The root cell's extent along its longest axis.
+  [[nodiscard]] double width() const { return *std::max_element(step_.begin(), step_.end()) * axis_steps; }
   /// A bound of |x_i| within the root cell.
   [[nodiscard]] double radius() const { return radius_; }
   [[nodiscard]] int grid_exponent() const { return grid_exponent_; }

@@ -22,13 +22,15 @@ struct Moments {
 };
 
 /// Sums moments so that the result depends neither on the order of the summands nor on their grouping: each is rounded
-/// to a multiple of 2^-96 of the root cell's own moment and added as an integer.
+/// to a multiple of 2^-96 of what the root cell's own moment may be, and added as an integer.
 /// Thread rule: one thread at a time; sums of several threads are merged by `+=`.
 template <int D>
 class MomentSum {
  public:
   /// @param radius a bound of |x_i| over all that will be added.
-  explicit MomentSum(double radius = 1);
+  /// @param width a bound of its extent along each axis; small for a small model far from the origin.
+  MomentSum(double radius, double width);
+  explicit MomentSum(double radius = 1) : MomentSum(radius, 2 * radius) {}
   void add(const Moments<D>& moments);
   MomentSum& operator+=(const MomentSum& other);
   [[nodiscard]] Moments<D> value() const;
@@ -54,7 +56,8 @@ class CellWriter {
  private:
   const HyperplaneTable<D>* table_;
   std::vector<std::array<std::uint16_t, 2>> neighbours_;  // of each vertex along the facet at hand
-  std::vector<std::uint16_t> loops_, loop_ends_;          // ordered vertices of all facets (D = 3)
+  std::vector<std::uint16_t> loops_;                      // ordered vertices of all facets (D = 3)
+  std::vector<std::uint32_t> loop_ends_;
   std::vector<std::uint16_t> doubtful_;           // facets too thin to tell which way round they are
 
   void order_facets(const Cell<D>& cell);

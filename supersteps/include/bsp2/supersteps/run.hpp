@@ -20,7 +20,7 @@ enum class Order : std::uint8_t { depth, priority };
 struct RunOptions {
   std::filesystem::path model;
   unsigned threads = 0;                     ///< 0: one a core
-  std::optional<unsigned> regions;          ///< rounded up to a power of two; none: from the estimated work
+  std::optional<unsigned> regions;          ///< rounded up to a power of two; none: 1
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
   Order order = Order::depth;
   std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY
