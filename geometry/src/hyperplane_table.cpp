@@ -141,7 +141,8 @@ namespace {
 template <int D>
 class CoefficientHash {
  public:
-  CoefficientHash(const std::array<double, D>& centre, double half, std::size_t expected) : centre_(centre), half_(half) {
+  CoefficientHash(const std::array<double, D>& centre, double half, double tolerance, std::size_t expected)
+      : width_(std::max(0x1p-10, 16 * tolerance)), centre_(centre), half_(half) {
     std::size_t size = 64;
     while (size < 2 * expected) size *= 2;
     heads_.assign(size, none);
@@ -178,7 +179,7 @@ class CoefficientHash {
 
  private:
   static constexpr std::uint32_t none = ~0u;
-  static constexpr double width = 0x1p-10;
+  double width_;  // of a bucket
   std::array<double, D> centre_;
   double half_;
   std::vector<std::uint32_t> heads_, next_;
@@ -193,7 +194,7 @@ class CoefficientHash {
       for (int i = 0; i < D; ++i) f[k] += weights[k][i] * h.normal[i];
     return f;
   }
-  static std::int64_t bucket(double f) { return static_cast<std::int64_t>(std::floor(f / width)); }
+  [[nodiscard]] std::int64_t bucket(double f) const { return static_cast<std::int64_t>(std::floor(f / width_)); }
   [[nodiscard]] std::size_t slot(const std::array<std::int64_t, 3>& at) const {
     std::uint64_t hash = 0;
     for (const std::int64_t x : at) hash = (hash ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u, hash ^= hash >> 29;
@@ -233,14 +234,14 @@ bool HyperplaneTable<D>::coincide(std::uint32_t occurrence, std::uint32_t repres
 
 template <int D>
 std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance) {
-  CoefficientHash<D> hash(centre_, size_, sources_.size());
+  CoefficientHash<D> hash(centre_, size_, tolerance, sources_.size());
   std::vector<OrientedHyperplane> result(sources_.size());
   std::vector<std::uint32_t> representatives;  // by id
   for (const std::uint32_t i : by_size()) {
     // Coefficients of coincident hyperplanes differ the more, the smaller the primitive is.
     const auto& half = extents_[sources_[i].map].half;
     const double smallest = std::max(*std::min_element(half.begin(), half.end()), size_ * 0x1p-30);
-    const double window = std::clamp(8 * tolerance * size_ / smallest, 0x1p-44 * (1 + radius_ / size_), 0x1p-12);
+    const double window = std::max(std::min(8 * tolerance * size_ / smallest, std::max(0x1p-12, 4 * tolerance)), 0x1p-44 * (1 + radius_ / size_));
     auto best = static_cast<std::uint32_t>(representatives.size());
     bool best_opposite = false;
     double best_distance = std::numeric_limits<double>::infinity();
