@@ -87,14 +87,20 @@ class Compiler {
         }
   }
 
-  /// The grid must resolve the solid, however far its largest primitive reaches.
-  static void check_proportions(const Box<D>& box, double reach) {
+  /// The grid must resolve the solid, however far its largest primitive reaches. A solid that is almost nothing, such as
+  /// the intersection of two that touch, gets some space around it.
+  static void check_proportions(Box<D>& box, double reach) {
     double size = 0;
     for (int i = 0; i < D; ++i) size = std::max(size, box.upper[i] - box.lower[i]);
     if (!std::isfinite(size) || !(reach <= 1e40)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
     if (size > 0 && size < 1e-40) throw Error("the model is smaller than 1e-40; scale it up");
-    if (reach > 0x1p45 * size)
-      throw Error("a primitive reaches more than 2^45 times farther than the solid is large; make that primitive smaller");
+    if (size > 0 && reach > 0x1p68 * size)
+      throw Error("a primitive reaches more than 2^68 times farther than the solid is large; make that primitive smaller");
+    const double missing = reach * 0x1p-40 - size;
+    for (int i = 0; i < D && missing > 0; ++i) {
+      box.lower[i] -= missing / 2;
+      box.upper[i] += missing / 2;
+    }
   }
 
   Network<D> empty_network(std::size_t primitives) {

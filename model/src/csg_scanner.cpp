@@ -128,7 +128,7 @@ void Scanner::value(std::vector<Value>& tape) {
     skip_space();
     if (peek() == '[') {
       advance();
-      if (open_.size() >= 1000) fail("vectors nested more than 1000 deep");
+      if (tape.size() > most_values) fail("too many values in one node");
       open_.push_back(static_cast<std::uint32_t>(tape.size()));
       tape.push_back({Value::vector});
       skip_space();
