@@ -4,10 +4,10 @@ target_link_libraries(bsplib_random_programs PRIVATE bsp2::bsplib bsp2_options)
 add_executable(bsplib_random $<TARGET_OBJECTS:bsplib_random_programs>)
 target_link_libraries(bsplib_random PRIVATE bsp2::bsplib)
 foreach(ranks 1 2 3 4)
-  bsplib_run(bsplib.random.shared.${ranks} RANKS ${ranks} COMMAND bsplib_random 1 5000 TIMEOUT 300)
-  bsplib_run(bsplib.random.messages.${ranks} RANKS ${ranks} COMMAND bsplib_random 10001 3000 TIMEOUT 300
+  bsplib_run(bsplib.random.shared.${ranks} RANKS ${ranks} COMMAND bsplib_random 1 5000 TIMEOUT 900)
+  bsplib_run(bsplib.random.messages.${ranks} RANKS ${ranks} COMMAND bsplib_random 10001 3000 TIMEOUT 900
     ENVIRONMENT BSP2_STAGING_BYTES=0)
-  bsplib_run(bsplib.random.mixed.${ranks} RANKS ${ranks} COMMAND bsplib_random 20001 3000 TIMEOUT 300
+  bsplib_run(bsplib.random.mixed.${ranks} RANKS ${ranks} COMMAND bsplib_random 20001 3000 TIMEOUT 900
     ENVIRONMENT BSP2_STAGING_BYTES=2048)
 endforeach()
 
