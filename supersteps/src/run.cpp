@@ -13,7 +13,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Measures one superstep from construction to `done`.
+/// Measures the time since the last lap: one lap a superstep.
 class Stopwatch {
  public:
   double lap() {

@@ -33,14 +33,6 @@ using ExactInteger = FixedInteger<exact_bits<D>>;
 template <int D>
 using ExactCovector = std::array<ExactInteger<D>, D + 1>;
 
-inline int sign_of(const auto& value) { return value.sign(); }
-
-/// An integer of at most 127 bits as a multi-precision one.
-template <typename Integer>
-Integer to_integer(Int128 value) {
-  return Integer(value);
-}
-
 /// value * 2^-shift rounded to double, with a relative error below 2^-52; any size of value, no overflow in between.
 template <typename Integer>
 double scaled_to_double(const Integer& value, long shift) {
