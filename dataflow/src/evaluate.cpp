@@ -114,7 +114,8 @@ class Crew {
   std::atomic<unsigned> running{0};
   std::atomic<bool> stop{false};   // leave the rest FUZZY
   std::atomic<bool> abort{false};  // leave everything: an exception was thrown
-  std::vector<std::int64_t> region_codes;
+  std::vector<std::int64_t> region_codes;     // by place among the regions at hand
+  std::vector<std::uint32_t> region_numbers;  // likewise
   // Tokens in order of priority; unused when depth first.
   std::mutex heap_mutex;
   struct Priority {
@@ -360,7 +361,7 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   count(outcome, writer_.append(outcome.cell, cells));
   cells.label.push_back(outcome.label);
   cells.part.push_back(outcome.part);
-  cells.region.push_back(region);
+  cells.region.push_back(crew_.region_numbers[region]);
   cells.level.push_back(outcome.level);
   totals.digest.add(cells, cells.size() - 1);
   const std::uint64_t number = emitted++;
@@ -477,6 +478,7 @@ Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions
     token->cell = std::move(regions[i].cell);
     token->program = std::move(regions[i].program);
     token->region = static_cast<std::uint32_t>(i);
+    crew.region_numbers.push_back(regions[i].number);
     token->level = regions[i].level;
     crew.workers[next_worker++ % crew.workers.size()]->add(token);
   }

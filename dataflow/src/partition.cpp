@@ -38,7 +38,7 @@ class Partitioner {
     std::optional<HyperplaneId> hyperplane;
     if (fuzzy && level < depth_) hyperplane = balanced_cut(cell, localizer_.undecided_operands(local));
     if (!hyperplane) {
-      result_.regions.push_back({static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program});
+      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program});
       return ~static_cast<std::int32_t>(result_.regions.size() - 1);
     }
     splitter_.classify(cell, *hyperplane);

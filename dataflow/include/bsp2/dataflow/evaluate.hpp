@@ -31,10 +31,10 @@ struct EvaluateOptions {
   bool record_tree = false;
 };
 
-/// A region of space: a leaf of the partition, its cell, and the expression localized there. Named by its place among
-/// the regions.
+/// A region of space: a leaf of the partition, its cell, and the expression localized there.
 template <int D>
 struct Region {
+  std::uint32_t number = 0;  ///< its name: its place among all regions of the partition
   std::uint16_t level = 0;
   geometry::Cell<D> cell;
   std::vector<Word> program;
