@@ -21,15 +21,9 @@ KernelCounts& KernelCounts::operator+=(const KernelCounts& other) {
 
 namespace {
 
-std::uint16_t next_index(std::size_t size) {
-  if (size >= std::numeric_limits<std::uint16_t>::max())  // the last value stands for "none"
-    throw std::length_error("a cell has more than 65534 faces of one dimension");
-  return static_cast<std::uint16_t>(size);
-}
-
 template <typename T>
-std::size_t put(Block& block, std::size_t at, const std::vector<T>& values) {
-  if (!values.empty()) std::memcpy(block.at<std::byte>(at), values.data(), values.size() * sizeof(T));
+std::size_t put(Block& block, std::size_t at, const Buffer<T>& values) {
+  if (values.size() != 0) std::memcpy(block.at<std::byte>(at), values.data(), values.size() * sizeof(T));
   return at + (values.size() * sizeof(T) + 3) / 4 * 4;
 }
 
@@ -39,6 +33,7 @@ template <int D>
 void CellScratch<D>::clear() {
   vertices_.clear();
   for (Level& level : levels_) {
+    level.faces = 0;
     level.hyperplanes.clear();
     level.ends.clear();
     level.subfaces.clear();
@@ -46,18 +41,8 @@ void CellScratch<D>::clear() {
 }
 
 template <int D>
-std::uint16_t CellScratch<D>::add_vertex(const Vertex<D>& vertex) {
-  const std::uint16_t index = next_index(vertices_.size());
-  vertices_.push_back(vertex);
-  return index;
-}
-
-template <int D>
-std::uint16_t CellScratch<D>::add_face(int k, const std::uint32_t* hyperplanes) {
-  Level& level = levels_[k - 1];
-  const std::uint16_t index = next_index(level.hyperplanes.size() / (D - k));
-  level.hyperplanes.insert(level.hyperplanes.end(), hyperplanes, hyperplanes + (D - k));
-  return index;
+void CellScratch<D>::throw_too_many_faces() {
+  throw std::length_error("a cell has more than 65534 faces of one dimension");
 }
 
 template <int D>
@@ -74,7 +59,7 @@ Cell<D> CellScratch<D>::pack() const {
     for (int k = 1; k < D; ++k) {
       const Level& level = levels_[k - 1];
       auto& packed = cell.levels_[k - 1];
-      packed.faces = static_cast<std::uint32_t>(level.hyperplanes.size() / (D - k));
+      packed.faces = static_cast<std::uint32_t>(level.faces);
       packed.hyperplanes_at = static_cast<std::uint32_t>(at);
       at = put(cell.block_, at, level.hyperplanes);
       packed.ends_at = static_cast<std::uint32_t>(at);
@@ -111,7 +96,7 @@ int Splitter<D>::side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane
 }
 
 template <int D>
-Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table), exact_cache_(D <= 3 ? 256 : 16) {}
+Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table), exact_cache_(D <= 3 ? 256 : 16), side_cache_(4096) {}
 
 /// Valid until the next call.
 template <int D>
@@ -119,6 +104,7 @@ const ExactCovector<D>& Splitter<D>::exact(HyperplaneId id) {
   CachedCovector& entry = exact_cache_[(id * 0x9e3779b1u >> 12) % exact_cache_.size()];
   if (entry.id != id) {
     entry.covector = table_->exact(id);
+    divide_by_common_power_of_two(entry.covector);
     entry.id = id;
   }
   return entry.covector;
@@ -126,6 +112,16 @@ const ExactCovector<D>& Splitter<D>::exact(HyperplaneId id) {
 
 template <int D>
 int Splitter<D>::exact_side(const Vertex<D>& vertex, HyperplaneId id) {
+  std::uint64_t hash = id;
+  for (const HyperplaneId own : vertex.hyperplanes) hash = (hash ^ own) * 0x9e3779b97f4a7c15u;
+  CachedSide& known = side_cache_[hash >> 52];
+  if (known.id != id || known.vertex != vertex.hyperplanes)
+    known = {vertex.hyperplanes, id, static_cast<std::int8_t>(compute_exact_side(vertex, id))};
+  return known.side;
+}
+
+template <int D>
+int Splitter<D>::compute_exact_side(const Vertex<D>& vertex, HyperplaneId id) {
   ++counts_.exact_predicates;
   std::array<ExactCovector<D>, D> rows;
   for (int i = 0; i < D; ++i) rows[i] = exact(vertex.hyperplanes[i]);
@@ -188,10 +184,6 @@ Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& colu
 
 // --- split: signs of the vertices, then each k-face from its (k-1)-faces --------------------------------------------
 
-namespace {
-constexpr std::uint16_t none = std::numeric_limits<std::uint16_t>::max();
-}
-
 template <int D>
 void Splitter<D>::split(const Cell<D>& cell, HyperplaneId id, Cell<D>* negative, Cell<D>* positive) {
   ++counts_.splits;
@@ -199,8 +191,8 @@ void Splitter<D>::split(const Cell<D>& cell, HyperplaneId id, Cell<D>* negative,
   halves_[1].wanted = positive != nullptr;
   for (Half& half : halves_) {
     half.scratch.clear();
-    for (int k = 0; k < D; ++k) half.index[k].assign(cell.face_count(k), none);
-    for (int k = 1; k < D; ++k) half.common[k - 1].assign(cell.face_count(k), none);
+    for (int k = 0; k < D; ++k) half.index[k].resize(cell.face_count(k));
+    for (int k = 1; k < D; ++k) half.common[k - 1].resize(cell.face_count(k));
   }
   split_vertices(cell);
   if constexpr (D == 1) {
