@@ -57,10 +57,14 @@ class CellScratch {
   [[noreturn]] static void throw_too_many_faces();
 };
 
-/// The coordinates of a cell's vertices by axis, so that one hyperplane is held against all of them at a time.
+/// The coordinates of a cell's vertices by axis, so that one hyperplane is held against all of them at a time. The last
+/// vertex is repeated to fill the last block.
 template <int D>
 struct VertexColumns {
-  std::array<std::vector<double>, D> x;
+  static constexpr std::size_t block = 4;
+  std::size_t count = 0;  ///< of vertices
+  std::size_t padded = 0; ///< a multiple of the block
+  std::array<Buffer<double>, D> x;
   double error = 0;  ///< the largest of the vertices' error bounds
   void load(const Cell<D>& cell);
 };
