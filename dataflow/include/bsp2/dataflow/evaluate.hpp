@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bsp2/dataflow/consumer.hpp"
+#include "bsp2/dataflow/frontier.hpp"
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/geometry/bsp_tree.hpp"
 #include "bsp2/geometry/cell.hpp"
@@ -31,13 +32,15 @@ struct EvaluateOptions {
   bool record_tree = false;
 };
 
-/// A region of space: a leaf of the partition, its cell, and the expression localized there.
+/// A region of space: a leaf of the partition, its cell, and the expression localized there or, once its evaluation has
+/// been suspended, what is left of it.
 template <int D>
 struct Region {
   std::uint32_t number = 0;  ///< its name: its place among all regions of the partition
   std::uint16_t level = 0;
   geometry::Cell<D> cell;
-  std::vector<Word> program;
+  std::vector<Word> program;  ///< of a region that is not begun
+  Frontier frontier;          ///< of one that is
 };
 
 /// Order-independent sum of 128-bit hashes of cells: label, part, region, level and geometry, byte for byte.
