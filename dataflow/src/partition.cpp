@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "bsp2/dataflow/localizer.hpp"
 #include "large_stack.hpp"
@@ -38,7 +40,7 @@ class Partitioner {
     std::optional<HyperplaneId> hyperplane;
     if (fuzzy && level < depth_) hyperplane = balanced_cut(cell, localizer_.undecided_operands(local));
     if (!hyperplane) {
-      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program});
+      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program, {}});
       return ~static_cast<std::int32_t>(result_.regions.size() - 1);
     }
     splitter_.classify(cell, *hyperplane);
@@ -92,6 +94,46 @@ Partition<D> partition(const Network<D>& network, unsigned depth) {
   call_on_large_stack([&] { result = Partitioner<D>(network, depth).run(); });
   return result;
 }
+
+template <int D>
+Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, std::uint32_t number) {
+  // The way up from the leaf, then down again.
+  std::vector<std::int32_t> parent(partition.nodes.size(), -1);
+  std::int32_t at = -1;
+  bool found = partition.root == ~static_cast<std::int32_t>(number);
+  for (std::size_t i = 0; i < partition.nodes.size(); ++i)
+    for (const std::int32_t child : {partition.nodes[i].negative, partition.nodes[i].positive})
+      if (child >= 0)
+        parent[static_cast<std::size_t>(child)] = static_cast<std::int32_t>(i);
+      else if (~child == static_cast<std::int32_t>(number)) {
+        at = static_cast<std::int32_t>(i);
+        found = true;
+      }
+  if (!found) throw std::out_of_range("the partition has no region " + std::to_string(number));
+  std::vector<std::int32_t> path;
+  for (; at >= 0; at = parent[static_cast<std::size_t>(at)]) path.push_back(at);
+  path.insert(path.begin(), ~static_cast<std::int32_t>(number));
+  geometry::Splitter<D> splitter(network.table);
+  Cell<D> cell = geometry::root_cell<D>(network.table);
+  for (std::size_t i = path.size(); i-- > 1;) {
+    const auto& node = partition.nodes[static_cast<std::size_t>(path[i])];
+    const bool negative = node.negative == path[i - 1];
+    splitter.classify(cell, node.hyperplane);
+    Cell<D> half;
+    splitter.split(cell, node.hyperplane, negative ? &half : nullptr, negative ? nullptr : &half);
+    cell = std::move(half);
+  }
+  return cell;
+}
+
+#define BSP2_INSTANTIATE(D) template Cell<D> region_cell<D>(const Network<D>&, const Partition<D>&, std::uint32_t);
+BSP2_INSTANTIATE(1)
+BSP2_INSTANTIATE(2)
+BSP2_INSTANTIATE(3)
+BSP2_INSTANTIATE(4)
+BSP2_INSTANTIATE(5)
+BSP2_INSTANTIATE(6)
+#undef BSP2_INSTANTIATE
 
 template Partition<1> partition<1>(const Network<1>&, unsigned);
 template Partition<2> partition<2>(const Network<2>&, unsigned);

@@ -29,4 +29,9 @@ struct Partition {
 template <int D>
 Partition<D> partition(const Network<D>& network, unsigned depth);
 
+/// The cell of a region, for one that has come from elsewhere without it. Uses the nodes of the partition alone.
+/// @throws std::out_of_range if the partition has no such region.
+template <int D>
+geometry::Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, std::uint32_t number);
+
 }  // namespace bsp2::dataflow
