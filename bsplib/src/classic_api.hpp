@@ -63,6 +63,20 @@ struct Api {
   }
 
   static void put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
+    if (put_again(to, src, dst, offset, bytes)) return;
+    start_put(to, src, dst, offset, bytes);
+  }
+
+  /// A scattered put, if the last one to this process went to the same memory.
+  static bool put_again(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
+    if (static_cast<unsigned>(to) >= bsp2_classic_ranks || negative(offset) || negative(bytes)) return false;
+    const bsp2_put_run& run = bsp2_classic_runs[to].put;
+    return run.name == dst &&
+           state.engine->put_again(static_cast<int>(to), src, run.slot, static_cast<std::size_t>(offset),
+                                   static_cast<std::size_t>(bytes));
+  }
+
+  [[gnu::noinline]] static void start_put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
     auto& world = engine("bsp_put");
     if (bytes == 0) return;
     check_access("bsp_put", offset, bytes);
