@@ -16,6 +16,7 @@ constexpr auto footer =
     "  bsp2 run model.csg -o out              also write out/solid.pvtu for ParaView,\n"
     "                                         out/view.png and out/report.json\n"
     "  bsp2 run model.csg --picture tower.png --threads 4\n"
+    "  mpirun -n 4 bsp2 run model.csg         the same on four processes\n"
     "\n"
     "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad).\n"
     "Exit code: 0 success, 2 a mistake in the options, the model or a path, 1 an\n"
@@ -23,7 +24,7 @@ constexpr auto footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, picture, report;
+  std::string order, budget, folder, picture, report, table, collect;
   std::vector<std::string> keep;
   bool mesh = false;
 };
@@ -86,6 +87,12 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
   app.add_option("--picture", raw.picture, "draw the solid")->type_name("FILE.png")->group(group);
   app.add_option("--report", raw.report, "write the report")->type_name("FILE.json")->group(group);
+  app.add_option("--table", raw.table, "write what each superstep cost each rank")->type_name("FILE.csv")->group(group);
+  app.add_option("--collect", raw.collect,
+                 "where the cells of all ranks go: to the master, up a\ntree of masters, or each rank to its own files\n(default: master up to 200,000 cells, else file)")
+      ->check(CLI::IsMember({"master", "tree", "file"}))
+      ->type_name("WHERE")
+      ->group(group);
   app.add_flag("--stats", command.stats, "print figures about the kernel's work")->group(group);
   app.add_flag("--quiet", command.quiet, "print no summary and no progress")->group(group);
 }
@@ -106,6 +113,10 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
   if (!raw.picture.empty()) command.picture = raw.picture;
   if (!raw.report.empty()) command.report = raw.report;
+  if (!raw.table.empty()) command.table = raw.table;
+  if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
+  if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
+  if (raw.collect == "file") command.options.collect = supersteps::Collect::file;
   if (raw.mesh) command.mesh = "solid.pvtu";
   if (!raw.folder.empty()) {
     command.folder = raw.folder;

@@ -15,6 +15,7 @@ struct RunCommand {
   supersteps::RunOptions options;
   std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
   std::optional<std::filesystem::path> mesh, picture, report;  ///< also those that -o names
+  std::optional<std::filesystem::path> table;                  ///< the supersteps as CSV
   bool tets = false, stats = false, quiet = false;
 };
 

@@ -17,6 +17,15 @@ namespace bsp2::supersteps {
 
 enum class Order : std::uint8_t { depth, priority };
 
+/// Where the cells of all ranks go.
+enum class Collect : std::uint8_t {
+  automatic,  ///< to the master up to `cells_of_a_master` cells, else as `file`
+  master,     ///< to the master's memory
+  tree,       ///< to the master's memory, up a binary tree of masters
+  file        ///< nowhere: each rank keeps its own and writes them itself
+};
+inline constexpr std::uint64_t cells_of_a_master = 200000;
+
 /// What to evaluate and how far.
 struct RunOptions {
   std::filesystem::path model;
@@ -29,6 +38,7 @@ struct RunOptions {
   std::optional<std::uint64_t> cells;       ///< stop at about this number of cells
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
+  Collect collect = Collect::automatic;
   /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
   /// its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
@@ -54,16 +64,20 @@ struct RunReport {
   std::vector<std::string> warnings;
 };
 
-/// The cells of a finished run, and a BSP order of them.
+/// The cells of a finished run.
 struct SolidMesh {
   int dimension = 3;
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  // shared: several consumers hold the same batches
 };
 
+/// What a rank holds after a run.
 struct RunResult {
   RunReport report;
+  bool is_collected = true;  ///< the master has all cells; else each rank has those of its regions
   SolidMesh mesh;
-  geometry::BspTree tree;  ///< its leaves are the cells of the mesh, in the order of the batches
+  geometry::BspTree tree;        ///< its leaves are the cells of the mesh, in the order of the batches
+  geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
+  std::vector<std::int32_t> rank_of_region;  ///< who computed it
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
@@ -73,5 +87,8 @@ RunResult run(const RunOptions& options, Ranks& ranks);
 
 /// The same by this process alone.
 RunResult run(const RunOptions& options);
+
+/// Fills in what the run cost up to now: the supersteps, time and memory of all ranks, on the master. Collective.
+void record_costs(Ranks& ranks, RunReport& report);
 
 }  // namespace bsp2::supersteps
