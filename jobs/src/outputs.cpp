@@ -8,6 +8,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
+#include "bsp2/io/surface.hpp"
 #include "bsp2/io/vtu.hpp"
 #include "bsp2/jobs/report_json.hpp"
 #include "bsp2/supersteps/rendering.hpp"
@@ -50,7 +51,7 @@ std::uint64_t peak_rss_bytes() {
 
 void check_outputs(const RunCommand& command) {
   if (command.folder) io::check_folder(*command.folder);
-  for (const auto& file : {command.mesh, command.picture, command.report}) {
+  for (const auto& file : {command.mesh, command.boundary, command.picture, command.report}) {
     if (!file) continue;
     io::check_folder(folder_of(*file));
     std::error_code error;
@@ -63,12 +64,18 @@ void check_outputs(const RunCommand& command) {
 
 void write_outputs(const RunCommand& command, supersteps::RunResult& result) {
   if (command.folder) io::make_folder(*command.folder);
-  for (const auto& file : {command.mesh, command.picture, command.report}) {
+  for (const auto& file : {command.mesh, command.boundary, command.picture, command.report}) {
     if (file) io::make_folder(folder_of(*file));
   }
   const int d = result.report.dimension;
   if (command.mesh && is_possible(d <= 3, "mesh", command.folder, *command.mesh, result.report)) {
     io::write_vtu(*command.mesh, d, result.mesh.batches, {.tets = command.tets});
+  }
+  if (command.boundary && is_possible(result.boundary.has_value(), "boundary", command.folder, *command.boundary, result.report)) {
+    if (!result.boundary) {
+      throw Error("cannot write '" + command.boundary->string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
+    }
+    io::write_surface(*command.boundary, *result.boundary);
   }
   if (command.picture &&
       is_possible(d == 2 || d == 3, "picture", command.folder, *command.picture, result.report)) {

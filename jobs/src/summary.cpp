@@ -66,6 +66,10 @@ void print_summary(std::ostream& out, const RunReport& report) {
   if (!report.centroid.empty()) out << "  centroid  " << tuple(report.centroid) << '\n';
   if (!report.lower.empty())
     out << "  bounds    " << tuple(report.lower) << "\n            " << tuple(report.upper) << '\n';
+  if (report.boundary) {
+    out << fmt::format("  boundary  {}, area {:.12g}, {}\n", plural(report.boundary->triangles, "triangle"), report.boundary->area,
+                       report.boundary->closed ? "closed" : "NOT closed");
+  }
   out << "  digest    " << report.digest << '\n';
   print_supersteps(out, report);
   out << fmt::format("\n  {:.2f} s, {:.2f} s of CPU, at most {} of memory\n", report.seconds,

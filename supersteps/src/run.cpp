@@ -106,6 +106,14 @@ RunResult run_supersteps(const RunOptions& options, const model::Model& model, R
   result.mesh = collection.take(D);
   if (options.collect_cells) result.tree = join_trees<D>(network, partition, evaluation);
   record(report, "collection", watch.lap());
+
+  if (options.boundary || options.contacts) {
+    auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options);
+    result.contacts = std::move(contacts);
+    result.boundary = std::move(boundary);
+    if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+    record(report, "resolution", watch.lap(), report.in_cells);
+  }
   result.report = std::move(report);
   return result;
 }

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,19 @@ class Collection : public dataflow::Consumer {
  private:
   std::vector<std::shared_ptr<const dataflow::Refinement>> refinements_;  // shared with other consumers
 };
+
+/// What the cells are to each other and to the space around them.
+struct Resolution {
+  std::vector<geometry::Contact> contacts;            ///< when asked for
+  std::optional<geometry::TriangleSurface> boundary;  ///< when asked for
+};
+
+/// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not, their facets are
+/// matched hyperplane by hyperplane; what no other cell covers is the boundary.
+/// D = 3 only; nothing is found for other dimensions.
+/// Source: the paper, section 4.2, "Resolution".
+template <int D>
+Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options);
 
 /// The regions' BSP trees under the partition's.
 template <int D>

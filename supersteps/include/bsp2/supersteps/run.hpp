@@ -9,8 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/geometry/boundary.hpp"
 #include "bsp2/geometry/bsp_tree.hpp"
 #include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/geometry/contact.hpp"
 
 namespace bsp2::supersteps {
 
@@ -28,6 +30,8 @@ struct RunOptions {
   std::optional<std::uint64_t> cells;       ///< stop at about this number of cells
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
+  bool boundary = false;                    ///< resolution computes the surface of the IN cells (D = 3, collect_cells)
+  bool contacts = false;                    ///< and which of them touch, and where (likewise)
   /// Told the share of the work that is done, in [0, 1], and the cells so far; called from the main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
 };
@@ -39,6 +43,13 @@ struct SuperstepRecord {
   std::vector<double> seconds;
   std::vector<std::uint64_t> bytes_sent, bytes_received, cells;
   double predicted_seconds = 0.0;
+};
+
+/// The surface of the IN cells in figures.
+struct BoundaryReport {
+  std::uint64_t triangles = 0;
+  double area = 0.0;
+  bool closed = false;  ///< every edge is used equally often in both directions: counted, not assumed
 };
 
 /// What a run found. Lengths are in model units; moments are about the origin.
@@ -53,6 +64,7 @@ struct RunReport {
   std::vector<double> centroid;              ///< D
   std::vector<std::vector<double>> inertia;  ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
+  std::optional<BoundaryReport> boundary;    ///< when asked for
   std::string digest;                        ///< of the set of cells, order-independent
   std::vector<SuperstepRecord> supersteps;
   std::uint64_t splits = 0, predicates = 0, exact_fallbacks = 0;
@@ -71,6 +83,8 @@ struct RunResult {
   RunReport report;
   SolidMesh mesh;
   geometry::BspTree tree;  ///< its leaves are the cells of the mesh, in the order of the batches
+  std::optional<geometry::TriangleSurface> boundary;  ///< when asked for
+  std::vector<geometry::Contact> contacts;            ///< when asked for; cells count through the batches
 };
 
 /// Evaluates a model: the loop of supersteps.
