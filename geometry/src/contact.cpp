@@ -18,12 +18,55 @@ namespace {
 
 using Corner = FacetSet::Corner;
 
-/// A convex polygon on h with exact corners; the edge from a corner to the next one is on `across`.
+constexpr std::uint32_t none = ~0u;
+
+/// A corner of a convex polygon on h: a point, and what carries the edge from there to the next corner.
 struct ExactCorner {
-  Vertex<3> vertex;
+  std::uint32_t point;
   HyperplaneId across;
 };
-using ExactPolygon = std::vector<ExactCorner>;
+
+/// The points of h, each known by two other hyperplanes; the same two name the same point.
+class PlanePoints {
+ public:
+  explicit PlanePoints(const HyperplaneTable<3>& table) : table_(table) {}
+  void clear(HyperplaneId plane) {
+    plane_ = plane;
+    vertices_.clear();
+    heads_.assign(64, none);
+    next_.clear();
+    keys_.clear();
+  }
+  std::uint32_t find(HyperplaneId a, HyperplaneId b) {
+    const std::uint64_t key = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+    for (std::uint32_t at = heads_[slot(key)]; at != none; at = next_[at])
+      if (keys_[at] == key) return at;
+    if (vertices_.size() == heads_.size()) grow();
+    vertices_.push_back(canonical_vertex(table_, {plane_, a, b}));
+    keys_.push_back(key);
+    std::uint32_t& head = heads_[slot(key)];
+    next_.push_back(head);
+    return head = static_cast<std::uint32_t>(vertices_.size() - 1);
+  }
+  [[nodiscard]] const std::vector<Vertex<3>>& vertices() const { return vertices_; }
+
+ private:
+  const HyperplaneTable<3>& table_;
+  HyperplaneId plane_ = 0;
+  std::vector<Vertex<3>> vertices_;
+  std::vector<std::uint64_t> keys_;
+  std::vector<std::uint32_t> heads_, next_;  // a hash table, chained
+
+  [[nodiscard]] std::size_t slot(std::uint64_t key) const { return (key * 0x9e3779b97f4a7c15u >> 32) & (heads_.size() - 1); }
+  void grow() {
+    heads_.assign(4 * heads_.size(), none);
+    for (std::uint32_t i = 0; i < keys_.size(); ++i) {
+      std::uint32_t& head = heads_[slot(keys_[i])];
+      next_[i] = head;
+      head = i;
+    }
+  }
+};
 
 struct Facet {
   std::uint32_t number;  // in the set
@@ -31,6 +74,8 @@ struct Facet {
   std::array<double, 3> low, high;
   double area;
   bool reversed;  // the corners turn the wrong way round
+  bool covered;   // all of it, by one facet of the other side
+  std::uint32_t first_exact;
 };
 
 /// Twice the area vector.
@@ -67,21 +112,23 @@ std::uint64_t hash_of(std::span<const Corner> corners) {
 }  // namespace
 
 struct FacetMatcher::Implementation {
-  explicit Implementation(const HyperplaneTable<3>& t) : table(t), exact(t), splitter(exact) {}
+  explicit Implementation(const HyperplaneTable<3>& t) : table(t), exact(t), plane_points(t), adder(exact) {}
 
   const HyperplaneTable<3>& table;
   ExactPoints exact;
-  EdgeSplitter splitter;
+  PlanePoints plane_points;
+  LineAdder adder;
 
   // Of the hyperplane at hand.
   const FacetSet* set = nullptr;
   HyperplaneId plane = 0;
   std::vector<Contact>* contacts = nullptr;
   std::array<std::vector<Facet>, 2> facets;            // N and P; those that are not known to be covered
-  std::array<std::vector<ExactPolygon>, 2> polygons;   // of each of them, where needed
+  std::vector<ExactCorner> exact_corners;    // of all of these
+  std::vector<std::pair<std::uint32_t, HyperplaneId>> also_on;  // points, and hyperplanes beside their own
   std::vector<std::pair<std::uint64_t, std::uint32_t>> hashes;
   std::vector<int> signs;
-  ExactPolygon clipped, scratch;
+  std::vector<ExactCorner> clipped, scratch;
 
   // The edges that are left.
   PointSet points;
@@ -95,21 +142,22 @@ struct FacetMatcher::Implementation {
     set = &facet_set;
     plane = facet_set.hyperplane;
     contacts = found;
-    points.clear();
     faces.clear();
     edges.clear();
+    exact_corners.clear();
+    also_on.clear();
+    plane_points.clear(plane);
     load();
     cancel_equal_facets();
     const bool overlay = !facets[0].empty() && !facets[1].empty();
     if (!overlay && skin == nullptr) return;
-    for (int side = 0; side < 2; ++side) {
-      polygons[side].resize(facets[side].size());
-      for (std::size_t i = 0; i < facets[side].size(); ++i) make_polygon(facets[side][i], polygons[side][i]);
-      if (skin != nullptr)
-        for (std::size_t i = 0; i < facets[side].size(); ++i) add_loop(polygons[side][i], face_of(side, source(facets[side][i]).part), true);
-    }
+    for (auto& side : facets)
+      for (Facet& facet : side) find_exact_corners(facet);
     if (overlay) overlay_facets(skin != nullptr);
     if (skin == nullptr) return;
+    for (int side = 0; side < 2; ++side)
+      for (const Facet& facet : facets[side])
+        if (!facet.covered) add_loop(polygon(facet), face_of(side, source(facet).part), true);
     reduce();
     append_to(*skin);
   }
@@ -120,7 +168,7 @@ struct FacetMatcher::Implementation {
     std::uint32_t begin = 0;
     for (std::uint32_t i = 0; i < set->facets.size(); ++i) {
       const std::uint32_t end = set->facets[i].end;
-      Facet facet{i, begin, end - begin, set->corners[begin].x, set->corners[begin].x, 0, false};
+      Facet facet{i, begin, end - begin, set->corners[begin].x, set->corners[begin].x, 0, false, false, 0};
       begin = end;
       const auto corners = corners_of(facet);
       for (const Corner& corner : corners)
@@ -204,16 +252,18 @@ struct FacetMatcher::Implementation {
 
   // --- facets that are not ---
 
-  void make_polygon(const Facet& facet, ExactPolygon& polygon) {
+  void find_exact_corners(Facet& facet) {
     const auto corners = corners_of(facet);
     const std::size_t n = corners.size();
-    polygon.clear();
+    facet.first_exact = static_cast<std::uint32_t>(exact_corners.size());
     for (std::size_t i = 0; i < n; ++i) {
       const std::size_t at = facet.reversed ? n - 1 - i : i;  // backwards, corner `at` is followed by the edge before it
       const HyperplaneId before = corners[(at + n - 1) % n].across.id(), after = corners[at].across.id();
-      polygon.push_back({canonical_vertex(table, {plane, before, after}), facet.reversed ? before : after});
+      exact_corners.push_back({plane_points.find(before, after), facet.reversed ? before : after});
     }
   }
+  std::span<const ExactCorner> polygon(const Facet& facet) const { return {exact_corners.data() + facet.first_exact, facet.corner_count}; }
+  const Vertex<3>& vertex(const ExactCorner& corner) const { return plane_points.vertices()[corner.point]; }
 
   void overlay_facets(bool with_skin) {
     // Sweep along the axis in which the facets extend farthest.
@@ -242,10 +292,15 @@ struct FacetMatcher::Implementation {
                            ? 0
                            : 1;
       const std::uint32_t entering = order[side][next[side]++];
-      const Facet& facet = facets[side][entering];
-      std::erase_if(active[1 - side], [&](std::uint32_t other) { return facets[1 - side][other].high[axis] + slack() < facet.low[axis]; });
-      for (const std::uint32_t other : active[1 - side])
-        if (boxes_meet(facet, facets[1 - side][other])) meet(side == 0 ? entering : other, side == 0 ? other : entering, with_skin);
+      Facet& facet = facets[side][entering];
+      std::erase_if(active[1 - side], [&](std::uint32_t other) {
+        return facets[1 - side][other].covered || facets[1 - side][other].high[axis] + slack() < facet.low[axis];
+      });
+      for (const std::uint32_t other : active[1 - side]) {
+        if (facet.covered) break;
+        Facet& opposite = facets[1 - side][other];
+        if (boxes_meet(facet, opposite)) side == 0 ? meet(facet, opposite, with_skin) : meet(opposite, facet, with_skin);
+      }
       active[side].push_back(entering);
     }
   }
@@ -258,29 +313,56 @@ struct FacetMatcher::Implementation {
     return true;
   }
 
-  /// Whether a line along one of the facet's edges parts it from the polygon.
-  bool is_parted(const Facet& facet, const ExactPolygon& polygon) {
+  enum class Overlap { none, some, all };
+
+  /// How much of the polygon is on the inner side of the facet's edges; `some` where no single edge tells.
+  Overlap overlap(const Facet& facet, std::span<const ExactCorner> polygon) {
+    bool has_outer = false;
     for (const Corner& corner : corners_of(facet)) {
       const auto rounded = table.rounded(corner.across.id());
-      if (std::none_of(polygon.begin(), polygon.end(), [&](const ExactCorner& c) { return side_of(c.vertex, corner.across, rounded) < 0; })) return true;
+      bool has_inner = false;
+      for (const ExactCorner& c : polygon) {
+        const int side = side_of(c.point, corner.across, rounded);
+        has_inner = has_inner || side < 0;
+        has_outer = has_outer || side > 0;
+        if (has_inner && has_outer) break;
+      }
+      if (!has_inner) return Overlap::none;
     }
-    return false;
+    return has_outer ? Overlap::some : Overlap::all;
   }
-  int side_of(const Vertex<3>& vertex, OrientedHyperplane inside, const Hyperplane<3>& rounded) {
+  /// Remembers what it finds out about points that are on it.
+  int side_of(std::uint32_t point, OrientedHyperplane inside, const Hyperplane<3>& rounded) {
+    const Vertex<3>& vertex = plane_points.vertices()[point];
     const int side = exact.side(vertex, inside.id(), rounded);
+    if (side == 0 && std::find(vertex.hyperplanes.begin(), vertex.hyperplanes.end(), inside.id()) == vertex.hyperplanes.end())
+      also_on.emplace_back(point, inside.id());
     return inside.flipped() ? -side : side;
   }
 
-  void meet(std::uint32_t n, std::uint32_t p, bool with_skin) {
-    const Facet &negative = facets[0][n], &positive = facets[1][p];
-    if (is_parted(positive, polygons[0][n]) || is_parted(negative, polygons[1][p])) return;
-    clipped = polygons[0][n];
+  void meet(Facet& negative, Facet& positive, bool with_skin) {
+    const Overlap of_negative = overlap(positive, polygon(negative));
+    if (of_negative == Overlap::none) return;
+    const Overlap of_positive = overlap(negative, polygon(positive));
+    if (of_positive == Overlap::none) return;
+    negative.covered = of_negative == Overlap::all;
+    positive.covered = of_positive == Overlap::all;
+    const std::int32_t part_of_negative = source(negative).part, part_of_positive = source(positive).part;
+    if (negative.covered || positive.covered) {
+      add_contact(negative, positive, negative.covered ? negative.area : positive.area);
+      if (!with_skin) return;
+      // The smaller one is gone; from the larger one it is taken away, which looks at it from the other side.
+      if (!positive.covered) add_loop(polygon(negative), face_of(1, part_of_positive), true);
+      if (!negative.covered) add_loop(polygon(positive), face_of(0, part_of_negative), true);
+      return;
+    }
+    clipped.assign(polygon(negative).begin(), polygon(negative).end());
     for (const Corner& corner : corners_of(positive)) clip(corner.across);
-    const auto vector = newell(clipped.size(), [&](std::size_t i) -> const std::array<double, 3>& { return clipped[i].vertex.x; });
-    add_contact(negative, positive, length(vector) / 2);
+    const auto twice_area = newell(clipped.size(), [&](std::size_t i) -> const std::array<double, 3>& { return vertex(clipped[i]).x; });
+    add_contact(negative, positive, length(twice_area) / 2);
     if (!with_skin) return;
-    add_loop(clipped, face_of(0, source(negative).part), false);
-    add_loop(clipped, face_of(1, source(positive).part), true);  // seen from the other side, it turns the other way
+    add_loop(clipped, face_of(0, part_of_negative), false);
+    add_loop(clipped, face_of(1, part_of_positive), true);
   }
 
   /// Keeps what of `clipped` is on the negative side. @pre something is.
@@ -290,16 +372,16 @@ struct FacetMatcher::Implementation {
     signs.clear();
     bool cut = false;
     for (const ExactCorner& corner : clipped) {
-      signs.push_back(side_of(corner.vertex, inside, rounded));
+      signs.push_back(side_of(corner.point, inside, rounded));
       cut = cut || signs.back() > 0;
     }
     if (!cut) return;
     scratch.clear();
     for (std::size_t i = 0; i < clipped.size(); ++i) {
       const int here = signs[i], next = signs[i + 1 < signs.size() ? i + 1 : 0];
-      if (here <= 0) scratch.push_back({clipped[i].vertex, here == 0 && next > 0 ? inside.id() : clipped[i].across});
+      if (here <= 0) scratch.push_back({clipped[i].point, here == 0 && next > 0 ? inside.id() : clipped[i].across});
       if (here * next < 0)
-        scratch.push_back({canonical_vertex(table, {plane, clipped[i].across, inside.id()}), here < 0 ? inside.id() : clipped[i].across});
+        scratch.push_back({plane_points.find(clipped[i].across, inside.id()), here < 0 ? inside.id() : clipped[i].across});
     }
     std::swap(clipped, scratch);
   }
@@ -314,32 +396,36 @@ struct FacetMatcher::Implementation {
     return static_cast<std::uint32_t>(faces.size() - 1);
   }
 
-  void add_loop(const ExactPolygon& polygon, std::uint32_t face, bool forward) {
-    const auto first = static_cast<std::uint32_t>(points.size());
-    const auto n = static_cast<std::uint32_t>(polygon.size());
-    for (std::uint32_t i = 0; i < n; ++i) {
-      points.add(polygon[i].vertex, polygon[i].vertex.hyperplanes);
-      const std::uint32_t a = first + i, b = first + (i + 1) % n;
-      edges.push_back({forward ? a : b, forward ? b : a, face, polygon[i].across});
+  void add_loop(std::span<const ExactCorner> corners, std::uint32_t face, bool forward) {
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const std::uint32_t a = corners[i].point, b = corners[i + 1 < corners.size() ? i + 1 : 0].point;
+      edges.push_back({forward ? a : b, forward ? b : a, face, corners[i].across});
     }
   }
 
-  /// Cancels all that can be.
+  /// Cancels what is seen to cancel, which is nearly all that does.
   void reduce() {
+    points.clear();
+    std::sort(also_on.begin(), also_on.end());
+    auto other = also_on.begin();
+    std::vector<HyperplaneId> known;
+    for (std::uint32_t i = 0; i < plane_points.vertices().size(); ++i) {
+      const Vertex<3>& v = plane_points.vertices()[i];
+      known.assign(v.hyperplanes.begin(), v.hyperplanes.end());
+      for (; other != also_on.end() && other->first == i; ++other) known.push_back(other->second);
+      points.add(v, known);
+    }
     const auto map = exact.unify(points);
     for (Skin::Edge& edge : edges) {
       edge.from = map[edge.from];
       edge.to = map[edge.to];
     }
-    add_up(edges);
-    splitter.split(points, faces, edges);
-    add_up(edges);
+    adder.add_up(points, plane, edges);
   }
 
   void append_to(Skin& skin) const {
     const auto first_face = static_cast<std::uint32_t>(skin.faces.size());
     if (!edges.empty()) skin.faces.insert(skin.faces.end(), faces.begin(), faces.end());
-    constexpr std::uint32_t none = ~0u;
     std::vector<std::uint32_t> map(points.size(), none);
     const auto vertex = [&](std::uint32_t point) {
       if (map[point] == none) {

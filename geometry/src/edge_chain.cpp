@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <tuple>
 
 namespace bsp2::geometry {
@@ -27,6 +28,74 @@ void add_up(EdgeChain& edges) {
     for (; sum != 0; sum += sum > 0 ? -1 : 1) edges[kept++] = edge;
   }
   edges.resize(kept);
+}
+
+namespace {
+
+/// The lowest of the planes, other than `own`, that two points are known to share.
+HyperplaneId common_plane(const PointSet& points, std::uint32_t a, std::uint32_t b, HyperplaneId own) {
+  const auto p = points.planes_of(a), q = points.planes_of(b);
+  for (std::size_t i = 0, k = 0; i < p.size() && k < q.size();) {
+    if (p[i] == q[k]) {
+      if (p[i] != own) return p[i];
+      ++i, ++k;
+    } else {
+      p[i] < q[k] ? ++i : ++k;
+    }
+  }
+  throw std::logic_error("the ends of an edge share one plane only");
+}
+
+}  // namespace
+
+void LineAdder::add_up(const PointSet& points, HyperplaneId plane, EdgeChain& edges) {
+  items_.clear();
+  for (const Skin::Edge& edge : edges)
+    items_.push_back({std::uint64_t{common_plane(points, edge.from, edge.to, plane)} << 32 | edge.face, edge.from, edge.to});
+  std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) { return a.line_and_face < b.line_and_face; });
+  edges.clear();
+  for (std::size_t begin = 0, end = 0; begin < items_.size(); begin = end) {
+    while (end < items_.size() && items_[end].line_and_face == items_[begin].line_and_face) ++end;
+    add_line(points, std::span(items_).subspan(begin, end - begin), edges);
+  }
+}
+
+void LineAdder::add_line(const PointSet& points, std::span<const Item> items, EdgeChain& sum) {
+  const auto across = static_cast<HyperplaneId>(items[0].line_and_face >> 32);
+  const auto face = static_cast<std::uint32_t>(items[0].line_and_face);
+  if (items.size() == 1) {
+    sum.push_back({items[0].from, items[0].to, face, across});
+    return;
+  }
+  // What an edge adds to all that is beyond its end, it takes away beyond its beginning. By points, then along the line.
+  ends_.clear();
+  for (const Item& item : items) {
+    ends_.push_back({item.from, 1});
+    ends_.push_back({item.to, -1});
+  }
+  std::sort(ends_.begin(), ends_.end(), [](const End& a, const End& b) { return a.point < b.point; });
+  std::size_t kept = 0;
+  for (std::size_t begin = 0, end = 0; begin < ends_.size(); begin = end) {
+    End total{ends_[begin].point, 0};
+    for (; end < ends_.size() && ends_[end].point == total.point; ++end) total.change += ends_[end].change;
+    if (total.change != 0) ends_[kept++] = total;
+  }
+  ends_.resize(kept);
+  if (ends_.empty()) return;
+  const int axis = ExactPoints::axis_of_line(points, items[0].from, items[0].to);
+  std::sort(ends_.begin(), ends_.end(), [&](const End& a, const End& b) {
+    if (a.point == b.point) return false;
+    if (axis >= 0) return exact_.compare(points, a.point, b.point, axis) < 0;
+    for (int k = 0; k < 3; ++k)
+      if (const int order = exact_.compare(points, a.point, b.point, k)) return order < 0;
+    return false;
+  });
+  int count = 0;
+  for (std::size_t i = 0; i + 1 < ends_.size(); ++i) {
+    count += ends_[i].change;
+    for (int k = 0; k < count; ++k) sum.push_back({ends_[i].point, ends_[i + 1].point, face, across});
+    for (int k = 0; k > count; --k) sum.push_back({ends_[i + 1].point, ends_[i].point, face, across});
+  }
 }
 
 void EdgeSplitter::collect_segments(std::span<const Skin::Face> faces, const EdgeChain& edges) {

@@ -18,6 +18,32 @@ using EdgeChain = std::vector<Skin::Edge>;
 /// Adds up the edges between the same points in the same face.
 void add_up(EdgeChain& edges);
 
+/// Adds up the edges of one plane line by line, whatever their ends are: where they run along each other, their sum
+/// counts. Straight runs come out as one edge.
+///
+/// Edges are on one line if their ends are known to share a second plane. What is not known is left as it is: the sum is
+/// the same. Thread rule: one thread at a time.
+class LineAdder {
+ public:
+  explicit LineAdder(ExactPoints& exact) : exact_(exact) {}
+  void add_up(const PointSet& points, HyperplaneId plane, EdgeChain& edges);
+
+ private:
+  struct Item {
+    std::uint64_t line_and_face;
+    std::uint32_t from, to;
+  };
+  struct End {
+    std::uint32_t point;
+    int change;  // of the sum, on the way along the line
+  };
+  ExactPoints& exact_;
+  std::vector<Item> items_;
+  std::vector<End> ends_;
+
+  void add_line(const PointSet& points, std::span<const Item> items, EdgeChain& sum);
+};
+
 /// Divides edges so that no end of any of them lies inside another one. Exact. Thread rule: one thread at a time.
 class EdgeSplitter {
  public:

@@ -139,6 +139,24 @@ bool ExactPoints::is_before(const PointSet& points, std::uint32_t a, std::uint32
   return false;  // cannot be: a's three planes have no line in common
 }
 
+int ExactPoints::axis_of_line(const PointSet& points, std::uint32_t a, std::uint32_t b) {
+  const Vertex<3>&va = points.vertices[a], &vb = points.vertices[b];
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::fabs(va.x[k] - vb.x[k]) > std::fabs(va.x[axis] - vb.x[axis])) axis = k;
+  return std::fabs(va.x[axis] - vb.x[axis]) > (va.error + vb.error) * (1 + 0x1p-40) ? axis : -1;
+}
+
+int ExactPoints::compare(const PointSet& points, std::uint32_t a, std::uint32_t b, int axis) const {
+  const Vertex<3>&va = points.vertices[a], &vb = points.vertices[b];
+  const double difference = va.x[axis] - vb.x[axis], bound = (va.error + vb.error) * (1 + 0x1p-40);
+  if (difference > bound) return 1;
+  if (difference < -bound) return -1;
+  const auto p = exact_point(table_, va), q = exact_point(table_, vb);
+  const WideInteger value = widen(p[axis]) * widen(q[3]) - widen(q[axis]) * widen(p[3]);
+  return value.sign() * p[3].sign() * q[3].sign();
+}
+
 bool ExactPoints::is_between(const PointSet& points, std::uint32_t u, std::uint32_t w, std::uint32_t v) {
   return is_before(points, u, w, v) && is_before(points, v, w, u);
 }

@@ -52,6 +52,10 @@ class ExactPoints {
 
   /// Whether w is between u and v. @pre the three are different points of one line.
   bool is_between(const PointSet& points, std::uint32_t u, std::uint32_t w, std::uint32_t v);
+  /// -1, 0, +1: how two points compare along an axis.
+  int compare(const PointSet& points, std::uint32_t a, std::uint32_t b, int axis) const;
+  /// An axis along which different points of the line through a and b differ, or -1 where the rounded points do not tell.
+  static int axis_of_line(const PointSet& points, std::uint32_t a, std::uint32_t b);
   /// Whether a comes before b on the way to v. @pre the three are different points of one line.
   bool is_before(const PointSet& points, std::uint32_t a, std::uint32_t b, std::uint32_t v);
 
