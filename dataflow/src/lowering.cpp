@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "bsp2/geometry/error.hpp"
 
@@ -136,6 +137,8 @@ class Lowering {
       stack_.push_back({&children[i].node(), visit.matrix, complemented, kind, 0});
     }
   }
+
+  void enter(const Visit&, const model::Construction&) { throw std::logic_error("constructs are resolved before lowering"); }
 
   static constexpr std::size_t deepest = 100000;  // what the stacks that walk the program are made for
   std::size_t depth_ = 0;

@@ -88,6 +88,7 @@ class ProgressConsumer : public dataflow::Consumer {
 template <int D>
 RunResult run_supersteps(const RunOptions& options, const model::Model& model, RunReport report, Stopwatch watch) {
   const dataflow::Network<D> network = compilation<D>(model, options);
+  for (const std::string& warning : network.warnings) report.warnings.push_back(options.model.string() + ": " + warning);
   record(report, "compilation", watch.lap());
 
   dataflow::Partition<D> partition = distribution<D>(network, options);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "bsp2/dataflow/mesh.hpp"
@@ -50,6 +51,7 @@ struct Network {
   std::vector<Mesh> meshes;  ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
   std::uint64_t primitive_count = 0;
+  std::vector<std::string> warnings;  ///< of compilation, about constructs that came out empty
 
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {
     return {planes.data() + producer.first_plane, producer.plane_count};
