@@ -36,7 +36,19 @@ double twist_slices(const LinearExtrusion& e, double height, double radius) {
   return std::max(std::min(by_angle, std::ceil(std::hypot(along, height) / std::max(e.resolution.fs, 0.01))), least);
 }
 
+/// Whether scaling keeps all sides planar: edges along an axis stay parallel to themselves.
+bool has_edges_along_axes_only(const Outline& outline) {
+  for (const auto& path : outline)
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      const auto &p = path[i], &q = path[(i + 1) % path.size()];
+      const double dx = std::fabs(q[0] - p[0]), dy = std::fabs(q[1] - p[1]);
+      if (std::min(dx, dy) > 1e-12 * std::max(dx, dy)) return false;
+    }
+  return true;
+}
+
 std::uint32_t slice_count(const LinearExtrusion& e, const Outline& outline) {
+  if (e.twist == 0 && has_edges_along_axes_only(outline)) return 1;  // more would cut planes into slices
   if (e.slices > 0) return e.slices;
   const double height = std::hypot(e.direction[0], e.direction[1], e.direction[2]);
   double radius = 0, shift = 0;

@@ -253,6 +253,38 @@ std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const Comp
   return CellMerger<D>().run(std::move(items));
 }
 
+model::Expression with_primitives_replaced(const model::Expression& solid, const std::function<model::Expression(const PointSet<2>&)>& leaf) {
+  using Net = Network<2>;
+  const Lowered<2> lowered = lower<2>(solid);
+  struct Open {
+    Word kind;
+    std::size_t end;
+    std::vector<model::Expression> operands;
+  };
+  std::vector<Open> open{{Net::kind_unite, lowered.program.size(), {}}};
+  for (std::size_t at = 0; at < lowered.program.size();) {
+    const Word* word = lowered.program.data() + at;
+    const Word kind = word[0] & Net::kind_mask;
+    if (kind == Net::kind_leaf) {
+      model::Expression made = leaf(placed_corners(lowered.occurrences[word[2]]));
+      if ((word[0] & Net::negated) != 0) made = model::complement(std::move(made));
+      open.back().operands.push_back(std::move(made));
+      at += word[1];
+    } else {
+      open.push_back({kind, at + word[1], {}});
+      at += Net::header;
+    }
+    while (open.size() > 1 && open.back().end == at) {
+      Open done = std::move(open.back());
+      open.pop_back();
+      open.back().operands.push_back(done.kind == Net::kind_unite       ? model::unite(std::move(done.operands))
+                                     : done.kind == Net::kind_intersect ? model::intersect(std::move(done.operands))
+                                                                        : model::symmetric_difference(std::move(done.operands)));
+    }
+  }
+  return open.front().operands.size() == 1 ? open.front().operands[0] : model::unite(std::move(open.front().operands));
+}
+
 #define BSP2_INSTANTIATE(D)                                                                                                  \
   template std::vector<geometry::CellBatch> evaluate_cells<D>(const model::Expression&, const CompileOptions&);              \
   template PointSet<D> spanning_points<D>(const model::Expression&, const CompileOptions&);                                  \

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "bsp2/dataflow/network.hpp"
@@ -25,5 +26,9 @@ PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions
 /// Point sets whose convex hulls make up the solid together. They may overlap.
 template <int D>
 std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const CompileOptions& options);
+
+/// The Boolean expression of a plane solid with other primitives in the places of its own.
+/// @param leaf makes the substitute of a convex primitive with these corners, in the frame of the solid.
+model::Expression with_primitives_replaced(const model::Expression& solid, const std::function<model::Expression(const PointSet<2>&)>& leaf);
 
 }  // namespace bsp2::dataflow

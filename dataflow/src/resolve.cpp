@@ -125,11 +125,27 @@ class Resolver {
   Rewriting resolved_, lifted_;
 
   Expression construct_of(const model::LinearExtrusion& extrusion, const std::vector<Expression>& operands) {
+    if (extrusion.twist == 0 && extrusion.scale[0] == extrusion.scale[1] && extrusion.scale[0] != 1) return tapered(extrusion, operands[0]);
     if (!extrusion.is_straight()) return extrude_outline(extrusion, outline_of(operands[0], options_));
     const auto& d = extrusion.direction;
     const double back = extrusion.center ? 0.5 : 0;
     const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1], 0, 0, d[2], -back * d[2], 0, 0, 0, 1};
     return model::transform(matrix, lifted(operands[0]));
+  }
+
+  /// A cone over a plane solid, or its lower part: a projective image of the prism, so Booleans stay what they are.
+  static Expression tapered(const model::LinearExtrusion& extrusion, const Expression& solid) {
+    const double scale = extrusion.scale[0];
+    const auto& d = extrusion.direction;
+    const double back = extrusion.center ? 0.5 : 0;
+    return with_primitives_replaced(solid, [&](const PointSet<2>& corners) {
+      PointSet<3> points;
+      for (const auto& p : corners) {
+        points.push_back({p[0] - back * d[0], p[1] - back * d[1], -back * d[2]});
+        points.push_back({scale * p[0] + (1 - back) * d[0], scale * p[1] + (1 - back) * d[1], (1 - back) * d[2]});
+      }
+      return model::convex_hull(points);
+    });
   }
 
   /// The product of a plane solid with the interval [0, 1]: every primitive becomes a prism, all else stays.
