@@ -80,8 +80,46 @@ Expression placed(const LinearExtrusion& e, Expression unit) {
 
 }  // namespace
 
+namespace {
+
+bool is_convex(const std::vector<Point>& path) {
+  const Expression hull = model::convex_hull(path);
+  const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
+  if (primitive == nullptr) return false;
+  const double area = signed_area(path);
+  return std::fabs(signed_area(std::get<model::ConvexPolygon>(*primitive).points) - area) <= 1e-9 * area;
+}
+
+/// Slices of a scaled convex outline: convex but for the tetrahedra that the shorter diagonals cut off.
+Expression extrude_convex(const LinearExtrusion& e, const std::vector<Point>& path, std::uint32_t slices) {
+  const auto n = path.size();
+  std::vector<Expression> all;
+  const auto at = [&](std::size_t i, std::uint32_t j) {
+    const double t = static_cast<double>(j) / slices;
+    return std::array<double, 3>{(1 - (1 - e.scale[0]) * t) * path[i % n][0], (1 - (1 - e.scale[1]) * t) * path[i % n][1], t};
+  };
+  for (std::uint32_t j = 0; j < slices; ++j) {
+    std::vector<std::array<double, 3>> corners;
+    for (std::size_t i = 0; i < n; ++i) corners.insert(corners.end(), {at(i, j), at(i, j + 1)});
+    std::vector<Expression> slab{model::convex_hull(corners)};
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto p1 = at(i, j), q1 = at(i + 1, j), p2 = at(i, j + 1), q2 = at(i + 1, j + 1);
+      const int shorter = compare_lengths({p1[0], p1[1]}, {q2[0], q2[1]}, {q1[0], q1[1]}, {p2[0], p2[1]});
+      // The two triangles along p1 q2 bulge if p2 lies behind the plane of p1 q1 q2.
+      const double ux = q1[0] - p1[0], uy = q1[1] - p1[1], vx = q2[0] - p2[0], vy = q2[1] - p2[1];
+      const double bulge = ux * vy - uy * vx;  // > 0: the upper edge is turned to the left
+      if (shorter > 0 ? bulge > 0 : bulge < 0) slab.push_back(model::convex_hull({p1, q1, p2, q2}));
+    }
+    all.push_back(slab.size() == 1 ? slab[0] : model::subtract(std::move(slab)));
+  }
+  return all.size() == 1 ? all[0] : model::unite(std::move(all));
+}
+
+}  // namespace
+
 Expression extrude_outline(const LinearExtrusion& e, const Outline& outline) {
   const std::uint32_t slices = slice_count(e, outline);
+  if (e.twist == 0 && outline.size() == 1 && is_convex(outline[0])) return placed(e, extrude_convex(e, outline[0], slices));
   std::vector<std::array<double, 3>> points;
   std::vector<std::vector<std::uint32_t>> faces;  // clockwise seen from outside
   for (const auto& path : outline) {
