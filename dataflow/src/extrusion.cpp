@@ -115,41 +115,48 @@ Expression extrude_convex(const LinearExtrusion& e, const std::vector<Point>& pa
   return all.size() == 1 ? all[0] : model::unite(std::move(all));
 }
 
+Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::uint32_t slice, std::uint32_t slices) {
+  std::vector<std::array<double, 3>> points;
+  std::vector<std::vector<std::uint32_t>> faces;  // clockwise seen from outside
+  for (const auto& path : outline) {
+    const auto n = static_cast<std::uint32_t>(path.size()), first = static_cast<std::uint32_t>(points.size());
+    for (std::uint32_t j = slice; j <= slice + 1; ++j) {
+      const double t = static_cast<double>(j) / slices, c = cosine(-e.twist * t), s = sine(-e.twist * t);
+      for (const auto& p : path)
+        points.push_back({(1 - (1 - e.scale[0]) * t) * (c * p[0] - s * p[1]), (1 - (1 - e.scale[1]) * t) * (s * p[0] + c * p[1]), t});
+    }
+    std::vector<std::uint32_t> bottom, top;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      bottom.push_back(first + i);
+      top.push_back(first + 2 * n - 1 - i);
+    }
+    faces.push_back(std::move(bottom));
+    faces.push_back(std::move(top));
+    const auto at = [&](std::uint32_t i) { return Point{points[i][0], points[i][1]}; };
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t p1 = first + i, q1 = first + (i + 1) % n, p2 = p1 + n, q2 = q1 + n;
+      const int shorter = compare_lengths(at(p1), at(q2), at(q1), at(p2));
+      if (shorter > 0 || (shorter == 0 && e.twist > 0)) {
+        faces.push_back({p1, q2, q1});
+        faces.push_back({p1, p2, q2});
+      } else {
+        faces.push_back({p1, p2, q1});
+        faces.push_back({p2, q2, q1});
+      }
+    }
+  }
+  return model::polyhedron(std::move(points), faces);
+}
+
 }  // namespace
 
 Expression extrude_outline(const LinearExtrusion& e, const Outline& outline) {
   const std::uint32_t slices = slice_count(e, outline);
   if (e.twist == 0 && outline.size() == 1 && is_convex(outline[0])) return placed(e, extrude_convex(e, outline[0], slices));
-  std::vector<std::array<double, 3>> points;
-  std::vector<std::vector<std::uint32_t>> faces;  // clockwise seen from outside
-  for (const auto& path : outline) {
-    const auto n = static_cast<std::uint32_t>(path.size()), first = static_cast<std::uint32_t>(points.size());
-    for (std::uint32_t j = 0; j <= slices; ++j) {
-      const double t = static_cast<double>(j) / slices, c = cosine(-e.twist * t), s = sine(-e.twist * t);
-      for (const auto& p : path)
-        points.push_back({(1 - (1 - e.scale[0]) * t) * (c * p[0] - s * p[1]), (1 - (1 - e.scale[1]) * t) * (s * p[0] + c * p[1]), t});
-    }
-    auto &bottom = faces.emplace_back(), top = std::vector<std::uint32_t>();
-    for (std::uint32_t i = 0; i < n; ++i) {
-      bottom.push_back(first + i);
-      top.push_back(first + slices * n + n - 1 - i);
-    }
-    faces.push_back(std::move(top));
-    const auto at = [&](std::uint32_t i) { return Point{points[i][0], points[i][1]}; };
-    for (std::uint32_t j = 0; j < slices; ++j)
-      for (std::uint32_t i = 0; i < n; ++i) {
-        const std::uint32_t p1 = first + j * n + i, q1 = first + j * n + (i + 1) % n, p2 = p1 + n, q2 = q1 + n;
-        const int shorter = compare_lengths(at(p1), at(q2), at(q1), at(p2));
-        if (shorter > 0 || (shorter == 0 && e.twist > 0)) {
-          faces.push_back({p1, q2, q1});
-          faces.push_back({p1, p2, q2});
-        } else {
-          faces.push_back({p1, p2, q1});
-          faces.push_back({p2, q2, q1});
-        }
-      }
-  }
-  return placed(e, model::polyhedron(std::move(points), faces));
+  // A mesh for each slice: it costs caps, but the mesh that a cell has to look at is small.
+  std::vector<Expression> all;
+  for (std::uint32_t j = 0; j < slices; ++j) all.push_back(twisted_slice(e, outline, j, slices));
+  return placed(e, all.size() == 1 ? all[0] : model::unite(std::move(all)));
 }
 
 namespace {
