@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "bsp.h"
 #include "classic_state.hpp"
 
 /// The functions of BSPlib for one dialect, that is, for its types of process numbers and sizes.
@@ -54,6 +55,13 @@ struct Api {
     guarded([&] { world.push_reg(address, static_cast<std::size_t>(bytes)); });
   }
 
+  /// The run that a call began is now known by the address that the program used (run.h).
+  template <class Run>
+  static void name(Run bsp2_runs::*run, Pid to, World::Slot slot, const void* address) {
+    Run& begun = bsp2_classic_runs[to].*run;
+    if (begun.slot == slot) begun.name = address;
+  }
+
   static void put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
     auto& world = engine("bsp_put");
     if (bytes == 0) return;
@@ -62,6 +70,7 @@ struct Api {
     guarded([&] {
       world.put(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
     });
+    name(&bsp2_runs::put, to, slot, dst);
   }
 
   static void hpput(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
@@ -72,6 +81,7 @@ struct Api {
     guarded([&] {
       world.hpput(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
     });
+    name(&bsp2_runs::hpput, to, slot, dst);
   }
 
   static void get(const char* function, Pid from, const void* src, Size offset, void* dst, Size bytes,
@@ -84,6 +94,7 @@ struct Api {
       world.get(pid(from), slot, static_cast<std::size_t>(offset), dst, static_cast<std::size_t>(bytes),
                 unbuffered);
     });
+    name(unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get, from, slot, src);
   }
 
   static void set_tagsize(Size* bytes) {

@@ -81,11 +81,12 @@ void visit_corners(const model::ConvexPolygon& polygon, Add&& add) {
 template <int D>
 PointSet<D> placed_corners(const Occurrence<D>& occurrence) {
   PointSet<D> points;
+  const Matrix<D>& matrix = occurrence.placement.matrix();
   const auto add = [&](const std::array<double, D>& local) {
     auto& point = points.emplace_back();
     for (int i = 0; i < D; ++i) {
-      Quad sum = occurrence.matrix[i][D];
-      for (int j = 0; j < D; ++j) sum += occurrence.matrix[i][j] * static_cast<Quad>(local[j]);
+      Quad sum = matrix[i][D];
+      for (int j = 0; j < D; ++j) sum += matrix[i][j] * static_cast<Quad>(local[j]);
       point[i] = static_cast<double>(sum);
     }
   };
