@@ -12,6 +12,7 @@
 #include "matrix.hpp"
 #include "polygon.hpp"
 #include "polyhedron.hpp"
+#include "text.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -39,6 +40,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"square", NodeKind::square},
     {"circle", NodeKind::circle},
     {"polygon", NodeKind::polygon},
+    {"text", NodeKind::text},
     {"linear_extrude", NodeKind::linear_extrude},
     {"rotate_extrude", NodeKind::rotate_extrude},
     {"hull", NodeKind::hull},
@@ -51,7 +53,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"echo", NodeKind::group},
 };
 
-constexpr std::string_view not_yet[] = {"text", "import", "surface", "roof"};
+constexpr std::string_view not_yet[] = {"import", "surface", "roof"};
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
                                              "function",  "for",      "if",     "let",    "use",
@@ -297,6 +299,31 @@ Expression make_polygon(const Arguments& arguments, NodePool& pool, const Warn& 
   return pooled_polygon(plane, paths, pool);
 }
 
+Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+  TextStyle style;
+  style.size = arguments.number("size", 1, 10);
+  style.spacing = arguments.number("spacing", -1, 1);
+  style.font = arguments.string("font", 2, "");
+  style.direction = arguments.string("direction", -1, "ltr");
+  style.language = arguments.string("language", -1, "en");
+  style.script = arguments.string("script", -1, "");
+  style.horizontal = arguments.string("halign", -1, "left");
+  style.vertical = arguments.string("valign", -1, "baseline");
+  if (!finite({style.size, style.spacing})) throw Error("text: size or spacing is not finite");
+  // Curves of letters are short: an eighth of the segments of a circle of the text's size.
+  style.segments = static_cast<std::uint32_t>(std::max(std::floor(checked_sides(style.size, arguments, false) / 8.0) + 1, 2.0));
+  std::vector<Expression> glyphs;
+  for (const GlyphOutline& glyph : text_outlines(arguments.string("text", 0, ""), style, warn)) {
+    FaceCycles paths;
+    for (std::uint32_t i = 0, end = 0; const std::uint32_t length : glyph.path_lengths) {
+      for (end = i + length; i < end; ++i) paths.corners.push_back(i);
+      paths.end_face();
+    }
+    glyphs.push_back(pooled_polygon(glyph.points, paths, pool));
+  }
+  return pool.boolean(Operation::unite, 2, glyphs);
+}
+
 /// Two or three numbers; one number counts for all of them.
 template <std::size_t N>
 void read_numbers(const Value* value, std::array<double, N>& into) {
@@ -413,6 +440,21 @@ double Arguments::number(std::string_view name, int place, double missing) const
   return value && value->kind == Value::number ? value->as_number : missing;
 }
 
+std::string Arguments::string(std::string_view name, int place, std::string_view missing) const {
+  const Value* value = find(name, place);
+  if (!value || value->kind != Value::text) return std::string(missing);
+  std::string text;
+  for (const char *at = value->as_text, *end = at + value->size; at != end; ++at) {
+    if (*at == '\\' && at + 1 != end) {
+      ++at;
+      text += *at == 'n' ? '\n' : *at == 't' ? '\t' : *at == 'r' ? '\r' : *at;
+    } else {
+      text += *at;
+    }
+  }
+  return text;
+}
+
 bool Arguments::flag(std::string_view name, int place) const {
   const Value* value = find(name, place);
   return value && value->kind == Value::boolean && value->as_number != 0;
@@ -432,6 +474,8 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, NodePool& p
       return make_circle(arguments, pool, warn);
     case NodeKind::polygon:
       return make_polygon(arguments, pool, warn);
+    case NodeKind::text:
+      return make_text(arguments, pool, warn);
     default:
       return make_polyhedron(arguments, pool, warn);
   }

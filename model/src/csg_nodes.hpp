@@ -34,6 +34,7 @@ enum class NodeKind : std::uint8_t {
   square,
   circle,
   polygon,
+  text,
   unsupported,  ///< a node of the language that is not read yet
   unknown
 };
@@ -52,6 +53,8 @@ class Arguments {
   [[nodiscard]] const Value* find(std::string_view name, int place = -1) const;
   /// The number of that name; `missing` if there is none or if it is no number.
   [[nodiscard]] double number(std::string_view name, int place, double missing) const;
+  /// The string of that name; `missing` if there is none.
+  [[nodiscard]] std::string string(std::string_view name, int place, std::string_view missing) const;
   [[nodiscard]] bool flag(std::string_view name, int place) const;
 
  private:
