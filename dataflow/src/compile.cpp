@@ -13,6 +13,7 @@
 #include "lathe_shape.hpp"
 #include "lowering.hpp"
 #include "mesh_shape.hpp"
+#include "resolve.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -206,6 +207,45 @@ class Compiler {
     }
   }
 
+  Shape<D> make_shape(const model::RegularPolygon& polygon, std::map<std::vector<double>, std::uint32_t>& known, const std::uint32_t*) {
+    if constexpr (D != 2) {
+      throw std::logic_error("a regular polygon is two-dimensional");
+    } else {
+      Shape<D> shape;
+      const auto [entry, is_new] = known.try_emplace({static_cast<double>(polygon.sides)}, static_cast<std::uint32_t>(shapes_.size()));
+      if (is_new) {
+        const Polytope<2> polytope = geometry::regular_polygon(polygon.sides);
+        add_covectors(shape, polytope.covectors);
+        shape.bounds = {polytope.lower, polytope.upper};
+      } else {
+        shape = shapes_[entry->second];
+      }
+      shape.frame = scaling<2>({polygon.radius, polygon.radius});
+      return shape;
+    }
+  }
+
+  Shape<D> make_shape(const model::ConvexPolygon& polygon, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    if constexpr (D != 2 && D != 3) {
+      throw std::logic_error("a convex polygon is two- or three-dimensional");
+    } else {
+      std::vector<std::array<std::int64_t, 2>> points;
+      for (const auto& point : polygon.points) {
+        auto& on_grid = points.emplace_back();
+        for (int i = 0; i < 2; ++i) on_grid[i] = std::llround(std::ldexp(point[i] / polygon.scale, 53));
+      }
+      const Polytope<D> polytope = geometry::convex_polygon<D>(points);
+      Shape<D> shape;
+      add_covectors(shape, polytope.covectors);
+      shape.bounds = {polytope.lower, polytope.upper};
+      std::array<double, D> factors;
+      factors.fill(1);
+      factors[0] = factors[1] = polygon.scale;
+      shape.frame = scaling<D>(factors);
+      return shape;
+    }
+  }
+
   void add_planes(Network<D>& network, const std::vector<Transformer<D>>& placements, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(covectors_);
@@ -275,8 +315,12 @@ class Compiler {
 
 template <int D>
 Network<D> compile(const model::Expression& expression, const CompileOptions& options) {
-  const Lowered<D> lowered = lower<D>(expression);
-  return Compiler<D>(lowered, options).run();
+  std::vector<std::string> warnings;
+  const model::Expression resolved = resolve(expression, options, warnings);
+  const Lowered<D> lowered = lower<D>(resolved);
+  Network<D> network = Compiler<D>(lowered, options).run();
+  network.warnings = std::move(warnings);
+  return network;
 }
 
 #define BSP2_INSTANTIATE(D) template Network<D> compile<D>(const model::Expression&, const CompileOptions&);

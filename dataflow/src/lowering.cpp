@@ -1,5 +1,7 @@
 #include "lowering.hpp"
 
+#include <stdexcept>
+
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
 
@@ -78,6 +80,8 @@ class Lowering {
       stack_.push_back({&children[i].node(), visit.placement, complemented, kind, 0});
     }
   }
+
+  void enter(const Visit&, const model::Construction&) { throw std::logic_error("constructs are resolved before lowering"); }
 
   static constexpr std::size_t deepest = 100000;  // what the stacks that walk the program are made for
   std::size_t depth_ = 0;

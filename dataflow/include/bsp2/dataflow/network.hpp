@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct Network : Program {
   std::vector<Lathe> lathes;  ///< D = 3 only
   std::vector<Mesh> meshes;   ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
+  std::vector<std::string> warnings;  ///< of compilation, about constructs that came out empty
 
   explicit Network(geometry::HyperplaneTable<D> table_) : table(std::move(table_)) {}
 
