@@ -128,7 +128,7 @@ TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
     const Skin::Face& face = skin.faces[edges[begin].face];
     while (end < edges.size() && edges[end].face == edges[begin].face) ++end;
     triangles.clear();
-    triangulator.triangulate(table, points, face.outward, std::span(edges).subspan(begin, end - begin), triangles);
+    triangulator.triangulate(exact, points, face.outward, std::span(edges).subspan(begin, end - begin), triangles);
     for (auto& triangle : triangles) {
       for (std::uint32_t& point : triangle) {
         if (number[point] == none) {

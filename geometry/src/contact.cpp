@@ -196,7 +196,7 @@ struct FacetMatcher::Implementation {
     const auto vertex = [&](std::size_t i) {
       return canonical_vertex(table, {plane, corners[(i + n - 1) % n].across.id(), corners[i].across.id()});
     };
-    return PlaneFrame(table, oriented(plane, source(facet).positive)).orientation(vertex(0), vertex(1), vertex(2)) < 0;
+    return PlaneFrame(exact, oriented(plane, source(facet).positive)).orientation(vertex(0), vertex(1), vertex(2)) < 0;
   }
 
   // --- facets that are equal ---

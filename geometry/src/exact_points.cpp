@@ -14,12 +14,6 @@ std::array<HyperplaneId, 3> sorted(std::array<HyperplaneId, 3> ids) {
   return ids;
 }
 
-/// The homogeneous point of three hyperplanes.
-std::array<ExactInteger<3>, 4> exact_point(const HyperplaneTable<3>& table, const Vertex<3>& vertex) {
-  return meeting_point<3>(std::array<ExactCovector<3>, 3>{table.exact(vertex.hyperplanes[0]), table.exact(vertex.hyperplanes[1]),
-                                                          table.exact(vertex.hyperplanes[2])});
-}
-
 /// Holds a determinant of three homogeneous points: two coordinates of at most 1380 bits each and a weight of 1272 (exact.hpp).
 using WideInteger = FixedInteger<4608>;
 
@@ -42,6 +36,41 @@ void PointSet::add(const Vertex<3>& vertex, std::span<const HyperplaneId> known)
 Vertex<3> canonical_vertex(const HyperplaneTable<3>& table, std::array<HyperplaneId, 3> ids) {
   std::uint64_t unused = 0;
   return make_vertex<3>(table, sorted(ids), unused);
+}
+
+const ExactCovector<3>& ExactCoordinates::covector(HyperplaneId id) {
+  Covector& entry = covectors_[(id * 0x9e3779b1u >> 12) % covectors_.size()];
+  if (entry.id != id) {
+    entry.value = table_.exact(id);
+    entry.id = id;
+  }
+  return entry.value;
+}
+
+const ExactCovector<3>& ExactCoordinates::point(const Vertex<3>& vertex) {
+  const auto& ids = vertex.hyperplanes;
+  Point& entry = points_[((ids[0] * 0x9e3779b1u ^ ids[1] * 0x85ebca6bu ^ ids[2] * 0xc2b2ae35u) >> 12) % points_.size()];
+  if (entry.ids != ids) {
+    std::array<ExactCovector<3>, 3> rows;
+    for (int i = 0; i < 3; ++i) rows[i] = covector(ids[i]);
+    entry.value = meeting_point<3>(rows);
+    entry.ids = ids;
+  }
+  return entry.value;
+}
+
+int ExactPoints::side(const Vertex<3>& vertex, HyperplaneId id, const Hyperplane<3>& rounded) {
+  const double value = rounded.at(vertex.x), bound = rounded.error + vertex.error * (1 + 0x1p-40);
+  if (value > bound) return 1;
+  if (value < -bound) return -1;
+  for (const HyperplaneId own : vertex.hyperplanes)
+    if (own == id) return 0;
+  const auto& point = coordinates_.point(vertex);
+  const auto& h = coordinates_.covector(id);
+  ExactInteger<3> sum = h[3] * point[3];
+  for (int i = 0; i < 3; ++i)
+    if (!h[i].is_zero() && !point[i].is_zero()) sum += h[i] * point[i];
+  return sum.sign() * point[3].sign();
 }
 
 int ExactPoints::side(const PointSet& points, std::size_t point, HyperplaneId id) {
@@ -147,12 +176,13 @@ int ExactPoints::axis_of_line(const PointSet& points, std::uint32_t a, std::uint
   return std::fabs(va.x[axis] - vb.x[axis]) > (va.error + vb.error) * (1 + 0x1p-40) ? axis : -1;
 }
 
-int ExactPoints::compare(const PointSet& points, std::uint32_t a, std::uint32_t b, int axis) const {
+int ExactPoints::compare(const PointSet& points, std::uint32_t a, std::uint32_t b, int axis) {
   const Vertex<3>&va = points.vertices[a], &vb = points.vertices[b];
   const double difference = va.x[axis] - vb.x[axis], bound = (va.error + vb.error) * (1 + 0x1p-40);
   if (difference > bound) return 1;
   if (difference < -bound) return -1;
-  const auto p = exact_point(table_, va), q = exact_point(table_, vb);
+  const auto p = coordinates_.point(va);
+  const auto& q = coordinates_.point(vb);
   const WideInteger value = widen(p[axis]) * widen(q[3]) - widen(q[axis]) * widen(p[3]);
   return value.sign() * p[3].sign() * q[3].sign();
 }
@@ -163,8 +193,8 @@ bool ExactPoints::is_between(const PointSet& points, std::uint32_t u, std::uint3
 
 // --- PlaneFrame ---------------------------------------------------------------------------------------------------
 
-PlaneFrame::PlaneFrame(const HyperplaneTable<3>& table, OrientedHyperplane outward) : table_(table), plane_(outward.id()) {
-  const auto normal = table.rounded(outward.id()).normal;
+PlaneFrame::PlaneFrame(ExactPoints& exact, OrientedHyperplane outward) : coordinates_(exact.coordinates()), plane_(outward.id()) {
+  const auto normal = exact.table().rounded(outward.id()).normal;
   int axis = 0;
   for (int k = 1; k < 3; ++k)
     if (std::fabs(normal[k]) > std::fabs(normal[axis])) axis = k;
@@ -186,7 +216,7 @@ int PlaneFrame::orientation(const Vertex<3>& a, const Vertex<3>& b, const Vertex
   int sign = 1;
   const std::array<const Vertex<3>*, 3> points{&a, &b, &c};
   for (int i = 0; i < 3; ++i) {
-    const auto point = exact_point(table_, *points[i]);
+    const auto& point = coordinates_.point(*points[i]);
     rows[i] = {widen(point[u_]), widen(point[v_]), widen(point[3])};
     sign *= point[3].sign();
   }
@@ -202,7 +232,8 @@ bool PlaneFrame::is_left_of(const Vertex<3>& a, const Vertex<3>& b) const {
   const double bound = (along + across) * (2 * (a.error + b.error) + 0x1p-50 * (std::fabs(du) + std::fabs(dv)));
   if (difference > bound) return true;
   if (difference < -bound) return false;
-  const auto p = exact_point(table_, a), q = exact_point(table_, b);
+  const auto p = coordinates_.point(a);
+  const auto& q = coordinates_.point(b);
   const auto order = [&](int cu, int cv) {  // sign of q - p
     const WideInteger at_p = widen(p[u_]) * cu + widen(p[v_]) * cv, at_q = widen(q[u_]) * cu + widen(q[v_]) * cv;
     const WideInteger value = at_q * widen(p[3]) - at_p * widen(q[3]);

@@ -7,7 +7,6 @@
 
 #include "bsp2/geometry/cell.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
-#include "bsp2/geometry/splitter.hpp"
 
 namespace bsp2::geometry {
 
@@ -35,16 +34,40 @@ struct PointSet {
 /// The vertex of three hyperplanes; the same bits in whatever order they are named.
 Vertex<3> canonical_vertex(const HyperplaneTable<3>& table, std::array<HyperplaneId, 3> ids);
 
+/// Exact coordinates of hyperplanes and vertices, those asked for last kept. A reference is valid until the next call.
+class ExactCoordinates {
+ public:
+  explicit ExactCoordinates(const HyperplaneTable<3>& table) : table_(table), covectors_(512), points_(512) {}
+  const ExactCovector<3>& covector(HyperplaneId id);
+  /// Homogeneous, the weight last; in the table's grid units.
+  const ExactCovector<3>& point(const Vertex<3>& vertex);
+
+ private:
+  struct Covector {
+    HyperplaneId id = ~HyperplaneId{0};
+    ExactCovector<3> value;
+  };
+  struct Point {
+    std::array<HyperplaneId, 3> ids{~HyperplaneId{0}, 0, 0};
+    ExactCovector<3> value;
+  };
+  const HyperplaneTable<3>& table_;
+  std::vector<Covector> covectors_;
+  std::vector<Point> points_;
+};
+
 /// Questions about points, answered exactly. Thread rule: one thread at a time.
 class ExactPoints {
  public:
-  explicit ExactPoints(const HyperplaneTable<3>& table) : table_(table), splitter_(table) {}
+  explicit ExactPoints(const HyperplaneTable<3>& table) : table_(table), coordinates_(table) {}
 
   [[nodiscard]] const HyperplaneTable<3>& table() const { return table_; }
+  [[nodiscard]] ExactCoordinates& coordinates() { return coordinates_; }
   /// -1, 0, +1: the side of the hyperplane on which the point is.
   int side(const PointSet& points, std::size_t point, HyperplaneId id);
   int side(const Vertex<3>& vertex, HyperplaneId id) { return side(vertex, id, table_.rounded(id)); }
-  int side(const Vertex<3>& vertex, HyperplaneId id, const Hyperplane<3>& rounded) { return splitter_.side(vertex, id, rounded); }
+  /// The predicate of Splitter::side, for one point that is held against several hyperplanes.
+  int side(const Vertex<3>& vertex, HyperplaneId id, const Hyperplane<3>& rounded);
 
   /// Makes equal points one. Of its names the lowest one stays, so that the result depends on the set alone.
   /// @return the new index of each old point.
@@ -53,7 +76,7 @@ class ExactPoints {
   /// Whether w is between u and v. @pre the three are different points of one line.
   bool is_between(const PointSet& points, std::uint32_t u, std::uint32_t w, std::uint32_t v);
   /// -1, 0, +1: how two points compare along an axis.
-  int compare(const PointSet& points, std::uint32_t a, std::uint32_t b, int axis) const;
+  int compare(const PointSet& points, std::uint32_t a, std::uint32_t b, int axis);
   /// An axis along which different points of the line through a and b differ, or -1 where the rounded points do not tell.
   static int axis_of_line(const PointSet& points, std::uint32_t a, std::uint32_t b);
   /// Whether a comes before b on the way to v. @pre the three are different points of one line.
@@ -61,7 +84,7 @@ class ExactPoints {
 
  private:
   const HyperplaneTable<3>& table_;
-  Splitter<3> splitter_;
+  ExactCoordinates coordinates_;
   struct Cluster {
     std::uint32_t point;  // named lowest
     std::uint32_t known;  // head of a list in known_
@@ -82,7 +105,7 @@ class ExactPoints {
 /// A plane in which points are seen from the side of its outward normal, in two of their coordinates.
 class PlaneFrame {
  public:
-  PlaneFrame(const HyperplaneTable<3>& table, OrientedHyperplane outward);
+  PlaneFrame(ExactPoints& exact, OrientedHyperplane outward);
 
   [[nodiscard]] HyperplaneId plane() const { return plane_; }
   /// Sign of the area of a triangle of points of the plane: 1 = counter-clockwise seen from outside. Exact.
@@ -91,7 +114,7 @@ class PlaneFrame {
   [[nodiscard]] bool is_left_of(const Vertex<3>& a, const Vertex<3>& b) const;
 
  private:
-  const HyperplaneTable<3>& table_;
+  ExactCoordinates& coordinates_;
   HyperplaneId plane_;
   int u_, v_;
 };

@@ -25,9 +25,9 @@ int SweepTriangulator::orientation(std::uint32_t a, std::uint32_t b, std::uint32
   return frame_->orientation(points_->vertices[p], points_->vertices[q], points_->vertices[r]);
 }
 
-void SweepTriangulator::triangulate(const HyperplaneTable<3>& table, const PointSet& points, OrientedHyperplane outward,
+void SweepTriangulator::triangulate(ExactPoints& exact, const PointSet& points, OrientedHyperplane outward,
                                     std::span<const Skin::Edge> edges, std::vector<std::array<std::uint32_t, 3>>& triangles) {
-  const PlaneFrame frame(table, outward);
+  const PlaneFrame frame(exact, outward);
   points_ = &points;
   frame_ = &frame;
   triangles_ = &triangles;

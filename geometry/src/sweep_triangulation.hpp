@@ -25,7 +25,7 @@ class SweepTriangulator {
   /// @param edges of one face, between points of its plane; no vertex lies inside an edge, no two edges cross.
   /// @param triangles gets indices of points, counter-clockwise seen from outside.
   /// @throws std::logic_error if the edges bound no region.
-  void triangulate(const HyperplaneTable<3>& table, const PointSet& points, OrientedHyperplane outward, std::span<const Skin::Edge> edges,
+  void triangulate(ExactPoints& exact, const PointSet& points, OrientedHyperplane outward, std::span<const Skin::Edge> edges,
                    std::vector<std::array<std::uint32_t, 3>>& triangles);
 
  private:
