@@ -5,6 +5,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
+#include "bsp2/io/surface.hpp"
 #include "bsp2/jobs/report_json.hpp"
 #include "bsp2/jobs/superstep_table.hpp"
 #include "bsp2/supersteps/collection.hpp"
@@ -18,8 +19,8 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-std::array<std::optional<fs::path>, 4> files_of(const RunCommand& command) {
-  return {command.mesh, command.picture, command.report, command.table};
+std::array<std::optional<fs::path>, 5> files_of(const RunCommand& command) {
+  return {command.mesh, command.boundary, command.picture, command.report, command.table};
 }
 
 /// With -o, what this dimension does not allow is left out; asked for by name, it is a mistake.
@@ -29,6 +30,18 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
   report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
                             std::to_string(report.dimension));
   return false;
+}
+
+/// On the master.
+void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
+  if (result.boundary) return io::write_surface(path, *result.boundary);
+  const int d = result.report.dimension;
+  if (d != 3) {
+    if (is_possible(false, "boundary", folder, path, result.report))
+      throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
+    return;
+  }
+  result.report.warnings.emplace_back("no boundary is written: the cells stayed with their ranks (use --boundary FILE or --collect master)");
 }
 
 }  // namespace
@@ -57,6 +70,7 @@ void write_outputs(const RunCommand& command, supersteps::RunResult& result, sup
   if (command.mesh && is_possible(d <= 3, "mesh", command.folder, *command.mesh, result.report)) {
     supersteps::write_mesh(ranks, result, *command.mesh, command.tets);
   }
+  if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
   if (command.picture &&
       is_possible(d == 2 || d == 3, "picture", command.folder, *command.picture, result.report)) {
     const std::string png = supersteps::render_png(ranks, result);

@@ -43,6 +43,10 @@ void print_summary(std::ostream& out, const RunReport& report) {
   if (!report.centroid.empty()) out << "  centroid  " << tuple(report.centroid) << '\n';
   if (!report.lower.empty())
     out << "  bounds    " << tuple(report.lower) << "\n            " << tuple(report.upper) << '\n';
+  if (report.boundary) {
+    out << fmt::format("  boundary  {}, area {:.12g}, {}\n", plural(report.boundary->triangles, "triangle"), report.boundary->area,
+                       report.boundary->closed ? "closed" : "NOT closed");
+  }
   out << "  digest    " << report.digest << '\n';
   out << '\n';
   print_supersteps(out, report.supersteps);

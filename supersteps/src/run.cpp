@@ -86,6 +86,16 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
     result.mesh = {D, std::move(part.batches)};
   }
   result.rank_of_region = std::move(rank_of_region);
+
+  if ((options.boundary || options.contacts) && result.is_collected) {
+    ranks.begin("resolution");
+    if (ranks.is_master()) {
+      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options);
+      result.contacts = std::move(contacts);
+      result.boundary = std::move(boundary);
+      if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+    }
+  }
   result.report = std::move(report);
   return result;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -80,6 +81,19 @@ class Keeper : public dataflow::Consumer {
 /// @return whether the master has all cells; the other ranks then have none.
 /// Source: the paper, section 4.2, "Collection" and the hierarchical architecture.
 bool collection(Ranks& ranks, Part& part, Collect how);
+
+/// What the cells are to each other and to the space around them.
+struct Resolution {
+  std::vector<geometry::Contact> contacts;            ///< when asked for
+  std::optional<geometry::TriangleSurface> boundary;  ///< when asked for
+};
+
+/// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not, their facets are
+/// matched hyperplane by hyperplane; what no other cell covers is the boundary.
+/// D = 3 only; nothing is found for other dimensions.
+/// Source: the paper, section 4.2, "Resolution".
+template <int D>
+Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options);
 
 /// Sums over all ranks, on the master: exact, so they do not depend on who computed what.
 template <int D>

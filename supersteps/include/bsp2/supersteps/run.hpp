@@ -9,8 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/geometry/boundary.hpp"
 #include "bsp2/geometry/bsp_tree.hpp"
 #include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/geometry/contact.hpp"
 #include "bsp2/supersteps/ranks.hpp"
 
 namespace bsp2::supersteps {
@@ -39,9 +41,18 @@ struct RunOptions {
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
   Collect collect = Collect::automatic;
+  bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3; where the master has all cells)
+  bool contacts = false;  ///< and which of them touch, and where (likewise)
   /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
   /// its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
+};
+
+/// The surface of the IN cells in figures.
+struct BoundaryReport {
+  std::uint64_t triangles = 0;
+  double area = 0.0;
+  bool closed = false;  ///< every edge is used equally often in both directions: counted, not assumed
 };
 
 /// What a run found; with several ranks, complete on the master. Lengths are in model units; moments are about the origin.
@@ -56,6 +67,7 @@ struct RunReport {
   std::vector<double> centroid;              ///< D
   std::vector<std::vector<double>> inertia;  ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
+  std::optional<BoundaryReport> boundary;    ///< when asked for
   std::string digest;                        ///< of the set of cells, order-independent
   std::vector<SuperstepRecord> supersteps;
   std::uint64_t splits = 0, predicates = 0, exact_fallbacks = 0;
@@ -78,6 +90,8 @@ struct RunResult {
   geometry::BspTree tree;        ///< its leaves are the cells of the mesh, in the order of the batches
   geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
   std::vector<std::int32_t> rank_of_region;  ///< who computed it
+  std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
+  std::vector<geometry::Contact> contacts;            ///< likewise; cells count through the batches
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
