@@ -60,9 +60,12 @@ dataflow::Partition<D> partition_of(const Plan& plan) {
   return partition;
 }
 
-/// k for 2^k regions.
-unsigned depth_of(const RunOptions& options) {
-  return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, options.regions.value_or(1)))) - 1);
+/// k for 2^k regions; a level that all shall reach is not passed by the partition alone.
+template <int D>
+unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options) {
+  if (options.regions) return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, *options.regions))) - 1);
+  const unsigned depth = dataflow::suggested_depth(network);
+  return options.level ? std::min(depth, *options.level / 2) : depth;
 }
 
 }  // namespace
@@ -72,7 +75,7 @@ Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, 
   dataflow::Partition<D> partition;
   Plan plan;
   if (ranks.is_master()) {
-    partition = dataflow::partition(network, depth_of(options));
+    partition = dataflow::partition(network, depth_of(network, options));
     plan = plan_of(partition, ranks.count());
   }
   broadcast(ranks, plan);
