@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <utility>
@@ -9,6 +10,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
 #include "bsp2/model/tessellation.hpp"
+#include "imports.hpp"
 #include "matrix.hpp"
 #include "polygon.hpp"
 #include "polyhedron.hpp"
@@ -41,6 +43,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"circle", NodeKind::circle},
     {"polygon", NodeKind::polygon},
     {"text", NodeKind::text},
+    {"import", NodeKind::import},
     {"linear_extrude", NodeKind::linear_extrude},
     {"rotate_extrude", NodeKind::rotate_extrude},
     {"hull", NodeKind::hull},
@@ -53,7 +56,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"echo", NodeKind::group},
 };
 
-constexpr std::string_view not_yet[] = {"import", "surface", "roof"};
+constexpr std::string_view not_yet[] = {"surface", "roof"};
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
                                              "function",  "for",      "if",     "let",    "use",
@@ -335,6 +338,36 @@ void read_numbers(const Value* value, std::array<double, N>& into) {
     if (at->kind == Value::number || at->kind == Value::boolean) into[i] = at->as_number;
 }
 
+Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
+  const std::string name = arguments.string("file", 0, "");
+  if (name.empty()) throw Error("import: it names no file");
+  const std::filesystem::path path = folder / name;
+  std::string kind = path.extension().string();
+  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (kind == ".dxf") {
+    std::array<double, 2> origin{};
+    read_numbers(arguments.find("origin"), origin);
+    const double scale = arguments.number("scale", -1, 1);
+    PlaneDrawing drawing = import_dxf(path, arguments.string("layer", -1, ""), resolution_of(arguments));
+    for (auto& point : drawing.points)
+      for (int i = 0; i < 2; ++i) point[i] = (point[i] - origin[i]) * scale;
+    if (drawing.paths.size() == 0) warn("this import is empty: there is no closed path in " + path.string());
+    return pooled_polygon(drawing.points, drawing.paths, pool);
+  }
+  if (kind != ".stl" && kind != ".off" && kind != ".obj" && kind != ".ply" && kind != ".3mf" && kind != ".amf")
+    throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf and .dxf are");
+  const ImportedMesh mesh = import_mesh(path);
+  std::optional<TriangleMesh> closed;
+  try {
+    closed = closed_mesh(mesh.points, mesh.faces);
+  } catch (const Error& error) {
+    throw Error("import of " + path.string() + ": " + error.what());
+  }
+  if (closed) return pool.primitive(std::move(*closed), 3);
+  warn("this import is empty: the faces of " + path.string() + " enclose nothing");
+  return pool.empty(3);
+}
+
 std::optional<Construct> read_linear_extrude(const Arguments& arguments, const Warn& warn) {
   LinearExtrusion extrusion;
   const Value* height = arguments.find("height", 0);
@@ -460,7 +493,7 @@ bool Arguments::flag(std::string_view name, int place) const {
   return value && value->kind == Value::boolean && value->as_number != 0;
 }
 
-Expression make_primitive(NodeKind kind, const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
   switch (kind) {
     case NodeKind::cube:
       return make_cube(arguments, pool, warn);
@@ -476,6 +509,8 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, NodePool& p
       return make_polygon(arguments, pool, warn);
     case NodeKind::text:
       return make_text(arguments, pool, warn);
+    case NodeKind::import:
+      return make_import(arguments, folder, pool, warn);
     default:
       return make_polyhedron(arguments, pool, warn);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -35,6 +36,7 @@ enum class NodeKind : std::uint8_t {
   circle,
   polygon,
   text,
+  import,
   unsupported,  ///< a node of the language that is not read yet
   unknown
 };
@@ -66,7 +68,8 @@ using Warn = std::function<void(std::string)>;
 
 /// The solid of a primitive, with OpenSCAD's meaning of bad arguments: what has no size is empty.
 /// @throws bsp2::Error without a position, for more sides than anybody needs and for open polyhedra.
-Expression make_primitive(NodeKind kind, const Arguments& arguments, NodePool& pool, const Warn& warn);
+/// @param folder what the names of files are relative to.
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn);
 
 /// The 4 x 4 matrix of a multmatrix node, row-major.
 std::array<double, 16> read_matrix(const Arguments& arguments);

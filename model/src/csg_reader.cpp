@@ -191,7 +191,7 @@ void Reader::interpret(Frame& frame) {
           constructs_.push_back(construct.value_or(Hull{}));
           break;
         }
-        operands_.push_back(make_primitive(frame.kind, arguments, pool_, warn));
+        operands_.push_back(make_primitive(frame.kind, arguments, std::filesystem::path(name_).parent_path(), pool_, warn));
         frame.primitives = 1;
       } catch (const Error& error) {
         if (is_construct(frame.kind)) constructs_.emplace_back();

@@ -16,7 +16,8 @@
 namespace bsp2::model {
 namespace {
 
-constexpr double outline_unit = 1000, advance_unit = 1024;  // per unit of the model, as OpenSCAD 2021.01 has them
+constexpr double char_size = 1e5;                              // 64ths of a point for a text of size 1
+constexpr double outline_unit = 1e5, advance_unit = 102400;  // both are found in the results of OpenSCAD 2021.01
 constexpr int dots_per_inch = 100;
 
 template <typename T, auto Release>
@@ -68,11 +69,12 @@ struct Pen {
   GlyphOutline* glyph;
   std::array<double, 2> origin;
   std::uint32_t segments;
+  double size;
   FT_Vector at{};
   std::uint32_t length = 0;
 
   void add(double x, double y) {
-    glyph->points.push_back({x / outline_unit + origin[0], y / outline_unit + origin[1]});
+    glyph->points.push_back({size * (x / outline_unit + origin[0]), size * (y / outline_unit + origin[1])});
     ++length;
   }
   void end_path() {
@@ -135,7 +137,7 @@ std::vector<GlyphOutline> text_outlines(const std::string& text, const TextStyle
   if (FT_Init_FreeType(&raw_library) != 0) throw Error("text: FreeType does not start");
   const Library library(raw_library);
   const Face face = find_face(library.get(), style.font, warn);
-  if (!(style.size > 0) || FT_Set_Char_Size(face.get(), 0, static_cast<FT_F26Dot6>(style.size * outline_unit), dots_per_inch, dots_per_inch) != 0) return {};
+  if (!(style.size > 0) || FT_Set_Char_Size(face.get(), 0, static_cast<FT_F26Dot6>(char_size), dots_per_inch, dots_per_inch) != 0) return {};
 
   const Font font(hb_ft_font_create(face.get(), nullptr));
   const Buffer buffer(hb_buffer_create());
@@ -179,7 +181,7 @@ std::vector<GlyphOutline> text_outlines(const std::string& text, const TextStyle
       GlyphOutline outline;
       Pen pen{&outline,
               {origin[0] + pen_at[0] + place[i].x_offset / advance_unit, origin[1] + pen_at[1] + place[i].y_offset / advance_unit},
-              style.segments};
+              style.segments, style.size};
       FT_Outline_Decompose(&reinterpret_cast<FT_OutlineGlyph>(glyph.get())->outline, &functions, &pen);
       pen.end_path();
       if (!outline.points.empty()) outlines.push_back(std::move(outline));

@@ -22,7 +22,7 @@ struct GlyphOutline {
 };
 
 /// The outlines of a text: the font that fontconfig finds, shaped by HarfBuzz, hinted and drawn by FreeType, in the sizes
-/// of OpenSCAD 2021.01: an em is 100/72 of `size`; advances are counted in 1024ths where outlines are in 1000ths.
+/// of OpenSCAD 2021.01: an em is 100/72 of `size`; advances and alignment are 1000/1024 of what goes with the outlines.
 ///
 /// Any thread, one at a time each. @param warn is called where another font than the one asked for is used.
 /// @throws bsp2::Error if there is no font at all.
