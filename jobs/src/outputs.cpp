@@ -71,11 +71,9 @@ void write_outputs(const RunCommand& command, supersteps::RunResult& result) {
   if (command.mesh && is_possible(d <= 3, "mesh", command.folder, *command.mesh, result.report)) {
     io::write_vtu(*command.mesh, d, result.mesh.batches, {.tets = command.tets});
   }
-  if (command.boundary && is_possible(result.boundary.has_value(), "boundary", command.folder, *command.boundary, result.report)) {
-    if (!result.boundary) {
-      throw Error("cannot write '" + command.boundary->string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
-    }
-    io::write_surface(*command.boundary, *result.boundary);
+  if (command.boundary && is_possible(d == 3, "boundary", command.folder, *command.boundary, result.report)) {
+    if (d != 3) throw Error("cannot write '" + command.boundary->string() + "': only solids of dimension 3 have a boundary of triangles, not of " + std::to_string(d));
+    io::write_surface(*command.boundary, result.boundary.value());
   }
   if (command.picture &&
       is_possible(d == 2 || d == 3, "picture", command.folder, *command.picture, result.report)) {
