@@ -14,6 +14,7 @@
 
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h> /* programs written for the Oxford BSP toolset count on it */
 
 #include "bsp2/bsplib/run.h"
 

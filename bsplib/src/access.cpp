@@ -101,10 +101,9 @@ std::size_t length(const bsp2_reference_run& run) {
 
 void Engine::begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset,
                        const void* local, std::size_t bytes) {
-  run.slot = slot;
+  if (run.slot != slot) run = {nullptr, slot, 0, size_of(slot, pid), nullptr, 0};
   run.first = offset;
   run.next = offset + bytes;
-  run.end = size_of(slot, pid);
   run.local = static_cast<char*>(const_cast<void*>(local)) + bytes;
 }
 
@@ -122,10 +121,11 @@ void Engine::hpput(int pid, const void* source, Registry::Id slot, std::size_t o
 void Engine::end_hpput(int pid) {
   bsp2_reference_run& run = runs_of(pid).hpput;
   if (run.slot == Registry::no_id) return;
-  const Registry::Slot& target = registry_.slot(run.slot);
-  const auto rank = static_cast<std::size_t>(pid);
   const std::size_t bytes = length(run);
   const auto* source = reinterpret_cast<const std::byte*>(run.local) - bytes;
+  if (bytes < wire::store_bytes && out(pid).put_again(run.slot, run.first, source, bytes)) return;
+  const Registry::Slot& target = registry_.slot(run.slot);
+  const auto rank = static_cast<std::size_t>(pid);
   const bool reachable = !target.memory.empty() && target.memory[rank];
   if (reachable && pid != pid_ && bytes >= wire::store_bytes) {
     out(pid).store(source, target.memory[rank] + run.first, bytes);
@@ -133,10 +133,9 @@ void Engine::end_hpput(int pid) {
     out(pid).big_put(run.slot, run.first, source, bytes, wire::nowhere);
   } else if (bytes >= wire::stage_bytes) {
     stage_put(pid, source, run.slot, run.first, bytes);
-  } else if (!out(pid).put_again(run.slot, run.first, source, bytes)) {
+  } else {
     out(pid).put(run.slot, run.first, source, bytes, target.sizes[rank]);
   }
-  run = no_reference_run;
 }
 
 void Engine::get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes,
@@ -160,7 +159,6 @@ void Engine::end_get(int pid) {
   if (run.slot == Registry::no_id) return;
   const std::size_t bytes = length(run);
   out(pid).get(run.slot, run.first, reinterpret_cast<std::byte*>(run.local) - bytes, bytes, run.end);
-  run = no_reference_run;
 }
 
 void Engine::end_hpget(int pid) {
@@ -173,13 +171,14 @@ void Engine::end_hpget(int pid) {
   } else {
     out(pid).get(run.slot, run.first, target, bytes, run.end);
   }
-  run = no_reference_run;
 }
 
 void Engine::end_runs(int pid) {
   end_hpput(pid);
   end_get(pid);
   end_hpget(pid);
+  bsp2_runs& runs = runs_of(pid);
+  runs.hpput = runs.get = runs.hpget = no_reference_run;
   out(pid).close_run();
 }
 

@@ -28,12 +28,11 @@ std::byte* Outbox::append(std::size_t bytes) {
 
 /// The run goes on in a larger stream, if it only ended for want of room there.
 bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes) {
-  if (slot != run_->slot || offset != run_->next || bytes > limit_ - offset) return false;
-  if (run_bytes() + bytes > longest_run) return false;
-  size_ = record_ + head_ + run_bytes();
+  if (slot != run_->slot) return false;
+  if (run_->next != wire::nowhere) end_run();
+  if (offset != last_ || bytes > limit_ - offset || last_ - first_ + bytes > longest_run) return false;
   make_room(wire::padded(bytes) + 8);
-  run_->origin = reinterpret_cast<std::uintptr_t>(block_.data + record_ + head_) - first_;
-  set_room();
+  open_run();
   return true;
 }
 
@@ -49,12 +48,12 @@ void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std:
   head_ = Short::can_name(slot, limit) ? sizeof(Short) : sizeof(Record);
   contents |= wire::has_puts;
   run_->slot = slot;
-  begin_record(size_, offset, source, bytes);
+  write_put(offset, source, bytes);
 }
 
 void Outbox::close_run() {
   if (run_->slot == Registry::no_id) return;
-  size_ = end_record();
+  if (run_->next != wire::nowhere) end_run();
   *run_ = no_put_run;
   limit_ = 0;
 }

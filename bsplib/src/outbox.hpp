@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "bsp2/bsplib/world.hpp"
@@ -16,8 +17,8 @@ namespace bsp2::bsplib {
 
 /// No run is open.
 inline constexpr bsp2_put_run no_put_run{nullptr, Registry::no_id, wire::nowhere, wire::nowhere, 0};
-inline constexpr bsp2_reference_run no_reference_run{
-    nullptr, Registry::no_id, wire::nowhere, wire::nowhere, nullptr, 0};
+inline constexpr bsp2_reference_run no_reference_run{nullptr,       Registry::no_id, wire::nowhere,
+                                                     wire::nowhere, nullptr,         0};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
@@ -78,74 +79,81 @@ class Outbox {
   void make_room(std::size_t bytes);
   void grow(std::size_t needed);
   bool prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes);
-  void begin_record(std::size_t start, std::size_t offset, const void* source, std::size_t bytes);
-  std::size_t end_record();
-  std::size_t run_bytes() const { return run_->next - first_; }
-  void set_room();
+  void open_run();
+  void end_run();
+  void write_head(std::byte* place, std::size_t offset, std::size_t bytes) const;
+  void write_put(std::size_t offset, const void* source, std::size_t bytes);
 
   static constexpr std::size_t longest_run = wire::stage_bytes - 1;
 
   Staging* staging_;
   Staging::Block block_;
   std::size_t size_ = 0, reserve_ = 0;
-  bsp2_put_run* run_;                        ///< the open run; it has no slot if there is none
-  std::size_t record_ = 0;                   ///< where its record is in the stream,
-  std::size_t first_ = 0;                    ///< and where it begins in the registration
+  // The newest put. As long as it has a slot, puts to the same registration need few checks; as long as it
+  // has a `next`, it is continued without this object, which is told at its end.
+  bsp2_put_run* run_;
+  std::size_t first_ = 0, last_ = 0;         ///< where it begins and ends in the registration
   std::size_t limit_ = 0;                    ///< size of the registration
-  std::size_t head_ = sizeof(wire::Record);  ///< size of the record without the data
+  std::size_t head_ = sizeof(wire::Record);  ///< size of its record without the data
 };
 
-/// How far the run may go: within the registration, the stream, and what a short record can tell. Capacities
-/// are multiples of 8, so the padding has room, too.
-inline void Outbox::set_room() {
-  const std::size_t used = record_ + head_ + run_bytes();
-  run_->end = run_->next + std::min({limit_ - run_->next, block_.capacity - used, longest_run - run_bytes()});
+/// The newest record becomes a run: within the registration, the stream, and what a short record can tell.
+/// Capacities are multiples of 8, so the padding has room, too.
+inline void Outbox::open_run() {
+  const std::size_t bytes = last_ - first_, end = size_ - wire::padded(bytes) + bytes;
+  run_->origin = reinterpret_cast<std::uintptr_t>(block_.data + end) - last_;
+  run_->next = last_;
+  run_->end = last_ + std::min({limit_ - last_, block_.capacity - end, longest_run - bytes});
 }
 
-/// Begins a record with the first bytes of its run. The record itself is written at its end, and how far the
-/// run may go is found out when something continues it.
-inline void Outbox::begin_record(std::size_t start, std::size_t offset, const void* source,
-                                 std::size_t bytes) {
-  std::byte* place = block_.data + start + head_;
-  if (bytes == 8) {
-    std::memcpy(place, source, 8);
-  } else {
-    std::memcpy(place, source, bytes);
-  }
-  record_ = start;
-  first_ = offset;
-  run_->origin = reinterpret_cast<std::uintptr_t>(place) - offset;
-  run_->next = run_->end = offset + bytes;
-  ++count;
+/// Brings the newest record up to date with its run, and the end of the stream, too.
+inline void Outbox::end_run() {
+  const std::size_t place = size_ - wire::padded(last_ - first_);
+  payload += run_->next - last_;
+  last_ = std::exchange(run_->next, wire::nowhere);
+  run_->end = wire::nowhere;
+  size_ = place + wire::padded(last_ - first_);
+  write_head(block_.data + place - head_, first_, last_ - first_);
 }
 
-/// Writes the record of the run. @return where the next one goes.
-inline std::size_t Outbox::end_record() {
-  std::byte* place = block_.data + record_;
-  const std::size_t bytes = run_bytes();
+inline void Outbox::write_head(std::byte* place, std::size_t offset, std::size_t bytes) const {
   if (head_ == sizeof(wire::Short)) {
-    const wire::Short record{static_cast<std::uint32_t>(first_),
+    const wire::Short record{static_cast<std::uint32_t>(offset),
                              wire::Short::pack(wire::Op::short_put, bytes, run_->slot)};
     std::memcpy(place, &record, sizeof record);
   } else {
-    const wire::Record record{run_->slot, wire::Record::pack(wire::Op::put, bytes), first_};
+    const wire::Record record{run_->slot, wire::Record::pack(wire::Op::put, bytes), offset};
     std::memcpy(place, &record, sizeof record);
   }
+}
+
+inline void Outbox::write_put(std::size_t offset, const void* source, std::size_t bytes) {
+  std::byte* place = block_.data + size_;
+  write_head(place, offset, bytes);
+  if (bytes == 8) {
+    std::memcpy(place + head_, source, 8);
+  } else {
+    std::memcpy(place + head_, source, bytes);
+  }
+  size_ += head_ + wire::padded(bytes);
+  first_ = offset;
+  last_ = offset + bytes;
   payload += bytes;
-  return record_ + head_ + wire::padded(bytes);
+  ++count;
 }
 
 inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
   if (slot != run_->slot || bytes > limit_ || offset > limit_ - bytes) return false;
+  if (run_->next != wire::nowhere) end_run();
   if constexpr (defect == Defect::merge_wrongly)
-    if (offset == run_->next + 1) --offset;
-  if (offset == run_->next) {
-    set_room();
+    if (offset == last_ + 1) --offset;
+  if (offset == last_) {
+    open_run();
     return bsp2_continue_put(run_, offset, source, bytes) != 0;
   }
-  const std::size_t end = record_ + head_ + wire::padded(run_bytes());
-  if (bytes - 1 >= wire::stage_bytes - 1 || block_.capacity - end < head_ + wire::padded(bytes)) return false;
-  begin_record(end_record(), offset, source, bytes);
+  if (bytes - 1 >= wire::stage_bytes - 1 || block_.capacity - size_ < head_ + wire::padded(bytes))
+    return false;
+  write_put(offset, source, bytes);
   return true;
 }
 

@@ -9,6 +9,8 @@
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/dataflow/lathe_producer.hpp"
+#include "lathe_shape.hpp"
 #include "lowering.hpp"
 #include "mesh_shape.hpp"
 #include "resolve.hpp"
@@ -29,6 +31,7 @@ struct Shape {
   std::uint32_t first_covector = 0, covector_count = 0;
   std::vector<std::pair<double, double>> rings;  // lathe: radius and z, in the normalized frame; otherwise empty
   Box<D> bounds;                                 // in the normalized frame
+  std::shared_ptr<const LatheShape> lathe;       // of one with very many facets; shared: by all occurrences of it
   std::shared_ptr<const MeshShape> mesh;         // shared: by all occurrences of one mesh
 };
 
@@ -174,7 +177,9 @@ class Compiler {
       Shape<D> shape;
       const auto [entry, is_new] = known.try_emplace(key, static_cast<std::uint32_t>(shapes_.size()));
       if (is_new) {
-        const Polytope<3> polytope = geometry::lathe(lathe.sides, radius, z);
+        Polytope<3> polytope = geometry::lathe(lathe.sides, radius, z);
+        if (polytope.covectors.size() >= LatheProducer::least_facets)
+          shape.lathe = std::make_shared<LatheShape>(lathe.sides, radius, z, polytope.covectors);
         add_covectors(shape, polytope.covectors);
         shape.bounds = {polytope.lower, polytope.upper};
         for (std::size_t i = 0; i < radius.size(); ++i) shape.rings.emplace_back(radius[i], z[i]);
@@ -266,6 +271,18 @@ class Compiler {
         if (shape.mesh != nullptr && !shape.mesh->convex) {
           producer.mesh = static_cast<std::int32_t>(network.meshes.size());
           network.meshes.push_back(place_mesh(*shape.mesh, placements[i].matrix(), own));
+          continue;
+        }
+        if (shape.lathe != nullptr) {
+          const auto facets = own.first(shape.lathe->facet_count);
+          add_half_spaces(network, producer, facets);
+          if (producer.is_empty()) continue;
+          // LatheProducer finds the half-spaces by their place among all.
+          network.planes.resize(producer.first_plane);
+          network.planes.insert(network.planes.end(), facets.begin(), facets.end());
+          producer.plane_count = static_cast<std::uint32_t>(facets.size());
+          producer.lathe = static_cast<std::int32_t>(network.lathes.size());
+          network.lathes.push_back(place_lathe(*shape.lathe, placements[i], own, table.radius(), options_.coincidence * table.width()));
           continue;
         }
       }

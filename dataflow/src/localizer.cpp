@@ -5,6 +5,7 @@
 
 #include "bsp2/dataflow/combiner.hpp"
 #include "bsp2/dataflow/convex_producer.hpp"
+#include "bsp2/dataflow/lathe_producer.hpp"
 #include "bsp2/dataflow/mesh_producer.hpp"
 #include "bsp2/dataflow/transformer.hpp"
 #include "bsp2/geometry/dimensions.hpp"
@@ -121,8 +122,10 @@ template <int D>
 template <typename Use>
 auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if constexpr (D == 3)
+  if constexpr (D == 3) {
     if (producer.mesh >= 0) return use(MeshProducer(*network_, producer));
+    if (producer.lathe >= 0) return use(LatheProducer(*network_, producer));
+  }
   return use(ConvexProducer<D>(*network_, producer));
 }
 
@@ -131,6 +134,13 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
   if (producer.mesh >= 0 || producer.is_empty()) return false;
   view_.look_at(cell);
   view_.be_quick(false);
+  if constexpr (D == 3) {
+    if (producer.lathe >= 0) {
+      const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
+      std::vector<Word> unused;
+      return LatheProducer(*network_, producer).ask(whole, view_, unused) == Label::in;
+    }
+  }
   const auto planes = network_->planes_of(producer);
   return std::all_of(planes.begin(), planes.end(), [&](auto plane) { return view_.position(plane) == Position::negative; });
 }

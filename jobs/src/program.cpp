@@ -36,8 +36,8 @@ void run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks
   if (speaks) command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
   supersteps::RunResult result = run(command.options, ranks);
   bar.clear();
+  write_outputs(command, result, ranks);
   if (!ranks.is_master()) return;
-  write_outputs(command, result);
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
   if (speaks) print_summary(out, result.report);
   if (command.stats) print_stats(out, result.report);

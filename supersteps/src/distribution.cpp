@@ -60,36 +60,39 @@ dataflow::Partition<D> partition_of(const Plan& plan) {
   return partition;
 }
 
-/// k for 2^k regions.
-unsigned depth_of(const RunOptions& options) {
-  return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, options.regions.value_or(1)))) - 1);
+/// k for 2^k regions; a level that all shall reach is not passed by the partition alone.
+template <int D>
+unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options) {
+  if (options.regions) return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, *options.regions))) - 1);
+  const unsigned depth = dataflow::suggested_depth(network);
+  return options.level ? std::min(depth, *options.level / 2) : depth;
 }
 
 }  // namespace
 
 template <int D>
-dataflow::Partition<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
   dataflow::Partition<D> partition;
   Plan plan;
   if (ranks.is_master()) {
-    partition = dataflow::partition(network, depth_of(options));
+    partition = dataflow::partition(network, depth_of(network, options));
     plan = plan_of(partition, ranks.count());
   }
   broadcast(ranks, plan);
   const auto is_mine = [&](std::uint32_t region) { return plan.owner[region] == ranks.rank(); };
   if (ranks.is_master()) {
     std::erase_if(partition.regions, [&](const auto& region) { return !is_mine(region.number); });
-    return partition;
+  } else {
+    partition = partition_of<D>(plan);
+    std::vector<std::uint32_t> mine;
+    for (std::uint32_t region = 0; region < plan.owner.size(); ++region)
+      if (is_mine(region)) mine.push_back(region);
+    partition.regions = dataflow::make_regions(network, partition, mine);
   }
-  partition = partition_of<D>(plan);
-  std::vector<std::uint32_t> mine;
-  for (std::uint32_t region = 0; region < plan.owner.size(); ++region)
-    if (is_mine(region)) mine.push_back(region);
-  partition.regions = dataflow::make_regions(network, partition, mine);
-  return partition;
+  return {std::move(partition), std::move(plan.owner)};
 }
 
-#define BSP2_STAGE(D) template dataflow::Partition<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
+#define BSP2_STAGE(D) template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -3,7 +3,6 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <chrono>
 
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
@@ -11,8 +10,6 @@
 
 namespace bsp2::supersteps {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 struct Usage {
   double cpu_seconds = 0;
@@ -29,14 +26,6 @@ Usage usage_of_this_process() {
   getrusage(RUSAGE_SELF, &usage);
   const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
   return {seconds(usage.ru_utime) + seconds(usage.ru_stime), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
-}
-
-/// Adds up the CPU time of all ranks, and finds the largest of them.
-void record_usage(Ranks& ranks, RunReport& report) {
-  for (const Usage& usage : gather(ranks, usage_of_this_process())) {
-    report.cpu_seconds += usage.cpu_seconds;
-    report.peak_rss_bytes = std::max(report.peak_rss_bytes, usage.peak_rss_bytes);
-  }
 }
 
 template <int D>
@@ -71,29 +60,61 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   for (const std::string& warning : network.warnings) report.warnings.push_back(options.model.string() + ": " + warning);
 
   ranks.begin("distribution");
-  dataflow::Partition<D> partition = distribution<D>(ranks, network, options);
-  report.regions = static_cast<unsigned>(partition.work.size());
+  auto [partition, rank_of_region] = distribution<D>(ranks, network, options);
+  report.regions = static_cast<unsigned>(rank_of_region.size());
 
   ranks.begin("computation");
-  Collection collection;
+  Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&collection);
+  if (options.collect_cells) consumers.push_back(&keeper);
+  std::vector<std::uint32_t> mine;
+  for (const auto& region : partition.regions) mine.push_back(region.number);
   auto evaluation = computation<D>(ranks, network, std::move(partition.regions), options, report.threads, consumers);
   ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
 
   ranks.begin("collection");
   fill(report, network, sum_totals(ranks, network, evaluation.totals), options);
   RunResult result;
-  result.mesh = collection.take(D);
-  if (options.collect_cells) result.tree = join_trees<D>(network, partition, evaluation);
+  if (options.collect_cells) {
+    Part part = keeper.take<D>(std::move(mine), std::move(evaluation));
+    result.is_collected = collection(ranks, part, options.collect);
+    ranks.count_cells(part.cells);
+    std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
+    for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
+    for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
+    result.tree = join_trees<D>(network, partition, std::move(part.tree), roots);
+    result.partition = join_trees<D>(network, partition, geometry::BspTree{.dimension = D}, leaves);
+    result.mesh = {D, std::move(part.batches)};
+  }
+  result.rank_of_region = std::move(rank_of_region);
+
+  if ((options.boundary || options.contacts) && result.is_collected) {
+    ranks.begin("resolution");
+    if (ranks.is_master()) {
+      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options);
+      result.contacts = std::move(contacts);
+      result.boundary = std::move(boundary);
+      if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+    }
+  }
   result.report = std::move(report);
   return result;
 }
 
 }  // namespace
 
+void record_costs(Ranks& ranks, RunReport& report) {
+  report.supersteps = ranks.records();
+  report.cpu_seconds = 0;
+  report.peak_rss_bytes = 0;
+  for (const Usage& usage : gather(ranks, usage_of_this_process())) {
+    report.cpu_seconds += usage.cpu_seconds;
+    report.peak_rss_bytes = std::max(report.peak_rss_bytes, usage.peak_rss_bytes);
+  }
+  report.seconds = ranks.seconds();
+}
+
 RunResult run(const RunOptions& options, Ranks& ranks) {
-  const auto start = Clock::now();
   ranks.begin("compilation");
   Source source = compilation(ranks, options);
   ranks.begin("broadcast");
@@ -117,9 +138,7 @@ RunResult run(const RunOptions& options, Ranks& ranks) {
     case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
-  result.report.supersteps = ranks.records();
-  record_usage(ranks, result.report);
-  result.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  record_costs(ranks, result.report);
   return result;
 }
 

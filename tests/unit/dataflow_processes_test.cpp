@@ -9,6 +9,7 @@
 
 #include "bsp2/dataflow/combiner.hpp"
 #include "bsp2/dataflow/convex_producer.hpp"
+#include "bsp2/dataflow/lathe_producer.hpp"
 #include "bsp2/dataflow/localizer.hpp"
 #include "bsp2/dataflow/mesh_producer.hpp"
 #include "bsp2/dataflow/transformer.hpp"
@@ -30,6 +31,20 @@ struct Refinement {
   Point inside;  // a point of the cell
 };
 
+/// A random mix of a cell's vertices.
+template <int D>
+Point point_in(const Cell<D>& cell, Random& random) {
+  Point x(D, 0);
+  Real sum = 0;
+  for (const auto& vertex : cell.vertices()) {
+    const Real weight = -std::log(uniform(random, 1e-9, 1));
+    sum += weight;
+    for (std::size_t i = 0; i < D; ++i) x[i] += weight * vertex.x[i];
+  }
+  for (Real& coordinate : x) coordinate /= sum;
+  return x;
+}
+
 /// Drives a producer alone over the root cell and returns the stream that it emits.
 template <int D, ProducerProcess<D> P>
 std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, Random& random) {
@@ -49,14 +64,7 @@ std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, 
     stack.pop_back();
     view.look_at(at.cell);
     std::vector<Word> left;
-    Refinement refinement{at.path, producer.ask(at.state.data(), view, left), {}, writer.measure(at.cell).volume(), Point(D, 0)};
-    Real sum = 0;
-    for (const auto& vertex : at.cell.vertices()) {
-      const Real weight = -std::log(uniform(random, 1e-9, 1));
-      sum += weight;
-      for (std::size_t i = 0; i < D; ++i) refinement.inside[i] += weight * vertex.x[i];
-    }
-    for (Real& x : refinement.inside) x /= sum;
+    Refinement refinement{at.path, producer.ask(at.state.data(), view, left), {}, writer.measure(at.cell).volume(), point_in(at.cell, random)};
     if (refinement.label == Label::fuzzy) {
       left[1] = static_cast<Word>(left.size());
       const std::size_t before = producer.undecided(at.state.data());
@@ -118,6 +126,8 @@ std::vector<Refinement> stream_of(const model::Expression& primitive, Random& ra
   const Producer<D>& producer = network.producers[0];
   if constexpr (D == 3)
     if (producer.mesh >= 0) return stream_of<3>(network, MeshProducer(network, producer), random);
+  if constexpr (D == 3)
+    if (producer.lathe >= 0) return stream_of<3>(network, LatheProducer(network, producer), random);
   return stream_of<D>(network, ConvexProducer<D>(network, producer), random);
 }
 
@@ -150,6 +160,74 @@ TEST(ConvexProducer, EmitsAStreamOfRefinementsInAnyDimension) {
     EXPECT_NEAR(check_producer<3>(model::cylinder(3, 1, 0, sides), random), area, 1e-12);
   }
   check_producer<3>(model::sphere(1, 24), random);
+}
+
+TEST(LatheProducer, EmitsAStreamOfRefinements) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (const std::uint32_t sides : {600U, 1001U}) {
+    const double area = sides * std::sin(2 * std::numbers::pi / sides) / 2;
+    EXPECT_NEAR(check_producer<3>(model::cylinder(2, 1, 1, sides), random), 2 * area, 1e-11);
+    EXPECT_NEAR(check_producer<3>(model::cylinder(3, 1, 0, sides), random), area, 1e-11);
+    EXPECT_NEAR(check_producer<3>(model::cylinder(3, 1, 2, sides), random), 7 * area, 1e-11);
+  }
+  for (const std::uint32_t sides : {33U, 60U}) check_producer<3>(model::sphere(1, sides), random);
+}
+
+/// Whatever cuts its cells, a lathe answers as its half-spaces do one by one.
+TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
+  for (int round = 0; round < 60; ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto e = model::transform(free_matrix(random, 3, 3), chance(random, 0.5) ? model::sphere(1, static_cast<std::uint32_t>(pick(random, 33, 60)))
+                                                                                   : model::cylinder(1, 1, uniform(random, 0, 2), static_cast<std::uint32_t>(pick(random, 512, 900))));
+    const Network<3> network = compile<3>(e, {});
+    if (network.producers.empty() || network.producers[0].lathe < 0) continue;
+    const LatheProducer lathe(network, network.producers[0]);
+    const ConvexProducer<3> convex(network, network.producers[0]);
+    geometry::Splitter<3> splitter(network.table);
+    CellView<3> view(splitter);
+    const std::vector<Word> whole{Program::kind_leaf | Program::whole, Program::header, 0};
+    for (int descent = 0; descent < 20; ++descent) {
+      Cell<3> cell = geometry::root_cell(network.table);
+      std::vector<Word> state = whole, plain = whole;
+      for (int depth = 0; depth < 40; ++depth) {
+        view.look_at(cell);
+        std::vector<Word> left, plain_left;
+        const Label label = lathe.ask(state.data(), view, left), truth = convex.ask(plain.data(), view, plain_left);
+        // A cell may be outside although no half-space alone keeps it there.
+        const bool sharper = label == Label::out && truth == Label::fuzzy;
+        ASSERT_TRUE(label == truth || label == Label::fuzzy || sharper) << "a wrong label at depth " << depth;
+        for (int sample = 0; sharper && sample < 10; ++sample) {
+          const Where there = where(e, point_in(cell, random), 1e-9L);
+          ASSERT_TRUE(there.doubtful || !there.inside);
+        }
+        if (label != Label::fuzzy) break;
+        left[1] = static_cast<Word>(left.size());
+        state = left;
+        if (truth == Label::fuzzy) {
+          plain_left[1] = static_cast<Word>(plain_left.size());
+          plain = plain_left;
+        } else {
+          plain = whole;
+        }
+        geometry::HyperplaneId id = lathe.advise(state.data(), view).plane.id();
+        if (chance(random, 0.5)) {  // a cut that the lathe did not ask for
+          const int axis = pick(random, 0, 2);
+          const double x = uniform(random, view.extent().lower[static_cast<std::size_t>(axis)], view.extent().upper[static_cast<std::size_t>(axis)]);
+          const auto other = network.table.axis_hyperplane(axis, network.table.axis_position(axis, x));
+          if (view.crosses(other)) id = other;
+        }
+        ASSERT_EQ(splitter.classify(cell, id), Position::crossing);
+        Cell<3> half;
+        const bool negative = chance(random, 0.5);
+        splitter.split(cell, id, negative ? &half : nullptr, negative ? nullptr : &half);
+        cell = std::move(half);
+      }
+    }
+  }
 }
 
 TEST(MeshProducer, EmitsAStreamOfRefinements) {

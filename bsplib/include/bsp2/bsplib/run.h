@@ -1,7 +1,8 @@
 /* Runs: the newest put, hpput, get and hpget to a rank, as long as the next call can continue them.
  *
- * A loop over neighbouring places is one access in many calls. What continues a run is compiled into the program, from
- * here; everything else goes to the library, which ends the run and begins another one. Not an interface for programs. */
+ * A loop over neighbouring places is one access in many calls. What continues a run is compiled into the
+ * program, from here; everything else goes to the library, which ends the run and begins another one. Not an
+ * interface for programs. */
 #ifndef BSP2_BSPLIB_RUN_H
 #define BSP2_BSPLIB_RUN_H
 
@@ -20,8 +21,8 @@
 extern "C" {
 #endif
 
-/* Of buffered puts: each call appends its bytes to the stream. Where they go follows from the offset alone, so calls do
- * not wait for each other. */
+/* Of buffered puts: each call appends its bytes to the stream. Where they go follows from the offset alone,
+ * so calls do not wait for each other. */
 struct bsp2_put_run {
   const void* name; /* the address by which a classic program knows the memory; NULL: none */
   unsigned slot;    /* number of its registration; all ones: there is no run */

@@ -41,7 +41,7 @@ class Localizer {
   /// Of the program that was put out last, with a FUZZY answer.
   [[nodiscard]] std::vector<UndecidedOperand> undecided_operands(std::span<const Word> program) const;
 
-  /// Whether the whole cell is inside this convex producer. Exact; false for meshes.
+  /// Whether the whole cell is certainly inside this convex producer; false for meshes.
   bool contains(const Producer<D>& producer, const geometry::Cell<D>& cell);
 
  private:

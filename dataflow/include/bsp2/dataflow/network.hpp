@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bsp2/dataflow/box.hpp"
+#include "bsp2/dataflow/lathe.hpp"
 #include "bsp2/dataflow/mesh.hpp"
 #include "bsp2/dataflow/program.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
@@ -17,12 +18,13 @@
 namespace bsp2::dataflow {
 
 /// What the producers of a network are made of: one occurrence of a primitive, placed in the model. The box contains it,
-/// rounded outward. ConvexProducer and MeshProducer say how each kind answers.
+/// rounded outward. ConvexProducer, LatheProducer and MeshProducer say how each kind answers.
 /// Source: the paper, section 4.1, "Producers".
 template <int D>
 struct Producer : Box<D> {
   std::int32_t part = 0;                    ///< index of the primitive's occurrence in the source
   std::uint32_t first_plane = 0, plane_count = 0;  ///< convex: its half-spaces, inside negative, in Network::planes
+  std::int32_t lathe = -1;                  ///< index into Network::lathes: convex, with very many half-spaces
   std::int32_t mesh = -1;                   ///< index into Network::meshes, or -1 for a convex producer
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
@@ -37,7 +39,8 @@ struct Network : Program {
   geometry::HyperplaneTable<D> table;
   std::vector<Producer<D>> producers;
   std::vector<geometry::OrientedHyperplane> planes;
-  std::vector<Mesh> meshes;  ///< D = 3 only
+  std::vector<Lathe> lathes;  ///< D = 3 only
+  std::vector<Mesh> meshes;   ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
   std::vector<std::string> warnings;  ///< of compilation, about constructs that came out empty
 

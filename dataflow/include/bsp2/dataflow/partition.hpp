@@ -24,9 +24,13 @@ struct Partition {
   std::vector<Region<D>> regions;
 };
 
-/// Cuts the root cell `depth` times in two by axis-parallel hyperplanes, each at the weighted median of the undecided
-/// operands, their weight being their number of half-spaces or facets. A region in which nothing is undecided is not cut
-/// further: there are at most 2^depth regions.
+/// k for 2^k regions: grows with the half-spaces and facets of the model, and depends on nothing else.
+template <int D>
+unsigned suggested_depth(const Network<D>& network);
+
+/// Cuts the root cell `depth` times in two by axis-parallel hyperplanes, each near the weighted median of the undecided
+/// operands, their weight being their number of half-spaces or facets; by a hyperplane of an operand's own if there is one.
+/// A region in which nothing is undecided is not cut further: there are at most 2^depth regions.
 /// The result depends on the network and the depth alone.
 template <int D>
 Partition<D> partition(const Network<D>& network, unsigned depth);
