@@ -351,7 +351,7 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
     PlaneDrawing drawing = import_dxf(path, arguments.string("layer", -1, ""), resolution_of(arguments));
     for (auto& point : drawing.points)
       for (int i = 0; i < 2; ++i) point[i] = (point[i] - origin[i]) * scale;
-    if (drawing.paths.size() == 0) warn("this import is empty: there is no closed path in " + path.string());
+    if (drawing.paths.size() == 0) warn("this import is empty: there is no path in " + path.string());
     return pooled_polygon(drawing.points, drawing.paths, pool);
   }
   if (kind != ".stl" && kind != ".off" && kind != ".obj" && kind != ".ply" && kind != ".3mf" && kind != ".amf")

@@ -77,6 +77,7 @@ class Reader {
       ++warnings_left_out_;
   }
   static bool is_construct(NodeKind kind) { return kind >= NodeKind::hull && kind < NodeKind::cube; }
+  static bool is_extrusion(NodeKind kind) { return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude; }
   std::string located(const SyntaxError& error) {
     return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
   }
@@ -183,20 +184,22 @@ void Reader::interpret(Frame& frame) {
     case NodeKind::difference:
     case NodeKind::intersection:
       break;
-    default:
+    default: {
+      const std::size_t constructs = constructs_.size();
       try {
         if (is_construct(frame.kind)) {
           const auto construct = read_construct(frame.kind, arguments, warn);
           frame.vanishes = !construct;
           constructs_.push_back(construct.value_or(Hull{}));
-          break;
+          if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
         }
-        operands_.push_back(make_primitive(frame.kind, arguments, std::filesystem::path(name_).parent_path(), pool_, warn));
+        operands_.push_back(make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), pool_, warn));
         frame.primitives = 1;
       } catch (const Error& error) {
-        if (is_construct(frame.kind)) constructs_.emplace_back();
+        if (is_construct(frame.kind) && constructs_.size() == constructs) constructs_.emplace_back();
         note(frame, error.what());
       }
+    }
   }
 }
 
@@ -257,8 +260,7 @@ Expression Reader::solid_of(const Frame& frame) {
 Expression Reader::construction_of(const Frame& frame, int dimension, std::span<const Expression> operands) {
   const Construct construct = constructs_.back();
   constructs_.pop_back();
-  const bool extrudes = frame.kind == NodeKind::linear_extrude || frame.kind == NodeKind::rotate_extrude;
-  const int result = extrudes ? 3 : frame.kind == NodeKind::projection ? 2 : dimension;
+  const int result = is_extrusion(frame.kind) ? 3 : frame.kind == NodeKind::projection ? 2 : dimension;
   if (frame.kind == NodeKind::minkowski) {
     Expression sum = pool_.empty(result);
     for (const Expression& operand : operands) {

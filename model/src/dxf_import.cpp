@@ -58,7 +58,7 @@ std::vector<Entity> read_entities(const std::filesystem::path& path) {
   return entities;
 }
 
-/// Joins lines to closed paths.
+/// Joins lines to paths.
 class Joiner {
  public:
   explicit Joiner(const Resolution& resolution) : resolution_(resolution) {}
@@ -91,22 +91,26 @@ class Joiner {
     for (std::uint32_t i = 0; i < lines_.size(); ++i)
       for (const std::uint32_t end : lines_[i]) at[end].push_back(i);
     std::vector<bool> used(lines_.size());
-    for (std::uint32_t i = 0; i < lines_.size(); ++i) {
-      if (used[i]) continue;
-      used[i] = true;
-      std::vector<std::uint32_t> path{lines_[i][0]};
-      std::uint32_t end = lines_[i][1];
-      while (end != path[0]) {
+    const auto trace = [&](std::uint32_t first, std::uint32_t start) {
+      used[first] = true;
+      std::vector<std::uint32_t> path{start};
+      std::uint32_t end = other_end(first, start);
+      while (end != start) {
+        path.push_back(end);
         const auto next = std::find_if(at[end].begin(), at[end].end(), [&](std::uint32_t l) { return !used[l]; });
         if (next == at[end].end()) break;
         used[*next] = true;
-        path.push_back(end);
-        end = lines_[*next][0] == end ? lines_[*next][1] : lines_[*next][0];
+        end = other_end(*next, end);
       }
-      if (end != path[0] || path.size() < 3) continue;
+      if (path.size() < 3) return;
       drawing.paths.corners.insert(drawing.paths.corners.end(), path.begin(), path.end());
       drawing.paths.end_face();
-    }
+    };
+    for (std::uint32_t i = 0; i < lines_.size(); ++i)  // open paths first, from their ends
+      for (const std::uint32_t end : lines_[i])
+        if (!used[i] && at[end].size() == 1) trace(i, end);
+    for (std::uint32_t i = 0; i < lines_.size(); ++i)
+      if (!used[i]) trace(i, lines_[i][0]);
     drawing.points = std::move(points_);
     return drawing;
   }
@@ -116,6 +120,8 @@ class Joiner {
   std::vector<Point> points_;
   std::vector<std::array<std::uint32_t, 2>> lines_;
   std::map<std::array<std::int64_t, 2>, std::vector<std::uint32_t>> squares_;  // points by squares of the join distance
+
+  std::uint32_t other_end(std::uint32_t line, std::uint32_t end) const { return lines_[line][lines_[line][0] == end ? 1 : 0]; }
 
   std::uint32_t point(const Point& p) {
     const auto column = static_cast<std::int64_t>(std::floor(p[0] / join_distance)), row = static_cast<std::int64_t>(std::floor(p[1] / join_distance));

@@ -23,11 +23,11 @@ ImportedMesh import_mesh(const std::filesystem::path& path);
 
 struct PlaneDrawing {
   std::vector<std::array<double, 2>> points;
-  FaceCycles paths;  ///< closed
+  FaceCycles paths;
 };
 
-/// The closed paths of a DXF drawing's lines, arcs, circles and polylines; ends within 0.001 of each other meet, open paths
-/// are left out, as in OpenSCAD.
+/// The paths of a DXF drawing's lines, arcs, circles and polylines; ends within 0.001 of each other meet, open paths are
+/// closed by a straight line, as in OpenSCAD.
 /// @param layer only what is on this layer; empty: everything.
 /// @throws bsp2::Error if the file cannot be read.
 PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const Resolution& resolution);

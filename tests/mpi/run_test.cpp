@@ -73,7 +73,7 @@ void compare(const RunOptions& options) {
 }
 
 TEST(Run, FindsTheSameCellsOnAnyNumberOfRanks) {
-  for (const char* name : {"every_node", "mechanical_piece", "menger_sponge", "polyhedra", "touching_solids"})
+  for (const char* name : {"constructs", "every_node", "mechanical_piece", "menger_sponge", "plane", "polyhedra", "touching_solids"})
     for (const unsigned regions : {1U, 8U, 32U}) {
       SCOPED_TRACE(std::string(name) + ", regions " + std::to_string(regions));
       compare(options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), regions, 1 + regions % 2));

@@ -5,13 +5,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <numbers>
+#include <sstream>
 #include <string>
 
+#include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
 #include "dataflow_oracle.hpp"
 #include "outline.hpp"
+#include "temporary_folder.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -156,6 +160,65 @@ TEST(PlaneSolids, OutlinesAreClosedAndHaveTheSolidOnTheirLeft) {
       ASSERT_NEAR(content<2>(model::polygon(points, paths)), expected, 1e-8) << "round " << round;
     }
   }
+}
+
+TEST(Text, HasTheMeasuresOfOpenScad) {
+  // An em is 100/72 of the size. In Liberation Sans "H" is 1409/2048 em high, 'I' a bar of 190/2048 em.
+  const auto totals = [](const std::string& text) { return evaluate_all(compile<2>(read(text), {}), 0, {}).evaluation.totals; };
+  const auto model = model::parse_csg("text(text = \"I\", size = 10);", "test.csg");
+  if (!model.warnings.empty()) GTEST_SKIP() << "Liberation Sans is not installed";
+  const auto bar = totals("text(text = \"I\", size = 10);");
+  EXPECT_NEAR(bar.upper[1] - bar.lower[1], 1409 / 2048.0 * 1000 / 72, 2e-3);
+  EXPECT_NEAR(bar.in.value().volume(), (bar.upper[0] - bar.lower[0]) * (bar.upper[1] - bar.lower[1]), 1e-9);
+  const auto centred = totals("text(text = \"I\", size = 10, valign = \"center\", halign = \"center\");");
+  EXPECT_NEAR(centred.lower[1], -1409 / 2048.0 * 1000 / 72 / 2, 0.2);
+  EXPECT_NEAR(content("text(text = \"II\");"), 2 * content("text(text = \"I\");"), 1e-9);
+  EXPECT_NEAR(content("text(text = \"I\", size = 20);"), 4 * content("text(text = \"I\");"), 1e-9);
+  EXPECT_NEAR(content("text(text = \"O\", $fn = 200);"), content("text(text = \"O\", $fn = 400);"), 1e-2);
+  EXPECT_EQ(content("text(text = \"\");"), 0);
+  EXPECT_EQ(content("text(text = \"x\", size = -1);"), 0);
+}
+
+// --- imports --------------------------------------------------------------------------------------------------
+
+class Import : public ::testing::Test {
+ protected:
+  bsp2::testing::TemporaryFolder folder_;
+  void write(const std::string& name, const std::string& text) { std::ofstream(folder_.path() / name) << text; }
+  double imported(const std::string& text) { return content(model::parse_csg(text, (folder_.path() / "test.csg").string()).expression); }
+};
+
+TEST_F(Import, ReadsMeshes) {
+  const std::string corner = "solid t\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 2 0\nvertex 2 0 0\nendloop\nendfacet\n"
+                             "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 0 2\nendloop\nendfacet\n"
+                             "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 0 2\nvertex 0 2 0\nendloop\nendfacet\n";
+  const std::string last = "facet normal 0 0 0\nouter loop\nvertex 2 0 0\nvertex 0 2 0\nvertex 0 0 2\nendloop\nendfacet\n";
+  write("closed.stl", corner + last + "endsolid t\n");
+  write("open.stl", corner + "endsolid t\n");
+  write("cube.off", "OFF\n8 6 12\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n");
+  EXPECT_NEAR(imported("import(file = \"closed.stl\");"), 8.0 / 6, 1e-12);
+  EXPECT_NEAR(imported("import(file = \"cube.off\");"), 1, 1e-12);
+  EXPECT_THROW(imported("import(file = \"open.stl\");"), Error);
+  EXPECT_THROW(imported("import(file = \"missing.stl\");"), Error);
+  EXPECT_THROW(imported("import(file = \"test.xyz\");"), Error);
+}
+
+TEST_F(Import, ReadsDrawings) {
+  const auto line = [](const std::string& layer, double x0, double y0, double x1, double y1) {
+    std::ostringstream text;
+    text << "0\nLINE\n8\n" << layer << "\n10\n" << x0 << "\n20\n" << y0 << "\n11\n" << x1 << "\n21\n" << y1 << "\n";
+    return text.str();
+  };
+  write("a.dxf", "0\nSECTION\n2\nENTITIES\n" + line("square", 0, 0, 4, 0) + line("square", 4, 4, 4, 0) + line("square", 4, 4, 0, 4) + line("square", 0, 4, 0, 0) +
+                     "0\nCIRCLE\n8\nhole\n10\n2\n20\n2\n40\n1\n" + line("open", 10, 0, 13, 0) + line("open", 13, 0, 13, 4) + "0\nENDSEC\n0\nEOF\n");
+  EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"square\");"), 16, 1e-12);
+  EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"hole\", $fn = 4);"), 2, 1e-12);
+  EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"open\");"), 6, 1e-12) << "closed by a straight line";
+  EXPECT_NEAR(imported("import(file = \"a.dxf\", $fn = 4);"), 16 - 2 + 6, 1e-12);
+  EXPECT_NEAR(imported("linear_extrude(height = 2, file = \"a.dxf\", layer = \"square\", origin = [1, 1]);"), 32, 1e-12);
+  EXPECT_EQ(imported("import(file = \"a.dxf\", layer = \"none\");"), 0);
+  write("bad.dxf", "<svg>\n</svg>\n");
+  EXPECT_THROW(imported("import(file = \"bad.dxf\");"), Error);
 }
 
 // --- extrusions -----------------------------------------------------------------------------------------------
