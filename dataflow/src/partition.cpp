@@ -38,8 +38,12 @@ class Partitioner {
     typename Localizer<D>::Cut unused;
     const bool fuzzy = localizer_.fire(program, cell, local, unused).label == geometry::Label::fuzzy;
     std::optional<HyperplaneId> hyperplane;
-    if (fuzzy && level < depth_) hyperplane = balanced_cut(cell, localizer_.undecided_operands(local));
+    const auto operands = fuzzy ? localizer_.undecided_operands(local) : std::vector<typename Localizer<D>::UndecidedOperand>();
+    if (fuzzy && level < depth_) hyperplane = balanced_cut(cell, operands);
     if (!hyperplane) {
+      double work = 0;
+      for (const auto& operand : operands) work += static_cast<double>(operand.weight);
+      result_.work.push_back(work);
       result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program, {}});
       return ~static_cast<std::int32_t>(result_.regions.size() - 1);
     }
@@ -95,6 +99,69 @@ Partition<D> partition(const Network<D>& network, unsigned depth) {
   return result;
 }
 
+namespace {
+
+/// Walks down to the regions that are asked for, localizing the program on the way.
+template <int D>
+class RegionMaker {
+ public:
+  RegionMaker(const Network<D>& network, const Partition<D>& partition, std::span<const std::uint32_t> numbers)
+      : network_(network), partition_(partition), numbers_(numbers), splitter_(network.table), localizer_(network, splitter_) {
+    count(partition.root);
+  }
+
+  std::vector<Region<D>> run() {
+    descend(partition_.root, geometry::root_cell<D>(network_.table), network_.program, 0);
+    if (result_.size() != numbers_.size()) throw std::out_of_range("the partition does not have all regions that are asked for");
+    return std::move(result_);
+  }
+
+ private:
+  const Network<D>& network_;
+  const Partition<D>& partition_;
+  std::span<const std::uint32_t> numbers_;
+  geometry::Splitter<D> splitter_;
+  Localizer<D> localizer_;
+  std::vector<std::size_t> wanted_ = std::vector<std::size_t>(partition_.nodes.size());  // regions below each node
+  std::vector<Region<D>> result_;
+
+  [[nodiscard]] std::size_t wanted(std::int32_t child) const {
+    if (child >= 0) return wanted_[static_cast<std::size_t>(child)];
+    return std::binary_search(numbers_.begin(), numbers_.end(), static_cast<std::uint32_t>(~child)) ? 1 : 0;
+  }
+  std::size_t count(std::int32_t child) {
+    if (child < 0) return wanted(child);
+    const auto& node = partition_.nodes[static_cast<std::size_t>(child)];
+    return wanted_[static_cast<std::size_t>(child)] = count(node.negative) + count(node.positive);
+  }
+
+  void descend(std::int32_t at, Cell<D> cell, const std::vector<Word>& program, unsigned level) {
+    if (wanted(at) == 0) return;
+    std::vector<Word> local;
+    typename Localizer<D>::Cut unused;
+    const bool fuzzy = localizer_.fire(program, cell, local, unused).label == geometry::Label::fuzzy;
+    if (at < 0) {
+      result_.push_back({static_cast<std::uint32_t>(~at), static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program, {}});
+      return;
+    }
+    const auto& node = partition_.nodes[static_cast<std::size_t>(at)];
+    splitter_.classify(cell, node.hyperplane);
+    Cell<D> negative, positive;
+    splitter_.split(cell, node.hyperplane, wanted(node.negative) != 0 ? &negative : nullptr, wanted(node.positive) != 0 ? &positive : nullptr);
+    descend(node.negative, std::move(negative), local, level + 1);
+    descend(node.positive, std::move(positive), local, level + 1);
+  }
+};
+
+}  // namespace
+
+template <int D>
+std::vector<Region<D>> make_regions(const Network<D>& network, const Partition<D>& partition, std::span<const std::uint32_t> numbers) {
+  std::vector<Region<D>> regions;
+  call_on_large_stack([&] { regions = RegionMaker<D>(network, partition, numbers).run(); });
+  return regions;
+}
+
 template <int D>
 Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, std::uint32_t number) {
   // The way up from the leaf, then down again.
@@ -126,7 +193,10 @@ Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, st
   return cell;
 }
 
-#define BSP2_INSTANTIATE(D) template Cell<D> region_cell<D>(const Network<D>&, const Partition<D>&, std::uint32_t);
+#define BSP2_INSTANTIATE(D)                                                                                                            \
+  template Partition<D> partition<D>(const Network<D>&, unsigned);                                                                     \
+  template std::vector<Region<D>> make_regions<D>(const Network<D>&, const Partition<D>&, std::span<const std::uint32_t>);             \
+  template Cell<D> region_cell<D>(const Network<D>&, const Partition<D>&, std::uint32_t);
 BSP2_INSTANTIATE(1)
 BSP2_INSTANTIATE(2)
 BSP2_INSTANTIATE(3)
@@ -134,12 +204,5 @@ BSP2_INSTANTIATE(4)
 BSP2_INSTANTIATE(5)
 BSP2_INSTANTIATE(6)
 #undef BSP2_INSTANTIATE
-
-template Partition<1> partition<1>(const Network<1>&, unsigned);
-template Partition<2> partition<2>(const Network<2>&, unsigned);
-template Partition<3> partition<3>(const Network<3>&, unsigned);
-template Partition<4> partition<4>(const Network<4>&, unsigned);
-template Partition<5> partition<5>(const Network<5>&, unsigned);
-template Partition<6> partition<6>(const Network<6>&, unsigned);
 
 }  // namespace bsp2::dataflow

@@ -27,6 +27,7 @@ void write_picture(const fs::path& path, supersteps::RunResult& result) {
   record.name = "rendering";
   record.seconds = {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
   record.bytes_sent = record.bytes_received = record.cells = {0};
+  record.work_seconds = record.seconds;
   record.predicted_seconds = record.seconds.front();
   result.report.supersteps.push_back(record);
 }

@@ -1,5 +1,7 @@
 #include <algorithm>
 
+#include "exchange.hpp"
+#include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -16,5 +18,34 @@ SolidMesh Collection::take(int dimension) {
   refinements_.clear();
   return mesh;
 }
+
+template <int D>
+dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals) {
+  dataflow::Totals<D> sum(network.table.radius(), network.table.width());
+  sum.reset_bounds();
+  for (const auto& part : gather(ranks, totals, sum)) sum += part;
+  return sum;
+}
+
+template <int D>
+geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, dataflow::Evaluation<D>& evaluation) {
+  geometry::BspTree tree = std::move(evaluation.tree);
+  const auto first = static_cast<std::int32_t>(tree.nodes.size());
+  const auto child = [&](std::int32_t code) { return code >= 0 ? first + code : evaluation.region_roots[static_cast<std::size_t>(~code)]; };
+  for (const auto& node : partition.nodes) {
+    const auto h = network.table.rounded(node.hyperplane);
+    tree.nodes.push_back({static_cast<std::uint32_t>(tree.hyperplanes.size() / (D + 1)), child(node.negative), child(node.positive)});
+    tree.hyperplanes.push_back(h.offset);
+    tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
+  }
+  tree.root = child(partition.root);
+  return tree;
+}
+
+#define BSP2_STAGE(D)                                                                                                               \
+  template dataflow::Totals<D> sum_totals<D>(Ranks&, const dataflow::Network<D>&, const dataflow::Totals<D>&);                      \
+  template geometry::BspTree join_trees<D>(const dataflow::Network<D>&, const dataflow::Partition<D>&, dataflow::Evaluation<D>&);
+BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
+#undef BSP2_STAGE
 
 }  // namespace bsp2::supersteps

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,23 +9,41 @@
 #include "bsp2/model/csg.hpp"
 #include "bsp2/supersteps/run.hpp"
 
-/// The supersteps, one function and one file each; `run.cpp` has the loop.
+/// The supersteps, one file each; `run.cpp` has the loop. All are collective.
 namespace bsp2::supersteps {
 
-/// Compilation: the symbolic model becomes a network with canonical hyperplanes, bounds and an estimate of the work.
-/// Source: the paper, section 4.2, "Compilation".
-template <int D>
-dataflow::Network<D> compilation(const model::Model& model, const RunOptions& options);
+/// A model as text, which travels, and as an expression.
+struct Source {
+  std::string text;
+  model::Model model;
+};
 
-/// Distribution: a BSP tree of regions with about equal work each; its depth does not depend on who computes.
+/// Compilation, first half: the master reads the file. Empty elsewhere.
+/// @throws bsp2::Error that names the place in the file.
+/// Source: the paper, section 4.2, "Compilation".
+Source compilation(const Ranks& ranks, const RunOptions& options);
+
+/// Broadcast: the symbolic model reaches all ranks. h = (p - 1) times the size of the text.
+/// Source: the paper, section 4.2, "Broadcasting".
+void broadcasting(Ranks& ranks, Source& source, const RunOptions& options);
+
+/// Compilation, second half, on every rank: the symbolic model becomes a network with canonical hyperplanes and bounds.
+/// @throws bsp2::Error for lengths that are too large or too small.
+template <int D>
+dataflow::Network<D> translation(const Source& source, const RunOptions& options);
+
+/// Distribution: the master cuts space into regions of about equal work, by a BSP tree whose depth does not depend on who
+/// computes, and assigns them to the ranks. Only the tree travels; each rank makes its own regions from their paths.
+/// @return the tree, with the regions of this rank.
 /// Source: the paper, section 4.2, "Distribution".
 template <int D>
-dataflow::Partition<D> distribution(const dataflow::Network<D>& network, const RunOptions& options);
+dataflow::Partition<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
 
-/// Computation: the workers refine the regions up to the budget; decided cells go to the consumers.
+/// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the consumers. The ranks
+/// stay in touch: a failure of one ends all.
 /// Source: the paper, section 4.2, "Computation".
 template <int D>
-dataflow::Evaluation<D> computation(const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
+dataflow::Evaluation<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
                                     const RunOptions& options, unsigned threads, std::span<dataflow::Consumer* const> consumers);
 
 /// Collection: IN cells are accumulated, FUZZY ones kept as what they became, OUT ones were dropped by the workers.
@@ -41,6 +58,10 @@ class Collection : public dataflow::Consumer {
  private:
   std::vector<std::shared_ptr<const dataflow::Refinement>> refinements_;  // shared with other consumers
 };
+
+/// Sums over all ranks, on the master: exact, so they do not depend on who computed what.
+template <int D>
+dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals);
 
 /// The regions' BSP trees under the partition's.
 template <int D>

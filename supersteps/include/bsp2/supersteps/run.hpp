@@ -11,6 +11,7 @@
 
 #include "bsp2/geometry/bsp_tree.hpp"
 #include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/supersteps/ranks.hpp"
 
 namespace bsp2::supersteps {
 
@@ -19,7 +20,7 @@ enum class Order : std::uint8_t { depth, priority };
 /// What to evaluate and how far.
 struct RunOptions {
   std::filesystem::path model;
-  unsigned threads = 0;                     ///< 0: one a core
+  unsigned threads = 0;                     ///< of each rank; 0: one a core
   std::optional<unsigned> regions;          ///< rounded up to a power of two; none: 1
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
   Order order = Order::depth;
@@ -28,20 +29,12 @@ struct RunOptions {
   std::optional<std::uint64_t> cells;       ///< stop at about this number of cells
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
-  /// Told the share of the work that is done, in [0, 1], and the cells so far; called from the main thread.
+  /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
+  /// its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
 };
 
-/// Seconds, bytes and cells of one superstep, one value a rank.
-struct SuperstepRecord {
-  std::string name;
-  unsigned step = 0;
-  std::vector<double> seconds;
-  std::vector<std::uint64_t> bytes_sent, bytes_received, cells;
-  double predicted_seconds = 0.0;
-};
-
-/// What a run found. Lengths are in model units; moments are about the origin.
+/// What a run found; with several ranks, complete on the master. Lengths are in model units; moments are about the origin.
 struct RunReport {
   std::string model;
   int dimension = 3;
@@ -73,9 +66,12 @@ struct RunResult {
   geometry::BspTree tree;  ///< its leaves are the cells of the mesh, in the order of the batches
 };
 
-/// Evaluates a model: the loop of supersteps.
-/// Collective: all ranks call it. @throws bsp2::Error for the user's mistakes, on all ranks.
+/// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
+/// Collective, within Ranks::together; the options are the same on all ranks. @throws bsp2::Error for the user's mistakes.
 /// Source: the paper, section 4.2.
+RunResult run(const RunOptions& options, Ranks& ranks);
+
+/// The same by this process alone.
 RunResult run(const RunOptions& options);
 
 }  // namespace bsp2::supersteps
