@@ -28,10 +28,10 @@ dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network
 }
 
 template <int D>
-geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, dataflow::Evaluation<D>& evaluation) {
-  geometry::BspTree tree = std::move(evaluation.tree);
+geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, geometry::BspTree tree,
+                             const std::vector<std::int32_t>& roots) {
   const auto first = static_cast<std::int32_t>(tree.nodes.size());
-  const auto child = [&](std::int32_t code) { return code >= 0 ? first + code : evaluation.region_roots[static_cast<std::size_t>(~code)]; };
+  const auto child = [&](std::int32_t code) { return code >= 0 ? first + code : roots[static_cast<std::size_t>(~code)]; };
   for (const auto& node : partition.nodes) {
     const auto h = network.table.rounded(node.hyperplane);
     tree.nodes.push_back({static_cast<std::uint32_t>(tree.hyperplanes.size() / (D + 1)), child(node.negative), child(node.positive)});
@@ -44,7 +44,8 @@ geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow
 
 #define BSP2_STAGE(D)                                                                                                               \
   template dataflow::Totals<D> sum_totals<D>(Ranks&, const dataflow::Network<D>&, const dataflow::Totals<D>&);                      \
-  template geometry::BspTree join_trees<D>(const dataflow::Network<D>&, const dataflow::Partition<D>&, dataflow::Evaluation<D>&);
+  template geometry::BspTree join_trees<D>(const dataflow::Network<D>&, const dataflow::Partition<D>&, geometry::BspTree,     \
+                                                const std::vector<std::int32_t>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

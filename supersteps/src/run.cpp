@@ -7,6 +7,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
+#include "progress.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -64,40 +65,113 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
   report.exact_fallbacks = totals.counts.exact_predicates;
 }
 
+/// Why the loop goes on or ends, the same on all ranks.
+struct StepEnd {
+  bool stopped = false, interrupted = false;  // on some rank
+  std::uint64_t cells = 0;                    // finished, on all ranks
+  bool last = false;
+};
+
+/// What all ranks say after a computation superstep. Collective.
+template <int D>
+StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& progress, bool stopped, unsigned steps_done) {
+  const bool interrupted = options.interrupted && options.interrupted();
+  StepEnd end;
+  for (const auto& answer : all_gather(ranks, std::vector<std::uint64_t>{stopped, interrupted, progress.cells})) {
+    end.stopped = end.stopped || answer[0] != 0;
+    end.interrupted = end.interrupted || answer[1] != 0;
+    end.cells += answer[2];
+  }
+  const unsigned only = options.budget_seconds && !options.snapshot ? 1 : ~0U;
+  end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || (options.cells && end.cells >= *options.cells);
+  end.interrupted = end.interrupted && end.stopped;
+  return end;
+}
+
+/// The options of one computation superstep. Without a budget, a step that ends with a snapshot is long against the time
+/// that the last one took to write.
+RunOptions options_of_step(const RunOptions& options, std::uint64_t cells, double snapshot_seconds) {
+  constexpr double shortest = 30, share = 20;
+  RunOptions step = options;
+  if (options.snapshot && !options.budget_seconds) step.budget_seconds = std::max(shortest, share * snapshot_seconds);
+  if (options.cells) step.cells = *options.cells > cells ? *options.cells - cells : 0;
+  return step;
+}
+
+/// One computation superstep: what it decides becomes progress, what is left stays in it.
+template <int D>
+bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+  Collection collection;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells) consumers.push_back(&collection);
+  const std::vector<std::uint32_t> numbers = progress.region_numbers();
+  auto evaluation = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, progress.recorded(), consumers);
+  ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
+  progress.add(evaluation, numbers, collection.take(D));
+  progress.partition.regions = std::move(evaluation.unfinished);
+  ++progress.steps;
+  return evaluation.stopped;
+}
+
+/// What is left becomes FUZZY cells: the end of a run.
+template <int D>
+void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+  if (progress.partition.regions.empty()) return;
+  Collection collection;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells) consumers.push_back(&collection);
+  const auto rest = picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers);
+  progress.add(rest, progress.region_numbers(), collection.take(D));
+}
+
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
 
   ranks.begin("distribution");
-  dataflow::Partition<D> partition = distribution<D>(ranks, network, options);
-  report.regions = static_cast<unsigned>(partition.work.size());
+  Progress<D> progress = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
+  report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
 
-  ranks.begin("computation");
-  Collection collection;
-  std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&collection);
-  auto evaluation = computation<D>(ranks, network, std::move(partition.regions), options, report.threads, consumers);
-  ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
+  double snapshot_seconds = 0;
+  StepEnd end{.stopped = true, .cells = progress.cells, .last = options.steps == 0U};
+  for (unsigned step = 0; !end.last; ++step) {
+    ranks.begin("computation", progress.steps);
+    const bool stopped = advance(ranks, network, progress, options_of_step(options, end.cells, snapshot_seconds), report.threads);
+    end = end_of_step(ranks, options, progress, stopped, step + 1);
+    if (options.snapshot) {
+      auto records = report.supersteps;
+      for (auto& record : ranks.records()) records.push_back(std::move(record));
+      ranks.begin("snapshot", progress.steps - 1);
+      const auto start = Clock::now();
+      save_progress(ranks, network, progress, options, source, !end.stopped, records);
+      snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    }
+  }
 
   ranks.begin("collection");
-  fill(report, network, sum_totals(ranks, network, evaluation.totals), options);
+  draw_rest(network, progress, options, report.threads);
+  fill(report, network, sum_totals(ranks, network, progress.totals), options);
+  report.complete = !end.stopped;
+  report.interrupted = end.interrupted;
   RunResult result;
-  result.mesh = collection.take(D);
-  if (options.collect_cells) result.tree = join_trees<D>(network, partition, evaluation);
+  if (options.collect_cells) result.tree = join_trees<D>(network, progress.partition, std::move(progress.tree), progress.roots);
+  result.mesh = std::move(progress.mesh);
   result.report = std::move(report);
   return result;
 }
 
 }  // namespace
 
-RunResult run(const RunOptions& options, Ranks& ranks) {
+RunResult run(const RunOptions& given, Ranks& ranks) {
   const auto start = Clock::now();
+  RunReport report;
+  RunOptions options = given.resume ? resumed_options(given, report.supersteps) : given;
+  options.collect_cells = options.collect_cells || options.snapshot;
   ranks.begin("compilation");
   Source source = compilation(ranks, options);
   ranks.begin("broadcast");
   broadcasting(ranks, source, options);
-  RunReport report;
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());
   report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
@@ -116,7 +190,7 @@ RunResult run(const RunOptions& options, Ranks& ranks) {
     case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
-  result.report.supersteps = ranks.records();
+  for (auto& record : ranks.records()) result.report.supersteps.push_back(std::move(record));
   record_usage(ranks, result.report);
   result.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return result;

@@ -39,12 +39,24 @@ dataflow::Network<D> translation(const Source& source, const RunOptions& options
 template <int D>
 dataflow::Partition<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
 
-/// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the consumers. The ranks
-/// stay in touch: a failure of one ends all.
+/// How much of the BSP tree of its finished cells a rank has recorded.
+struct Recorded {
+  std::uint32_t nodes = 0, cells = 0;
+};
+
+/// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the consumers, what is left
+/// comes back as unfinished regions. The ranks stay in touch: a failure of one ends all.
+/// @param so_far what this rank has recorded in earlier steps: the new tree continues its numbering.
 /// Source: the paper, section 4.2, "Computation".
 template <int D>
 dataflow::Evaluation<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
-                                    const RunOptions& options, unsigned threads, std::span<dataflow::Consumer* const> consumers);
+                                    const RunOptions& options, unsigned threads, const Recorded& so_far,
+                                    std::span<dataflow::Consumer* const> consumers);
+
+/// The picture of what is left, for the report and the outputs: FUZZY where it is undecided. Each rank draws its own regions.
+template <int D>
+dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span<const dataflow::Region<D>> regions, const RunOptions& options,
+                                  unsigned threads, const Recorded& so_far, std::span<dataflow::Consumer* const> consumers);
 
 /// Collection: IN cells are accumulated, FUZZY ones kept as what they became, OUT ones were dropped by the workers.
 /// A consumer of the computation; what it holds becomes the solid mesh.
@@ -63,8 +75,9 @@ class Collection : public dataflow::Consumer {
 template <int D>
 dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals);
 
-/// The regions' BSP trees under the partition's.
+/// The regions' BSP trees under the partition's. @param roots of each region, by number.
 template <int D>
-geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, dataflow::Evaluation<D>& evaluation);
+geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, geometry::BspTree tree,
+                             const std::vector<std::int32_t>& roots);
 
 }  // namespace bsp2::supersteps
