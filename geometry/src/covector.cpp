@@ -107,6 +107,16 @@ Polytope<3> lathe(std::uint32_t sides, std::span<const double> radius, std::span
   return result;
 }
 
+Covector<3> axial_covector(std::uint32_t corner, std::uint32_t sides) {
+  const auto [c, s] = corner_direction(corner, sides);
+  return make_covector<3>({LocalInteger(-s), LocalInteger(c), LocalInteger(0), LocalInteger(0)});
+}
+
+Covector<3> level_covector(double z) {
+  const LocalInteger height = std::llround(std::ldexp(z, 53));
+  return make_covector<3>({LocalInteger(0), LocalInteger(0), LocalInteger(1) << 53, LocalInteger(-height)});
+}
+
 Covector<3> triangle_covector(const std::array<std::array<std::int64_t, 3>, 3>& points) {
   using I = LocalInteger;
   std::array<I, 3> u, v, p;

@@ -56,8 +56,8 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     tell_interruption(command, log);
     return interrupted_code;
   }
+  write_outputs(command, result, ranks);
   if (!ranks.is_master()) return 0;
-  write_outputs(command, result);
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
   if (speaks) print_summary(out, result.report);
   if (command.stats) print_stats(out, result.report);

@@ -68,7 +68,7 @@ unsigned depth_of(const RunOptions& options) {
 }  // namespace
 
 template <int D>
-dataflow::Partition<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
   dataflow::Partition<D> partition;
   Plan plan;
   if (ranks.is_master()) {
@@ -79,17 +79,17 @@ dataflow::Partition<D> distribution(Ranks& ranks, const dataflow::Network<D>& ne
   const auto is_mine = [&](std::uint32_t region) { return plan.owner[region] == ranks.rank(); };
   if (ranks.is_master()) {
     std::erase_if(partition.regions, [&](const auto& region) { return !is_mine(region.number); });
-    return partition;
+  } else {
+    partition = partition_of<D>(plan);
+    std::vector<std::uint32_t> mine;
+    for (std::uint32_t region = 0; region < plan.owner.size(); ++region)
+      if (is_mine(region)) mine.push_back(region);
+    partition.regions = dataflow::make_regions(network, partition, mine);
   }
-  partition = partition_of<D>(plan);
-  std::vector<std::uint32_t> mine;
-  for (std::uint32_t region = 0; region < plan.owner.size(); ++region)
-    if (is_mine(region)) mine.push_back(region);
-  partition.regions = dataflow::make_regions(network, partition, mine);
-  return partition;
+  return {std::move(partition), std::move(plan.owner)};
 }
 
-#define BSP2_STAGE(D) template dataflow::Partition<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
+#define BSP2_STAGE(D) template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

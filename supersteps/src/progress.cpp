@@ -156,7 +156,7 @@ void fill_share(io::Snapshot& snapshot, const Progress<D>& progress, const Shift
     snapshot.frontier_tokens.push_back(tokens);
     snapshot.frontier_archive.push_back(dataflow::to_bytes(shifted));
   }
-  snapshot.cells = progress.mesh.batches;
+  snapshot.cells = progress.batches;
   snapshot.tree = progress.tree;
   for (auto& node : snapshot.tree.nodes) node = {hyperplanes_before + node.hyperplane, shift(node.negative), shift(node.positive)};
   for (std::uint32_t region = 0; region < progress.roots.size(); ++region)
@@ -169,12 +169,28 @@ void fill_share(io::Snapshot& snapshot, const Progress<D>& progress, const Shift
 }  // namespace
 
 template <int D>
-void Progress<D>::add(const dataflow::Evaluation<D>& evaluation, const std::vector<std::uint32_t>& regions, SolidMesh found) {
+void Progress<D>::add(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation, Keeper& keeper) {
   totals += evaluation.totals;
-  for (std::size_t i = 0; i < regions.size(); ++i) roots[regions[i]] = evaluation.region_roots[i];
-  mesh.batches.insert(mesh.batches.end(), found.batches.begin(), found.batches.end());
-  tree.append(evaluation.tree);
-  for (const std::uint64_t count : evaluation.cells_of_worker) cells += static_cast<std::uint32_t>(count);
+  Part part = keeper.take<D>(std::move(regions), std::move(evaluation));
+  for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
+  std::move(part.batches.begin(), part.batches.end(), std::back_inserter(batches));
+  tree.append(part.tree);
+  cells += static_cast<std::uint32_t>(part.cells);
+}
+
+template <int D>
+Part Progress<D>::take() {
+  Part part;
+  part.elsewhere = inherited_elsewhere;
+  part.batches = std::move(batches);
+  part.cells = cells;
+  part.tree = std::move(tree);
+  for (std::uint32_t region = 0; region < roots.size(); ++region)
+    if (roots[region] != BspTree::empty_leaf) {
+      part.regions.push_back(region);
+      part.roots.push_back(roots[region]);
+    }
+  return part;
 }
 
 template <int D>
@@ -185,11 +201,11 @@ std::vector<std::uint32_t> Progress<D>::region_numbers() const {
 }
 
 template <int D>
-Progress<D> begin_progress(const dataflow::Network<D>& network, dataflow::Partition<D> partition) {
+Started<D> begin_progress(const dataflow::Network<D>& network, Distribution<D> distribution) {
   Progress<D> progress(network);
-  progress.roots.assign(partition.nodes.size() + 1, BspTree::empty_leaf);
-  progress.partition = std::move(partition);
-  return progress;
+  progress.roots.assign(distribution.rank_of_region.size(), BspTree::empty_leaf);
+  progress.partition = std::move(distribution.partition);
+  return {std::move(progress), std::move(distribution.rank_of_region)};
 }
 
 template <int D>
@@ -220,22 +236,27 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
 }
 
 template <int D>
-Progress<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
+Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
   io::Snapshot snapshot = io::read_snapshot(*options.resume, ranks.is_master() ? io::SnapshotPart::all : io::SnapshotPart::frontier);
   const io::SnapshotHead& head = snapshot.head;
   if (head.hyperplanes != hyperplane_digest(network))
     throw Error("the snapshot '" + options.resume->string() + "' was written by a program that compiles its model differently; use that one, or run the model anew");
   Progress<D> progress(network);
+  std::vector<std::int32_t> rank_of_region;
   try {
     progress.steps = head.steps;
     progress.partition.root = head.partition_root;
     for (std::size_t i = 0; i < head.partition_hyperplane.size(); ++i)
       progress.partition.nodes.push_back({head.partition_hyperplane[i], head.partition_children[2 * i], head.partition_children[2 * i + 1]});
     progress.roots.assign(progress.partition.nodes.size() + 1, BspTree::empty_leaf);
+    rank_of_region.assign(progress.roots.size(), 0);
     std::vector<std::size_t> order(snapshot.frontier_region.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return snapshot.frontier_tokens[a] > snapshot.frontier_tokens[b]; });
-    for (std::size_t i = static_cast<std::size_t>(ranks.rank()); i < order.size(); i += static_cast<std::size_t>(ranks.count())) {
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const int owner = static_cast<int>(i) % ranks.count();
+      rank_of_region.at(snapshot.frontier_region[order[i]]) = owner;
+      if (owner != ranks.rank()) continue;
       dataflow::Region<D> region;
       dataflow::from_bytes(std::span<const char>(snapshot.frontier_archive[order[i]]), region);
       region.cell = dataflow::region_cell(network, progress.partition, region.number);
@@ -244,17 +265,17 @@ Progress<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, con
     progress.inherited = {head.recorded_nodes, head.recorded_cells};
     if (!ranks.is_master()) {
       progress.inherited_elsewhere = progress.inherited;
-      return progress;
+      return {std::move(progress), std::move(rank_of_region)};
     }
     dataflow::from_bytes(std::span<const char>(head.totals), progress.totals);
-    progress.mesh.batches = std::move(snapshot.cells);
-    for (const auto& batch : progress.mesh.batches) progress.cells += static_cast<std::uint32_t>(batch->size());
+    progress.batches = std::move(snapshot.cells);
+    for (const auto& batch : progress.batches) progress.cells += static_cast<std::uint32_t>(batch->size());
     progress.tree = std::move(snapshot.tree);
     for (std::size_t i = 0; i < snapshot.finished_region.size(); ++i) progress.roots.at(snapshot.finished_region[i]) = snapshot.finished_root[i];
   } catch (const std::exception& error) {  // archives and numbers that checksums cannot guard against
     throw Error("the snapshot '" + options.resume->string() + "' is damaged (" + error.what() + ")");
   }
-  return progress;
+  return {std::move(progress), std::move(rank_of_region)};
 }
 
 RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecord>& records) {
@@ -266,6 +287,8 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   resumed.keep_in = head.keep_in;
   resumed.keep_fuzzy = head.keep_fuzzy;
   resumed.keep_out = head.keep_out;
+  // The cells of a region may be with the master, from before, and with the rank that goes on with it: only together are they one part.
+  if (resumed.collect == Collect::file || resumed.collect == Collect::automatic) resumed.collect = Collect::master;
   if (!options.level) resumed.level = head.level;
   if (resumed.level && (!head.level || *resumed.level < *head.level) && options.level)
     throw Error("the snapshot '" + options.resume->string() + "' is refined to " + (head.level ? "level " + std::to_string(*head.level) : "any level") +
@@ -275,10 +298,10 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
 
 #define BSP2_STAGE(D)                                                                                                                         \
   template struct Progress<D>;                                                                                                                \
-  template Progress<D> begin_progress<D>(const dataflow::Network<D>&, dataflow::Partition<D>);                                                \
+  template Started<D> begin_progress<D>(const dataflow::Network<D>&, Distribution<D>);                                                        \
   template void save_progress<D>(Ranks&, const dataflow::Network<D>&, const Progress<D>&, const RunOptions&, const Source&, bool,             \
                                  const std::vector<SuperstepRecord>&);                                                                        \
-  template Progress<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
+  template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -92,12 +92,15 @@ class Ranks::Implementation {
 
   void begin(const std::string& name, unsigned step) {
     close_entry();
+    if (entries_.empty()) first_ = Clock::now();
     const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.name == name && entry.step == step; });
     current_ = static_cast<std::size_t>(same - entries_.begin());
     if (same == entries_.end()) entries_.push_back({name, step});
     begun_ = Clock::now();
   }
   void count_cells(std::uint64_t cells) { entries_.at(current_).cells += cells; }
+
+  [[nodiscard]] double seconds() const { return entries_.empty() ? 0 : seconds_since(first_); }
 
   [[nodiscard]] const std::vector<Entry>& entries() {
     close_entry();
@@ -166,7 +169,7 @@ class Ranks::Implementation {
 
   std::vector<Entry> entries_;
   std::size_t current_ = 0;
-  Clock::time_point begun_ = Clock::now();
+  Clock::time_point first_ = Clock::now(), begun_ = first_;
   double waited_ = 0;
   std::uint64_t bytes_sent_ = 0, bytes_received_ = 0, syncs_ = 0;  // up to the entry at hand
 
@@ -270,6 +273,8 @@ std::vector<SuperstepRecord> Ranks::records() {
   }
   return records;
 }
+
+double Ranks::seconds() const { return implementation_->seconds(); }
 
 void Ranks::send(int to, std::string_view bytes) { implementation_->send(to, bytes); }
 void Ranks::sync() {

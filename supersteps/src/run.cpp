@@ -32,14 +32,6 @@ Usage usage_of_this_process() {
   return {seconds(usage.ru_utime) + seconds(usage.ru_stime), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
 }
 
-/// Adds up the CPU time of all ranks, and finds the largest of them.
-void record_usage(Ranks& ranks, RunReport& report) {
-  for (const Usage& usage : gather(ranks, usage_of_this_process())) {
-    report.cpu_seconds += usage.cpu_seconds;
-    report.peak_rss_bytes = std::max(report.peak_rss_bytes, usage.peak_rss_bytes);
-  }
-}
-
 template <int D>
 void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals, const RunOptions& options) {
   const auto in = totals.in.value();
@@ -72,12 +64,17 @@ struct StepEnd {
   bool last = false;
 };
 
+template <int D>
+std::uint64_t finished_cells(const Progress<D>& progress) {
+  return progress.totals.in_cells + progress.totals.fuzzy_cells + progress.totals.out_cells;
+}
+
 /// What all ranks say after a computation superstep. Collective.
 template <int D>
 StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& progress, bool stopped, unsigned steps_done) {
   const bool interrupted = options.interrupted && options.interrupted();
   StepEnd end;
-  for (const auto& answer : all_gather(ranks, std::vector<std::uint64_t>{stopped, interrupted, progress.cells})) {
+  for (const auto& answer : all_gather(ranks, std::vector<std::uint64_t>{stopped, interrupted, finished_cells(progress)})) {
     end.stopped = end.stopped || answer[0] != 0;
     end.interrupted = end.interrupted || answer[1] != 0;
     end.cells += answer[2];
@@ -101,27 +98,27 @@ RunOptions options_of_step(const RunOptions& options, std::uint64_t cells, doubl
 /// One computation superstep: what it decides becomes progress, what is left stays in it.
 template <int D>
 bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
-  Collection collection;
+  Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&collection);
+  if (options.collect_cells) consumers.push_back(&keeper);
   const std::vector<std::uint32_t> numbers = progress.region_numbers();
   auto evaluation = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, progress.recorded(), consumers);
   ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
-  progress.add(evaluation, numbers, collection.take(D));
   progress.partition.regions = std::move(evaluation.unfinished);
   ++progress.steps;
-  return evaluation.stopped;
+  const bool stopped = evaluation.stopped;
+  progress.add(numbers, std::move(evaluation), keeper);
+  return stopped;
 }
 
 /// What is left becomes FUZZY cells: the end of a run.
 template <int D>
 void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
   if (progress.partition.regions.empty()) return;
-  Collection collection;
+  Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&collection);
-  const auto rest = picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers);
-  progress.add(rest, progress.region_numbers(), collection.take(D));
+  if (options.collect_cells) consumers.push_back(&keeper);
+  progress.add(progress.region_numbers(), picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers), keeper);
 }
 
 /// The loop of supersteps.
@@ -130,17 +127,17 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   const dataflow::Network<D> network = translation<D>(source, options);
 
   ranks.begin("distribution");
-  Progress<D> progress = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
+  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
   report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
 
   double snapshot_seconds = 0;
-  StepEnd end{.stopped = true, .cells = progress.cells, .last = options.steps == 0U};
+  StepEnd end{.stopped = true, .cells = finished_cells(progress), .last = options.steps == 0U};
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
     const bool stopped = advance(ranks, network, progress, options_of_step(options, end.cells, snapshot_seconds), report.threads);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     if (options.snapshot) {
-      auto records = report.supersteps;
+      auto records = report.earlier;
       for (auto& record : ranks.records()) records.push_back(std::move(record));
       ranks.begin("snapshot", progress.steps - 1);
       const auto start = Clock::now();
@@ -155,18 +152,49 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   report.complete = !end.stopped;
   report.interrupted = end.interrupted;
   RunResult result;
-  if (options.collect_cells) result.tree = join_trees<D>(network, progress.partition, std::move(progress.tree), progress.roots);
-  result.mesh = std::move(progress.mesh);
+  if (options.collect_cells) {
+    Part part = progress.take();
+    result.is_collected = collection(ranks, part, options.collect);
+    ranks.count_cells(part.cells);
+    std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
+    for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
+    for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
+    result.tree = join_trees<D>(network, progress.partition, std::move(part.tree), roots);
+    result.partition = join_trees<D>(network, progress.partition, geometry::BspTree{.dimension = D}, leaves);
+    result.mesh = {D, std::move(part.batches)};
+  }
+  result.rank_of_region = std::move(rank_of_region);
+
+  if ((options.boundary || options.contacts) && result.is_collected) {
+    ranks.begin("resolution");
+    if (ranks.is_master()) {
+      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options);
+      result.contacts = std::move(contacts);
+      result.boundary = std::move(boundary);
+      if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+    }
+  }
   result.report = std::move(report);
   return result;
 }
 
 }  // namespace
 
+void record_costs(Ranks& ranks, RunReport& report) {
+  report.supersteps = report.earlier;
+  for (auto& record : ranks.records()) report.supersteps.push_back(std::move(record));
+  report.cpu_seconds = 0;
+  report.peak_rss_bytes = 0;
+  for (const Usage& usage : gather(ranks, usage_of_this_process())) {
+    report.cpu_seconds += usage.cpu_seconds;
+    report.peak_rss_bytes = std::max(report.peak_rss_bytes, usage.peak_rss_bytes);
+  }
+  report.seconds = ranks.seconds();
+}
+
 RunResult run(const RunOptions& given, Ranks& ranks) {
-  const auto start = Clock::now();
   RunReport report;
-  RunOptions options = given.resume ? resumed_options(given, report.supersteps) : given;
+  RunOptions options = given.resume ? resumed_options(given, report.earlier) : given;
   options.collect_cells = options.collect_cells || options.snapshot;
   ranks.begin("compilation");
   Source source = compilation(ranks, options);
@@ -190,9 +218,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
     case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
-  for (auto& record : ranks.records()) result.report.supersteps.push_back(std::move(record));
-  record_usage(ranks, result.report);
-  result.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  record_costs(ranks, result.report);
   return result;
 }
 

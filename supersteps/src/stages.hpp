@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,12 +33,18 @@ void broadcasting(Ranks& ranks, Source& source, const RunOptions& options);
 template <int D>
 dataflow::Network<D> translation(const Source& source, const RunOptions& options);
 
+/// A partition of space, with the regions of this rank.
+template <int D>
+struct Distribution {
+  dataflow::Partition<D> partition;
+  std::vector<std::int32_t> rank_of_region;
+};
+
 /// Distribution: the master cuts space into regions of about equal work, by a BSP tree whose depth does not depend on who
 /// computes, and assigns them to the ranks. Only the tree travels; each rank makes its own regions from their paths.
-/// @return the tree, with the regions of this rank.
 /// Source: the paper, section 4.2, "Distribution".
 template <int D>
-dataflow::Partition<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
 
 /// How much of the BSP tree of its finished cells a rank has recorded.
 struct Recorded {
@@ -58,24 +65,55 @@ template <int D>
 dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span<const dataflow::Region<D>> regions, const RunOptions& options,
                                   unsigned threads, const Recorded& so_far, std::span<dataflow::Consumer* const> consumers);
 
-/// Collection: IN cells are accumulated, FUZZY ones kept as what they became, OUT ones were dropped by the workers.
-/// A consumer of the computation; what it holds becomes the solid mesh.
-/// Source: the paper, section 4.2, "Collection".
-class Collection : public dataflow::Consumer {
+/// Cells and BSP trees of some regions.
+struct Part {
+  Recorded elsewhere;  ///< nodes and cells that the master has from a resumed snapshot: numbers below these are its own
+  std::vector<std::shared_ptr<const geometry::CellBatch>> batches;
+  std::uint64_t cells = 0;
+  std::vector<std::uint32_t> regions;
+  std::vector<std::int32_t> roots;  ///< of each region in the tree
+  geometry::BspTree tree;           ///< a tree a region; its leaves count the cells of the batches
+};
+
+/// A consumer of the computation: keeps its cells. IN cells are accumulated, FUZZY ones kept as what they became, OUT ones
+/// were dropped by the workers.
+class Keeper : public dataflow::Consumer {
  public:
-  void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override;
-  /// The mesh, its batches in an order that does not depend on their arrival.
-  SolidMesh take(int dimension);
+  void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override { refinements_.push_back(refinement); }
+  /// The cells in an order that does not depend on their arrival, and the trees over them.
+  /// @param regions numbers of the regions that were evaluated, in their order.
+  template <int D>
+  Part take(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation);
 
  private:
   std::vector<std::shared_ptr<const dataflow::Refinement>> refinements_;  // shared with other consumers
 };
 
+/// Collection: brings the cells of all ranks to the master, or leaves them where they are. Cost: h = bytes of all cells that
+/// the master receives; with `tree`, half of them at a time.
+/// @return whether the master has all cells; the other ranks then have none.
+/// Source: the paper, section 4.2, "Collection" and the hierarchical architecture.
+bool collection(Ranks& ranks, Part& part, Collect how);
+
+/// What the cells are to each other and to the space around them.
+struct Resolution {
+  std::vector<geometry::Contact> contacts;            ///< when asked for
+  std::optional<geometry::TriangleSurface> boundary;  ///< when asked for
+};
+
+/// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not, their facets are
+/// matched hyperplane by hyperplane; what no other cell covers is the boundary.
+/// D = 3 only; nothing is found for other dimensions.
+/// Source: the paper, section 4.2, "Resolution".
+template <int D>
+Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options);
+
 /// Sums over all ranks, on the master: exact, so they do not depend on who computed what.
 template <int D>
 dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals);
 
-/// The regions' BSP trees under the partition's. @param roots of each region, by number.
+/// The partition's tree over trees of its regions.
+/// @param roots of the regions in `tree`, by number.
 template <int D>
 geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, geometry::BspTree tree,
                              const std::vector<std::int32_t>& roots);

@@ -191,7 +191,7 @@ TEST_F(Session, RefusesWhatIsNoSnapshotWithOneMessage) {
 
 /// The program that docs/snapshots.md shows.
 TEST_F(Session, IsReadByPythonInTenLines) {
-  if (std::system("python3 -c 'import h5py' 2>/dev/null") != 0) GTEST_SKIP() << "python3-h5py is not installed";
+  if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) GTEST_SKIP() << "python3-h5py is not installed";
   ASSERT_EQ(run({"run", model_, "--snapshot", snapshot_.string()}).code, 0);
   std::ifstream docs(std::string(BSP2_SOURCE_DIR) + "/docs/snapshots.md");
   const std::string text{std::istreambuf_iterator<char>(docs), {}};
@@ -200,7 +200,7 @@ TEST_F(Session, IsReadByPythonInTenLines) {
   ASSERT_LT(begin, end);
   ASSERT_NE(end, std::string::npos);
   std::ofstream(folder_.path() / "read.py") << text.substr(begin, end - begin);
-  const std::string command = "cd " + folder_.path().string() + " && python3 read.py > read.txt";
+  const std::string command = "cd " + folder_.path().string() + " && /usr/bin/python3 read.py > read.txt";
   ASSERT_EQ(std::system(command.c_str()), 0);
   std::ifstream out(folder_.path() / "read.txt");
   std::size_t cells = 0;

@@ -1,11 +1,21 @@
 // A run on several ranks against the run of one process.
 #include <gtest/gtest.h>
 
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkNew.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLPUnstructuredGridReader.h>
+
 #include <fstream>
+#include <numeric>
 #include <random>
 
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/supersteps/collection.hpp"
+#include "bsp2/supersteps/rendering.hpp"
 #include "bsp2/supersteps/run.hpp"
+#include "exchange.hpp"
 #include "temporary_folder.hpp"
 
 namespace bsp2::supersteps {
@@ -98,6 +108,79 @@ TEST(Run, FindsTheSameCellsOfRandomModels) {
     const fs::path path = folder.path() / "model.csg";
     std::ofstream(path) << random_model(random);
     compare(options_for(path, 16, 1 + seed % 2));
+  }
+}
+
+std::string digest_of(const SolidMesh& mesh) {
+  dataflow::Digest digest;
+  for (const auto& batch : mesh.batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell) digest.add(*batch, cell);
+  return digest.hex();
+}
+
+/// Region and volume of each cell, sorted.
+using Volumes = std::vector<std::pair<std::uint32_t, double>>;
+
+Volumes volumes_of(const SolidMesh& mesh) {
+  Volumes volumes;
+  for (const auto& batch : mesh.batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell) volumes.emplace_back(batch->region[cell], batch->volume[cell]);
+  std::sort(volumes.begin(), volumes.end());
+  return volumes;
+}
+
+Volumes read_volumes(const fs::path& pvtu, const std::vector<std::int32_t>& rank_of_region) {
+  vtkNew<vtkXMLPUnstructuredGridReader> reader;
+  reader->SetFileName(pvtu.c_str());
+  reader->Update();
+  vtkCellData* data = reader->GetOutput()->GetCellData();
+  Volumes volumes;
+  for (vtkIdType i = 0; i < reader->GetOutput()->GetNumberOfCells(); ++i) {
+    const auto region = static_cast<std::uint32_t>(data->GetArray("region")->GetComponent(i, 0));
+    EXPECT_EQ(data->GetArray("rank")->GetComponent(i, 0), rank_of_region.at(region));
+    volumes.emplace_back(region, data->GetArray("volume")->GetComponent(i, 0));
+  }
+  std::sort(volumes.begin(), volumes.end());
+  return volumes;
+}
+
+/// Every way of collecting: the same cells, the same picture, the same files but for their number.
+TEST(Run, CollectsTheSameCellsAndDrawsTheSamePictureEveryWay) {
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
+  RunOptions options = options_for(model, 16, 1);
+  options.collect_cells = true;
+  const RunResult alone = run(options);
+  const std::string picture = render_png(alone.mesh, alone.tree, 300);
+  for (const Collect collect : {Collect::automatic, Collect::master, Collect::tree, Collect::file}) {
+    SCOPED_TRACE(static_cast<int>(collect));
+    options.collect = collect;
+    Ranks ranks = Ranks::launched();
+    const testing::TemporaryFolder folder;
+    RunResult result;
+    std::string drawn;
+    std::vector<std::uint64_t> held;
+    ranks.together([&] {
+      result = run(options, ranks);
+      drawn = render_png(ranks, result, 300);
+      std::string path = folder.path() / "solid.pvtu";
+      broadcast(ranks, path);
+      write_mesh(ranks, result, path);
+      std::uint64_t cells = 0;
+      for (const auto& batch : result.mesh.batches) cells += batch->size();
+      held = gather(ranks, cells);
+    });
+    EXPECT_EQ(result.is_collected, collect != Collect::file || ranks.count() == 1);
+    if (!ranks.is_master()) {
+      EXPECT_TRUE(drawn.empty());
+      continue;
+    }
+    EXPECT_TRUE(drawn == picture);
+    EXPECT_EQ(std::accumulate(held.begin(), held.end(), std::uint64_t{0}), alone.report.in_cells);
+    if (result.is_collected) {
+      EXPECT_EQ(held[0], alone.report.in_cells);
+      EXPECT_EQ(digest_of(result.mesh), alone.report.digest);
+    }
+    EXPECT_EQ(read_volumes(folder.path() / "solid.pvtu", result.rank_of_region), volumes_of(alone.mesh));
   }
 }
 

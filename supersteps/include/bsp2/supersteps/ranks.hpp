@@ -62,6 +62,8 @@ class Ranks {
   void count_cells(std::uint64_t cells);
   /// The records of all supersteps so far, on the master. Collective.
   std::vector<SuperstepRecord> records();
+  /// Since the first superstep began.
+  [[nodiscard]] double seconds() const;
   /// Called when a superstep begins, on each rank.
   std::function<void(const std::string& name, unsigned step)> on_superstep;
 

@@ -9,13 +9,24 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/geometry/boundary.hpp"
 #include "bsp2/geometry/bsp_tree.hpp"
 #include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/geometry/contact.hpp"
 #include "bsp2/supersteps/ranks.hpp"
 
 namespace bsp2::supersteps {
 
 enum class Order : std::uint8_t { depth, priority };
+
+/// Where the cells of all ranks go.
+enum class Collect : std::uint8_t {
+  automatic,  ///< to the master up to `cells_of_a_master` cells, else as `file`
+  master,     ///< to the master's memory
+  tree,       ///< to the master's memory, up a binary tree of masters
+  file        ///< nowhere: each rank keeps its own and writes them itself
+};
+inline constexpr std::uint64_t cells_of_a_master = 200000;
 
 /// What to evaluate and how far.
 struct RunOptions {
@@ -34,9 +45,19 @@ struct RunOptions {
   std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence and keep are its own
   /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is.
   std::function<bool()> interrupted;
+  Collect collect = Collect::automatic;
+  bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3; where the master has all cells)
+  bool contacts = false;  ///< and which of them touch, and where (likewise)
   /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
   /// its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
+};
+
+/// The surface of the IN cells in figures.
+struct BoundaryReport {
+  std::uint64_t triangles = 0;
+  double area = 0.0;
+  bool closed = false;  ///< every edge is used equally often in both directions: counted, not assumed
 };
 
 /// What a run found; with several ranks, complete on the master. Lengths are in model units; moments are about the origin.
@@ -51,26 +72,34 @@ struct RunReport {
   std::vector<double> centroid;              ///< D
   std::vector<std::vector<double>> inertia;  ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
+  std::optional<BoundaryReport> boundary;    ///< when asked for
   std::string digest;                        ///< of the set of cells, order-independent
   bool complete = true;     ///< nothing is left undecided but what `level` leaves
   bool interrupted = false;
-  std::vector<SuperstepRecord> supersteps;
+  std::vector<SuperstepRecord> supersteps;  ///< also those of earlier sessions
+  std::vector<SuperstepRecord> earlier;     ///< only those: of the snapshot that was resumed
   std::uint64_t splits = 0, predicates = 0, exact_fallbacks = 0;
   double seconds = 0.0, cpu_seconds = 0.0;
   std::uint64_t peak_rss_bytes = 0;
   std::vector<std::string> warnings;
 };
 
-/// The cells of a finished run, and a BSP order of them.
+/// The cells of a finished run.
 struct SolidMesh {
   int dimension = 3;
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  // shared: several consumers hold the same batches
 };
 
+/// What a rank holds after a run.
 struct RunResult {
   RunReport report;
+  bool is_collected = true;  ///< the master has all cells; else each rank has those of its regions
   SolidMesh mesh;
-  geometry::BspTree tree;  ///< its leaves are the cells of the mesh, in the order of the batches
+  geometry::BspTree tree;        ///< its leaves are the cells of the mesh, in the order of the batches
+  geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
+  std::vector<std::int32_t> rank_of_region;  ///< who computed it
+  std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
+  std::vector<geometry::Contact> contacts;            ///< likewise; cells count through the batches
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
@@ -80,5 +109,8 @@ RunResult run(const RunOptions& options, Ranks& ranks);
 
 /// The same by this process alone.
 RunResult run(const RunOptions& options);
+
+/// Fills in what the run cost up to now: the supersteps, time and memory of all ranks, on the master. Collective.
+void record_costs(Ranks& ranks, RunReport& report);
 
 }  // namespace bsp2::supersteps
