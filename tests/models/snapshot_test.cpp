@@ -79,7 +79,7 @@ class Session : public testing::Test {
 };
 
 TEST_F(Session, ResumedAfterAnyStepsEndsAsIfUninterrupted) {
-  for (const std::vector<std::string>& fixed : {std::vector<std::string>{}, {"--regions", "4"}, {"--regions", "4", "--level", "30", "--keep", "in", "--keep", "out"}}) {
+  for (const std::vector<std::string>& fixed : {std::vector<std::string>{}, {"--regions", "4", "--level", "30", "--keep", "in", "--keep", "out"}}) {
     const std::string expected = uninterrupted(fixed);
     std::vector<std::string> arguments{"run", model_, "--snapshot", snapshot_.string(), "--budget", "60ms", "--steps", "2", "--order", "priority"};
     arguments.insert(arguments.end(), fixed.begin(), fixed.end());
@@ -188,6 +188,31 @@ TEST_F(Session, RefusesWhatIsNoSnapshotWithOneMessage) {
   EXPECT_EQ(run({"run", model_, "--snapshot", "/dev/null"}).code, 2);
   EXPECT_EQ(run({"resume"}).code, 2);
 }
+
+#ifdef BSP2_MPIEXEC
+TEST_F(Session, RanksWriteOneSnapshotAndAnyNumberOfThemGoesOn) {
+  setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+  setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+  const std::string expected = uninterrupted({"--regions", "8"});
+  const auto on_ranks = [&](int ranks, const std::string& arguments) {
+    const std::string command = std::string(BSP2_MPIEXEC) + " --oversubscribe -n " + std::to_string(ranks) + " " + BSP2_PROGRAM + " " + arguments +
+                                " --threads 1 > " + output_.string() + " 2>&1";
+    const int code = code_of(std::system(command.c_str()));
+    std::ifstream in(output_);
+    return Ended{code, {std::istreambuf_iterator<char>(in), {}}};
+  };
+  const std::string steps = " --budget 60ms --order priority --steps 1";
+  const Ended first = on_ranks(2, "run " + model_ + " --regions 8 --snapshot " + snapshot_.string() + steps);
+  EXPECT_EQ(first.code, 0) << first.text;
+  EXPECT_NE(run({"info", snapshot_.string()}).text.find("unfinished; go on"), std::string::npos);
+  const Ended second = on_ranks(3, "resume " + snapshot_.string() + steps);
+  EXPECT_EQ(second.code, 0) << second.text;
+  const fs::path copy = folder_.path() / "copy.h5";
+  fs::copy_file(snapshot_, copy);
+  EXPECT_EQ(digest(run({"resume", copy.string()}).text), expected);  // by one process
+  EXPECT_EQ(digest(on_ranks(2, "resume " + snapshot_.string()).text), expected);
+}
+#endif
 
 /// The program that docs/snapshots.md shows.
 TEST_F(Session, IsReadByPythonInTenLines) {
