@@ -1,7 +1,7 @@
 #include <algorithm>
 
+#include "bsp2/geometry/dimensions.hpp"
 #include "exchange.hpp"
-#include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -35,6 +35,7 @@ geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow
   for (const auto& node : partition.nodes) {
     const auto h = network.table.rounded(node.hyperplane);
     tree.nodes.push_back({static_cast<std::uint32_t>(tree.hyperplanes.size() / (D + 1)), child(node.negative), child(node.positive)});
+    tree.ids.push_back(node.hyperplane);
     tree.hyperplanes.push_back(h.offset);
     tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
   }

@@ -1,5 +1,5 @@
+#include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
-#include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {

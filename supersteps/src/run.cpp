@@ -68,6 +68,7 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
 template <int D>
 RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
+  for (const std::string& warning : network.warnings) report.warnings.push_back(report.model + ": " + warning);
 
   ranks.begin("distribution");
   dataflow::Partition<D> partition = distribution<D>(ranks, network, options);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -42,6 +43,8 @@ struct Network : Program {
   std::vector<Mesh> meshes;   ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
 
+  std::vector<std::string> warnings;  ///< what the user should know about the solid that was compiled
+
   explicit Network(geometry::HyperplaneTable<D> table_) : table(std::move(table_)) {}
 
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {
@@ -54,7 +57,8 @@ struct CompileOptions {
 };
 
 /// Lowers an expression to a network. @pre expression.dimension() == D.
-/// A solid that only complements bound is cut off at the bounds of its primitives.
+/// A solid that only complements bound is cut off at the bounds of its primitives. That, and primitives that are thinner
+/// than the tolerance, are told in the network's warnings.
 /// @throws bsp2::Error if lengths are too large or too small, absolutely or for each other.
 /// Source: the paper, section 4.2, "Compilation".
 template <int D>
