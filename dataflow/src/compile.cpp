@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -69,13 +70,18 @@ class Compiler {
     check_sizes(placements, reach);
     Box<D> box = bounds_of(lowered_, producers);
     if (box.is_empty()) return empty_network();
-    if (!box.is_finite()) box = hull_of(producers);
+    const bool bounded = box.is_finite();
+    if (!bounded) box = hull_of(producers);
     check_proportions(box, reach);
 
     Network<D> network(HyperplaneTable<D>(box.lower, box.upper, reach));
     network.producers = std::move(producers);
     network.program = lowered_.program;
     add_planes(network, placements, box);
+    if (!bounded)
+      network.warnings.push_back("the solid has no bounds: it is the complement of something, or holds one; it is cut off at the bounds of its primitives; "
+                                 "intersect it with a box to say where it ends");
+    warn_of_flat_primitives(network);
     return network;
   }
 
@@ -200,7 +206,7 @@ class Compiler {
       add_covectors(shape, normalized->covectors);
       normalized->covectors.clear();
       normalized->covectors.shrink_to_fit();
-      shape.frame = scaling<3>({normalized->scale, normalized->scale, normalized->scale});
+      shape.frame = scaling<3>({normalized->scale, normalized->scale, normalized->scale}, normalized->origin);
       shape.bounds = {normalized->lower, normalized->upper};
       shape.mesh = std::move(normalized);
       return shape;
@@ -255,9 +261,12 @@ class Compiler {
       const Shape<D>& shape = shapes_[shape_of_[i]];
       first_occurrence.push_back(0);
       std::optional<std::uint32_t> first;
-      if (!box.misses(producer)) first = placements[i].emit(table, shape.first_covector, shape.covector_count, producer);
+      const bool matters = !box.misses(producer);
+      if (matters) first = placements[i].emit(table, shape.first_covector, shape.covector_count, producer);
       if (first)
         first_occurrence.back() = *first;
+      else if (matters)
+        flatten(producer);
       else
         make_empty(producer);
     }
@@ -270,7 +279,7 @@ class Compiler {
       if constexpr (D == 3) {
         if (shape.mesh != nullptr && !shape.mesh->convex) {
           producer.mesh = static_cast<std::int32_t>(network.meshes.size());
-          network.meshes.push_back(place_mesh(*shape.mesh, placements[i].matrix(), own));
+          network.meshes.push_back(place_mesh(*shape.mesh, placements[i].matrix(), table.grid_exponent(), own));
           continue;
         }
         if (shape.lathe != nullptr) {
@@ -296,7 +305,7 @@ class Compiler {
     std::sort(planes.begin(), planes.end(), [](auto a, auto b) { return a.code < b.code; });
     planes.erase(std::unique(planes.begin(), planes.end()), planes.end());
     for (std::size_t i = 0; i + 1 < planes.size(); ++i)
-      if (planes[i].id() == planes[i + 1].id()) return make_empty(producer);
+      if (planes[i].id() == planes[i + 1].id()) return flatten(producer);
     producer.first_plane = static_cast<std::uint32_t>(network.planes.size());
     producer.plane_count = static_cast<std::uint32_t>(planes.size());
     network.planes.insert(network.planes.end(), planes.begin(), planes.end());
@@ -306,6 +315,30 @@ class Compiler {
         if (std::fabs(h.normal[axis]) > 1 - 1e-12)
           producer.bounding_plane[axis][(h.normal[axis] > 0) != plane.flipped() ? 1 : 0] = plane.code + 1;
     }
+  }
+
+  std::size_t flat_count_ = 0;
+  std::int32_t flat_part_ = 0;  // the first one
+  Box<D> flat_box_;
+
+  void flatten(Producer<D>& producer) {
+    if (flat_count_++ == 0) {
+      flat_part_ = producer.part;
+      flat_box_ = producer;
+    }
+    make_empty(producer);
+  }
+
+  void warn_of_flat_primitives(Network<D>& network) const {
+    if (flat_count_ == 0) return;
+    std::ostringstream text;
+    text << (flat_count_ == 1 ? "a primitive is" : std::to_string(flat_count_) + " primitives are") << " thinner than the tolerance, " << options_.coincidence
+         << " of the model, and left out: part " << flat_part_ << (flat_count_ == 1 ? "" : " first") << ", between (";
+    for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.lower[i];
+    text << ") and (";
+    for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.upper[i];
+    text << "); --coincidence 0 keeps all that the numbers of the model express";
+    network.warnings.push_back(text.str());
   }
 
   static void make_empty(Producer<D>& producer) { static_cast<Box<D>&>(producer) = Box<D>::empty(); }

@@ -241,10 +241,13 @@ Token<D>* Worker<D>::process(Token<D>* token) {
   bool left = stop;
   if (!left) {
     typename Localizer<D>::Cut cut;
-    const Answer answer = localizer_.fire(token->program, token->cell, program_, cut);
+    const bool deep = crew_.options.level && token->level >= *crew_.options.level;
+    // What is not cut again is looked at closely, unless it may be taken up again later.
+    const bool final = deep && !crew_.options.suspend;
+    const Answer answer = final ? localizer_.decide(token->program, token->cell, program_) : localizer_.fire(token->program, token->cell, program_, cut);
     if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
     left = answer.label == Label::fuzzy;
-    if (left && !(crew_.options.level && token->level >= *crew_.options.level)) {
+    if (left && !deep) {
       std::swap(token->program, program_);
       return split(token, cut);
     }
@@ -605,6 +608,7 @@ void assemble_tree(Crew<D>& crew, const TreeNumbering<D>& numbering, Evaluation<
       const auto [entry, is_new] = used.try_emplace(id, static_cast<std::uint32_t>(used.size()));
       if (is_new) {
         const auto h = crew.network.table.rounded(id);
+        tree.ids.push_back(id);
         tree.hyperplanes.push_back(h.offset);
         tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
       }

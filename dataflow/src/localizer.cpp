@@ -23,6 +23,8 @@ namespace {
 constexpr std::size_t many_operands = 12;
 /// Programs longer than this are first localized without looking at vertices.
 constexpr std::size_t long_program = 256;
+/// Programs up to this length are closed up where an operand has gone.
+constexpr std::size_t longest_move = 4096;
 
 }  // namespace
 
@@ -89,7 +91,8 @@ Answer Localizer<D>::visit_combiner(const Word*& at, std::vector<Word>& out) {
   }
   out[begin + 1] = static_cast<Word>(length);
   out[begin + 2] = combiner.memory();
-  if (combiner.is_transparent() && out[begin + Program::header + 1] == length - Program::header) {  // a single operand needs none
+  // A single operand needs no combiner. Long ones stay: closing up many of them, one in the other, would take quadratic time.
+  if (combiner.is_transparent() && length <= longest_move && out[begin + Program::header + 1] == length - Program::header) {
     const auto first = out.begin() + static_cast<std::ptrdiff_t>(begin);
     out.erase(first, first + static_cast<std::ptrdiff_t>(Program::header));
     for (std::size_t i = first_active; i < active_.size(); ++i) active_[i] -= Program::header;

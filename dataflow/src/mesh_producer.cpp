@@ -4,6 +4,9 @@
 #include <bit>
 #include <cmath>
 #include <random>
+#include <span>
+#include <stdexcept>
+#include <vector>
 
 namespace bsp2::dataflow {
 
@@ -17,6 +20,7 @@ namespace {
 using Point = std::array<double, 3>;
 /// Above so many facets, space is cut between them rather than along one of them.
 constexpr std::size_t many_facets = 24;
+constexpr Word whole_leaf[] = {Program::kind_leaf | Program::whole, Program::header, 0};
 
 Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
@@ -30,17 +34,87 @@ int sign_of_determinant(const Point& u, const Point& v, const Point& w, double e
   return value > bound ? 1 : value < -bound ? -1 : 0;
 }
 
-/// How the winding number changes from p to q across a facet: -1, 0, +1, or nothing if rounding leaves it open.
+/// How the winding number changes from p to q across a facet abc: -1, 0, +1, or nothing if a sign leaves it open.
+/// @param p_side, q_side signs of [a-p, b-p, c-p] and of the same with q.
+/// @param line the signs of [q-p, a-p, b-p], [q-p, b-p, c-p], [q-p, c-p, a-p].
+std::optional<int> crossing(int p_side, int q_side, const std::array<int, 3>& line) {
+  if (p_side != 0 && p_side == q_side) return 0;
+  if ((line[0] > 0 || line[1] > 0 || line[2] > 0) && (line[0] < 0 || line[1] < 0 || line[2] < 0)) return 0;  // the line misses the facet
+  if (p_side == 0 || q_side == 0 || line[0] == 0 || line[1] == 0 || line[2] == 0) return std::nullopt;
+  // Seen from outside the corners turn counter-clockwise: the determinant of a facet seen from outside is negative.
+  return p_side < 0 ? 1 : -1;
+}
+
+/// The same from coordinates that are off by at most `error`.
 std::optional<int> crossing(const Point& p, const Point& q, const Point& a, const Point& b, const Point& c, double error) {
   const Point pa = minus(a, p), pb = minus(b, p), pc = minus(c, p), pq = minus(q, p);
   const Point qa = minus(a, q), qb = minus(b, q), qc = minus(c, q);
   const int p_side = sign_of_determinant(pa, pb, pc, error), q_side = sign_of_determinant(qa, qb, qc, error);
   if (p_side != 0 && p_side == q_side) return 0;
-  const int s1 = sign_of_determinant(pq, pa, pb, error), s2 = sign_of_determinant(pq, pb, pc, error), s3 = sign_of_determinant(pq, pc, pa, error);
-  if ((s1 > 0 || s2 > 0 || s3 > 0) && (s1 < 0 || s2 < 0 || s3 < 0)) return 0;  // the line misses the facet
-  if (p_side == 0 || q_side == 0 || s1 == 0 || s2 == 0 || s3 == 0) return std::nullopt;
-  // Seen from outside the corners turn counter-clockwise: the determinant of a facet seen from outside is negative.
-  return p_side < 0 ? 1 : -1;
+  return crossing(p_side, q_side,
+                  {sign_of_determinant(pq, pa, pb, error), sign_of_determinant(pq, pb, pc, error), sign_of_determinant(pq, pc, pa, error)});
+}
+
+// --- the same exactly, for the rare cells thinner than doubles resolve: in units of 2^(grid_exponent - 53) ----------
+
+using Rational = geometry::mp::cpp_rational;
+using ExactPoint = std::array<Rational, 3>;
+
+Rational power_of_two(int exponent) {
+  geometry::mp::cpp_int power = 1;
+  power <<= static_cast<unsigned>(std::abs(exponent));
+  return exponent < 0 ? Rational(geometry::mp::cpp_int(1), power) : Rational(power);
+}
+
+ExactPoint exact_point(const Point& x, int grid_exponent) {
+  ExactPoint point;
+  for (int i = 0; i < 3; ++i) {
+    int exponent = 0;
+    const double mantissa = std::frexp(x[i], &exponent);
+    point[i] = Rational(static_cast<std::int64_t>(std::ldexp(mantissa, 53))) * power_of_two(exponent - grid_exponent);
+  }
+  return point;
+}
+
+ExactPoint exact_corner(const Mesh& mesh, std::uint32_t corner) {
+  const auto place = mesh.map.image(mesh.frame_points[corner]);
+  ExactPoint point;
+  for (int i = 0; i < 3; ++i) point[i] = Rational(geometry::mp::cpp_int(place[i]));
+  return point;
+}
+
+/// The weighted mean of vertices.
+ExactPoint exact_mix(const geometry::HyperplaneTable<3>& table, std::span<const geometry::Vertex<3>> vertices, const std::vector<int>& weights) {
+  ExactPoint sum;
+  int total = 0;
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
+    std::array<geometry::ExactCovector<3>, 3> planes;
+    for (int i = 0; i < 3; ++i) planes[i] = table.exact(vertices[k].hyperplanes[i]);
+    const auto point = geometry::meeting_point<3>(planes);
+    // The denominator must not be negative (Boost 1.74).
+    const int sign = point[3].sign();
+    for (int i = 0; i < 3; ++i) sum[i] += Rational(geometry::mp::cpp_int(point[i]) * sign, geometry::mp::cpp_int(point[3]) * sign) * weights[k];
+    total += weights[k];
+  }
+  for (Rational& x : sum) x *= power_of_two(53) / total;
+  return sum;
+}
+
+ExactPoint minus(const ExactPoint& a, const ExactPoint& b) {
+  ExactPoint difference;
+  for (int i = 0; i < 3; ++i) difference[i] = a[i] - b[i];
+  return difference;
+}
+
+int sign_of_determinant(const ExactPoint& u, const ExactPoint& v, const ExactPoint& w) {
+  const Rational value = u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+  return value.sign();
+}
+
+std::optional<int> exact_crossing(const ExactPoint& p, const ExactPoint& q, const ExactPoint& a, const ExactPoint& b, const ExactPoint& c) {
+  const ExactPoint pa = minus(a, p), pb = minus(b, p), pc = minus(c, p), pq = minus(q, p);
+  return crossing(sign_of_determinant(pa, pb, pc), sign_of_determinant(minus(a, q), minus(b, q), minus(c, q)),
+                  {sign_of_determinant(pq, pa, pb), sign_of_determinant(pq, pb, pc), sign_of_determinant(pq, pc, pa)});
 }
 
 void put_point(std::vector<Word>& out, std::size_t at, const Point& point) {
@@ -83,7 +157,7 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& 
   std::optional<Reference> reference = reference_of(leaf);
   if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
   if (out.size() == begin + header)
-    return (reference ? reference->winding : winding_without_reference(cell)) != 0 ? Label::in : Label::out;
+    return (reference ? reference->winding : exact_winding(cell)) != 0 ? Label::in : Label::out;
   if (reference) {
     out[begin + at_flag] = 1;
     put_point(out, begin + at_point, reference->point);
@@ -134,12 +208,14 @@ bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) 
 }
 
 /// A whole mesh is seen from a point outside its bounds.
+MeshProducer::Reference MeshProducer::outside() const {
+  Reference reference{{}, 0};
+  for (int i = 0; i < 3; ++i) reference.point[i] = producer_.upper[i] + (0.1 + 0.0137 * i) * (producer_.upper[i] - producer_.lower[i]);
+  return reference;
+}
+
 std::optional<MeshProducer::Reference> MeshProducer::reference_of(const Word* leaf) const {
-  if ((leaf[0] & Program::whole) != 0) {
-    Point outside;
-    for (int i = 0; i < 3; ++i) outside[i] = producer_.upper[i] + (0.1 + 0.0137 * i) * (producer_.upper[i] - producer_.lower[i]);
-    return Reference{outside, 0};
-  }
+  if ((leaf[0] & Program::whole) != 0) return outside();
   if (leaf[at_flag] == 0) return std::nullopt;
   return Reference{get_point(leaf + at_point), static_cast<std::int32_t>(leaf[at_winding])};
 }
@@ -163,8 +239,11 @@ std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const R
 /// A point inside the cell and the winding number there, by a segment from the parent's reference point that meets no
 /// edge; several points are tried.
 std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* leaf, const CellView<3>& cell) const {
-  const auto from = reference_of(leaf);
-  if (!from) return std::nullopt;
+  auto from = reference_of(leaf);
+  if (!from) {  // the cell that this one is part of had none: begin anew
+    from = outside();
+    leaf = whole_leaf;
+  }
   std::minstd_rand random(12345);  // the same points in every run
   Point point = cell.extent().centre;
   for (int attempt = 0; attempt < 12; ++attempt) {
@@ -184,17 +263,50 @@ std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* l
   return std::nullopt;
 }
 
-/// For cells so thin that no double is certainly inside: all facets are asked, along rays from the centre.
-std::int32_t MeshProducer::winding_without_reference(const CellView<3>& cell) const {
-  const Word whole[Program::header] = {Program::kind_leaf | Program::whole, Program::header, 0};
-  std::minstd_rand random(54321);
+/// For cells in which no double lies for certain: the winding number at an exact point, a mix of the cell's exact vertices,
+/// by all facets that a segment from outside crosses. Facets for which rounding leaves that open are asked exactly.
+std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
+  const auto vertices = view.cell().vertices();
+  std::minstd_rand random(54321);  // the same points in every run
+  const auto weight = [&] { return 1 + static_cast<int>(random() % 97); };
   const double size = std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1], producer_.upper[2] - producer_.lower[2]});
   for (int attempt = 0; attempt < 64; ++attempt) {
-    Point far;
-    for (int i = 0; i < 3; ++i) far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
-    if (const auto winding = winding_at(cell.extent().centre, {far, 0}, whole)) return *winding;
+    std::vector<int> weights;
+    double error = 0;
+    int sum = 0;
+    Point near{}, far;
+    for (const auto& vertex : vertices) {
+      weights.push_back(weight());
+      sum += weights.back();
+      error = std::max(error, vertex.error);
+      for (int i = 0; i < 3; ++i) near[i] += weights.back() * vertex.x[i];
+    }
+    for (int i = 0; i < 3; ++i) {
+      near[i] /= sum;
+      far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
+    }
+    error += 2 * mesh_.error + 0x1p-50 * network_.table.radius();
+    std::optional<ExactPoint> exact_near, exact_far;
+    std::int32_t winding = 0;
+    bool certain = true;
+    for (std::size_t index = 0; index < mesh_.facets.size() && certain; ++index) {
+      const auto& corners = mesh_.facets[index].corners;
+      auto change = crossing(far, near, mesh_.points[corners[0]], mesh_.points[corners[1]], mesh_.points[corners[2]], error);
+      if (!change) {
+        if (!exact_near) {
+          exact_near = exact_mix(network_.table, vertices, weights);
+          exact_far = exact_point(far, mesh_.grid_exponent);
+        }
+        change = exact_crossing(*exact_far, *exact_near, exact_corner(mesh_, corners[0]), exact_corner(mesh_, corners[1]), exact_corner(mesh_, corners[2]));
+      }
+      if (change)
+        winding += *change;
+      else
+        certain = false;  // through an edge: another segment will not
+    }
+    if (certain) return winding;
   }
-  return 0;
+  throw std::logic_error("a mesh answers no segment: a cell lies in one of its facets");
 }
 
 Advice MeshProducer::advise(const Word* leaf, CellView<3>& cell) const {

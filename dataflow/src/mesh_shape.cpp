@@ -29,18 +29,16 @@ int side(const geometry::Covector<3>& plane, const std::array<std::int64_t, 3>& 
 }  // namespace
 
 MeshShape::MeshShape(const model::TriangleMesh& mesh) {
-  double largest = 0;
-  for (const auto& point : mesh.points)
-    for (const double x : point) largest = std::max(largest, std::fabs(x));
+  choose_frame(mesh);
   int exponent = 0;
-  std::frexp(largest, &exponent);
-  scale = std::ldexp(1.0, exponent);
+  std::frexp(scale, &exponent);
+  --exponent;
   lower.fill(std::numeric_limits<double>::infinity());
   upper.fill(-std::numeric_limits<double>::infinity());
   for (const auto& point : mesh.points) {
     auto& p = points.emplace_back();
     for (int i = 0; i < 3; ++i) {
-      p[i] = std::llround(std::ldexp(point[i], 53 - exponent));
+      p[i] = std::llround(std::ldexp(point[i] - origin[i], 53 - exponent));
       const double x = std::ldexp(static_cast<double>(p[i]), -53);
       lower[i] = std::min(lower[i], x);
       upper[i] = std::max(upper[i], x);
@@ -55,6 +53,34 @@ MeshShape::MeshShape(const model::TriangleMesh& mesh) {
   convex = mesh.convex || is_convex();
 }
 
+/// A mesh far away from the origin, for its size, is seen from its middle. Origin and differences are exact: the origin is a
+/// multiple of a power of two not much smaller than the mesh.
+void MeshShape::choose_frame(const model::TriangleMesh& mesh) {
+  std::array<double, 3> low, high;
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (const auto& point : mesh.points)
+    for (int i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], point[i]);
+      high[i] = std::max(high[i], point[i]);
+    }
+  double extent = 0, reach = 0;
+  for (int i = 0; i < 3; ++i) {
+    extent = std::max(extent, high[i] - low[i]);
+    reach = std::max({reach, std::fabs(low[i]), std::fabs(high[i])});
+  }
+  int exponent = 0;
+  if (reach > 16 * extent && extent > 0) {
+    std::frexp(extent, &exponent);
+    const double unit = std::ldexp(1.0, exponent);
+    for (int i = 0; i < 3; ++i) origin[i] = std::nearbyint(((low[i] / 2) + (high[i] / 2)) / unit) * unit;
+    reach = 0;
+    for (int i = 0; i < 3; ++i) reach = std::max({reach, std::fabs(low[i] - origin[i]), std::fabs(high[i] - origin[i])});
+  }
+  std::frexp(reach, &exponent);
+  scale = std::ldexp(1.0, exponent);
+}
+
 bool MeshShape::is_convex() const {
   if (triangles.size() > most_convex_triangles || triangles.size() < 4) return false;
   std::vector<std::uint32_t> used;  // points of triangles
@@ -67,8 +93,8 @@ bool MeshShape::is_convex() const {
   return true;
 }
 
-Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, std::span<const geometry::OrientedHyperplane> planes) {
-  Mesh mesh;
+Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent, std::span<const geometry::OrientedHyperplane> planes) {
+  Mesh mesh{.frame_points = shape.points, .map = geometry::AffineMap<3>(matrix, grid_exponent), .grid_exponent = grid_exponent};
   double largest = 0;
   for (const auto& point : shape.points) {
     auto& placed = mesh.points.emplace_back();

@@ -17,7 +17,8 @@ namespace bsp2::dataflow {
 struct MeshShape {
   explicit MeshShape(const model::TriangleMesh& mesh);
 
-  double scale = 1;  ///< a power of two: model units of the primitive's frame per unit of the normalized one
+  double scale = 1;                ///< a power of two: units of the primitive's frame per unit of the normalized one
+  std::array<double, 3> origin{};  ///< of the normalized frame in the primitive's: not 0 where the mesh is far from there
   std::vector<std::array<std::int64_t, 3>> points;
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< those that are not flat
   std::vector<geometry::Covector<3>> covectors;         ///< one a triangle
@@ -25,10 +26,11 @@ struct MeshShape {
   bool convex = false;  ///< the intersection of its half-spaces
 
  private:
+  void choose_frame(const model::TriangleMesh& mesh);
   [[nodiscard]] bool is_convex() const;
 };
 
 /// The mesh as a producer of the model. @param planes the merged hyperplane of each triangle.
-Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, std::span<const geometry::OrientedHyperplane> planes);
+Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent, std::span<const geometry::OrientedHyperplane> planes);
 
 }  // namespace bsp2::dataflow

@@ -1,8 +1,11 @@
 #include "bsp2/geometry/affine_map.hpp"
 
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <stdexcept>
+
+#include "bsp2/geometry/dimensions.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -85,15 +88,33 @@ AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent) {
 
 template <int D>
 void AffineMap<D>::exact_adjugate(std::array<std::array<MinorInteger<D>, D>, D>& adjugate, MinorInteger<D>& determinant) const {
-  constexpr unsigned all = (1u << D) - 1;
-  for (int i = 0; i < D; ++i)
-    for (int j = 0; j < D; ++j) {
-      if constexpr (D == 1)
-        adjugate[i][j] = 1;
-      else
-        adjugate[i][j] = exact_minor<D, MinorInteger<D>>(entries_, all & ~(1u << j), all & ~(1u << i));
-      if ((i + j) % 2 != 0) adjugate[i][j] = -adjugate[i][j];
+  // Row by row without row `skip`: minors of the first rows over the sets of columns used so far.
+  std::array<MinorInteger<D>, 1u << D> minor;
+  for (int skip = 0; skip < D; ++skip) {
+    minor[0] = 1;
+    for (unsigned set = 1; set + 1 < (1u << D); ++set) {
+      const int place = std::popcount(set) - 1, row = place < skip ? place : place + 1;
+      minor[set] = 0;
+      int position = 0;  // of the column within the set
+      for (int column = 0; column < D; ++column) {
+        if (!(set >> column & 1u)) continue;
+        const MinorInteger<D>& rest = minor[set & ~(1u << column)];
+        if (entries_[row][column] != 0 && !rest.is_zero()) {
+          const MinorInteger<D> term = MinorInteger<D>(entries_[row][column]) * rest;
+          if ((place + position) % 2 == 0)
+            minor[set] += term;
+          else
+            minor[set] -= term;
+        }
+        ++position;
+      }
     }
+    for (int column = 0; column < D; ++column) {
+      MinorInteger<D>& cofactor = adjugate[column][skip];
+      cofactor = minor[((1u << D) - 1) & ~(1u << column)];
+      if ((skip + column) % 2 != 0) cofactor = -cofactor;
+    }
+  }
   determinant = 0;
   for (int j = 0; j < D; ++j) determinant += MinorInteger<D>(entries_[0][j]) * adjugate[j][0];
 }
@@ -137,11 +158,8 @@ typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const Covector<D>& loca
   return world;
 }
 
-template class AffineMap<1>;
-template class AffineMap<2>;
-template class AffineMap<3>;
-template class AffineMap<4>;
-template class AffineMap<5>;
-template class AffineMap<6>;
+#define BSP2_INSTANTIATE(D) template class AffineMap<D>;
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::geometry

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/splitter.hpp"
 
 namespace bsp2::geometry {
@@ -183,12 +184,7 @@ Cell<D> root_cell(const HyperplaneTable<D>& table) {
   template class Cell<D>;                                                                                            \
   template Cell<D> root_cell<D>(const HyperplaneTable<D>&);                                                          \
   template Vertex<D> make_vertex<D>(const HyperplaneTable<D>&, const std::array<HyperplaneId, D>&, std::uint64_t&);
-BSP2_INSTANTIATE(1)
-BSP2_INSTANTIATE(2)
-BSP2_INSTANTIATE(3)
-BSP2_INSTANTIATE(4)
-BSP2_INSTANTIATE(5)
-BSP2_INSTANTIATE(6)
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::geometry

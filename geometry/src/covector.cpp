@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "bsp2/geometry/dimensions.hpp"
+
 namespace bsp2::geometry {
 namespace {
 
@@ -173,19 +175,12 @@ Covector<3> triangle_covector(const std::array<std::array<std::int64_t, 3>, 3>& 
   return make_covector<3>({a << 53, b << 53, c << 53, -(a * p[0] + b * p[1] + c * p[2])});
 }
 
-template Covector<1> make_covector<1>(const std::array<LocalInteger, 2>&);
-template Covector<2> make_covector<2>(const std::array<LocalInteger, 3>&);
-template Covector<3> make_covector<3>(const std::array<LocalInteger, 4>&);
-template Covector<4> make_covector<4>(const std::array<LocalInteger, 5>&);
-template Covector<5> make_covector<5>(const std::array<LocalInteger, 6>&);
-template Covector<6> make_covector<6>(const std::array<LocalInteger, 7>&);
+#define BSP2_INSTANTIATE(D)                                                         \
+  template Covector<D> make_covector<D>(const std::array<LocalInteger, (D) + 1>&); \
+  template Polytope<D> unit_box<D>();
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
 template Polytope<2> convex_polygon<2>(std::span<const std::array<std::int64_t, 2>>);
 template Polytope<3> convex_polygon<3>(std::span<const std::array<std::int64_t, 2>>);
-template Polytope<1> unit_box<1>();
-template Polytope<2> unit_box<2>();
-template Polytope<3> unit_box<3>();
-template Polytope<4> unit_box<4>();
-template Polytope<5> unit_box<5>();
-template Polytope<6> unit_box<6>();
 
 }  // namespace bsp2::geometry

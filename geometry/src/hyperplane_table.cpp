@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bsp2/geometry/dimensions.hpp"
+
 namespace bsp2::geometry {
 namespace {
 
@@ -318,11 +320,33 @@ ExactCovector<D> HyperplaneTable<D>::exact(HyperplaneId id) const {
   return world;
 }
 
-template class HyperplaneTable<1>;
-template class HyperplaneTable<2>;
-template class HyperplaneTable<3>;
-template class HyperplaneTable<4>;
-template class HyperplaneTable<5>;
-template class HyperplaneTable<6>;
+template <int D>
+int HyperplaneTable<D>::side(const std::array<double, D>& point, HyperplaneId id) const {
+  const Hyperplane<D> h = rounded(id);
+  double reach = 0;
+  for (const double x : point) reach = std::max(reach, std::fabs(x));
+  const double value = h.at(point), bound = h.error * (1 + reach / radius_);  // `error` holds within the radius
+  if (value > bound) return 1;
+  if (value < -bound) return -1;
+  // A coordinate is m 2^e grid units. All terms are brought to the smallest power of two.
+  using Integer = mp::cpp_int;
+  std::array<std::int64_t, D> mantissa{};
+  std::array<int, D> exponent{};
+  int least = 0;
+  for (int i = 0; i < D; ++i) {
+    mantissa[i] = static_cast<std::int64_t>(std::ldexp(std::frexp(point[i], &exponent[i]), 53));
+    exponent[i] -= 53 + grid_exponent_;
+    if (mantissa[i] != 0) least = std::min(least, exponent[i]);
+  }
+  const ExactCovector<D> covector = exact(id);
+  Integer sum = Integer(covector[D]) << static_cast<unsigned>(-least);
+  for (int i = 0; i < D; ++i)
+    if (mantissa[i] != 0) sum += (Integer(covector[i]) * mantissa[i]) << static_cast<unsigned>(exponent[i] - least);
+  return sum.sign();
+}
+
+#define BSP2_INSTANTIATE(D) template class HyperplaneTable<D>;
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::geometry

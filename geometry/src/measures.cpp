@@ -4,6 +4,8 @@
 #include <cmath>
 #include <set>
 
+#include "bsp2/geometry/dimensions.hpp"
+
 namespace bsp2::geometry {
 namespace {
 
@@ -318,12 +320,7 @@ Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
 #define BSP2_INSTANTIATE(D)     \
   template class MomentSum<D>; \
   template class CellWriter<D>;
-BSP2_INSTANTIATE(1)
-BSP2_INSTANTIATE(2)
-BSP2_INSTANTIATE(3)
-BSP2_INSTANTIATE(4)
-BSP2_INSTANTIATE(5)
-BSP2_INSTANTIATE(6)
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::geometry

@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "bsp2/geometry/dimensions.hpp"
+
 namespace bsp2::geometry {
 
 KernelCounts& KernelCounts::operator+=(const KernelCounts& other) {
@@ -385,12 +387,7 @@ void Splitter<D>::split_body(const Cell<D>& cell, HyperplaneId id) {
   template struct VertexColumns<D>; \
   template class CellScratch<D>;    \
   template class Splitter<D>;
-BSP2_INSTANTIATE(1)
-BSP2_INSTANTIATE(2)
-BSP2_INSTANTIATE(3)
-BSP2_INSTANTIATE(4)
-BSP2_INSTANTIATE(5)
-BSP2_INSTANTIATE(6)
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::geometry

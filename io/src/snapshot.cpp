@@ -196,6 +196,7 @@ void write_tree(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Sh
   out.write<std::uint32_t>("tree/node_hyperplane", share[nodes], 1, [&](const auto& append) {
     for (const auto& node : snapshot.tree.nodes) append(std::span<const std::uint32_t>(std::array{node.hyperplane}));
   });
+  out.write<std::uint32_t>("tree/hyperplane_id", share[hyperplanes], 1, [&](const auto& append) { append(std::span(snapshot.tree.ids)); });
   out.write<double>("tree/hyperplanes", share[hyperplanes], static_cast<std::size_t>(snapshot.head.dimension) + 1,
                     [&](const auto& append) { append(std::span(snapshot.tree.hyperplanes)); });
   out.write<std::uint32_t>("tree/finished_region", share[finished], 1, [&](const auto& append) { append(std::span(snapshot.finished_region)); });
@@ -427,9 +428,11 @@ void read_tree(hid_t file, Snapshot& snapshot) {
   const auto children = hdf5::read_array<std::int32_t>(file, "tree/children", 2);
   const auto hyperplane = hdf5::read_array<std::uint32_t>(file, "tree/node_hyperplane");
   snapshot.tree.hyperplanes = hdf5::read_array<double>(file, "tree/hyperplanes", static_cast<std::size_t>(snapshot.head.dimension) + 1);
+  snapshot.tree.ids = hdf5::read_array<std::uint32_t>(file, "tree/hyperplane_id");
   snapshot.finished_region = hdf5::read_array<std::uint32_t>(file, "tree/finished_region");
   snapshot.finished_root = hdf5::read_array<std::int32_t>(file, "tree/finished_root");
-  if (children.size() != 2 * hyperplane.size() || snapshot.finished_root.size() != snapshot.finished_region.size()) throw Failure("the tree is incomplete");
+  const std::size_t hyperplanes = snapshot.tree.hyperplanes.size() / (static_cast<std::size_t>(snapshot.head.dimension) + 1);
+  if (children.size() != 2 * hyperplane.size() || snapshot.tree.ids.size() != hyperplanes || snapshot.finished_root.size() != snapshot.finished_region.size()) throw Failure("the tree is incomplete");
   for (std::size_t i = 0; i < hyperplane.size(); ++i) snapshot.tree.nodes.push_back({hyperplane[i], children[2 * i], children[2 * i + 1]});
 }
 

@@ -5,9 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/io/vtu.hpp"
 #include "exchange.hpp"
-#include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace boost::serialization {
@@ -30,7 +30,7 @@ struct Forest {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & regions & roots & tree.dimension & tree.nodes & tree.hyperplanes & elsewhere.nodes & elsewhere.cells;
+    archive & regions & roots & tree.dimension & tree.nodes & tree.ids & tree.hyperplanes & elsewhere.nodes & elsewhere.cells;
   }
 };
 
@@ -62,6 +62,7 @@ void append(Part& whole, Part part) {
   const auto hyperplanes = static_cast<std::uint32_t>(whole.tree.hyperplanes.size() / width);
   for (const BspTree::Node& node : part.tree.nodes)
     whole.tree.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, part, whole, nodes), shifted(node.positive, part, whole, nodes)});
+  whole.tree.ids.insert(whole.tree.ids.end(), part.tree.ids.begin(), part.tree.ids.end());
   whole.tree.hyperplanes.insert(whole.tree.hyperplanes.end(), part.tree.hyperplanes.begin(), part.tree.hyperplanes.end());
   for (const std::int32_t root : part.roots) whole.roots.push_back(shifted(root, part, whole, nodes));
   whole.regions.insert(whole.regions.end(), part.regions.begin(), part.regions.end());
@@ -156,6 +157,7 @@ BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partitio
   for (const auto& node : partition.nodes) {
     const auto h = network.table.rounded(node.hyperplane);
     tree.nodes.push_back({static_cast<std::uint32_t>(tree.hyperplanes.size() / (D + 1)), child(node.negative), child(node.positive)});
+    tree.ids.push_back(node.hyperplane);
     tree.hyperplanes.push_back(h.offset);
     tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
   }

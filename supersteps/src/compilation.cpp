@@ -1,6 +1,6 @@
+#include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/snapshot.hpp"
-#include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {

@@ -1,7 +1,7 @@
 #include <cmath>
 
+#include "bsp2/geometry/dimensions.hpp"
 #include "contact.hpp"
-#include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {

@@ -2,8 +2,8 @@
 #include <bit>
 #include <numeric>
 
+#include "bsp2/geometry/dimensions.hpp"
 #include "exchange.hpp"
-#include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {

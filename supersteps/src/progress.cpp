@@ -8,9 +8,9 @@
 #include <boost/serialization/string.hpp>
 #include <numeric>
 
+#include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
-#include "instantiate.hpp"
 
 // The head of a snapshot is made by the master and written by all.
 namespace boost::serialization {

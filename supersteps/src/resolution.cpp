@@ -1,7 +1,7 @@
 #include <utility>
 
 #include "bsp2/geometry/contact.hpp"
-#include "instantiate.hpp"
+#include "bsp2/geometry/dimensions.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {

@@ -125,7 +125,7 @@ void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const
 template <int D>
 RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
-  for (const std::string& warning : network.warnings) report.warnings.push_back(options.model.string() + ": " + warning);
+  for (const std::string& warning : network.warnings) report.warnings.push_back(report.model + ": " + warning);
 
   ranks.begin("distribution");
   auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));

@@ -219,11 +219,34 @@ TEST(Evaluate, RecordsATreeThatLocatesPoints) {
     ASSERT_EQ(result.evaluation.region_roots.size(), 1U);
     geometry::BspTree tree = result.evaluation.tree;
     tree.root = result.evaluation.region_roots[0];
-    for (int i = 0; i < 50; ++i) {
+    for (int i = 0; i < 100; ++i) {
       std::array<double, 3> x;
       for (int axis = 0; axis < 3; ++axis)
         x[axis] = network.table.axis_value(
             axis, static_cast<std::uint32_t>(uniform(random, 0, 1) * network.table.axis_steps));
+      if (i >= 50 && !sorted.empty()) {  // where it is hard: a rounded corner of a cell, on or next to hyperplanes
+        const auto& some = sorted[static_cast<std::size_t>(pick(random, 0, static_cast<int>(sorted.size()) - 1))]->cells;
+        const auto corners = some.cell_points(static_cast<std::size_t>(pick(random, 0, static_cast<int>(some.size()) - 1)));
+        std::copy_n(corners.begin() + 3 * pick(random, 0, static_cast<int>(corners.size() / 3) - 1), 3, x.begin());
+      }
+      const std::int32_t exact = tree.locate<3>(network.table, x);
+      if (exact != 0) {  // exactly inside the cell, or on its boundary
+        std::size_t cell = static_cast<std::size_t>(exact) - 1, batch = 0;
+        while (cell >= sorted[batch]->cells.size()) cell -= sorted[batch++]->cells.size();
+        const auto& cells = sorted[batch]->cells;
+        for (std::uint32_t facet = cells.facet_offset[cell]; facet < cells.facet_offset[cell + 1]; ++facet) {
+          const std::int32_t code = cells.facet_hyperplane[facet];
+          const auto id = static_cast<geometry::HyperplaneId>(code < 0 ? ~code : code);
+          if (std::find(tree.ids.begin(), tree.ids.end(), id) == tree.ids.end()) continue;  // a face of the root cell
+          const int side = network.table.side(x, id);
+          ASSERT_LE(code < 0 ? -side : side, 0);
+        }
+      }
+      const Where far = where(e, Point(x.begin(), x.end()), 1e-7L);
+      if (!far.doubtful) {
+        ASSERT_EQ(exact != 0, far.inside);
+      }
+      if (i >= 50) continue;
       const Where truth = where(e, Point(x.begin(), x.end()), 1e-7L);
       const std::int32_t leaf = tree.locate(x);
       if (!truth.doubtful) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -237,6 +238,98 @@ TEST(MeshProducer, EmitsAStreamOfRefinements) {
   EXPECT_NEAR(check_producer<3>(l_shape(1, 1, 2), random), 6, 1e-12);
   EXPECT_NEAR(check_producer<3>(star(7, 2, 1, 1), random), 14 * std::sin(std::numbers::pi / 7), 1e-12);
   EXPECT_NEAR(check_producer<3>(polycube({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 1, 1}}), random), 4, 1e-12);
+}
+
+/// Slabs far thinner than doubles resolve, cut through a mesh: no double lies in their cells.
+TEST(MeshProducer, IsExactInCellsThinnerThanDoublesResolve) {
+  int in = 0, out = 0;
+  for (int round = 0; round < 12; ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto mesh = model::transform(free_matrix(random, 3, 0.3), round % 2 == 0 ? star(pick(random, 5, 9), 2, 0.6, 1) : random_polycube(random, 5));
+    const auto slab_at = [&](double x) {
+      auto m = identity_matrix(3);
+      m[3] = x;
+      return model::transform(m, model::cuboid({9, 9, 9}));
+    };
+    // Between x = low and x = high, somewhere near 0 where doubles tell the two apart.
+    const double low = std::ldexp(uniform(random, 0, 1), -66), high = low + std::ldexp(1, -68);
+    auto down = identity_matrix(3);
+    down[7] = down[11] = -4.5;
+    const auto slab = model::transform(down, model::subtract({slab_at(low), slab_at(high)}));
+    const Network<3> network = compile<3>(model::intersect({slab, mesh}), {.coincidence = 0});
+    const auto result = evaluate_all(network, 0, keep_everything());
+    for (const auto& refinement : result.refinements) {
+      const auto& batch = refinement->cells;
+      for (std::size_t cell = 0; cell < batch.size(); ++cell) {
+        const auto points = batch.cell_points(cell);
+        double widest = 0;
+        Point middle(3, 0);
+        for (std::size_t k = 0; k < points.size(); ++k) {
+          if (k % 3 == 0) widest = std::max(widest, std::fabs(points[k]));
+          middle[k % 3] += points[k] / (static_cast<Real>(points.size()) / 3);
+        }
+        if (widest > 1e-15) continue;
+        ASSERT_NE(batch.label[cell], Label::fuzzy);
+        const Where truth = where(mesh, middle, 1e-4L);
+        if (truth.doubtful) continue;
+        ASSERT_EQ(batch.label[cell] == Label::in, truth.inside);
+        (truth.inside ? in : out)++;
+      }
+    }
+  }
+  EXPECT_GT(in, 0);
+  EXPECT_GT(out, 0);
+}
+
+TEST(MeshProducer, MayBeModelledFarFromWhereItEndsUp) {
+  const double far = std::ldexp(1, 30);
+  auto away = identity_matrix(3), back = identity_matrix(3);
+  away[3] = back[3] = far;
+  back[3] = -far;
+  std::vector<std::array<double, 3>> points;
+  for (int i = 0; i < 8; ++i) points.push_back({far + (i & 1), double(i >> 1 & 1), double(i >> 2)});
+  const auto box = model::polyhedron(points, {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}});
+  EXPECT_NEAR(volume<3>(model::transform(back, box)), 1, 1e-12);
+  EXPECT_NEAR(volume<3>(box), 1, 1e-6);
+}
+
+TEST(Compile, WarnsOfWhatItLeavesOut) {
+  const auto plate = model::cuboid({1, 1, 1e-12}), cube = model::cuboid({1, 1, 1});
+  const auto both = model::unite({model::cuboid({2, 1, 1}), plate});
+  const auto warnings = compile<3>(both, {}).warnings;
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("part 1"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("--coincidence 0"), std::string::npos);
+  EXPECT_TRUE(compile<3>(both, {.coincidence = 0}).warnings.empty());
+  EXPECT_TRUE(compile<3>(model::unite({cube, model::cuboid({2, 1, 1})}), {}).warnings.empty());
+  const auto unbounded = compile<3>(model::complement(cube), {}).warnings;
+  ASSERT_EQ(unbounded.size(), 1U);
+  EXPECT_NE(unbounded[0].find("cut off"), std::string::npos);
+}
+
+/// Firing is hasty where many operands are left; deciding is not.
+TEST(Localizer, LooksCloselyAtWhatItWillNotCut) {
+  Random random(7);
+  std::vector<model::Expression> small;
+  for (int i = 0; i < 300; ++i) small.push_back(model::transform(free_matrix(random, 3, 3), model::cuboid({0.3, 0.3, 0.3})));
+  const std::vector<double> turned{0.8, -0.6, 0, 0, 0.6, 0.8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  const auto box = model::transform(turned, model::cuboid({5, 5, 5}, true));
+  const Network<3> network = compile<3>(model::intersect({box, model::unite(small)}), {});
+  geometry::Splitter<3> splitter(network.table);
+  Localizer<3> localizer(network, splitter);
+  int hasty = 0;
+  for (const auto plane : network.planes_of(network.producers[0])) {
+    Cell<3> root = geometry::root_cell(network.table), beyond;
+    if (splitter.classify(root, plane.id()) != Position::crossing) continue;
+    splitter.split(root, plane.id(), plane.flipped() ? &beyond : nullptr, plane.flipped() ? nullptr : &beyond);
+    std::vector<Word> left;
+    Localizer<3>::Cut cut;
+    EXPECT_EQ(localizer.decide(network.program, beyond, left).label, Label::out);
+    hasty += localizer.fire(network.program, beyond, left, cut).label == Label::fuzzy;
+  }
+  EXPECT_GT(hasty, 0) << "no cell made a difference";
 }
 
 /// The stream of a transformed producer is the image of the producer's: the same refinements, each cell the image of a

@@ -81,6 +81,7 @@ Snapshot random_snapshot(std::mt19937& random, std::size_t cells) {
     left -= part;
   }
   s.tree.nodes = {{0, 1, -1}, {1, -2, -3}};
+  s.tree.ids = {11, 12};
   s.tree.hyperplanes = {1, 2, 3, 4, 5, 6, 7, 8};
   s.finished_region = {4};
   s.finished_root = {-5};
@@ -121,6 +122,7 @@ void expect_equal(const Snapshot& a, const Snapshot& b) {
   EXPECT_EQ(a.frontier_region, b.frontier_region);
   EXPECT_EQ(a.frontier_tokens, b.frontier_tokens);
   EXPECT_EQ(a.frontier_archive, b.frontier_archive);
+  EXPECT_EQ(a.tree.ids, b.tree.ids);
   EXPECT_EQ(a.tree.hyperplanes, b.tree.hyperplanes);
   ASSERT_EQ(a.tree.nodes.size(), b.tree.nodes.size());
   for (std::size_t i = 0; i < a.tree.nodes.size(); ++i) {

@@ -8,7 +8,8 @@
 namespace bsp2::dataflow {
 
 /// Producer of a solid bounded by a triangle mesh: within a cell, only the facets that may meet the cell are left. A cell
-/// without facets is inside or outside as a whole, told by the winding number at one of its points.
+/// without facets is inside or outside as a whole, told by the winding number at one of its points. Where rounding leaves
+/// that open (no double lies inside a cell thinner than doubles resolve), it is taken at an exact point, exactly.
 ///
 /// State of a leaf: the leaf's header; whether there is a reference point; its three coordinates; the mesh's winding
 /// number there; the facets. The winding number of another point of the same cell follows from the facets that the
@@ -45,7 +46,8 @@ class MeshProducer {
   [[nodiscard]] std::optional<Reference> reference_of(const Word* leaf) const;
   [[nodiscard]] std::optional<std::int32_t> winding_at(const Point& point, const Reference& from, const Word* leaf) const;
   [[nodiscard]] std::optional<Reference> new_reference(const Word* leaf, const CellView<3>& cell) const;
-  [[nodiscard]] std::int32_t winding_without_reference(const CellView<3>& cell) const;
+  [[nodiscard]] std::int32_t exact_winding(const CellView<3>& cell) const;
+  [[nodiscard]] Reference outside() const;
   [[nodiscard]] std::optional<geometry::HyperplaneId> median(const Word* leaf, CellView<3>& cell) const;
   [[nodiscard]] geometry::HyperplaneId best_plane(const Word* leaf) const;
 };

@@ -44,6 +44,8 @@ struct Network : Program {
   std::vector<Word> program;  ///< empty: the solid is empty
   std::vector<std::string> warnings;  ///< of compilation, about constructs that came out empty
 
+  std::vector<std::string> warnings;  ///< what the user should know about the solid that was compiled
+
   explicit Network(geometry::HyperplaneTable<D> table_) : table(std::move(table_)) {}
 
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {
@@ -56,7 +58,8 @@ struct CompileOptions {
 };
 
 /// Lowers an expression to a network. @pre expression.dimension() == D.
-/// A solid that only complements bound is cut off at the bounds of its primitives.
+/// A solid that only complements bound is cut off at the bounds of its primitives. That, and primitives that are thinner
+/// than the tolerance, are told in the network's warnings.
 /// @throws bsp2::Error if lengths are too large or too small, absolutely or for each other.
 /// Source: the paper, section 4.2, "Compilation".
 template <int D>

@@ -34,6 +34,16 @@ class AffineMap {
   /// The covector in the model's frame, exact, with respect to points in grid units.
   void map(const Covector<D>& local, ExactCovector<D>& world) const;
 
+  /// The image of the point p 2^-53, |p| <= 2^53, exactly: in units of 2^(grid_exponent - 53).
+  [[nodiscard]] std::array<FixedInteger<192>, D> image(const std::array<std::int64_t, D>& p) const {
+    std::array<FixedInteger<192>, D> point;
+    for (int i = 0; i < D; ++i) {
+      point[i] = FixedInteger<192>(entries_[i][D]) << 53;
+      for (int j = 0; j < D; ++j) point[i] += FixedInteger<192>(entries_[i][j]) * p[j];
+    }
+    return point;
+  }
+
   /// The covector in the model's frame in long double, and a bound of each coefficient's error.
   struct Rounded {
     std::array<long double, D + 1> value, error;

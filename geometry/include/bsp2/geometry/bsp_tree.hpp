@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
+
+#include "bsp2/geometry/hyperplane_table.hpp"
 
 namespace bsp2::geometry {
 
@@ -22,14 +25,26 @@ struct BspTree {
   int dimension = 3;
   std::int32_t root = empty_leaf;
   std::vector<Node> nodes;
+  std::vector<HyperplaneId> ids;    ///< of the hyperplanes in the model's table, where there is one
   std::vector<double> hyperplanes;  ///< D + 1 rounded coefficients each, constant first, the normal of unit length
 
   /// Appends the nodes of another tree, whose children are numbered as those of this one already.
   void append(const BspTree& more);
   /// Signed distance (rounded) of a point from a hyperplane; negative on the negative side.
   [[nodiscard]] double distance(std::uint32_t hyperplane, std::span<const double> point) const;
-  /// The leaf that holds the point; on a hyperplane, the negative side.
+  /// The leaf that holds the point; on a hyperplane, the negative side. By the rounded hyperplanes: a point within rounding
+  /// of one may be found in the leaf across it.
   [[nodiscard]] std::int32_t locate(std::span<const double> point) const;
+  /// The same exactly, by the hyperplanes of the table that `ids` name.
+  template <int D>
+  [[nodiscard]] std::int32_t locate(const HyperplaneTable<D>& table, const std::array<double, D>& point) const {
+    std::int32_t at = root;
+    while (at >= 0) {
+      const Node& node = nodes[at];
+      at = table.side(point, ids[node.hyperplane]) <= 0 ? node.negative : node.positive;
+    }
+    return ~at;
+  }
   /// Visits all leaves but leaf 0 from the farthest to the nearest, seen from `eye` (or, with `parallel`, looking along
   /// the direction `eye`): no leaf hides a later one.
   void visit_back_to_front(std::span<const double> eye, bool parallel, const std::function<void(std::int32_t leaf)>& visit) const;

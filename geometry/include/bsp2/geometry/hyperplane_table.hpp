@@ -48,6 +48,8 @@ class HyperplaneTable {
   /// The rounded hyperplane; with the sign of the id's canonical orientation.
   [[nodiscard]] Hyperplane<D> rounded(HyperplaneId id) const { return id < first_axis_id ? hyperplanes_[id] : axis_rounded(id); }
   [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
+  /// -1, 0, +1: the side of the hyperplane on which a point given in doubles is, anywhere in space. Exact.
+  [[nodiscard]] int side(const std::array<double, D>& point, HyperplaneId id) const;
 
   /// The hyperplane x_axis = value, negative below; `position` in [0, axis_steps].
   [[nodiscard]] static HyperplaneId axis_hyperplane(int axis, std::uint32_t position) {
