@@ -108,7 +108,7 @@ RunResult run_supersteps(const RunOptions& options, const model::Model& model, R
   record(report, "collection", watch.lap());
 
   if (options.boundary || options.contacts) {
-    auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options);
+    auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options, report.threads);
     result.contacts = std::move(contacts);
     result.boundary = std::move(boundary);
     if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};

@@ -54,7 +54,7 @@ struct Resolution {
 /// D = 3 only; nothing is found for other dimensions.
 /// Source: the paper, section 4.2, "Resolution".
 template <int D>
-Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options);
+Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options, unsigned threads);
 
 /// The regions' BSP trees under the partition's.
 template <int D>

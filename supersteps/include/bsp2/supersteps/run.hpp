@@ -84,7 +84,7 @@ struct RunResult {
   SolidMesh mesh;
   geometry::BspTree tree;  ///< its leaves are the cells of the mesh, in the order of the batches
   std::optional<geometry::TriangleSurface> boundary;  ///< when asked for
-  std::vector<geometry::Contact> contacts;            ///< when asked for; cells count through the batches
+  std::vector<geometry::Contact> contacts;            ///< when asked for, by cells; these count through the batches
 };
 
 /// Evaluates a model: the loop of supersteps.
