@@ -14,6 +14,9 @@
 
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h> /* programs written for the Oxford BSP toolset count on it */
+
+#include "bsp2/bsplib/run.h"
 
 #if defined(BSPONMPI_MCBSP_COMPAT) && !defined(BSP2_MULTICORE_BSP)
 #define BSP2_MULTICORE_BSP
@@ -105,6 +108,52 @@ void bsp_get_tag(bsp_size_t* status, void* tag);
 void bsp_move(void* payload, bsp_size_t reception_nbytes);
 /* The same without a copy: where tag and payload are, until the next sync. -1 if there is no message. */
 bsp_size_t bsp_hpmove(void** tag, void** payload);
+
+/* --- Speed --------------------------------------------------------------------------------------------------- */
+
+#ifdef __GNUC__
+/* Of the running program; not an interface. */
+extern struct bsp2_runs* bsp2_classic_runs;
+extern unsigned bsp2_classic_ranks;
+#endif
+
+#if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(BSP2_NO_INLINE)
+/* A call that continues a run (run.h) is compiled into the program. Any other, and the address of a function, is that of
+ * the library: the functions below only stand in for it. */
+#define BSP2_TEXT_OF(name) #name
+#define BSP2_TEXT(name) BSP2_TEXT_OF(name)
+#define BSP2_LIBRARY(function) __asm__(BSP2_TEXT(__USER_LABEL_PREFIX__) BSP2_TEXT(function))
+#define BSP2_STAND_IN extern __inline__ __attribute__((__always_inline__, __gnu_inline__))
+
+void bsp2_library_put(bsp_pid_t, const void*, const void*, bsp_size_t, bsp_size_t) BSP2_LIBRARY(bsp_put);
+void bsp2_library_hpput(bsp_pid_t, const void*, const void*, bsp_size_t, bsp_size_t) BSP2_LIBRARY(bsp_hpput);
+void bsp2_library_get(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) BSP2_LIBRARY(bsp_get);
+void bsp2_library_hpget(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) BSP2_LIBRARY(bsp_hpget);
+
+BSP2_STAND_IN void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
+  struct bsp2_put_run* run = (unsigned)pid < bsp2_classic_ranks ? &bsp2_classic_runs[pid].put : NULL;
+  if (!run || run->name != dst || !bsp2_continue_put(run, (size_t)offset, src, (size_t)nbytes))
+    bsp2_library_put(pid, src, dst, offset, nbytes);
+}
+
+BSP2_STAND_IN void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
+  struct bsp2_reference_run* run = (unsigned)pid < bsp2_classic_ranks ? &bsp2_classic_runs[pid].hpput : NULL;
+  if (!run || run->name != dst || !bsp2_continue_reference(run, (size_t)offset, src, (size_t)nbytes))
+    bsp2_library_hpput(pid, src, dst, offset, nbytes);
+}
+
+BSP2_STAND_IN void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
+  struct bsp2_reference_run* run = (unsigned)pid < bsp2_classic_ranks ? &bsp2_classic_runs[pid].get : NULL;
+  if (!run || run->name != src || !bsp2_continue_reference(run, (size_t)offset, dst, (size_t)nbytes))
+    bsp2_library_get(pid, src, offset, dst, nbytes);
+}
+
+BSP2_STAND_IN void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
+  struct bsp2_reference_run* run = (unsigned)pid < bsp2_classic_ranks ? &bsp2_classic_runs[pid].hpget : NULL;
+  if (!run || run->name != src || !bsp2_continue_reference(run, (size_t)offset, dst, (size_t)nbytes))
+    bsp2_library_hpget(pid, src, offset, dst, nbytes);
+}
+#endif
 
 #ifdef __cplusplus
 }

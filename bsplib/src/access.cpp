@@ -76,39 +76,110 @@ void Engine::start_put(int pid, const void* source, Registry::Id slot, std::size
     box.put(slot, offset, source, bytes, registry_.slot(slot).sizes[static_cast<std::size_t>(pid)]);
     return;
   }
-  const Staging::Block block = staging_.allocate(bytes);
-  std::memcpy(block.data, source, bytes);
-  box.big_put(slot, offset, block.data, bytes, staging_.peer(pid) ? block.where : wire::nowhere);
+  stage_put(pid, source, slot, offset, bytes);
 }
 
-void Engine::start_hpput(int pid, const void* source, Registry::Id slot, std::size_t offset,
-                         std::size_t bytes) {
-  Outbox& box = outbox(pid, "hpput");
-  check_range("hpput", "Writes", pid, slot, offset, bytes);
+void Engine::stage_put(int pid, const void* source, Registry::Id slot, std::size_t offset,
+                       std::size_t bytes) {
+  const Staging::Block block = staging_.allocate(bytes);
+  std::memcpy(block.data, source, bytes);
+  out(pid).big_put(slot, offset, block.data, bytes, staging_.peer(pid) ? block.where : wire::nowhere);
+}
+
+namespace {
+
+/// A run that a call begins, or would begin if its range exists.
+bool same_memory(const bsp2_reference_run& run, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+  return run.slot == slot && slot != Registry::no_id && bytes <= run.end && offset <= run.end - bytes;
+}
+
+std::size_t length(const bsp2_reference_run& run) {
+  return run.next - run.first;
+}
+
+}  // namespace
+
+void Engine::begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset,
+                       const void* local, std::size_t bytes) {
+  if (run.slot != slot) run = {nullptr, slot, 0, size_of(slot, pid), nullptr, 0};
+  run.first = offset;
+  run.next = offset + bytes;
+  run.local = static_cast<char*>(const_cast<void*>(local)) + bytes;
+}
+
+void Engine::hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+  if (!exists(pid) || !same_memory(runs_of(pid).hpput, slot, offset, bytes)) {
+    outbox(pid, "hpput");
+    check_range("hpput", "Writes", pid, slot, offset, bytes);
+  }
   if (bytes == 0) return;
   if (!source) reject(Errc::bad_argument, "hpput", "The source is NULL");
-  const Registry::Slot& target = registry_.slot(slot);
+  end_hpput(pid);
+  begin_run(runs_of(pid).hpput, pid, slot, offset, source, bytes);
+}
+
+void Engine::end_hpput(int pid) {
+  bsp2_reference_run& run = runs_of(pid).hpput;
+  if (run.slot == Registry::no_id) return;
+  const std::size_t bytes = length(run);
+  const auto* source = reinterpret_cast<const std::byte*>(run.local) - bytes;
+  if (bytes < wire::store_bytes && out(pid).put_again(run.slot, run.first, source, bytes)) return;
+  const Registry::Slot& target = registry_.slot(run.slot);
   const auto rank = static_cast<std::size_t>(pid);
   const bool reachable = !target.memory.empty() && target.memory[rank];
   if (reachable && pid != pid_ && bytes >= wire::store_bytes) {
-    box.store(source, target.memory[rank] + offset, bytes);
+    out(pid).store(source, target.memory[rank] + run.first, bytes);
   } else if (bytes >= wire::direct_bytes) {
-    box.big_put(slot, offset, static_cast<const std::byte*>(source), bytes, wire::nowhere);
+    out(pid).big_put(run.slot, run.first, source, bytes, wire::nowhere);
   } else if (bytes >= wire::stage_bytes) {
-    start_put(pid, source, slot, offset, bytes);
+    stage_put(pid, source, run.slot, run.first, bytes);
   } else {
-    box.put(slot, offset, source, bytes, target.sizes[rank]);
+    out(pid).put(run.slot, run.first, source, bytes, target.sizes[rank]);
   }
 }
 
 void Engine::get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes,
                  bool unbuffered) {
   const char* caller = unbuffered ? "hpget" : "get";
-  Outbox& box = outbox(pid, caller);
-  check_range(caller, "Reads", pid, slot, offset, bytes);
+  const auto run = [&]() -> bsp2_reference_run& {
+    return unbuffered ? runs_of(pid).hpget : runs_of(pid).get;
+  };
+  if (!exists(pid) || !same_memory(run(), slot, offset, bytes)) {
+    outbox(pid, caller);
+    check_range(caller, "Reads", pid, slot, offset, bytes);
+  }
   if (bytes == 0) return;
   if (!target) reject(Errc::bad_argument, caller, "The destination is NULL");
-  box.get(slot, offset, target, bytes, unbuffered && pid != pid_ && bytes >= wire::direct_bytes);
+  unbuffered ? end_hpget(pid) : end_get(pid);
+  begin_run(run(), pid, slot, offset, target, bytes);
+}
+
+void Engine::end_get(int pid) {
+  bsp2_reference_run& run = runs_of(pid).get;
+  if (run.slot == Registry::no_id) return;
+  const std::size_t bytes = length(run);
+  out(pid).get(run.slot, run.first, reinterpret_cast<std::byte*>(run.local) - bytes, bytes, run.end);
+}
+
+void Engine::end_hpget(int pid) {
+  bsp2_reference_run& run = runs_of(pid).hpget;
+  if (run.slot == Registry::no_id) return;
+  const std::size_t bytes = length(run);
+  auto* target = reinterpret_cast<std::byte*>(run.local) - bytes;
+  if (pid != pid_ && bytes >= wire::direct_bytes) {
+    out(pid).direct_get(run.slot, run.first, target, bytes);
+  } else {
+    out(pid).get(run.slot, run.first, target, bytes, run.end);
+  }
+}
+
+void Engine::end_runs(int pid) {
+  end_hpput(pid);
+  end_get(pid);
+  end_hpget(pid);
+  bsp2_runs& runs = runs_of(pid);
+  runs.hpput = runs.get = runs.hpget = no_reference_run;
+  out(pid).close_run();
 }
 
 Registry::Id Engine::push_reg(const void* address, std::size_t bytes) {

@@ -1,4 +1,5 @@
 // BSPlib as in the paper of 1998: sizes and process numbers are int.
+#define BSP2_NO_INLINE
 #include "bsp.h"
 #include "classic_api.hpp"
 #include "classic_dialect.hpp"

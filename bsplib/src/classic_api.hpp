@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "bsp.h"
 #include "classic_state.hpp"
 
 /// The functions of BSPlib for one dialect, that is, for its types of process numbers and sizes.
@@ -54,7 +55,37 @@ struct Api {
     guarded([&] { world.push_reg(address, static_cast<std::size_t>(bytes)); });
   }
 
+  /// The run that a call began is now known by the address that the program used (run.h).
+  template <class Run>
+  static void name(Run bsp2_runs::*run, Pid to, World::Slot slot, const void* address) {
+    Run& begun = bsp2_classic_runs[to].*run;
+    if (begun.slot == slot) begun.name = address;
+  }
+
   static void put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
+    if (put_again(to, src, dst, offset, bytes)) return;
+    start_put(to, src, dst, offset, bytes);
+  }
+
+  /// A scattered put, if the last one to this process went to the same memory.
+  static bool put_again(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
+    if (static_cast<unsigned>(to) >= bsp2_classic_ranks || negative(offset) || negative(bytes)) return false;
+    bsp2_put_run& run = bsp2_classic_runs[to].put;
+    const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
+    return run.name == dst && (bsp2_continue_put(&run, at, src, size) ||
+                               state.engine->put_again(static_cast<int>(to), src, run.slot, at, size));
+  }
+
+  /// What a program does itself, if it was compiled with the functions of bsp.h.
+  static bool continues(bsp2_reference_run bsp2_runs::*run, Pid to, const void* name, Size offset,
+                        const void* local, Size bytes) {
+    if (static_cast<unsigned>(to) >= bsp2_classic_ranks) return false;
+    bsp2_reference_run& newest = bsp2_classic_runs[to].*run;
+    return newest.name == name && bsp2_continue_reference(&newest, static_cast<std::size_t>(offset), local,
+                                                          static_cast<std::size_t>(bytes));
+  }
+
+  [[gnu::noinline]] static void start_put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
     auto& world = engine("bsp_put");
     if (bytes == 0) return;
     check_access("bsp_put", offset, bytes);
@@ -62,9 +93,11 @@ struct Api {
     guarded([&] {
       world.put(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
     });
+    name(&bsp2_runs::put, to, slot, dst);
   }
 
   static void hpput(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
+    if (continues(&bsp2_runs::hpput, to, dst, offset, src, bytes)) return;
     auto& world = engine("bsp_hpput");
     if (bytes == 0) return;
     check_access("bsp_hpput", offset, bytes);
@@ -72,10 +105,13 @@ struct Api {
     guarded([&] {
       world.hpput(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
     });
+    name(&bsp2_runs::hpput, to, slot, dst);
   }
 
   static void get(const char* function, Pid from, const void* src, Size offset, void* dst, Size bytes,
                   bool unbuffered) {
+    const auto run = unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get;
+    if (continues(run, from, src, offset, dst, bytes)) return;
     auto& world = engine(function);
     if (bytes == 0) return;
     check_access(function, offset, bytes);
@@ -84,6 +120,7 @@ struct Api {
       world.get(pid(from), slot, static_cast<std::size_t>(offset), dst, static_cast<std::size_t>(bytes),
                 unbuffered);
     });
+    name(run, from, slot, src);
   }
 
   static void set_tagsize(Size* bytes) {

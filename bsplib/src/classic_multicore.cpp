@@ -1,5 +1,6 @@
 // The dialect of MulticoreBSP for C: size_t and unsigned int.
 #define BSP2_MULTICORE_BSP
+#define BSP2_NO_INLINE
 #include "bsp.h"
 #include "classic_api.hpp"
 #include "classic_dialect.hpp"

@@ -4,9 +4,20 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "bsp.h"
+
 namespace bsp2::bsplib::classic {
 
 State state;
+
+}  // namespace bsp2::bsplib::classic
+
+extern "C" {
+bsp2_runs* bsp2_classic_runs = nullptr;
+unsigned bsp2_classic_ranks = 0;
+}
+
+namespace bsp2::bsplib::classic {
 
 namespace {
 
@@ -133,6 +144,8 @@ void begin(long long maxprocs) {
   state.world.emplace(part);
   MPI_Comm_free(&part);
   state.engine = &state.world->engine();
+  bsp2_classic_runs = state.engine->runs().data();
+  bsp2_classic_ranks = static_cast<unsigned>(state.nprocs);
 }
 
 void end() {
@@ -142,6 +155,7 @@ void end() {
   } catch (const Error& error) {
     die(error);
   }
+  bsp2_classic_ranks = 0;
   state.engine = nullptr;
   state.world.reset();
   state.ended = true;
@@ -166,14 +180,15 @@ int nprocs() {
 }
 
 World::Slot look_up(detail::Engine& engine, const void* address, const char* function) {
+  if (state.version != engine.registry_version()) state.known.fill({});
+  state.version = engine.registry_version();
   try {
-    state.slot = engine.slot_of(address, function + 4);  // without "bsp_"
+    const World::Slot slot = engine.slot_of(address, function + 4);  // without "bsp_"
+    known_at(address) = {address, slot};
+    return slot;
   } catch (const Error& error) {
     die(error);
   }
-  state.address = address;
-  state.version = engine.registry_version();
-  return state.slot;
 }
 
 }  // namespace bsp2::bsplib::classic

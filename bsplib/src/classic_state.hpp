@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdarg>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -18,9 +20,12 @@ struct State {
   bool init_called = false, began = false, ended = false, aborting = false;
   int nprocs = 0;
 
-  // The newest address that was looked up.
-  const void* address = nullptr;
-  World::Slot slot = 0;
+  /// Addresses that were looked up, as long as the registrations do not change.
+  struct Known {
+    const void* address = nullptr;
+    World::Slot slot = 0;
+  };
+  std::array<Known, 16> known;
   std::uint64_t version = 0;
 
   // The queue of messages.
@@ -51,8 +56,13 @@ inline detail::Engine& engine(const char* function) {
 
 World::Slot look_up(detail::Engine& engine, const void* address, const char* function);
 
+inline State::Known& known_at(const void* address) {
+  return state.known[(reinterpret_cast<std::uintptr_t>(address) >> 4U) % state.known.size()];
+}
+
 inline World::Slot slot_of(detail::Engine& engine, const void* address, const char* function) {
-  if (address == state.address && engine.registry_version() == state.version) return state.slot;
+  const State::Known& known = known_at(address);
+  if (address && address == known.address && engine.registry_version() == state.version) return known.slot;
   return look_up(engine, address, function);
 }
 

@@ -99,6 +99,7 @@ bool Engine::advance(bool wait) {
   }
   if (phase_ == Phase::data) {
     if (!complete(requests_, wait) || !complete(send_requests_, wait)) return false;
+    std::atomic_thread_fence(std::memory_order_acquire);
     phase_ = Phase::landed;
   }
   return true;
@@ -132,7 +133,7 @@ void Engine::locate_stream(int rank) {
   } else if (h.route == Route::in_staging) {
     inflow.stream = inflow.staging + h.stream_where;
   } else if (h.route == Route::message) {
-    std::byte* room = inflow.room(inflow.size);
+    std::byte* room = inflow.buffer.room(inflow.size);
     inflow.stream = room;
     receive(room, inflow.size, rank, wire::tag_stream, comm_, requests_);
   }
@@ -155,23 +156,30 @@ void Engine::answer_gets() {
 }
 
 void Engine::answer(int rank) {
-  auto& reply = rank == pid_ ? replies_in_[static_cast<std::size_t>(rank)]
-                             : replies_out_[static_cast<std::size_t>(rank)];
-  std::size_t bytes = 0;
-  for (const auto& request : in(rank).requests)
-    if (!request.direct) bytes += request.size;
-  reply.resize(bytes);
-  std::size_t at = 0;
-  for (const auto& request : in(rank).requests) {
-    if (rank != pid_) bytes_out_ += request.size;
-    if (request.direct) {
-      transmit(request.source, request.size, rank, wire::tag_direct_reply, comm_, send_requests_);
-    } else {
-      std::memcpy(reply.data() + at, request.source, request.size);
-      at += request.size;
-    }
+  Inflow& inflow = in(rank);
+  const bool own = rank == pid_;
+  const std::uint64_t bytes = own ? out(rank).reply_bytes : header(rank).reply_bytes;
+  const bool staged = !own && header(rank).reply_where != wire::nowhere;
+  Buffer& buffer = own ? reply_in(rank) : reply_out(rank);
+  std::byte* reply = staged ? staging_.peer(rank) + header(rank).reply_where : buffer.room(bytes);
+  inflow.answer_gets(registry_, reply);
+  if (own) return;
+  bytes_out_ += bytes;
+  for (const auto& request : inflow.requests) {
+    bytes_out_ += request.size;
+    transmit(request.source, request.size, rank, wire::tag_direct_reply, comm_, send_requests_);
   }
-  if (rank != pid_) transmit(reply.data(), bytes, rank, wire::tag_reply, comm_, send_requests_);
+  if (staged) {
+    notify(rank, wire::tag_reply);
+  } else {
+    transmit(reply, bytes, rank, wire::tag_reply, comm_, send_requests_);
+  }
+}
+
+/// Tells a rank that what we wrote into its memory is there.
+void Engine::notify(int rank, int tag) {
+  std::atomic_thread_fence(std::memory_order_release);
+  MPI_Isend(nullptr, 0, MPI_BYTE, rank, tag, comm_, &send_requests_.emplace_back());
 }
 
 /// Unbuffered puts into memory that we can reach. The other rank is in its sync, since its slot is here.
@@ -179,8 +187,7 @@ void Engine::write_stores() {
   for (int rank = 0; rank < nprocs_; ++rank) {
     if (out(rank).stores.empty()) continue;
     for (const auto& store : out(rank).stores) std::memcpy(store.target, store.source, store.size);
-    std::atomic_thread_fence(std::memory_order_release);
-    MPI_Isend(nullptr, 0, MPI_BYTE, rank, wire::tag_notice, comm_, &send_requests_.emplace_back());
+    notify(rank, wire::tag_notice);
   }
 }
 
@@ -190,7 +197,8 @@ void Engine::exchange_data() {
   wanted_.clear();
   if (landing) {
     for (const Outbox& box : out_)
-      for (const auto& wanted : box.wanted) wanted_.emplace_back(wanted.target, wanted.size);
+      for (const auto* list : {&box.wanted, &box.wanted_direct})
+        for (const auto& wanted : *list) wanted_.emplace_back(wanted.target, wanted.size);
     set_overlapping_aside(in_, registry_, wanted_);
   }
   for (int rank = 0; rank < nprocs_; ++rank)
@@ -205,26 +213,23 @@ void Engine::exchange_data_with(int rank) {
             requests_);
   for (const auto& piece : out(rank).data)
     transmit(piece.data, piece.size, rank, wire::tag_data, comm_, send_requests_);
-  std::size_t bytes = 0;
-  for (const auto& wanted : out(rank).wanted) {
-    if (wanted.direct) {
-      receive(wanted.target, wanted.size, rank, wire::tag_direct_reply, comm_, requests_);
-    } else {
-      bytes += wanted.size;
-    }
+  for (const auto& wanted : out(rank).wanted_direct)
+    receive(wanted.target, wanted.size, rank, wire::tag_direct_reply, comm_, requests_);
+  const std::size_t bytes = out(rank).reply_bytes;
+  if (out(rank).reply.where != wire::nowhere) {
+    MPI_Irecv(nullptr, 0, MPI_BYTE, rank, wire::tag_reply, comm_, &requests_.emplace_back());
+  } else {
+    receive(reply_in(rank).room(bytes), bytes, rank, wire::tag_reply, comm_, requests_);
   }
-  auto& reply = replies_in_[static_cast<std::size_t>(rank)];
-  reply.resize(bytes);
-  receive(reply.data(), bytes, rank, wire::tag_reply, comm_, requests_);
 }
 
 void Engine::write_gets() {
   for (int rank = 0; rank < nprocs_; ++rank) {
-    std::size_t at = 0;
-    for (const auto& wanted : out(rank).wanted) {
-      if (wanted.direct) continue;
-      std::memcpy(wanted.target, replies_in_[static_cast<std::size_t>(rank)].data() + at, wanted.size);
-      at += wanted.size;
+    const Outbox& box = out(rank);
+    const std::byte* reply = box.reply.where != wire::nowhere ? box.reply.data : reply_in(rank).data();
+    for (const auto& wanted : box.wanted) {
+      copy_bytes(wanted.target, reply, wanted.size);
+      reply += wanted.size;
     }
   }
 }
@@ -281,7 +286,7 @@ void Engine::account() {
     cost.messages_out += out(rank).count;
     cost.messages_in += h.messages;
     bytes_out_ += out(rank).payload;
-    bytes_in_ += h.payload + out(rank).wanted_bytes;
+    bytes_in_ += h.payload + out(rank).reply_bytes + out(rank).direct_bytes;
   }
   cost.bytes_out = bytes_out_;
   cost.bytes_in = bytes_in_;

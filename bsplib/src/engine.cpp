@@ -20,8 +20,8 @@ Engine::Engine(MPI_Comm comm, WorldOptions options)
   MPI_Comm_rank(comm, &pid_);
   MPI_Comm_size(comm, &nprocs_);
   const auto n = static_cast<std::size_t>(nprocs_);
-  runs_.resize(n);
-  for (Run& run : runs_) out_.emplace_back(&staging_, &run);
+  runs_.assign(n, {no_put_run, no_reference_run, no_reference_run, no_reference_run});
+  for (bsp2_runs& runs : runs_) out_.emplace_back(&staging_, &runs.put);
   in_.resize(n);
   slots_out_.resize(n * wire::slot_bytes);
   slots_in_.resize(n * wire::slot_bytes);
@@ -61,18 +61,22 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
     common.error_bytes =
         static_cast<std::uint32_t>(rejected_->where().size() + 1 + rejected_->detail().size());
   }
+  for (int rank = 0; rank < nprocs_; ++rank) end_runs(rank);
   for (int rank = 0; rank < nprocs_; ++rank) {
     std::byte* slot = slots_out_.data() + static_cast<std::size_t>(rank) * wire::slot_bytes;
     Header h = common;
     if (kind == Kind::sync && rank != pid_) {
       Outbox& box = out(rank);
-      box.close_run();
       h.stream_bytes = box.stream_bytes();
       h.stream_where = box.where();
       h.contents = box.contents;
       h.stores = static_cast<std::uint32_t>(box.stores.size());
       h.messages = box.count;
       h.payload = box.payload;
+      h.reply_bytes = box.reply_bytes;
+      if (box.reply_bytes >= wire::reply_bytes && staging_.peer(rank))
+        box.reply = staging_.allocate_shared(box.reply_bytes);
+      h.reply_where = box.reply.where;
       h.route = h.stream_bytes == 0                                   ? Route::none
                 : h.stream_bytes <= wire::inline_bytes                ? Route::in_slot
                 : staging_.peer(rank) && box.where() != wire::nowhere ? Route::in_staging
@@ -81,7 +85,6 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
     }
     std::memcpy(slot, &h, sizeof h);
   }
-  if (kind == Kind::sync) out(pid_).close_run();
 }
 
 void Engine::post_slots() {

@@ -39,7 +39,7 @@ class Engine {
   std::uint64_t registry_version() const { return registry_.version(); }
   void wait_for_all() { MPI_Barrier(comm_); }
 
-  std::span<Run> runs() { return runs_; }
+  std::span<bsp2_runs> runs() { return runs_; }
 
   void sync();
   void open_sync();
@@ -58,19 +58,15 @@ class Engine {
   std::size_t size_of(Registry::Id slot, int pid) const;
   Registry::Id slot_of(const void* address, const char* caller);
 
+  /// What put, hpput, get and hpget do with a call that does not continue a run (run.h).
   void put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
-    if (static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_) && defect != Defect::late_put &&
-        out_[static_cast<std::size_t>(pid)].put_again(slot, offset, source, bytes))
-      return;
-    start_put(pid, source, slot, offset, bytes);
+    if (!put_again(pid, source, slot, offset, bytes)) start_put(pid, source, slot, offset, bytes);
   }
+  bool put_again(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+    return exists(pid) && out(pid).put_again(slot, offset, source, bytes);
+  }
+  void hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
   void get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes, bool unbuffered);
-  void hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
-    if (static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_) &&
-        out_[static_cast<std::size_t>(pid)].put_again(slot, offset, source, bytes))
-      return;
-    start_hpput(pid, source, slot, offset, bytes);
-  }
 
   std::size_t set_tagsize(std::size_t bytes);
   std::size_t tagsize() const { return tag_size_; }
@@ -120,14 +116,21 @@ class Engine {
   Outbox& outbox(int pid, const char* caller);
   void check_range(const char* caller, const char* verb, int pid, Registry::Id slot, std::size_t offset,
                    std::size_t bytes);
-  void start_hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
   void start_put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
+  void stage_put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
+  void begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset, const void* local,
+                 std::size_t bytes);
+  void end_hpput(int pid);
+  void end_get(int pid);
+  void end_hpget(int pid);
+  void end_runs(int pid);
 
   // delivery.cpp: the phases of a sync
   void receive_streams();
   void locate_stream(int rank);
   void answer_gets();
   void answer(int rank);
+  void notify(int rank, int tag);
   void write_stores();
   void exchange_data();
   void exchange_data_with(int rank);
@@ -140,7 +143,11 @@ class Engine {
   void settle(SuperstepCost& cost, std::uint64_t h);
   void next_superstep();
 
+  bool exists(int pid) const { return static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_); }
+  bsp2_runs& runs_of(int rank) { return runs_[static_cast<std::size_t>(rank)]; }
   Outbox& out(int rank) { return out_[static_cast<std::size_t>(rank)]; }
+  Buffer& reply_out(int rank) { return replies_out_[static_cast<std::size_t>(rank)]; }
+  Buffer& reply_in(int rank) { return replies_in_[static_cast<std::size_t>(rank)]; }
   Inflow& in(int rank) { return in_[static_cast<std::size_t>(rank)]; }
 
   MPI_Comm comm_;
@@ -153,12 +160,12 @@ class Engine {
 
   Staging staging_;
   Registry registry_;
-  std::vector<Run> runs_;
+  std::vector<bsp2_runs> runs_;
   std::vector<Outbox> out_;
   std::vector<Inflow> in_;
   std::vector<std::byte> slots_out_, slots_in_;
   std::vector<MPI_Request> requests_, send_requests_;
-  std::vector<std::vector<std::byte>> replies_out_, replies_in_;
+  std::vector<Buffer> replies_out_, replies_in_;
   std::vector<std::pair<std::byte*, std::size_t>> wanted_;
   std::vector<std::vector<Message>> queues_;
 

@@ -12,6 +12,7 @@ namespace {
 
 using wire::Op;
 using wire::Record;
+using wire::Short;
 
 template <class T>
 T load(const std::byte* place) {
@@ -20,7 +21,7 @@ T load(const std::byte* place) {
   return value;
 }
 
-/// Bytes of a record that is not a put, with its data.
+/// Bytes of a long record with its data.
 std::size_t extent(const Record& record) {
   switch (record.op()) {
     case Op::big_put:
@@ -34,35 +35,50 @@ std::size_t extent(const Record& record) {
   }
 }
 
-/// visit(record, place, data): records in their order, where they are, and where the data of a put or message
-/// begins.
+/// A put or a get, from a short or a long record; or another record.
+struct Item {
+  Op op;
+  Registry::Id target;
+  std::size_t offset, size;
+  const std::byte* place;  ///< of the record
+  const std::byte* data;   ///< of a put or message
+};
+
+/// visit(item): records in their order.
 template <class Visit>
-void for_each_record(const std::byte* stream, std::size_t size, Visit&& visit) {
-  for (std::size_t at = 0; at < size;) {
-    const auto put = load<wire::ShortPut>(stream + at);
-    if (static_cast<Op>(put.bits & 15U) == Op::short_put) {
-      const Record record = put.widen();
-      visit(record, stream + at, stream + at + sizeof put);
-      at += sizeof put + wire::padded(record.size());
+inline void for_each_record(const std::byte* stream, std::size_t size, Visit&& visit) {
+  const std::byte* end = stream + size;
+  for (const std::byte* at = stream; at < end;) {
+    const auto brief = load<Short>(at);
+    if (brief.op() == Op::short_put) {
+      visit(Item{Op::put, brief.target(), brief.offset, brief.size(), at, at + sizeof brief});
+      at += sizeof brief + wire::padded(brief.size());
+    } else if (brief.op() == Op::short_get) {
+      visit(Item{Op::get, brief.target(), brief.offset, brief.size(), at, nullptr});
+      at += sizeof brief;
     } else {
-      const auto record = load<Record>(stream + at);
-      visit(record, stream + at, stream + at + sizeof record);
+      const auto record = load<Record>(at);
+      const std::size_t bytes = record.op() == Op::get ? load<wire::Get>(at).size : record.size();
+      visit(Item{record.op(), record.target, record.offset, bytes, at, at + sizeof record});
       at += extent(record);
     }
   }
 }
 
-std::byte* target_of(const Registry& registry, const Record& record) {
-  return registry.slot(record.target).address + record.offset;
-}
-
-void copy_bytes(std::byte* to, const std::byte* from, std::size_t bytes) {
-  if (bytes == 8) {
-    std::memcpy(to, from, 8);
-  } else {
-    std::memmove(to, from, bytes);  // a put to oneself may overlap its source
+/// Finds registered memory; the records of a loop name the same again and again.
+class Addresses {
+ public:
+  explicit Addresses(const Registry& registry) : registry_(&registry) {}
+  std::byte* of(const Item& item) {
+    if (item.target != last_) base_ = registry_->slot(last_ = item.target).address;
+    return base_ + item.offset;
   }
-}
+
+ private:
+  const Registry* registry_;
+  Registry::Id last_ = Registry::no_id;
+  std::byte* base_ = nullptr;
+};
 
 bool travels_alone(const wire::BigPut& put, bool own) {
   return put.where == wire::nowhere && !own;
@@ -70,33 +86,43 @@ bool travels_alone(const wire::BigPut& put, bool own) {
 
 }  // namespace
 
-std::byte* Inflow::room(std::size_t bytes) {
+std::byte* Buffer::room(std::size_t bytes) {
   if (bytes > capacity_) {
     capacity_ = std::max(bytes, 2 * capacity_);
-    buffer_.reset(new std::byte[capacity_]);
+    data_.reset(new std::byte[capacity_]);
   }
-  return buffer_.get();
+  return data_.get();
 }
 
 void Inflow::index(const Registry& registry, int source) {
-  if (!(contents & (wire::has_gets | wire::has_big_puts | wire::has_messages))) return;
-  for_each_record(
-      stream, size,
-      [&](const Record& record, const std::byte* place, [[maybe_unused]] const std::byte* data) {
-        if (record.op() == Op::get) {
-          const auto get = load<wire::Get>(place);
-          requests.push_back({target_of(registry, record), get.size, get.direct != 0});
-        } else if (record.op() == Op::big_put) {
-          const auto put = load<wire::BigPut>(place);
-          if (travels_alone(put, own)) landings.push_back({target_of(registry, record), put.size, nullptr});
-        } else if (record.op() == Op::message) {
-          messages.push_back(
-              {source, {data, record.size()}, {data + wire::padded(record.size()), record.offset}});
-          queues.push_back(record.target);
-        }
-      });
+  if (!(contents & (wire::has_big_puts | wire::has_messages))) return;
+  Addresses addresses(registry);
+  for_each_record(stream, size, [&](const Item& item) {
+    if (item.op == Op::big_put) {
+      const auto put = load<wire::BigPut>(item.place);
+      if (travels_alone(put, own)) landings.push_back({addresses.of(item), put.size, nullptr});
+    } else if (item.op == Op::message) {
+      const auto* payload = item.data + wire::padded(item.size);
+      messages.push_back({source, {item.data, item.size}, {payload, item.offset}});
+      queues.push_back(item.target);
+    }
+  });
   if constexpr (defect == Defect::swap_messages)
     if (messages.size() > 1) std::swap(messages[0], messages[1]);
+}
+
+void Inflow::answer_gets(const Registry& registry, std::byte* reply) {
+  Addresses addresses(registry);
+  for_each_record(stream, size, [&](const Item& item) {
+    if (item.op != Op::get) return;
+    const bool is_long = load<Short>(item.place).op() != Op::short_get;
+    if (is_long && load<wire::Get>(item.place).direct) {
+      requests.push_back({addresses.of(item), item.size});
+    } else {
+      copy_bytes(reply, addresses.of(item), item.size);
+      reply += item.size;
+    }
+  });
 }
 
 void Inflow::apply_big_put(const Registry& registry, const std::byte* place, std::size_t& landed) {
@@ -107,7 +133,7 @@ void Inflow::apply_big_put(const Registry& registry, const std::byte* place, std
   } else {
     const auto* from = own ? reinterpret_cast<const std::byte*>(static_cast<std::uintptr_t>(put.address))
                            : staging + put.where;
-    copy_bytes(target_of(registry, put.record), from, put.size);
+    copy_bytes(registry.slot(put.record.target).address + put.record.offset, from, put.size);
   }
 }
 
@@ -116,23 +142,17 @@ void Inflow::apply_puts(const Registry& registry) {
   std::size_t landed = 0;
   const std::byte* lost = nullptr;
   if constexpr (defect == Defect::drop_put)
-    for_each_record(
-        stream, size,
-        [&](const Record& record, const std::byte* place, [[maybe_unused]] const std::byte* data) {
-          if (record.op() == Op::put) lost = place;
-        });
-  Registry::Id last = Registry::no_id;
-  std::byte* base = nullptr;
-  for_each_record(stream, size,
-                  [&](const Record& record, const std::byte* place, [[maybe_unused]] const std::byte* data) {
-                    if (record.op() == Op::put) {
-                      if (place == lost) return;
-                      if (record.target != last) base = registry.slot(last = record.target).address;
-                      copy_bytes(base + record.offset, data, record.size());
-                    } else if (record.op() == Op::big_put) {
-                      apply_big_put(registry, place, landed);
-                    }
-                  });
+    for_each_record(stream, size, [&](const Item& item) {
+      if (item.op == Op::put) lost = item.place;
+    });
+  Addresses addresses(registry);
+  for_each_record(stream, size, [&](const Item& item) {
+    if (item.op == Op::put) {
+      if (item.place != lost) copy_bytes(addresses.of(item), item.data, item.size);
+    } else if (item.op == Op::big_put) {
+      apply_big_put(registry, item.place, landed);
+    }
+  });
 }
 
 void Inflow::clear() {
@@ -157,21 +177,21 @@ std::vector<Write> all_writes(std::vector<Inflow>& inflows, const Registry& regi
                               const std::vector<std::pair<std::byte*, std::size_t>>& wanted) {
   std::vector<Write> writes;
   for (const auto& [target, size] : wanted) writes.push_back({target, target + size, nullptr});
+  Addresses addresses(registry);
   for (Inflow& inflow : inflows) {
     std::size_t landed = 0;
     if (!(inflow.contents & (wire::has_puts | wire::has_big_puts))) continue;
-    for_each_record(
-        inflow.stream, inflow.size,
-        [&](const Record& record, const std::byte* place, [[maybe_unused]] const std::byte* data) {
-          std::byte* target = record.op() == Op::message ? nullptr : target_of(registry, record);
-          if (record.op() == Op::put) {
-            writes.push_back({target, target + record.size(), nullptr});
-          } else if (record.op() == Op::big_put) {
-            const auto put = load<wire::BigPut>(place);
-            Inflow::Landing* landing = travels_alone(put, inflow.own) ? &inflow.landings[landed++] : nullptr;
-            writes.push_back({target, target + put.size, landing});
-          }
-        });
+    for_each_record(inflow.stream, inflow.size, [&](const Item& item) {
+      if (item.op == Op::put) {
+        std::byte* target = addresses.of(item);
+        writes.push_back({target, target + item.size, nullptr});
+      } else if (item.op == Op::big_put) {
+        const auto put = load<wire::BigPut>(item.place);
+        std::byte* target = addresses.of(item);
+        Inflow::Landing* landing = travels_alone(put, inflow.own) ? &inflow.landings[landed++] : nullptr;
+        writes.push_back({target, target + put.size, landing});
+      }
+    });
   }
   return writes;
 }

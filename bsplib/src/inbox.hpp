@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -10,6 +11,17 @@
 #include "wire.hpp"
 
 namespace bsp2::bsplib {
+
+/// Memory that only grows, and whose contents do not outlive it.
+class Buffer {
+ public:
+  std::byte* room(std::size_t bytes);
+  std::byte* data() const { return data_.get(); }
+
+ private:
+  std::unique_ptr<std::byte[]> data_;
+  std::size_t capacity_ = 0;
+};
 
 /// What one rank sent us in a superstep, while it is being delivered.
 struct Inflow {
@@ -24,31 +36,37 @@ struct Inflow {
     std::size_t size;
     std::unique_ptr<std::byte[]> aside;  ///< received here, if other writes overlap it
   };
-  struct Request {  ///< a get to be answered
+  struct Request {  ///< a get to be answered in a message of its own
     const std::byte* source;
     std::size_t size;
-    bool direct;
   };
   std::vector<Landing> landings;
   std::vector<Request> requests;
   std::vector<Message> messages;
   std::vector<std::uint32_t> queues;  ///< of the messages
 
-  /// Room for a stream that comes in a message; kept for later supersteps.
-  std::byte* room(std::size_t bytes);
+  Buffer buffer;  ///< for a stream that comes in a message
 
-  /// Finds the requests, landings and messages of the stream.
+  /// Finds the landings and messages of the stream.
   void index(const Registry& registry, int source);
+  /// Reads what the gets of the stream want: into one reply, except for the requests that it lists.
+  void answer_gets(const Registry& registry, std::byte* reply);
   /// Writes the puts of the stream, in its order.
   void apply_puts(const Registry& registry);
   void clear();
 
  private:
   void apply_big_put(const Registry& registry, const std::byte* place, std::size_t& landed);
-
-  std::unique_ptr<std::byte[]> buffer_;
-  std::size_t capacity_ = 0;
 };
+
+/// Most of what is copied in small pieces are single words.
+inline void copy_bytes(std::byte* to, const std::byte* from, std::size_t bytes) {
+  if (bytes == 8) {
+    std::memcpy(to, from, 8);
+  } else {
+    std::memmove(to, from, bytes);  // a put to oneself may overlap its source
+  }
+}
 
 /// Marks the landings that overlap another write of this rank: those must wait for their turn.
 /// @param wanted memory that gets will write.

@@ -4,6 +4,7 @@ namespace bsp2::bsplib {
 
 using wire::Op;
 using wire::Record;
+using wire::Short;
 
 void Outbox::grow(std::size_t needed) {
   const std::size_t capacity = std::max({needed, 2 * block_.capacity, reserve_, std::size_t{1024}});
@@ -27,37 +28,34 @@ std::byte* Outbox::append(std::size_t bytes) {
 
 /// The run goes on in a larger stream, if it only ended for want of room there.
 bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes) {
-  if (slot != run_->slot || offset != run_->next() || bytes > limit_ - offset) return false;
-  if (run_bytes() + bytes > longest_run) return false;
-  size_ = static_cast<std::size_t>(run_->tail - block_.data);
-  const std::size_t end = size_;
+  if (slot != run_->slot) return false;
+  if (run_->next != wire::nowhere) end_run();
+  if (offset != last_ || bytes > limit_ - offset || last_ - first_ + bytes > longest_run) return false;
   make_room(wire::padded(bytes) + 8);
-  run_->origin = reinterpret_cast<std::uintptr_t>(block_.data + end) - offset;
-  run_->tail = block_.data + end;
-  set_room();
+  open_run();
   return true;
 }
 
 void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes,
                  std::size_t limit) {
   if (prolong_run(slot, offset, bytes)) {
-    run_->append(slot, offset, source, bytes);
+    bsp2_continue_put(run_, offset, source, bytes);
     return;
   }
   close_run();
-  make_room(head + wire::padded(bytes));
+  make_room(sizeof(Record) + wire::padded(bytes));
   limit_ = limit;
-  const bool is_short = slot < wire::ShortPut::target_limit && limit <= wire::ShortPut::reach;
-  head_ = is_short ? sizeof(wire::ShortPut) : sizeof(Record);
+  head_ = Short::can_name(slot, limit) ? sizeof(Short) : sizeof(Record);
   contents |= wire::has_puts;
   run_->slot = slot;
-  begin_record(size_, offset, source, bytes);
+  write_put(offset, source, bytes);
 }
 
 void Outbox::close_run() {
   if (run_->slot == Registry::no_id) return;
-  size_ = end_record();
-  run_->slot = Registry::no_id;
+  if (run_->next != wire::nowhere) end_run();
+  *run_ = no_put_run;
+  limit_ = 0;
 }
 
 void Outbox::big_put(Registry::Id slot, std::size_t offset, const std::byte* bytes_at, std::size_t bytes,
@@ -74,29 +72,27 @@ void Outbox::big_put(Registry::Id slot, std::size_t offset, const std::byte* byt
   ++count;
 }
 
-/// Neighbouring gets merge, if nothing came between them.
-bool Outbox::extend_get(Registry::Id slot, std::size_t offset, const std::byte* target, std::size_t bytes) {
-  if (wanted.empty() || run_->slot != Registry::no_id || last_get_ != size_) return false;
-  Wanted& last = wanted.back();
-  if (last.slot != slot || last.offset_end != offset || last.target + last.size != target || last.direct)
-    return false;
-  last.offset_end += bytes;
-  last.size += bytes;
-  const std::uint64_t size = last.size;
-  std::memcpy(block_.data + size_ - sizeof(wire::Get) + offsetof(wire::Get, size), &size, sizeof size);
-  return true;
+void Outbox::get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes,
+                 std::size_t limit) {
+  if (bytes < wire::stage_bytes && Short::can_name(slot, limit)) {
+    const Short record{static_cast<std::uint32_t>(offset), Short::pack(Op::short_get, bytes, slot)};
+    std::memcpy(append(sizeof record), &record, sizeof record);
+  } else {
+    const wire::Get record{{slot, Record::pack(Op::get, 0), offset}, bytes, 0};
+    std::memcpy(append(sizeof record), &record, sizeof record);
+  }
+  contents |= wire::has_gets;
+  wanted.push_back({target, bytes});
+  reply_bytes += bytes;
+  ++count;
 }
 
-void Outbox::get(Registry::Id slot, std::size_t offset, void* target, std::size_t bytes, bool direct) {
-  auto* to = static_cast<std::byte*>(target);
-  wanted_bytes += bytes;
+void Outbox::direct_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes) {
+  const wire::Get record{{slot, Record::pack(Op::get, 0), offset}, bytes, 1};
+  std::memcpy(append(sizeof record), &record, sizeof record);
   contents |= wire::has_gets;
-  if (!direct && extend_get(slot, offset, to, bytes)) return;
-  std::byte* place = append(sizeof(wire::Get));
-  const wire::Get record{{slot, Record::pack(Op::get, 0), offset}, bytes, direct ? 1U : 0U};
-  std::memcpy(place, &record, sizeof record);
-  last_get_ = size_;
-  wanted.push_back({slot, offset + bytes, to, bytes, direct});
+  wanted_direct.push_back({target, bytes});
+  direct_bytes += bytes;
   ++count;
 }
 
@@ -123,12 +119,14 @@ void Outbox::reset() {
   close_run();
   reserve_ = size_;
   block_ = {};
-  size_ = last_get_ = 0;
+  reply = {};
+  size_ = 0;
   data.clear();
   wanted.clear();
+  wanted_direct.clear();
   stores.clear();
   contents = count = 0;
-  payload = wanted_bytes = 0;
+  payload = reply_bytes = direct_bytes = 0;
 }
 
 }  // namespace bsp2::bsplib

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "bsp2/bsplib/world.hpp"
@@ -14,12 +15,17 @@
 
 namespace bsp2::bsplib {
 
+/// No run is open.
+inline constexpr bsp2_put_run no_put_run{nullptr, Registry::no_id, wire::nowhere, wire::nowhere, 0};
+inline constexpr bsp2_reference_run no_reference_run{nullptr,       Registry::no_id, wire::nowhere,
+                                                     wire::nowhere, nullptr,         0};
+
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
 ///
-/// The newest put stays open as a *run*: puts that continue where it ends only append their bytes. So a loop
-/// of small puts over neighbouring elements costs little more than one large put. Any other record closes the
-/// run.
+/// The newest put stays open as a run (run.h): puts that continue where it ends only append their bytes. So a
+/// loop of small puts over neighbouring elements costs little more than one large put. Any other record
+/// closes the run.
 class Outbox {
  public:
   struct Piece {
@@ -32,23 +38,22 @@ class Outbox {
     std::size_t size;
   };
   struct Wanted {
-    Registry::Id slot;
-    std::size_t offset_end;
     std::byte* target;
     std::size_t size;
-    bool direct;
   };
 
-  Outbox(Staging* staging, detail::Run* run) : staging_(staging), run_(run) {}
+  Outbox(Staging* staging, bsp2_put_run* run) : staging_(staging), run_(run) {}
 
-  /// A small put that needs no checks but these: it continues the run, or goes to the same registration.
+  /// A small put that needs no checks but these: it goes to the same registration as the newest one.
   bool put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes);
   /// @param limit size of the registered memory; the run must not pass it.
   void put(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes, std::size_t limit);
   /// Data beside the stream: staged (`where`), or in a message of its own.
   void big_put(Registry::Id slot, std::size_t offset, const std::byte* data, std::size_t bytes,
                std::size_t where);
-  void get(Registry::Id slot, std::size_t offset, void* target, std::size_t bytes, bool direct);
+  void get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes, std::size_t limit);
+  /// A get whose answer is a message of its own.
+  void direct_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes);
   void store(const void* source, std::byte* target, std::size_t bytes);
   void message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* payload,
                std::size_t bytes);
@@ -60,90 +65,95 @@ class Outbox {
   std::size_t stream_bytes() const { return size_; }
   std::size_t where() const { return block_.where; }
 
-  std::vector<Piece> data;     ///< for messages of their own, in the order of their records
-  std::vector<Wanted> wanted;  ///< what the gets of this stream will bring
-  std::vector<Store> stores;   ///< to be written straight into the other rank's memory
+  std::vector<Piece> data;            ///< for messages of their own, in the order of their records
+  std::vector<Wanted> wanted;         ///< what the gets of this stream will bring, in one reply
+  std::vector<Wanted> wanted_direct;  ///< in messages of their own
+  std::vector<Store> stores;          ///< to be written straight into the other rank's memory
+  Staging::Block reply;               ///< where the reply will be
   std::uint32_t contents = 0, count = 0;
   std::uint64_t payload = 0;  ///< bytes of puts and messages
-  std::uint64_t wanted_bytes = 0;
+  std::uint64_t reply_bytes = 0, direct_bytes = 0;
 
  private:
   std::byte* append(std::size_t bytes);
   void make_room(std::size_t bytes);
   void grow(std::size_t needed);
-  bool extend_get(Registry::Id slot, std::size_t offset, const std::byte* target, std::size_t bytes);
   bool prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes);
-  std::size_t run_bytes() const {
-    return static_cast<std::size_t>(run_->tail - block_.data) - run_start_ - head_;
-  }
-  void begin_record(std::size_t start, std::size_t offset, const void* source, std::size_t bytes);
-  std::size_t end_record();
-  void set_room();
+  void open_run();
+  void end_run();
+  void write_head(std::byte* place, std::size_t offset, std::size_t bytes) const;
+  void write_put(std::size_t offset, const void* source, std::size_t bytes);
 
-  static constexpr std::size_t head = sizeof(wire::Record);
   static constexpr std::size_t longest_run = wire::stage_bytes - 1;
 
   Staging* staging_;
   Staging::Block block_;
   std::size_t size_ = 0, reserve_ = 0;
-  std::size_t last_get_ = 0;   ///< end of the newest get in the stream
-  detail::Run* run_;           ///< the open run; it has no slot if there is none
-  std::size_t run_start_ = 0;  ///< of its record in the stream
-  std::size_t limit_ = 0;      ///< size of its registration
-  std::size_t head_ = head;    ///< size of its record
+  // The newest put. As long as it has a slot, puts to the same registration need few checks; as long as it
+  // has a `next`, it is continued without this object, which is told at its end.
+  bsp2_put_run* run_;
+  std::size_t first_ = 0, last_ = 0;         ///< where it begins and ends in the registration
+  std::size_t limit_ = 0;                    ///< size of the registration
+  std::size_t head_ = sizeof(wire::Record);  ///< size of its record without the data
 };
 
-/// How far the run may go: within the registration, the stream, and what a short record can tell. Capacities
-/// are multiples of 8, so the padding has room, too.
-inline void Outbox::set_room() {
-  const auto room = static_cast<std::size_t>(block_.data + block_.capacity - run_->tail);
-  run_->end = run_->tail + std::min({limit_ - run_->next(), room, longest_run - run_bytes()});
+/// The newest record becomes a run: within the registration, the stream, and what a short record can tell.
+/// Capacities are multiples of 8, so the padding has room, too.
+inline void Outbox::open_run() {
+  const std::size_t bytes = last_ - first_, end = size_ - wire::padded(bytes) + bytes;
+  run_->origin = reinterpret_cast<std::uintptr_t>(block_.data + end) - last_;
+  run_->next = last_;
+  run_->end = last_ + std::min({limit_ - last_, block_.capacity - end, longest_run - bytes});
 }
 
-/// Begins a record with the first bytes of its run, at `start` of the stream. The record itself is written at
-/// its end.
-inline void Outbox::begin_record(std::size_t start, std::size_t offset, const void* source,
-                                 std::size_t bytes) {
-  std::byte* place = block_.data + start + head_;
-  if (bytes == 8) {
-    std::memcpy(place, source, 8);
-  } else {
-    std::memcpy(place, source, bytes);
-  }
-  run_start_ = start;
-  run_->origin = reinterpret_cast<std::uintptr_t>(place) - offset;
-  run_->tail = place + bytes;
-  set_room();
-  ++count;
+/// Brings the newest record up to date with its run, and the end of the stream, too.
+inline void Outbox::end_run() {
+  const std::size_t place = size_ - wire::padded(last_ - first_);
+  payload += run_->next - last_;
+  last_ = std::exchange(run_->next, wire::nowhere);
+  run_->end = wire::nowhere;
+  size_ = place + wire::padded(last_ - first_);
+  write_head(block_.data + place - head_, first_, last_ - first_);
 }
 
-/// Writes the record of the run. @return where the next one goes.
-inline std::size_t Outbox::end_record() {
-  std::byte* place = block_.data + run_start_;
-  const std::size_t bytes = run_bytes();
-  const std::size_t offset = reinterpret_cast<std::uintptr_t>(place + head_) - run_->origin;
-  if (head_ == sizeof(wire::ShortPut)) {
-    const wire::ShortPut record{static_cast<std::uint32_t>(offset), wire::ShortPut::pack(bytes, run_->slot)};
+inline void Outbox::write_head(std::byte* place, std::size_t offset, std::size_t bytes) const {
+  if (head_ == sizeof(wire::Short)) {
+    const wire::Short record{static_cast<std::uint32_t>(offset),
+                             wire::Short::pack(wire::Op::short_put, bytes, run_->slot)};
     std::memcpy(place, &record, sizeof record);
   } else {
     const wire::Record record{run_->slot, wire::Record::pack(wire::Op::put, bytes), offset};
     std::memcpy(place, &record, sizeof record);
   }
+}
+
+inline void Outbox::write_put(std::size_t offset, const void* source, std::size_t bytes) {
+  std::byte* place = block_.data + size_;
+  write_head(place, offset, bytes);
+  if (bytes == 8) {
+    std::memcpy(place + head_, source, 8);
+  } else {
+    std::memcpy(place + head_, source, bytes);
+  }
+  size_ += head_ + wire::padded(bytes);
+  first_ = offset;
+  last_ = offset + bytes;
   payload += bytes;
-  return run_start_ + head_ + wire::padded(bytes);
+  ++count;
 }
 
 inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
-  if (run_->append(slot, offset, source, bytes)) return true;
   if (slot != run_->slot || bytes > limit_ || offset > limit_ - bytes) return false;
+  if (run_->next != wire::nowhere) end_run();
   if constexpr (defect == Defect::merge_wrongly)
-    if (offset == run_->next() + 1 && bytes <= run_->left())
-      return run_->append(slot, run_->next(), source, bytes);
-  const std::size_t end = run_start_ + head_ + wire::padded(run_bytes());
-  if (offset == run_->next() || bytes == 0 || bytes >= wire::stage_bytes ||
-      block_.capacity - end < head_ + wire::padded(bytes))
+    if (offset == last_ + 1) --offset;
+  if (offset == last_) {
+    open_run();
+    return bsp2_continue_put(run_, offset, source, bytes) != 0;
+  }
+  if (bytes - 1 >= wire::stage_bytes - 1 || block_.capacity - size_ < head_ + wire::padded(bytes))
     return false;
-  begin_record(end_record(), offset, source, bytes);
+  write_put(offset, source, bytes);
   return true;
 }
 

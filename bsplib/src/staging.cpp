@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "wire.hpp"
-
 namespace bsp2::bsplib {
 
 namespace {
@@ -79,13 +77,17 @@ void Staging::release() {
   half_bytes_ = 0;
 }
 
-Staging::Block Staging::allocate(std::size_t bytes) {
+Staging::Block Staging::allocate_shared(std::size_t bytes) {
   const std::size_t size = aligned(std::max<std::size_t>(bytes, 1));
-  if (size <= half_bytes_ - top_) {
-    const std::size_t where = half_ * half_bytes_ + top_;
-    top_ += size;
-    return {base_ + where, size, where};
-  }
+  if (size > half_bytes_ - top_) return {};
+  const std::size_t where = half_ * half_bytes_ + top_;
+  top_ += size;
+  return {base_ + where, size, where};
+}
+
+Staging::Block Staging::allocate(std::size_t bytes) {
+  if (const Block block = allocate_shared(bytes); block.data) return block;
+  const std::size_t size = aligned(std::max<std::size_t>(bytes, 1));
   auto found = free_.lower_bound(size);
   Heap heap;
   if (found != free_.end() && found->first <= 4 * size) {

@@ -7,6 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "wire.hpp"
+
 namespace bsp2::bsplib {
 
 /// Memory for what a superstep sends. Ranks of one node read each other's without a transfer.
@@ -20,7 +22,7 @@ class Staging {
   struct Block {
     std::byte* data = nullptr;
     std::size_t capacity = 0;
-    std::size_t where = 0;  ///< offset for the other ranks, or wire::nowhere
+    std::size_t where = wire::nowhere;  ///< offset for the other ranks, or nowhere
   };
 
   /// Collective over comm. Shared memory is used where MPI grants it.
@@ -30,10 +32,12 @@ class Staging {
   Staging& operator=(const Staging&) = delete;
 
   Block allocate(std::size_t bytes);
+  /// Only what other ranks can read and write; nothing if there is no room.
+  Block allocate_shared(std::size_t bytes);
   /// Makes a block larger where it is, if it was the last one allocated.
   bool extend(Block& block, std::size_t capacity);
   /// Where another rank's staging memory is in this address space; null if it is on another node.
-  const std::byte* peer(int rank) const { return peers_[static_cast<std::size_t>(rank)]; }
+  std::byte* peer(int rank) const { return peers_[static_cast<std::size_t>(rank)]; }
   /// The ranks that share memory; null if there is none.
   MPI_Comm node() const { return window_ == MPI_WIN_NULL ? MPI_COMM_NULL : node_; }
   /// After a sync: the other half's turn.

@@ -14,6 +14,8 @@ inline constexpr std::size_t slot_bytes = 256;
 
 /// From here on data is staged beside the stream instead of in it.
 inline constexpr std::size_t stage_bytes = std::size_t{16} << 10;
+/// From here on the reply to gets is written into staging memory. Below, a message is as fast.
+inline constexpr std::size_t reply_bytes = 1024;
 /// From here on an unbuffered access has a message of its own. Below, combining is faster.
 inline constexpr std::size_t direct_bytes = std::size_t{64} << 10;
 /// From here on an unbuffered put into memory of the layer is written straight into it.
@@ -46,12 +48,14 @@ struct Header {
   std::uint32_t stores = 0;  ///< puts written straight into the receiver's memory; a notice follows them
   std::uint32_t messages = 0;
   std::uint64_t payload = 0;
+  std::uint64_t reply_bytes = 0;  ///< that the gets of this stream want in one reply
+  std::uint64_t reply_where = 0;  ///< in the sender's staging memory: where to write the reply; or `nowhere`
 };
 static_assert(sizeof(Header) <= 144);
 inline constexpr std::size_t inline_bytes = slot_bytes - sizeof(Header);
 
 /// Records are 8-byte aligned; the data of put and message follows its record, padded to 8 bytes.
-enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4, short_put = 5 };
+enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4, short_put = 5, short_get = 6 };
 inline constexpr std::size_t max_inline_size = (std::size_t{1} << 28) - 8;
 
 struct Record {
@@ -66,21 +70,24 @@ struct Record {
 };
 static_assert(sizeof(Record) == 16);
 
-/// A put that fits in fewer bits: most do. Its op is where that of a Record is.
-struct ShortPut {
+/// A put or a get that fits in fewer bits: most do. Its op is where that of a Record is.
+struct Short {
   static constexpr std::uint32_t target_limit = 1U << 14U;
   static constexpr std::size_t reach = std::size_t{1} << 32U;  ///< registrations up to this size
 
   std::uint32_t offset;
   std::uint32_t bits;  ///< op, 14 bits of the size, 14 bits of the target
-  static std::uint32_t pack(std::size_t size, std::uint32_t target) {
-    return static_cast<std::uint32_t>(Op::short_put) | static_cast<std::uint32_t>(size << 4U) | target << 18U;
+  Op op() const { return static_cast<Op>(bits & 15U); }
+  std::size_t size() const { return bits >> 4U & (target_limit - 1); }
+  std::uint32_t target() const { return bits >> 18U; }
+  static std::uint32_t pack(Op op, std::size_t size, std::uint32_t target) {
+    return static_cast<std::uint32_t>(op) | static_cast<std::uint32_t>(size << 4U) | target << 18U;
   }
-  Record widen() const {
-    return {bits >> 18U, Record::pack(Op::put, bits >> 4U & (target_limit - 1)), offset};
+  static bool can_name(std::uint32_t target, std::size_t registered) {
+    return target < target_limit && registered <= reach;
   }
 };
-static_assert(sizeof(ShortPut) == 8 && stage_bytes <= ShortPut::target_limit);
+static_assert(sizeof(Short) == 8 && stage_bytes <= Short::target_limit);
 
 struct BigPut {
   Record record;

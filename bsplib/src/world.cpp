@@ -115,13 +115,13 @@ World::Slot World::slot_of(const void* address, const char* caller) const {
 void World::start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
   engine_->put(pid, source, target, offset, bytes);
 }
-void World::get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
+void World::start_get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
   engine_->get(pid, source, offset, target, bytes, false);
 }
 void World::start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
   engine_->hpput(pid, source, target, offset, bytes);
 }
-void World::hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
+void World::start_hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
   engine_->get(pid, source, offset, target, bytes, true);
 }
 

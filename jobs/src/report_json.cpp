@@ -11,6 +11,7 @@ Json superstep(const supersteps::SuperstepRecord& record) {
   return {{"name", record.name},
           {"step", record.step},
           {"seconds", record.seconds},
+          {"work_seconds", record.work_seconds},
           {"bytes_sent", record.bytes_sent},
           {"bytes_received", record.bytes_received},
           {"cells", record.cells},

@@ -3,9 +3,11 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <thread>
+#include <chrono>
 
 #include "bsp2/geometry/error.hpp"
+#include "exchange.hpp"
+#include "progress.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -13,37 +15,21 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Measures the time since the last lap: one lap a superstep.
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = Clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
+struct Usage {
+  double cpu_seconds = 0;
+  std::uint64_t peak_rss_bytes = 0;
 
- private:
-  Clock::time_point last_ = Clock::now();
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & cpu_seconds & peak_rss_bytes;
+  }
 };
 
-void record(RunReport& report, const std::string& name, double seconds, std::uint64_t cells = 0) {
-  SuperstepRecord entry;
-  entry.name = name;
-  entry.seconds = {seconds};
-  entry.bytes_sent = {0};
-  entry.bytes_received = {0};
-  entry.cells = {cells};
-  entry.predicted_seconds = seconds;  // one rank communicates with nobody: w is all there is
-  report.supersteps.push_back(entry);
-}
-
-void record_usage(RunReport& report) {
+Usage usage_of_this_process() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
-  report.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
-  report.peak_rss_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  return {seconds(usage.ru_utime) + seconds(usage.ru_stime), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
 }
 
 template <int D>
@@ -71,48 +57,123 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
   report.exact_fallbacks = totals.counts.exact_predicates;
 }
 
-/// Passes progress on to the one who asked for it.
-class ProgressConsumer : public dataflow::Consumer {
- public:
-  explicit ProgressConsumer(const RunOptions& options) : options_(options) {}
-  void consume(const std::shared_ptr<const dataflow::Refinement>&) override {}
-  void progress(double done, std::uint64_t cells) override {
-    if (options_.on_progress) options_.on_progress(done, cells);
-  }
-
- private:
-  const RunOptions& options_;
+/// Why the loop goes on or ends, the same on all ranks.
+struct StepEnd {
+  bool stopped = false, interrupted = false;  // on some rank
+  std::uint64_t cells = 0;                    // finished, on all ranks
+  bool last = false;
 };
+
+template <int D>
+std::uint64_t finished_cells(const Progress<D>& progress) {
+  return progress.totals.in_cells + progress.totals.fuzzy_cells + progress.totals.out_cells;
+}
+
+/// What all ranks say after a computation superstep. Collective.
+template <int D>
+StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& progress, bool stopped, unsigned steps_done) {
+  const bool interrupted = options.interrupted && options.interrupted();
+  StepEnd end;
+  for (const auto& answer : all_gather(ranks, std::vector<std::uint64_t>{stopped, interrupted, finished_cells(progress)})) {
+    end.stopped = end.stopped || answer[0] != 0;
+    end.interrupted = end.interrupted || answer[1] != 0;
+    end.cells += answer[2];
+  }
+  const unsigned only = options.budget_seconds && !options.snapshot ? 1 : ~0U;
+  end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || (options.cells && end.cells >= *options.cells);
+  end.interrupted = end.interrupted && end.stopped;
+  return end;
+}
+
+/// The options of one computation superstep. Without a budget, a step that ends with a snapshot is long against the time
+/// that the last one took to write.
+RunOptions options_of_step(const RunOptions& options, std::uint64_t cells, double snapshot_seconds) {
+  constexpr double shortest = 30, share = 20;
+  RunOptions step = options;
+  if (options.snapshot && !options.budget_seconds) step.budget_seconds = std::max(shortest, share * snapshot_seconds);
+  if (options.cells) step.cells = *options.cells > cells ? *options.cells - cells : 0;
+  return step;
+}
+
+/// One computation superstep: what it decides becomes progress, what is left stays in it.
+template <int D>
+bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+  Keeper keeper;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells) consumers.push_back(&keeper);
+  const std::vector<std::uint32_t> numbers = progress.region_numbers();
+  auto evaluation = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, progress.recorded(), consumers);
+  ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
+  progress.partition.regions = std::move(evaluation.unfinished);
+  ++progress.steps;
+  const bool stopped = evaluation.stopped;
+  progress.add(numbers, std::move(evaluation), keeper);
+  return stopped;
+}
+
+/// What is left becomes FUZZY cells: the end of a run.
+template <int D>
+void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+  if (progress.partition.regions.empty()) return;
+  Keeper keeper;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells) consumers.push_back(&keeper);
+  progress.add(progress.region_numbers(), picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers), keeper);
+}
 
 /// The loop of supersteps.
 template <int D>
-RunResult run_supersteps(const RunOptions& options, const model::Model& model, RunReport report, Stopwatch watch) {
-  const dataflow::Network<D> network = compilation<D>(model, options);
-  record(report, "compilation", watch.lap());
+RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
+  const dataflow::Network<D> network = translation<D>(source, options);
+  for (const std::string& warning : network.warnings) report.warnings.push_back(options.model.string() + ": " + warning);
 
-  dataflow::Partition<D> partition = distribution<D>(network, options);
-  report.regions = static_cast<unsigned>(partition.regions.size());
-  record(report, "distribution", watch.lap());
+  ranks.begin("distribution");
+  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
+  report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
 
-  Collection collection;
-  ProgressConsumer progress(options);
-  std::vector<dataflow::Consumer*> consumers{&progress};
-  if (options.collect_cells) consumers.push_back(&collection);
-  auto evaluation = computation<D>(network, std::move(partition.regions), options, report.threads, consumers);
-  fill(report, network, evaluation.totals, options);
-  record(report, "computation", watch.lap(), report.in_cells + report.fuzzy_cells + report.out_cells.value_or(0));
+  double snapshot_seconds = 0;
+  StepEnd end{.stopped = true, .cells = finished_cells(progress), .last = options.steps == 0U};
+  for (unsigned step = 0; !end.last; ++step) {
+    ranks.begin("computation", progress.steps);
+    const bool stopped = advance(ranks, network, progress, options_of_step(options, end.cells, snapshot_seconds), report.threads);
+    end = end_of_step(ranks, options, progress, stopped, step + 1);
+    if (options.snapshot) {
+      auto records = report.earlier;
+      for (auto& record : ranks.records()) records.push_back(std::move(record));
+      ranks.begin("snapshot", progress.steps - 1);
+      const auto start = Clock::now();
+      save_progress(ranks, network, progress, options, source, !end.stopped, records);
+      snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    }
+  }
 
+  ranks.begin("collection");
+  draw_rest(network, progress, options, report.threads);
+  fill(report, network, sum_totals(ranks, network, progress.totals), options);
+  report.complete = !end.stopped;
+  report.interrupted = end.interrupted;
   RunResult result;
-  result.mesh = collection.take(D);
-  if (options.collect_cells) result.tree = join_trees<D>(network, partition, evaluation);
-  record(report, "collection", watch.lap());
+  if (options.collect_cells) {
+    Part part = progress.take();
+    result.is_collected = collection(ranks, part, options.collect);
+    ranks.count_cells(part.cells);
+    std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
+    for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
+    for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
+    result.tree = join_trees<D>(network, progress.partition, std::move(part.tree), roots);
+    result.partition = join_trees<D>(network, progress.partition, geometry::BspTree{.dimension = D}, leaves);
+    result.mesh = {D, std::move(part.batches)};
+  }
+  result.rank_of_region = std::move(rank_of_region);
 
-  if (options.boundary || options.contacts) {
-    auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options, report.threads);
-    result.contacts = std::move(contacts);
-    result.boundary = std::move(boundary);
-    if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
-    record(report, "resolution", watch.lap(), report.in_cells);
+  if ((options.boundary || options.contacts) && result.is_collected) {
+    ranks.begin("resolution");
+    if (ranks.is_master()) {
+      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options, report.threads);
+      result.contacts = std::move(contacts);
+      result.boundary = std::move(boundary);
+      if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+    }
   }
   result.report = std::move(report);
   return result;
@@ -120,30 +181,51 @@ RunResult run_supersteps(const RunOptions& options, const model::Model& model, R
 
 }  // namespace
 
-RunResult run(const RunOptions& options) {
-  const auto start = Clock::now();
-  Stopwatch watch;
-  const model::Model model = model::read_csg(options.model);
-  RunReport report;
-  report.model = options.model.string();
-  report.threads = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-  report.dimension = model.expression.dimension();
-  report.primitives = model.primitive_count;
-  report.warnings = model.warnings;
+void record_costs(Ranks& ranks, RunReport& report) {
+  report.supersteps = report.earlier;
+  for (auto& record : ranks.records()) report.supersteps.push_back(std::move(record));
+  report.cpu_seconds = 0;
+  report.peak_rss_bytes = 0;
+  for (const Usage& usage : gather(ranks, usage_of_this_process())) {
+    report.cpu_seconds += usage.cpu_seconds;
+    report.peak_rss_bytes = std::max(report.peak_rss_bytes, usage.peak_rss_bytes);
+  }
+  report.seconds = ranks.seconds();
+}
 
+RunResult run(const RunOptions& given, Ranks& ranks) {
+  RunReport report;
+  RunOptions options = given.resume ? resumed_options(given, report.earlier) : given;
+  options.collect_cells = options.collect_cells || options.snapshot;
+  ranks.begin("compilation");
+  Source source = compilation(ranks, options);
+  ranks.begin("broadcast");
+  broadcasting(ranks, source, options);
+  report.model = options.model.string();
+  report.ranks = static_cast<unsigned>(ranks.count());
+  report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
+  report.dimension = source.model.expression.dimension();
+  report.primitives = source.model.primitive_count;
+  report.warnings = source.model.warnings;
+
+  ranks.begin("compilation");
   RunResult result;
   switch (report.dimension) {
-    case 1: result = run_supersteps<1>(options, model, std::move(report), watch); break;
-    case 2: result = run_supersteps<2>(options, model, std::move(report), watch); break;
-    case 3: result = run_supersteps<3>(options, model, std::move(report), watch); break;
-    case 4: result = run_supersteps<4>(options, model, std::move(report), watch); break;
-    case 5: result = run_supersteps<5>(options, model, std::move(report), watch); break;
-    case 6: result = run_supersteps<6>(options, model, std::move(report), watch); break;
+    case 1: result = run_supersteps<1>(ranks, options, source, std::move(report)); break;
+    case 2: result = run_supersteps<2>(ranks, options, source, std::move(report)); break;
+    case 3: result = run_supersteps<3>(ranks, options, source, std::move(report)); break;
+    case 4: result = run_supersteps<4>(ranks, options, source, std::move(report)); break;
+    case 5: result = run_supersteps<5>(ranks, options, source, std::move(report)); break;
+    case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
-  result.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  record_usage(result.report);
+  record_costs(ranks, result.report);
   return result;
+}
+
+RunResult run(const RunOptions& options) {
+  Ranks alone;
+  return run(options, alone);
 }
 
 }  // namespace bsp2::supersteps

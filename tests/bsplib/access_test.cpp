@@ -65,6 +65,31 @@ TEST_P(Access, UnbufferedPutArrivesInMemoryOfTheProgramAndOfTheLayer) {
   EXPECT_TRUE(std::equal(array.begin(), array.end(), target.begin(), target.end()));
 }
 
+TEST_P(Access, LoopsOfAllKindsOverNeighboursMix) {
+  std::vector<std::uint32_t> to_put(size()), to_hpput(size()), read = values(world.pid());
+  std::vector<std::uint32_t> got(size()), hpgot(size());
+  Registered<std::uint32_t> put(world, to_put), hpput(world, to_hpput), source(world, read);
+  world.sync();
+  const auto mine = values(world.pid());
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (i % 1000 == 999) continue;  // a gap now and then
+    put.put(next(world), mine[i], i);
+    hpput.hpput(next(world), std::span(mine).subspan(i, 1), i);
+    source.get(next(world), i, got[i]);
+    source.hpget(next(world), i, std::span(hpgot).subspan(i, 1));
+  }
+  world.sync();
+  const auto previous_values = values(previous(world)), next_values = values(next(world));
+  for (std::size_t i = 0; i < size(); ++i) {
+    const bool gap = i % 1000 == 999;
+    const std::uint32_t from_previous = gap ? 0 : previous_values[i], from_next = gap ? 0 : next_values[i];
+    ASSERT_EQ(to_put[i], from_previous) << i;
+    ASSERT_EQ(to_hpput[i], from_previous) << i;
+    ASSERT_EQ(got[i], from_next) << i;
+    ASSERT_EQ(hpgot[i], from_next) << i;
+  }
+}
+
 TEST_P(Access, GetsReadBeforePutsWrite) {
   Array<std::uint32_t> array(world, size());
   const auto mine = values(world.pid());

@@ -111,6 +111,24 @@ TEST(AgreedAlways, RangeThatWrapsAround) {
       Errc::out_of_range, ranks() - 1, "beyond registered range");
 }
 
+TEST(AgreedAlways, LoopThatRunsTooFar) {
+  for (const char* kind : {"put", "hpput", "get", "hpget"})
+    expect_agreed(
+        [&](World& world) {
+          Array<int> array(world, 10);
+          std::vector<int> mine(12);
+          for (std::size_t i = 0; world.pid() == last(world) && i < mine.size(); ++i) {
+            const std::span<int> one(&mine[i], 1);
+            if (kind == std::string("put")) array.put(0, mine[i], i);
+            if (kind == std::string("hpput")) array.hpput(0, one, i);
+            if (kind == std::string("get")) array.get(0, i, one);
+            if (kind == std::string("hpget")) array.hpget(0, i, one);
+          }
+          world.sync();
+        },
+        Errc::out_of_range, ranks() - 1, " 4 bytes beyond registered range of 40 bytes");
+}
+
 TEST_F(Agreed, SomeRanksRegister) {
   expect_agreed(
       [](World& world) {

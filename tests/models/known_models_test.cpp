@@ -28,6 +28,14 @@ TEST(KnownModel, TheShippedTower) {
   EXPECT_NEAR(report.in_volume, 4992.14352895, 1e-9 * 4992.14352895);
 }
 
+TEST(KnownModel, TheShippedConstructs) {
+  const auto examples = std::filesystem::path(BSP2_SOURCE_DIR) / "examples";
+  EXPECT_NEAR(run_file(examples / "constructs.csg").in_volume, 80, 1e-9);
+  const auto plane = run_file(examples / "plane.csg");
+  EXPECT_EQ(plane.dimension, 2);
+  EXPECT_NEAR(plane.in_volume, 169, 1e-9);
+}
+
 TEST(KnownModel, ShippedExamplesHaveNoFuzzyCell) {
   for (const auto& entry :
        std::filesystem::directory_iterator(std::filesystem::path(BSP2_SOURCE_DIR) / "examples")) {

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <exception>
 #include <memory>
 #include <optional>
@@ -16,6 +15,7 @@
 
 #include "bsp2/bsplib/cost.hpp"
 #include "bsp2/bsplib/error.hpp"
+#include "bsp2/bsplib/run.h"
 
 namespace bsp2::bsplib {
 
@@ -47,29 +47,6 @@ class OpenSuperstep;
 namespace detail {
 
 class Engine;
-
-/// The newest put to a rank, as long as it can be continued. Public, so that a loop of small puts to
-/// neighbouring places is compiled to little more than copying them; only `tail` changes in such a loop.
-struct Run {
-  std::uint32_t slot = ~std::uint32_t{0};  ///< all ones: none
-  std::uintptr_t origin = 0;               ///< tail - origin is where the run ends in the registration
-  std::byte* tail = nullptr;               ///< where the next bytes go
-  std::byte* end = nullptr;                ///< how far
-
-  std::size_t next() const { return reinterpret_cast<std::uintptr_t>(tail) - origin; }
-  std::size_t left() const { return static_cast<std::size_t>(end - tail); }
-
-  bool append(std::uint32_t to, std::size_t offset, const void* source, std::size_t bytes) {
-    if (to != slot || offset != next() || bytes > left()) return false;
-    if (bytes == 8) {
-      std::memcpy(tail, source, 8);
-    } else if (bytes > 0) {
-      std::memcpy(tail, source, bytes);
-    }
-    tail += bytes;
-    return true;
-  }
-};
 
 }  // namespace detail
 
@@ -141,14 +118,26 @@ class World {
 
   /// Reads the source now.
   void put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-    if (!continues(pid, source, target, offset, bytes)) start_put(pid, source, target, offset, bytes);
+    bsp2_runs* runs = runs_of(pid);
+    if (!runs || runs->put.slot != target || !bsp2_continue_put(&runs->put, offset, source, bytes))
+      start_put(pid, source, target, offset, bytes);
   }
-  void get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
+  void get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
+    bsp2_runs* runs = runs_of(pid);
+    if (!runs || !continues(runs->get, source, offset, target, bytes))
+      start_get(pid, source, offset, target, bytes);
+  }
   /// Unbuffered: source and target must not change, and are undefined, until the sync ends.
   void hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-    if (!continues(pid, source, target, offset, bytes)) start_hpput(pid, source, target, offset, bytes);
+    bsp2_runs* runs = runs_of(pid);
+    if (!runs || !continues(runs->hpput, target, offset, source, bytes))
+      start_hpput(pid, source, target, offset, bytes);
   }
-  void hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
+  void hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
+    bsp2_runs* runs = runs_of(pid);
+    if (!runs || !continues(runs->hpget, source, offset, target, bytes))
+      start_hpget(pid, source, offset, target, bytes);
+  }
 
   // --- Messages ---
 
@@ -175,14 +164,19 @@ class World {
 
  private:
   explicit World(std::unique_ptr<detail::Engine> engine);
-  bool continues(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-    return static_cast<unsigned>(pid) < runs_.size() &&
-           runs_[static_cast<std::size_t>(pid)].append(target, offset, source, bytes);
+  bsp2_runs* runs_of(int pid) {
+    return static_cast<unsigned>(pid) < runs_.size() ? &runs_[static_cast<unsigned>(pid)] : nullptr;
+  }
+  static bool continues(bsp2_reference_run& run, Slot slot, std::size_t offset, const void* local,
+                        std::size_t bytes) {
+    return run.slot == slot && bsp2_continue_reference(&run, offset, local, bytes);
   }
   void start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
+  void start_get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
   void start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
+  void start_hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
 
-  std::span<detail::Run> runs_;  ///< by rank; the engine has them
+  std::span<bsp2_runs> runs_;  ///< by rank; the engine has them
   std::unique_ptr<detail::Engine> engine_;
 };
 
