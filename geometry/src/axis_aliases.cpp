@@ -55,11 +55,18 @@ OrientedHyperplane AxisAliases<D>::find(HyperplaneId cut) const {
 }
 
 template <int D>
-OrientedHyperplane AxisAliases<D>::canonical(OrientedHyperplane hyperplane) {
+HyperplaneId AxisAliases<D>::add(HyperplaneId id) {
+  if (id < table_.size()) return id;
+  const auto [entry, is_new] = known_.try_emplace(id);
+  if (is_new) entry->second = find(id);
+  return entry->second.id();
+}
+
+template <int D>
+OrientedHyperplane AxisAliases<D>::canonical(OrientedHyperplane hyperplane) const {
   if (hyperplane.id() < table_.size()) return hyperplane;
-  const auto [entry, is_new] = known_.try_emplace(hyperplane.id());
-  if (is_new) entry->second = find(hyperplane.id());
-  return hyperplane.flipped() ? entry->second.opposite() : entry->second;
+  const OrientedHyperplane name = known_.find(hyperplane.id())->second;
+  return hyperplane.flipped() ? name.opposite() : name;
 }
 
 template class AxisAliases<2>;

@@ -11,13 +11,15 @@ namespace bsp2::geometry {
 /// One name for hyperplanes that have two: an axis-parallel cut may happen to be a primitive's hyperplane, exactly.
 ///
 /// The kernel need not care, for a cell never has facets on both. Facets of different cells may.
-/// Thread rule: one thread at a time.
+/// Thread rule: `add` is called by one thread, then any number may read.
 template <int D>
 class AxisAliases {
  public:
   explicit AxisAliases(const HyperplaneTable<D>& table);
-  /// The primitive's hyperplane that equals this one, or this one itself.
-  OrientedHyperplane canonical(OrientedHyperplane hyperplane);
+  /// Looks for another name of a hyperplane. @return the one it goes by.
+  HyperplaneId add(HyperplaneId id);
+  /// The primitive's hyperplane that equals this one, or this one itself. @pre it has been added.
+  [[nodiscard]] OrientedHyperplane canonical(OrientedHyperplane hyperplane) const;
 
  private:
   struct AxisParallel {

@@ -111,6 +111,16 @@ class Straightener {
 
 }  // namespace
 
+void Skin::append(const Skin& other) {
+  const auto first_vertex = static_cast<std::uint32_t>(vertices.size()), first_face = static_cast<std::uint32_t>(faces.size()),
+             first_incident = static_cast<std::uint32_t>(incident.size());
+  vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
+  incident.insert(incident.end(), other.incident.begin(), other.incident.end());
+  for (std::size_t i = 1; i < other.incident_offset.size(); ++i) incident_offset.push_back(first_incident + other.incident_offset[i]);
+  faces.insert(faces.end(), other.faces.begin(), other.faces.end());
+  for (const Edge& edge : other.edges) edges.push_back({first_vertex + edge.from, first_vertex + edge.to, first_face + edge.face, edge.across});
+}
+
 TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
   ExactPoints exact(table);
   sort_faces(skin);

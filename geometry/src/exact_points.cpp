@@ -42,6 +42,7 @@ const ExactCovector<3>& ExactCoordinates::covector(HyperplaneId id) {
   Covector& entry = covectors_[(id * 0x9e3779b1u >> 12) % covectors_.size()];
   if (entry.id != id) {
     entry.value = table_.exact(id);
+    divide_by_common_power_of_two(entry.value);
     entry.id = id;
   }
   return entry.value;

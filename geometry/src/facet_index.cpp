@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <stdexcept>
+#include <tuple>
 
 #include "axis_aliases.hpp"
 #include "bsp2/geometry/contact.hpp"
@@ -45,10 +46,12 @@ FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::sha
     for (std::uint32_t cell = 0; cell < batch.size(); ++cell) {
       if (batch.label[cell] != Label::in) continue;
       for (std::uint32_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet)
-        entries_.push_back({aliases_->canonical(outward(batch.facet_hyperplane[facet])).id(), b, cell, facet});
+        entries_.push_back({aliases_->add(outward(batch.facet_hyperplane[facet]).id()), b, cell, facet});
     }
   }
-  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.hyperplane < b.hyperplane; });
+  std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+    return std::tie(a.hyperplane, a.batch, a.facet) < std::tie(b.hyperplane, b.batch, b.facet);
+  });
   for (std::size_t i = 0; i < entries_.size(); ++i)
     if (i == 0 || entries_[i].hyperplane != entries_[i - 1].hyperplane) begin_.push_back(i);
   begin_.push_back(entries_.size());
@@ -56,7 +59,7 @@ FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::sha
 
 FacetIndex::~FacetIndex() = default;
 
-void FacetIndex::append(std::size_t index, FacetSet& set) {
+void FacetIndex::append(std::size_t index, FacetSet& set) const {
   for (std::size_t i = begin_[index]; i < begin_[index + 1]; ++i) {
     const Entry& entry = entries_[i];
     const CellBatch& batch = *batches_[entry.batch];

@@ -169,7 +169,7 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   if ((options.boundary || options.contacts) && result.is_collected) {
     ranks.begin("resolution");
     if (ranks.is_master()) {
-      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options);
+      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options, report.threads);
       result.contacts = std::move(contacts);
       result.boundary = std::move(boundary);
       if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};

@@ -106,7 +106,7 @@ struct Resolution {
 /// D = 3 only; nothing is found for other dimensions.
 /// Source: the paper, section 4.2, "Resolution".
 template <int D>
-Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options);
+Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options, unsigned threads);
 
 /// Sums over all ranks, on the master: exact, so they do not depend on who computed what.
 template <int D>

@@ -28,7 +28,7 @@ using Batches = std::vector<std::shared_ptr<const CellBatch>>;
 
 /// All skin of a mesh, before it is triangulated.
 Skin skin_of(const Network<3>& network, const Batches& batches, std::vector<Contact>* contacts) {
-  FacetIndex index(network.table, batches);
+  const FacetIndex index(network.table, batches);
   FacetMatcher matcher(network.table);
   FacetSet facets;
   Skin skin;

@@ -53,7 +53,7 @@ template <int D>
 class AxisAliases;
 
 /// Finds the facets of the IN cells of a mesh by hyperplane. Holds 16 bytes a facet; the table and the batches must
-/// outlive it. A cut that equals a primitive's hyperplane goes by the name of that one, in all that follows.
+/// outlive it. Once made, any number of threads may read it. A cut that equals a primitive's hyperplane goes by the name of that one, in all that follows.
 class FacetIndex {
  public:
   /// @param batches of dimension 3. @param first_cell the number of their first cell, in contacts.
@@ -66,7 +66,7 @@ class FacetIndex {
   [[nodiscard]] std::size_t size() const { return begin_.size() - 1; }
   [[nodiscard]] HyperplaneId hyperplane(std::size_t index) const { return entries_[begin_[index]].hyperplane; }
   /// Appends the facets on the index-th hyperplane to a set of the same hyperplane.
-  void append(std::size_t index, FacetSet& set);
+  void append(std::size_t index, FacetSet& set) const;
 
  private:
   struct Entry {
@@ -100,6 +100,9 @@ struct Skin {
   std::vector<HyperplaneId> incident;                 ///< ascending for each vertex
   std::vector<Face> faces;
   std::vector<Edge> edges;
+
+  /// Takes in the skin on other hyperplanes.
+  void append(const Skin& other);
 };
 
 /// Matches the facets on a hyperplane: where cells touch, and what of their facets is left for the boundary.

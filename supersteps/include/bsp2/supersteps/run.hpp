@@ -99,7 +99,7 @@ struct RunResult {
   geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
   std::vector<std::int32_t> rank_of_region;  ///< who computed it
   std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
-  std::vector<geometry::Contact> contacts;            ///< likewise; cells count through the batches
+  std::vector<geometry::Contact> contacts;            ///< likewise, by cells; these count through the batches
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
