@@ -122,7 +122,7 @@ RandomPolygon random_polygon(Random& random) {
 
 TEST(PlaneSolids, PolygonsFollowTheEvenOddRule) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 300; ++round) {
     const RandomPolygon polygon = random_polygon(random);
@@ -133,7 +133,7 @@ TEST(PlaneSolids, PolygonsFollowTheEvenOddRule) {
 
 TEST(PlaneSolids, OutlinesAreClosedAndHaveTheSolidOnTheirLeft) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 60; ++round) {
     std::vector<Expression> operands;
@@ -225,7 +225,7 @@ TEST_F(Import, ReadsDrawings) {
 
 TEST(LinearExtrude, StraightIsAreaTimesHeight) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 40; ++round) {
     const RandomPolygon polygon = random_polygon(random);
@@ -269,7 +269,7 @@ double faceted_pappus(const Plane& path, double segments, double step) {
 
 TEST(RotateExtrude, HasTheVolumeOfPappusForItsFacets) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 40; ++round) {
     // A star around a point off the axis: simple, rarely convex.
@@ -361,7 +361,7 @@ Real determinant(const std::array<double, 3>& a, const std::array<double, 3>& b,
 
 TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 200; ++round) {
     std::vector<std::array<double, 3>> points;
@@ -420,7 +420,7 @@ TEST(Minkowski, OfKnownSolids) {
 
 TEST(Minkowski, OfAConvexPolygonAndABox) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 30; ++round) {
     Plane points;
