@@ -357,8 +357,10 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   if (kind == ".svg") {
     const double dpi = arguments.number("dpi", -1, 72);
     std::vector<Expression> shapes;
-    for (const PlaneDrawing& drawing : import_svg(path, dpi > 0 ? dpi : 72, resolution_of(arguments)))
+    std::size_t lines = 0;
+    for (const PlaneDrawing& drawing : import_svg(path, dpi > 0 ? dpi : 72, resolution_of(arguments), lines))
       shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
+    if (lines > 0) warn(std::to_string(lines) + " open paths of " + path.string() + " are lines; only areas are read");
     if (arguments.flag("center", -1)) warn("center is not supported for SVG files; the drawing stays where it is");
     return pool.boolean(Operation::unite, 2, shapes);
   }

@@ -237,6 +237,7 @@ class Pen {
       case 'z':
         if (!paths.empty()) {
           at_ = paths.back().front();
+          paths.back().push_back(at_);
           paths.push_back({at_});
         }
         break;
@@ -256,6 +257,18 @@ std::vector<Point> ellipse(double x, double y, double rx, double ry, const Resol
   return path;
 }
 
+std::vector<Point> points_of(const xmlNode* node) {
+  const auto v = numbers_of(attribute(node, "points"));
+  std::vector<Point> path;
+  for (std::size_t i = 0; i + 1 < v.size(); i += 2) path.push_back({v[i], v[i + 1]});
+  return path;
+}
+
+std::vector<Point> closed(std::vector<Point> path) {
+  if (!path.empty()) path.push_back(path[0]);
+  return path;
+}
+
 /// The paths of an element that is a shape.
 std::vector<std::vector<Point>> shape_of(const xmlNode* node, const std::string& name, const Resolution& resolution) {
   const auto number = [&](const char* key) { return std::strtod(attribute(node, key).c_str(), nullptr); };
@@ -264,20 +277,21 @@ std::vector<std::vector<Point>> shape_of(const xmlNode* node, const std::string&
     pen.draw(attribute(node, "d"));
     return pen.paths;
   }
+  if (name == "polyline") return {points_of(node)};
   if (name == "rect") {
     const double x = number("x"), y = number("y"), w = number("width"), h = number("height");
     if (!(w > 0 && h > 0)) return {};
-    return {{{x, y}, {x + w, y}, {x + w, y + h}, {x, y + h}}};
+    return {closed({{x, y}, {x + w, y}, {x + w, y + h}, {x, y + h}})};
   }
-  if (name == "circle") return {ellipse(number("cx"), number("cy"), number("r"), number("r"), resolution)};
-  if (name == "ellipse") return {ellipse(number("cx"), number("cy"), number("rx"), number("ry"), resolution)};
-  if (name == "polygon") {
-    const auto v = numbers_of(attribute(node, "points"));
-    std::vector<Point> path;
-    for (std::size_t i = 0; i + 1 < v.size(); i += 2) path.push_back({v[i], v[i + 1]});
-    return {path};
-  }
+  if (name == "circle") return {closed(ellipse(number("cx"), number("cy"), number("r"), number("r"), resolution))};
+  if (name == "ellipse") return {closed(ellipse(number("cx"), number("cy"), number("rx"), number("ry"), resolution))};
+  if (name == "polygon") return {closed(points_of(node))};
   return {};
+}
+
+/// Whether a path is a line with a width rather than an area: OpenSCAD asks whether its ends are apart.
+bool is_line(const std::vector<Point>& path) {
+  return std::hypot(path.back()[0] - path[0][0], path.back()[1] - path[0][1]) > 0.1;
 }
 
 /// From the drawing's units to millimetres, y upwards from the lower edge of the page.
@@ -294,7 +308,8 @@ Map page_of(const xmlNode* root, double dpi) {
 
 }  // namespace
 
-std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution) {
+std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution, std::size_t& lines) {
+  lines = 0;
   const std::unique_ptr<xmlDoc, void (*)(xmlDoc*)> document(
       xmlReadFile(path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING), xmlFreeDoc);
   const xmlNode* root = document ? xmlDocGetRootElement(document.get()) : nullptr;
@@ -314,6 +329,10 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
     PlaneDrawing drawing;
     for (const auto& points : shape_of(visit.node, name, resolution)) {
       if (points.size() < 3) continue;
+      if (is_line(points)) {
+        ++lines;
+        continue;
+      }
       for (const Point& p : points) {
         drawing.paths.corners.push_back(static_cast<std::uint32_t>(drawing.points.size()));
         drawing.points.push_back(map(p));

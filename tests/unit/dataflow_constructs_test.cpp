@@ -221,6 +221,29 @@ TEST_F(Import, ReadsDrawings) {
   EXPECT_THROW(imported("import(file = \"bad.dxf\");"), Error);
 }
 
+TEST_F(Import, ReadsVectorGraphics) {
+  const auto svg = [](const std::string& shapes) {
+    return "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='10mm' viewBox='0 0 40 20'>" + shapes + "</svg>";
+  };
+  const auto area = [&](const std::string& shapes, const std::string& more = "") {
+    write("a.svg", svg(shapes));
+    return imported("import(file = \"a.svg\"" + more + ");");
+  };
+  EXPECT_NEAR(area("<rect x='1' y='1' width='4' height='2'/>"), 2, 1e-12) << "half a millimetre a unit";
+  EXPECT_NEAR(area("<g transform='scale(2) translate(1, 1)'><rect width='4' height='2'/></g>"), 8, 1e-12);
+  EXPECT_NEAR(area("<path d='M0 0h4v4H0zm1,1 2 0 0 2-2 0z'/>"), 3, 1e-12) << "a hole";
+  EXPECT_NEAR(area("<polygon points='0,0 4,0 4,4'/><circle cx='10' cy='10' r='2'/>", ", $fn = 4"), 2 + 2, 1e-12);
+  EXPECT_NEAR(area("<path d='M0 0 C 0 4 4 4 4 0 z'/>"), 9.6 / 4, 2e-2) << "the integral of y dx";
+  EXPECT_NEAR(area("<path d='M-4 0 A 4 4 0 0 1 4 0 z'/>"), 28 * std::sin(std::numbers::pi / 14), 1e-9) << "14 chords of half a circle of radius 2";
+  EXPECT_EQ(area("<path d='M0 0 4 0 4 4'/>"), 0) << "a line";
+  write("bad.svg", "no drawing");
+  EXPECT_THROW(imported("import(file = \"bad.svg\");"), Error);
+  write("a.svg", svg("<rect x='0' y='0' width='40' height='2'/>"));
+  const auto totals = evaluate_all(compile<2>(model::parse_csg("import(file = \"a.svg\");", (folder_.path() / "t.csg").string()).expression, {}), 0, {}).evaluation.totals;
+  EXPECT_NEAR(totals.lower[1], 9, 1e-12) << "y upwards from the lower edge";
+  EXPECT_NEAR(totals.upper[0], 20, 1e-12);
+}
+
 // --- extrusions -----------------------------------------------------------------------------------------------
 
 TEST(LinearExtrude, StraightIsAreaTimesHeight) {
