@@ -121,6 +121,7 @@ class Crew {
   std::atomic<unsigned> running{0};
   std::atomic<std::uint64_t> emitted{0};  // counted where there is a limit
   std::atomic<bool> stop{false};   // leave the rest as it is
+  std::atomic<bool> fired{false};  // something has been done: no step, however short, does nothing but unfold frontiers
   std::atomic<bool> abort{false};  // leave everything: an exception was thrown
   std::vector<std::int64_t> region_codes;     // by place among the regions at hand
   std::vector<std::uint32_t> region_numbers;  // likewise
@@ -241,6 +242,7 @@ Token<D>* Worker<D>::process(Token<D>* token) {
   if (!left) {
     typename Localizer<D>::Cut cut;
     const Answer answer = localizer_.fire(token->program, token->cell, program_, cut);
+    if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
     left = answer.label == Label::fuzzy;
     if (left && !(crew_.options.level && token->level >= *crew_.options.level)) {
       std::swap(token->program, program_);
@@ -551,7 +553,7 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
       cells += worker->decided_cells.load(std::memory_order_relaxed);
       decided += std::ldexp(static_cast<double>(worker->decided.load(std::memory_order_relaxed)), -60);
     }
-    if (crew.options.budget_seconds && std::chrono::duration<double>(now - start).count() > *crew.options.budget_seconds) crew.stop = true;
+    if (crew.options.budget_seconds && crew.fired && std::chrono::duration<double>(now - start).count() > *crew.options.budget_seconds) crew.stop = true;
     if (crew.options.interrupted && crew.options.interrupted()) crew.stop = true;
     if (now - last_progress > std::chrono::milliseconds(100)) {
       last_progress = now;

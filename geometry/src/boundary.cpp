@@ -133,7 +133,8 @@ TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
       for (std::uint32_t& point : triangle) {
         if (number[point] == none) {
           number[point] = static_cast<std::uint32_t>(surface.points.size());
-          surface.points.push_back(points.vertices[point].x);
+          const auto& x = points.vertices[point].x;
+          surface.points.push_back({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0});  // no negative zeros
         }
         point = number[point];
       }

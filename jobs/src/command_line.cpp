@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <filesystem>
 #include <ostream>
 
 #include "bsp2/geometry/error.hpp"
@@ -18,15 +20,17 @@ constexpr auto footer =
     "                                         out/boundary.stl, out/view.png and\n"
     "                                         out/report.json\n"
     "  bsp2 run model.csg --picture tower.png --threads 4\n"
+    "  bsp2 run model.csg --snapshot run.h5   also save the state of the run now and\n"
+    "                                         then; after a stop: bsp2 resume run.h5\n"
     "  mpirun -n 4 bsp2 run model.csg         the same on four processes\n"
     "\n"
     "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad).\n"
     "Exit code: 0 success, 2 a mistake in the options, the model or a path, 1 an\n"
-    "error of bsp2 itself.";
+    "error of bsp2 itself, 75 ended early by SIGINT, SIGTERM or SIGUSR1.";
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, boundary, picture, report, table, collect;
+  std::string order, budget, folder, boundary, picture, report, table, collect, snapshot, pvtu;
   std::vector<std::string> keep;
   bool mesh = false;
 };
@@ -40,25 +44,17 @@ CLI::Validator finite_share() {
           "0 .. 0.01"};
 }
 
-void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
+constexpr auto work_group = "What is computed";
+
+/// What fixes the cells from the start.
+void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
   auto& options = command.options;
-  const auto group = "What is computed";
-  app.add_option("--threads", options.threads, "threads of this process; 0: one a core")
-      ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
-      ->type_name("N")
-      ->group(group);
+  const auto group = work_group;
   app.add_option("--regions", options.regions,
                  "divide space into N regions, rounded up to a power\nof two (default: 1)")
       ->check(CLI::Range(1U, 1U << 20, "1 .. 1048576"))
       ->type_name("N")
       ->group(group);
-  app.add_option("--level", options.level, "stop after N cuts in a row; the rest stays FUZZY")
-      ->type_name("N")
-      ->group(group);
-  app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min")
-      ->type_name("TIME")
-      ->group(group);
-  app.add_option("--cells", options.cells, "stop at about N cells")->type_name("N")->group(group);
   app.add_option(
          "--keep", raw.keep,
          "keep only cells of this kind: in, fuzzy or out;\nrepeat for several (default: in and fuzzy)")
@@ -73,6 +69,27 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("T")
       ->capture_default_str()
       ->group(group);
+}
+
+/// What may differ from one session of a run to the next.
+void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
+  auto& options = command.options;
+  const auto group = work_group;
+  app.add_option("--threads", options.threads, "threads of this process; 0: one a core")
+      ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
+      ->type_name("N")
+      ->group(group);
+  app.add_option("--level", options.level, "stop after N cuts in a row; the rest stays FUZZY")
+      ->type_name("N")
+      ->group(group);
+  app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min; with\n--snapshot: the time between two (30s)")
+      ->type_name("TIME")
+      ->group(group);
+  app.add_option("--cells", options.cells, "stop at about N cells")->type_name("N")->group(group);
+  app.add_option("--steps", options.steps, "end after N steps as long as --budget says")
+      ->check(CLI::Range(1U, 1U << 30, "1 or more"))
+      ->type_name("N")
+      ->group(group);
   app.add_option("--order", raw.order, "which cell is refined next: depth or priority")
       ->check(CLI::IsMember({"depth", "priority"}))
       ->type_name("ORDER")
@@ -82,11 +99,14 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
 void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = "What is written";
   app.add_option("-o,--output", raw.folder,
-                 "write report.json, solid.pvtu with its pieces,\nboundary.stl and view.png into this folder")
+                 "write report.json, solid.pvtu with its pieces,\nboundary.stl, view.png and snapshot.h5 into this\nfolder")
       ->type_name("DIR")
       ->group(group);
   app.add_flag("--vtu", raw.mesh, "write the cells as solid.pvtu (without -o: here)")->group(group);
   app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
+  app.add_option("--snapshot", raw.snapshot, "write the state of the run, after each step")
+      ->type_name("FILE.h5")
+      ->group(group);
   app.add_option("--boundary", raw.boundary, "write the surface of the solid, closed triangles:\n.stl, .ply, .obj or .vtp")
       ->type_name("FILE")
       ->group(group);
@@ -123,6 +143,8 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   }
   if (!raw.picture.empty()) command.picture = raw.picture;
   if (!raw.report.empty()) command.report = raw.report;
+  if (!raw.snapshot.empty()) command.options.snapshot = raw.snapshot;
+  else if (command.options.resume && raw.pvtu.empty()) command.options.snapshot = command.options.resume;
   if (!raw.table.empty()) command.table = raw.table;
   if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
   if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
@@ -132,9 +154,19 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     if (command.options.collect == supersteps::Collect::automatic) command.options.collect = supersteps::Collect::master;
   }
   if (raw.mesh) command.mesh = "solid.pvtu";
+  if (!raw.pvtu.empty()) {
+    if (std::filesystem::path(raw.pvtu).extension() != ".pvtu") throw Error("-o: '" + raw.pvtu + "' does not end in .pvtu, the only format so far");
+    command.mesh = raw.pvtu;
+    command.options.steps = 0;  // nothing is computed, only shown as it is
+    command.quiet = true;
+  }
   if (!raw.folder.empty()) {
     command.folder = raw.folder;
     command.mesh = *command.folder / "solid.pvtu";
+    if (!command.options.snapshot) {
+      command.options.snapshot = *command.folder / "snapshot.h5";
+      if (command.options.budget_seconds && !command.options.steps) command.options.steps = 1;  // as without -o
+    }
     if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / "boundary.stl";
     if (!command.picture) command.picture = *command.folder / "view.png";
     if (!command.report) command.report = *command.folder / "report.json";
@@ -145,14 +177,17 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   return command;
 }
 
-[[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& run) {
-  const std::string hint = run.parsed() ? " (see 'bsp2 run --help')" : " (see 'bsp2 --help')";
+constexpr std::array commands{"run", "resume", "info", "export"};
+
+[[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
+  const auto parsed = app.get_subcommands();
+  const std::string hint = parsed.empty() ? " (see 'bsp2 --help')" : " (see 'bsp2 " + parsed.front()->get_name() + " --help')";
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
     std::string first = error.what();  // "The following arguments were not expected: a b"
     first = first.substr(first.find(": ") + 2);
     throw Error("unknown option or argument '" + first + "'" + hint);
   }
-  if (!run.parsed()) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
+  if (parsed.empty()) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
   throw Error(error.what() + hint);
 }
 
@@ -171,7 +206,7 @@ double parse_seconds(const std::string& text) {
 }
 
 std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arguments, std::ostream& out) {
-  if (!arguments.empty() && !arguments.front().starts_with('-') && arguments.front() != "run") {
+  if (!arguments.empty() && !arguments.front().starts_with('-') && std::find(commands.begin(), commands.end(), arguments.front()) == commands.end()) {
     throw Error("unknown command '" + arguments.front() + "' (see 'bsp2 --help')");
   }
   RunCommand command;
@@ -182,15 +217,27 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   app.require_subcommand(1);
   CLI::App* run = app.add_subcommand("run", "Evaluate a model");
   run->add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
+  add_model_options(*run, command, raw);
   add_work_options(*run, command, raw);
   add_output_options(*run, command, raw);
+  CLI::App* resume = app.add_subcommand("resume", "Go on with a run that was stopped");
+  resume->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote; kept up to date")->required()->type_name("");
+  add_work_options(*resume, command, raw);
+  add_output_options(*resume, command, raw);
+  resume->footer("Ends with the cells of an uninterrupted run, whatever the number of threads\nand stops.");
+  CLI::App* info = app.add_subcommand("info", "Tell what a snapshot holds");
+  info->add_option("SNAPSHOT", command.info, "what --snapshot wrote")->required()->type_name("");
+  CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot");
+  exported->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  exported->add_option("-o,--output", raw.pvtu, "for ParaView; FUZZY where nothing is decided yet")->required()->type_name("FILE.pvtu");
+  exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra");
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);
   try {
     app.parse(
         std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the back
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() != 0) fail(error, *run);
+    if (error.get_exit_code() != 0) fail(error, app);
     app.exit(error, out, out);  // help or version
     return std::nullopt;
   }

@@ -5,6 +5,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
+#include "bsp2/io/snapshot.hpp"
 #include "bsp2/io/surface.hpp"
 #include "bsp2/jobs/report_json.hpp"
 #include "bsp2/jobs/superstep_table.hpp"
@@ -48,6 +49,7 @@ void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
 
 void check_outputs(const RunCommand& command) {
   if (command.folder) io::check_folder(*command.folder);
+  if (command.options.snapshot) io::check_snapshot_path(*command.options.snapshot);
   for (const auto& file : files_of(command)) {
     if (!file) continue;
     io::check_folder(folder_of(*file));
@@ -55,7 +57,7 @@ void check_outputs(const RunCommand& command) {
     if (!file->has_filename() || fs::is_directory(*file, error)) throw Error("cannot write '" + file->string() + "': it is a directory");
     if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
       throw Error("cannot write '" + file->string() + "': " + error.message());
-    if (fs::equivalent(*file, command.options.model, error)) throw Error("cannot write '" + file->string() + "': it is the model itself");
+    if (fs::equivalent(*file, command.options.resume.value_or(command.options.model), error)) throw Error("cannot write '" + file->string() + "': it is the input itself");
   }
 }
 

@@ -12,6 +12,8 @@
 #include "bsp2/jobs/command_line.hpp"
 #include "bsp2/jobs/outputs.hpp"
 #include "bsp2/jobs/progress_bar.hpp"
+#include "bsp2/jobs/signals.hpp"
+#include "bsp2/jobs/snapshot_info.hpp"
 #include "bsp2/jobs/summary.hpp"
 
 namespace bsp2::jobs {
@@ -28,19 +30,38 @@ spdlog::logger make_log() {
   return log;
 }
 
+void tell_interruption(const RunCommand& command, spdlog::logger& log) {
+  if (const auto& snapshot = command.options.snapshot)
+    log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}'", snapshot->string(), snapshot->string());
+  else
+    log.warn("interrupted; nothing is written (with --snapshot FILE.h5 the run could be resumed)");
+}
+
 /// On all ranks, and only the master speaks.
-void run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run, spdlog::logger& log) {
+/// @return the exit code.
+int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run, spdlog::logger& log) {
+  if (command.info) {
+    if (ranks.is_master()) print_snapshot(out, *command.info);
+    return 0;
+  }
   check_outputs(command);
+  const SignalWatch watch;
+  command.options.interrupted = SignalWatch::interrupted;
   const bool speaks = ranks.is_master() && !command.quiet;
   ProgressBar bar(stderr);
   if (speaks) command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
   supersteps::RunResult result = run(command.options, ranks);
   bar.clear();
+  if (result.report.interrupted) {
+    tell_interruption(command, log);
+    return interrupted_code;
+  }
   write_outputs(command, result, ranks);
-  if (!ranks.is_master()) return;
+  if (!ranks.is_master()) return 0;
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
   if (speaks) print_summary(out, result.report);
   if (command.stats) print_stats(out, result.report);
+  return 0;
 }
 
 /// Nobody reads on (a closed pipe) is fine; a full disk is not.
@@ -53,11 +74,10 @@ void finish(std::ostream& out) {
 }
 
 /// @return the exit code of what `body` does; only one of the ranks tells why it failed.
-int exit_code(const std::function<void()>& body, bool speaks, spdlog::logger& log) {
+int exit_code(const std::function<int()>& body, bool speaks, spdlog::logger& log) {
   if (!speaks) log.set_level(spdlog::level::off);
   try {
-    body();
-    return 0;
+    return body();
   } catch (const Error& error) {
     log.error("{}", error.what());
     return users;
@@ -81,8 +101,10 @@ int program(const std::vector<std::string>& arguments, std::ostream& out, supers
     std::ostringstream ignored;
     std::ostream& speech = ranks.is_master() ? out : ignored;
     const auto command = parse_command_line(arguments, speech);
-    if (command) ranks.together([&] { run_command(*command, out, ranks, run, log); });
+    int code = 0;
+    if (command) ranks.together([&] { code = run_command(*command, out, ranks, run, log); });
     finish(speech);
+    return code;
   };
   return exit_code(body, ranks.is_master(), log);
 }
@@ -94,6 +116,7 @@ int program(const std::vector<std::string>& arguments, std::ostream& out) {
     supersteps::Ranks ranks = supersteps::Ranks::launched();
     const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) { return supersteps::run(options, all); };
     code = program(arguments, out, ranks, run);
+    return code;
   };
   return std::max(exit_code(body, true, log), code);
 }

@@ -26,10 +26,11 @@ struct Forest {
   std::vector<std::uint32_t>& regions;
   std::vector<std::int32_t>& roots;
   BspTree& tree;
+  Recorded& elsewhere;
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & regions & roots & tree.dimension & tree.nodes & tree.hyperplanes;
+    archive & regions & roots & tree.dimension & tree.nodes & tree.hyperplanes & elsewhere.nodes & elsewhere.cells;
   }
 };
 
@@ -39,14 +40,17 @@ void send(Ranks& ranks, int to, Part part) {
     ranks.send(to, dataflow::to_bytes(*batch));
     batch = nullptr;
   }
-  ranks.send(to, dataflow::to_bytes(Forest{part.regions, part.roots, part.tree}));
+  ranks.send(to, dataflow::to_bytes(Forest{part.regions, part.roots, part.tree, part.elsewhere}));
 }
 
-/// Shifts a child of a BSP node to where its node or cell is now.
-std::int32_t shifted(std::int32_t child, std::size_t nodes, std::uint64_t cells) {
+/// Shifts a child of a BSP node of a part to where its node or cell is in the whole; what the master has from a resumed
+/// snapshot stays where it is.
+std::int32_t shifted(std::int32_t child, const Part& part, const Part& whole, std::size_t nodes) {
   if (child == BspTree::empty_leaf) return child;
-  const std::int64_t moved = child >= 0 ? static_cast<std::int64_t>(child) + static_cast<std::int64_t>(nodes)
-                                        : static_cast<std::int64_t>(child) - static_cast<std::int64_t>(cells);
+  const std::int64_t number = child >= 0 ? child : ~child;  // of a node, or of a cell from 1 on
+  if (child >= 0 ? number < part.elsewhere.nodes : number <= part.elsewhere.cells) return child;
+  const std::int64_t moved = child >= 0 ? number - part.elsewhere.nodes + whole.elsewhere.nodes + static_cast<std::int64_t>(nodes)
+                                        : ~(number - part.elsewhere.cells + whole.elsewhere.cells + static_cast<std::int64_t>(whole.cells));
   if (moved > std::numeric_limits<std::int32_t>::max() || moved < std::numeric_limits<std::int32_t>::min())
     throw std::length_error("a BSP tree of more than 2^31 nodes or cells; --collect file needs none");
   return static_cast<std::int32_t>(moved);
@@ -57,9 +61,9 @@ void append(Part& whole, Part part) {
   const auto width = static_cast<std::size_t>(whole.tree.dimension) + 1;
   const auto hyperplanes = static_cast<std::uint32_t>(whole.tree.hyperplanes.size() / width);
   for (const BspTree::Node& node : part.tree.nodes)
-    whole.tree.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, nodes, whole.cells), shifted(node.positive, nodes, whole.cells)});
+    whole.tree.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, part, whole, nodes), shifted(node.positive, part, whole, nodes)});
   whole.tree.hyperplanes.insert(whole.tree.hyperplanes.end(), part.tree.hyperplanes.begin(), part.tree.hyperplanes.end());
-  for (const std::int32_t root : part.roots) whole.roots.push_back(shifted(root, nodes, whole.cells));
+  for (const std::int32_t root : part.roots) whole.roots.push_back(shifted(root, part, whole, nodes));
   whole.regions.insert(whole.regions.end(), part.regions.begin(), part.regions.end());
   std::move(part.batches.begin(), part.batches.end(), std::back_inserter(whole.batches));
   whole.cells += part.cells;
@@ -72,7 +76,7 @@ void receive(const Ranks& ranks, Part& whole) {
   for (std::size_t i = 0; i < messages.size(); ++i) {
     const bool is_last = i + 1 == messages.size() || messages[i + 1].source != messages[i].source;
     if (is_last) {
-      Forest forest{part.regions, part.roots, part.tree};
+      Forest forest{part.regions, part.roots, part.tree, part.elsewhere};
       dataflow::from_bytes(messages[i].bytes, forest);
       append(whole, std::exchange(part, {}));
     } else {

@@ -1,4 +1,5 @@
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/io/snapshot.hpp"
 #include "instantiate.hpp"
 #include "stages.hpp"
 
@@ -7,7 +8,7 @@ namespace bsp2::supersteps {
 Source compilation(const Ranks& ranks, const RunOptions& options) {
   Source source;
   if (!ranks.is_master()) return source;
-  source.text = model::read_text(options.model);
+  source.text = options.resume ? io::read_snapshot(*options.resume, io::SnapshotPart::head).head.source : model::read_text(options.model);
   source.model = model::parse_csg(source.text, options.model.string());
   return source;
 }

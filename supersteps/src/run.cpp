@@ -3,13 +3,17 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <chrono>
 
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
+#include "progress.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 struct Usage {
   double cpu_seconds = 0;
@@ -53,6 +57,70 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
   report.exact_fallbacks = totals.counts.exact_predicates;
 }
 
+/// Why the loop goes on or ends, the same on all ranks.
+struct StepEnd {
+  bool stopped = false, interrupted = false;  // on some rank
+  std::uint64_t cells = 0;                    // finished, on all ranks
+  bool last = false;
+};
+
+template <int D>
+std::uint64_t finished_cells(const Progress<D>& progress) {
+  return progress.totals.in_cells + progress.totals.fuzzy_cells + progress.totals.out_cells;
+}
+
+/// What all ranks say after a computation superstep. Collective.
+template <int D>
+StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& progress, bool stopped, unsigned steps_done) {
+  const bool interrupted = options.interrupted && options.interrupted();
+  StepEnd end;
+  for (const auto& answer : all_gather(ranks, std::vector<std::uint64_t>{stopped, interrupted, finished_cells(progress)})) {
+    end.stopped = end.stopped || answer[0] != 0;
+    end.interrupted = end.interrupted || answer[1] != 0;
+    end.cells += answer[2];
+  }
+  const unsigned only = options.budget_seconds && !options.snapshot ? 1 : ~0U;
+  end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || (options.cells && end.cells >= *options.cells);
+  end.interrupted = end.interrupted && end.stopped;
+  return end;
+}
+
+/// The options of one computation superstep. Without a budget, a step that ends with a snapshot is long against the time
+/// that the last one took to write.
+RunOptions options_of_step(const RunOptions& options, std::uint64_t cells, double snapshot_seconds) {
+  constexpr double shortest = 30, share = 20;
+  RunOptions step = options;
+  if (options.snapshot && !options.budget_seconds) step.budget_seconds = std::max(shortest, share * snapshot_seconds);
+  if (options.cells) step.cells = *options.cells > cells ? *options.cells - cells : 0;
+  return step;
+}
+
+/// One computation superstep: what it decides becomes progress, what is left stays in it.
+template <int D>
+bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+  Keeper keeper;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells) consumers.push_back(&keeper);
+  const std::vector<std::uint32_t> numbers = progress.region_numbers();
+  auto evaluation = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, progress.recorded(), consumers);
+  ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
+  progress.partition.regions = std::move(evaluation.unfinished);
+  ++progress.steps;
+  const bool stopped = evaluation.stopped;
+  progress.add(numbers, std::move(evaluation), keeper);
+  return stopped;
+}
+
+/// What is left becomes FUZZY cells: the end of a run.
+template <int D>
+void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+  if (progress.partition.regions.empty()) return;
+  Keeper keeper;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells) consumers.push_back(&keeper);
+  progress.add(progress.region_numbers(), picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers), keeper);
+}
+
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
@@ -60,30 +128,40 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   for (const std::string& warning : network.warnings) report.warnings.push_back(options.model.string() + ": " + warning);
 
   ranks.begin("distribution");
-  auto [partition, rank_of_region] = distribution<D>(ranks, network, options);
-  report.regions = static_cast<unsigned>(rank_of_region.size());
+  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
+  report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
 
-  ranks.begin("computation");
-  Keeper keeper;
-  std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&keeper);
-  std::vector<std::uint32_t> mine;
-  for (const auto& region : partition.regions) mine.push_back(region.number);
-  auto evaluation = computation<D>(ranks, network, std::move(partition.regions), options, report.threads, consumers);
-  ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
+  double snapshot_seconds = 0;
+  StepEnd end{.stopped = true, .cells = finished_cells(progress), .last = options.steps == 0U};
+  for (unsigned step = 0; !end.last; ++step) {
+    ranks.begin("computation", progress.steps);
+    const bool stopped = advance(ranks, network, progress, options_of_step(options, end.cells, snapshot_seconds), report.threads);
+    end = end_of_step(ranks, options, progress, stopped, step + 1);
+    if (options.snapshot) {
+      auto records = report.earlier;
+      for (auto& record : ranks.records()) records.push_back(std::move(record));
+      ranks.begin("snapshot", progress.steps - 1);
+      const auto start = Clock::now();
+      save_progress(ranks, network, progress, options, source, !end.stopped, records);
+      snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    }
+  }
 
   ranks.begin("collection");
-  fill(report, network, sum_totals(ranks, network, evaluation.totals), options);
+  draw_rest(network, progress, options, report.threads);
+  fill(report, network, sum_totals(ranks, network, progress.totals), options);
+  report.complete = !end.stopped;
+  report.interrupted = end.interrupted;
   RunResult result;
   if (options.collect_cells) {
-    Part part = keeper.take<D>(std::move(mine), std::move(evaluation));
+    Part part = progress.take();
     result.is_collected = collection(ranks, part, options.collect);
     ranks.count_cells(part.cells);
     std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
     for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
     for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
-    result.tree = join_trees<D>(network, partition, std::move(part.tree), roots);
-    result.partition = join_trees<D>(network, partition, geometry::BspTree{.dimension = D}, leaves);
+    result.tree = join_trees<D>(network, progress.partition, std::move(part.tree), roots);
+    result.partition = join_trees<D>(network, progress.partition, geometry::BspTree{.dimension = D}, leaves);
     result.mesh = {D, std::move(part.batches)};
   }
   result.rank_of_region = std::move(rank_of_region);
@@ -104,7 +182,8 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
 }  // namespace
 
 void record_costs(Ranks& ranks, RunReport& report) {
-  report.supersteps = ranks.records();
+  report.supersteps = report.earlier;
+  for (auto& record : ranks.records()) report.supersteps.push_back(std::move(record));
   report.cpu_seconds = 0;
   report.peak_rss_bytes = 0;
   for (const Usage& usage : gather(ranks, usage_of_this_process())) {
@@ -114,12 +193,14 @@ void record_costs(Ranks& ranks, RunReport& report) {
   report.seconds = ranks.seconds();
 }
 
-RunResult run(const RunOptions& options, Ranks& ranks) {
+RunResult run(const RunOptions& given, Ranks& ranks) {
+  RunReport report;
+  RunOptions options = given.resume ? resumed_options(given, report.earlier) : given;
+  options.collect_cells = options.collect_cells || options.snapshot;
   ranks.begin("compilation");
   Source source = compilation(ranks, options);
   ranks.begin("broadcast");
   broadcasting(ranks, source, options);
-  RunReport report;
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());
   report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();

@@ -46,15 +46,28 @@ struct Distribution {
 template <int D>
 Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
 
-/// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the consumers. The ranks
-/// stay in touch: a failure of one ends all.
+/// How much of the BSP tree of its finished cells a rank has recorded.
+struct Recorded {
+  std::uint32_t nodes = 0, cells = 0;
+};
+
+/// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the consumers, what is left
+/// comes back as unfinished regions. The ranks stay in touch: a failure of one ends all.
+/// @param so_far what this rank has recorded in earlier steps: the new tree continues its numbering.
 /// Source: the paper, section 4.2, "Computation".
 template <int D>
 dataflow::Evaluation<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
-                                    const RunOptions& options, unsigned threads, std::span<dataflow::Consumer* const> consumers);
+                                    const RunOptions& options, unsigned threads, const Recorded& so_far,
+                                    std::span<dataflow::Consumer* const> consumers);
+
+/// The picture of what is left, for the report and the outputs: FUZZY where it is undecided. Each rank draws its own regions.
+template <int D>
+dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span<const dataflow::Region<D>> regions, const RunOptions& options,
+                                  unsigned threads, const Recorded& so_far, std::span<dataflow::Consumer* const> consumers);
 
 /// Cells and BSP trees of some regions.
 struct Part {
+  Recorded elsewhere;  ///< nodes and cells that the master has from a resumed snapshot: numbers below these are its own
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;
   std::uint64_t cells = 0;
   std::vector<std::uint32_t> regions;

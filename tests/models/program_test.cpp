@@ -101,7 +101,8 @@ TEST_F(Program, EvaluatesDeepNesting) {
 TEST_F(Program, WritesWhatItWasAskedFor) {
   const Ended ended = start("run " + model("difference() { cube(size=[4,4,4]); sphere($fn=8,r=2); }") + " -o " + out().string());
   EXPECT_EQ(ended.code, 0) << ended.text;
-  for (const char* name : {"report.json", "solid.pvtu", "view.png"}) EXPECT_TRUE(fs::exists(out() / name)) << name;
+  for (const char* name : {"report.json", "solid.pvtu", "boundary.stl", "view.png", "snapshot.h5"}) EXPECT_TRUE(fs::exists(out() / name)) << name;
+  EXPECT_NE(ended.text.find("closed"), std::string::npos);
   for (std::size_t begin = 0; begin < ended.text.size();) {  // fits a terminal
     const std::size_t end = std::min(ended.text.find('\n', begin), ended.text.size());
     const std::string line = ended.text.substr(begin, end - begin);

@@ -27,7 +27,8 @@ TEST(CommandLine, WithoutOptionsNothingIsWrittenAndNoMeshIsHeld) {
   const RunCommand command = parsed({"run", "a.csg"});
   EXPECT_EQ(command.options.model, "a.csg");
   EXPECT_FALSE(command.options.collect_cells);
-  EXPECT_FALSE(command.folder || command.mesh || command.picture || command.report);
+  EXPECT_FALSE(command.options.boundary);
+  EXPECT_FALSE(command.folder || command.mesh || command.boundary || command.picture || command.report);
   EXPECT_TRUE(command.options.keep_in && command.options.keep_fuzzy && !command.options.keep_out);
 }
 
@@ -37,6 +38,18 @@ TEST(CommandLine, AFolderNamesAllOutputs) {
   EXPECT_EQ(command.mesh, "dir/solid.pvtu");
   EXPECT_EQ(command.report, "dir/report.json");
   EXPECT_EQ(command.picture, "p.png");
+  EXPECT_EQ(command.boundary, "dir/boundary.stl");
+  EXPECT_TRUE(command.options.boundary);
+}
+
+TEST(CommandLine, ABoundaryNeedsInCellsAndAKnownEnding) {
+  const RunCommand command = parsed({"run", "a.csg", "--boundary", "b.ply"});
+  EXPECT_EQ(command.boundary, "b.ply");
+  EXPECT_TRUE(command.options.boundary && command.options.collect_cells);
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj"}).boundary, "b.obj");
+  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"}).find("'b.vtu' must end in .stl, .ply, .obj or .vtp"), std::string::npos);
+  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.stl", "--keep", "out"}).find("--keep in"), std::string::npos);
+  EXPECT_FALSE(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundary);
 }
 
 TEST(CommandLine, OptionsReachTheRun) {

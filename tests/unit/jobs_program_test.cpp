@@ -48,6 +48,10 @@ RunResult sample_result(const RunOptions& options, supersteps::Ranks&) {
   auto sample = testing::random_mesh(random, 30);
   result.mesh = {3, sample.batches};
   result.tree = sample.tree;
+  if (options.boundary) {
+    result.boundary = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, {0, 0, 0, 0}};
+    result.report.boundary = {4, 2.366, true};
+  }
   return result;
 }
 
@@ -69,11 +73,13 @@ TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
   EXPECT_TRUE(json["boundary"].is_null());
   EXPECT_EQ(json["supersteps"][0]["bytes_received"][1], 4);
   report.out_cells = 7;
+  report.boundary = {12, 6.5, true};
   report.lower.clear();
   report.centroid.clear();
   report.model = "\xff.csg";  // no UTF-8
   const auto other = nlohmann::json::parse(to_json(report));
   EXPECT_EQ(other["cells"]["out"], 7);
+  EXPECT_EQ(other["boundary"].dump(), R"({"area":6.5,"closed":true,"triangles":12})");
   EXPECT_TRUE(other["bounds"].is_null());
 }
 
@@ -100,9 +106,9 @@ TEST(Program, WritesWhatTheFolderNames) {
   const fs::path dir = folder.path() / "a" / "b";
   std::ostringstream out;
   EXPECT_EQ(start({"run", "x", "-o", dir.string()}, out, sample_result), 0);
-  for (const char* name : {"report.json", "solid.pvtu", "solid_0.vtu", "view.png"})
+  for (const char* name : {"report.json", "solid.pvtu", "solid_0.vtu", "view.png", "boundary.stl"})
     EXPECT_TRUE(fs::exists(dir / name)) << name;
-  EXPECT_EQ(std::distance(fs::directory_iterator(dir), fs::directory_iterator()), 4);
+  EXPECT_EQ(std::distance(fs::directory_iterator(dir), fs::directory_iterator()), 5);
   std::ifstream report(dir / "report.json");
   EXPECT_EQ(nlohmann::json::parse(report)["supersteps"].back()["name"], "rendering");
   EXPECT_NE(out.str().find("tower.csg"), std::string::npos);
@@ -119,6 +125,7 @@ TEST(Program, FourDimensionsGiveAReportOnly) {
   EXPECT_EQ(start({"run", "x", "-o", folder.path().string() + "/"}, out, run), 0);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
   EXPECT_EQ(start({"run", "x", "--picture", (folder.path() / "p.png").string()}, out, run), 2);
+  EXPECT_EQ(start({"run", "x", "--boundary", (folder.path() / "b.stl").string()}, out, run), 2);
 }
 
 TEST(Program, ExitCodesTellWhoseMistakeItIs) {

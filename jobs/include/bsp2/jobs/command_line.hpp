@@ -10,8 +10,9 @@
 
 namespace bsp2::jobs {
 
-/// What `bsp2 run` was asked for.
+/// What the program was asked for: `run`, or what is the same but for its options: `resume` and `export`; or `info`.
 struct RunCommand {
+  std::optional<std::filesystem::path> info;                   ///< tell what this snapshot holds, and nothing else
   supersteps::RunOptions options;
   std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
   std::optional<std::filesystem::path> mesh, boundary, picture, report;  ///< also those that -o names

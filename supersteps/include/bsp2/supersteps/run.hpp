@@ -37,9 +37,14 @@ struct RunOptions {
   Order order = Order::depth;
   std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY
   std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
+  std::optional<unsigned> steps;            ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
   std::optional<std::uint64_t> cells;       ///< stop at about this number of cells
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
+  std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
+  std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence and keep are its own
+  /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is.
+  std::function<bool()> interrupted;
   Collect collect = Collect::automatic;
   bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3; where the master has all cells)
   bool contacts = false;  ///< and which of them touch, and where (likewise)
@@ -69,7 +74,10 @@ struct RunReport {
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
   std::optional<BoundaryReport> boundary;    ///< when asked for
   std::string digest;                        ///< of the set of cells, order-independent
-  std::vector<SuperstepRecord> supersteps;
+  bool complete = true;     ///< nothing is left undecided but what `level` leaves
+  bool interrupted = false;
+  std::vector<SuperstepRecord> supersteps;  ///< also those of earlier sessions
+  std::vector<SuperstepRecord> earlier;     ///< only those: of the snapshot that was resumed
   std::uint64_t splits = 0, predicates = 0, exact_fallbacks = 0;
   double seconds = 0.0, cpu_seconds = 0.0;
   std::uint64_t peak_rss_bytes = 0;

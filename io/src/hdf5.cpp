@@ -1,0 +1,44 @@
+#include "hdf5.hpp"
+
+namespace bsp2::io::hdf5 {
+
+std::string last_error() {
+  std::string text;
+  const auto keep_deepest = [](unsigned, const H5E_error2_t* error, void* data) -> herr_t {
+    if (error->desc != nullptr && *error->desc != '\0') *static_cast<std::string*>(data) = error->desc;
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep_deepest, &text);
+  return text.empty() ? "HDF5 gives no reason" : text;
+}
+
+void write_attribute(hid_t object, const char* name, const std::string& value) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  check(H5Tset_size(type, value.size() + 1));
+  check(H5Tset_cset(type, H5T_CSET_UTF8));
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  check(H5Awrite(attribute, type, value.c_str()));
+}
+
+std::string read_text_attribute(hid_t object, const char* name) {
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  const Handle type(H5Aget_type(attribute), H5Tclose);
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0) throw Failure(std::string("the attribute ") + name + " is no text");
+  std::vector<char> text(H5Tget_size(type) + 1, '\0');
+  check(H5Aread(attribute, type, text.data()));
+  return text.data();
+}
+
+std::uint64_t array_length(hid_t file, const char* name) {
+  const Handle dataset(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
+  const Handle space(H5Dget_space(dataset), H5Sclose);
+  return static_cast<std::uint64_t>(check(H5Sget_simple_extent_npoints(space)));
+}
+
+std::string read_text(hid_t file, const std::string& name) {
+  const std::vector<char> characters = read_array<char>(file, name);
+  return {characters.begin(), characters.end()};
+}
+
+}  // namespace bsp2::io::hdf5

@@ -1,0 +1,21 @@
+#pragma once
+
+namespace bsp2::jobs {
+
+/// The program's exit code after a signal ended a run early: "try again later" (EX_TEMPFAIL of sysexits.h), for batch
+/// scripts that requeue.
+inline constexpr int interrupted_code = 75;
+
+/// While one lives, SIGINT, SIGTERM and SIGUSR1 (which Slurm sends before a time limit) are remembered instead of ending
+/// the program. The second one of a kind ends it at once, as ever.
+class SignalWatch {
+ public:
+  SignalWatch();
+  ~SignalWatch();
+  SignalWatch(const SignalWatch&) = delete;
+  SignalWatch& operator=(const SignalWatch&) = delete;
+  /// Whether one has come. Any thread.
+  static bool interrupted();
+};
+
+}  // namespace bsp2::jobs

@@ -1,0 +1,32 @@
+#include "bsp2/jobs/snapshot_info.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <numeric>
+#include <ostream>
+
+#include "bsp2/io/snapshot.hpp"
+
+namespace bsp2::jobs {
+
+void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
+  const io::Snapshot snapshot = io::read_snapshot(path, io::SnapshotPart::head);
+  const io::SnapshotHead& head = snapshot.head;
+  const auto tokens = std::accumulate(snapshot.frontier_tokens.begin(), snapshot.frontier_tokens.end(), std::uint64_t{0});
+  const auto line = [&](const char* name, const std::string& value) { out << fmt::format("  {:<14}{}\n", name, value); };
+  out << path.string() << '\n';
+  line("model", head.model);
+  line("dimension", std::to_string(head.dimension));
+  line("coincidence", fmt::format("{}", head.coincidence));
+  if (head.level) line("level", std::to_string(*head.level));
+  line("keep", fmt::format("{}{}{}", head.keep_in ? "in " : "", head.keep_fuzzy ? "fuzzy " : "", head.keep_out ? "out" : ""));
+  line("regions", fmt::format("{}, {} of them unfinished", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size()));
+  line("steps", std::to_string(head.steps));
+  line("IN cells", fmt::format("{} finished, volume {:.12g}", head.in_cells, head.in_volume));
+  if (head.keep_out) line("OUT cells", fmt::format("{} finished", head.out_cells));
+  line("undecided", fmt::format("{} cells", tokens));
+  line("digest", head.digest + (head.complete && tokens == 0 ? "" : " (of the finished cells)"));
+  line("state", head.complete ? "complete" : "unfinished; go on with 'bsp2 resume'");
+}
+
+}  // namespace bsp2::jobs

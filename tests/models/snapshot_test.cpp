@@ -1,0 +1,239 @@
+// Runs that are stopped and resumed, as a person or a batch script does it.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "temporary_folder.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr int interrupted = 75;
+
+struct Ended {
+  int code;  // 128 + the signal if one ended it
+  std::string text;
+};
+
+int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status); }
+
+class Session : public testing::Test {
+ protected:
+  bsp2::testing::TemporaryFolder folder_;
+  std::string model_ = std::string(BSP2_SOURCE_DIR) + "/examples/leaning_tower.csg";
+  fs::path snapshot_ = folder_.path() / "run.h5";
+  fs::path output_ = folder_.path() / "output.txt";
+
+  /// Starts the program; its output goes to a file.
+  pid_t start(const std::vector<std::string>& arguments) {
+    const pid_t child = fork();
+    if (child != 0) return child;
+    const int out = open(output_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    dup2(out, STDOUT_FILENO);
+    dup2(out, STDERR_FILENO);
+    std::vector<char*> words{const_cast<char*>(BSP2_PROGRAM)};
+    for (const std::string& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    execv(BSP2_PROGRAM, words.data());
+    _exit(127);
+  }
+  Ended wait(pid_t child) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    std::ifstream in(output_);
+    return {code_of(status), {std::istreambuf_iterator<char>(in), {}}};
+  }
+  Ended run(const std::vector<std::string>& arguments) { return wait(start(arguments)); }
+
+  static std::string digest(const std::string& text) {
+    const auto at = text.find("digest");
+    return at == std::string::npos ? "none: " + text : text.substr(text.find_first_not_of(' ', at + 6), 32);
+  }
+  [[nodiscard]] std::string uninterrupted(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"run", model_};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return digest(run(arguments).text);
+  }
+  /// Names of hidden files beside the snapshot.
+  [[nodiscard]] std::vector<std::string> leftovers() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_.path()))
+      if (entry.path().filename().string().starts_with(".")) names.push_back(entry.path().filename().string());
+    return names;
+  }
+};
+
+TEST_F(Session, ResumedAfterAnyStepsEndsAsIfUninterrupted) {
+  for (const std::vector<std::string>& fixed : {std::vector<std::string>{}, {"--regions", "4", "--level", "30", "--keep", "in", "--keep", "out"}}) {
+    const std::string expected = uninterrupted(fixed);
+    std::vector<std::string> arguments{"run", model_, "--snapshot", snapshot_.string(), "--budget", "60ms", "--steps", "2", "--order", "priority"};
+    arguments.insert(arguments.end(), fixed.begin(), fixed.end());
+    EXPECT_EQ(run(arguments).code, 0);
+    EXPECT_NE(run({"info", snapshot_.string()}).text.find("unfinished; go on"), std::string::npos);
+    const Ended middle = run({"resume", snapshot_.string(), "--budget", "60ms", "--steps", "1", "--threads", "3"});
+    EXPECT_EQ(middle.code, 0) << middle.text;
+    EXPECT_NE(digest(middle.text), expected);
+    const Ended ended = run({"resume", snapshot_.string()});
+    EXPECT_EQ(ended.code, 0) << ended.text;
+    EXPECT_EQ(digest(ended.text), expected);
+    EXPECT_EQ(digest(run({"resume", snapshot_.string()}).text), expected);  // nothing is left to do
+    EXPECT_NE(run({"info", snapshot_.string()}).text.find("complete"), std::string::npos);
+  }
+}
+
+TEST_F(Session, ASnapshotOfALevelIsRefinedFurther) {
+  const std::string expected = uninterrupted({"--level", "40"});
+  EXPECT_EQ(run({"run", model_, "--level", "15", "--snapshot", snapshot_.string()}).code, 0);
+  EXPECT_EQ(digest(run({"resume", snapshot_.string(), "--level", "40"}).text), expected);
+  const Ended back = run({"resume", snapshot_.string(), "--level", "20"});
+  EXPECT_EQ(back.code, 2);
+  EXPECT_NE(back.text.find("level"), std::string::npos);
+}
+
+TEST_F(Session, SignalsEndTheStepWithASnapshot) {
+  const std::string expected = uninterrupted();
+  for (const int signal : {SIGTERM, SIGINT, SIGUSR1}) {
+    fs::remove(snapshot_);
+    const pid_t child = start({"run", model_, "--threads", "1", "--order", "priority", "--snapshot", snapshot_.string(), "-o", (folder_.path() / "out").string()});
+    std::this_thread::sleep_for(350ms);
+    kill(child, signal);
+    const Ended ended = wait(child);
+    if (ended.code == 0) continue;  // a fast machine was done before
+    EXPECT_EQ(ended.code, interrupted) << ended.text;
+    EXPECT_NE(ended.text.find("bsp2 resume"), std::string::npos) << ended.text;
+    EXPECT_TRUE(leftovers().empty());
+    EXPECT_EQ(digest(run({"resume", snapshot_.string()}).text), expected);
+  }
+}
+
+TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
+  const std::string expected = uninterrupted();
+  const auto seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  const char* rounds = std::getenv("BSP2_KILLS");
+  for (int round = rounds != nullptr ? std::atoi(rounds) : 4; round > 0; --round) {
+    fs::remove(snapshot_);
+    std::vector<std::string> arguments{"run", model_};
+    for (int session = 0; session < 3; ++session) {
+      std::vector<std::string> all = arguments;
+      all.insert(all.end(), {"--snapshot", snapshot_.string(), "--budget", "50ms", "--threads", "2"});
+      const pid_t child = start(all);
+      std::this_thread::sleep_for(std::chrono::milliseconds(100 + random() % 600));
+      kill(child, SIGKILL);
+      wait(child);
+      if (!fs::exists(snapshot_)) continue;
+      const Ended info = run({"info", snapshot_.string()});
+      ASSERT_EQ(info.code, 0) << info.text;
+      arguments = {"resume", snapshot_.string()};
+    }
+    if (!fs::exists(snapshot_)) continue;
+    const Ended ended = run({"resume", snapshot_.string()});
+    EXPECT_EQ(ended.code, 0) << ended.text;
+    EXPECT_EQ(digest(ended.text), expected);
+    EXPECT_TRUE(leftovers().empty());
+  }
+}
+
+TEST_F(Session, ExportsTheWholeAsItIs) {
+  ASSERT_EQ(run({"run", model_, "--budget", "100ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  const Ended ended = run({"export", snapshot_.string(), "-o", (folder_.path() / "solid.pvtu").string()});
+  EXPECT_EQ(ended.code, 0) << ended.text;
+  EXPECT_TRUE(fs::exists(folder_.path() / "solid.pvtu"));
+  EXPECT_EQ(run({"export", snapshot_.string(), "-o", (folder_.path() / "solid.xyz").string()}).code, 2);
+  EXPECT_EQ(run({"resume", snapshot_.string(), "-o", (folder_.path() / "out").string()}).code, 0);
+  for (const char* name : {"report.json", "solid.pvtu", "view.png"}) EXPECT_TRUE(fs::exists(folder_.path() / "out" / name)) << name;
+}
+
+TEST_F(Session, RefusesWhatIsNoSnapshotWithOneMessage) {
+  ASSERT_EQ(run({"run", model_, "--budget", "50ms", "--steps", "1", "--snapshot", snapshot_.string()}).code, 0);
+  std::ifstream in(snapshot_, std::ios::binary);
+  const std::string good{std::istreambuf_iterator<char>(in), {}};
+  const fs::path bad = folder_.path() / "bad.h5";
+  std::vector<std::string> contents{"", "cube();", good.substr(0, good.size() / 2), good.substr(0, 100)};
+  for (std::string damaged : {good, good}) {
+    for (std::size_t i = damaged.size() / 3; i < damaged.size(); i += damaged.size() / 10) damaged[i] = static_cast<char>(~damaged[i]);
+    contents.push_back(damaged);
+  }
+  for (const std::string& content : contents) {
+    std::ofstream(bad, std::ios::binary) << content;
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"info", bad.string()}, {"resume", bad.string()}, {"export", bad.string(), "-o", (folder_.path() / "x.pvtu").string()}}) {
+      const Ended ended = run(arguments);
+      if (arguments[0] == "info" && content.size() == good.size()) continue;  // may read what is whole
+      EXPECT_EQ(ended.code, 2) << arguments[0] << " " << content.size() << " " << ended.text;
+      EXPECT_TRUE(ended.text.starts_with("bsp2: ")) << ended.text;
+      EXPECT_EQ(std::count(ended.text.begin(), ended.text.end(), '\n'), 1) << ended.text;
+    }
+    std::ifstream again(bad, std::ios::binary);
+    EXPECT_TRUE((std::string{std::istreambuf_iterator<char>(again), {}}) == content);  // untouched
+  }
+  EXPECT_EQ(run({"info", (folder_.path() / "missing.h5").string()}).code, 2);
+  EXPECT_EQ(run({"run", model_, "--snapshot", folder_.path().string()}).code, 2);
+  EXPECT_EQ(run({"run", model_, "--snapshot", "/dev/null"}).code, 2);
+  EXPECT_EQ(run({"resume"}).code, 2);
+}
+
+#ifdef BSP2_MPIEXEC
+TEST_F(Session, RanksWriteOneSnapshotAndAnyNumberOfThemGoesOn) {
+  setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+  setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+  const std::string expected = uninterrupted({"--regions", "8"});
+  const auto on_ranks = [&](int ranks, const std::string& arguments) {
+    const std::string command = std::string(BSP2_MPIEXEC) + " --oversubscribe -n " + std::to_string(ranks) + " " + BSP2_PROGRAM + " " + arguments +
+                                " --threads 1 > " + output_.string() + " 2>&1";
+    const int code = code_of(std::system(command.c_str()));
+    std::ifstream in(output_);
+    return Ended{code, {std::istreambuf_iterator<char>(in), {}}};
+  };
+  const std::string steps = " --budget 60ms --order priority --steps 1";
+  const Ended first = on_ranks(2, "run " + model_ + " --regions 8 --snapshot " + snapshot_.string() + steps);
+  EXPECT_EQ(first.code, 0) << first.text;
+  EXPECT_NE(run({"info", snapshot_.string()}).text.find("unfinished; go on"), std::string::npos);
+  const Ended second = on_ranks(3, "resume " + snapshot_.string() + steps);
+  EXPECT_EQ(second.code, 0) << second.text;
+  const fs::path copy = folder_.path() / "copy.h5";
+  fs::copy_file(snapshot_, copy);
+  EXPECT_EQ(digest(run({"resume", copy.string()}).text), expected);  // by one process
+  EXPECT_EQ(digest(on_ranks(2, "resume " + snapshot_.string()).text), expected);
+}
+#endif
+
+/// The program that docs/snapshots.md shows.
+TEST_F(Session, IsReadByPythonInTenLines) {
+  if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) GTEST_SKIP() << "python3-h5py is not installed";
+  ASSERT_EQ(run({"run", model_, "--snapshot", snapshot_.string()}).code, 0);
+  std::ifstream docs(std::string(BSP2_SOURCE_DIR) + "/docs/snapshots.md");
+  const std::string text{std::istreambuf_iterator<char>(docs), {}};
+  const std::string fence = "```python\n";
+  const auto begin = text.find(fence) + fence.size(), end = text.find("```", begin);
+  ASSERT_LT(begin, end);
+  ASSERT_NE(end, std::string::npos);
+  std::ofstream(folder_.path() / "read.py") << text.substr(begin, end - begin);
+  const std::string command = "cd " + folder_.path().string() + " && /usr/bin/python3 read.py > read.txt";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  std::ifstream out(folder_.path() / "read.txt");
+  std::size_t cells = 0;
+  double volume = 0;
+  out >> cells >> volume;
+  const std::string info = run({"info", snapshot_.string()}).text;
+  EXPECT_NE(info.find(std::to_string(cells) + " finished"), std::string::npos) << cells << info;
+  EXPECT_NEAR(volume, 4992.14352895, 1e-4);
+}
+
+}  // namespace

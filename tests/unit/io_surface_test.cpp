@@ -1,0 +1,133 @@
+// What is written as a surface, read back by VTK's own readers.
+#include <gtest/gtest.h>
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkOBJReader.h>
+#include <vtkPLYReader.h>
+#include <vtkPolyData.h>
+#include <vtkSTLReader.h>
+#include <vtkSmartPointer.h>
+#include <vtkXMLPolyDataReader.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/io/surface.hpp"
+#include "temporary_folder.hpp"
+
+namespace bsp2::io {
+namespace {
+
+namespace fs = std::filesystem;
+using geometry::TriangleSurface;
+
+/// A tetrahedron whose corners need all digits, of three parts.
+TriangleSurface tetrahedron() {
+  TriangleSurface surface;
+  surface.points = {{0, 0, 0}, {1.0 / 3, 0, 0}, {0, 0.1, 0}, {1e-3, 0, 1234567.890123}};
+  surface.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  surface.part = {5, geometry::no_part, 7, 5};
+  return surface;
+}
+
+class Surface : public ::testing::Test {
+ protected:
+  testing::TemporaryFolder folder;
+  TriangleSurface surface = tetrahedron();
+
+  template <typename Reader>
+  vtkSmartPointer<vtkPolyData> write_and_read(const char* name) {
+    const fs::path file = folder.path() / name;
+    write_surface(file, surface);
+    vtkNew<Reader> reader;
+    reader->SetFileName(file.c_str());
+    reader->Update();
+    return reader->GetOutput();
+  }
+
+  /// @param precision relative.
+  void expect_same(vtkPolyData* read, double precision) {
+    ASSERT_EQ(read->GetNumberOfPoints(), static_cast<vtkIdType>(surface.points.size()));
+    ASSERT_EQ(read->GetNumberOfCells(), static_cast<vtkIdType>(surface.triangles.size()));
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+      vtkNew<vtkIdList> corners;
+      read->GetCellPoints(static_cast<vtkIdType>(i), corners);
+      ASSERT_EQ(corners->GetNumberOfIds(), 3);
+      for (vtkIdType k = 0; k < 3; ++k) {
+        const double* x = read->GetPoint(corners->GetId(k));
+        const auto& expected = surface.points[surface.triangles[i][static_cast<std::size_t>(k)]];
+        for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(x[axis], expected[axis], precision * std::fabs(expected[axis]));
+      }
+    }
+  }
+  [[nodiscard]] std::string text(const char* name) const {
+    std::ifstream in(folder.path() / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+};
+
+TEST_F(Surface, VtpHoldsAllDigitsAndParts) {
+  const auto read = write_and_read<vtkXMLPolyDataReader>("a.vtp");
+  expect_same(read, 0);
+  vtkDataArray* part = read->GetCellData()->GetArray("part");
+  ASSERT_NE(part, nullptr);
+  for (std::size_t i = 0; i < surface.part.size(); ++i) EXPECT_EQ(part->GetComponent(static_cast<vtkIdType>(i), 0), surface.part[i]);
+}
+
+TEST_F(Surface, StlIsReadAsWritten) { expect_same(write_and_read<vtkSTLReader>("a.STL"), 1e-7); }
+
+TEST_F(Surface, StlLeavesOutWhatSinglePrecisionCollapses) {
+  surface.points[1] = {0, 1e-3, 1e-60};
+  surface.points[2] = {0, 1e-3, 0};
+  const auto read = write_and_read<vtkSTLReader>("a.stl");
+  EXPECT_EQ(read->GetNumberOfCells(), 2);
+  EXPECT_EQ(read->GetNumberOfPoints(), 3);
+}
+
+TEST_F(Surface, PlyIsReadAsWritten) {
+  expect_same(write_and_read<vtkPLYReader>("a.ply"), 1e-7);  // VTK's reader rounds
+  const std::string bytes = text("a.ply");
+  EXPECT_NE(bytes.find("property double z"), std::string::npos);
+  const auto body = bytes.find("end_header\n") + 11;
+  ASSERT_EQ(bytes.size(), body + 4 * 24 + 4 * (1 + 12 + 4));
+  double x = 0;
+  std::int32_t part = 0;
+  std::memcpy(&x, bytes.data() + body + 3 * 24 + 16, sizeof x);
+  std::memcpy(&part, bytes.data() + body + 4 * 24 + 2 * 17 + 13, sizeof part);
+  EXPECT_EQ(x, 1234567.890123);
+  EXPECT_EQ(part, 7);
+}
+
+TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPart) {
+  surface.triangles = {surface.triangles[1], surface.triangles[0], surface.triangles[3], surface.triangles[2]};  // as they are written: by part
+  surface.part = {geometry::no_part, 5, 5, 7};
+  expect_same(write_and_read<vtkOBJReader>("a.obj"), 1e-7);
+  const std::string all = text("a.obj");
+  EXPECT_NE(all.find("v 0.001 0 1234567.890123\n"), std::string::npos);
+  EXPECT_NE(all.find("g no_part\nf 1 2 4\ng part_5\nf 1 3 2\nf 3 1 4\ng part_7\nf 2 3 4\n"), std::string::npos);
+}
+
+TEST_F(Surface, AnEmptyOneCanBeWritten) {
+  surface = {};
+  EXPECT_EQ(write_and_read<vtkXMLPolyDataReader>("a.vtp")->GetNumberOfCells(), 0);
+  for (const char* name : {"a.stl", "a.ply", "a.obj"}) {
+    write_surface(folder.path() / name, surface);
+    EXPECT_FALSE(text(name).empty());
+  }
+}
+
+TEST_F(Surface, OtherEndingsAndMissingFoldersAreErrors) {
+  EXPECT_FALSE(is_surface_file("a.vtu"));
+  EXPECT_FALSE(is_surface_file("stl"));
+  EXPECT_TRUE(is_surface_file("x/a.PLY"));
+  EXPECT_THROW(write_surface(folder.path() / "a.off", surface), Error);
+  for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp"}) EXPECT_THROW(write_surface(folder.path() / "none" / name, surface), Error);
+}
+
+}  // namespace
+}  // namespace bsp2::io
