@@ -354,8 +354,18 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
     if (drawing.paths.size() == 0) warn("this import is empty: there is no path in " + path.string());
     return pooled_polygon(drawing.points, drawing.paths, pool);
   }
+  if (kind == ".svg") {
+    const double dpi = arguments.number("dpi", -1, 72);
+    std::vector<Expression> shapes;
+    std::size_t lines = 0;
+    for (const PlaneDrawing& drawing : import_svg(path, dpi > 0 ? dpi : 72, resolution_of(arguments), lines))
+      shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
+    if (lines > 0) warn(std::to_string(lines) + " open paths of " + path.string() + " are lines; only areas are read");
+    if (arguments.flag("center", -1)) warn("center is not supported for SVG files; the drawing stays where it is");
+    return pool.boolean(Operation::unite, 2, shapes);
+  }
   if (kind != ".stl" && kind != ".off" && kind != ".obj" && kind != ".ply" && kind != ".3mf" && kind != ".amf")
-    throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf and .dxf are");
+    throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
   const ImportedMesh mesh = import_mesh(path);
   std::optional<TriangleMesh> closed;
   try {

@@ -32,4 +32,10 @@ struct PlaneDrawing {
 /// @throws bsp2::Error if the file cannot be read.
 PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const Resolution& resolution);
 
+/// The areas of an SVG drawing's paths, rectangles, circles, ellipses and polygons, one drawing a shape, in millimetres with
+/// y upwards. Strokes, text and <use> are passed over.
+/// @param lines gets the number of paths that were passed over since they are lines: their ends are apart.
+/// @throws bsp2::Error if the file cannot be read.
+std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution, std::size_t& lines);
+
 }  // namespace bsp2::model

@@ -89,7 +89,6 @@ TEST(Corpus, ContentAndBoundsOfFilesWithAllNodes) {
   std::size_t checked = 0;
   for (const Entry& entry : entries()) {
     if (entry.level == 0 || !entry.is_hard()) continue;
-    if (entry.file.starts_with("openscad-designs__sign")) continue;  // SVG
     SCOPED_TRACE(entry.file);
     const auto report = run_file(shared() / "corpus" / "csg" / entry.file);
     EXPECT_EQ(report.dimension, entry.dimension);

@@ -122,7 +122,7 @@ RandomPolygon random_polygon(Random& random) {
 
 TEST(PlaneSolids, PolygonsFollowTheEvenOddRule) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 300; ++round) {
     const RandomPolygon polygon = random_polygon(random);
@@ -133,7 +133,7 @@ TEST(PlaneSolids, PolygonsFollowTheEvenOddRule) {
 
 TEST(PlaneSolids, OutlinesAreClosedAndHaveTheSolidOnTheirLeft) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 60; ++round) {
     std::vector<Expression> operands;
@@ -221,11 +221,34 @@ TEST_F(Import, ReadsDrawings) {
   EXPECT_THROW(imported("import(file = \"bad.dxf\");"), Error);
 }
 
+TEST_F(Import, ReadsVectorGraphics) {
+  const auto svg = [](const std::string& shapes) {
+    return "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='10mm' viewBox='0 0 40 20'>" + shapes + "</svg>";
+  };
+  const auto area = [&](const std::string& shapes, const std::string& more = "") {
+    write("a.svg", svg(shapes));
+    return imported("import(file = \"a.svg\"" + more + ");");
+  };
+  EXPECT_NEAR(area("<rect x='1' y='1' width='4' height='2'/>"), 2, 1e-12) << "half a millimetre a unit";
+  EXPECT_NEAR(area("<g transform='scale(2) translate(1, 1)'><rect width='4' height='2'/></g>"), 8, 1e-12);
+  EXPECT_NEAR(area("<path d='M0 0h4v4H0zm1,1 2 0 0 2-2 0z'/>"), 3, 1e-12) << "a hole";
+  EXPECT_NEAR(area("<polygon points='0,0 4,0 4,4'/><circle cx='10' cy='10' r='2'/>", ", $fn = 4"), 2 + 2, 1e-12);
+  EXPECT_NEAR(area("<path d='M0 0 C 0 4 4 4 4 0 z'/>"), 9.6 / 4, 2e-2) << "the integral of y dx";
+  EXPECT_NEAR(area("<path d='M-4 0 A 4 4 0 0 1 4 0 z'/>"), 28 * std::sin(std::numbers::pi / 14), 1e-9) << "14 chords of half a circle of radius 2";
+  EXPECT_EQ(area("<path d='M0 0 4 0 4 4'/>"), 0) << "a line";
+  write("bad.svg", "no drawing");
+  EXPECT_THROW(imported("import(file = \"bad.svg\");"), Error);
+  write("a.svg", svg("<rect x='0' y='0' width='40' height='2'/>"));
+  const auto totals = evaluate_all(compile<2>(model::parse_csg("import(file = \"a.svg\");", (folder_.path() / "t.csg").string()).expression, {}), 0, {}).evaluation.totals;
+  EXPECT_NEAR(totals.lower[1], 9, 1e-12) << "y upwards from the lower edge";
+  EXPECT_NEAR(totals.upper[0], 20, 1e-12);
+}
+
 // --- extrusions -----------------------------------------------------------------------------------------------
 
 TEST(LinearExtrude, StraightIsAreaTimesHeight) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 40; ++round) {
     const RandomPolygon polygon = random_polygon(random);
@@ -269,7 +292,7 @@ double faceted_pappus(const Plane& path, double segments, double step) {
 
 TEST(RotateExtrude, HasTheVolumeOfPappusForItsFacets) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 40; ++round) {
     // A star around a point off the axis: simple, rarely convex.
@@ -361,7 +384,7 @@ Real determinant(const std::array<double, 3>& a, const std::array<double, 3>& b,
 
 TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 200; ++round) {
     std::vector<std::array<double, 3>> points;
@@ -420,7 +443,7 @@ TEST(Minkowski, OfKnownSolids) {
 
 TEST(Minkowski, OfAConvexPolygonAndABox) {
   const std::uint64_t seed = new_seed();
-  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 30; ++round) {
     Plane points;
