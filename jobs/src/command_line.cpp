@@ -48,7 +48,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("N")
       ->group(group);
   app.add_option("--regions", options.regions,
-                 "divide space into N regions, rounded up to a power\nof two (default: 1)")
+                 "divide space into N regions, rounded up to a power\nof two (default: chosen by the size of the model)")
       ->check(CLI::Range(1U, 1U << 20, "1 .. 1048576"))
       ->type_name("N")
       ->group(group);
@@ -100,6 +100,20 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->group(group);
   app.add_flag("--stats", command.stats, "print figures about the kernel's work")->group(group);
   app.add_flag("--quiet", command.quiet, "print no summary and no progress")->group(group);
+}
+
+void add_tables_options(CLI::App& app, RunCommand& command) {
+  app.add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
+  command.tables = {1, 2, 4, 8, 16};
+  app.add_option("--regions", command.tables, "numbers of nodes (default: 1,2,4,8,16)")
+      ->delimiter(',')
+      ->check(CLI::Range(1U, 4096U, "1 .. 4096"))
+      ->type_name("N,N,...");
+  app.add_option("--levels", command.levels, "coarse resolutions: two levels (default: those above\nwhich 5 % and 25 % of the cells lie)")
+      ->delimiter(',')
+      ->check(CLI::Range(1U, 65535U, "1 .. 65535"))
+      ->type_name("A,B");
+  app.add_option("--threads", command.options.threads, "threads of a node; 0: one a core")->check(CLI::Range(0U, 4096U, "0 .. 4096"))->type_name("N");
 }
 
 void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& keep) {
@@ -171,7 +185,7 @@ double parse_seconds(const std::string& text) {
 }
 
 std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arguments, std::ostream& out) {
-  if (!arguments.empty() && !arguments.front().starts_with('-') && arguments.front() != "run") {
+  if (!arguments.empty() && !arguments.front().starts_with('-') && arguments.front() != "run" && arguments.front() != "tables") {
     throw Error("unknown command '" + arguments.front() + "' (see 'bsp2 --help')");
   }
   RunCommand command;
@@ -184,6 +198,8 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   run->add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
   add_work_options(*run, command, raw);
   add_output_options(*run, command, raw);
+  CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
+  add_tables_options(*tables, command);
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);
   try {
@@ -194,6 +210,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
     app.exit(error, out, out);  // help or version
     return std::nullopt;
   }
+  if (!tables->parsed()) command.tables.clear();
   return finished(std::move(command), raw);
 }
 
