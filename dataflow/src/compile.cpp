@@ -352,7 +352,7 @@ Network<D> compile(const model::Expression& expression, const CompileOptions& op
   const model::Expression resolved = resolve(expression, options, warnings);
   const Lowered<D> lowered = lower<D>(resolved);
   Network<D> network = Compiler<D>(lowered, options).run();
-  network.warnings = std::move(warnings);
+  network.warnings.insert(network.warnings.begin(), warnings.begin(), warnings.end());
   return network;
 }
 

@@ -51,7 +51,7 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
   auto& options = command.options;
   const auto group = work_group;
   app.add_option("--regions", options.regions,
-                 "divide space into N regions, rounded up to a power\nof two (default: 1)")
+                 "divide space into N regions, rounded up to a power\nof two (default: chosen by the size of the model)")
       ->check(CLI::Range(1U, 1U << 20, "1 .. 1048576"))
       ->type_name("N")
       ->group(group);
@@ -122,6 +122,20 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_flag("--quiet", command.quiet, "print no summary and no progress")->group(group);
 }
 
+void add_tables_options(CLI::App& app, RunCommand& command) {
+  app.add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
+  command.tables = {1, 2, 4, 8, 16};
+  app.add_option("--regions", command.tables, "numbers of nodes (default: 1,2,4,8,16)")
+      ->delimiter(',')
+      ->check(CLI::Range(1U, 4096U, "1 .. 4096"))
+      ->type_name("N,N,...");
+  app.add_option("--levels", command.levels, "coarse resolutions: two levels (default: those above\nwhich 5 % and 25 % of the cells lie)")
+      ->delimiter(',')
+      ->check(CLI::Range(1U, 65535U, "1 .. 65535"))
+      ->type_name("A,B");
+  app.add_option("--threads", command.options.threads, "threads of a node; 0: one a core")->check(CLI::Range(0U, 4096U, "0 .. 4096"))->type_name("N");
+}
+
 void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& keep) {
   if (keep.empty()) return;
   const auto named = [&](const char* label) {
@@ -177,7 +191,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   return command;
 }
 
-constexpr std::array commands{"run", "resume", "info", "export"};
+constexpr std::array commands{"run", "resume", "info", "export", "tables"};
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
   const auto parsed = app.get_subcommands();
@@ -231,6 +245,8 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   exported->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
   exported->add_option("-o,--output", raw.pvtu, "for ParaView; FUZZY where nothing is decided yet")->required()->type_name("FILE.pvtu");
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra");
+  CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
+  add_tables_options(*tables, command);
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);
   try {
@@ -241,6 +257,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
     app.exit(error, out, out);  // help or version
     return std::nullopt;
   }
+  if (!tables->parsed()) command.tables.clear();
   return finished(std::move(command), raw);
 }
 

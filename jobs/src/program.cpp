@@ -10,6 +10,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/jobs/command_line.hpp"
+#include "bsp2/jobs/node_tables.hpp"
 #include "bsp2/jobs/outputs.hpp"
 #include "bsp2/jobs/progress_bar.hpp"
 #include "bsp2/jobs/signals.hpp"
@@ -35,6 +36,14 @@ void tell_interruption(const RunCommand& command, spdlog::logger& log) {
     log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}'", snapshot->string(), snapshot->string());
   else
     log.warn("interrupted; nothing is written (with --snapshot FILE.h5 the run could be resumed)");
+}
+
+/// The tables need no ranks: the nodes of a cluster are measured one after the other.
+void tables_command(const RunCommand& command, std::ostream& out) {
+  std::vector<std::optional<unsigned>> levels(command.levels.begin(), command.levels.end());
+  if (!levels.empty()) levels.emplace_back();
+  out << command.options.model.string() << "\n\n";
+  print_tables(out, supersteps::measure_tables(command.options, command.tables, levels));
 }
 
 /// On all ranks, and only the master speaks.
@@ -101,8 +110,12 @@ int program(const std::vector<std::string>& arguments, std::ostream& out, supers
     std::ostringstream ignored;
     std::ostream& speech = ranks.is_master() ? out : ignored;
     const auto command = parse_command_line(arguments, speech);
+    if (command && !command->tables.empty() && ranks.count() > 1) throw Error("'bsp2 tables' measures node after node in one process: start it without mpirun");
     int code = 0;
-    if (command) ranks.together([&] { code = run_command(*command, out, ranks, run, log); });
+    if (command && !command->tables.empty())
+      tables_command(*command, out);
+    else if (command)
+      ranks.together([&] { code = run_command(*command, out, ranks, run, log); });
     finish(speech);
     return code;
   };

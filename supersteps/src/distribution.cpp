@@ -22,21 +22,6 @@ struct Plan {
   }
 };
 
-/// The region with the most work goes to the rank with the least, and so on. @return the rank of each region.
-std::vector<std::int32_t> assign(const std::vector<double>& work, int ranks) {
-  std::vector<std::size_t> order(work.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work[a] > work[b]; });
-  std::vector<std::int32_t> owner(work.size());
-  std::vector<double> load(static_cast<std::size_t>(ranks));
-  for (const std::size_t region : order) {
-    const auto least = std::min_element(load.begin(), load.end());
-    owner[region] = static_cast<std::int32_t>(least - load.begin());
-    *least += work[region];
-  }
-  return owner;
-}
-
 template <int D>
 Plan plan_of(const dataflow::Partition<D>& partition, int ranks) {
   Plan plan;
@@ -47,7 +32,7 @@ Plan plan_of(const dataflow::Partition<D>& partition, int ranks) {
     plan.positive.push_back(node.positive);
   }
   plan.work = partition.work;
-  plan.owner = assign(partition.work, ranks);
+  plan.owner = assign_regions(partition.work, ranks);
   return plan;
 }
 
@@ -69,6 +54,20 @@ unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options
 }
 
 }  // namespace
+
+std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks) {
+  std::vector<std::size_t> order(work.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work[a] > work[b]; });
+  std::vector<std::int32_t> owner(work.size());
+  std::vector<double> load(static_cast<std::size_t>(ranks));
+  for (const std::size_t region : order) {
+    const auto least = std::min_element(load.begin(), load.end());
+    owner[region] = static_cast<std::int32_t>(least - load.begin());
+    *least += work[region];
+  }
+  return owner;
+}
 
 template <int D>
 Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {

@@ -40,6 +40,9 @@ struct Distribution {
   std::vector<std::int32_t> rank_of_region;
 };
 
+/// The region with the most work goes to the rank with the least, and so on. @return the rank of each region.
+std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks);
+
 /// Distribution: the master cuts space into regions of about equal work, by a BSP tree whose depth does not depend on who
 /// computes, and assigns them to the ranks. Only the tree travels; each rank makes its own regions from their paths.
 /// Source: the paper, section 4.2, "Distribution".

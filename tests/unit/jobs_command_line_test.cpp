@@ -68,6 +68,14 @@ TEST(CommandLine, OptionsReachTheRun) {
   EXPECT_EQ(options.model, "a.csg");
 }
 
+TEST(CommandLine, TablesHaveNodesAndLevels) {
+  EXPECT_EQ(parsed({"tables", "a.csg"}).tables, (std::vector<unsigned>{1, 2, 4, 8, 16}));
+  const RunCommand command = parsed({"tables", "a.csg", "--regions", "1,3", "--levels", "8,12", "--threads", "1"});
+  EXPECT_EQ(command.tables, (std::vector<unsigned>{1, 3}));
+  EXPECT_EQ(command.levels, (std::vector<unsigned>{8, 12}));
+  EXPECT_TRUE(parsed({"run", "a.csg"}).tables.empty());
+}
+
 TEST(CommandLine, MistakesAreExplainedWithAHint) {
   EXPECT_EQ(message_for({"run", "a.csg", "--frobnicate"}),
             "unknown option or argument '--frobnicate' (see 'bsp2 run --help')");

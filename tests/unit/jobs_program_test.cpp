@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/jobs/node_tables.hpp"
 #include "bsp2/jobs/program.hpp"
 #include "bsp2/jobs/progress_bar.hpp"
 #include "bsp2/jobs/report_json.hpp"
@@ -89,6 +90,21 @@ TEST(Summary, FitsATerminalAndGroupsDigits) {
   print_stats(out, sample_report());
   EXPECT_NE(out.str().find("123,456,789 cells"), std::string::npos);
   EXPECT_NE(out.str().find("(0.5000 % of the predicates)"), std::string::npos);
+  std::istringstream lines(out.str());
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+}
+
+TEST(Tables, FitATerminalAndAddUp) {
+  std::vector<supersteps::Resolved> measured;
+  for (const auto level : {std::optional(12U), std::optional(100U), std::optional<unsigned>()}) {
+    supersteps::Resolved resolved{level, 128, {}};
+    for (const std::size_t nodes : {1U, 2U, 4U, 8U, 16U}) resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{123456, 65432, 12.5});
+    measured.push_back(resolved);
+  }
+  std::ostringstream out;
+  print_tables(out, measured);
+  EXPECT_NE(out.str().find("Table 6: model resolution and run times, number of nodes n = 16"), std::string::npos);
+  EXPECT_NE(out.str().find("246,912"), std::string::npos);  // of two nodes
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }

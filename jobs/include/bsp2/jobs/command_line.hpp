@@ -18,6 +18,8 @@ struct RunCommand {
   std::optional<std::filesystem::path> mesh, boundary, picture, report;  ///< also those that -o names
   std::optional<std::filesystem::path> table;                            ///< the supersteps as CSV
   bool tets = false, stats = false, quiet = false;
+  std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
+  std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model
 };
 
 /// Reads the arguments of the program (its name left out).

@@ -32,7 +32,7 @@ inline constexpr std::uint64_t cells_of_a_master = 200000;
 struct RunOptions {
   std::filesystem::path model;
   unsigned threads = 0;                     ///< of each rank; 0: one a core
-  std::optional<unsigned> regions;          ///< rounded up to a power of two; none: 1
+  std::optional<unsigned> regions;          ///< rounded up to a power of two; none: by the model
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
   Order order = Order::depth;
   std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY

@@ -1,0 +1,90 @@
+#include "bsp2/jobs/node_tables.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <ostream>
+#include <string>
+
+#include "bsp2/jobs/superstep_table.hpp"
+
+namespace bsp2::jobs {
+namespace {
+
+using supersteps::NodeFigures;
+using supersteps::Resolved;
+
+std::string name_of(const Resolved& resolved) { return resolved.level ? "level " + std::to_string(*resolved.level) : "to the end"; }
+
+std::vector<double> sorted_seconds(const std::vector<NodeFigures>& nodes) {
+  std::vector<double> seconds;
+  for (const NodeFigures& node : nodes) seconds.push_back(node.seconds);
+  std::sort(seconds.begin(), seconds.end());
+  return seconds;
+}
+
+NodeFigures sum_of(const std::vector<NodeFigures>& nodes) {
+  NodeFigures sum;
+  for (const NodeFigures& node : nodes) {
+    sum.cells += node.cells;
+    sum.facets += node.facets;
+    sum.seconds += node.seconds;
+  }
+  return sum;
+}
+
+/// Table 1, at the finest resolution.
+void print_run_times(std::ostream& out, const Resolved& finest) {
+  out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions << " regions\n\n  nodes     ";
+  for (const auto& nodes : finest.nodes) out << fmt::format("{:>9}", nodes.size());
+  const auto row = [&](const char* name, auto value) {
+    out << fmt::format("\n  {:<10}", name);
+    for (const auto& nodes : finest.nodes) out << fmt::format("{:>9.3f}", value(nodes));
+  };
+  row("max", [](const auto& nodes) { return sorted_seconds(nodes).back(); });
+  row("median", [](const auto& nodes) { return sorted_seconds(nodes)[nodes.size() / 2]; });
+  row("min", [](const auto& nodes) { return sorted_seconds(nodes).front(); });
+  row("sum", [](const auto& nodes) { return sum_of(nodes).seconds; });
+  row("max/mean", [](const auto& nodes) { return sorted_seconds(nodes).back() * static_cast<double>(nodes.size()) / sum_of(nodes).seconds; });
+  out << "\n\n";
+}
+
+void print_row(std::ostream& out, const std::string& name, const std::vector<NodeFigures>& figures) {
+  out << fmt::format("{:<5}", name);
+  for (const NodeFigures& node : figures) out << fmt::format("{:>9}{:>9}{:>7.3f}", grouped(node.cells), grouped(node.facets), node.seconds);
+  out << '\n';
+}
+
+/// Tables 2 to 6: the nodes of one number of them, at all resolutions.
+void print_nodes(std::ostream& out, const std::vector<Resolved>& measured, std::size_t index) {
+  const std::size_t count = measured.front().nodes[index].size();
+  out << fmt::format("Table {}: model resolution and run times, number of nodes n = {}\n\n{:<5}", index + 2, count, "");
+  for (const Resolved& resolved : measured) out << fmt::format("{:>25}", name_of(resolved));
+  out << fmt::format("\n{:<5}", "Node");
+  for (std::size_t i = 0; i < measured.size(); ++i) out << fmt::format("{:>9}{:>9}{:>7}", "3-cells", "2-cells", "Sec");
+  out << '\n';
+  for (std::size_t node = 0; node < count; ++node) {
+    std::vector<NodeFigures> figures;
+    for (const Resolved& resolved : measured) figures.push_back(resolved.nodes[index][node]);
+    print_row(out, std::to_string(node + 1), figures);
+  }
+  std::vector<NodeFigures> last;
+  for (const Resolved& resolved : measured) {
+    last.push_back(sum_of(resolved.nodes[index]));
+    last.back().seconds /= static_cast<double>(count);
+  }
+  print_row(out, "", last);
+  out << '\n';
+}
+
+}  // namespace
+
+void print_tables(std::ostream& out, const std::vector<Resolved>& measured) {
+  out << "Every node's figures are measured here, one node after the other, as on a\n"
+         "cluster of such machines; nothing ran in parallel but the threads of a node.\n"
+         "2-cells are those of a node's boundary. Last row: sums of cells, mean seconds.\n\n";
+  print_run_times(out, measured.back());
+  for (std::size_t i = 0; i < measured.front().nodes.size(); ++i) print_nodes(out, measured, i);
+}
+
+}  // namespace bsp2::jobs

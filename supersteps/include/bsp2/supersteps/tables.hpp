@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "bsp2/supersteps/run.hpp"
+
+namespace bsp2::supersteps {
+
+/// What one node of a cluster would find and need: the regions that one of so many ranks gets, evaluated alone.
+struct NodeFigures {
+  std::uint64_t cells = 0;   ///< IN and FUZZY
+  std::uint64_t facets = 0;  ///< 2-cells of their boundary: no other cell of the node covers them wholly; D = 3, else 0
+  double seconds = 0;
+};
+
+/// One resolution of a model.
+struct Resolved {
+  std::optional<unsigned> level;                ///< none: to the end
+  unsigned regions = 0;
+  std::vector<std::vector<NodeFigures>> nodes;  ///< for each number of nodes
+};
+
+/// The measurements behind the paper's tables 1 to 6: for each resolution and each number of nodes, the figures of each node.
+/// The groups of regions are those that a run on so many ranks would have; each is evaluated by this process alone, one
+/// after the other, so the seconds are those of a cluster of such machines.
+///
+/// Not collective: by one process.
+/// @param levels the resolutions; empty: three, at the levels above which 5 % and 25 % of the cells lie, and to the end.
+/// @throws bsp2::Error as run.
+/// Source: the paper, section 5 and appendix A.
+std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels);
+
+}  // namespace bsp2::supersteps

@@ -1,0 +1,158 @@
+#include "bsp2/supersteps/tables.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include "bsp2/geometry/contact.hpp"
+#include "bsp2/geometry/error.hpp"
+#include "stages.hpp"
+
+namespace bsp2::supersteps {
+namespace {
+
+using geometry::CellBatch;
+using Batches = std::vector<std::shared_ptr<const CellBatch>>;
+
+double facet_area(const CellBatch& batch, std::size_t cell, std::size_t facet) {
+  const auto points = batch.cell_points(cell);
+  const auto corners = batch.vertices_of_facet(facet);
+  std::array<double, 3> sum{};
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const double *p = &points[3 * corners[i]], *q = &points[3 * corners[(i + 1) % corners.size()]];
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += (p[(k + 1) % 3] - q[(k + 1) % 3]) * (p[(k + 2) % 3] + q[(k + 2) % 3]);
+  }
+  return std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / 2;
+}
+
+/// The same cells, FUZZY ones as if they were IN: the matching glues IN cells only.
+Batches all_in(const Batches& batches) {
+  Batches result;
+  for (const auto& batch : batches) {
+    const auto copy = std::make_shared<CellBatch>(*batch);
+    std::fill(copy->label.begin(), copy->label.end(), geometry::Label::in);
+    result.push_back(copy);
+  }
+  return result;
+}
+
+/// Facets that other cells cover less than wholly. A figure for a table: areas are compared as rounded numbers.
+std::uint64_t count_boundary_facets(const geometry::HyperplaneTable<3>& table, const Batches& cells, unsigned threads) {
+  const Batches batches = all_in(cells);
+  RunOptions options;
+  options.contacts = true;
+  const auto contacts = resolution<3>(table, {3, batches}, options, threads).contacts;
+  std::map<std::pair<std::uint64_t, std::uint16_t>, double> covered;
+  for (const geometry::Contact& contact : contacts)
+    for (const std::size_t side : {0U, 1U}) covered[{contact.cell[side], contact.facet[side]}] += contact.area;
+  std::uint64_t count = 0, number = 0;
+  for (const auto& batch : batches) {
+    for (std::size_t cell = 0; cell < batch->size(); ++cell, ++number) {
+      for (std::size_t facet = 0; facet < batch->facet_count(cell); ++facet) {
+        const auto found = covered.find({number, static_cast<std::uint16_t>(facet)});
+        const double area = facet_area(*batch, cell, batch->facet_offset[cell] + facet);
+        if (found == covered.end() || found->second < (1 - 1e-6) * area) ++count;
+      }
+    }
+  }
+  return count;
+}
+
+dataflow::EvaluateOptions evaluate_options(const RunOptions& options, std::optional<unsigned> level) {
+  dataflow::EvaluateOptions evaluate;
+  evaluate.threads = options.threads != 0 ? options.threads : Ranks().cores_of_a_rank();
+  evaluate.level = level;
+  return evaluate;
+}
+
+template <int D>
+NodeFigures measure_node(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, const std::vector<std::uint32_t>& regions,
+                         const dataflow::EvaluateOptions& options) {
+  Keeper keeper;
+  std::vector<dataflow::Consumer*> consumers{&keeper};
+  const auto start = std::chrono::steady_clock::now();
+  auto evaluation = dataflow::evaluate(network, dataflow::make_regions<D>(network, partition, regions), options, consumers);
+  NodeFigures figures;
+  figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  figures.cells = evaluation.totals.in_cells + evaluation.totals.fuzzy_cells;
+  if constexpr (D == 3) figures.facets = count_boundary_facets(network.table, keeper.take<D>(regions, std::move(evaluation)).batches, options.threads);
+  return figures;
+}
+
+template <int D>
+Resolved measure_resolution(const dataflow::Network<D>& network, const RunOptions& options, const std::vector<unsigned>& node_counts,
+                            std::optional<unsigned> level) {
+  RunOptions of_level = options;
+  of_level.level = level;
+  Ranks alone;
+  const auto partition = distribution<D>(alone, network, of_level).partition;
+  Resolved result{level, static_cast<unsigned>(partition.work.size()), {}};
+  for (const unsigned count : node_counts) {
+    const auto owner = assign_regions(partition.work, static_cast<int>(count));
+    auto& nodes = result.nodes.emplace_back();
+    for (unsigned node = 0; node < count; ++node) {
+      std::vector<std::uint32_t> regions;
+      for (std::uint32_t region = 0; region < owner.size(); ++region)
+        if (owner[region] == static_cast<std::int32_t>(node)) regions.push_back(region);
+      nodes.push_back(measure_node<D>(network, partition, regions, evaluate_options(options, level)));
+    }
+  }
+  return result;
+}
+
+/// Counts the cells of each level; its levels are the resolutions to show.
+class Levels : public dataflow::Consumer {
+ public:
+  void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override {
+    for (const std::uint16_t level : refinement->cells.level) {
+      ++cells_[level];
+      ++all_;
+    }
+  }
+  /// The level above which a share of the cells lies.
+  [[nodiscard]] unsigned quantile(double share) const {
+    double below = 0;
+    for (const auto& [level, count] : cells_) {
+      below += static_cast<double>(count);
+      if (below >= share * static_cast<double>(all_)) return std::max(1U, level);
+    }
+    return 1;
+  }
+
+ private:
+  std::map<unsigned, std::uint64_t> cells_;
+  std::uint64_t all_ = 0;
+};
+
+template <int D>
+std::vector<Resolved> measure(const Source& source, const RunOptions& options, const std::vector<unsigned>& node_counts,
+                              std::vector<std::optional<unsigned>> levels) {
+  const dataflow::Network<D> network = translation<D>(source, options);
+  if (levels.empty()) {
+    Levels seen;
+    std::vector<dataflow::Consumer*> consumers{&seen};
+    dataflow::evaluate(network, dataflow::partition(network, 0).regions, evaluate_options(options, {}), consumers);
+    levels = {seen.quantile(0.05), seen.quantile(0.25), std::nullopt};
+  }
+  std::vector<Resolved> result;
+  for (const auto& level : levels) result.push_back(measure_resolution<D>(network, options, node_counts, level));
+  return result;
+}
+
+}  // namespace
+
+std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels) {
+  const Source source = compilation(Ranks(), options);
+  switch (source.model.expression.dimension()) {
+    case 1: return measure<1>(source, options, node_counts, std::move(levels));
+    case 2: return measure<2>(source, options, node_counts, std::move(levels));
+    case 3: return measure<3>(source, options, node_counts, std::move(levels));
+    case 4: return measure<4>(source, options, node_counts, std::move(levels));
+    case 5: return measure<5>(source, options, node_counts, std::move(levels));
+    case 6: return measure<6>(source, options, node_counts, std::move(levels));
+    default: throw Error(options.model.string() + ": solids of dimension 1 to 6 can be evaluated");
+  }
+}
+
+}  // namespace bsp2::supersteps

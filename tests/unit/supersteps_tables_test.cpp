@@ -1,0 +1,46 @@
+#include "bsp2/supersteps/tables.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "temporary_folder.hpp"
+
+namespace bsp2::supersteps {
+namespace {
+
+std::uint64_t sum(const std::vector<NodeFigures>& nodes, std::uint64_t NodeFigures::*figure) {
+  std::uint64_t total = 0;
+  for (const NodeFigures& node : nodes) total += node.*figure;
+  return total;
+}
+
+/// The nodes share the cells of the run; their boundaries are that of the solid and the interfaces, seen from both sides.
+TEST(Tables, NodesShareTheCellsOfARun) {
+  const testing::TemporaryFolder folder;
+  RunOptions options;
+  options.model = folder.path() / "row.csg";
+  options.threads = 1;
+  options.regions = 8;
+  options.collect_cells = false;
+  std::ofstream file(options.model);
+  for (int i = 0; i < 8; ++i) file << "multmatrix([[1,0,0," << i << "],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { cube(size=[1,1,1]); }\n";
+  file.close();
+  const auto measured = measure_tables(options, {1, 2, 4, 8}, {2U, std::nullopt});
+  ASSERT_EQ(measured.size(), 2U);
+  EXPECT_EQ(measured[0].level, 2U);
+  const auto& finest = measured[1].nodes;
+  ASSERT_EQ(finest.size(), 4U);
+  const RunReport report = run(options).report;
+  for (const auto& nodes : finest) {
+    EXPECT_EQ(sum(nodes, &NodeFigures::cells), report.in_cells);
+    for (const NodeFigures& node : nodes) EXPECT_GE(node.seconds, 0);
+  }
+  EXPECT_EQ(report.in_cells, 8U);
+  EXPECT_EQ(sum(finest[0], &NodeFigures::facets), 8U * 4 + 2);  // a row of eight cubes
+  EXPECT_EQ(sum(finest[3], &NodeFigures::facets), 8U * 6);      // a cube a node
+  for (const NodeFigures& node : finest[3]) EXPECT_EQ(node.cells, 1U);
+}
+
+}  // namespace
+}  // namespace bsp2::supersteps
