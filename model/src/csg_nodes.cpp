@@ -44,6 +44,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"polygon", NodeKind::polygon},
     {"text", NodeKind::text},
     {"import", NodeKind::import},
+    {"surface", NodeKind::surface},
     {"linear_extrude", NodeKind::linear_extrude},
     {"rotate_extrude", NodeKind::rotate_extrude},
     {"hull", NodeKind::hull},
@@ -56,7 +57,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"echo", NodeKind::group},
 };
 
-constexpr std::string_view not_yet[] = {"surface", "roof"};
+constexpr std::string_view not_yet[] = {"roof"};
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
                                              "function",  "for",      "if",     "let",    "use",
@@ -378,6 +379,15 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   return pool.empty(3);
 }
 
+Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
+  const std::string name = arguments.string("file", 0, "");
+  if (name.empty()) throw Error("surface: it names no file");
+  const ImportedMesh mesh = import_surface(folder / name, arguments.flag("center", 1), arguments.flag("invert", 2));
+  if (std::optional<TriangleMesh> closed = closed_mesh(mesh.points, mesh.faces)) return pool.primitive(std::move(*closed), 3);
+  warn("this surface is empty: it takes two rows and two columns of heights");
+  return pool.empty(3);
+}
+
 std::optional<Construct> read_linear_extrude(const Arguments& arguments, const Warn& warn) {
   LinearExtrusion extrusion;
   const Value* height = arguments.find("height", 0);
@@ -521,6 +531,8 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::
       return make_text(arguments, pool, warn);
     case NodeKind::import:
       return make_import(arguments, folder, pool, warn);
+    case NodeKind::surface:
+      return make_surface(arguments, folder, pool, warn);
     default:
       return make_polyhedron(arguments, pool, warn);
   }

@@ -37,6 +37,7 @@ enum class NodeKind : std::uint8_t {
   polygon,
   text,
   import,
+  surface,
   unsupported,  ///< a node of the language that is not read yet
   unknown
 };

@@ -21,6 +21,11 @@ struct ImportedMesh {
 /// @throws bsp2::Error if the file cannot be read.
 ImportedMesh import_mesh(const std::filesystem::path& path);
 
+/// A landscape: the heights of a text (.dat; rows are y, columns x) or the grey values of a picture (.png, 0 to 100) over
+/// a grid of unit squares, four triangles each, down to 0 or to 1 below the lowest height, whichever is lower.
+/// Without two rows and columns it has no faces. @throws bsp2::Error if the file cannot be read.
+ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool invert);
+
 struct PlaneDrawing {
   std::vector<std::array<double, 2>> points;
   FaceCycles paths;

@@ -57,7 +57,7 @@ TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
   expect_refused("cube(size=[1,2,3])", ":1:");
   expect_refused("group() { cube(size=[1,2,", ":1:");
   expect_refused("\x93\x01\xff garbage", ":1:1:");
-  expect_refused("linear_extrude(height = 1) { circle(r = 1); }", "linear_extrude");
+  expect_refused("roof() { circle(r = 1); }", "roof");
   expect_refused("cylinder($fn = 1e9, h = 1, r1 = 1, r2 = 1);", "limit");
   expect_refused("polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);", "edge");
   std::string huge = "cube();";

@@ -203,6 +203,18 @@ TEST_F(Import, ReadsMeshes) {
   EXPECT_THROW(imported("import(file = \"test.xyz\");"), Error);
 }
 
+TEST_F(Import, ReadsHeights) {
+  write("a.dat", "# heights\n0 1\n1 2\n");
+  EXPECT_NEAR(imported("surface(file = \"a.dat\");"), 2, 1e-12);
+  write("b.dat", "5 5 5\n5 9 5\n5 5 5\n");  // four cells of mean 6, each a quarter of its corners' mean and of itself
+  EXPECT_NEAR(imported("surface(file = \"b.dat\", center = true);"), 4 * 6, 1e-12);
+  write("c.dat", "1 2 3\n");
+  EXPECT_EQ(imported("surface(file = \"c.dat\");"), 0);
+  write("d.dat", "1 x\n");
+  EXPECT_THROW(imported("surface(file = \"d.dat\");"), Error);
+  EXPECT_THROW(imported("surface(file = \"a.png\");"), Error);
+}
+
 TEST_F(Import, ReadsDrawings) {
   const auto line = [](const std::string& layer, double x0, double y0, double x1, double y1) {
     std::ostringstream text;
