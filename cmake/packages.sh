@@ -3,7 +3,8 @@
 bsp2_packages=(
   cmake ninja-build g++ pkg-config
   libopenmpi-dev openmpi-bin libboost-dev libboost-mpi-dev libboost-serialization-dev
-  libvtk9-dev libcairo2-dev
+  libvtk9-dev libcairo2-dev libpolyclipping-dev
+  libfreetype-dev libharfbuzz-dev libfontconfig-dev fonts-liberation libassimp-dev
   libcli11-dev nlohmann-json3-dev libspdlog-dev libxxhash-dev
   libgtest-dev libbenchmark-dev
 )

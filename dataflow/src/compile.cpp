@@ -2,13 +2,18 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <unordered_map>
 
 #include "bsp2/dataflow/network.hpp"
+#include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/dataflow/lathe_producer.hpp"
+#include "lathe_shape.hpp"
 #include "lowering.hpp"
 #include "mesh_shape.hpp"
+#include "resolve.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -22,18 +27,23 @@ using geometry::Quad;
 /// A primitive's shape in a normalized frame, shared by all its occurrences.
 template <int D>
 struct Shape {
-  Matrix<D> frame;  // from the normalized frame to the primitive's own
+  Transformer<D> frame;  // from the normalized frame to the primitive's own
   std::uint32_t first_covector = 0, covector_count = 0;
   std::vector<std::pair<double, double>> rings;  // lathe: radius and z, in the normalized frame; otherwise empty
-  std::array<double, D> lower, upper;            // in the normalized frame
+  Box<D> bounds;                                 // in the normalized frame
+  std::shared_ptr<const LatheShape> lathe;       // of one with very many facets; shared: by all occurrences of it
   std::shared_ptr<const MeshShape> mesh;         // shared: by all occurrences of one mesh
 };
 
+/// x -> factors x + shift, axis by axis.
 template <int D>
-Matrix<D> scaling(const std::array<double, D>& factors) {
+Transformer<D> scaling(const std::array<double, D>& factors, const std::array<double, D>& shift = {}) {
   Matrix<D> m{};
-  for (int i = 0; i < D; ++i) m[i][i] = factors[i];
-  return m;
+  for (int i = 0; i < D; ++i) {
+    m[i][i] = factors[i];
+    m[i][D] = shift[i];
+  }
+  return Transformer<D>(m);
 }
 
 /// Collects shapes and places occurrences: from the lowered tree to a network.
@@ -44,27 +54,28 @@ class Compiler {
 
   Network<D> run() {
     make_shapes();
-    std::vector<Matrix<D>> matrices;
+    std::vector<Transformer<D>> placements;
     std::vector<Producer<D>> producers;
     double reach = 0;
     for (const Occurrence<D>& occurrence : lowered_.occurrences) {
       const Shape<D>& shape = shapes_[shape_of_[producers.size()]];
-      matrices.push_back(compose<D>(occurrence.matrix, shape.frame));
+      placements.push_back(occurrence.placement.after(shape.frame));
       Producer<D> producer;
       producer.part = static_cast<std::int32_t>(producers.size());
-      place_bounds(shape, matrices.back(), producer);
+      static_cast<Box<D>&>(producer) = shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
       producers.push_back(producer);
     }
-    check_sizes(matrices, reach);
+    check_sizes(placements, reach);
     Box<D> box = bounds_of(lowered_, producers);
-    if (box.is_empty()) return empty_network(producers.size());
+    if (box.is_empty()) return empty_network();
     if (!box.is_finite()) box = hull_of(producers);
     check_proportions(box, reach);
 
-    Network<D> network{HyperplaneTable<D>(box.lower, box.upper, reach), std::move(producers), {}, {}, lowered_.program, 0};
-    network.primitive_count = lowered_.occurrences.size();
-    add_planes(network, matrices, box);
+    Network<D> network(HyperplaneTable<D>(box.lower, box.upper, reach));
+    network.producers = std::move(producers);
+    network.program = lowered_.program;
+    add_planes(network, placements, box);
     return network;
   }
 
@@ -76,9 +87,9 @@ class Compiler {
   std::vector<std::uint32_t> shape_of_;  // of each occurrence
 
   /// Second moments are fifth powers of lengths, and all must stay far from the limits of a double.
-  static void check_sizes(const std::vector<Matrix<D>>& matrices, double reach) {
-    for (const Matrix<D>& matrix : matrices)
-      for (const auto& row : matrix)
+  static void check_sizes(const std::vector<Transformer<D>>& placements, double reach) {
+    for (const Transformer<D>& placement : placements)
+      for (const auto& row : placement.matrix())
         for (const Quad entry : row) {
           const auto size = std::fabs(static_cast<long double>(entry));
           if (!(size <= 1e40L)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
@@ -103,11 +114,10 @@ class Compiler {
     }
   }
 
-  Network<D> empty_network(std::size_t primitives) {
+  static Network<D> empty_network() {
     std::array<double, D> zero{}, one;
     one.fill(1);
-    Network<D> network{HyperplaneTable<D>(zero, one, 1), {}, {}, {}, {}, primitives};
-    return network;
+    return Network<D>(HyperplaneTable<D>(zero, one, 1));
   }
 
   void make_shapes() {
@@ -143,8 +153,7 @@ class Compiler {
     } else {
       const Polytope<D> box = geometry::unit_box<D>();
       add_covectors(shape, box.covectors);
-      shape.lower = box.lower;
-      shape.upper = box.upper;
+      shape.bounds = {box.lower, box.upper};
     }
     std::array<double, D> size;
     std::copy_n(cuboid.size.begin(), D, size.begin());
@@ -168,16 +177,16 @@ class Compiler {
       Shape<D> shape;
       const auto [entry, is_new] = known.try_emplace(key, static_cast<std::uint32_t>(shapes_.size()));
       if (is_new) {
-        const Polytope<3> polytope = geometry::lathe(lathe.sides, radius, z);
+        Polytope<3> polytope = geometry::lathe(lathe.sides, radius, z);
+        if (polytope.covectors.size() >= LatheProducer::least_facets)
+          shape.lathe = std::make_shared<LatheShape>(lathe.sides, radius, z, polytope.covectors);
         add_covectors(shape, polytope.covectors);
-        shape.lower = polytope.lower;
-        shape.upper = polytope.upper;
+        shape.bounds = {polytope.lower, polytope.upper};
         for (std::size_t i = 0; i < radius.size(); ++i) shape.rings.emplace_back(radius[i], z[i]);
       } else {
         shape = shapes_[entry->second];
       }
-      shape.frame = scaling<3>({widest, widest, height});
-      shape.frame[2][3] = bottom;
+      shape.frame = scaling<3>({widest, widest, height}, {0, 0, bottom});
       return shape;
     }
   }
@@ -192,41 +201,52 @@ class Compiler {
       normalized->covectors.clear();
       normalized->covectors.shrink_to_fit();
       shape.frame = scaling<3>({normalized->scale, normalized->scale, normalized->scale});
-      shape.lower = normalized->lower;
-      shape.upper = normalized->upper;
+      shape.bounds = {normalized->lower, normalized->upper};
       shape.mesh = std::move(normalized);
       return shape;
     }
   }
 
-  void place_bounds(const Shape<D>& shape, const Matrix<D>& matrix, Producer<D>& producer) const {
-    for (int i = 0; i < D; ++i) {
-      long double low = static_cast<long double>(matrix[i][D]), high = low;
-      long double across = 0;  // reach of the unit circle of a lathe along axis i
-      if (!shape.rings.empty()) across = std::hypot(static_cast<long double>(matrix[i][0]), static_cast<long double>(matrix[i][1]));
-      if (!shape.rings.empty()) {
-        const auto along = static_cast<long double>(matrix[i][D - 1]);
-        long double l = std::numeric_limits<long double>::infinity(), h = -l;
-        for (const auto& [radius, z] : shape.rings) {
-          l = std::min(l, along * z - across * radius);
-          h = std::max(h, along * z + across * radius);
-        }
-        low += l;
-        high += h;
+  Shape<D> make_shape(const model::RegularPolygon& polygon, std::map<std::vector<double>, std::uint32_t>& known, const std::uint32_t*) {
+    if constexpr (D != 2) {
+      throw std::logic_error("a regular polygon is two-dimensional");
+    } else {
+      Shape<D> shape;
+      const auto [entry, is_new] = known.try_emplace({static_cast<double>(polygon.sides)}, static_cast<std::uint32_t>(shapes_.size()));
+      if (is_new) {
+        const Polytope<2> polytope = geometry::regular_polygon(polygon.sides);
+        add_covectors(shape, polytope.covectors);
+        shape.bounds = {polytope.lower, polytope.upper};
       } else {
-        for (int j = 0; j < D; ++j) {
-          const long double a = static_cast<long double>(matrix[i][j]) * shape.lower[j], b = static_cast<long double>(matrix[i][j]) * shape.upper[j];
-          low += std::min(a, b);
-          high += std::max(a, b);
-        }
+        shape = shapes_[entry->second];
       }
-      const long double slack = 0x1p-50L * std::max(std::fabs(low), std::fabs(high));
-      producer.lower[i] = static_cast<double>(low - slack);
-      producer.upper[i] = static_cast<double>(high + slack);
+      shape.frame = scaling<2>({polygon.radius, polygon.radius});
+      return shape;
     }
   }
 
-  void add_planes(Network<D>& network, const std::vector<Matrix<D>>& matrices, const Box<D>& box) {
+  Shape<D> make_shape(const model::ConvexPolygon& polygon, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    if constexpr (D != 2 && D != 3) {
+      throw std::logic_error("a convex polygon is two- or three-dimensional");
+    } else {
+      std::vector<std::array<std::int64_t, 2>> points;
+      for (const auto& point : polygon.points) {
+        auto& on_grid = points.emplace_back();
+        for (int i = 0; i < 2; ++i) on_grid[i] = std::llround(std::ldexp(point[i] / polygon.scale, 53));
+      }
+      const Polytope<D> polytope = geometry::convex_polygon<D>(points);
+      Shape<D> shape;
+      add_covectors(shape, polytope.covectors);
+      shape.bounds = {polytope.lower, polytope.upper};
+      std::array<double, D> factors;
+      factors.fill(1);
+      factors[0] = factors[1] = polygon.scale;
+      shape.frame = scaling<D>(factors);
+      return shape;
+    }
+  }
+
+  void add_planes(Network<D>& network, const std::vector<Transformer<D>>& placements, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(covectors_);
     std::vector<std::uint32_t> first_occurrence;
@@ -234,30 +254,35 @@ class Compiler {
       Producer<D>& producer = network.producers[i];
       const Shape<D>& shape = shapes_[shape_of_[i]];
       first_occurrence.push_back(0);
-      if (!box.touches(producer.lower, producer.upper)) {
+      std::optional<std::uint32_t> first;
+      if (!box.misses(producer)) first = placements[i].emit(table, shape.first_covector, shape.covector_count, producer);
+      if (first)
+        first_occurrence.back() = *first;
+      else
         make_empty(producer);
-        continue;
-      }
-      const std::uint32_t map = table.add_map(matrices[i], producer.lower, producer.upper);
-      if (table.orientation(map) == 0) {
-        make_empty(producer);
-        continue;
-      }
-      for (std::uint32_t k = 0; k < shape.covector_count; ++k) {
-        const std::uint32_t occurrence = table.add_occurrence(map, shape.first_covector + k);
-        if (k == 0) first_occurrence.back() = occurrence;
-      }
     }
     const std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence);
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
-      if (is_empty(producer)) continue;
+      if (producer.is_empty()) continue;
       const Shape<D>& shape = shapes_[shape_of_[i]];
       const std::span own(codes.data() + first_occurrence[i], shape.covector_count);
       if constexpr (D == 3) {
         if (shape.mesh != nullptr && !shape.mesh->convex) {
           producer.mesh = static_cast<std::int32_t>(network.meshes.size());
-          network.meshes.push_back(place_mesh(*shape.mesh, matrices[i], own));
+          network.meshes.push_back(place_mesh(*shape.mesh, placements[i].matrix(), own));
+          continue;
+        }
+        if (shape.lathe != nullptr) {
+          const auto facets = own.first(shape.lathe->facet_count);
+          add_half_spaces(network, producer, facets);
+          if (producer.is_empty()) continue;
+          // LatheProducer finds the half-spaces by their place among all.
+          network.planes.resize(producer.first_plane);
+          network.planes.insert(network.planes.end(), facets.begin(), facets.end());
+          producer.plane_count = static_cast<std::uint32_t>(facets.size());
+          producer.lathe = static_cast<std::int32_t>(network.lathes.size());
+          network.lathes.push_back(place_lathe(*shape.lathe, placements[i], own, table.radius(), options_.coincidence * table.width()));
           continue;
         }
       }
@@ -283,26 +308,23 @@ class Compiler {
     }
   }
 
-  static void make_empty(Producer<D>& producer) {
-    producer.lower.fill(std::numeric_limits<double>::infinity());
-    producer.upper.fill(-std::numeric_limits<double>::infinity());
-  }
-  static bool is_empty(const Producer<D>& producer) { return producer.lower[0] > producer.upper[0]; }
+  static void make_empty(Producer<D>& producer) { static_cast<Box<D>&>(producer) = Box<D>::empty(); }
 };
 
 }  // namespace
 
 template <int D>
 Network<D> compile(const model::Expression& expression, const CompileOptions& options) {
-  const Lowered<D> lowered = lower<D>(expression);
-  return Compiler<D>(lowered, options).run();
+  std::vector<std::string> warnings;
+  const model::Expression resolved = resolve(expression, options, warnings);
+  const Lowered<D> lowered = lower<D>(resolved);
+  Network<D> network = Compiler<D>(lowered, options).run();
+  network.warnings = std::move(warnings);
+  return network;
 }
 
-template Network<1> compile<1>(const model::Expression&, const CompileOptions&);
-template Network<2> compile<2>(const model::Expression&, const CompileOptions&);
-template Network<3> compile<3>(const model::Expression&, const CompileOptions&);
-template Network<4> compile<4>(const model::Expression&, const CompileOptions&);
-template Network<5> compile<5>(const model::Expression&, const CompileOptions&);
-template Network<6> compile<6>(const model::Expression&, const CompileOptions&);
+#define BSP2_INSTANTIATE(D) template Network<D> compile<D>(const model::Expression&, const CompileOptions&);
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::dataflow

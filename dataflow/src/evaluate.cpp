@@ -88,8 +88,15 @@ class Worker {
   Token<D>* next();
   Token<D>* process(Token<D>* token);
   Token<D>* split(Token<D>* token, const typename Localizer<D>::Cut& cut);
+  Token<D>* unfold(Token<D>* token);
+  Token<D>* give(Token<D>* token, Outcome<D> outcome);
+  Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
+  void cut(const Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<Cell<D>, 2>& halves);
+  [[nodiscard]] bool needs_cell(const Frontier::Node& node) const;
   void finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome);
   Outcome<D> combine(Join<D>& join);
+  Outcome<D> suspend(Join<D>& join);
+  std::int64_t settle(Outcome<D>& outcome, std::uint32_t region);
   std::int64_t emit(Outcome<D>& outcome, std::uint32_t region);
   void count(const Outcome<D>& outcome, const geometry::Moments<D>& moments);
   void flush();
@@ -112,10 +119,13 @@ class Crew {
   Pool<Token<D>> first_tokens;
   std::atomic<std::size_t> open_regions{0};
   std::atomic<unsigned> running{0};
-  std::atomic<bool> stop{false};   // leave the rest FUZZY
+  std::atomic<std::uint64_t> emitted{0};  // counted where there is a limit
+  std::atomic<bool> stop{false};   // leave the rest as it is
   std::atomic<bool> abort{false};  // leave everything: an exception was thrown
   std::vector<std::int64_t> region_codes;     // by place among the regions at hand
   std::vector<std::uint32_t> region_numbers;  // likewise
+  std::vector<Outcome<D>> suspended;          // likewise: what is suspended of it
+  std::vector<UnfoldedFrontier> frontiers;    // likewise: of a region that was begun before
   // Tokens in order of priority; unused when depth first.
   std::mutex heap_mutex;
   struct Priority {
@@ -219,41 +229,73 @@ Token<D>* Worker<D>::next() {
 template <int D>
 Token<D>* Worker<D>::process(Token<D>* token) {
   Outcome<D> outcome;
-  outcome.label = Label::fuzzy;
   outcome.level = token->level;
-  if (!crew_.stop.load(std::memory_order_relaxed)) {
+  const bool stop = crew_.stop.load(std::memory_order_relaxed);
+  if (token->restored != Token<D>::not_restored && !(stop && crew_.options.suspend)) {
+    if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token) return unfold(token);
+    const auto program = crew_.frontiers[token->region].program(token->restored);
+    token->program.assign(program.begin(), program.end());
+    token->restored = Token<D>::not_restored;
+  }
+  bool left = stop;
+  if (!left) {
     typename Localizer<D>::Cut cut;
     const Answer answer = localizer_.fire(token->program, token->cell, program_, cut);
-    const bool deep = crew_.options.level && token->level >= *crew_.options.level;
-    if (answer.label == Label::fuzzy && !deep) {
+    left = answer.label == Label::fuzzy;
+    if (left && !(crew_.options.level && token->level >= *crew_.options.level)) {
       std::swap(token->program, program_);
       return split(token, cut);
     }
     outcome.label = answer.label;
     outcome.part = answer.part;
   }
+  if (left && crew_.options.suspend) {
+    outcome.form = Form::suspended_token;
+    outcome.token = token;
+    finish(token->parent, token->side, token->region, std::move(outcome));
+    return nullptr;
+  }
+  if (left) outcome.label = Label::fuzzy;
   outcome.cell = std::move(token->cell);
+  return give(token, std::move(outcome));
+}
+
+/// The end of a token. @return null.
+template <int D>
+Token<D>* Worker<D>::give(Token<D>* token, Outcome<D> outcome) {
   count_decided(token->level);
   finish(token->parent, token->side, token->region, std::move(outcome));
   tokens_.give(token);
   return nullptr;
 }
 
+/// A join in the place of a token.
 template <int D>
-Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& cut) {
-  if (token->level == std::numeric_limits<std::uint16_t>::max()) throw std::length_error("the BSP tree is more than 65535 levels deep");
-  const bool need_out = crew_.options.keep_out;
-  std::array<bool, 2> built{need_out || !cut.negative_is_out, need_out || !cut.positive_is_out};
+Join<D>* Worker<D>::join_of(const Token<D>& token, geometry::HyperplaneId hyperplane) {
+  if (token.level == std::numeric_limits<std::uint16_t>::max()) throw std::length_error("the BSP tree is more than 65535 levels deep");
   Join<D>* join = joins_.take();
-  join->parent = token->parent;
-  join->region = token->region;
-  join->level = token->level;
-  join->side = token->side;
-  join->hyperplane = cut.hyperplane;
+  join->parent = token.parent;
+  join->region = token.region;
+  join->level = token.level;
+  join->side = token.side;
+  join->hyperplane = hyperplane;
   join->pending.store(2, std::memory_order_relaxed);
-  if (splitter_.classify(token->cell, cut.hyperplane) != geometry::Position::crossing) throw std::logic_error("a cut misses its cell");
+  return join;
+}
+
+template <int D>
+void Worker<D>::cut(const Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<Cell<D>, 2>& halves) {
+  if (splitter_.classify(cell, hyperplane) != geometry::Position::crossing) throw std::logic_error("a cut misses its cell");
+  splitter_.split(cell, hyperplane, built[0] ? &halves[0] : nullptr, built[1] ? &halves[1] : nullptr);
+}
+
+template <int D>
+Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& plane) {
+  const bool need_out = crew_.options.keep_out;
+  std::array<bool, 2> built{need_out || !plane.negative_is_out, need_out || !plane.positive_is_out};
+  Join<D>* join = join_of(*token, plane.hyperplane);
   std::array<Cell<D>, 2> halves;
-  splitter_.split(token->cell, cut.hyperplane, built[0] ? &halves[0] : nullptr, built[1] ? &halves[1] : nullptr);
+  cut(token->cell, plane.hyperplane, built, halves);
   join->cell = std::move(token->cell);
   const auto level = static_cast<std::uint16_t>(token->level + 1);
 
@@ -291,6 +333,63 @@ Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& cu
   return nullptr;
 }
 
+template <int D>
+bool Worker<D>::needs_cell(const Frontier::Node& node) const {
+  if (node.kind == Frontier::Kind::emitted) return false;
+  return node.kind != Frontier::Kind::held || node.label != Label::out || crew_.options.keep_out;
+}
+
+/// Takes one node of a frontier up again: a split becomes a join and its halves, what is decided goes where it would have
+/// gone. @return a token to go on with, or null.
+template <int D>
+Token<D>* Worker<D>::unfold(Token<D>* token) {
+  const UnfoldedFrontier& frontier = crew_.frontiers[token->region];
+  const Frontier::Node& node = frontier.node(token->restored);
+  if (node.kind != Frontier::Kind::split) {
+    Outcome<D> outcome;
+    outcome.level = token->level;
+    if (node.kind == Frontier::Kind::held) {
+      outcome.label = node.label;
+      outcome.part = node.value;
+      outcome.cell = std::move(token->cell);
+    } else {
+      outcome.form = Form::subtree;
+      if (node.value != geometry::BspTree::empty_leaf)
+        outcome.tree = node.value < 0 ? crew_.codes.cell(crew_.codes.earlier(), static_cast<std::uint32_t>(~node.value) - 1)
+                                      : crew_.codes.node(crew_.codes.earlier(), static_cast<std::uint32_t>(node.value));
+    }
+    token->restored = Token<D>::not_restored;
+    return give(token, std::move(outcome));
+  }
+  const auto hyperplane = static_cast<geometry::HyperplaneId>(node.value);
+  const std::array<std::uint32_t, 2> children{frontier.negative(token->restored), frontier.positive(token->restored)};
+  Join<D>* join = join_of(*token, hyperplane);
+  std::array<Cell<D>, 2> halves;
+  cut(token->cell, hyperplane, {needs_cell(frontier.node(children[0])), needs_cell(frontier.node(children[1]))}, halves);
+  join->cell = std::move(token->cell);
+  Token<D>* other = tokens_.take();
+  other->cell = std::move(halves[1]);
+  other->parent = join;
+  other->region = token->region;
+  other->restored = children[1];
+  other->level = static_cast<std::uint16_t>(token->level + 1);
+  other->side = 1;
+  token->cell = std::move(halves[0]);
+  token->parent = join;
+  token->restored = children[0];
+  token->level = other->level;
+  token->side = 0;
+  // What needs no cell is done at once: no order can be told of it.
+  if (!needs_cell(frontier.node(children[1])))
+    unfold(other);
+  else
+    add(other);
+  if (!needs_cell(frontier.node(children[0]))) return unfold(token);
+  if (crew_.options.order == Order::depth) return token;
+  add(token);
+  return nullptr;
+}
+
 /// Hands an outcome to the split it came from; whoever brings the second half goes on with the whole.
 template <int D>
 void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome) {
@@ -301,11 +400,15 @@ void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region,
     outcome = combine(*join);
     side = join->side;
     parent = join->parent;
+    if (outcome.form == Form::suspended_join) continue;
     for (Outcome<D>& done : join->outcomes) done = {};
     join->cell = {};
     joins_.give(join);
   }
-  crew_.region_codes[region] = outcome.mixed ? outcome.tree : emit(outcome, region);
+  if (outcome.is_suspended())
+    crew_.suspended[region] = std::move(outcome);
+  else
+    crew_.region_codes[region] = settle(outcome, region);
   crew_.open_regions.fetch_sub(1, std::memory_order_acq_rel);
 }
 
@@ -313,9 +416,10 @@ void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region,
 template <int D>
 Outcome<D> Worker<D>::combine(Join<D>& join) {
   auto& [a, b] = join.outcomes;
+  if (a.is_suspended() || b.is_suspended()) return suspend(join);
   Outcome<D> whole;
   whole.level = join.level;
-  if (!a.mixed && !b.mixed && a.label == b.label && a.label != Label::fuzzy) {
+  if (a.form == Form::cell && b.form == Form::cell && a.label == b.label && a.label != Label::fuzzy) {
     bool same = a.part == b.part;
     whole.part = a.part;
     if (!same) {  // a primitive that contains one half may contain both
@@ -331,15 +435,39 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
       return whole;
     }
   }
-  const std::int64_t negative = a.mixed ? a.tree : emit(a, join.region), positive = b.mixed ? b.tree : emit(b, join.region);
-  whole.mixed = true;
+  const std::int64_t negative = settle(a, join.region), positive = settle(b, join.region);
+  whole.form = Form::subtree;
   if (crew_.options.record_tree) {
     whole.tree = crew_.codes.node(index, nodes.size());
-    if (std::max(std::llabs(whole.tree), std::max(std::llabs(negative), std::llabs(positive))) > std::numeric_limits<std::int32_t>::max())
-      throw std::length_error("the BSP tree has more than 2^31 nodes or cells");
-    nodes.push_back({join.hyperplane, {static_cast<std::int32_t>(negative), static_cast<std::int32_t>(positive)}});
+    nodes.push_back({join.hyperplane, {negative, positive}});
   }
   return whole;
+}
+
+/// A split of which a half is suspended waits with it. The other half is held, unless it is certain already that the cell
+/// will not be given back whole.
+template <int D>
+Outcome<D> Worker<D>::suspend(Join<D>& join) {
+  Outcome<D> whole;
+  whole.form = Form::suspended_join;
+  whole.level = join.level;
+  whole.join = &join;
+  for (const Outcome<D>& half : join.outcomes) whole.divided = whole.divided || half.divided || half.form == Form::subtree;
+  if (whole.divided)
+    for (Outcome<D>& half : join.outcomes)
+      if (half.form == Form::cell) half.tree = settle(half, join.region);
+  if (join.parent != nullptr) join.cell = {};  // will be built again
+  return whole;
+}
+
+/// Emits what is still a cell. @return the code of the cell or the subtree.
+template <int D>
+std::int64_t Worker<D>::settle(Outcome<D>& outcome, std::uint32_t region) {
+  if (outcome.form == Form::subtree) return outcome.tree;
+  const std::int64_t code = emit(outcome, region);
+  outcome.form = Form::subtree;
+  outcome.cell = {};
+  return code;
 }
 
 /// Counts a decided cell and, if it is kept, sends it to the consumers. @return its code in the tree.
@@ -366,6 +494,7 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   totals.digest.add(cells, cells.size() - 1);
   const std::uint64_t number = emitted++;
   decided_cells.store(emitted, std::memory_order_relaxed);
+  if (options.cells && crew_.emitted.fetch_add(1, std::memory_order_relaxed) + 1 >= *options.cells) crew_.stop = true;
   if (cells.size() >= cells_per_batch) flush();
   return crew_.codes.cell(index, number);
 }
@@ -423,7 +552,7 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
       decided += std::ldexp(static_cast<double>(worker->decided.load(std::memory_order_relaxed)), -60);
     }
     if (crew.options.budget_seconds && std::chrono::duration<double>(now - start).count() > *crew.options.budget_seconds) crew.stop = true;
-    if (crew.options.cells && cells >= *crew.options.cells) crew.stop = true;
+    if (crew.options.interrupted && crew.options.interrupted()) crew.stop = true;
     if (now - last_progress > std::chrono::milliseconds(100)) {
       last_progress = now;
       for (Consumer* consumer : consumers) consumer->progress(std::min(1.0, decided), cells);
@@ -431,25 +560,44 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
   }
 }
 
+/// Codes of the workers' cells and nodes as children of one BSP tree.
+template <int D>
+class TreeNumbering {
+ public:
+  explicit TreeNumbering(const Crew<D>& crew) : codes_(crew.codes), first_node_{crew.options.recorded_nodes}, first_cell_{crew.options.recorded_cells} {
+    for (const auto& worker : crew.workers) {
+      first_node_.push_back(first_node_.back() + worker->nodes.size());
+      first_cell_.push_back(first_cell_.back() + worker->emitted);
+    }
+    constexpr std::uint64_t limit = std::numeric_limits<std::int32_t>::max();
+    if (crew.options.record_tree && (first_node_.back() > limit || first_cell_.back() >= limit))
+      throw std::length_error("the BSP tree has more than 2^31 nodes or cells");
+  }
+  [[nodiscard]] std::int32_t child(std::int64_t code) const {
+    if (code == 0) return geometry::BspTree::empty_leaf;
+    const std::uint32_t worker = codes_.worker(code);
+    const bool is_earlier = worker == codes_.earlier();
+    if (code < 0) return static_cast<std::int32_t>((is_earlier ? 0 : first_node_[worker]) + codes_.index(code));
+    return ~static_cast<std::int32_t>((is_earlier ? 0 : first_cell_[worker]) + codes_.index(code) + 1);
+  }
+
+ private:
+  const TreeCodes& codes_;
+  std::vector<std::uint64_t> first_node_, first_cell_;  // of each worker
+};
+
 /// The workers' nodes as one tree per region.
 template <int D>
-void assemble_tree(Crew<D>& crew, Evaluation<D>& result) {
+void assemble_tree(Crew<D>& crew, const TreeNumbering<D>& numbering, Evaluation<D>& result) {
   geometry::BspTree& tree = result.tree;
   tree.dimension = D;
-  std::vector<std::uint64_t> first_node{0}, first_cell{0};
+  std::size_t count = 0;
   for (const auto& worker : crew.workers) {
-    first_node.push_back(first_node.back() + worker->nodes.size());
-    first_cell.push_back(first_cell.back() + worker->emitted);
+    count += worker->nodes.size();
     result.cells_of_worker.push_back(worker->emitted);
   }
-  const auto child = [&](std::int64_t code) -> std::int32_t {
-    if (code == 0) return geometry::BspTree::empty_leaf;
-    const std::uint32_t worker = crew.codes.worker(code);
-    if (code < 0) return static_cast<std::int32_t>(first_node[worker] + crew.codes.index(code));
-    return ~static_cast<std::int32_t>(first_cell[worker] + crew.codes.index(code) + 1);
-  };
   std::unordered_map<geometry::HyperplaneId, std::uint32_t> used;
-  tree.nodes.reserve(first_node.back());
+  tree.nodes.reserve(count);
   for (const auto& worker : crew.workers) {
     for (const auto& [id, children] : worker->nodes) {
       const auto [entry, is_new] = used.try_emplace(id, static_cast<std::uint32_t>(used.size()));
@@ -458,31 +606,84 @@ void assemble_tree(Crew<D>& crew, Evaluation<D>& result) {
         tree.hyperplanes.push_back(h.offset);
         tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
       }
-      tree.nodes.push_back({entry->second, child(children[0]), child(children[1])});
+      tree.nodes.push_back({entry->second, numbering.child(children[0]), numbering.child(children[1])});
     }
     worker->nodes = {};
   }
-  for (const std::int64_t code : crew.region_codes) result.region_roots.push_back(child(code));
+  for (const std::int64_t code : crew.region_codes) result.region_roots.push_back(numbering.child(code));
 }
 
-}  // namespace
-
+/// What is suspended under an outcome, in flat arrays.
 template <int D>
-Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
-                       std::span<Consumer* const> consumers) {
-  Crew<D> crew(network, options);
+Frontier frontier_of(const Crew<D>& crew, const TreeNumbering<D>& numbering, const Outcome<D>& root) {
+  Frontier frontier;
+  std::vector<const Outcome<D>*> left{&root};
+  while (!left.empty()) {
+    const Outcome<D>& outcome = *left.back();
+    left.pop_back();
+    switch (outcome.form) {
+      case Form::cell: frontier.nodes.push_back({Frontier::Kind::held, outcome.label, 0, outcome.part}); break;
+      case Form::subtree: frontier.nodes.push_back({Frontier::Kind::emitted, Label::out, 0, numbering.child(outcome.tree)}); break;
+      case Form::suspended_token: {
+        const Token<D>& token = *outcome.token;
+        if (token.restored != Token<D>::not_restored) {
+          crew.frontiers[token.region].copy(token.restored, frontier);
+        } else {
+          frontier.nodes.push_back({Frontier::Kind::token, Label::fuzzy, 0, static_cast<std::int32_t>(token.program.size())});
+          frontier.programs.insert(frontier.programs.end(), token.program.begin(), token.program.end());
+        }
+        break;
+      }
+      case Form::suspended_join:
+        frontier.nodes.push_back({Frontier::Kind::split, Label::fuzzy, 0, static_cast<std::int32_t>(outcome.join->hyperplane)});
+        left.push_back(&outcome.join->outcomes[1]);
+        left.push_back(&outcome.join->outcomes[0]);
+    }
+  }
+  return frontier;
+}
+
+/// The regions in which something is left.
+template <int D>
+void collect_unfinished(Crew<D>& crew, const TreeNumbering<D>& numbering, Evaluation<D>& result) {
+  for (std::size_t i = 0; i < crew.suspended.size(); ++i) {
+    Outcome<D>& root = crew.suspended[i];
+    if (!root.is_suspended()) continue;
+    Region<D> region;
+    region.number = crew.region_numbers[i];
+    region.level = root.level;
+    region.frontier = frontier_of(crew, numbering, root);
+    region.cell = std::move(root.form == Form::suspended_token ? root.token->cell : root.join->cell);
+    result.unfinished.push_back(std::move(region));
+  }
+}
+
+/// The first tokens, one a region, dealt out to the workers.
+template <int D>
+void deal(Crew<D>& crew, std::vector<Region<D>> regions) {
   crew.region_codes.assign(regions.size(), 0);
-  std::size_t next_worker = 0;
+  crew.suspended.resize(regions.size());
   for (std::size_t i = 0; i < regions.size(); ++i) {
+    Region<D>& region = regions[i];
     Token<D>* token = crew.first_tokens.take();
-    token->cell = std::move(regions[i].cell);
-    token->program = std::move(regions[i].program);
+    token->cell = std::move(region.cell);
+    token->program = std::move(region.program);
     token->region = static_cast<std::uint32_t>(i);
-    crew.region_numbers.push_back(regions[i].number);
-    token->level = regions[i].level;
-    crew.workers[next_worker++ % crew.workers.size()]->add(token);
+    token->level = region.level;
+    if (!region.frontier.empty()) token->restored = 0;
+    crew.region_numbers.push_back(region.number);
+    crew.frontiers.emplace_back(std::move(region.frontier));
+    crew.workers[i % crew.workers.size()]->add(token);
   }
   crew.open_regions = regions.size();
+}
+
+template <int D>
+Evaluation<D> run_crew(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
+                       std::span<Consumer* const> consumers, bool refine) {
+  Crew<D> crew(network, options);
+  crew.stop = !refine;
+  deal(crew, std::move(regions));
   crew.running = static_cast<unsigned>(crew.workers.size());
   std::size_t started = 0;
   try {
@@ -494,16 +695,36 @@ Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions
   for (std::size_t i = 0; i < started; ++i) crew.workers[i]->join();
   crew.rethrow();
 
-  Evaluation<D> result{Totals<D>(network.table.radius(), network.table.width()), {}, {}, {}};
+  Evaluation<D> result{Totals<D>(network.table.radius(), network.table.width()), {}, {}, {}, {}, crew.stop};
   result.totals.reset_bounds();
   for (const auto& worker : crew.workers) result.totals += worker->totals;
-  assemble_tree(crew, result);
+  const TreeNumbering<D> numbering(crew);
+  assemble_tree(crew, numbering, result);
+  collect_unfinished(crew, numbering, result);
   return result;
+}
+
+}  // namespace
+
+template <int D>
+Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
+                       std::span<Consumer* const> consumers) {
+  return run_crew(network, std::move(regions), options, consumers, true);
+}
+
+template <int D>
+Evaluation<D> picture(const Network<D>& network, std::span<const Region<D>> regions, EvaluateOptions options,
+                      std::span<Consumer* const> consumers) {
+  std::vector<Region<D>> copies;
+  for (const Region<D>& region : regions) copies.push_back({region.number, region.level, region.cell.copy(), region.program, region.frontier});
+  options.suspend = false;
+  return run_crew(network, std::move(copies), options, consumers, false);
 }
 
 #define BSP2_INSTANTIATE(D)                                                                                            \
   template struct Totals<D>;                                                                                           \
-  template Evaluation<D> evaluate<D>(const Network<D>&, std::vector<Region<D>>, const EvaluateOptions&, std::span<Consumer* const>);
+  template Evaluation<D> evaluate<D>(const Network<D>&, std::vector<Region<D>>, const EvaluateOptions&, std::span<Consumer* const>); \
+  template Evaluation<D> picture<D>(const Network<D>&, std::span<const Region<D>>, EvaluateOptions, std::span<Consumer* const>);
 BSP2_INSTANTIATE(1)
 BSP2_INSTANTIATE(2)
 BSP2_INSTANTIATE(3)

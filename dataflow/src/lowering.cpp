@@ -1,72 +1,20 @@
 #include "lowering.hpp"
 
-#include <algorithm>
-#include <cmath>
+#include <stdexcept>
 
+#include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
 
 namespace bsp2::dataflow {
 
-using geometry::Matrix;
-using geometry::Quad;
 using model::Operation;
-
-template <int D>
-bool Box<D>::is_empty() const {
-  for (int i = 0; i < D; ++i)
-    if (lower[i] > upper[i]) return true;
-  return false;
-}
-
-template <int D>
-bool Box<D>::is_finite() const {
-  for (int i = 0; i < D; ++i)
-    if (!std::isfinite(lower[i]) || !std::isfinite(upper[i])) return false;
-  return true;
-}
-
-template <int D>
-bool Box<D>::touches(const std::array<double, D>& low, const std::array<double, D>& high) const {
-  for (int i = 0; i < D; ++i)
-    if (low[i] > upper[i] || high[i] < lower[i]) return false;
-  return true;
-}
-
-template <int D>
-void Box<D>::unite(const Box& other) {
-  if (other.is_empty()) return;
-  for (int i = 0; i < D; ++i) {
-    lower[i] = std::min(lower[i], other.lower[i]);
-    upper[i] = std::max(upper[i], other.upper[i]);
-  }
-}
-
-template <int D>
-void Box<D>::intersect(const Box& other) {
-  for (int i = 0; i < D; ++i) {
-    lower[i] = std::max(lower[i], other.lower[i]);
-    upper[i] = std::min(upper[i], other.upper[i]);
-  }
-}
-
-template <int D>
-Matrix<D> compose(const Matrix<D>& outer, const Matrix<D>& inner) {
-  Matrix<D> result;
-  for (int i = 0; i < D; ++i)
-    for (int j = 0; j <= D; ++j) {
-      Quad sum = j == D ? outer[i][D] : Quad{0};
-      for (int k = 0; k < D; ++k) sum += outer[i][k] * inner[k][j];
-      result[i][j] = sum;
-    }
-  return result;
-}
 
 namespace {
 
 /// A visit on the walk: a sub-expression under the maps and the complement above it, or the end of a combiner.
 struct Visit {
   const model::Node* node;  // null: the combiner that starts at `begin` is complete
-  std::uint32_t matrix;
+  std::uint32_t placement;
   bool complemented;
   Word enclosing;  // kind of the combiner around it
   std::size_t begin;
@@ -76,8 +24,7 @@ template <int D>
 class Lowering {
  public:
   Lowered<D> run(const model::Expression& expression) {
-    matrices_.emplace_back();
-    for (int i = 0; i < D; ++i) matrices_[0][i][i] = 1;
+    placements_.emplace_back();
     stack_.push_back({&expression.node(), 0, false, Network<D>::kind_leaf, 0});
     while (!stack_.empty()) {
       const Visit visit = stack_.back();
@@ -93,24 +40,21 @@ class Lowering {
  private:
   using Net = Network<D>;
   Lowered<D> lowered_;
-  std::vector<Matrix<D>> matrices_;
+  std::vector<Transformer<D>> placements_;  // products of the maps on the way down
   std::vector<Visit> stack_;
 
   void enter(const Visit& visit, const model::Primitive& primitive) {
     const auto producer = static_cast<Word>(lowered_.occurrences.size());
-    lowered_.occurrences.push_back({&primitive, matrices_[visit.matrix]});
+    lowered_.occurrences.push_back({&primitive, placements_[visit.placement]});
     const Word kind = Net::kind_leaf | Net::whole | (visit.complemented ? Net::negated : 0);
     lowered_.program.insert(lowered_.program.end(), {kind, static_cast<Word>(Net::header), producer});
   }
 
   void enter(const Visit& visit, const model::Transform& transform) {
-    Matrix<D> matrix;
-    for (int i = 0; i < D; ++i)
-      for (int j = 0; j <= D; ++j) matrix[i][j] = transform.matrix[static_cast<std::size_t>(i * (D + 1) + j)];
-    matrices_.push_back(compose<D>(matrices_[visit.matrix], matrix));
+    placements_.push_back(placements_[visit.placement].after(Transformer<D>(transform.matrix)));
     Visit child = visit;
     child.node = &transform.child.node();
-    child.matrix = static_cast<std::uint32_t>(matrices_.size() - 1);
+    child.placement = static_cast<std::uint32_t>(placements_.size() - 1);
     stack_.push_back(child);
   }
 
@@ -133,9 +77,11 @@ class Lowering {
       bool complemented = visit.complemented;
       if (differ) complemented = visit.complemented && i == 0;
       if (boolean.operation == Operation::subtract && i > 0) complemented = !complemented;
-      stack_.push_back({&children[i].node(), visit.matrix, complemented, kind, 0});
+      stack_.push_back({&children[i].node(), visit.placement, complemented, kind, 0});
     }
   }
+
+  void enter(const Visit&, const model::Construction&) { throw std::logic_error("constructs are resolved before lowering"); }
 
   static constexpr std::size_t deepest = 100000;  // what the stacks that walk the program are made for
   std::size_t depth_ = 0;
@@ -179,7 +125,7 @@ Box<D> bounds_of(const Lowered<D>& lowered, const std::vector<Producer<D>>& prod
     const Word kind = word[0] & Net::kind_mask;
     if (kind == Net::kind_leaf) {
       const Producer<D>& producer = producers[word[2]];
-      add((word[0] & Net::negated) != 0 ? Box<D>::everything() : Box<D>{producer.lower, producer.upper});
+      add((word[0] & Net::negated) != 0 ? Box<D>::everything() : static_cast<const Box<D>&>(producer));
       at += word[1];
     } else {
       open.push_back({kind, at + word[1], kind == Net::kind_intersect ? Box<D>::everything() : Box<D>::empty()});
@@ -197,22 +143,15 @@ Box<D> bounds_of(const Lowered<D>& lowered, const std::vector<Producer<D>>& prod
 template <int D>
 Box<D> hull_of(const std::vector<Producer<D>>& producers) {
   Box<D> box = Box<D>::empty();
-  for (const Producer<D>& producer : producers) box.unite({producer.lower, producer.upper});
+  for (const Producer<D>& producer : producers) box.unite(producer);
   return box;
 }
 
-#define BSP2_INSTANTIATE(D)                                                                   \
-  template struct Box<D>;                                                                     \
-  template Lowered<D> lower<D>(const model::Expression&);                                     \
-  template Matrix<D> compose<D>(const Matrix<D>&, const Matrix<D>&);                          \
-  template Box<D> bounds_of<D>(const Lowered<D>&, const std::vector<Producer<D>>&);           \
+#define BSP2_INSTANTIATE(D)                                                         \
+  template Lowered<D> lower<D>(const model::Expression&);                           \
+  template Box<D> bounds_of<D>(const Lowered<D>&, const std::vector<Producer<D>>&); \
   template Box<D> hull_of<D>(const std::vector<Producer<D>>&);
-BSP2_INSTANTIATE(1)
-BSP2_INSTANTIATE(2)
-BSP2_INSTANTIATE(3)
-BSP2_INSTANTIATE(4)
-BSP2_INSTANTIATE(5)
-BSP2_INSTANTIATE(6)
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::dataflow

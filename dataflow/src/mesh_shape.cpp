@@ -52,7 +52,7 @@ MeshShape::MeshShape(const model::TriangleMesh& mesh) {
     triangles.push_back(triangle);
     covectors.push_back(std::move(plane));
   }
-  convex = is_convex();
+  convex = mesh.convex || is_convex();
 }
 
 bool MeshShape::is_convex() const {

@@ -2,6 +2,13 @@
 
 namespace bsp2::geometry {
 
+void BspTree::append(const BspTree& more) {
+  const auto first = static_cast<std::uint32_t>(hyperplanes.size() / (static_cast<std::size_t>(dimension) + 1));
+  hyperplanes.insert(hyperplanes.end(), more.hyperplanes.begin(), more.hyperplanes.end());
+  nodes.reserve(nodes.size() + more.nodes.size());
+  for (const Node& node : more.nodes) nodes.push_back({first + node.hyperplane, node.negative, node.positive});
+}
+
 double BspTree::distance(std::uint32_t hyperplane, std::span<const double> point) const {
   const double* c = hyperplanes.data() + std::size_t{hyperplane} * (dimension + 1);
   double sum = c[0];

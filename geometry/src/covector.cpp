@@ -107,6 +107,60 @@ Polytope<3> lathe(std::uint32_t sides, std::span<const double> radius, std::span
   return result;
 }
 
+Covector<3> axial_covector(std::uint32_t corner, std::uint32_t sides) {
+  const auto [c, s] = corner_direction(corner, sides);
+  return make_covector<3>({LocalInteger(-s), LocalInteger(c), LocalInteger(0), LocalInteger(0)});
+}
+
+Covector<3> level_covector(double z) {
+  const LocalInteger height = std::llround(std::ldexp(z, 53));
+  return make_covector<3>({LocalInteger(0), LocalInteger(0), LocalInteger(1) << 53, LocalInteger(-height)});
+}
+
+Polytope<2> regular_polygon(std::uint32_t sides) {
+  using I = LocalInteger;
+  Polytope<2> result;
+  for (std::uint32_t j = 0; j < sides; ++j) {
+    const auto [c0, s0] = corner_direction(j, sides);
+    const auto [c1, s1] = corner_direction((j + 1) % sides, sides);
+    result.covectors.push_back(make_covector<2>({(I(s1) - s0) << 53, -((I(c1) - c0) << 53), I(c1) * s0 - I(c0) * s1}));
+  }
+  result.lower.fill(outward(-1, -1));
+  result.upper.fill(outward(1, 1));
+  return result;
+}
+
+template <int D>
+Polytope<D> convex_polygon(std::span<const std::array<std::int64_t, 2>> points) {
+  static_assert(D == 2 || D == 3);
+  using I = LocalInteger;
+  Polytope<D> result;
+  result.lower.fill(0);
+  result.upper.fill(1);
+  for (int i = 0; i < 2; ++i) {
+    result.lower[i] = std::numeric_limits<double>::infinity();
+    result.upper[i] = -result.lower[i];
+  }
+  for (std::size_t j = 0; j < points.size(); ++j) {
+    const auto &p = points[j], &q = points[(j + 1) % points.size()];
+    for (int i = 0; i < 2; ++i) {
+      result.lower[i] = std::min(result.lower[i], std::ldexp(static_cast<double>(p[i]), -53));
+      result.upper[i] = std::max(result.upper[i], std::ldexp(static_cast<double>(p[i]), -53));
+    }
+    if (p == q) continue;
+    std::array<I, D + 1> line{};
+    line[0] = (I(q[1]) - p[1]) << 53;
+    line[1] = -((I(q[0]) - p[0]) << 53);
+    line[D] = I(q[0]) * p[1] - I(p[0]) * q[1];
+    result.covectors.push_back(make_covector<D>(line));
+  }
+  if constexpr (D == 3) {
+    result.covectors.push_back(make_covector<3>({I(0), I(0), I(-1), I(0)}));
+    result.covectors.push_back(make_covector<3>({I(0), I(0), I(1), I(-1)}));
+  }
+  return result;
+}
+
 Covector<3> triangle_covector(const std::array<std::array<std::int64_t, 3>, 3>& points) {
   using I = LocalInteger;
   std::array<I, 3> u, v, p;
@@ -125,6 +179,8 @@ template Covector<3> make_covector<3>(const std::array<LocalInteger, 4>&);
 template Covector<4> make_covector<4>(const std::array<LocalInteger, 5>&);
 template Covector<5> make_covector<5>(const std::array<LocalInteger, 6>&);
 template Covector<6> make_covector<6>(const std::array<LocalInteger, 7>&);
+template Polytope<2> convex_polygon<2>(std::span<const std::array<std::int64_t, 2>>);
+template Polytope<3> convex_polygon<3>(std::span<const std::array<std::int64_t, 2>>);
 template Polytope<1> unit_box<1>();
 template Polytope<2> unit_box<2>();
 template Polytope<3> unit_box<3>();

@@ -128,6 +128,24 @@ Moments<D> MomentSum<D>::value() const {
   return result;
 }
 
+template <int D>
+typename MomentSum<D>::State MomentSum<D>::state() const {
+  State state{};
+  std::copy(exponent_.begin(), exponent_.end(), state.exponent.begin());
+  for (std::size_t i = 0; i < sum_.size(); ++i) {
+    state.words[2 * i] = static_cast<std::uint64_t>(sum_[i]);
+    state.words[2 * i + 1] = static_cast<std::uint64_t>(sum_[i] >> 64);
+  }
+  return state;
+}
+
+template <int D>
+void MomentSum<D>::set_state(const State& state) {
+  std::copy(state.exponent.begin(), state.exponent.end(), exponent_.begin());
+  for (std::size_t i = 0; i < sum_.size(); ++i)
+    sum_[i] = static_cast<Int128>(static_cast<std::uint64_t>(state.words[2 * i + 1])) << 64 | static_cast<Int128>(state.words[2 * i]);
+}
+
 /// Puts the vertices of each facet in order around it, counter-clockwise seen from outside.
 template <int D>
 void CellWriter<D>::order_facets(const Cell<D>& cell) {

@@ -21,15 +21,9 @@ KernelCounts& KernelCounts::operator+=(const KernelCounts& other) {
 
 namespace {
 
-std::uint16_t next_index(std::size_t size) {
-  if (size >= std::numeric_limits<std::uint16_t>::max())  // the last value stands for "none"
-    throw std::length_error("a cell has more than 65534 faces of one dimension");
-  return static_cast<std::uint16_t>(size);
-}
-
 template <typename T>
-std::size_t put(Block& block, std::size_t at, const std::vector<T>& values) {
-  if (!values.empty()) std::memcpy(block.at<std::byte>(at), values.data(), values.size() * sizeof(T));
+std::size_t put(Block& block, std::size_t at, const Buffer<T>& values) {
+  if (values.size() != 0) std::memcpy(block.at<std::byte>(at), values.data(), values.size() * sizeof(T));
   return at + (values.size() * sizeof(T) + 3) / 4 * 4;
 }
 
@@ -39,6 +33,7 @@ template <int D>
 void CellScratch<D>::clear() {
   vertices_.clear();
   for (Level& level : levels_) {
+    level.faces = 0;
     level.hyperplanes.clear();
     level.ends.clear();
     level.subfaces.clear();
@@ -46,18 +41,8 @@ void CellScratch<D>::clear() {
 }
 
 template <int D>
-std::uint16_t CellScratch<D>::add_vertex(const Vertex<D>& vertex) {
-  const std::uint16_t index = next_index(vertices_.size());
-  vertices_.push_back(vertex);
-  return index;
-}
-
-template <int D>
-std::uint16_t CellScratch<D>::add_face(int k, const std::uint32_t* hyperplanes) {
-  Level& level = levels_[k - 1];
-  const std::uint16_t index = next_index(level.hyperplanes.size() / (D - k));
-  level.hyperplanes.insert(level.hyperplanes.end(), hyperplanes, hyperplanes + (D - k));
-  return index;
+void CellScratch<D>::throw_too_many_faces() {
+  throw std::length_error("a cell has more than 65534 faces of one dimension");
 }
 
 template <int D>
@@ -74,7 +59,7 @@ Cell<D> CellScratch<D>::pack() const {
     for (int k = 1; k < D; ++k) {
       const Level& level = levels_[k - 1];
       auto& packed = cell.levels_[k - 1];
-      packed.faces = static_cast<std::uint32_t>(level.hyperplanes.size() / (D - k));
+      packed.faces = static_cast<std::uint32_t>(level.faces);
       packed.hyperplanes_at = static_cast<std::uint32_t>(at);
       at = put(cell.block_, at, level.hyperplanes);
       packed.ends_at = static_cast<std::uint32_t>(at);
@@ -89,11 +74,15 @@ template <int D>
 void VertexColumns<D>::load(const Cell<D>& cell) {
   const auto vertices = cell.vertices();
   error = 0;
-  for (auto& column : x) column.resize(vertices.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
+  count = vertices.size();
+  padded = (count + block - 1) / block * block;
+  for (auto& column : x) column.resize(padded);
+  for (std::size_t i = 0; i < count; ++i) {
     for (int k = 0; k < D; ++k) x[k][i] = vertices[i].x[k];
     error = std::max(error, vertices[i].error);
   }
+  for (std::size_t i = count; i < padded; ++i)
+    for (auto& column : x) column[i] = column[count - 1];
 }
 
 // --- the predicate -----------------------------------------------------------------------------------------------
@@ -111,7 +100,7 @@ int Splitter<D>::side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane
 }
 
 template <int D>
-Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table), exact_cache_(D <= 3 ? 256 : 16) {}
+Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table), exact_cache_(D <= 3 ? 256 : 16), side_cache_(4096) {}
 
 /// Valid until the next call.
 template <int D>
@@ -119,6 +108,7 @@ const ExactCovector<D>& Splitter<D>::exact(HyperplaneId id) {
   CachedCovector& entry = exact_cache_[(id * 0x9e3779b1u >> 12) % exact_cache_.size()];
   if (entry.id != id) {
     entry.covector = table_->exact(id);
+    divide_by_common_power_of_two(entry.covector);
     entry.id = id;
   }
   return entry.covector;
@@ -126,6 +116,16 @@ const ExactCovector<D>& Splitter<D>::exact(HyperplaneId id) {
 
 template <int D>
 int Splitter<D>::exact_side(const Vertex<D>& vertex, HyperplaneId id) {
+  std::uint64_t hash = id;
+  for (const HyperplaneId own : vertex.hyperplanes) hash = (hash ^ own) * 0x9e3779b97f4a7c15u;
+  CachedSide& known = side_cache_[hash >> 52];
+  if (known.id != id || known.vertex != vertex.hyperplanes)
+    known = {vertex.hyperplanes, id, static_cast<std::int8_t>(compute_exact_side(vertex, id))};
+  return known.side;
+}
+
+template <int D>
+int Splitter<D>::compute_exact_side(const Vertex<D>& vertex, HyperplaneId id) {
   ++counts_.exact_predicates;
   std::array<ExactCovector<D>, D> rows;
   for (int i = 0; i < D; ++i) rows[i] = exact(vertex.hyperplanes[i]);
@@ -163,34 +163,71 @@ Position Splitter<D>::position(const Cell<D>& cell, HyperplaneId id, const Hyper
   return seen > 0 ? Position::positive : Position::negative;
 }
 
+namespace {
+
+// Wider vector instructions where the processor has them. They only serve the filter, whose bound covers any rounding.
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define BSP2_VECTOR_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define BSP2_VECTOR_CLONES
+#endif
+
+using Lanes = double __attribute__((vector_size(4 * sizeof(double))));
+static_assert(VertexColumns<3>::block == 4);
+
+/// The least and the largest rounded value of a hyperplane over the columns, until they are beyond `bound` on both sides.
+/// @return the number of values looked at.
+BSP2_VECTOR_CLONES std::size_t find_range(const double* x, const double* y, const double* z, std::size_t count, const Hyperplane<3>& h,
+                                          double bound, double& least, double& largest) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Lanes low = {infinity, infinity, infinity, infinity}, high = -low;
+  std::size_t at = 0;
+  do {
+    for (const std::size_t end = std::min(at + 32, count); at < end; at += 4) {
+      Lanes xs, ys, zs;
+      std::memcpy(&xs, x + at, sizeof xs);
+      std::memcpy(&ys, y + at, sizeof ys);
+      std::memcpy(&zs, z + at, sizeof zs);
+      const Lanes value = h.offset + h.normal[0] * xs + h.normal[1] * ys + h.normal[2] * zs;
+      low = value < low ? value : low;
+      high = value > high ? value : high;
+    }
+    least = std::min(std::min(low[0], low[1]), std::min(low[2], low[3]));
+    largest = std::max(std::max(high[0], high[1]), std::max(high[2], high[3]));
+  } while (at < count && !(least < -bound && largest > bound));
+  return at;
+}
+
+template <int D>
+std::size_t find_range(const VertexColumns<D>& columns, const Hyperplane<D>& h, double bound, double& least, double& largest) {
+  if constexpr (D == 3) {
+    return find_range(columns.x[0].data(), columns.x[1].data(), columns.x[2].data(), columns.padded, h, bound, least, largest);
+  } else {
+    static_cast<void>(bound);
+    for (std::size_t i = 0; i < columns.count; ++i) {
+      double value = h.offset;
+      for (int k = 0; k < D; ++k) value += h.normal[k] * columns.x[k][i];
+      least = value < least ? value : least;
+      largest = value > largest ? value : largest;
+    }
+    return columns.count;
+  }
+}
+
+}  // namespace
+
 template <int D>
 Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded) {
-  const std::size_t count = columns.x[0].size();
-  std::array<const double*, D> x;
-  for (int k = 0; k < D; ++k) x[k] = columns.x[k].data();
   const double bound = rounded.error + columns.error * (1 + 0x1p-40);
-  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-  for (std::size_t begin = 0; begin < count; begin += 16) {  // in blocks, for vector instructions and an early end
-    const std::size_t end = std::min(begin + 16, count);
-    for (std::size_t i = begin; i < end; ++i) {
-      double value = rounded.offset;
-      for (int k = 0; k < D; ++k) value += rounded.normal[k] * x[k][i];
-      lowest = value < lowest ? value : lowest;
-      highest = value > highest ? value : highest;
-    }
-    counts_.predicates += end - begin;
-    if (lowest < -bound && highest > bound) return Position::crossing;
-  }
-  if (highest < -bound) return Position::negative;
-  if (lowest > bound) return Position::positive;
+  double least = std::numeric_limits<double>::infinity(), largest = -least;
+  counts_.predicates += std::min(find_range<D>(columns, rounded, bound, least, largest), columns.count);
+  if (least < -bound && largest > bound) return Position::crossing;
+  if (largest < -bound) return Position::negative;
+  if (least > bound) return Position::positive;
   return position(cell, id, rounded);
 }
 
 // --- split: signs of the vertices, then each k-face from its (k-1)-faces --------------------------------------------
-
-namespace {
-constexpr std::uint16_t none = std::numeric_limits<std::uint16_t>::max();
-}
 
 template <int D>
 void Splitter<D>::split(const Cell<D>& cell, HyperplaneId id, Cell<D>* negative, Cell<D>* positive) {
@@ -199,8 +236,8 @@ void Splitter<D>::split(const Cell<D>& cell, HyperplaneId id, Cell<D>* negative,
   halves_[1].wanted = positive != nullptr;
   for (Half& half : halves_) {
     half.scratch.clear();
-    for (int k = 0; k < D; ++k) half.index[k].assign(cell.face_count(k), none);
-    for (int k = 1; k < D; ++k) half.common[k - 1].assign(cell.face_count(k), none);
+    for (int k = 0; k < D; ++k) half.index[k].resize(cell.face_count(k));
+    for (int k = 1; k < D; ++k) half.common[k - 1].resize(cell.face_count(k));
   }
   split_vertices(cell);
   if constexpr (D == 1) {

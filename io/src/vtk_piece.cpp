@@ -125,7 +125,7 @@ class GridBuilder {
     if (as_polyhedron) shape_.type = VTK_POLYHEDRON;
     start_cell(shape_.type, shape_.points);
     if (shape_.type == VTK_POLYHEDRON) add_faces(batch, cell);
-    arrays_.add(batch, cell, options_.rank, batch.volume[cell]);
+    arrays_.add(batch, cell, rank_of(batch, cell), batch.volume[cell]);
   }
 
   void add_simplices(const CellBatch& batch, std::size_t cell) {
@@ -133,7 +133,7 @@ class GridBuilder {
     for (const Simplex& simplex : simplices_) {
       const auto corners = static_cast<std::size_t>(batch.dimension) + 1;
       start_cell(batch.dimension == 3 ? VTK_TETRA : VTK_TRIANGLE, std::span(simplex.points).first(corners));
-      arrays_.add(batch, cell, options_.rank, simplex.volume);
+      arrays_.add(batch, cell, rank_of(batch, cell), simplex.volume);
     }
   }
 
@@ -153,7 +153,11 @@ class GridBuilder {
     }
   }
 
-  VtuOptions options_;
+  [[nodiscard]] int rank_of(const CellBatch& batch, std::size_t cell) const {
+    return options_.rank_of_region.empty() ? options_.rank : options_.rank_of_region.at(batch.region[cell]);
+  }
+
+  const VtuOptions& options_;
   PointWelder welder_;
   CellArrays arrays_;
   vtkNew<vtkUnsignedCharArray> types_;

@@ -1,63 +1,22 @@
 #include "bsp2/io/vtu.hpp"
 
 #include <vtkErrorCode.h>
-#include <vtkInformation.h>
-#include <vtkInformationVector.h>
 #include <vtkNew.h>
 #include <vtkObject.h>
-#include <vtkObjectFactory.h>
-#include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkUnstructuredGrid.h>
-#include <vtkUnstructuredGridAlgorithm.h>
-#include <vtkXMLPUnstructuredGridWriter.h>
+#include <vtkXMLUnstructuredGridWriter.h>
 
 #include <algorithm>
-#include <exception>
+#include <bit>
 #include <fstream>
 #include <string>
 #include <system_error>
 
 #include "bsp2/geometry/error.hpp"
-#include "bsp2/io/file.hpp"
 #include "vtk_piece.hpp"
 
 namespace bsp2::io {
 namespace fs = std::filesystem;
-
-/// A source that makes the piece that is asked for, so that only one piece exists at a time.
-class PieceSource : public vtkUnstructuredGridAlgorithm {
- public:
-  static PieceSource* New();
-  PieceSource(const PieceSource&) = delete;
-  PieceSource& operator=(const PieceSource&) = delete;
-
-  std::vector<Piece> pieces;
-  bool with_polyhedra = false;  ///< whether any piece has some
-  VtuOptions options;
-  std::exception_ptr failure;  // VTK knows no exceptions: kept here, thrown after its pipeline has returned
-
- protected:
-  PieceSource() { SetNumberOfInputPorts(0); }
-
-  int RequestInformation(vtkInformation*, vtkInformationVector**, vtkInformationVector* outputs) override {
-    outputs->GetInformationObject(0)->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
-    return 1;
-  }
-
-  int RequestData(vtkInformation*, vtkInformationVector**, vtkInformationVector* outputs) override {
-    try {
-      const int asked =
-          outputs->GetInformationObject(0)->Get(vtkStreamingDemandDrivenPipeline::UPDATE_PIECE_NUMBER());
-      vtkUnstructuredGrid::GetData(outputs)->ShallowCopy(
-          make_grid(pieces.at(static_cast<std::size_t>(asked)), with_polyhedra, options));
-      return 1;
-    } catch (...) {
-      failure = std::current_exception();
-      return 0;
-    }
-  }
-};
-vtkStandardNewMacro(PieceSource);
 
 namespace {
 
@@ -83,78 +42,129 @@ bool is_complete(const fs::path& file) {
   return in && tail == end;
 }
 
-fs::path piece_name(const fs::path& pvtu, std::size_t piece) {
+fs::path folder_of(const fs::path& pvtu) { return pvtu.has_parent_path() ? pvtu.parent_path() : "."; }
+
+std::string piece_name(const fs::path& pvtu, std::uint64_t piece) {
   return pvtu.stem().string() + "_" + std::to_string(piece) + ".vtu";
 }
 
-/// VTK writes no file for a piece without cells; only an empty mesh has one.
-std::size_t file_count(const std::vector<Piece>& pieces) {
-  return pieces.front().empty() ? 0 : pieces.size();
-}
-
-/// Writes all files into a folder of their own.
-void write_all(const fs::path& summary, const fs::path& shown, PieceSource* source) {
+/// @param shown the path in messages.
+void write_piece(const fs::path& file, const fs::path& shown, vtkUnstructuredGrid* grid) {
   const SilencedVtk silenced;
-  const int count = static_cast<int>(source->pieces.size());
-  vtkNew<vtkXMLPUnstructuredGridWriter> writer;
-  writer->SetFileName(summary.c_str());
-  writer->SetInputConnection(source->GetOutputPort());
-  writer->SetNumberOfPieces(count);
-  writer->SetStartPiece(0);
-  writer->SetEndPiece(count - 1);
+  vtkNew<vtkXMLUnstructuredGridWriter> writer;
+  writer->SetFileName(file.c_str());
+  writer->SetInputData(grid);
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
   writer->SetCompressorTypeToNone();
   writer->SetHeaderTypeToUInt64();
   writer->SetIdTypeToInt32();  // a piece is small
-  const bool written = writer->Write() != 0;
-  if (source->failure) std::rethrow_exception(source->failure);
-  bool complete = written && writer->GetErrorCode() == vtkErrorCode::NoError && is_complete(summary);
-  for (std::size_t i = 0; complete && i < file_count(source->pieces); ++i) {
-    complete = is_complete(summary.parent_path() / piece_name(summary, i));
-  }
-  if (complete) return;
-  // VTK's codes below its own range are those of the system; the folder is new, so what else fails is the
-  // space.
+  const bool written = writer->Write() != 0 && writer->GetErrorCode() == vtkErrorCode::NoError;
+  if (written && is_complete(file)) return;
+  // VTK's codes below its own range are those of the system; the folder is new, so what else fails is the space.
   const auto code = static_cast<int>(writer->GetErrorCode());
   const bool from_system = code != vtkErrorCode::NoError && code < vtkErrorCode::FirstVTKErrorCode;
-  throw Error("cannot write '" + shown.string() +
-              "': " + (from_system ? std::generic_category().message(code) : "the disk is full"));
+  throw Error("cannot write '" + shown.string() + "': " + (from_system ? std::generic_category().message(code) : "the disk is full"));
 }
 
-/// Moves the files to their names, and removes the pieces that an earlier, larger mesh left there.
-void publish(const fs::path& from, const fs::path& pvtu, std::size_t pieces) {
-  const fs::path folder = pvtu.has_parent_path() ? pvtu.parent_path() : ".";
-  try {
-    for (std::size_t i = 0; i < pieces; ++i)
-      fs::rename(from / piece_name(pvtu, i), folder / piece_name(pvtu, i));
-    fs::rename(from / pvtu.filename(), pvtu);
-    for (std::size_t i = pieces; fs::remove(folder / piece_name(pvtu, i)); ++i) {
+/// For an attribute of XML.
+std::string quoted(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '&': result += "&amp;"; break;
+      case '<': result += "&lt;"; break;
+      case '"': result += "&quot;"; break;
+      default: result += c;
     }
-  } catch (const fs::filesystem_error& error) {
-    throw Error("cannot write '" + pvtu.string() + "': " + error.code().message());
   }
+  return result;
+}
+
+/// Names and types as the pieces have them.
+std::string summary(const fs::path& pvtu, std::uint64_t pieces) {
+  std::string text = R"(<VTKFile type="PUnstructuredGrid" version="1.0" byte_order=")";
+  text += std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
+  text += R"(" header_type="UInt64">
+  <PUnstructuredGrid GhostLevel="0">
+    <PCellData Scalars="part">
+      <PDataArray type="UInt8" Name="label"/>
+      <PDataArray type="Int32" Name="part"/>
+      <PDataArray type="UInt32" Name="region"/>
+      <PDataArray type="Int32" Name="rank"/>
+      <PDataArray type="UInt16" Name="level"/>
+      <PDataArray type="Float64" Name="volume"/>
+    </PCellData>
+    <PPoints>
+      <PDataArray type="Float64" Name="Points" NumberOfComponents="3"/>
+    </PPoints>
+)";
+  for (std::uint64_t i = 0; i < pieces; ++i) text += "    <Piece Source=\"" + quoted(piece_name(pvtu, i)) + "\"/>\n";
+  return text + "  </PUnstructuredGrid>\n</VTKFile>\n";
 }
 
 }  // namespace
 
-void write_vtu(const fs::path& pvtu, int dimension,
-               std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
-               const VtuOptions& options) {
-  if (dimension < 1 || dimension > 3) {
-    throw Error("cannot write '" + pvtu.string() + "': VTK grids hold solids of dimension 1 to 3, not " +
-                std::to_string(dimension));
-  }
-  vtkNew<PieceSource> source;
-  source->options = options;
+struct VtuShare::Content {
+  std::vector<Piece> pieces;
+};
+
+VtuShare::VtuShare(const fs::path& pvtu, int dimension, std::span<const std::shared_ptr<const geometry::CellBatch>> batches, VtuOptions options)
+    : pvtu_(pvtu), options_(std::move(options)), content_(std::make_unique<Content>()) {
+  if (dimension < 1 || dimension > 3)
+    throw Error("cannot write '" + pvtu.string() + "': VTK grids hold solids of dimension 1 to 3, not " + std::to_string(dimension));
   // A cell becomes about nine tetrahedra: smaller pieces for the same memory.
-  source->pieces =
-      divide(batches, std::max<std::size_t>(1, options.tets ? options.piece_cells / 4 : options.piece_cells));
-  source->with_polyhedra = dimension == 3 && !options.tets &&
-                           std::any_of(source->pieces.begin(), source->pieces.end(), has_polyhedra);
-  const TemporaryDirectory scratch(pvtu.has_parent_path() ? pvtu.parent_path() : ".");
-  write_all(scratch.path() / pvtu.filename(), pvtu, source);
-  publish(scratch.path(), pvtu, file_count(source->pieces));
+  content_->pieces = divide(batches, std::max<std::size_t>(1, options_.tets ? options_.piece_cells / 4 : options_.piece_cells));
+  if (content_->pieces.front().empty()) content_->pieces.clear();
+  scratch_.emplace(folder_of(pvtu_));
+}
+
+VtuShare::~VtuShare() = default;
+
+VtuShare::Size VtuShare::size() const {
+  const auto& pieces = content_->pieces;
+  return {pieces.size(), !options_.tets && std::any_of(pieces.begin(), pieces.end(), has_polyhedra)};
+}
+
+void VtuShare::write(std::uint64_t before, const Size& all) {
+  before_ = before;
+  all_pieces_ = all.pieces;
+  for (std::size_t i = 0; i < content_->pieces.size(); ++i) {  // one after the other: only one grid exists at a time
+    const auto grid = make_grid(content_->pieces[i], all.has_polyhedra, options_);
+    write_piece(scratch_->path() / piece_name(pvtu_, before + i), pvtu_, grid);
+  }
+  if (before > 0) return;
+  try {
+    write_file(scratch_->path() / pvtu_.filename(), summary(pvtu_, all.pieces));
+  } catch (const Error&) {
+    throw Error("cannot write '" + pvtu_.string() + "': the disk is full");
+  }
+}
+
+void VtuShare::publish() {
+  for (std::size_t i = 0; i < content_->pieces.size(); ++i) publish(piece_name(pvtu_, before_ + i));
+}
+
+void VtuShare::finish() {
+  publish(pvtu_.filename());
+  std::error_code ignored;
+  for (std::uint64_t i = all_pieces_; fs::remove(folder_of(pvtu_) / piece_name(pvtu_, i), ignored); ++i) {
+  }
+}
+
+void VtuShare::publish(const fs::path& name) const {
+  std::error_code error;
+  fs::rename(scratch_->path() / name, folder_of(pvtu_) / name, error);
+  if (error) throw Error("cannot write '" + pvtu_.string() + "': " + error.message());
+}
+
+void write_vtu(const fs::path& pvtu, int dimension, std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
+               const VtuOptions& options) {
+  VtuShare share(pvtu, dimension, batches, options);
+  const VtuShare::Size size = share.size();
+  share.write(0, size);
+  share.publish();
+  share.finish();
 }
 
 }  // namespace bsp2::io

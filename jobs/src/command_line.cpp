@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/io/surface.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -14,8 +15,10 @@ constexpr auto footer =
     "Examples:\n"
     "  bsp2 run model.csg                     evaluate and print a summary\n"
     "  bsp2 run model.csg -o out              also write out/solid.pvtu for ParaView,\n"
-    "                                         out/view.png and out/report.json\n"
+    "                                         out/boundary.stl, out/view.png and\n"
+    "                                         out/report.json\n"
     "  bsp2 run model.csg --picture tower.png --threads 4\n"
+    "  mpirun -n 4 bsp2 run model.csg         the same on four processes\n"
     "\n"
     "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad).\n"
     "Exit code: 0 success, 2 a mistake in the options, the model or a path, 1 an\n"
@@ -23,7 +26,7 @@ constexpr auto footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, picture, report;
+  std::string order, budget, folder, boundary, picture, report, table, collect;
   std::vector<std::string> keep;
   bool mesh = false;
 };
@@ -79,13 +82,22 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
 void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = "What is written";
   app.add_option("-o,--output", raw.folder,
-                 "write report.json, solid.pvtu with its pieces and\nview.png into this folder")
+                 "write report.json, solid.pvtu with its pieces,\nboundary.stl and view.png into this folder")
       ->type_name("DIR")
       ->group(group);
   app.add_flag("--vtu", raw.mesh, "write the cells as solid.pvtu (without -o: here)")->group(group);
   app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
+  app.add_option("--boundary", raw.boundary, "write the surface of the solid, closed triangles:\n.stl, .ply, .obj or .vtp")
+      ->type_name("FILE")
+      ->group(group);
   app.add_option("--picture", raw.picture, "draw the solid")->type_name("FILE.png")->group(group);
   app.add_option("--report", raw.report, "write the report")->type_name("FILE.json")->group(group);
+  app.add_option("--table", raw.table, "write what each superstep cost each rank")->type_name("FILE.csv")->group(group);
+  app.add_option("--collect", raw.collect,
+                 "where the cells of all ranks go: to the master, up a\ntree of masters, or each rank to its own files\n(default: master up to 200,000 cells, else file)")
+      ->check(CLI::IsMember({"master", "tree", "file"}))
+      ->type_name("WHERE")
+      ->group(group);
   app.add_flag("--stats", command.stats, "print figures about the kernel's work")->group(group);
   app.add_flag("--quiet", command.quiet, "print no summary and no progress")->group(group);
 }
@@ -104,17 +116,32 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
   if (raw.order == "priority") command.options.order = supersteps::Order::priority;
   if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
+  if (!raw.boundary.empty()) {
+    command.boundary = raw.boundary;
+    if (!io::is_surface_file(*command.boundary)) throw Error("--boundary: '" + raw.boundary + "' must end in .stl, .ply, .obj or .vtp");
+    if (!command.options.keep_in) throw Error("--boundary is the surface of the IN cells: add --keep in");
+  }
   if (!raw.picture.empty()) command.picture = raw.picture;
   if (!raw.report.empty()) command.report = raw.report;
+  if (!raw.table.empty()) command.table = raw.table;
+  if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
+  if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
+  if (raw.collect == "file") command.options.collect = supersteps::Collect::file;
+  if (!raw.boundary.empty()) {
+    if (command.options.collect == supersteps::Collect::file) throw Error("--boundary needs all cells on the master: leave out --collect file");
+    if (command.options.collect == supersteps::Collect::automatic) command.options.collect = supersteps::Collect::master;
+  }
   if (raw.mesh) command.mesh = "solid.pvtu";
   if (!raw.folder.empty()) {
     command.folder = raw.folder;
     command.mesh = *command.folder / "solid.pvtu";
+    if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / "boundary.stl";
     if (!command.picture) command.picture = *command.folder / "view.png";
     if (!command.report) command.report = *command.folder / "report.json";
   }
   if (command.tets && !command.mesh) throw Error("--tets needs -o DIR or --vtu (see 'bsp2 run --help')");
-  command.options.collect_cells = command.mesh || command.picture;
+  command.options.boundary = command.boundary.has_value();
+  command.options.collect_cells = command.mesh || command.boundary || command.picture;
   return command;
 }
 

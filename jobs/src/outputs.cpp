@@ -1,15 +1,14 @@
 #include "bsp2/jobs/outputs.hpp"
 
-#include <sys/resource.h>
-
-#include <algorithm>
-#include <chrono>
+#include <array>
 #include <string>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
-#include "bsp2/io/vtu.hpp"
+#include "bsp2/io/surface.hpp"
 #include "bsp2/jobs/report_json.hpp"
+#include "bsp2/jobs/superstep_table.hpp"
+#include "bsp2/supersteps/collection.hpp"
 #include "bsp2/supersteps/rendering.hpp"
 
 namespace bsp2::jobs {
@@ -20,15 +19,8 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-void write_picture(const fs::path& path, supersteps::RunResult& result) {
-  const auto start = std::chrono::steady_clock::now();
-  io::write_file(path, supersteps::render_png(result.mesh, result.tree));
-  supersteps::SuperstepRecord record;
-  record.name = "rendering";
-  record.seconds = {std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
-  record.bytes_sent = record.bytes_received = record.cells = {0};
-  record.predicted_seconds = record.seconds.front();
-  result.report.supersteps.push_back(record);
+std::array<std::optional<fs::path>, 5> files_of(const RunCommand& command) {
+  return {command.mesh, command.boundary, command.picture, command.report, command.table};
 }
 
 /// With -o, what this dimension does not allow is left out; asked for by name, it is a mistake.
@@ -40,17 +32,23 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
   return false;
 }
 
-std::uint64_t peak_rss_bytes() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+/// On the master.
+void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
+  if (result.boundary) return io::write_surface(path, *result.boundary);
+  const int d = result.report.dimension;
+  if (d != 3) {
+    if (is_possible(false, "boundary", folder, path, result.report))
+      throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
+    return;
+  }
+  result.report.warnings.emplace_back("no boundary is written: the cells stayed with their ranks (use --boundary FILE or --collect master)");
 }
 
 }  // namespace
 
 void check_outputs(const RunCommand& command) {
   if (command.folder) io::check_folder(*command.folder);
-  for (const auto& file : {command.mesh, command.picture, command.report}) {
+  for (const auto& file : files_of(command)) {
     if (!file) continue;
     io::check_folder(folder_of(*file));
     std::error_code error;
@@ -61,21 +59,27 @@ void check_outputs(const RunCommand& command) {
   }
 }
 
-void write_outputs(const RunCommand& command, supersteps::RunResult& result) {
-  if (command.folder) io::make_folder(*command.folder);
-  for (const auto& file : {command.mesh, command.picture, command.report}) {
-    if (file) io::make_folder(folder_of(*file));
+void write_outputs(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
+  if (ranks.is_master()) {
+    if (command.folder) io::make_folder(*command.folder);
+    for (const auto& file : files_of(command))
+      if (file) io::make_folder(folder_of(*file));
   }
+  ranks.sync();  // now the folders are there
   const int d = result.report.dimension;
   if (command.mesh && is_possible(d <= 3, "mesh", command.folder, *command.mesh, result.report)) {
-    io::write_vtu(*command.mesh, d, result.mesh.batches, {.tets = command.tets});
+    supersteps::write_mesh(ranks, result, *command.mesh, command.tets);
   }
+  if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
   if (command.picture &&
       is_possible(d == 2 || d == 3, "picture", command.folder, *command.picture, result.report)) {
-    write_picture(*command.picture, result);
+    const std::string png = supersteps::render_png(ranks, result);
+    if (ranks.is_master()) io::write_file(*command.picture, png);
   }
-  result.report.peak_rss_bytes = std::max(result.report.peak_rss_bytes, peak_rss_bytes());
+  supersteps::record_costs(ranks, result.report);
+  if (!ranks.is_master()) return;
   if (command.report) io::write_file(*command.report, to_json(result.report));
+  if (command.table) io::write_file(*command.table, to_csv(result.report.supersteps));
 }
 
 }  // namespace bsp2::jobs

@@ -11,6 +11,7 @@ Json superstep(const supersteps::SuperstepRecord& record) {
   return {{"name", record.name},
           {"step", record.step},
           {"seconds", record.seconds},
+          {"work_seconds", record.work_seconds},
           {"bytes_sent", record.bytes_sent},
           {"bytes_received", record.bytes_received},
           {"cells", record.cells},
@@ -42,6 +43,8 @@ std::string to_json(const supersteps::RunReport& report) {
   json["bounds"] = nullptr;
   if (!report.lower.empty()) json["bounds"] = Json::array({report.lower, report.upper});
   json["boundary"] = nullptr;
+  if (report.boundary)
+    json["boundary"] = {{"triangles", report.boundary->triangles}, {"area", report.boundary->area}, {"closed", report.boundary->closed}};
   json["digest"] = report.digest;
   json["supersteps"] = Json::array();
   for (const auto& record : report.supersteps) json["supersteps"].push_back(superstep(record));

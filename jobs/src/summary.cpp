@@ -2,24 +2,15 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <algorithm>
-#include <numeric>
 #include <ostream>
 #include <string>
+
+#include "bsp2/jobs/superstep_table.hpp"
 
 namespace bsp2::jobs {
 namespace {
 
 using supersteps::RunReport;
-
-/// 1234567 as 1,234,567.
-std::string grouped(std::uint64_t number) {
-  std::string digits = std::to_string(number);
-  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3) {
-    digits.insert(static_cast<std::size_t>(at), 1, ',');
-  }
-  return digits;
-}
 
 std::string plural(std::uint64_t count, const char* noun) {
   return grouped(count) + " " + noun + (count == 1 ? "" : "s");
@@ -39,35 +30,26 @@ void print_cells(std::ostream& out, const char* label, std::uint64_t cells, cons
   out << fmt::format("  {:<10}{:>15} cells   volume {}\n", label, grouped(cells), volume);
 }
 
-void print_supersteps(std::ostream& out, const RunReport& report) {
-  const auto sum = [](const std::vector<std::uint64_t>& v) {
-    return std::accumulate(v.begin(), v.end(), std::uint64_t{0});
-  };
-  out << fmt::format("\n  {:<16}{:>5}{:>12}{:>16}{:>14}\n", "superstep", "step", "seconds", "cells",
-                     "bytes sent");
-  for (const auto& record : report.supersteps) {
-    const auto slowest = std::max_element(record.seconds.begin(), record.seconds.end());
-    out << fmt::format("  {:<16}{:>5}{:>12.3f}{:>16}{:>14}\n", record.name, record.step,
-                       slowest == record.seconds.end() ? 0.0 : *slowest, grouped(sum(record.cells)),
-                       grouped(sum(record.bytes_sent)));
-  }
-}
-
 }  // namespace
 
 void print_summary(std::ostream& out, const RunReport& report) {
   out << report.model << '\n'
       << fmt::format("  {}, {}, {}\n", plural(report.primitives, "primitive"),
                      plural(report.hyperplanes, "hyperplane"), plural(report.regions, "region"))
-      << fmt::format("  {}, {}\n\n", plural(report.ranks, "rank"), plural(report.threads, "thread"));
+      << fmt::format("  {}, {}\n\n", plural(report.ranks, "rank"), plural(report.threads, "thread") + (report.ranks > 1 ? " each" : ""));
   print_cells(out, "IN", report.in_cells, fmt::format("{:.12g}", report.in_volume));
   print_cells(out, "FUZZY", report.fuzzy_cells, fmt::format("{:.12g}", report.fuzzy_volume));
   if (report.out_cells) print_cells(out, "OUT", *report.out_cells, "not summed");
   if (!report.centroid.empty()) out << "  centroid  " << tuple(report.centroid) << '\n';
   if (!report.lower.empty())
     out << "  bounds    " << tuple(report.lower) << "\n            " << tuple(report.upper) << '\n';
+  if (report.boundary) {
+    out << fmt::format("  boundary  {}, area {:.12g}, {}\n", plural(report.boundary->triangles, "triangle"), report.boundary->area,
+                       report.boundary->closed ? "closed" : "NOT closed");
+  }
   out << "  digest    " << report.digest << '\n';
-  print_supersteps(out, report);
+  out << '\n';
+  print_supersteps(out, report.supersteps);
   out << fmt::format("\n  {:.2f} s, {:.2f} s of CPU, at most {} of memory\n", report.seconds,
                      report.cpu_seconds, mebibytes(report.peak_rss_bytes));
 }

@@ -7,12 +7,14 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/tessellation.hpp"
+#include "convex_hull.hpp"
 #include "matrix.hpp"
+#include "polygon.hpp"
 
 namespace bsp2::model {
 namespace {
 
-Expression make(int dimension, std::variant<Primitive, Boolean, Transform> value) {
+Expression make(int dimension, Node::Value value) {
   return Expression(std::make_shared<Node>(dimension, std::move(value)));
 }
 
@@ -91,6 +93,59 @@ Expression sphere(double radius, std::uint32_t sides) {
   for (std::size_t i = 1; i < lathe.rings.size(); ++i)
     if (lathe.rings[i - 1].z >= lathe.rings[i].z) return Expression(3);
   return make(3, std::move(lathe));
+}
+
+Expression circle(double radius, std::uint32_t sides) {
+  require_finite({&radius, 1}, "circle");
+  require_sides(sides, "circle");
+  if (radius <= 0) return Expression(2);
+  return make(2, RegularPolygon{sides, radius});
+}
+
+Expression polygon(const std::vector<std::array<double, 2>>& points, const std::vector<std::vector<std::uint32_t>>& paths) {
+  for (const auto& point : points) require_finite(point, "polygon");
+  FaceCycles cycles;
+  for (const auto& path : paths) {
+    for (const std::uint32_t corner : path)
+      if (corner >= points.size()) throw Error("polygon: there is no point " + std::to_string(corner));
+    cycles.corners.insert(cycles.corners.end(), path.begin(), path.end());
+    cycles.end_face();
+  }
+  if (paths.empty()) {
+    for (std::uint32_t i = 0; i < points.size(); ++i) cycles.corners.push_back(i);
+    cycles.end_face();
+  }
+  PolygonPieces polygon = convex_pieces(points, cycles);
+  std::vector<Expression> pieces;
+  for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(make(2, std::move(piece)));
+  if (pieces.empty()) return Expression(2);
+  if (pieces.size() == 1) return pieces.front();
+  return polygon.disjoint ? unite(std::move(pieces)) : symmetric_difference(std::move(pieces));
+}
+
+Expression convex_hull(const std::vector<std::array<double, 2>>& points) {
+  ConvexPolygon polygon{hull_corners(points), 1};
+  if (polygon.points.size() < 3) return Expression(2);
+  polygon.scale = scale_of(polygon.points);
+  return make(2, std::move(polygon));
+}
+
+Expression convex_hull(const std::vector<std::array<double, 3>>& points) {
+  auto mesh = hull_mesh(points);
+  return mesh ? make(3, std::move(*mesh)) : Expression(3);
+}
+
+Expression construct(Construct what, std::vector<Expression> operands) {
+  const bool is_sum = std::holds_alternative<MinkowskiSum>(what);
+  if (operands.size() != (is_sum ? 2 : 1)) throw Error("construct: it takes " + std::string(is_sum ? "two operands" : "one operand"));
+  const int dimension = common_dimension(operands, "construct");
+  if (dimension != 2 && dimension != 3) throw Error("construct: operands of dimension 2 or 3 are needed");
+  const bool extrudes = std::holds_alternative<LinearExtrusion>(what) || std::holds_alternative<RotateExtrusion>(what);
+  const bool projects = std::holds_alternative<Projection>(what);
+  const bool is_plane = extrudes || std::holds_alternative<Offset>(what) || std::holds_alternative<Fill>(what);
+  if ((is_plane && dimension != 2) || (projects && dimension != 3))
+    throw Error("construct: an operand of dimension " + std::to_string(projects ? 3 : 2) + " is needed, not " + std::to_string(dimension));
+  return make(extrudes ? 3 : projects ? 2 : dimension, Construction{std::move(what), std::move(operands)});
 }
 
 Expression unite(std::vector<Expression> operands) {

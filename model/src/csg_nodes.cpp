@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <utility>
@@ -9,11 +10,22 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
 #include "bsp2/model/tessellation.hpp"
+#include "imports.hpp"
 #include "matrix.hpp"
+#include "polygon.hpp"
 #include "polyhedron.hpp"
+#include "text.hpp"
 
 namespace bsp2::model {
 namespace {
+
+/// The points inside an odd number of the paths.
+Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, const FaceCycles& paths, NodePool& pool) {
+  PolygonPieces polygon = convex_pieces(points, paths);
+  std::vector<Expression> pieces;
+  for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(pool.primitive(std::move(piece), 2));
+  return pool.boolean(polygon.disjoint ? Operation::unite : Operation::symmetric_difference, 2, pieces);
+}
 
 constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"group", NodeKind::group},
@@ -27,12 +39,24 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"intersection", NodeKind::intersection},
     {"sphere", NodeKind::sphere},
     {"polyhedron", NodeKind::polyhedron},
+    {"square", NodeKind::square},
+    {"circle", NodeKind::circle},
+    {"polygon", NodeKind::polygon},
+    {"text", NodeKind::text},
+    {"import", NodeKind::import},
+    {"linear_extrude", NodeKind::linear_extrude},
+    {"rotate_extrude", NodeKind::rotate_extrude},
+    {"hull", NodeKind::hull},
+    {"minkowski", NodeKind::minkowski},
+    {"offset", NodeKind::offset},
+    {"projection", NodeKind::projection},
+    {"resize", NodeKind::resize},
+    {"fill", NodeKind::fill},
+    {"intersection_for", NodeKind::intersection},
+    {"echo", NodeKind::group},
 };
 
-constexpr std::string_view not_yet[] = {
-    "square",    "circle",           "polygon",        "text",       "offset", "hull",
-    "minkowski", "linear_extrude",   "rotate_extrude", "projection", "import", "surface",
-    "resize",    "intersection_for", "roof",           "fill",       "echo"};
+constexpr std::string_view not_yet[] = {"surface", "roof"};
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
                                              "function",  "for",      "if",     "let",    "use",
@@ -119,9 +143,9 @@ Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& war
   if (!finite({x, y, z}) || x <= 0 || y <= 0 || z <= 0) {
     if (!(x == 0 || y == 0 || z == 0))
       warn("this cube is empty: its size is [" + text_of(x) + ", " + text_of(y) + ", " + text_of(z) + "]");
-    return pool.empty();
+    return pool.empty(3);
   }
-  const Expression box = pool.primitive(Cuboid{{x, y, z}});
+  const Expression box = pool.primitive(Cuboid{{x, y, z}}, 3);
   if (!arguments.flag("center", 1)) return box;
   const double matrix[] = {1, 0, 0, -x / 2, 0, 1, 0, -y / 2, 0, 0, 1, -z / 2, 0, 0, 0, 1};
   return pool.transform(matrix, box);
@@ -130,14 +154,14 @@ Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& war
 /// The pooled version of an expression that is one primitive, or empty.
 Expression adopt(const Expression& made, NodePool& pool) {
   const auto* primitive = std::get_if<Primitive>(&made.node().value);
-  return primitive ? pool.primitive(*primitive) : pool.empty();
+  return primitive ? pool.primitive(*primitive, 3) : pool.empty(3);
 }
 
 Expression make_sphere(const Arguments& arguments, NodePool& pool, const Warn& warn) {
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this sphere is empty: its radius is " + text_of(radius));
-    return pool.empty();
+    return pool.empty(3);
   }
   return adopt(sphere(radius, checked_sides(radius, arguments, true)), pool);
 }
@@ -151,7 +175,7 @@ Expression make_cylinder(const Arguments& arguments, NodePool& pool, const Warn&
     if (height != 0 && !(bottom == 0 && top == 0))
       warn("this cylinder is empty: h = " + text_of(height) + ", r1 = " + text_of(bottom) +
            ", r2 = " + text_of(top));
-    return pool.empty();
+    return pool.empty(3);
   }
   const std::uint32_t sides = checked_sides(std::max(bottom, top), arguments, false);
   return adopt(cylinder(height, bottom, top, sides, arguments.flag("center", 3)), pool);
@@ -197,20 +221,217 @@ Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const War
   FaceCycles faces;
   if (!is_list(points_list) || !is_list(faces_list)) {
     warn("this polyhedron is empty: it has no points or no faces");
-    return pool.empty();
+    return pool.empty(3);
   }
   if (!read_points(points_list, points)) {
     warn("this polyhedron is empty: point " + std::to_string(points.size()) +
          " is not made of finite numbers");
-    return pool.empty();
+    return pool.empty(3);
   }
   read_faces(faces_list, faces);
   std::optional<TriangleMesh> mesh = closed_mesh(points, faces);
   if (!mesh) {
     warn("this polyhedron is empty: its faces enclose nothing");
-    return pool.empty();
+    return pool.empty(3);
   }
-  return pool.primitive(std::move(*mesh));
+  return pool.primitive(std::move(*mesh), 3);
+}
+
+Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+  double x = 1, y = 1;
+  if (const Value* size = arguments.find("size", 0)) {
+    if (size->kind == Value::number) {
+      x = y = size->as_number;
+    } else if (size->kind == Value::vector && size->size == 2 && size->span == 3 && size[1].kind == Value::number &&
+               size[2].kind == Value::number) {
+      x = size[1].as_number;
+      y = size[2].as_number;
+    }
+  }
+  if (!finite({x, y}) || x <= 0 || y <= 0) {
+    if (!(x == 0 || y == 0)) warn("this square is empty: its size is [" + text_of(x) + ", " + text_of(y) + "]");
+    return pool.empty(2);
+  }
+  const Expression square = pool.primitive(Cuboid{{x, y}}, 2);
+  if (!arguments.flag("center", 1)) return square;
+  const double matrix[] = {1, 0, -x / 2, 0, 1, -y / 2, 0, 0, 1};
+  return pool.transform(matrix, square);
+}
+
+Expression make_circle(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+  const double radius = radius_of(arguments, "r", "d", 0, 1);
+  if (!std::isfinite(radius) || radius <= 0) {
+    if (radius != 0) warn("this circle is empty: its radius is " + text_of(radius));
+    return pool.empty(2);
+  }
+  return pool.primitive(RegularPolygon{checked_sides(radius, arguments, false), radius}, 2);
+}
+
+/// The paths of a polygon; all points in their order if there are none.
+void read_paths(const Value* list, std::size_t points, FaceCycles& paths, const Warn& warn) {
+  if (!list || list->kind != Value::vector) {
+    for (std::uint32_t i = 0; i < points; ++i) paths.corners.push_back(i);
+    paths.end_face();
+    return;
+  }
+  const Value* path = list + 1;
+  for (std::uint32_t p = 0; p < list->size; path += path->span, ++p) {
+    if (path->kind != Value::vector) continue;
+    for (const Value* index = path + 1; index != path + path->span; index += index->span) {
+      const double x = index->kind == Value::number ? index->as_number : -1;
+      if (x >= 0 && x < static_cast<double>(points))
+        paths.corners.push_back(static_cast<std::uint32_t>(x));
+      else
+        warn("path " + std::to_string(p) + " of this polygon names a point that is not there; there are " + std::to_string(points));
+    }
+    paths.end_face();
+  }
+}
+
+Expression make_polygon(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+  const Value* list = arguments.find("points", 0);
+  std::vector<Point3> points;
+  if (!list || list->kind != Value::vector || !read_points(list, points)) {
+    warn("this polygon is empty: it has no points, or one that is not made of finite numbers");
+    return pool.empty(2);
+  }
+  std::vector<std::array<double, 2>> plane;
+  for (const Point3& point : points) plane.push_back({point[0], point[1]});
+  FaceCycles paths;
+  read_paths(arguments.find("paths", 1), plane.size(), paths, warn);
+  return pooled_polygon(plane, paths, pool);
+}
+
+Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+  TextStyle style;
+  style.size = arguments.number("size", 1, 10);
+  style.spacing = arguments.number("spacing", -1, 1);
+  style.font = arguments.string("font", 2, "");
+  style.direction = arguments.string("direction", -1, "ltr");
+  style.language = arguments.string("language", -1, "en");
+  style.script = arguments.string("script", -1, "");
+  style.horizontal = arguments.string("halign", -1, "left");
+  style.vertical = arguments.string("valign", -1, "baseline");
+  if (!finite({style.size, style.spacing})) throw Error("text: size or spacing is not finite");
+  // Curves of letters are short: an eighth of the segments of a circle of the text's size.
+  style.segments = static_cast<std::uint32_t>(std::max(std::floor(checked_sides(style.size, arguments, false) / 8.0) + 1, 2.0));
+  std::vector<Expression> glyphs;
+  for (const GlyphOutline& glyph : text_outlines(arguments.string("text", 0, ""), style, warn)) {
+    FaceCycles paths;
+    for (std::uint32_t i = 0, end = 0; const std::uint32_t length : glyph.path_lengths) {
+      for (end = i + length; i < end; ++i) paths.corners.push_back(i);
+      paths.end_face();
+    }
+    glyphs.push_back(pooled_polygon(glyph.points, paths, pool));
+  }
+  return pool.boolean(Operation::unite, 2, glyphs);
+}
+
+/// Two or three numbers; one number counts for all of them.
+template <std::size_t N>
+void read_numbers(const Value* value, std::array<double, N>& into) {
+  if (!value) return;
+  if (value->kind == Value::number) into.fill(value->as_number);
+  if (value->kind != Value::vector) return;
+  const Value* at = value + 1;
+  for (std::uint32_t i = 0; i < std::min<std::uint32_t>(value->size, N); at += at->span, ++i)
+    if (at->kind == Value::number || at->kind == Value::boolean) into[i] = at->as_number;
+}
+
+Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
+  const std::string name = arguments.string("file", 0, "");
+  if (name.empty()) throw Error("import: it names no file");
+  const std::filesystem::path path = folder / name;
+  std::string kind = path.extension().string();
+  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (kind == ".dxf") {
+    std::array<double, 2> origin{};
+    read_numbers(arguments.find("origin"), origin);
+    const double scale = arguments.number("scale", -1, 1);
+    PlaneDrawing drawing = import_dxf(path, arguments.string("layer", -1, ""), resolution_of(arguments));
+    for (auto& point : drawing.points)
+      for (int i = 0; i < 2; ++i) point[i] = (point[i] - origin[i]) * scale;
+    if (drawing.paths.size() == 0) warn("this import is empty: there is no closed path in " + path.string());
+    return pooled_polygon(drawing.points, drawing.paths, pool);
+  }
+  if (kind != ".stl" && kind != ".off" && kind != ".obj" && kind != ".ply" && kind != ".3mf" && kind != ".amf")
+    throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf and .dxf are");
+  const ImportedMesh mesh = import_mesh(path);
+  std::optional<TriangleMesh> closed;
+  try {
+    closed = closed_mesh(mesh.points, mesh.faces);
+  } catch (const Error& error) {
+    throw Error("import of " + path.string() + ": " + error.what());
+  }
+  if (closed) return pool.primitive(std::move(*closed), 3);
+  warn("this import is empty: the faces of " + path.string() + " enclose nothing");
+  return pool.empty(3);
+}
+
+std::optional<Construct> read_linear_extrude(const Arguments& arguments, const Warn& warn) {
+  LinearExtrusion extrusion;
+  const Value* height = arguments.find("height", 0);
+  if (!height) height = arguments.find("h");
+  const double length = height && height->kind == Value::number ? height->as_number : 100;
+  extrusion.direction = {0, 0, length};
+  if (const Value* v = arguments.find("v"); v && v->kind == Value::vector) {
+    std::array<double, 3> direction{};
+    read_numbers(v, direction);
+    const double norm = std::hypot(direction[0], direction[1], direction[2]);
+    for (int i = 0; i < 3; ++i) extrusion.direction[i] = height ? direction[i] * (length / norm) : direction[i];
+  }
+  extrusion.center = arguments.flag("center", -1);
+  extrusion.twist = arguments.number("twist", -1, 0);
+  if (!std::isfinite(extrusion.twist)) extrusion.twist = 0;
+  read_numbers(arguments.find("scale"), extrusion.scale);
+  for (double& scale : extrusion.scale) scale = std::isfinite(scale) ? std::max(scale, 0.0) : 1;
+  const double slices = arguments.number("slices", -1, 0);
+  extrusion.slices = static_cast<std::uint32_t>(std::clamp(std::isfinite(slices) ? slices : 0, 0.0, 1.0 * max_sides));
+  extrusion.resolution = resolution_of(arguments);
+  const auto& d = extrusion.direction;
+  if (!finite({d[0], d[1], d[2]}) || d[2] <= 0) {
+    if (d[2] != 0) warn("this linear_extrude is empty: its height is " + text_of(d[2]));
+    return std::nullopt;
+  }
+  return extrusion;
+}
+
+std::optional<Construct> read_rotate_extrude(const Arguments& arguments, const Warn& warn) {
+  RotateExtrusion extrusion;
+  extrusion.angle = arguments.number("angle", -1, 360);
+  if (!(extrusion.angle > -360 && extrusion.angle <= 360)) extrusion.angle = 360;
+  extrusion.start = arguments.number("start", -1, extrusion.angle == 360 ? 180 : 0);
+  if (!std::isfinite(extrusion.start)) extrusion.start = 0;
+  extrusion.resolution = resolution_of(arguments);
+  if (extrusion.angle != 0) return extrusion;
+  warn("this rotate_extrude is empty: its angle is 0");
+  return std::nullopt;
+}
+
+Construct read_offset(const Arguments& arguments) {
+  Offset offset;
+  offset.resolution = resolution_of(arguments);
+  if (const Value* r = arguments.find("r", 0); r && r->kind == Value::number) {
+    offset.distance = r->as_number;
+  } else {
+    offset.distance = arguments.number("delta", -1, 1);
+    offset.join = arguments.flag("chamfer", -1) ? Offset::Join::square : Offset::Join::mitre;
+  }
+  if (!std::isfinite(offset.distance)) throw Error("offset: the distance is not finite");
+  return offset;
+}
+
+Construct read_resize(const Arguments& arguments) {
+  Resize resize;
+  read_numbers(arguments.find("newsize", 0), resize.size);
+  std::array<double, 3> automatic{};
+  read_numbers(arguments.find("auto", 1), automatic);
+  if (const Value* value = arguments.find("auto", 1); value && value->kind == Value::boolean) automatic.fill(value->as_number);
+  for (int i = 0; i < 3; ++i) {
+    resize.automatic[i] = automatic[i] != 0;
+    if (!std::isfinite(resize.size[i])) resize.size[i] = 0;
+  }
+  return resize;
 }
 
 }  // namespace
@@ -252,12 +473,27 @@ double Arguments::number(std::string_view name, int place, double missing) const
   return value && value->kind == Value::number ? value->as_number : missing;
 }
 
+std::string Arguments::string(std::string_view name, int place, std::string_view missing) const {
+  const Value* value = find(name, place);
+  if (!value || value->kind != Value::text) return std::string(missing);
+  std::string text;
+  for (const char *at = value->as_text, *end = at + value->size; at != end; ++at) {
+    if (*at == '\\' && at + 1 != end) {
+      ++at;
+      text += *at == 'n' ? '\n' : *at == 't' ? '\t' : *at == 'r' ? '\r' : *at;
+    } else {
+      text += *at;
+    }
+  }
+  return text;
+}
+
 bool Arguments::flag(std::string_view name, int place) const {
   const Value* value = find(name, place);
   return value && value->kind == Value::boolean && value->as_number != 0;
 }
 
-Expression make_primitive(NodeKind kind, const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
   switch (kind) {
     case NodeKind::cube:
       return make_cube(arguments, pool, warn);
@@ -265,14 +501,24 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, NodePool& p
       return make_sphere(arguments, pool, warn);
     case NodeKind::cylinder:
       return make_cylinder(arguments, pool, warn);
+    case NodeKind::square:
+      return make_square(arguments, pool, warn);
+    case NodeKind::circle:
+      return make_circle(arguments, pool, warn);
+    case NodeKind::polygon:
+      return make_polygon(arguments, pool, warn);
+    case NodeKind::text:
+      return make_text(arguments, pool, warn);
+    case NodeKind::import:
+      return make_import(arguments, folder, pool, warn);
     default:
       return make_polyhedron(arguments, pool, warn);
   }
 }
 
-std::vector<double> read_matrix(const Arguments& arguments, const Warn& warn) {
-  std::vector<double> matrix{1, 0, 0, 0, 0, 1, 0, 0,
-                             0, 0, 1, 0, 0, 0, 0, 1};  // OpenSCAD's default for what is missing
+std::array<double, 16> read_matrix(const Arguments& arguments) {
+  std::array<double, 16> matrix{1, 0, 0, 0, 0, 1, 0, 0,
+                                0, 0, 1, 0, 0, 0, 0, 1};  // OpenSCAD's default for what is missing
   if (const Value* rows = arguments.find("m", 0); rows && rows->kind == Value::vector) {
     const Value* row = rows + 1;
     for (std::uint32_t i = 0; i < std::min(rows->size, 4u); row += row->span, ++i) {
@@ -282,7 +528,14 @@ std::vector<double> read_matrix(const Arguments& arguments, const Warn& warn) {
         if (entry->kind == Value::number) matrix[i * 4 + j] = entry->as_number;
     }
   }
-  switch (normalize_affine(matrix)) {
+  return matrix;
+}
+
+std::vector<double> affine_matrix(const std::array<double, 16>& m, int dimension, const Warn& warn) {
+  std::vector<double> matrix(m.begin(), m.end());
+  const bool all_finite = std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); });
+  if (dimension == 2) matrix = {m[0], m[1], m[3], m[4], m[5], m[7], m[12], m[13], m[15]};
+  switch (all_finite ? normalize_affine(matrix) : MatrixKind::not_finite) {
     case MatrixKind::regular:
       return matrix;
     case MatrixKind::singular:
@@ -293,6 +546,41 @@ std::vector<double> read_matrix(const Arguments& arguments, const Warn& warn) {
       break;
   }
   return {};
+}
+
+std::optional<Construct> read_construct(NodeKind kind, const Arguments& arguments, const Warn& warn) {
+  switch (kind) {
+    case NodeKind::hull:
+      return Hull{};
+    case NodeKind::minkowski:
+      return MinkowskiSum{};
+    case NodeKind::fill:
+      return Fill{};
+    case NodeKind::offset:
+      return read_offset(arguments);
+    case NodeKind::projection:
+      return Projection{arguments.flag("cut", 0)};
+    case NodeKind::resize:
+      return read_resize(arguments);
+    case NodeKind::linear_extrude:
+      return read_linear_extrude(arguments, warn);
+    default:
+      return read_rotate_extrude(arguments, warn);
+  }
+}
+
+int operand_dimension(NodeKind kind) {
+  switch (kind) {
+    case NodeKind::offset:
+    case NodeKind::fill:
+    case NodeKind::linear_extrude:
+    case NodeKind::rotate_extrude:
+      return 2;
+    case NodeKind::projection:
+      return 3;
+    default:
+      return 0;
+  }
 }
 
 }  // namespace bsp2::model

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+#include <filesystem>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -17,10 +20,23 @@ enum class NodeKind : std::uint8_t {
   difference,
   intersection,
   multmatrix,
-  cube,
+  hull,
+  minkowski,
+  fill,
+  offset,
+  projection,
+  resize,
+  linear_extrude,
+  rotate_extrude,
+  cube,  ///< from here on: primitives, whose children take no part
   sphere,
   cylinder,
   polyhedron,
+  square,
+  circle,
+  polygon,
+  text,
+  import,
   unsupported,  ///< a node of the language that is not read yet
   unknown
 };
@@ -39,6 +55,8 @@ class Arguments {
   [[nodiscard]] const Value* find(std::string_view name, int place = -1) const;
   /// The number of that name; `missing` if there is none or if it is no number.
   [[nodiscard]] double number(std::string_view name, int place, double missing) const;
+  /// The string of that name; `missing` if there is none.
+  [[nodiscard]] std::string string(std::string_view name, int place, std::string_view missing) const;
   [[nodiscard]] bool flag(std::string_view name, int place) const;
 
  private:
@@ -50,9 +68,21 @@ using Warn = std::function<void(std::string)>;
 
 /// The solid of a primitive, with OpenSCAD's meaning of bad arguments: what has no size is empty.
 /// @throws bsp2::Error without a position, for more sides than anybody needs and for open polyhedra.
-Expression make_primitive(NodeKind kind, const Arguments& arguments, NodePool& pool, const Warn& warn);
+/// @param folder what the names of files are relative to.
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn);
 
-/// The affine matrix of a multmatrix node; empty if its children vanish.
-std::vector<double> read_matrix(const Arguments& arguments, const Warn& warn);
+/// The 4 x 4 matrix of a multmatrix node, row-major.
+std::array<double, 16> read_matrix(const Arguments& arguments);
+
+/// What it does to solids of a dimension: 2 takes the rows and columns of x, y and the translation.
+/// @return the affine matrix; empty if the solids vanish.
+std::vector<double> affine_matrix(const std::array<double, 16>& matrix, int dimension, const Warn& warn);
+
+/// What a node of kind hull to rotate_extrude does to its operand; nothing if what comes out is empty whatever that is.
+/// @throws bsp2::Error without a position.
+std::optional<Construct> read_construct(NodeKind kind, const Arguments& arguments, const Warn& warn);
+
+/// Dimension of the operands that such a node takes: 2, 3, or 0 for that of its first child.
+int operand_dimension(NodeKind kind);
 
 }  // namespace bsp2::model

@@ -42,7 +42,7 @@ class Reader {
     NodeKind kind = NodeKind::group;
     Absence absence = Absence::none;
     bool is_root = false;    ///< tagged by !
-    bool vanishes = false;   ///< a multmatrix that leaves nothing
+    bool vanishes = false;   ///< a construct that leaves nothing
     std::size_t offset = 0;  ///< of the name
     std::string_view name;
     std::size_t first_operand = 0;  ///< its children's solids are operands_[first_operand..]
@@ -59,7 +59,9 @@ class Reader {
   void interpret(Frame& frame);
   void close();
   void complete(const Frame& frame, Expression solid);
+  int settle_dimension(const Frame& frame);
   Expression solid_of(const Frame& frame);
+  Expression construction_of(const Frame& frame, int dimension, std::span<const Expression> operands);
   Model result();
   [[noreturn]] void fail_open_frame();
 
@@ -68,6 +70,13 @@ class Reader {
     frame.problem = problems_.size();
     problems_.push_back({frame.offset, std::move(text)});
   }
+  void warn(const Frame& frame, std::string text) {
+    if (warnings_.size() < most_warnings)
+      warnings_.push_back({frame.offset, std::move(text)});
+    else
+      ++warnings_left_out_;
+  }
+  static bool is_construct(NodeKind kind) { return kind >= NodeKind::hull && kind < NodeKind::cube; }
   std::string located(const SyntaxError& error) {
     return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
   }
@@ -77,9 +86,10 @@ class Reader {
   Scanner scanner_;
   LineFinder lines_;
   NodePool pool_;
-  std::vector<Frame> frames_{Frame{}};  // the file is a group
+  std::vector<Frame> frames_{Frame{.name = "the file"}};  // which is a group
   std::vector<Expression> operands_;
-  std::vector<double> matrices_;  // of the multmatrix frames
+  std::vector<std::array<double, 16>> matrices_;  // of the multmatrix frames
+  std::vector<Construct> constructs_;             // of the frames from hull to rotate_extrude
   std::vector<SyntaxError> problems_, warnings_;
   std::size_t warnings_left_out_ = 0;
   bool root_tagged_ = false;
@@ -160,32 +170,31 @@ Reader::Frame Reader::header() {
 void Reader::interpret(Frame& frame) {
   if (frame.absence != Absence::none) return;
   const Arguments arguments(arguments_, tape_);
-  const auto warn = [&](std::string text) {
-    if (warnings_.size() < most_warnings)
-      warnings_.push_back({frame.offset, std::move(text)});
-    else
-      ++warnings_left_out_;
-  };
+  const auto warn = [&](std::string text) { this->warn(frame, std::move(text)); };
   switch (frame.kind) {
     case NodeKind::unsupported:
     case NodeKind::unknown:
       note(frame, why_not(frame.name, frame.kind));
       break;
-    case NodeKind::multmatrix: {
-      const std::vector<double> matrix = read_matrix(arguments, warn);
-      frame.vanishes = matrix.empty();
-      matrices_.insert(matrices_.end(), matrix.begin(), matrix.end());
+    case NodeKind::multmatrix:
+      matrices_.push_back(read_matrix(arguments));
       break;
-    }
     case NodeKind::group:
     case NodeKind::difference:
     case NodeKind::intersection:
       break;
     default:
       try {
-        operands_.push_back(make_primitive(frame.kind, arguments, pool_, warn));
+        if (is_construct(frame.kind)) {
+          const auto construct = read_construct(frame.kind, arguments, warn);
+          frame.vanishes = !construct;
+          constructs_.push_back(construct.value_or(Hull{}));
+          break;
+        }
+        operands_.push_back(make_primitive(frame.kind, arguments, std::filesystem::path(name_).parent_path(), pool_, warn));
         frame.primitives = 1;
       } catch (const Error& error) {
+        if (is_construct(frame.kind)) constructs_.emplace_back();
         note(frame, error.what());
       }
   }
@@ -204,23 +213,64 @@ void Reader::read_node() {
   if (c == ';') close();
 }
 
+/// Which dimension the operands of a frame have, by OpenSCAD's rule: that of the first one that is any geometry, empty
+/// or not. Those of another dimension are taken out.
+int Reader::settle_dimension(const Frame& frame) {
+  const auto begin = operands_.begin() + static_cast<std::ptrdiff_t>(frame.first_operand);
+  int dimension = operand_dimension(frame.kind);
+  for (auto at = begin; at != operands_.end() && dimension == 0; ++at) dimension = at->dimension();
+  bool dropped = false;
+  for (auto at = begin; at != operands_.end(); ++at) {
+    if (at->dimension() == 0 || at->dimension() == dimension) continue;
+    dropped = dropped || !pool_.is_empty(*at);
+    *at = pool_.empty(0);
+  }
+  if (dropped)
+    warn(frame, "'" + std::string(frame.name) + "' is " + std::to_string(dimension) + "-dimensional here; its children of another dimension take no part");
+  return dimension;
+}
+
 Expression Reader::solid_of(const Frame& frame) {
+  if (frame.kind >= NodeKind::cube && frame.kind < NodeKind::unsupported)
+    return operands_.size() > frame.first_operand ? operands_[frame.first_operand] : pool_.empty(0);
+  const int dimension = settle_dimension(frame);
   const auto operands = std::span<const Expression>(operands_).subspan(frame.first_operand);
   switch (frame.kind) {
     case NodeKind::difference:
-      return pool_.boolean(Operation::subtract, operands);
+      return pool_.boolean(Operation::subtract, dimension, operands);
     case NodeKind::intersection:
-      return pool_.boolean(Operation::intersect, operands);
+      return pool_.boolean(Operation::intersect, dimension, operands);
     case NodeKind::multmatrix: {
-      if (frame.vanishes) return pool_.empty();
-      const Expression child = pool_.boolean(Operation::unite, operands);
-      const Expression image = pool_.transform(std::span(matrices_).last(16), child);
-      matrices_.resize(matrices_.size() - 16);
-      return image;
+      const std::array<double, 16> matrix = matrices_.back();
+      matrices_.pop_back();
+      const Expression child = pool_.boolean(Operation::unite, dimension, operands);
+      if (pool_.is_empty(child)) return child;
+      const auto affine = affine_matrix(matrix, dimension, [&](std::string text) { warn(frame, std::move(text)); });
+      return affine.empty() ? pool_.empty(dimension) : pool_.transform(affine, child);
     }
     default:
-      return pool_.boolean(Operation::unite, operands);  // a group, or a primitive, which is its only operand
+      if (is_construct(frame.kind)) return construction_of(frame, dimension, operands);
+      return pool_.boolean(Operation::unite, dimension, operands);
   }
+}
+
+Expression Reader::construction_of(const Frame& frame, int dimension, std::span<const Expression> operands) {
+  const Construct construct = constructs_.back();
+  constructs_.pop_back();
+  const bool extrudes = frame.kind == NodeKind::linear_extrude || frame.kind == NodeKind::rotate_extrude;
+  const int result = extrudes ? 3 : frame.kind == NodeKind::projection ? 2 : dimension;
+  if (frame.kind == NodeKind::minkowski) {
+    Expression sum = pool_.empty(result);
+    for (const Expression& operand : operands) {
+      if (pool_.is_empty(operand)) continue;
+      const Expression pair[] = {sum, operand};
+      sum = pool_.is_empty(sum) ? operand : pool_.construction(construct, result, pair);
+    }
+    return sum;
+  }
+  const Expression operand = pool_.boolean(Operation::unite, dimension, operands);
+  if (frame.vanishes || pool_.is_empty(operand)) return pool_.empty(result);
+  return pool_.construction(construct, result, {&operand, 1});
 }
 
 void Reader::close() {
@@ -234,7 +284,7 @@ void Reader::close() {
 
 /// Hands a finished subtree that takes part to its parent.
 void Reader::complete(const Frame& frame, Expression solid) {
-  const std::size_t primitives = solid.same_node(pool_.empty()) ? 0 : frame.primitives;
+  const std::size_t primitives = pool_.is_empty(solid) ? 0 : frame.primitives;
   if (frame.is_root) {
     root_ = frame;
     root_.primitives = primitives;
@@ -256,9 +306,10 @@ Model Reader::result() {
     model.expression = root_solid_;
     model.primitive_count = root_.primitives;
   } else {
-    model.expression = pool_.boolean(Operation::unite, operands_);
+    model.expression = solid_of(top);
     model.primitive_count = top.primitives;
   }
+  if (model.expression.dimension() == 0) model.expression = pool_.empty(3);
   for (const SyntaxError& warning : warnings_) model.warnings.push_back(located(warning));
   if (warnings_left_out_ > 0)
     model.warnings.push_back(name_ + ": and " + std::to_string(warnings_left_out_) + " more warnings");

@@ -164,8 +164,11 @@ void Scanner::scalar(std::vector<Value>& tape) {
     return;
   }
   if (c == '"') {
+    const char* const from = at_ + 1;
     string();
-    tape.push_back({Value::text});
+    Value value{Value::text, static_cast<std::uint32_t>(at_ - 1 - from)};
+    value.as_text = from;
+    tape.push_back(value);
     return;
   }
   const char* before = at_;

@@ -29,9 +29,12 @@ class LineFinder {
 struct Value {
   enum Kind : std::uint8_t { undefined, number, boolean, text, vector };
   Kind kind = undefined;
-  std::uint32_t size = 0;  ///< elements of a vector
+  std::uint32_t size = 0;  ///< elements of a vector, bytes of a string
   std::uint32_t span = 1;  ///< values on the tape, this one and all below it
-  double as_number = 0;    ///< of a number; 0 or 1 of a boolean
+  union {
+    double as_number = 0;  ///< of a number; 0 or 1 of a boolean
+    const char* as_text;   ///< of a string: what stands between the quotes, in the text itself
+  };
 };
 
 struct Argument {

@@ -11,6 +11,16 @@ int Expression::dimension() const {
   return node_->dimension;
 }
 
+Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), value(std::move(value_)) {
+  if (const auto* boolean = std::get_if<Boolean>(&value)) {
+    for (const Expression& child : boolean->children) resolved = resolved && child.node().resolved;
+  } else if (const auto* transform = std::get_if<Transform>(&value)) {
+    resolved = transform->child.node().resolved;
+  } else if (std::holds_alternative<Construction>(value)) {
+    resolved = false;
+  }
+}
+
 namespace {
 using Owner = std::shared_ptr<const Node>;
 thread_local std::vector<Owner>* pending = nullptr;  // of the outermost ~Node that runs on this thread
@@ -24,6 +34,8 @@ Node::~Node() {
       for (Expression& child : boolean->children) to.push_back(std::move(child.node_));
     } else if (auto* transform = std::get_if<Transform>(&value)) {
       to.push_back(std::move(transform->child.node_));
+    } else if (auto* construction = std::get_if<Construction>(&value)) {
+      for (Expression& operand : construction->operands) to.push_back(std::move(operand.node_));
     }
   };
   if (std::holds_alternative<Primitive>(value)) return;

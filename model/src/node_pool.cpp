@@ -39,6 +39,16 @@ void add(Hash& hash, const TriangleMesh& mesh) {
     for (const std::uint32_t corner : triangle) hash.add(std::uint64_t{corner});
 }
 
+void add(Hash& hash, const RegularPolygon& polygon) {
+  hash.add(std::uint64_t{polygon.sides});
+  hash.add(polygon.radius);
+}
+
+void add(Hash& hash, const ConvexPolygon& polygon) {
+  for (const auto& point : polygon.points)
+    for (const double x : point) hash.add(x);
+}
+
 std::uint64_t hash_of(const Primitive& primitive) {
   Hash hash;
   hash.add(std::uint64_t{primitive.index()});
@@ -50,15 +60,20 @@ std::uint64_t address(const Expression& e) {
   return reinterpret_cast<std::uintptr_t>(&e.node());
 }
 
+bool same_nodes(std::span<const Expression> a, std::span<const Expression> b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Expression& x, const Expression& y) { return x.same_node(y); });
+}
+
 }  // namespace
 
 template <class Equal, class Make>
-Expression NodePool::find_or_make(std::uint64_t hash, Equal equal, Make make) {
+Expression NodePool::find_or_make(std::uint64_t hash, int dimension, Equal equal, Make make) {
   std::size_t at = hash & (slots_.size() - 1);
   for (; slots_[at].index != 0; at = (at + 1) & (slots_.size() - 1)) {
     if (slots_[at].hash != hash) continue;
     const Expression& candidate = nodes_[slots_[at].index - 1];
-    if (equal(candidate.node().value)) return candidate;
+    if (candidate.dimension() == dimension && equal(candidate.node().value)) return candidate;
   }
   nodes_.emplace_back(make());
   slots_[at] = {hash, static_cast<std::uint32_t>(nodes_.size())};
@@ -78,24 +93,24 @@ void NodePool::grow() {
   }
 }
 
-Expression NodePool::primitive(Primitive primitive) {
+Expression NodePool::primitive(Primitive primitive, int dimension) {
   return find_or_make(
-      hash_of(primitive),
+      hash_of(primitive) + static_cast<std::uint64_t>(dimension), dimension,
       [&](const auto& value) {
         return std::holds_alternative<Primitive>(value) && std::get<Primitive>(value) == primitive;
       },
-      [&] { return Expression(std::make_shared<Node>(empty_.dimension(), std::move(primitive))); });
+      [&] { return Expression(std::make_shared<Node>(dimension, std::move(primitive))); });
 }
 
-Expression NodePool::boolean(Operation operation, std::span<const Expression> operands) {
+Expression NodePool::boolean(Operation operation, int dimension, std::span<const Expression> operands) {
   const auto empty = [this](const Expression& e) { return is_empty(e); };
-  if (operands.empty()) return empty_;
-  if (operation == Operation::subtract && is_empty(operands.front())) return empty_;
+  if (operands.empty()) return empty_[dimension];
+  if (operation == Operation::subtract && is_empty(operands.front())) return empty_[dimension];
   if (operation == Operation::intersect && std::any_of(operands.begin(), operands.end(), empty))
-    return empty_;
+    return empty_[dimension];
   operands_.assign(operands.begin(), operands.end());
   std::erase_if(operands_, empty);
-  if (operands_.empty()) return empty_;
+  if (operands_.empty()) return empty_[dimension];
   if (operands_.size() == 1) return operands_.front();
 
   Hash hash;
@@ -103,17 +118,15 @@ Expression NodePool::boolean(Operation operation, std::span<const Expression> op
   for (const Expression& operand : operands_) hash.add(address(operand));
   const auto equal = [&](const auto& value) {
     const auto* other = std::get_if<Boolean>(&value);
-    return other && other->operation == operation &&
-           std::equal(other->children.begin(), other->children.end(), operands_.begin(), operands_.end(),
-                      [](const Expression& a, const Expression& b) { return a.same_node(b); });
+    return other && other->operation == operation && same_nodes(other->children, operands_);
   };
-  return find_or_make(hash.value(), equal, [&] {
-    return Expression(std::make_shared<Node>(empty_.dimension(), Boolean{operation, operands_}));
+  return find_or_make(hash.value(), dimension, equal, [&] {
+    return Expression(std::make_shared<Node>(dimension, Boolean{operation, operands_}));
   });
 }
 
 Expression NodePool::transform(std::span<const double> matrix, const Expression& child) {
-  if (is_empty(child)) return empty_;
+  if (is_empty(child)) return child;
   Hash hash;
   hash.add(std::uint64_t{0x200});
   for (const double entry : matrix) hash.add(entry);
@@ -123,10 +136,23 @@ Expression NodePool::transform(std::span<const double> matrix, const Expression&
     return other && other->child.same_node(child) &&
            std::equal(matrix.begin(), matrix.end(), other->matrix.begin(), other->matrix.end());
   };
-  return find_or_make(hash.value(), equal, [&] {
+  return find_or_make(hash.value(), child.dimension(), equal, [&] {
     Transform made{{matrix.begin(), matrix.end()}, child};
     for (double& entry : made.matrix) entry += 0.0;  // no -0: nodes that compare equal look equal
-    return Expression(std::make_shared<Node>(empty_.dimension(), std::move(made)));
+    return Expression(std::make_shared<Node>(child.dimension(), std::move(made)));
+  });
+}
+
+Expression NodePool::construction(const Construct& construct, int dimension, std::span<const Expression> operands) {
+  Hash hash;
+  hash.add(0x300 + static_cast<std::uint64_t>(construct.index()));
+  for (const Expression& operand : operands) hash.add(address(operand));
+  const auto equal = [&](const auto& value) {
+    const auto* other = std::get_if<Construction>(&value);
+    return other && other->construct == construct && same_nodes(other->operands, operands);
+  };
+  return find_or_make(hash.value(), dimension, equal, [&] {
+    return Expression(std::make_shared<Node>(dimension, Construction{construct, {operands.begin(), operands.end()}}));
   });
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,26 +16,29 @@ namespace bsp2::model {
 /// meaning: empty operands, Booleans of one operand. Not thread-safe.
 class NodePool {
  public:
-  explicit NodePool(int dimension = 3) : empty_(dimension) {}
-
-  [[nodiscard]] const Expression& empty() const { return empty_; }
-  Expression primitive(Primitive primitive);
-  /// Unite, intersect or subtract, of any number of operands. None at all is the empty solid.
-  Expression boolean(Operation operation, std::span<const Expression> operands);
+  /// The empty solid of dimension 2 or 3; of dimension 0: not even that ("nothing"), which has no say in anything.
+  [[nodiscard]] const Expression& empty(int dimension) const { return empty_[dimension]; }
+  [[nodiscard]] bool is_empty(const Expression& e) const {
+    return e.same_node(empty_[0]) || e.same_node(empty_[2]) || e.same_node(empty_[3]);
+  }
+  Expression primitive(Primitive primitive, int dimension);
+  /// A Boolean of operands that are empty or of this dimension. None at all is the empty solid.
+  Expression boolean(Operation operation, int dimension, std::span<const Expression> operands);
   /// `matrix` is affine and not singular.
   Expression transform(std::span<const double> matrix, const Expression& child);
+  /// @pre no operand is empty.
+  Expression construction(const Construct& construct, int dimension, std::span<const Expression> operands);
 
  private:
   template <class Equal, class Make>
-  Expression find_or_make(std::uint64_t hash, Equal equal, Make make);
+  Expression find_or_make(std::uint64_t hash, int dimension, Equal equal, Make make);
   void grow();
-  [[nodiscard]] bool is_empty(const Expression& e) const { return e.same_node(empty_); }
 
   struct Slot {
     std::uint64_t hash = 0;
     std::uint32_t index = 0;  ///< 1 + index in nodes_, 0 = free
   };
-  Expression empty_;
+  std::array<Expression, 4> empty_{Expression(0), Expression(1), Expression(2), Expression(3)};
   std::vector<Slot> slots_ = std::vector<Slot>(64);
   std::vector<Expression> nodes_;
   std::vector<Expression> operands_;  // scratch

@@ -4,16 +4,24 @@
 
 namespace bsp2::supersteps {
 
+Source compilation(const Ranks& ranks, const RunOptions& options) {
+  Source source;
+  if (!ranks.is_master()) return source;
+  source.text = model::read_text(options.model);
+  source.model = model::parse_csg(source.text, options.model.string());
+  return source;
+}
+
 template <int D>
-dataflow::Network<D> compilation(const model::Model& model, const RunOptions& options) {
+dataflow::Network<D> translation(const Source& source, const RunOptions& options) {
   try {
-    return dataflow::compile<D>(model.expression, {.coincidence = options.coincidence});
+    return dataflow::compile<D>(source.model.expression, {.coincidence = options.coincidence});
   } catch (const Error& error) {
     throw Error(options.model.string() + ": " + error.what());
   }
 }
 
-#define BSP2_STAGE(D) template dataflow::Network<D> compilation<D>(const model::Model&, const RunOptions&);
+#define BSP2_STAGE(D) template dataflow::Network<D> translation<D>(const Source&, const RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

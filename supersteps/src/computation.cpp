@@ -1,10 +1,13 @@
+#include <cmath>
+
+#include "contact.hpp"
 #include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
 
 template <int D>
-dataflow::Evaluation<D> computation(const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
+dataflow::Evaluation<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
                                     const RunOptions& options, unsigned threads, std::span<dataflow::Consumer* const> consumers) {
   dataflow::EvaluateOptions evaluate;
   evaluate.threads = threads;
@@ -16,11 +19,19 @@ dataflow::Evaluation<D> computation(const dataflow::Network<D>& network, std::ve
   evaluate.keep_fuzzy = options.keep_fuzzy;
   evaluate.keep_out = options.keep_out;
   evaluate.record_tree = options.collect_cells;
-  return dataflow::evaluate(network, std::move(regions), evaluate, consumers);
+
+  double share = 0;  // of space
+  for (const auto& region : regions) share += std::ldexp(1.0, -int{region.level});
+  Contact contact(ranks, share, options.on_progress);
+  std::vector<dataflow::Consumer*> all(consumers.begin(), consumers.end());
+  all.push_back(&contact);
+  auto evaluation = dataflow::evaluate(network, std::move(regions), evaluate, all);
+  contact.finish();
+  return evaluation;
 }
 
 #define BSP2_STAGE(D)                                                                                                     \
-  template dataflow::Evaluation<D> computation<D>(const dataflow::Network<D>&, std::vector<dataflow::Region<D>>,          \
+  template dataflow::Evaluation<D> computation<D>(Ranks&, const dataflow::Network<D>&, std::vector<dataflow::Region<D>>,  \
                                                   const RunOptions&, unsigned, std::span<dataflow::Consumer* const>);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE

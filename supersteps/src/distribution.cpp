@@ -1,35 +1,98 @@
+#include <algorithm>
 #include <bit>
-#include <unordered_map>
+#include <numeric>
 
+#include "exchange.hpp"
 #include "instantiate.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
+namespace {
 
-template <int D>
-dataflow::Partition<D> distribution(const dataflow::Network<D>& network, const RunOptions& options) {
-  const unsigned regions = options.regions.value_or(1);
-  return dataflow::partition(network, static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1u, regions))) - 1));
-}
+/// What travels: the tree, and to whom each region belongs.
+struct Plan {
+  std::int32_t root = ~0;
+  std::vector<std::uint32_t> hyperplane;
+  std::vector<std::int32_t> negative, positive, owner;
+  std::vector<double> work;
 
-template <int D>
-geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, dataflow::Evaluation<D>& evaluation) {
-  geometry::BspTree tree = std::move(evaluation.tree);
-  const auto first = static_cast<std::int32_t>(tree.nodes.size());
-  const auto child = [&](std::int32_t code) { return code >= 0 ? first + code : evaluation.region_roots[static_cast<std::size_t>(~code)]; };
-  for (const auto& node : partition.nodes) {
-    const auto h = network.table.rounded(node.hyperplane);
-    tree.nodes.push_back({static_cast<std::uint32_t>(tree.hyperplanes.size() / (D + 1)), child(node.negative), child(node.positive)});
-    tree.hyperplanes.push_back(h.offset);
-    tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & root & hyperplane & negative & positive & owner & work;
   }
-  tree.root = child(partition.root);
-  return tree;
+};
+
+/// The region with the most work goes to the rank with the least, and so on. @return the rank of each region.
+std::vector<std::int32_t> assign(const std::vector<double>& work, int ranks) {
+  std::vector<std::size_t> order(work.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work[a] > work[b]; });
+  std::vector<std::int32_t> owner(work.size());
+  std::vector<double> load(static_cast<std::size_t>(ranks));
+  for (const std::size_t region : order) {
+    const auto least = std::min_element(load.begin(), load.end());
+    owner[region] = static_cast<std::int32_t>(least - load.begin());
+    *least += work[region];
+  }
+  return owner;
 }
 
-#define BSP2_STAGE(D)                                                                                         \
-  template dataflow::Partition<D> distribution<D>(const dataflow::Network<D>&, const RunOptions&);            \
-  template geometry::BspTree join_trees<D>(const dataflow::Network<D>&, const dataflow::Partition<D>&, dataflow::Evaluation<D>&);
+template <int D>
+Plan plan_of(const dataflow::Partition<D>& partition, int ranks) {
+  Plan plan;
+  plan.root = partition.root;
+  for (const auto& node : partition.nodes) {
+    plan.hyperplane.push_back(node.hyperplane);
+    plan.negative.push_back(node.negative);
+    plan.positive.push_back(node.positive);
+  }
+  plan.work = partition.work;
+  plan.owner = assign(partition.work, ranks);
+  return plan;
+}
+
+template <int D>
+dataflow::Partition<D> partition_of(const Plan& plan) {
+  dataflow::Partition<D> partition;
+  partition.root = plan.root;
+  for (std::size_t i = 0; i < plan.hyperplane.size(); ++i) partition.nodes.push_back({plan.hyperplane[i], plan.negative[i], plan.positive[i]});
+  partition.work = plan.work;
+  return partition;
+}
+
+/// k for 2^k regions; a level that all shall reach is not passed by the partition alone.
+template <int D>
+unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options) {
+  if (options.regions) return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, *options.regions))) - 1);
+  const unsigned depth = dataflow::suggested_depth(network);
+  return options.level ? std::min(depth, *options.level / 2) : depth;
+}
+
+}  // namespace
+
+template <int D>
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
+  dataflow::Partition<D> partition;
+  Plan plan;
+  if (ranks.is_master()) {
+    partition = dataflow::partition(network, depth_of(network, options));
+    plan = plan_of(partition, ranks.count());
+  }
+  broadcast(ranks, plan);
+  const auto is_mine = [&](std::uint32_t region) { return plan.owner[region] == ranks.rank(); };
+  if (ranks.is_master()) {
+    std::erase_if(partition.regions, [&](const auto& region) { return !is_mine(region.number); });
+  } else {
+    partition = partition_of<D>(plan);
+    std::vector<std::uint32_t> mine;
+    for (std::uint32_t region = 0; region < plan.owner.size(); ++region)
+      if (is_mine(region)) mine.push_back(region);
+    partition.regions = dataflow::make_regions(network, partition, mine);
+  }
+  return {std::move(partition), std::move(plan.owner)};
+}
+
+#define BSP2_STAGE(D) template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

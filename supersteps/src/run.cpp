@@ -3,47 +3,29 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <thread>
 
 #include "bsp2/geometry/error.hpp"
+#include "exchange.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+struct Usage {
+  double cpu_seconds = 0;
+  std::uint64_t peak_rss_bytes = 0;
 
-/// Measures the time since the last lap: one lap a superstep.
-class Stopwatch {
- public:
-  double lap() {
-    const auto now = Clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & cpu_seconds & peak_rss_bytes;
   }
-
- private:
-  Clock::time_point last_ = Clock::now();
 };
 
-void record(RunReport& report, const std::string& name, double seconds, std::uint64_t cells = 0) {
-  SuperstepRecord entry;
-  entry.name = name;
-  entry.seconds = {seconds};
-  entry.bytes_sent = {0};
-  entry.bytes_received = {0};
-  entry.cells = {cells};
-  entry.predicted_seconds = seconds;  // one rank communicates with nobody: w is all there is
-  report.supersteps.push_back(entry);
-}
-
-void record_usage(RunReport& report) {
+Usage usage_of_this_process() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
-  report.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
-  report.peak_rss_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  return {seconds(usage.ru_utime) + seconds(usage.ru_stime), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
 }
 
 template <int D>
@@ -71,71 +53,98 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
   report.exact_fallbacks = totals.counts.exact_predicates;
 }
 
-/// Passes progress on to the one who asked for it.
-class ProgressConsumer : public dataflow::Consumer {
- public:
-  explicit ProgressConsumer(const RunOptions& options) : options_(options) {}
-  void consume(const std::shared_ptr<const dataflow::Refinement>&) override {}
-  void progress(double done, std::uint64_t cells) override {
-    if (options_.on_progress) options_.on_progress(done, cells);
-  }
-
- private:
-  const RunOptions& options_;
-};
-
 /// The loop of supersteps.
 template <int D>
-RunResult run_supersteps(const RunOptions& options, const model::Model& model, RunReport report, Stopwatch watch) {
-  const dataflow::Network<D> network = compilation<D>(model, options);
-  record(report, "compilation", watch.lap());
+RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
+  const dataflow::Network<D> network = translation<D>(source, options);
+  for (const std::string& warning : network.warnings) report.warnings.push_back(options.model.string() + ": " + warning);
 
-  dataflow::Partition<D> partition = distribution<D>(network, options);
-  report.regions = static_cast<unsigned>(partition.regions.size());
-  record(report, "distribution", watch.lap());
+  ranks.begin("distribution");
+  auto [partition, rank_of_region] = distribution<D>(ranks, network, options);
+  report.regions = static_cast<unsigned>(rank_of_region.size());
 
-  Collection collection;
-  ProgressConsumer progress(options);
-  std::vector<dataflow::Consumer*> consumers{&progress};
-  if (options.collect_cells) consumers.push_back(&collection);
-  auto evaluation = computation<D>(network, std::move(partition.regions), options, report.threads, consumers);
-  fill(report, network, evaluation.totals, options);
-  record(report, "computation", watch.lap(), report.in_cells + report.fuzzy_cells + report.out_cells.value_or(0));
+  ranks.begin("computation");
+  Keeper keeper;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells) consumers.push_back(&keeper);
+  std::vector<std::uint32_t> mine;
+  for (const auto& region : partition.regions) mine.push_back(region.number);
+  auto evaluation = computation<D>(ranks, network, std::move(partition.regions), options, report.threads, consumers);
+  ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
 
+  ranks.begin("collection");
+  fill(report, network, sum_totals(ranks, network, evaluation.totals), options);
   RunResult result;
-  result.mesh = collection.take(D);
-  if (options.collect_cells) result.tree = join_trees<D>(network, partition, evaluation);
-  record(report, "collection", watch.lap());
+  if (options.collect_cells) {
+    Part part = keeper.take<D>(std::move(mine), std::move(evaluation));
+    result.is_collected = collection(ranks, part, options.collect);
+    ranks.count_cells(part.cells);
+    std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
+    for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
+    for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
+    result.tree = join_trees<D>(network, partition, std::move(part.tree), roots);
+    result.partition = join_trees<D>(network, partition, geometry::BspTree{.dimension = D}, leaves);
+    result.mesh = {D, std::move(part.batches)};
+  }
+  result.rank_of_region = std::move(rank_of_region);
+
+  if ((options.boundary || options.contacts) && result.is_collected) {
+    ranks.begin("resolution");
+    if (ranks.is_master()) {
+      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options);
+      result.contacts = std::move(contacts);
+      result.boundary = std::move(boundary);
+      if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+    }
+  }
   result.report = std::move(report);
   return result;
 }
 
 }  // namespace
 
-RunResult run(const RunOptions& options) {
-  const auto start = Clock::now();
-  Stopwatch watch;
-  const model::Model model = model::read_csg(options.model);
+void record_costs(Ranks& ranks, RunReport& report) {
+  report.supersteps = ranks.records();
+  report.cpu_seconds = 0;
+  report.peak_rss_bytes = 0;
+  for (const Usage& usage : gather(ranks, usage_of_this_process())) {
+    report.cpu_seconds += usage.cpu_seconds;
+    report.peak_rss_bytes = std::max(report.peak_rss_bytes, usage.peak_rss_bytes);
+  }
+  report.seconds = ranks.seconds();
+}
+
+RunResult run(const RunOptions& options, Ranks& ranks) {
+  ranks.begin("compilation");
+  Source source = compilation(ranks, options);
+  ranks.begin("broadcast");
+  broadcasting(ranks, source, options);
   RunReport report;
   report.model = options.model.string();
-  report.threads = options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
-  report.dimension = model.expression.dimension();
-  report.primitives = model.primitive_count;
-  report.warnings = model.warnings;
+  report.ranks = static_cast<unsigned>(ranks.count());
+  report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
+  report.dimension = source.model.expression.dimension();
+  report.primitives = source.model.primitive_count;
+  report.warnings = source.model.warnings;
 
+  ranks.begin("compilation");
   RunResult result;
   switch (report.dimension) {
-    case 1: result = run_supersteps<1>(options, model, std::move(report), watch); break;
-    case 2: result = run_supersteps<2>(options, model, std::move(report), watch); break;
-    case 3: result = run_supersteps<3>(options, model, std::move(report), watch); break;
-    case 4: result = run_supersteps<4>(options, model, std::move(report), watch); break;
-    case 5: result = run_supersteps<5>(options, model, std::move(report), watch); break;
-    case 6: result = run_supersteps<6>(options, model, std::move(report), watch); break;
+    case 1: result = run_supersteps<1>(ranks, options, source, std::move(report)); break;
+    case 2: result = run_supersteps<2>(ranks, options, source, std::move(report)); break;
+    case 3: result = run_supersteps<3>(ranks, options, source, std::move(report)); break;
+    case 4: result = run_supersteps<4>(ranks, options, source, std::move(report)); break;
+    case 5: result = run_supersteps<5>(ranks, options, source, std::move(report)); break;
+    case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
-  result.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  record_usage(result.report);
+  record_costs(ranks, result.report);
   return result;
+}
+
+RunResult run(const RunOptions& options) {
+  Ranks alone;
+  return run(options, alone);
 }
 
 }  // namespace bsp2::supersteps

@@ -1,7 +1,7 @@
 #pragma once
 
-#include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,40 +10,99 @@
 #include "bsp2/model/csg.hpp"
 #include "bsp2/supersteps/run.hpp"
 
-/// The supersteps, one function and one file each; `run.cpp` has the loop.
+/// The supersteps, one file each; `run.cpp` has the loop. All are collective.
 namespace bsp2::supersteps {
 
-/// Compilation: the symbolic model becomes a network with canonical hyperplanes, bounds and an estimate of the work.
-/// Source: the paper, section 4.2, "Compilation".
-template <int D>
-dataflow::Network<D> compilation(const model::Model& model, const RunOptions& options);
+/// A model as text, which travels, and as an expression.
+struct Source {
+  std::string text;
+  model::Model model;
+};
 
-/// Distribution: a BSP tree of regions with about equal work each; its depth does not depend on who computes.
+/// Compilation, first half: the master reads the file. Empty elsewhere.
+/// @throws bsp2::Error that names the place in the file.
+/// Source: the paper, section 4.2, "Compilation".
+Source compilation(const Ranks& ranks, const RunOptions& options);
+
+/// Broadcast: the symbolic model reaches all ranks. h = (p - 1) times the size of the text.
+/// Source: the paper, section 4.2, "Broadcasting".
+void broadcasting(Ranks& ranks, Source& source, const RunOptions& options);
+
+/// Compilation, second half, on every rank: the symbolic model becomes a network with canonical hyperplanes and bounds.
+/// @throws bsp2::Error for lengths that are too large or too small.
+template <int D>
+dataflow::Network<D> translation(const Source& source, const RunOptions& options);
+
+/// A partition of space, with the regions of this rank.
+template <int D>
+struct Distribution {
+  dataflow::Partition<D> partition;
+  std::vector<std::int32_t> rank_of_region;
+};
+
+/// Distribution: the master cuts space into regions of about equal work, by a BSP tree whose depth does not depend on who
+/// computes, and assigns them to the ranks. Only the tree travels; each rank makes its own regions from their paths.
 /// Source: the paper, section 4.2, "Distribution".
 template <int D>
-dataflow::Partition<D> distribution(const dataflow::Network<D>& network, const RunOptions& options);
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
 
-/// Computation: the workers refine the regions up to the budget; decided cells go to the consumers.
+/// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the consumers. The ranks
+/// stay in touch: a failure of one ends all.
 /// Source: the paper, section 4.2, "Computation".
 template <int D>
-dataflow::Evaluation<D> computation(const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
+dataflow::Evaluation<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
                                     const RunOptions& options, unsigned threads, std::span<dataflow::Consumer* const> consumers);
 
-/// Collection: IN cells are accumulated, FUZZY ones kept as what they became, OUT ones were dropped by the workers.
-/// A consumer of the computation; what it holds becomes the solid mesh.
-/// Source: the paper, section 4.2, "Collection".
-class Collection : public dataflow::Consumer {
+/// Cells and BSP trees of some regions.
+struct Part {
+  std::vector<std::shared_ptr<const geometry::CellBatch>> batches;
+  std::uint64_t cells = 0;
+  std::vector<std::uint32_t> regions;
+  std::vector<std::int32_t> roots;  ///< of each region in the tree
+  geometry::BspTree tree;           ///< a tree a region; its leaves count the cells of the batches
+};
+
+/// A consumer of the computation: keeps its cells. IN cells are accumulated, FUZZY ones kept as what they became, OUT ones
+/// were dropped by the workers.
+class Keeper : public dataflow::Consumer {
  public:
-  void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override;
-  /// The mesh, its batches in an order that does not depend on their arrival.
-  SolidMesh take(int dimension);
+  void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override { refinements_.push_back(refinement); }
+  /// The cells in an order that does not depend on their arrival, and the trees over them.
+  /// @param regions numbers of the regions that were evaluated, in their order.
+  template <int D>
+  Part take(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation);
 
  private:
   std::vector<std::shared_ptr<const dataflow::Refinement>> refinements_;  // shared with other consumers
 };
 
-/// The regions' BSP trees under the partition's.
+/// Collection: brings the cells of all ranks to the master, or leaves them where they are. Cost: h = bytes of all cells that
+/// the master receives; with `tree`, half of them at a time.
+/// @return whether the master has all cells; the other ranks then have none.
+/// Source: the paper, section 4.2, "Collection" and the hierarchical architecture.
+bool collection(Ranks& ranks, Part& part, Collect how);
+
+/// What the cells are to each other and to the space around them.
+struct Resolution {
+  std::vector<geometry::Contact> contacts;            ///< when asked for
+  std::optional<geometry::TriangleSurface> boundary;  ///< when asked for
+};
+
+/// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not, their facets are
+/// matched hyperplane by hyperplane; what no other cell covers is the boundary.
+/// D = 3 only; nothing is found for other dimensions.
+/// Source: the paper, section 4.2, "Resolution".
 template <int D>
-geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, dataflow::Evaluation<D>& evaluation);
+Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options);
+
+/// Sums over all ranks, on the master: exact, so they do not depend on who computed what.
+template <int D>
+dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals);
+
+/// The partition's tree over trees of its regions.
+/// @param roots of the regions in `tree`, by number.
+template <int D>
+geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, geometry::BspTree tree,
+                             const std::vector<std::int32_t>& roots);
 
 }  // namespace bsp2::supersteps

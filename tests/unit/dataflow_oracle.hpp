@@ -73,6 +73,27 @@ inline Where where(const model::Lathe& lathe, const Point& x, Real margin) {
   return {furthest < 0, std::fabs(furthest) < margin};
 }
 
+inline Where where(const model::RegularPolygon& polygon, const Point& x, Real margin) {
+  const Real step = 2 * std::numbers::pi_v<Real> / polygon.sides;
+  Real furthest = -std::numeric_limits<Real>::infinity();
+  for (std::uint32_t k = 0; k < polygon.sides; ++k) {
+    const Real angle = step * (k + Real{0.5});
+    furthest = std::max(furthest, x[0] * std::cos(angle) + x[1] * std::sin(angle) - polygon.radius * std::cos(step / 2));
+  }
+  return {furthest < 0, std::fabs(furthest) < margin};
+}
+
+/// With three coordinates: the prism over it, from 0 to 1.
+inline Where where(const model::ConvexPolygon& polygon, const Point& x, Real margin) {
+  Real furthest = x.size() == 3 ? std::max(-x[2], x[2] - 1) : -std::numeric_limits<Real>::infinity();
+  for (std::size_t i = 0; i < polygon.points.size(); ++i) {
+    const auto &p = polygon.points[i], &q = polygon.points[(i + 1) % polygon.points.size()];
+    const Real dx = static_cast<Real>(q[0]) - p[0], dy = static_cast<Real>(q[1]) - p[1];
+    furthest = std::max(furthest, ((x[0] - p[0]) * dy - (x[1] - p[1]) * dx) / std::hypot(dx, dy));
+  }
+  return {furthest < 0, std::fabs(furthest) < margin};
+}
+
 inline Real dot(const std::array<Real, 3>& a, const std::array<Real, 3>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }

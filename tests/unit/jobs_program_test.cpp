@@ -32,7 +32,7 @@ supersteps::RunReport sample_report() {
   report.lower = {-1e9, 0, 0};
   report.upper = {1.0 / 7, 1, 1};
   report.digest = "00ff";
-  report.supersteps = {{"computation", 3, {0.5, 0.25}, {1, 2}, {3, 4}, {5, 6}, 0.75}};
+  report.supersteps = {{"computation", 3, {0.5, 0.25}, {0.4, 0.2}, {1, 2}, {3, 4}, {5, 6}, 0.75}};
   report.predicates = 1000;
   report.exact_fallbacks = 5;
   report.seconds = 2;
@@ -40,7 +40,7 @@ supersteps::RunReport sample_report() {
   return report;
 }
 
-RunResult sample_result(const RunOptions& options) {
+RunResult sample_result(const RunOptions& options, supersteps::Ranks&) {
   std::mt19937 random(1);
   RunResult result;
   result.report = sample_report();
@@ -87,11 +87,19 @@ TEST(Summary, FitsATerminalAndGroupsDigits) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }
 
+using Run = std::function<RunResult(const RunOptions&, supersteps::Ranks&)>;
+
+/// The program by one process.
+int start(const std::vector<std::string>& arguments, std::ostream& out, const Run& run) {
+  supersteps::Ranks alone;
+  return program(arguments, out, alone, run);
+}
+
 TEST(Program, WritesWhatTheFolderNames) {
   const testing::TemporaryFolder folder;
   const fs::path dir = folder.path() / "a" / "b";
   std::ostringstream out;
-  EXPECT_EQ(program({"run", "x", "-o", dir.string()}, out, sample_result), 0);
+  EXPECT_EQ(start({"run", "x", "-o", dir.string()}, out, sample_result), 0);
   for (const char* name : {"report.json", "solid.pvtu", "solid_0.vtu", "view.png"})
     EXPECT_TRUE(fs::exists(dir / name)) << name;
   EXPECT_EQ(std::distance(fs::directory_iterator(dir), fs::directory_iterator()), 4);
@@ -102,15 +110,15 @@ TEST(Program, WritesWhatTheFolderNames) {
 
 TEST(Program, FourDimensionsGiveAReportOnly) {
   const testing::TemporaryFolder folder;
-  const auto run = [](const RunOptions&) {
+  const auto run = [](const RunOptions&, supersteps::Ranks&) {
     RunResult result;
     result.report.dimension = result.mesh.dimension = 4;
     return result;
   };
   std::ostringstream out;
-  EXPECT_EQ(program({"run", "x", "-o", folder.path().string() + "/"}, out, run), 0);
+  EXPECT_EQ(start({"run", "x", "-o", folder.path().string() + "/"}, out, run), 0);
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
-  EXPECT_EQ(program({"run", "x", "--picture", (folder.path() / "p.png").string()}, out, run), 2);
+  EXPECT_EQ(start({"run", "x", "--picture", (folder.path() / "p.png").string()}, out, run), 2);
 }
 
 TEST(Program, ExitCodesTellWhoseMistakeItIs) {
@@ -119,17 +127,17 @@ TEST(Program, ExitCodesTellWhoseMistakeItIs) {
   std::ofstream(file) << "x";
   std::ostringstream out;
   bool has_run = false;
-  const auto spy = [&](const RunOptions& options) { return has_run = true, sample_result(options); };
-  EXPECT_EQ(program({"run", "x", "--nonsense"}, out, spy), 2);
-  EXPECT_EQ(program({"run", "x", "-o", file}, out, spy), 2);
-  EXPECT_EQ(program({"run", "x", "--report", folder.path().string()}, out, spy), 2);
+  const auto spy = [&](const RunOptions& options, supersteps::Ranks& ranks) { return has_run = true, sample_result(options, ranks); };
+  EXPECT_EQ(start({"run", "x", "--nonsense"}, out, spy), 2);
+  EXPECT_EQ(start({"run", "x", "-o", file}, out, spy), 2);
+  EXPECT_EQ(start({"run", "x", "--report", folder.path().string()}, out, spy), 2);
   EXPECT_FALSE(has_run) << "bad outputs are noticed before the work";
-  EXPECT_EQ(program({"run", "x"}, out, [](const RunOptions&) -> RunResult { throw Error("bad model"); }), 2);
-  EXPECT_EQ(program({"run", "x"}, out, [](const RunOptions&) -> RunResult { throw std::logic_error("bug"); }),
+  EXPECT_EQ(start({"run", "x"}, out, [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw Error("bad model"); }), 2);
+  EXPECT_EQ(start({"run", "x"}, out, [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw std::logic_error("bug"); }),
             1);
-  EXPECT_EQ(program({"run", "x"}, out, [](const RunOptions&) -> RunResult { throw std::bad_alloc(); }), 1);
+  EXPECT_EQ(start({"run", "x"}, out, [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw std::bad_alloc(); }), 1);
   EXPECT_EQ(out.str(), "");
-  EXPECT_EQ(program({"run", "x", "--quiet"}, out, spy), 0);
+  EXPECT_EQ(start({"run", "x", "--quiet"}, out, spy), 0);
   EXPECT_EQ(out.str(), "");
 }
 

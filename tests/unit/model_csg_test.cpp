@@ -56,6 +56,17 @@ void print(const TriangleMesh& mesh, std::ostream& out) {
   out << "], convexity = 1);\n";
 }
 
+void print(const RegularPolygon& polygon, std::ostream& out) {
+  out << "circle($fn = " << polygon.sides << ", r = " << number(polygon.radius) << ");\n";
+}
+
+void print(const ConvexPolygon& polygon, std::ostream& out) {
+  out << "polygon(points = [";
+  for (const auto& p : polygon.points)
+    out << (&p == polygon.points.data() ? "[" : ", [") << number(p[0]) << ", " << number(p[1]) << "]";
+  out << "], paths = undef, convexity = 1);\n";
+}
+
 void print(const Primitive& primitive, std::ostream& out) {
   std::visit([&](const auto& shape) { print(shape, out); }, primitive);
 }
@@ -72,6 +83,13 @@ void print(const Transform& transform, std::ostream& out) {
   for (int i = 0; i < 16; ++i) out << (i % 4 == 0 ? (i ? "], [" : "[") : ", ") << number(transform.matrix[i]);
   out << "]]) {\n";
   print(transform.child, out);
+  out << "}\n";
+}
+
+void print(const Construction& construction, std::ostream& out) {
+  const char* names[] = {"linear_extrude", "rotate_extrude", "offset", "hull", "minkowski", "projection", "resize", "fill"};
+  out << names[construction.construct.index()] << "() {\n";
+  for (const Expression& operand : construction.operands) print(operand, out);
   out << "}\n";
 }
 
@@ -254,8 +272,8 @@ TEST(Csg, ReadsNumbersToTheNearestDouble) {
 }
 
 TEST(Csg, ErrorsSayWhere) {
-  EXPECT_EQ(message("cube();\n\n  square(size = [1, 1]);"),
-            "test.csg:3:3: the node 'square' is not supported yet");
+  EXPECT_EQ(message("cube();\n\n  roof(size = [1, 1]);"),
+            "test.csg:3:3: the node 'roof' is not supported yet");
   EXPECT_EQ(message("group() {\n\tcubee(); }"),
             "test.csg:2:2: there is no node 'cubee'; did you mean 'cube'?");
   EXPECT_EQ(message("cube() sphere();"),
@@ -289,7 +307,7 @@ TEST(Csg, WhatTakesNoPartNeedNotBeSupported) {
   EXPECT_EQ(meaning("%linear_extrude(height = 3) { square(1); } *text(\"x\"); cube(1);"),
             meaning("cube(1);"));
   EXPECT_EQ(meaning("hull() { cube(); !sphere(); } minkowski();"), meaning("sphere();"));
-  EXPECT_EQ(message("!hull() { cube(); } cube();"), "test.csg:1:2: the node 'hull' is not supported yet");
+  EXPECT_EQ(message("!roof() { cube(); } cube();"), "test.csg:1:2: the node 'roof' is not supported yet");
 }
 
 TEST(Csg, DeepTextsNeedNoCallStack) {

@@ -50,6 +50,20 @@ inline double volume(const Cuboid& cuboid) {
   return product;
 }
 
+inline double volume(const RegularPolygon& polygon) {
+  return polygon.sides / 2.0 * std::sin(2 * std::numbers::pi / polygon.sides) * polygon.radius * polygon.radius;
+}
+
+/// Its area; also the volume of the prism of height 1.
+inline double volume(const ConvexPolygon& polygon) {
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.points.size(); ++i) {
+    const auto &p = polygon.points[i], &q = polygon.points[(i + 1) % polygon.points.size()];
+    twice += p[0] * q[1] - p[1] * q[0];
+  }
+  return twice / 2;
+}
+
 /// Of a primitive, or of nothing.
 inline double volume(const Expression& e) {
   if (is_empty(e)) return 0;

@@ -87,7 +87,8 @@ TEST(Rendering, DrawsThePlaneAndOnlyInCells) {
   batch->label[2] = geometry::Label::out;
   batch->part[1] = 1;
   SolidMesh mesh{2, {batch}};
-  const Image image = decode(render_png(mesh, {}, 100));
+  const geometry::BspTree tree{2, 0, {{0, 1, ~3}, {1, ~1, ~2}}, {-2, 0, 1, -2, 1, 0}};  // y = 2, below it x = 2
+  const Image image = decode(render_png(mesh, tree, 100));
   EXPECT_NE(image.at(25, 50), image.at(0, 0));
   EXPECT_NE(image.at(75, 50), image.at(25, 50));
   EXPECT_EQ(image.at(50, 10), image.at(0, 0));

@@ -2,12 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "bsp2/dataflow/consumer.hpp"
+#include "bsp2/dataflow/frontier.hpp"
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/geometry/bsp_tree.hpp"
 #include "bsp2/geometry/cell.hpp"
@@ -24,20 +26,28 @@ enum class Order : std::uint8_t {
 struct EvaluateOptions {
   unsigned threads = 1;
   Order order = Order::depth;
-  std::optional<unsigned> level;         ///< what is undecided so deep in the BSP tree stays FUZZY
-  std::optional<double> budget_seconds;  ///< what is undecided then stays FUZZY
-  std::optional<std::uint64_t> cells;    ///< likewise once so many cells are decided
+  std::optional<unsigned> level;         ///< what is undecided so deep in the BSP tree is left
+  std::optional<double> budget_seconds;  ///< what is undecided then is left
+  std::optional<std::uint64_t> cells;    ///< likewise once so many cells are emitted
+  std::function<bool()> interrupted;     ///< asked some fifty times a second by the calling thread: true ends the evaluation likewise
+  /// What is left is suspended: it comes back as the frontiers of Evaluation::unfinished. Otherwise it becomes FUZZY cells.
+  bool suspend = false;
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells go to the consumers
   bool record_tree = false;
+  /// How many nodes and cells earlier evaluations of the same run have recorded: those of this one are numbered from here,
+  /// so that all trees together are one after the other.
+  std::uint32_t recorded_nodes = 0, recorded_cells = 0;
 };
 
-/// A region of space: a leaf of the partition, its cell, and the expression localized there.
+/// A region of space: a leaf of the partition, its cell, and the expression localized there or, once its evaluation has
+/// been suspended, what is left of it.
 template <int D>
 struct Region {
   std::uint32_t number = 0;  ///< its name: its place among all regions of the partition
   std::uint16_t level = 0;
   geometry::Cell<D> cell;
-  std::vector<Word> program;
+  std::vector<Word> program;  ///< of a region that is not begun
+  Frontier frontier;          ///< of one that is
 };
 
 /// Order-independent sum of 128-bit hashes of cells: label, part, region, level and geometry, byte for byte.
@@ -48,7 +58,8 @@ struct Digest {
   [[nodiscard]] std::string hex() const;
 };
 
-/// Sums over all decided and remaining cells; equal in every run, whatever the number of threads and their timing.
+/// Sums over the cells that were emitted; equal in every run, whatever the number of threads and their timing (but for
+/// the kernel's counts: after a suspension cells are split again).
 template <int D>
 struct Totals {
   Totals(double radius, double width) : in(radius, width), fuzzy(radius, width) {}
@@ -65,22 +76,35 @@ struct Totals {
 template <int D>
 struct Evaluation {
   Totals<D> totals;
-  /// One tree a region, in the order of the regions, when asked for. Leaf k >= 1 is cell k - 1 of the refinements sorted
-  /// by worker and first cell.
+  /// One tree a region, in the order of the regions, when asked for; an empty leaf where the region is unfinished. Node
+  /// recorded_nodes + i is tree.nodes[i]; leaf recorded_cells + k, k >= 1, is cell k - 1 of the refinements sorted by worker
+  /// and first cell.
   std::vector<std::int32_t> region_roots;
   geometry::BspTree tree;
   std::vector<std::uint64_t> cells_of_worker;
+  std::vector<Region<D>> unfinished;  ///< with `suspend`: the regions in which something is left, in their order
+  bool stopped = false;               ///< ended by time, cells or interruption, not by having no more to do
 };
 
 /// Evaluates the regions of a network with a crew of worker threads that steal work from each other.
 ///
 /// Each worker takes a token (a FUZZY cell and its localized expression), fires it through the network, and either emits
 /// the decided cell to the consumers or splits it in two tokens. Where both halves turn out alike, the cell is given back
-/// whole. The cells depend on the network, the regions and the level alone.
+/// whole. The cells depend on the network, the regions and the level alone; so do the cells of several evaluations together
+/// that go on where the one before was suspended.
 /// Thread rule: called by one thread, which serves the consumers until all is done.
-/// @throws what a worker or a consumer threw first.
+/// @param regions fresh ones, or the unfinished ones of earlier evaluations, with their cells.
+/// @throws what a worker or a consumer threw first; std::invalid_argument if a frontier is no tree.
 template <int D>
 Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
                        std::span<Consumer* const> consumers);
+
+/// The picture of what is unfinished, as it is: FUZZY cells where something is undecided, and the cells that are held since
+/// their parents may be given back. With what has been emitted they fill the space. Provisional: nothing is refined, the
+/// regions stay as they are, and the next picture replaces this one.
+/// @param options as for `evaluate`; level, budget, cells and suspend are ignored.
+template <int D>
+Evaluation<D> picture(const Network<D>& network, std::span<const Region<D>> regions, EvaluateOptions options,
+                      std::span<Consumer* const> consumers);
 
 }  // namespace bsp2::dataflow

@@ -24,6 +24,8 @@ struct BspTree {
   std::vector<Node> nodes;
   std::vector<double> hyperplanes;  ///< D + 1 rounded coefficients each, constant first, the normal of unit length
 
+  /// Appends the nodes of another tree, whose children are numbered as those of this one already.
+  void append(const BspTree& more);
   /// Signed distance (rounded) of a point from a hyperplane; negative on the negative side.
   [[nodiscard]] double distance(std::uint32_t hyperplane, std::span<const double> point) const;
   /// The leaf that holds the point; on a hyperplane, the negative side.

@@ -39,6 +39,19 @@ Polytope<D> unit_box();
 /// @param radius, z one per ring: radii in [0, 1], z ascending from 0 to 1.
 Polytope<3> lathe(std::uint32_t sides, std::span<const double> radius, std::span<const double> z);
 
+/// The plane through the axis of a lathe and its corners number `corner` of `sides`, positive where angles grow; and the
+/// plane across its axis at height z, positive above. In the frame of `lathe`.
+Covector<3> axial_covector(std::uint32_t corner, std::uint32_t sides);
+Covector<3> level_covector(double z);
+
+/// The regular polygon of radius 1, with the corners of `lathe`.
+Polytope<2> regular_polygon(std::uint32_t sides);
+
+/// The convex polygon through points p 2^-53, |p| <= 2^53, counter-clockwise; D = 3: its prism over z in [0, 1].
+/// Repeated points are passed over.
+template <int D>
+Polytope<D> convex_polygon(std::span<const std::array<std::int64_t, 2>> points);
+
 /// The plane through three points with coordinates p 2^-53, |p| <= 2^53, negative towards the inside of a triangle that
 /// is counter-clockwise seen from outside. All zero where the points are collinear.
 Covector<3> triangle_covector(const std::array<std::array<std::int64_t, 3>, 3>& points);

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace bsp2::geometry {
 
@@ -43,6 +45,16 @@ double scaled_to_double(const Integer& value, long shift) {
                                         : static_cast<std::uint64_t>(magnitude);
   const double result = std::ldexp(static_cast<double>(leading), static_cast<int>((top > 0 ? top : 0) - shift));
   return value.sign() < 0 ? -result : result;
+}
+
+/// Divides a covector by the largest power of two that leaves it whole: the same hyperplane, in fewer words.
+template <typename Integer, std::size_t N>
+void divide_by_common_power_of_two(std::array<Integer, N>& covector) {
+  std::size_t power = std::numeric_limits<std::size_t>::max();
+  for (const Integer& coefficient : covector)
+    if (!coefficient.is_zero()) power = std::min<std::size_t>(power, mp::lsb(Integer(mp::abs(coefficient))));
+  for (Integer& coefficient : covector)
+    if (!coefficient.is_zero()) coefficient >>= power;
 }
 
 /// The point in which D hyperplanes meet, as D + 1 homogeneous coordinates (the weight last, of either sign, 0 where

@@ -35,6 +35,15 @@ class MomentSum {
   MomentSum& operator+=(const MomentSum& other);
   [[nodiscard]] Moments<D> value() const;
 
+  /// The sum as plain words, to be sent or stored: two for each integer, the low one first.
+  struct State {
+    std::array<std::int32_t, 3> exponent;
+    std::array<std::uint64_t, 2 * Moments<D>::size> words;
+    friend bool operator==(const State&, const State&) = default;
+  };
+  [[nodiscard]] State state() const;
+  void set_state(const State& state);
+
  private:
   std::array<int, 3> exponent_;  // of one unit of moments of degree 0, 1, 2
   std::array<Int128, Moments<D>::size> sum_{};

@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
+#include "bsp2/geometry/buffer.hpp"
 #include "bsp2/geometry/cell.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
 
@@ -23,26 +25,46 @@ template <int D>
 class CellScratch {
  public:
   void clear();
-  std::uint16_t add_vertex(const Vertex<D>& vertex);
+  std::uint16_t add_vertex(const Vertex<D>& vertex) {
+    const std::uint16_t index = next_index(vertices_.size());
+    vertices_.push(vertex);
+    return index;
+  }
   /// Opens a k-face on these hyperplanes; its subfaces follow. @return its index.
-  std::uint16_t add_face(int k, const std::uint32_t* hyperplanes);
-  void add_subface(int k, std::uint16_t subface) { levels_[k - 1].subfaces.push_back(subface); }
-  void close_face(int k) { levels_[k - 1].ends.push_back(static_cast<std::uint32_t>(levels_[k - 1].subfaces.size())); }
+  std::uint16_t add_face(int k, const std::uint32_t* hyperplanes) {
+    Level& level = levels_[k - 1];
+    const std::uint16_t index = next_index(level.faces++);
+    for (int i = 0; i < D - k; ++i) level.hyperplanes.push(hyperplanes[i]);
+    return index;
+  }
+  void add_subface(int k, std::uint16_t subface) { levels_[k - 1].subfaces.push(subface); }
+  void close_face(int k) { levels_[k - 1].ends.push(static_cast<std::uint32_t>(levels_[k - 1].subfaces.size())); }
   [[nodiscard]] Cell<D> pack() const;
 
  private:
   struct Level {
-    std::vector<std::uint32_t> hyperplanes, ends;
-    std::vector<std::uint16_t> subfaces;
+    std::size_t faces = 0;
+    Buffer<std::uint32_t> hyperplanes, ends;
+    Buffer<std::uint16_t> subfaces;
   };
-  std::vector<Vertex<D>> vertices_;
+  Buffer<Vertex<D>> vertices_;
   std::array<Level, (D > 1 ? D - 1 : 1)> levels_;
+
+  static std::uint16_t next_index(std::size_t size) {
+    if (size >= std::numeric_limits<std::uint16_t>::max()) throw_too_many_faces();
+    return static_cast<std::uint16_t>(size);
+  }
+  [[noreturn]] static void throw_too_many_faces();
 };
 
-/// The coordinates of a cell's vertices by axis, so that one hyperplane is held against all of them at a time.
+/// The coordinates of a cell's vertices by axis, so that one hyperplane is held against all of them at a time. The last
+/// vertex is repeated to fill the last block.
 template <int D>
 struct VertexColumns {
-  std::array<std::vector<double>, D> x;
+  static constexpr std::size_t block = 4;
+  std::size_t count = 0;  ///< of vertices
+  std::size_t padded = 0; ///< a multiple of the block
+  std::array<Buffer<double>, D> x;
   double error = 0;  ///< the largest of the vertices' error bounds
   void load(const Cell<D>& cell);
 };
@@ -80,15 +102,15 @@ class Splitter {
  private:
   struct Half {
     CellScratch<D> scratch;
-    std::array<std::vector<std::uint16_t>, D> index;   // of each k-face in this half
-    std::array<std::vector<std::uint16_t>, D> common;  // [k-1]: of the (k-1)-face in which a crossing k-face meets h
+    std::array<Buffer<std::uint16_t>, D> index;   // of each k-face in this half, where it is there
+    std::array<Buffer<std::uint16_t>, D> common;  // [k-1]: of the (k-1)-face in which a crossing k-face meets h
     bool wanted = false;
   };
   static constexpr std::uint8_t has_negative = 1, has_positive = 2, crosses = 3;
 
   const HyperplaneTable<D>* table_;
   KernelCounts counts_;
-  std::array<std::vector<std::uint8_t>, D> mask_;  // of each k-face: on which sides it has vertices
+  std::array<Buffer<std::uint8_t>, D> mask_;  // of each k-face: on which sides it has vertices
   std::array<Half, 2> halves_;
 
   struct CachedCovector {
@@ -97,7 +119,15 @@ class Splitter {
   };
   std::vector<CachedCovector> exact_cache_;  // of the hyperplanes that exact predicates asked for last
 
+  struct CachedSide {
+    std::array<HyperplaneId, D> vertex{};  // no vertex lies on one hyperplane alone
+    HyperplaneId id = 0;
+    std::int8_t side = 0;
+  };
+  std::vector<CachedSide> side_cache_;  // cells that share a vertex ask the same again
+
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
+  int compute_exact_side(const Vertex<D>& vertex, HyperplaneId id);
   const ExactCovector<D>& exact(HyperplaneId id);
   void split_vertices(const Cell<D>& cell);
   void split_edges(const Cell<D>& cell, HyperplaneId id);

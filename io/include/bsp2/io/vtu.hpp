@@ -1,16 +1,21 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/io/file.hpp"
 
 namespace bsp2::io {
 
 struct VtuOptions {
   bool tets = false;  ///< cut the cells into simplices: larger files, but faster filters in ParaView
   int rank = 0;       ///< who computed the cells, for the cell array `rank`
+  std::vector<std::int32_t> rank_of_region;  ///< who computed the cells of each region, if they are of several
   std::size_t piece_cells =
       20000;  ///< at most so many cells of the mesh in a piece; bounds the memory for writing
 };
@@ -27,5 +32,43 @@ struct VtuOptions {
 void write_vtu(const std::filesystem::path& pvtu, int dimension,
                std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
                const VtuOptions& options = {});
+
+/// One process's share of a mesh that several processes write as one `NAME.pvtu`, each its own pieces.
+///
+/// All make a share and tell each other its size; then all `write`; when all have written, all `publish`; when all have
+/// published, the first one calls `finish`. A share that is not published leaves nothing behind.
+class VtuShare {
+ public:
+  /// What the others must know about a share.
+  struct Size {
+    std::uint64_t pieces = 0;  ///< files; none if it has no cells
+    bool has_polyhedra = false;
+  };
+
+  /// @param batches must live as long as the share.
+  /// @throws bsp2::Error as write_vtu.
+  VtuShare(const std::filesystem::path& pvtu, int dimension, std::span<const std::shared_ptr<const geometry::CellBatch>> batches, VtuOptions options);
+  ~VtuShare();
+  VtuShare(const VtuShare&) = delete;
+  VtuShare& operator=(const VtuShare&) = delete;
+
+  [[nodiscard]] Size size() const;
+  /// Writes the pieces out of sight, the first share also the `.pvtu`.
+  /// @param before pieces of the shares before this one. @param all sizes of all shares together.
+  void write(std::uint64_t before, const Size& all);
+  /// Moves the pieces to their names.
+  void publish();
+  /// Moves the `.pvtu` to its name, and removes pieces that an earlier, larger mesh left there. Of the first share.
+  void finish();
+
+ private:
+  struct Content;
+  std::filesystem::path pvtu_;
+  VtuOptions options_;
+  std::unique_ptr<Content> content_;
+  std::optional<TemporaryDirectory> scratch_;
+  std::uint64_t before_ = 0, all_pieces_ = 0;
+  void publish(const std::filesystem::path& name) const;
+};
 
 }  // namespace bsp2::io

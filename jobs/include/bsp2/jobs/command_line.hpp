@@ -14,7 +14,8 @@ namespace bsp2::jobs {
 struct RunCommand {
   supersteps::RunOptions options;
   std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
-  std::optional<std::filesystem::path> mesh, picture, report;  ///< also those that -o names
+  std::optional<std::filesystem::path> mesh, boundary, picture, report;  ///< also those that -o names
+  std::optional<std::filesystem::path> table;                            ///< the supersteps as CSV
   bool tets = false, stats = false, quiet = false;
 };
 

@@ -7,10 +7,10 @@ namespace bsp2::jobs {
 /// Could the outputs be written? Asked before a long run. @throws bsp2::Error if not.
 void check_outputs(const RunCommand& command);
 
-/// Writes what was asked for: the mesh, the picture, at last the report, which then holds the time of the
-/// rendering and the peak memory up to here. With -o, what cannot be drawn or meshed in this dimension is
-/// left out with a warning.
+/// Writes what was asked for: the mesh, the picture, at last the report, which then holds the costs up to here. With -o,
+/// what cannot be drawn or meshed in this dimension is left out with a warning.
+/// Collective, within Ranks::together.
 /// @throws bsp2::Error if a file cannot be written.
-void write_outputs(const RunCommand& command, supersteps::RunResult& result);
+void write_outputs(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks);
 
 }  // namespace bsp2::jobs

@@ -23,6 +23,24 @@ Expression cylinder(double height, double radius_bottom, double radius_top, std:
 /// OpenSCAD's sphere: (sides + 1) / 2 rings of `sides` corners, ring i at the polar angle 180 (i + 0.5) / rings.
 Expression sphere(double radius, std::uint32_t sides);
 
+/// The regular polygon of D = 2 with `sides` corners, the first on +x. Radius <= 0 gives the empty solid.
+Expression circle(double radius, std::uint32_t sides);
+
+/// The plane solid of all points inside an odd number of the paths, which are cycles of indices of `points` and may touch
+/// and cross themselves and each other. No paths: one through all points.
+/// @throws bsp2::Error for an index without a point and coordinates that are not finite.
+Expression polygon(const std::vector<std::array<double, 2>>& points, const std::vector<std::vector<std::uint32_t>>& paths = {});
+
+/// The smallest convex solid with all these points, D = 2 or 3. Points that lie outside of it by less than 2^-46 of the
+/// coordinates count as its points: that is what rounding makes of points on a common line or plane.
+/// Flat sets of points give the empty solid. O(n log n).
+Expression convex_hull(const std::vector<std::array<double, 2>>& points);
+Expression convex_hull(const std::vector<std::array<double, 3>>& points);
+
+/// A construct of its operands; see expression.hpp for what the constructs are and how many operands they take.
+/// @throws bsp2::Error for operands of a dimension that the construct cannot take.
+Expression construct(Construct what, std::vector<Expression> operands);
+
 /// The solid inside closed faces, given as OpenSCAD does: each face a cycle of point indices, *clockwise* seen from
 /// outside. Faces may be non-convex and not quite planar, vertices may lie on edges of neighbours (T-vertices).
 ///

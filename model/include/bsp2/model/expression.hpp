@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "bsp2/model/tessellation.hpp"
+
 namespace bsp2::model {
 
 /// The box [0, size_0] x ... x [0, size_{D-1}].
@@ -32,6 +34,22 @@ struct Lathe {
   friend bool operator==(const Lathe&, const Lathe&) = default;
 };
 
+/// The regular polygon with the corners (radius * cos(360 j / sides), radius * sin(360 j / sides)), degrees. D = 2.
+struct RegularPolygon {
+  std::uint32_t sides = 3;  ///< >= 3
+  double radius = 1;        ///< > 0
+  friend bool operator==(const RegularPolygon&, const RegularPolygon&) = default;
+};
+
+/// The convex polygon with these corners, counter-clockwise; in a node of dimension 3, its prism over z in [0, 1].
+///
+/// The pieces of one larger polygon have the same `scale`, so that they fit together exactly.
+struct ConvexPolygon {
+  std::vector<std::array<double, 2>> points;  ///< >= 3
+  double scale = 1;  ///< a power of two >= all |coordinates|; they are taken as multiples of scale * 2^-53
+  friend bool operator==(const ConvexPolygon&, const ConvexPolygon&) = default;
+};
+
 /// The solid enclosed by a closed triangle mesh: the points around which the mesh winds a non-zero number of times.
 ///
 /// Triangles are counter-clockwise seen from outside; every edge is used equally often in both directions. Built by
@@ -39,10 +57,72 @@ struct Lathe {
 struct TriangleMesh {
   std::vector<std::array<double, 3>> points;
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  bool convex = false;  ///< known to be the intersection of its triangles' half-spaces
   friend bool operator==(const TriangleMesh&, const TriangleMesh&) = default;
 };
 
-using Primitive = std::variant<Cuboid, Lathe, TriangleMesh>;
+using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon>;
+
+/// The sweep of a plane solid along `direction`, z_0 > 0; its image at the fraction t is turned by -twist * t degrees
+/// and scaled by 1 - (1 - scale) t.
+struct LinearExtrusion {
+  std::array<double, 3> direction{0, 0, 1};
+  bool center = false;  ///< begins at -direction / 2 rather than at 0
+  double twist = 0;     ///< degrees, clockwise seen from above
+  std::array<double, 2> scale{1, 1};
+  std::uint32_t slices = 0;  ///< 0: from the resolution
+  Resolution resolution;
+  [[nodiscard]] bool is_straight() const { return twist == 0 && scale[0] == 1 && scale[1] == 1; }
+  friend bool operator==(const LinearExtrusion&, const LinearExtrusion&) = default;
+};
+
+/// The turn of a plane solid, which lies on one side of the axis x = 0, around z: (x, y) becomes radius x, height y.
+struct RotateExtrusion {
+  double angle = 360;  ///< degrees, -360 to 360, not 0
+  double start = 180;  ///< degrees from +x
+  Resolution resolution;
+  friend bool operator==(const RotateExtrusion&, const RotateExtrusion&) = default;
+};
+
+/// All points within `distance` of a plane solid (negative: all farther than that from its complement).
+struct Offset {
+  enum class Join : std::uint8_t { round, mitre, square };
+  double distance = 0;
+  Join join = Join::round;
+  Resolution resolution;
+  friend bool operator==(const Offset&, const Offset&) = default;
+};
+
+struct Hull {
+  friend bool operator==(const Hull&, const Hull&) = default;
+};
+
+/// All sums of a point of one operand and one of the other.
+struct MinkowskiSum {
+  friend bool operator==(const MinkowskiSum&, const MinkowskiSum&) = default;
+};
+
+/// The shadow of a solid on z = 0, or its section there.
+struct Projection {
+  bool cut = false;
+  friend bool operator==(const Projection&, const Projection&) = default;
+};
+
+/// Scales about the origin so that the bounding box gets this size.
+struct Resize {
+  std::array<double, 3> size{};       ///< <= 0: not given
+  std::array<bool, 3> automatic{};    ///< scaled like the axis with the largest given size, where not given
+  friend bool operator==(const Resize&, const Resize&) = default;
+};
+
+/// A plane solid without its holes.
+struct Fill {
+  friend bool operator==(const Fill&, const Fill&) = default;
+};
+
+/// A solid that is made from others by other means than Booleans and maps. Which points it has is known only once the
+/// operands are evaluated; compilation does that and replaces it by primitives.
+using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection, Resize, Fill>;
 
 enum class Operation : std::uint8_t { unite, intersect, subtract, symmetric_difference, complement };
 
@@ -81,10 +161,18 @@ struct Transform {
   Expression child;
 };
 
+/// A construct applied to its operands: two for MinkowskiSum, otherwise one.
+struct Construction {
+  Construct construct;
+  std::vector<Expression> operands;
+};
+
 struct Node {
+  using Value = std::variant<Primitive, Boolean, Transform, Construction>;
   int dimension;
-  std::variant<Primitive, Boolean, Transform> value;
-  Node(int dimension_, std::variant<Primitive, Boolean, Transform> value_) : dimension(dimension_), value(std::move(value_)) {}
+  bool resolved;  ///< there is no Construction in it
+  Value value;
+  Node(int dimension_, Value value_);
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
   ~Node();  ///< releases deep chains without recursion

@@ -10,6 +10,7 @@ struct Resolution {
   double fn = 0;   ///< `$fn`: number of sides, 0 = from the other two
   double fa = 12;  ///< `$fa`: smallest angle of a side in degrees
   double fs = 2;   ///< `$fs`: smallest length of a side
+  friend bool operator==(const Resolution&, const Resolution&) = default;
 };
 
 /// Limits on one primitive, far above what a model needs; more is taken for a slip of the pen.

@@ -15,4 +15,9 @@ namespace bsp2::supersteps {
 /// Source: the paper, section 4.2, "Rendering".
 std::string render_png(const SolidMesh& mesh, const geometry::BspTree& tree, int size = 1000);
 
+/// The same on all ranks: each draws the cells that it holds, in the order of its own BSP tree; the master puts the layers
+/// over each other in the order of the partition. No depths are exchanged. The picture is that which one rank would draw.
+/// Collective, within Ranks::together. @return the bytes of a PNG file on the master, nothing elsewhere.
+std::string render_png(Ranks& ranks, const RunResult& result, int size = 1000);
+
 }  // namespace bsp2::supersteps

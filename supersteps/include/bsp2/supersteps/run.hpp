@@ -9,17 +9,29 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/geometry/boundary.hpp"
 #include "bsp2/geometry/bsp_tree.hpp"
 #include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/geometry/contact.hpp"
+#include "bsp2/supersteps/ranks.hpp"
 
 namespace bsp2::supersteps {
 
 enum class Order : std::uint8_t { depth, priority };
 
+/// Where the cells of all ranks go.
+enum class Collect : std::uint8_t {
+  automatic,  ///< to the master up to `cells_of_a_master` cells, else as `file`
+  master,     ///< to the master's memory
+  tree,       ///< to the master's memory, up a binary tree of masters
+  file        ///< nowhere: each rank keeps its own and writes them itself
+};
+inline constexpr std::uint64_t cells_of_a_master = 200000;
+
 /// What to evaluate and how far.
 struct RunOptions {
   std::filesystem::path model;
-  unsigned threads = 0;                     ///< 0: one a core
+  unsigned threads = 0;                     ///< of each rank; 0: one a core
   std::optional<unsigned> regions;          ///< rounded up to a power of two; none: 1
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
   Order order = Order::depth;
@@ -28,20 +40,22 @@ struct RunOptions {
   std::optional<std::uint64_t> cells;       ///< stop at about this number of cells
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
-  /// Told the share of the work that is done, in [0, 1], and the cells so far; called from the main thread.
+  Collect collect = Collect::automatic;
+  bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3; where the master has all cells)
+  bool contacts = false;  ///< and which of them touch, and where (likewise)
+  /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
+  /// its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
 };
 
-/// Seconds, bytes and cells of one superstep, one value a rank.
-struct SuperstepRecord {
-  std::string name;
-  unsigned step = 0;
-  std::vector<double> seconds;
-  std::vector<std::uint64_t> bytes_sent, bytes_received, cells;
-  double predicted_seconds = 0.0;
+/// The surface of the IN cells in figures.
+struct BoundaryReport {
+  std::uint64_t triangles = 0;
+  double area = 0.0;
+  bool closed = false;  ///< every edge is used equally often in both directions: counted, not assumed
 };
 
-/// What a run found. Lengths are in model units; moments are about the origin.
+/// What a run found; with several ranks, complete on the master. Lengths are in model units; moments are about the origin.
 struct RunReport {
   std::string model;
   int dimension = 3;
@@ -53,6 +67,7 @@ struct RunReport {
   std::vector<double> centroid;              ///< D
   std::vector<std::vector<double>> inertia;  ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
+  std::optional<BoundaryReport> boundary;    ///< when asked for
   std::string digest;                        ///< of the set of cells, order-independent
   std::vector<SuperstepRecord> supersteps;
   std::uint64_t splits = 0, predicates = 0, exact_fallbacks = 0;
@@ -61,21 +76,33 @@ struct RunReport {
   std::vector<std::string> warnings;
 };
 
-/// The cells of a finished run, and a BSP order of them.
+/// The cells of a finished run.
 struct SolidMesh {
   int dimension = 3;
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  // shared: several consumers hold the same batches
 };
 
+/// What a rank holds after a run.
 struct RunResult {
   RunReport report;
+  bool is_collected = true;  ///< the master has all cells; else each rank has those of its regions
   SolidMesh mesh;
-  geometry::BspTree tree;  ///< its leaves are the cells of the mesh, in the order of the batches
+  geometry::BspTree tree;        ///< its leaves are the cells of the mesh, in the order of the batches
+  geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
+  std::vector<std::int32_t> rank_of_region;  ///< who computed it
+  std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
+  std::vector<geometry::Contact> contacts;            ///< likewise; cells count through the batches
 };
 
-/// Evaluates a model: the loop of supersteps.
-/// Collective: all ranks call it. @throws bsp2::Error for the user's mistakes, on all ranks.
+/// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
+/// Collective, within Ranks::together; the options are the same on all ranks. @throws bsp2::Error for the user's mistakes.
 /// Source: the paper, section 4.2.
+RunResult run(const RunOptions& options, Ranks& ranks);
+
+/// The same by this process alone.
 RunResult run(const RunOptions& options);
+
+/// Fills in what the run cost up to now: the supersteps, time and memory of all ranks, on the master. Collective.
+void record_costs(Ranks& ranks, RunReport& report);
 
 }  // namespace bsp2::supersteps

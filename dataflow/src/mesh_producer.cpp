@@ -1,4 +1,4 @@
-#include "mesh_localizer.hpp"
+#include "bsp2/dataflow/mesh_producer.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -15,7 +15,6 @@ using geometry::Position;
 namespace {
 
 using Point = std::array<double, 3>;
-constexpr std::size_t at_flag = Network<3>::header, at_point = at_flag + 1, at_winding = at_point + 6;
 /// Above so many facets, space is cut between them rather than along one of them.
 constexpr std::size_t many_facets = 24;
 
@@ -61,31 +60,30 @@ Point get_point(const Word* words) {
 }  // namespace
 
 template <typename Visit>
-void MeshLocalizer::for_each_facet(const Word* leaf, const Mesh& mesh, Visit&& visit) const {
-  if ((leaf[0] & Network<3>::whole) != 0) {
-    for (Word facet = 0; facet < mesh.facets.size(); ++facet) visit(facet);
+void MeshProducer::for_each_facet(const Word* leaf, Visit&& visit) const {
+  if ((leaf[0] & Program::whole) != 0) {
+    for (Word facet = 0; facet < mesh_.facets.size(); ++facet) visit(facet);
   } else {
     for (const Word* at = leaf + header; at != leaf + leaf[1]; ++at) visit(*at);
   }
 }
 
-Label MeshLocalizer::visit(const Word* leaf, const Producer<3>& producer, std::vector<Word>& out) {
-  const Mesh& mesh = mesh_of(leaf);
-  const bool whole = (leaf[0] & Network<3>::whole) != 0;
-  if (quick_ && whole && extent_.contains(producer.lower, producer.upper)) {
-    out.insert(out.end(), leaf, leaf + Network<3>::header);
+Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& out) const {
+  const bool whole = (leaf[0] & Program::whole) != 0;
+  if (cell.quick() && whole && cell.extent().contains(producer_)) {
+    out.insert(out.end(), leaf, leaf + Program::header);
     return Label::fuzzy;
   }
   const std::size_t begin = out.size();
-  out.insert(out.end(), {leaf[0] & ~Network<3>::whole, 0, leaf[2]});
+  out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
   out.resize(begin + header, 0);
-  for_each_facet(leaf, mesh, [&](Word facet) {
-    if (may_meet(mesh, mesh.facets[facet])) out.push_back(facet);
+  for_each_facet(leaf, [&](Word facet) {
+    if (may_meet(mesh_.facets[facet], cell)) out.push_back(facet);
   });
-  std::optional<Reference> reference = reference_of(leaf, mesh, producer);
-  if (!reference || !is_inside(reference->point)) reference = new_reference(leaf, mesh, producer);
+  std::optional<Reference> reference = reference_of(leaf);
+  if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
   if (out.size() == begin + header)
-    return (reference ? reference->winding : winding_without_reference(mesh, producer)) != 0 ? Label::in : Label::out;
+    return (reference ? reference->winding : winding_without_reference(cell)) != 0 ? Label::in : Label::out;
   if (reference) {
     out[begin + at_flag] = 1;
     put_point(out, begin + at_point, reference->point);
@@ -95,39 +93,40 @@ Label MeshLocalizer::visit(const Word* leaf, const Producer<3>& producer, std::v
 }
 
 /// False only where the facet certainly has no point inside the cell.
-bool MeshLocalizer::may_meet(const Mesh& mesh, const Mesh::Facet& facet) const {
-  const Point *a = &mesh.points[facet.corners[0]], *b = &mesh.points[facet.corners[1]], *c = &mesh.points[facet.corners[2]];
+bool MeshProducer::may_meet(const Mesh::Facet& facet, CellView<3>& cell) const {
+  const CellExtent<3>& extent = cell.extent();
+  const Point *a = &mesh_.points[facet.corners[0]], *b = &mesh_.points[facet.corners[1]], *c = &mesh_.points[facet.corners[2]];
   for (int i = 0; i < 3; ++i) {
-    if (std::min({(*a)[i], (*b)[i], (*c)[i]}) - mesh.error > extent_.upper[i]) return false;
-    if (std::max({(*a)[i], (*b)[i], (*c)[i]}) + mesh.error < extent_.lower[i]) return false;
+    if (std::min({(*a)[i], (*b)[i], (*c)[i]}) - mesh_.error > extent.upper[i]) return false;
+    if (std::max({(*a)[i], (*b)[i], (*c)[i]}) + mesh_.error < extent.lower[i]) return false;
   }
-  const auto h = splitter_.table().rounded(facet.plane.id());
-  if (extent_.position(h) != Position::crossing) return false;
-  if (quick_) return true;
-  if (splitter_.position(cell_, facet.plane.id(), h) != Position::crossing) return false;
-  for (std::size_t side = 0; side < cell_.facet_count(); ++side) {
-    const OrientedHyperplane plane = cell_.facet_hyperplane(side);
-    if (corner_side(mesh, facet.corners[0], plane) >= 0 && corner_side(mesh, facet.corners[1], plane) >= 0 &&
-        corner_side(mesh, facet.corners[2], plane) >= 0)
+  const auto h = cell.table().rounded(facet.plane.id());
+  if (extent.position(h) != Position::crossing) return false;
+  if (cell.quick()) return true;
+  if (!cell.crosses(facet.plane.id())) return false;
+  for (std::size_t side = 0; side < cell.cell().facet_count(); ++side) {
+    const OrientedHyperplane plane = cell.cell().facet_hyperplane(side);
+    if (corner_side(facet.corners[0], plane) >= 0 && corner_side(facet.corners[1], plane) >= 0 &&
+        corner_side(facet.corners[2], plane) >= 0)
       return false;
   }
   return true;
 }
 
 /// Side of a mesh point; -1 also where it is uncertain. A point lies on the hyperplanes of the facets around it.
-int MeshLocalizer::corner_side(const Mesh& mesh, std::uint32_t corner, OrientedHyperplane plane) const {
-  const auto h = splitter_.table().rounded(plane.id());
-  const double value = plane.flipped() ? -h.at(mesh.points[corner]) : h.at(mesh.points[corner]);
-  const double bound = h.error + 2 * mesh.error;
+int MeshProducer::corner_side(std::uint32_t corner, OrientedHyperplane plane) const {
+  const auto h = network_.table.rounded(plane.id());
+  const double value = plane.flipped() ? -h.at(mesh_.points[corner]) : h.at(mesh_.points[corner]);
+  const double bound = h.error + 2 * mesh_.error;
   if (value > bound) return 1;
-  const auto first = mesh.incident.begin() + mesh.incident_offset[corner], last = mesh.incident.begin() + mesh.incident_offset[corner + 1];
+  const auto first = mesh_.incident.begin() + mesh_.incident_offset[corner], last = mesh_.incident.begin() + mesh_.incident_offset[corner + 1];
   return std::binary_search(first, last, plane.id()) ? 0 : -1;
 }
 
-bool MeshLocalizer::is_inside(const Point& point) const {
-  for (std::size_t facet = 0; facet < cell_.facet_count(); ++facet) {
-    const OrientedHyperplane plane = cell_.facet_hyperplane(facet);
-    const auto h = splitter_.table().rounded(plane.id());
+bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) const {
+  for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
+    const OrientedHyperplane plane = cell.facet_hyperplane(facet);
+    const auto h = network_.table.rounded(plane.id());
     const double value = plane.flipped() ? -h.at(point) : h.at(point);
     if (value > -2 * h.error) return false;
   }
@@ -135,23 +134,23 @@ bool MeshLocalizer::is_inside(const Point& point) const {
 }
 
 /// A whole mesh is seen from a point outside its bounds.
-std::optional<MeshLocalizer::Reference> MeshLocalizer::reference_of(const Word* leaf, const Mesh&, const Producer<3>& producer) const {
-  if ((leaf[0] & Network<3>::whole) != 0) {
+std::optional<MeshProducer::Reference> MeshProducer::reference_of(const Word* leaf) const {
+  if ((leaf[0] & Program::whole) != 0) {
     Point outside;
-    for (int i = 0; i < 3; ++i) outside[i] = producer.upper[i] + (0.1 + 0.0137 * i) * (producer.upper[i] - producer.lower[i]);
+    for (int i = 0; i < 3; ++i) outside[i] = producer_.upper[i] + (0.1 + 0.0137 * i) * (producer_.upper[i] - producer_.lower[i]);
     return Reference{outside, 0};
   }
   if (leaf[at_flag] == 0) return std::nullopt;
   return Reference{get_point(leaf + at_point), static_cast<std::int32_t>(leaf[at_winding])};
 }
 
-std::optional<std::int32_t> MeshLocalizer::winding_at(const Point& point, const Reference& from, const Word* leaf, const Mesh& mesh) const {
+std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const Reference& from, const Word* leaf) const {
   std::int32_t winding = from.winding;
   bool certain = true;
-  const double error = mesh.error * 2 + 0x1p-52 * splitter_.table().radius();
-  for_each_facet(leaf, mesh, [&](Word index) {
-    const auto& corners = mesh.facets[index].corners;
-    const auto change = crossing(from.point, point, mesh.points[corners[0]], mesh.points[corners[1]], mesh.points[corners[2]], error);
+  const double error = mesh_.error * 2 + 0x1p-52 * network_.table.radius();
+  for_each_facet(leaf, [&](Word index) {
+    const auto& corners = mesh_.facets[index].corners;
+    const auto change = crossing(from.point, point, mesh_.points[corners[0]], mesh_.points[corners[1]], mesh_.points[corners[2]], error);
     if (change)
       winding += *change;
     else
@@ -163,55 +162,57 @@ std::optional<std::int32_t> MeshLocalizer::winding_at(const Point& point, const 
 
 /// A point inside the cell and the winding number there, by a segment from the parent's reference point that meets no
 /// edge; several points are tried.
-std::optional<MeshLocalizer::Reference> MeshLocalizer::new_reference(const Word* leaf, const Mesh& mesh, const Producer<3>& producer) const {
-  const auto from = reference_of(leaf, mesh, producer);
+std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* leaf, const CellView<3>& cell) const {
+  const auto from = reference_of(leaf);
   if (!from) return std::nullopt;
   std::minstd_rand random(12345);  // the same points in every run
-  Point point = extent_.centre;
+  Point point = cell.extent().centre;
   for (int attempt = 0; attempt < 12; ++attempt) {
     if (attempt > 0) {  // the centre moved towards a random mix of vertices
       Point mix{};
       double sum = 0;
-      for (const auto& vertex : cell_.vertices()) {
+      for (const auto& vertex : cell.cell().vertices()) {
         const double weight = 1 + static_cast<double>(random() % 1000);
         sum += weight;
         for (int i = 0; i < 3; ++i) mix[i] += weight * vertex.x[i];
       }
       for (int i = 0; i < 3; ++i) point[i] = mix[i] / sum;
     }
-    if (!is_inside(point)) continue;
-    if (const auto winding = winding_at(point, *from, leaf, mesh)) return Reference{point, *winding};
+    if (!is_inside(point, cell.cell())) continue;
+    if (const auto winding = winding_at(point, *from, leaf)) return Reference{point, *winding};
   }
   return std::nullopt;
 }
 
 /// For cells so thin that no double is certainly inside: all facets are asked, along rays from the centre.
-std::int32_t MeshLocalizer::winding_without_reference(const Mesh& mesh, const Producer<3>& producer) const {
-  const Word whole[Network<3>::header] = {Network<3>::kind_leaf | Network<3>::whole, Network<3>::header, 0};
+std::int32_t MeshProducer::winding_without_reference(const CellView<3>& cell) const {
+  const Word whole[Program::header] = {Program::kind_leaf | Program::whole, Program::header, 0};
   std::minstd_rand random(54321);
-  const double size = std::max({producer.upper[0] - producer.lower[0], producer.upper[1] - producer.lower[1], producer.upper[2] - producer.lower[2]});
+  const double size = std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1], producer_.upper[2] - producer_.lower[2]});
   for (int attempt = 0; attempt < 64; ++attempt) {
     Point far;
-    for (int i = 0; i < 3; ++i) far[i] = producer.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
-    if (const auto winding = winding_at(extent_.centre, {far, 0}, whole, mesh)) return *winding;
+    for (int i = 0; i < 3; ++i) far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
+    if (const auto winding = winding_at(cell.extent().centre, {far, 0}, whole)) return *winding;
   }
   return 0;
 }
 
-void MeshLocalizer::median_candidates(const Word* leaf, std::vector<std::pair<double, HyperplaneId>>& candidates) const {
-  const Mesh& mesh = mesh_of(leaf);
-  std::size_t count = 0;
-  for_each_facet(leaf, mesh, [&](Word) { ++count; });
-  if (count <= many_facets) return;
-  std::array<int, 3> axes{0, 1, 2};
-  std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return extent_.upper[a] - extent_.lower[a] > extent_.upper[b] - extent_.lower[b]; });
+Advice MeshProducer::advise(const Word* leaf, CellView<3>& cell) const {
+  const auto parting = median(leaf, cell);
+  return {geometry::oriented(parting ? *parting : best_plane(leaf))};
+}
+
+/// An axis-parallel cut that has many facets on either side.
+std::optional<HyperplaneId> MeshProducer::median(const Word* leaf, CellView<3>& cell) const {
+  const std::size_t count = undecided(leaf);
+  if (count <= many_facets) return std::nullopt;
   std::vector<double> low, high;
-  for (const int axis : axes) {
+  for (const int axis : cell.extent().axes_by_length()) {
     low.clear();
     high.clear();
-    for_each_facet(leaf, mesh, [&](Word index) {
-      const auto& corners = mesh.facets[index].corners;
-      const double a = mesh.points[corners[0]][axis], b = mesh.points[corners[1]][axis], c = mesh.points[corners[2]][axis];
+    for_each_facet(leaf, [&](Word index) {
+      const auto& corners = mesh_.facets[index].corners;
+      const double a = mesh_.points[corners[0]][axis], b = mesh_.points[corners[1]][axis], c = mesh_.points[corners[2]][axis];
       low.push_back(std::min({a, b, c}));
       high.push_back(std::max({a, b, c}));
     });
@@ -222,28 +223,28 @@ void MeshLocalizer::median_candidates(const Word* leaf, std::vector<std::pair<do
     const auto above = std::count_if(low.begin(), low.end(), [&](double x) { return x >= value; });
     // Progress on both sides, else a fan of facets around one point would be halved for ever.
     if (below * 5 < static_cast<std::ptrdiff_t>(count) || above * 5 < static_cast<std::ptrdiff_t>(count)) continue;
-    const auto& table = splitter_.table();
-    candidates.emplace_back(value, table.axis_hyperplane(axis, table.axis_position(axis, value)));
-    return;
+    const auto& table = cell.table();
+    const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, value));
+    return cell.crosses(id) ? std::optional(id) : std::nullopt;
   }
+  return std::nullopt;
 }
 
-HyperplaneId MeshLocalizer::best_plane(const Word* leaf) const {
-  const Mesh& mesh = mesh_of(leaf);
+HyperplaneId MeshProducer::best_plane(const Word* leaf) const {
   std::vector<Word> facets;
-  for_each_facet(leaf, mesh, [&](Word facet) { facets.push_back(facet); });
+  for_each_facet(leaf, [&](Word facet) { facets.push_back(facet); });
   if (facets.size() > many_facets) facets.resize(many_facets);
   HyperplaneId best = 0;
   long best_cost = -1;
   for (const Word candidate : facets) {
-    const OrientedHyperplane plane = mesh.facets[candidate].plane;
-    const auto h = splitter_.table().rounded(plane.id());
+    const OrientedHyperplane plane = mesh_.facets[candidate].plane;
+    const auto h = network_.table.rounded(plane.id());
     long cut = 0, negative = 0, positive = 0;
     for (const Word other : facets) {
       int low = 0, high = 0;
-      for (const std::uint32_t corner : mesh.facets[other].corners) {
-        const double value = h.at(mesh.points[corner]);
-        const auto first = mesh.incident.begin() + mesh.incident_offset[corner], last = mesh.incident.begin() + mesh.incident_offset[corner + 1];
+      for (const std::uint32_t corner : mesh_.facets[other].corners) {
+        const double value = h.at(mesh_.points[corner]);
+        const auto first = mesh_.incident.begin() + mesh_.incident_offset[corner], last = mesh_.incident.begin() + mesh_.incident_offset[corner + 1];
         if (std::binary_search(first, last, plane.id())) continue;
         (value < 0 ? low : high) = 1;
       }

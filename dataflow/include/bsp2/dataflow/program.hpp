@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace bsp2::dataflow {
+
+/// One word of a program.
+using Word = std::uint32_t;
+
+/// How a localized expression is written down: a tree in prefix order,
+///   leaf      kind_leaf | flags, length, producer, state words
+///   combiner  kind (unite, intersect, differ), length, memory, operands
+/// length counts all words of the subtree; the state of a leaf is its producer's own business (see the producers), the
+/// memory of a combiner what it remembers of operands that were folded away (see Combiner).
+struct Program {
+  static constexpr Word kind_mask = 3, kind_leaf = 0, kind_unite = 1, kind_intersect = 2, kind_differ = 3;
+  static constexpr Word negated = 4;  ///< a leaf whose complement is meant
+  static constexpr Word whole = 8;    ///< a leaf without state: all of the producer's half-spaces or facets are undecided
+  static constexpr Word ranged = 16;  ///< a leaf whose state is a range of a lathe's facets
+  static constexpr std::size_t header = 3;
+};
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,53 @@
+#include "bsp2/dataflow/cell_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bsp2/geometry/dimensions.hpp"
+
+namespace bsp2::dataflow {
+
+template <int D>
+CellExtent<D>::CellExtent(const geometry::Cell<D>& cell) : Box<D>(Box<D>::empty()) {
+  auto& lower = this->lower;
+  auto& upper = this->upper;
+  centre.fill(0);
+  double error = 0;
+  const auto vertices = cell.vertices();
+  for (const auto& vertex : vertices) {
+    error = std::max(error, vertex.error);
+    for (int i = 0; i < D; ++i) {
+      lower[i] = std::min(lower[i], vertex.x[i]);
+      upper[i] = std::max(upper[i], vertex.x[i]);
+      centre[i] += vertex.x[i];
+    }
+  }
+  for (int i = 0; i < D; ++i) {
+    centre[i] /= static_cast<double>(vertices.size());
+    lower[i] -= error;
+    upper[i] += error;
+    middle[i] = (lower[i] + upper[i]) / 2;
+    half[i] = (upper[i] - lower[i]) / 2 * (1 + 0x1p-40);
+  }
+  double square = 0;
+  for (const auto& vertex : vertices) {
+    double sum = 0;
+    for (int i = 0; i < D; ++i) sum += (vertex.x[i] - centre[i]) * (vertex.x[i] - centre[i]);
+    square = std::max(square, sum);
+  }
+  radius = std::sqrt(square) * (1 + 0x1p-40) + error;
+}
+
+template <int D>
+std::array<int, D> CellExtent<D>::axes_by_length() const {
+  std::array<int, D> axes;
+  for (int i = 0; i < D; ++i) axes[i] = i;
+  std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return length(a) > length(b); });
+  return axes;
+}
+
+#define BSP2_INSTANTIATE(D) template struct CellExtent<D>;
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::dataflow

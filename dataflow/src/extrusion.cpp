@@ -1,0 +1,213 @@
+#include "extrusion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/model/builder.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+using model::cosine;
+using model::Expression;
+using model::LinearExtrusion;
+using model::sine;
+using Point = std::array<double, 2>;
+
+/// Length of the spiral r = a * angle from 0 to `angle`.
+double spiral_length(double a, double angle) {
+  return a / 2 * (angle * std::sqrt(1 + angle * angle) + std::asinh(angle));
+}
+
+/// Slices that a twist asks for: OpenSCAD's length of the (conical) helix of the outermost corner over $fs.
+double twist_slices(const LinearExtrusion& e, double height, double radius) {
+  const double degrees = std::fabs(e.twist), least = std::max(std::ceil(degrees / 120), 1.0);
+  if (e.resolution.fn > 0) return std::max(std::ceil(degrees / 360 * e.resolution.fn), least);
+  const double turn = degrees * std::numbers::pi / 180, s = e.scale[0];
+  double along = turn * radius;
+  if (e.scale[0] == e.scale[1] && s != 1) {
+    const double end = s > 1 ? turn * s / (s - 1) : turn / (1 - s);
+    along = spiral_length(radius / end, end) - spiral_length(radius / end, end - turn);
+  }
+  const double by_angle = std::ceil(degrees / std::max(e.resolution.fa, 0.01));
+  return std::max(std::min(by_angle, std::ceil(std::hypot(along, height) / std::max(e.resolution.fs, 0.01))), least);
+}
+
+/// Whether scaling keeps all sides planar: edges along an axis stay parallel to themselves.
+bool has_edges_along_axes_only(const Outline& outline) {
+  for (const auto& path : outline)
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      const auto &p = path[i], &q = path[(i + 1) % path.size()];
+      const double dx = std::fabs(q[0] - p[0]), dy = std::fabs(q[1] - p[1]);
+      if (std::min(dx, dy) > 1e-12 * std::max(dx, dy)) return false;
+    }
+  return true;
+}
+
+std::uint32_t slice_count(const LinearExtrusion& e, const Outline& outline) {
+  if (e.twist == 0 && has_edges_along_axes_only(outline)) return 1;  // more would cut planes into slices
+  if (e.slices > 0) return e.slices;
+  const double height = std::hypot(e.direction[0], e.direction[1], e.direction[2]);
+  double radius = 0, shift = 0;
+  for (const auto& path : outline)
+    for (const auto& p : path) {
+      radius = std::max(radius, std::hypot(p[0], p[1]));
+      shift = std::max(shift, std::hypot(p[0] * (1 - e.scale[0]), p[1] * (1 - e.scale[1])));
+    }
+  double slices = e.twist != 0 ? twist_slices(e, height, radius) : 1;
+  if (e.scale[0] != e.scale[1])
+    slices = std::max(slices, e.resolution.fn > 0 ? std::trunc(e.resolution.fn) : std::ceil(std::hypot(shift, height) / std::max(e.resolution.fs, 0.01)));
+  if (!(slices <= model::max_sides)) throw Error("linear_extrude: more than " + std::to_string(model::max_sides) + " slices; give slices or a larger $fs");
+  return static_cast<std::uint32_t>(std::max(slices, 1.0));
+}
+
+/// Whether the first diagonal is shorter: 1, -1, or 0 where they differ by less than ten parts in a million.
+int compare_lengths(const Point& a, const Point& b, const Point& c, const Point& d) {
+  const double first = std::hypot(b[0] - a[0], b[1] - a[1]), second = std::hypot(d[0] - c[0], d[1] - c[1]);
+  if (2e5 * std::fabs(first - second) <= first + second) return 0;
+  return first < second ? 1 : -1;
+}
+
+Expression placed(const LinearExtrusion& e, Expression unit) {
+  const auto& d = e.direction;
+  const double back = e.center ? 0.5 : 0;
+  const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1], 0, 0, d[2], -back * d[2], 0, 0, 0, 1};
+  return model::transform(matrix, std::move(unit));
+}
+
+}  // namespace
+
+namespace {
+
+bool is_convex(const std::vector<Point>& path) {
+  const Expression hull = model::convex_hull(path);
+  const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
+  if (primitive == nullptr) return false;
+  const double area = signed_area(path);
+  return std::fabs(signed_area(std::get<model::ConvexPolygon>(*primitive).points) - area) <= 1e-9 * area;
+}
+
+/// Slices of a scaled convex outline: convex but for the tetrahedra that the shorter diagonals cut off.
+Expression extrude_convex(const LinearExtrusion& e, const std::vector<Point>& path, std::uint32_t slices) {
+  const auto n = path.size();
+  std::vector<Expression> all;
+  const auto at = [&](std::size_t i, std::uint32_t j) {
+    const double t = static_cast<double>(j) / slices;
+    return std::array<double, 3>{(1 - (1 - e.scale[0]) * t) * path[i % n][0], (1 - (1 - e.scale[1]) * t) * path[i % n][1], t};
+  };
+  for (std::uint32_t j = 0; j < slices; ++j) {
+    std::vector<std::array<double, 3>> corners;
+    for (std::size_t i = 0; i < n; ++i) corners.insert(corners.end(), {at(i, j), at(i, j + 1)});
+    std::vector<Expression> slab{model::convex_hull(corners)};
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto p1 = at(i, j), q1 = at(i + 1, j), p2 = at(i, j + 1), q2 = at(i + 1, j + 1);
+      const int shorter = compare_lengths({p1[0], p1[1]}, {q2[0], q2[1]}, {q1[0], q1[1]}, {p2[0], p2[1]});
+      // The two triangles along p1 q2 bulge if p2 lies behind the plane of p1 q1 q2.
+      const double ux = q1[0] - p1[0], uy = q1[1] - p1[1], vx = q2[0] - p2[0], vy = q2[1] - p2[1];
+      const double bulge = ux * vy - uy * vx;  // > 0: the upper edge is turned to the left
+      if (shorter > 0 ? bulge > 0 : bulge < 0) slab.push_back(model::convex_hull({p1, q1, p2, q2}));
+    }
+    all.push_back(slab.size() == 1 ? slab[0] : model::subtract(std::move(slab)));
+  }
+  return all.size() == 1 ? all[0] : model::unite(std::move(all));
+}
+
+Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::uint32_t slice, std::uint32_t slices) {
+  std::vector<std::array<double, 3>> points;
+  std::vector<std::vector<std::uint32_t>> faces;  // clockwise seen from outside
+  for (const auto& path : outline) {
+    const auto n = static_cast<std::uint32_t>(path.size()), first = static_cast<std::uint32_t>(points.size());
+    for (std::uint32_t j = slice; j <= slice + 1; ++j) {
+      const double t = static_cast<double>(j) / slices, c = cosine(-e.twist * t), s = sine(-e.twist * t);
+      for (const auto& p : path)
+        points.push_back({(1 - (1 - e.scale[0]) * t) * (c * p[0] - s * p[1]), (1 - (1 - e.scale[1]) * t) * (s * p[0] + c * p[1]), t});
+    }
+    std::vector<std::uint32_t> bottom, top;
+    for (std::uint32_t i = 0; i < n; ++i) {
+      bottom.push_back(first + i);
+      top.push_back(first + 2 * n - 1 - i);
+    }
+    faces.push_back(std::move(bottom));
+    faces.push_back(std::move(top));
+    const auto at = [&](std::uint32_t i) { return Point{points[i][0], points[i][1]}; };
+    for (std::uint32_t i = 0; i < n; ++i) {
+      const std::uint32_t p1 = first + i, q1 = first + (i + 1) % n, p2 = p1 + n, q2 = q1 + n;
+      const int shorter = compare_lengths(at(p1), at(q2), at(q1), at(p2));
+      if (shorter > 0 || (shorter == 0 && e.twist > 0)) {
+        faces.push_back({p1, q2, q1});
+        faces.push_back({p1, p2, q2});
+      } else {
+        faces.push_back({p1, p2, q1});
+        faces.push_back({p2, q2, q1});
+      }
+    }
+  }
+  return model::polyhedron(std::move(points), faces);
+}
+
+}  // namespace
+
+Expression extrude_outline(const LinearExtrusion& e, const Outline& outline) {
+  const std::uint32_t slices = slice_count(e, outline);
+  if (e.twist == 0 && outline.size() == 1 && is_convex(outline[0])) return placed(e, extrude_convex(e, outline[0], slices));
+  // A mesh for each slice: it costs caps, but the mesh that a cell has to look at is small.
+  std::vector<Expression> all;
+  for (std::uint32_t j = 0; j < slices; ++j) all.push_back(twisted_slice(e, outline, j, slices));
+  return placed(e, all.size() == 1 ? all[0] : model::unite(std::move(all)));
+}
+
+namespace {
+
+/// The cone between an edge and the axis, as part of a turn of at most 180 degrees, or as a whole one (angle = 360).
+Expression cone(const Point& low, const Point& high, double start, double angle, std::uint32_t segments) {
+  if (angle == 360) {
+    const double shift[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, low[1], 0, 0, 0, 1};
+    return model::transform(shift, model::cylinder(high[1] - low[1], low[0], high[0], segments));
+  }
+  std::vector<std::array<double, 3>> points{{0, 0, low[1]}, {0, 0, high[1]}};
+  for (std::uint32_t j = 0; j <= segments; ++j) {
+    const double at = start + angle * j / segments, c = cosine(at), s = sine(at);
+    for (const Point& p : {low, high}) points.push_back({p[0] * c, p[0] * s, p[1]});
+  }
+  return model::convex_hull(points);
+}
+
+}  // namespace
+
+Expression revolve_outline(const Outline& outline, double start, double angle, std::uint32_t segments) {
+  // Parts of a turn are convex up to 180 degrees. A whole turn with less than three segments is flat.
+  struct Sector {
+    double start, angle;
+    std::uint32_t segments;
+  };
+  std::vector<Sector> sectors;
+  if (angle == 360) {
+    if (segments < 3) return Expression(3);
+    sectors = {{0, 360, segments}};
+  } else {
+    const auto most = static_cast<std::uint32_t>(std::max(1.0, std::floor(180 / std::fabs(angle) * segments)));
+    for (std::uint32_t j = 0; j < segments; j += most) {
+      const std::uint32_t count = std::min(most, segments - j);
+      sectors.push_back({start + angle * j / segments, angle * count / segments, count});
+    }
+  }
+  std::vector<Expression> cones;
+  for (const auto& path : outline)
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      Point p = path[i], q = path[(i + 1) % path.size()];
+      if (p[1] == q[1] || (p[0] == 0 && q[0] == 0)) continue;
+      if (p[1] > q[1]) std::swap(p, q);
+      for (const Sector& sector : sectors) cones.push_back(cone(p, q, sector.start, sector.angle, sector.segments));
+    }
+  if (cones.empty()) return Expression(3);
+  Expression solid = cones.size() == 1 ? cones[0] : model::symmetric_difference(std::move(cones));
+  if (angle != 360 || start == 0) return solid;
+  const double c = cosine(start), s = sine(start);
+  const double turn[] = {c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  return model::transform(turn, std::move(solid));
+}
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "bsp2/model/expression.hpp"
+#include "outline.hpp"
+
+namespace bsp2::dataflow {
+
+/// A twisted or tapered extrusion: side facets between `slices` turned and scaled copies of the outline, cut along the
+/// shorter diagonal, as OpenSCAD 2021.01 does.
+model::Expression extrude_outline(const model::LinearExtrusion& extrusion, const Outline& outline);
+
+/// The outline turned around z. A point is inside if an odd number of the outline's edges lie farther out than it at its
+/// height: so the solid is the symmetric difference of the cones (and prisms) between the edges and the axis.
+/// @pre no corner has a negative radius. @param start degrees from +x.
+model::Expression revolve_outline(const Outline& outline, double start, double angle, std::uint32_t segments);
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,297 @@
+#include "nested.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "bsp2/dataflow/consumer.hpp"
+#include "bsp2/dataflow/evaluate.hpp"
+#include "bsp2/geometry/covector.hpp"
+#include "bsp2/model/builder.hpp"
+#include "lowering.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+using geometry::Matrix;
+using geometry::Quad;
+
+class CellCollector : public Consumer {
+ public:
+  std::vector<geometry::CellBatch> batches;
+  void consume(const std::shared_ptr<const Refinement>& refinement) override { batches.push_back(refinement->cells); }
+};
+
+/// Calls add(point) for the corners of a primitive in its own frame.
+template <int D, typename Add>
+void visit_corners(const model::Cuboid& cuboid, Add&& add) {
+  for (unsigned corner = 0; corner < 1u << D; ++corner) {
+    std::array<double, D> point;
+    for (unsigned i = 0; i < D; ++i) point[i] = corner >> i & 1 ? cuboid.size[i] : 0;
+    add(point);
+  }
+}
+
+template <int D, typename Add>
+void visit_corners(const model::Lathe& lathe, Add&& add) {
+  if constexpr (D == 3) {
+    for (std::uint32_t j = 0; j < lathe.sides; ++j) {
+      const auto [c, s] = geometry::corner_direction(j, lathe.sides);
+      for (const auto& [radius, z] : lathe.rings)
+        add(std::array<double, 3>{radius * std::ldexp(static_cast<double>(c), -53), radius * std::ldexp(static_cast<double>(s), -53), z});
+    }
+  }
+}
+
+template <int D, typename Add>
+void visit_corners(const model::TriangleMesh& mesh, Add&& add) {
+  if constexpr (D == 3) {
+    std::vector<bool> used(mesh.points.size());
+    for (const auto& triangle : mesh.triangles)
+      for (const std::uint32_t corner : triangle) used[corner] = true;
+    for (std::size_t i = 0; i < used.size(); ++i)
+      if (used[i]) add(mesh.points[i]);
+  }
+}
+
+template <int D, typename Add>
+void visit_corners(const model::RegularPolygon& polygon, Add&& add) {
+  if constexpr (D == 2) {
+    for (std::uint32_t j = 0; j < polygon.sides; ++j) {
+      const auto [c, s] = geometry::corner_direction(j, polygon.sides);
+      add(std::array<double, 2>{polygon.radius * std::ldexp(static_cast<double>(c), -53), polygon.radius * std::ldexp(static_cast<double>(s), -53)});
+    }
+  }
+}
+
+template <int D, typename Add>
+void visit_corners(const model::ConvexPolygon& polygon, Add&& add) {
+  for (const auto& point : polygon.points) {
+    std::array<double, D> corner{};
+    std::copy(point.begin(), point.end(), corner.begin());
+    add(corner);
+    if (D < 3) continue;
+    corner[D - 1] = 1;
+    add(corner);
+  }
+}
+
+template <int D>
+PointSet<D> placed_corners(const Occurrence<D>& occurrence) {
+  PointSet<D> points;
+  const Matrix<D>& matrix = occurrence.placement.matrix();
+  const auto add = [&](const std::array<double, D>& local) {
+    auto& point = points.emplace_back();
+    for (int i = 0; i < D; ++i) {
+      Quad sum = matrix[i][D];
+      for (int j = 0; j < D; ++j) sum += matrix[i][j] * static_cast<Quad>(local[j]);
+      point[i] = static_cast<double>(sum);
+    }
+  };
+  std::visit([&](const auto& primitive) { visit_corners<D>(primitive, add); }, *occurrence.primitive);
+  return points;
+}
+
+/// Whether the program only unites primitives.
+template <int D>
+bool is_union(const Lowered<D>& lowered) {
+  for (std::size_t at = 0; at < lowered.program.size(); at += Network<D>::header) {
+    const Word kind = lowered.program[at] & Network<D>::kind_mask;
+    if (kind != Network<D>::kind_unite && kind != Network<D>::kind_leaf) return false;
+    if ((lowered.program[at] & Network<D>::negated) != 0) return false;
+  }
+  return true;
+}
+
+bool is_convex(const model::Primitive& primitive) {
+  const auto* mesh = std::get_if<model::TriangleMesh>(&primitive);
+  return mesh == nullptr || mesh->convex;
+}
+
+/// Corners and content of a convex hull.
+struct Hull2 {
+  static std::optional<std::pair<PointSet<2>, double>> of(const PointSet<2>& points) {
+    const model::Expression hull = model::convex_hull(points);
+    const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
+    if (primitive == nullptr) return std::nullopt;
+    const PointSet<2>& corners = std::get<model::ConvexPolygon>(*primitive).points;
+    double area = 0;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const auto &p = corners[i], &q = corners[(i + 1) % corners.size()], &o = corners[0];
+      area += ((p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0])) / 2;
+    }
+    return std::pair{corners, area};
+  }
+};
+
+struct Hull3 {
+  static std::optional<std::pair<PointSet<3>, double>> of(const PointSet<3>& points) {
+    const model::Expression hull = model::convex_hull(points);
+    const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
+    if (primitive == nullptr) return std::nullopt;
+    const auto& mesh = std::get<model::TriangleMesh>(*primitive);
+    double volume = 0;
+    const auto& o = mesh.points[0];
+    for (const auto& [a, b, c] : mesh.triangles) {
+      std::array<double, 3> u, v, w;
+      for (int i = 0; i < 3; ++i) {
+        u[i] = mesh.points[a][i] - o[i];
+        v[i] = mesh.points[b][i] - o[i];
+        w[i] = mesh.points[c][i] - o[i];
+      }
+      volume += (u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0])) / 6;
+    }
+    return std::pair{mesh.points, volume};
+  }
+};
+
+/// Cells put together where their union is convex: their hull then has no more content than they have.
+template <int D>
+class CellMerger {
+ public:
+  struct Item {
+    PointSet<D> points;
+    std::array<double, D> centre;
+    double volume;
+  };
+
+  std::vector<PointSet<D>> run(std::vector<Item> items) {
+    if (!items.empty()) merge(items);
+    return std::move(parts_);
+  }
+
+ private:
+  std::vector<PointSet<D>> parts_;
+
+  void merge(std::span<Item> items) {  // depth: log2 of the number of cells
+    if (items.size() == 1) {
+      parts_.push_back(std::move(items[0].points));
+      return;
+    }
+    PointSet<D> all;
+    double volume = 0;
+    for (const Item& item : items) {
+      all.insert(all.end(), item.points.begin(), item.points.end());
+      volume += item.volume;
+    }
+    using Hull = std::conditional_t<D == 2, Hull2, Hull3>;
+    if (auto hull = Hull::of(all); hull && hull->second <= volume * (1 + 1e-9)) {
+      parts_.push_back(std::move(hull->first));
+      return;
+    }
+    int axis = 0;
+    double widest = -1;
+    for (int i = 0; i < D; ++i) {
+      const auto [low, high] = std::minmax_element(items.begin(), items.end(), [i](const Item& a, const Item& b) { return a.centre[i] < b.centre[i]; });
+      if (high->centre[i] - low->centre[i] > widest) widest = high->centre[i] - low->centre[i], axis = i;
+    }
+    std::stable_sort(items.begin(), items.end(), [axis](const Item& a, const Item& b) { return a.centre[axis] < b.centre[axis]; });
+    merge(items.first(items.size() / 2));
+    merge(items.subspan(items.size() / 2));
+  }
+};
+
+template <int D, typename Visit>
+void for_each_cell(const std::vector<geometry::CellBatch>& batches, Visit&& visit) {
+  for (const geometry::CellBatch& batch : batches)
+    for (std::size_t cell = 0; cell < batch.size(); ++cell) {
+      const auto numbers = batch.cell_points(cell);
+      PointSet<D> points(numbers.size() / D);
+      for (std::size_t i = 0; i < numbers.size(); ++i) points[i / D][i % D] = numbers[i];
+      visit(std::move(points), batch.volume[cell]);
+    }
+}
+
+}  // namespace
+
+template <int D>
+std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options) {
+  const Network<D> network = compile<D>(solid, options);
+  if (network.program.empty()) return {};
+  std::vector<Region<D>> regions(1);
+  regions[0].cell = geometry::root_cell<D>(network.table);
+  regions[0].program = network.program;
+  CellCollector collector;
+  Consumer* const consumers[] = {&collector};
+  EvaluateOptions how;
+  how.keep_fuzzy = false;
+  evaluate<D>(network, std::move(regions), how, consumers);
+  return std::move(collector.batches);
+}
+
+template <int D>
+PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions& options) {
+  PointSet<D> all;
+  if (const Lowered<D> lowered = lower<D>(solid); is_union(lowered)) {
+    for (const auto& occurrence : lowered.occurrences) {
+      const PointSet<D> corners = placed_corners(occurrence);
+      all.insert(all.end(), corners.begin(), corners.end());
+    }
+    return all;
+  }
+  for_each_cell<D>(evaluate_cells<D>(solid, options), [&](PointSet<D> points, double) { all.insert(all.end(), points.begin(), points.end()); });
+  return all;
+}
+
+template <int D>
+std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const CompileOptions& options) {
+  std::vector<PointSet<D>> parts;
+  const Lowered<D> lowered = lower<D>(solid);
+  const auto all_convex = [&] { return std::all_of(lowered.occurrences.begin(), lowered.occurrences.end(), [](const auto& o) { return is_convex(*o.primitive); }); };
+  if (is_union(lowered) && all_convex()) {
+    for (const auto& occurrence : lowered.occurrences) parts.push_back(placed_corners(occurrence));
+    return parts;
+  }
+  std::vector<typename CellMerger<D>::Item> items;
+  for_each_cell<D>(evaluate_cells<D>(solid, options), [&](PointSet<D> points, double volume) {
+    std::array<double, D> centre{};
+    for (const auto& point : points)
+      for (int i = 0; i < D; ++i) centre[i] += point[i] / static_cast<double>(points.size());
+    items.push_back({std::move(points), centre, volume});
+  });
+  return CellMerger<D>().run(std::move(items));
+}
+
+model::Expression with_primitives_replaced(const model::Expression& solid, const std::function<model::Expression(const PointSet<2>&)>& leaf) {
+  using Net = Network<2>;
+  const Lowered<2> lowered = lower<2>(solid);
+  struct Open {
+    Word kind;
+    std::size_t end;
+    std::vector<model::Expression> operands;
+  };
+  std::vector<Open> open{{Net::kind_unite, lowered.program.size(), {}}};
+  for (std::size_t at = 0; at < lowered.program.size();) {
+    const Word* word = lowered.program.data() + at;
+    const Word kind = word[0] & Net::kind_mask;
+    if (kind == Net::kind_leaf) {
+      model::Expression made = leaf(placed_corners(lowered.occurrences[word[2]]));
+      if ((word[0] & Net::negated) != 0) made = model::complement(std::move(made));
+      open.back().operands.push_back(std::move(made));
+      at += word[1];
+    } else {
+      open.push_back({kind, at + word[1], {}});
+      at += Net::header;
+    }
+    while (open.size() > 1 && open.back().end == at) {
+      Open done = std::move(open.back());
+      open.pop_back();
+      open.back().operands.push_back(done.kind == Net::kind_unite       ? model::unite(std::move(done.operands))
+                                     : done.kind == Net::kind_intersect ? model::intersect(std::move(done.operands))
+                                                                        : model::symmetric_difference(std::move(done.operands)));
+    }
+  }
+  return open.front().operands.size() == 1 ? open.front().operands[0] : model::unite(std::move(open.front().operands));
+}
+
+#define BSP2_INSTANTIATE(D)                                                                                                  \
+  template std::vector<geometry::CellBatch> evaluate_cells<D>(const model::Expression&, const CompileOptions&);              \
+  template PointSet<D> spanning_points<D>(const model::Expression&, const CompileOptions&);                                  \
+  template std::vector<PointSet<D>> convex_parts<D>(const model::Expression&, const CompileOptions&);
+BSP2_INSTANTIATE(2)
+BSP2_INSTANTIATE(3)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::dataflow

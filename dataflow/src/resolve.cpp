@@ -1,0 +1,322 @@
+#include "resolve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+#include <utility>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/model/builder.hpp"
+#include "extrusion.hpp"
+#include "nested.hpp"
+#include "offset.hpp"
+#include "outline.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+using model::Boolean;
+using model::Construction;
+using model::Expression;
+using model::Node;
+using model::Primitive;
+using model::Transform;
+
+/// The children of a node.
+std::span<const Expression> children_of(const Node& node) {
+  if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean->children;
+  if (const auto* transform = std::get_if<Transform>(&node.value)) return {&transform->child, 1};
+  if (const auto* construction = std::get_if<Construction>(&node.value)) return construction->operands;
+  return {};
+}
+
+/// Rewrites a graph bottom up, each node once, without recursion: it may be nested ten thousand deep.
+class Rewriting {
+ public:
+  /// @param make makes the image of a node from those of its children. @param keep: the node is its own image.
+  template <typename Keep, typename Make>
+  Expression run(const Expression& root, Keep keep, Make make) {
+    std::vector<Expression> stack{root};
+    while (!stack.empty()) {
+      const Expression at = stack.back();
+      const Node* node = &at.node();
+      if (images_.contains(node)) {
+        stack.pop_back();
+        continue;
+      }
+      if (keep(*node)) {
+        images_.try_emplace(node, at, at);
+        continue;
+      }
+      std::vector<Expression> images;
+      bool complete = true;
+      for (const Expression& child : children_of(*node)) {
+        const auto found = images_.find(&child.node());
+        if (found == images_.end()) {
+          stack.push_back(child);
+          complete = false;
+        } else if (complete) {
+          images.push_back(found->second.second);
+        }
+      }
+      if (complete) images_.try_emplace(node, at, make(*node, std::move(images)));
+    }
+    return images_.at(&root.node()).second;
+  }
+
+ private:
+  std::unordered_map<const Node*, std::pair<Expression, Expression>> images_;  // the node is kept, so its address stays its own
+};
+
+Expression make(int dimension, Node::Value value) {
+  return Expression(std::make_shared<Node>(dimension, std::move(value)));
+}
+
+bool is_empty(const Expression& solid) {
+  const auto* boolean = std::get_if<Boolean>(&solid.node().value);
+  return boolean != nullptr && boolean->children.empty();
+}
+
+Expression united(int dimension, std::vector<Expression> solids) {
+  std::erase_if(solids, is_empty);
+  if (solids.empty()) return Expression(dimension);
+  return solids.size() == 1 ? solids[0] : model::unite(std::move(solids));
+}
+
+/// A Boolean of images, some of which may have turned out empty.
+Expression boolean_of(const Boolean& boolean, int dimension, std::vector<Expression> images) {
+  using model::Operation;
+  switch (boolean.operation) {
+    case Operation::unite:
+      return united(dimension, std::move(images));
+    case Operation::intersect:
+      if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(dimension);
+      break;
+    case Operation::subtract:
+      if (is_empty(images[0])) return Expression(dimension);
+      break;
+    default:
+      break;
+  }
+  return make(dimension, Boolean{boolean.operation, std::move(images)});
+}
+
+class Resolver {
+ public:
+  Resolver(const CompileOptions& options, std::vector<std::string>& warnings) : options_(options), warnings_(warnings) {}
+
+  Expression run(const Expression& root) {
+    return resolved_.run(
+        root, [](const Node& node) { return node.resolved; },
+        [this](const Node& node, std::vector<Expression> images) -> Expression {
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean_of(*boolean, node.dimension, std::move(images));
+          if (const auto* transform = std::get_if<Transform>(&node.value))
+            return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
+          const auto& construct = std::get<Construction>(node.value).construct;
+          if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
+          return std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
+        });
+  }
+
+ private:
+  const CompileOptions& options_;
+  std::vector<std::string>& warnings_;
+  Rewriting resolved_, lifted_;
+
+  Expression construct_of(const model::LinearExtrusion& extrusion, const std::vector<Expression>& operands) {
+    if (extrusion.twist == 0 && extrusion.scale[0] == extrusion.scale[1] && extrusion.scale[0] != 1) return tapered(extrusion, operands[0]);
+    if (!extrusion.is_straight()) return extrude_outline(extrusion, outline_of(operands[0], options_));
+    const auto& d = extrusion.direction;
+    const double back = extrusion.center ? 0.5 : 0;
+    const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1], 0, 0, d[2], -back * d[2], 0, 0, 0, 1};
+    return model::transform(matrix, lifted(operands[0]));
+  }
+
+  /// A cone over a plane solid, or its lower part: a projective image of the prism, so Booleans stay what they are.
+  static Expression tapered(const model::LinearExtrusion& extrusion, const Expression& solid) {
+    const double scale = extrusion.scale[0];
+    const auto& d = extrusion.direction;
+    const double back = extrusion.center ? 0.5 : 0;
+    return with_primitives_replaced(solid, [&](const PointSet<2>& corners) {
+      PointSet<3> points;
+      for (const auto& p : corners) {
+        points.push_back({p[0] - back * d[0], p[1] - back * d[1], -back * d[2]});
+        points.push_back({scale * p[0] + (1 - back) * d[0], scale * p[1] + (1 - back) * d[1], (1 - back) * d[2]});
+      }
+      return model::convex_hull(points);
+    });
+  }
+
+  /// The product of a plane solid with the interval [0, 1]: every primitive becomes a prism, all else stays.
+  Expression lifted(const Expression& solid) {
+    return lifted_.run(
+        solid, [](const Node&) { return false; },
+        [](const Node& node, std::vector<Expression> images) -> Expression {
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
+            if (boolean->operation == model::Operation::complement) throw Error("linear_extrude: a complement has no bounds; intersect it with something");
+            return make(3, Boolean{boolean->operation, std::move(images)});
+          }
+          if (const auto* transform = std::get_if<Transform>(&node.value)) {
+            const auto& m = transform->matrix;
+            return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
+          }
+          return std::visit([](const auto& primitive) { return prism(primitive); }, std::get<Primitive>(node.value));
+        });
+  }
+  static Expression prism(const model::Cuboid& square) { return make(3, model::Cuboid{{square.size[0], square.size[1], 1}}); }
+  static Expression prism(const model::RegularPolygon& circle) {
+    return make(3, model::Lathe{circle.sides, {{circle.radius, 0}, {circle.radius, 1}}});
+  }
+  static Expression prism(const model::ConvexPolygon& polygon) { return make(3, polygon); }
+  static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
+  static Expression prism(const model::TriangleMesh&) { throw std::logic_error("a mesh is no plane solid"); }
+
+  Expression construct_of(const model::RotateExtrusion& extrusion, const std::vector<Expression>& operands) {
+    Outline outline = outline_of(operands[0], options_);
+    double low = 0, high = 0;
+    for (const auto& path : outline)
+      for (const auto& p : path) low = std::min(low, p[0]), high = std::max(high, p[0]);
+    // What reaches over the axis by less than OpenSCAD's grid ends at the axis.
+    const double grid = 0x1p-16;
+    if (low < -grid && high > grid) {
+      warnings_.push_back("a rotate_extrude is empty: its profile reaches from x = " + std::to_string(low) + " to " + std::to_string(high) +
+                          "; it has to stay on one side of the axis x = 0");
+      return Expression(3);
+    }
+    double start = extrusion.start;
+    if (high <= grid && low < -grid) {  // the left side turns as well
+      start += 180;
+      for (auto& path : outline)
+        for (auto& p : path) p[0] = -p[0];
+    }
+    for (auto& path : outline)
+      for (auto& p : path) p[0] = std::max(p[0], 0.0);
+    const double sides = model::side_count(std::max(high, -low), extrusion.resolution);
+    if (!(sides <= model::max_sides)) throw Error("rotate_extrude: more than " + std::to_string(model::max_sides) + " segments");
+    const auto segments = static_cast<std::uint32_t>(std::max(std::trunc(sides * std::fabs(extrusion.angle) / 360), 1.0));
+    return revolve_outline(outline, start, extrusion.angle, segments);
+  }
+
+  Expression construct_of(const model::Offset& offset, const std::vector<Expression>& operands) {
+    return plane_solid(offset_outline(offset, outline_of(operands[0], options_)));
+  }
+
+  Expression construct_of(const model::Fill&, const std::vector<Expression>& operands) {
+    std::vector<Expression> filled;
+    for (const auto& path : outline_of(operands[0], options_))
+      if (signed_area(path) > 0) filled.push_back(model::polygon(path));
+    return united(2, std::move(filled));
+  }
+
+  static Expression plane_solid(const Outline& outline) {
+    std::vector<std::array<double, 2>> points;
+    std::vector<std::vector<std::uint32_t>> paths;
+    for (const auto& path : outline) {
+      auto& cycle = paths.emplace_back();
+      for (const auto& p : path) {
+        cycle.push_back(static_cast<std::uint32_t>(points.size()));
+        points.push_back(p);
+      }
+    }
+    return paths.empty() ? Expression(2) : model::polygon(points, paths);
+  }
+
+  Expression construct_of(const model::Hull&, const std::vector<Expression>& operands) {
+    if (operands[0].dimension() == 2) return model::convex_hull(spanning_points<2>(operands[0], options_));
+    return model::convex_hull(spanning_points<3>(operands[0], options_));
+  }
+
+  template <int D>
+  Expression minkowski_sum(const Expression& a, const Expression& b) {
+    const auto a_parts = convex_parts<D>(a, options_), b_parts = convex_parts<D>(b, options_);
+    std::vector<Expression> sums;
+    for (const auto& p : a_parts)
+      for (const auto& q : b_parts) {
+        PointSet<D> points;
+        points.reserve(p.size() * q.size());
+        for (const auto& x : p)
+          for (const auto& y : q) {
+            auto& sum = points.emplace_back(x);
+            for (int i = 0; i < D; ++i) sum[i] += y[i];
+          }
+        sums.push_back(model::convex_hull(points));
+      }
+    return united(D, std::move(sums));
+  }
+
+  Expression construct_of(const model::MinkowskiSum&, const std::vector<Expression>& operands) {
+    if (operands[0].dimension() == 2) return minkowski_sum<2>(operands[0], operands[1]);
+    return minkowski_sum<3>(operands[0], operands[1]);
+  }
+
+  Expression construct_of(const model::Projection& projection, const std::vector<Expression>& operands) {
+    std::vector<Expression> shadows;
+    for (const auto& part : convex_parts<3>(operands[0], options_)) {
+      PointSet<2> shadow;
+      if (projection.cut)
+        shadow = section(part);
+      else
+        for (const auto& p : part) shadow.push_back({p[0], p[1]});
+      shadows.push_back(model::convex_hull(shadow));
+    }
+    return united(2, std::move(shadows));
+  }
+
+  /// Points whose hull is the section of a convex solid at z = 0; a face that lies there counts.
+  static PointSet<2> section(const PointSet<3>& part) {
+    double reach = 0;
+    for (const auto& p : part) reach = std::max({reach, std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])});
+    const double grid = reach * 0x1p-44;  // above the rounding of the points
+    PointSet<2> cut;
+    const auto side = [&](const auto& p) { return p[2] > grid ? 1 : p[2] < -grid ? -1 : 0; };
+    for (const auto& p : part)
+      if (side(p) == 0) cut.push_back({p[0], p[1]});
+    const auto cross = [&](const auto& p, const auto& q) {
+      if (side(p) * side(q) >= 0) return;
+      const double t = p[2] / (p[2] - q[2]);
+      cut.push_back({p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1])});
+    };
+    if (std::all_of(part.begin(), part.end(), [&](const auto& p) { return side(p) >= 0; }) ||
+        std::all_of(part.begin(), part.end(), [&](const auto& p) { return side(p) <= 0; }))
+      return cut;
+    const Expression hull = model::convex_hull(part);
+    if (is_empty(hull)) return cut;
+    const auto& mesh = std::get<model::TriangleMesh>(std::get<Primitive>(hull.node().value));
+    for (const auto& triangle : mesh.triangles)
+      for (int k = 0; k < 3; ++k)
+        if (triangle[k] < triangle[(k + 1) % 3]) cross(mesh.points[triangle[k]], mesh.points[triangle[(k + 1) % 3]]);
+    return cut;
+  }
+
+  template <int D>
+  Expression resized(const model::Resize& resize, const Expression& operand) {
+    std::array<double, D> low, high;
+    low.fill(std::numeric_limits<double>::infinity());
+    high.fill(-std::numeric_limits<double>::infinity());
+    for (const auto& p : spanning_points<D>(operand, options_))
+      for (int i = 0; i < D; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
+    if (!(low[0] < high[0])) return Expression(D);
+    int largest = 0;
+    for (int i = 1; i < D; ++i)
+      if (resize.size[i] > resize.size[largest]) largest = i;
+    const double automatic = resize.size[largest] > 0 ? resize.size[largest] / (high[largest] - low[largest]) : 1;
+    std::vector<double> matrix((D + 1) * (D + 1));
+    matrix.back() = 1;
+    for (int i = 0; i < D; ++i)
+      matrix[i * (D + 2)] = resize.size[i] > 0 ? resize.size[i] / (high[i] - low[i]) : resize.automatic[i] ? automatic : 1;
+    return model::transform(matrix, operand);
+  }
+
+  Expression construct_of(const model::Resize& resize, const std::vector<Expression>& operands) {
+    return operands[0].dimension() == 2 ? resized<2>(resize, operands[0]) : resized<3>(resize, operands[0]);
+  }
+};
+
+}  // namespace
+
+model::Expression resolve(const model::Expression& expression, const CompileOptions& options, std::vector<std::string>& warnings) {
+  return expression.node().resolved ? expression : Resolver(options, warnings).run(expression);
+}
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/geometry/hyperplane_table.hpp"
+#include "bsp2/geometry/splitter.hpp"
+
+namespace bsp2::geometry {
+
+/// Two cells that touch in more than a lower-dimensional face: an edge of the adjacency graph.
+///
+/// cell[0] is on the negative side of the hyperplane, cell[1] on the positive one. Two cells touch in one contact at
+/// most, since they are convex and disjoint.
+struct Contact {
+  std::array<std::uint64_t, 2> cell;    ///< counted through the batches, or as the facets say
+  std::array<std::uint16_t, 2> facet;   ///< of each cell, from 0
+  HyperplaneId hyperplane;
+  double area;                          ///< (D-1)-dimensional content, in model units
+};
+
+/// The facets of some cells that lie on one hyperplane: what has to travel where a hyperplane parts two ranks.
+///
+/// A facet is a convex polygon, counter-clockwise seen from outside its cell. Its corners are known exactly: corner i is
+/// where the facet's hyperplane meets `across` of corner i - 1 and of corner i.
+struct FacetSet {
+  struct Facet {
+    std::uint64_t cell;    ///< number of the cell in the mesh
+    std::int32_t part;     ///< of the cell
+    std::uint16_t number;  ///< of the facet in its cell
+    bool positive;         ///< the cell is on the positive side of the hyperplane
+    std::uint32_t end;     ///< its corners end here; they begin where those of the facet before end
+  };
+  struct Corner {
+    std::array<double, 3> x;    ///< rounded
+    OrientedHyperplane across;  ///< carries the edge from this corner to the next one, and the cell's facet beyond it; the cell negative
+  };
+  HyperplaneId hyperplane = 0;
+  std::vector<Facet> facets;
+  std::vector<Corner> corners;
+  void clear(HyperplaneId id);
+  [[nodiscard]] std::span<const Corner> corners_of(std::size_t facet) const {
+    const std::uint32_t begin = facet == 0 ? 0 : facets[facet - 1].end;
+    return {corners.data() + begin, facets[facet].end - begin};
+  }
+};
+
+template <int D>
+class AxisAliases;
+
+/// Finds the facets of the IN cells of a mesh by hyperplane. Holds 16 bytes a facet; the table and the batches must
+/// outlive it. A cut that equals a primitive's hyperplane goes by the name of that one, in all that follows.
+class FacetIndex {
+ public:
+  /// @param batches of dimension 3. @param first_cell the number of their first cell, in contacts.
+  FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, std::uint64_t first_cell = 0);
+  ~FacetIndex();
+  FacetIndex(const FacetIndex&) = delete;
+  FacetIndex& operator=(const FacetIndex&) = delete;
+
+  /// Number of hyperplanes that carry facets, in ascending order of their ids.
+  [[nodiscard]] std::size_t size() const { return begin_.size() - 1; }
+  [[nodiscard]] HyperplaneId hyperplane(std::size_t index) const { return entries_[begin_[index]].hyperplane; }
+  /// Appends the facets on the index-th hyperplane to a set of the same hyperplane.
+  void append(std::size_t index, FacetSet& set);
+
+ private:
+  struct Entry {
+    HyperplaneId hyperplane;
+    std::uint32_t batch, cell, facet;  // the facet counts through the batch
+  };
+  std::span<const std::shared_ptr<const CellBatch>> batches_;
+  std::unique_ptr<AxisAliases<3>> aliases_;
+  std::vector<std::uint64_t> first_cell_;  // of each batch
+  std::vector<Entry> entries_;             // by hyperplane
+  std::vector<std::size_t> begin_;
+};
+
+/// The part of the boundary on some hyperplanes, before it is triangulated: directed edges with the solid's skin on
+/// their left, seen from outside.
+///
+/// A face is all skin on one side of one hyperplane in cells of one part. Vertices are named by the hyperplanes that are
+/// known to meet there, at least three of which are independent. Edges of one face that run along each other in
+/// opposite directions have cancelled: coplanar fragments are merged.
+struct Skin {
+  struct Face {
+    OrientedHyperplane outward;  ///< the solid is on its negative side
+    std::int32_t part;
+  };
+  struct Edge {
+    std::uint32_t from, to, face;
+    HyperplaneId across;  ///< the edge is on it and on the face's hyperplane
+  };
+  std::vector<std::array<HyperplaneId, 3>> vertices;  ///< ascending ids of three independent hyperplanes
+  std::vector<std::uint32_t> incident_offset{0};      ///< vertex i is known to lie on incident [offset[i], offset[i + 1])
+  std::vector<HyperplaneId> incident;                 ///< ascending for each vertex
+  std::vector<Face> faces;
+  std::vector<Edge> edges;
+};
+
+/// Matches the facets on a hyperplane: where cells touch, and what of their facets is left for the boundary.
+///
+/// Exact: no tolerance, every decision is the kernel's predicate. Facets that are equal are recognized by their corners;
+/// the others are clipped against each other. Thread rule: one thread at a time; the table is shared and only read.
+class FacetMatcher {
+ public:
+  explicit FacetMatcher(const HyperplaneTable<3>& table);
+  ~FacetMatcher();
+  FacetMatcher(const FacetMatcher&) = delete;
+  FacetMatcher& operator=(const FacetMatcher&) = delete;
+
+  /// @param facets all facets of the mesh on this hyperplane.
+  /// @param contacts gets the contacts, if not null. @param skin gets the faces on this hyperplane, if not null.
+  void match(const FacetSet& facets, std::vector<Contact>* contacts, Skin* skin);
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace bsp2::geometry

@@ -1,0 +1,192 @@
+#include "bsp2/geometry/boundary.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <tuple>
+
+#include "edge_chain.hpp"
+#include "exact_points.hpp"
+#include "sweep_triangulation.hpp"
+
+namespace bsp2::geometry {
+namespace {
+
+constexpr std::uint32_t none = ~0u;
+
+/// Puts the faces in an order that does not depend on how they were found.
+void sort_faces(Skin& skin) {
+  std::vector<std::uint32_t> order(skin.faces.size()), place(skin.faces.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const auto key = [&](std::uint32_t i) { return std::tuple(skin.faces[i].outward.code, skin.faces[i].part); };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<Skin::Face> faces;
+  for (const std::uint32_t old : order) {
+    if (faces.empty() || faces.back().outward != skin.faces[old].outward || faces.back().part != skin.faces[old].part)
+      faces.push_back(skin.faces[old]);
+    place[old] = static_cast<std::uint32_t>(faces.size() - 1);
+  }
+  for (Skin::Edge& edge : skin.edges) edge.face = place[edge.face];
+  skin.faces = std::move(faces);
+}
+
+/// The vertices of a skin, equal ones once; the edges are renumbered.
+PointSet unite_points(ExactPoints& exact, Skin& skin) {
+  PointSet points;
+  points.vertices.reserve(skin.vertices.size());
+  for (const auto& ids : skin.vertices) points.vertices.push_back(canonical_vertex(exact.table(), ids));
+  points.offset = std::move(skin.incident_offset);
+  points.planes = std::move(skin.incident);
+  skin.vertices = {};
+  const auto map = exact.unify(points);
+  for (Skin::Edge& edge : skin.edges) {
+    edge.from = map[edge.from];
+    edge.to = map[edge.to];
+  }
+  return points;
+}
+
+/// Joins the edges at vertices in which no more happens than that one straight edge goes on as another, in all faces.
+/// @pre the edges are in order, and no vertex lies inside an edge.
+class Straightener {
+ public:
+  Straightener(ExactPoints& exact, const PointSet& points, const Skin& skin) : exact_(exact), points_(points), skin_(skin) {}
+
+  EdgeChain run() {
+    find_neighbours();
+    EdgeChain edges = skin_.edges;
+    std::sort(edges.begin(), edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) { return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to); });
+    EdgeChain joined;
+    for (const Skin::Edge& edge : edges) {
+      if (straight_[edge.from]) continue;
+      Skin::Edge whole = edge;
+      while (straight_[whole.to]) whole.to = next(edges, whole.face, whole.to);
+      joined.push_back(whole);
+    }
+    return joined;
+  }
+
+ private:
+  struct Neighbours {
+    std::array<std::uint32_t, 2> points{none, none};
+    bool more = false;
+    void add(std::uint32_t point) {
+      if (point == points[0] || point == points[1]) return;
+      if (points[1] != none) more = true;
+      points[points[0] == none ? 0 : 1] = point;
+    }
+  };
+
+  ExactPoints& exact_;
+  const PointSet& points_;
+  const Skin& skin_;
+  std::vector<bool> straight_;
+
+  void find_neighbours() {
+    std::vector<Neighbours> neighbours(points_.size());
+    for (const Skin::Edge& edge : skin_.edges) {
+      neighbours[edge.from].add(edge.to);
+      neighbours[edge.to].add(edge.from);
+    }
+    straight_.assign(points_.size(), false);
+    std::vector<bool> seen(points_.size(), false);
+    for (const Skin::Edge& edge : skin_.edges)
+      for (const auto& [middle, end] : {std::pair(edge.from, edge.to), std::pair(edge.to, edge.from)}) {
+        const Neighbours& both = neighbours[middle];
+        if (seen[middle] || both.more) continue;
+        seen[middle] = true;
+        const std::uint32_t other = both.points[both.points[0] == end ? 1 : 0];
+        straight_[middle] = exact_.side(points_, other, skin_.faces[edge.face].outward.id()) == 0 && exact_.side(points_, other, edge.across) == 0;
+      }
+  }
+  static std::uint32_t next(const EdgeChain& edges, std::uint32_t face, std::uint32_t from) {
+    const auto edge = std::lower_bound(edges.begin(), edges.end(), std::pair(face, from),
+                                       [](const Skin::Edge& e, const auto& key) { return std::pair(e.face, e.from) < key; });
+    if (edge == edges.end() || edge->face != face || edge->from != from) throw std::logic_error("the boundary of a face does not close");
+    return edge->to;
+  }
+};
+
+}  // namespace
+
+TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
+  ExactPoints exact(table);
+  sort_faces(skin);
+  const PointSet points = unite_points(exact, skin);
+  add_up(skin.edges);
+  EdgeSplitter(exact).split(points, skin.faces, skin.edges);
+  add_up(skin.edges);
+  const EdgeChain edges = Straightener(exact, points, skin).run();
+
+  TriangleSurface surface;
+  SweepTriangulator triangulator;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> number(points.size(), none);
+  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+    const Skin::Face& face = skin.faces[edges[begin].face];
+    while (end < edges.size() && edges[end].face == edges[begin].face) ++end;
+    triangles.clear();
+    triangulator.triangulate(exact, points, face.outward, std::span(edges).subspan(begin, end - begin), triangles);
+    for (auto& triangle : triangles) {
+      for (std::uint32_t& point : triangle) {
+        if (number[point] == none) {
+          number[point] = static_cast<std::uint32_t>(surface.points.size());
+          surface.points.push_back(points.vertices[point].x);
+        }
+        point = number[point];
+      }
+      surface.triangles.push_back(triangle);
+      surface.part.push_back(face.part);
+    }
+  }
+  return surface;
+}
+
+double TriangleSurface::area() const {
+  long double sum = 0;
+  for (const auto& [a, b, c] : triangles) {
+    std::array<double, 3> u, v;
+    for (int k = 0; k < 3; ++k) {
+      u[k] = points[b][k] - points[a][k];
+      v[k] = points[c][k] - points[a][k];
+    }
+    const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
+    sum += std::sqrt(x * x + y * y + z * z) / 2;
+  }
+  return static_cast<double>(sum);
+}
+
+double TriangleSurface::volume() const {
+  if (points.empty()) return 0;
+  long double sum = 0;
+  const auto& o = points[0];  // near the solid, wherever that is
+  for (const auto& [a, b, c] : triangles) {
+    std::array<std::array<long double, 3>, 3> p;
+    for (int k = 0; k < 3; ++k)
+      p[k] = {static_cast<long double>(points[a][k]) - o[k], static_cast<long double>(points[b][k]) - o[k], static_cast<long double>(points[c][k]) - o[k]};
+    sum += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) - p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
+           p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+  }
+  return static_cast<double>(sum / 6);
+}
+
+bool TriangleSurface::is_closed() const {
+  std::vector<std::pair<std::uint64_t, bool>> edges;
+  edges.reserve(3 * triangles.size());
+  for (const auto& triangle : triangles)
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3];
+      if (from != to) edges.emplace_back(std::uint64_t{std::min(from, to)} << 32 | std::max(from, to), from < to);
+    }
+  std::sort(edges.begin(), edges.end());
+  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+    std::ptrdiff_t sum = 0;
+    for (; end < edges.size() && edges[end].first == edges[begin].first; ++end) sum += edges[end].second ? 1 : -1;
+    if (sum != 0) return false;
+  }
+  return true;
+}
+
+}  // namespace bsp2::geometry

@@ -1,0 +1,75 @@
+#include <algorithm>
+#include <stdexcept>
+
+#include "axis_aliases.hpp"
+#include "bsp2/geometry/contact.hpp"
+
+namespace bsp2::geometry {
+namespace {
+
+OrientedHyperplane outward(std::int32_t code) { return oriented(static_cast<HyperplaneId>(code < 0 ? ~code : code), code < 0); }
+
+/// The facet of the same cell on the other side of the edge between two vertices.
+OrientedHyperplane across(const CellBatch& batch, std::size_t cell, std::size_t facet, std::uint16_t a, std::uint16_t b) {
+  for (std::uint32_t other = batch.facet_offset[cell]; other < batch.facet_offset[cell + 1]; ++other) {
+    if (other == facet) continue;
+    const auto loop = batch.vertices_of_facet(other);
+    std::uint16_t previous = loop.back();
+    for (const std::uint16_t vertex : loop) {
+      if ((previous == b && vertex == a) || (previous == a && vertex == b))
+        return outward(batch.facet_hyperplane[other]);
+      previous = vertex;
+    }
+  }
+  throw std::logic_error("an edge of a cell is in one facet only");
+}
+
+}  // namespace
+
+void FacetSet::clear(HyperplaneId id) {
+  hyperplane = id;
+  facets.clear();
+  corners.clear();
+}
+
+FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, std::uint64_t first_cell)
+    : batches_(batches), aliases_(std::make_unique<AxisAliases<3>>(table)) {
+  std::size_t count = 0;
+  for (const auto& batch : batches) count += batch->facet_hyperplane.size();
+  entries_.reserve(count);
+  for (std::uint32_t b = 0; b < batches.size(); ++b) {
+    const CellBatch& batch = *batches[b];
+    if (batch.dimension != 3) throw std::logic_error("facets of cells of dimension 3 are expected");
+    first_cell_.push_back(first_cell);
+    first_cell += batch.size();
+    for (std::uint32_t cell = 0; cell < batch.size(); ++cell) {
+      if (batch.label[cell] != Label::in) continue;
+      for (std::uint32_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet)
+        entries_.push_back({aliases_->canonical(outward(batch.facet_hyperplane[facet])).id(), b, cell, facet});
+    }
+  }
+  std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) { return a.hyperplane < b.hyperplane; });
+  for (std::size_t i = 0; i < entries_.size(); ++i)
+    if (i == 0 || entries_[i].hyperplane != entries_[i - 1].hyperplane) begin_.push_back(i);
+  begin_.push_back(entries_.size());
+}
+
+FacetIndex::~FacetIndex() = default;
+
+void FacetIndex::append(std::size_t index, FacetSet& set) {
+  for (std::size_t i = begin_[index]; i < begin_[index + 1]; ++i) {
+    const Entry& entry = entries_[i];
+    const CellBatch& batch = *batches_[entry.batch];
+    const auto points = batch.cell_points(entry.cell);
+    const auto loop = batch.vertices_of_facet(entry.facet);
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      const double* x = &points[3 * loop[k]];
+      set.corners.push_back({{x[0], x[1], x[2]}, aliases_->canonical(across(batch, entry.cell, entry.facet, loop[k], loop[k + 1 < loop.size() ? k + 1 : 0]))});
+    }
+    set.facets.push_back({first_cell_[entry.batch] + entry.cell, batch.part[entry.cell],
+                          static_cast<std::uint16_t>(entry.facet - batch.facet_offset[entry.cell]),
+                          aliases_->canonical(outward(batch.facet_hyperplane[entry.facet])).flipped(), static_cast<std::uint32_t>(set.corners.size())});
+  }
+}
+
+}  // namespace bsp2::geometry

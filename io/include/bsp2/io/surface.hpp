@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+
+#include "bsp2/geometry/boundary.hpp"
+
+namespace bsp2::io {
+
+/// Can a surface be written under this name? By its ending: .vtp, .stl, .ply or .obj.
+bool is_surface_file(const std::filesystem::path& path);
+
+/// Writes the boundary of a solid, in the format that the file's ending names:
+///   .vtp  VTK's PolyData, coordinates in double precision, cell array `part`
+///   .ply  binary, coordinates in double precision, property `part` of each face
+///   .obj  text with all digits, a group `part_N` for each part
+///   .stl  binary; the format knows single precision and no parts. Triangles whose corners coincide in single
+///         precision are left out: the file stays closed.
+/// The file appears under its name when it is complete.
+/// @throws bsp2::Error if it cannot be written or its ending is another one.
+void write_surface(const std::filesystem::path& path, const geometry::TriangleSurface& surface);
+
+}  // namespace bsp2::io

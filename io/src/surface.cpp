@@ -1,0 +1,155 @@
+#include "bsp2/io/surface.hpp"
+
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/io/file.hpp"
+
+namespace bsp2::io {
+namespace fs = std::filesystem;
+namespace {
+
+using geometry::TriangleSurface;
+
+static_assert(std::endian::native == std::endian::little, "binary STL and PLY are written as they lie in memory");
+
+template <typename T>
+void put(std::string& bytes, const T& value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+std::string ending_of(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
+
+std::string to_vtp(const TriangleSurface& surface) {
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(static_cast<vtkIdType>(surface.points.size()));
+  for (std::size_t i = 0; i < surface.points.size(); ++i) points->SetPoint(static_cast<vtkIdType>(i), surface.points[i].data());
+  vtkNew<vtkCellArray> triangles;
+  vtkNew<vtkIntArray> part;
+  part->SetName("part");
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    const auto& [a, b, c] = surface.triangles[i];
+    const std::array<vtkIdType, 3> corners{a, b, c};
+    triangles->InsertNextCell(3, corners.data());
+    part->InsertNextValue(surface.part[i]);
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(triangles);
+  data->GetCellData()->AddArray(part);
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetInputData(data);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  writer->SetCompressorTypeToNone();
+  writer->SetHeaderTypeToUInt64();
+  writer->WriteToOutputStringOn();
+  if (writer->Write() == 0) throw Error("VTK cannot write the boundary");
+  return writer->GetOutputString();
+}
+
+std::string to_stl(const TriangleSurface& surface) {
+  using Point = std::array<float, 3>;
+  const auto rounded = [&](std::uint32_t point) {
+    const auto& p = surface.points[point];
+    return Point{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+  };
+  std::string bytes = "binary STL, written by bsp2";  // must not begin with "solid"
+  bytes.resize(80, ' ');
+  put(bytes, std::uint32_t{0});
+  std::uint32_t count = 0;
+  for (const auto& triangle : surface.triangles) {
+    const Point a = rounded(triangle[0]), b = rounded(triangle[1]), c = rounded(triangle[2]);
+    if (a == b || b == c || c == a) continue;
+    const auto &p = surface.points[triangle[0]], &q = surface.points[triangle[1]], &r = surface.points[triangle[2]];
+    std::array<double, 3> normal;
+    for (int k = 0; k < 3; ++k) {
+      const int l = (k + 1) % 3, m = (k + 2) % 3;
+      normal[k] = (q[l] - p[l]) * (r[m] - p[m]) - (q[m] - p[m]) * (r[l] - p[l]);
+    }
+    const double length = std::hypot(normal[0], normal[1], normal[2]);
+    for (const double n : normal) put(bytes, static_cast<float>(length > 0 ? n / length : 0));
+    for (const Point& corner : {a, b, c})
+      for (const float x : corner) put(bytes, x);
+    put(bytes, std::uint16_t{0});
+    ++count;
+  }
+  bytes.replace(80, sizeof count, reinterpret_cast<const char*>(&count), sizeof count);
+  return bytes;
+}
+
+std::string to_ply(const TriangleSurface& surface) {
+  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment written by bsp2\nelement vertex " + std::to_string(surface.points.size()) +
+                      "\nproperty double x\nproperty double y\nproperty double z\nelement face " + std::to_string(surface.triangles.size()) +
+                      "\nproperty list uchar int vertex_indices\nproperty int part\nend_header\n";
+  for (const auto& point : surface.points)
+    for (const double x : point) put(bytes, x);
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    put(bytes, std::uint8_t{3});
+    for (const std::uint32_t corner : surface.triangles[i]) put(bytes, static_cast<std::int32_t>(corner));
+    put(bytes, surface.part[i]);
+  }
+  return bytes;
+}
+
+std::string to_obj(const TriangleSurface& surface) {
+  std::string text = "# written by bsp2\n";
+  std::array<char, 32> digits;
+  const auto add = [&](auto number) {
+    text += ' ';
+    text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr);
+  };
+  for (const auto& point : surface.points) {
+    text += 'v';
+    for (const double x : point) add(x);
+    text += '\n';
+  }
+  std::vector<std::size_t> order(surface.triangles.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return surface.part[a] < surface.part[b]; });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::int32_t part = surface.part[order[i]];
+    if (i == 0 || part != surface.part[order[i - 1]]) text += part == geometry::no_part ? "g no_part\n" : "g part_" + std::to_string(part) + '\n';
+    text += 'f';
+    for (const std::uint32_t corner : surface.triangles[order[i]]) add(corner + 1);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+bool is_surface_file(const fs::path& path) {
+  const std::string ending = ending_of(path);
+  return ending == ".vtp" || ending == ".stl" || ending == ".ply" || ending == ".obj";
+}
+
+void write_surface(const fs::path& path, const TriangleSurface& surface) {
+  const std::string ending = ending_of(path);
+  if (ending == ".vtp") return write_file(path, to_vtp(surface));
+  if (ending == ".stl") return write_file(path, to_stl(surface));
+  if (ending == ".ply") return write_file(path, to_ply(surface));
+  if (ending == ".obj") return write_file(path, to_obj(surface));
+  throw Error("cannot write '" + path.string() + "': a boundary is written as .vtp, .stl, .ply or .obj");
+}
+
+}  // namespace bsp2::io

@@ -1,0 +1,11 @@
+#include "exchange.hpp"
+#include "stages.hpp"
+
+namespace bsp2::supersteps {
+
+void broadcasting(Ranks& ranks, Source& source, const RunOptions& options) {
+  broadcast(ranks, source.text);
+  if (!ranks.is_master()) source.model = model::parse_csg(source.text, options.model.string());
+}
+
+}  // namespace bsp2::supersteps

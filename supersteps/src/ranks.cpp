@@ -1,0 +1,290 @@
+#include "bsp2/supersteps/ranks.hpp"
+
+#include <sched.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/mpi/environment.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <optional>
+#include <thread>
+
+#include "bsp2/bsplib/world.hpp"
+#include "bsp2/geometry/error.hpp"
+#include "exchange.hpp"
+
+namespace bsp2::supersteps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// One superstep on this rank; its name is the same on all.
+struct Entry {
+  std::string name;
+  unsigned step = 0;
+  double seconds = 0, waited = 0;
+  std::uint64_t bytes_sent = 0, bytes_received = 0, syncs = 0, cells = 0;
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & name & step & seconds & waited & bytes_sent & bytes_received & syncs & cells;
+  }
+};
+
+/// The number of ranks if the launcher says it; 0 if it only says that there is one; 1 if there is none.
+unsigned launched_ranks() {
+  const auto number = [](const char* variable) { return static_cast<unsigned>(std::max(0L, std::strtol(std::getenv(variable), nullptr, 10))); };
+  for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
+    if (std::getenv(variable) != nullptr) return number(variable);
+  const unsigned tasks = std::getenv("SLURM_STEP_NUM_TASKS") != nullptr ? number("SLURM_STEP_NUM_TASKS") : 0;
+  if (std::getenv("PMIX_RANK") != nullptr) return tasks;
+  if (tasks > 1 && std::getenv("SLURM_STEP_ID") != nullptr && std::getenv("PMI_RANK") == nullptr)
+    throw Error("srun started " + std::to_string(tasks) + " tasks that cannot find each other; start them with 'srun --mpi=pmix'");
+  return 1;
+}
+
+/// How a failure travels: whose mistake it is, then the superstep, then the text.
+enum Culprit : char { user = 'u', ours = 'o' };
+
+std::string written(Culprit culprit, const std::string& superstep, const std::string& text) {
+  return std::string(1, culprit).append(superstep).append("\n").append(text);
+}
+
+[[noreturn]] void throw_agreed(const bsplib::Error& error) {
+  const std::string& detail = error.detail();
+  const auto end = detail.find('\n');
+  if (error.code() != bsplib::Errc::exception || end == std::string::npos) throw Failure("internal error: " + std::string(error.what()));
+  const std::string superstep = detail.substr(1, end - 1);
+  std::string text = detail.substr(end + 1).append(" (").append(superstep);
+  text.append(superstep.empty() ? "rank " : ", rank ").append(std::to_string(error.culprit())).append(")");
+  if (detail[0] == Culprit::user) throw Error(text);
+  throw Failure(text);
+}
+
+}  // namespace
+
+class Ranks::Implementation {
+ public:
+  Implementation() = default;
+  explicit Implementation(std::unique_ptr<boost::mpi::environment> environment)
+      : environment_(std::move(environment)), world_(std::in_place), queue_(world_->new_queue()) {}
+  ~Implementation() { open_.reset(); }
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
+  [[nodiscard]] int rank() const { return world_ ? world_->pid() : 0; }
+  [[nodiscard]] int count() const { return world_ ? world_->nprocs() : 1; }
+
+  void together(const std::function<void()>& program) {
+    if (!world_) return program();
+    try {
+      supervised(program);
+    } catch (const bsplib::Error& error) {
+      throw_agreed(error);
+    }
+  }
+
+  void begin(const std::string& name, unsigned step) {
+    close_entry();
+    if (entries_.empty()) first_ = Clock::now();
+    const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.name == name && entry.step == step; });
+    current_ = static_cast<std::size_t>(same - entries_.begin());
+    if (same == entries_.end()) entries_.push_back({name, step});
+    begun_ = Clock::now();
+  }
+  void count_cells(std::uint64_t cells) { entries_.at(current_).cells += cells; }
+
+  [[nodiscard]] double seconds() const { return entries_.empty() ? 0 : seconds_since(first_); }
+
+  [[nodiscard]] const std::vector<Entry>& entries() {
+    close_entry();
+    return entries_;
+  }
+  [[nodiscard]] std::optional<bsplib::Machine> machine() const { return world_ ? world_->machine() : std::nullopt; }
+
+  void send(int to, std::string_view bytes) {
+    if (to == rank())
+      own_.emplace_back(bytes);
+    else if (!world_)
+      throw std::out_of_range("there is no rank " + std::to_string(to));
+    else
+      world_->send(queue_, to, {}, std::as_bytes(std::span(bytes)));
+  }
+
+  void begin_sync() {
+    received_.clear();
+    delivered_ = std::move(own_);
+    own_.clear();
+    if (world_) open_.reset(new bsplib::OpenSuperstep(world_->open()));
+    is_syncing_ = true;
+  }
+
+  bool try_sync() {
+    if (world_) {
+      if (!open_->poll()) return false;
+      const auto start = Clock::now();
+      const std::unique_ptr<bsplib::OpenSuperstep> open = std::move(open_);
+      open->close();
+      waited_ += seconds_since(start);
+      for (const bsplib::Message& message : world_->messages(queue_))
+        received_.push_back({message.source, {reinterpret_cast<const char*>(message.payload.data()), message.payload.size()}});
+    }
+    const auto place = std::find_if(received_.begin(), received_.end(), [this](const Message& message) { return message.source > rank(); });
+    std::vector<Message> own;
+    for (const std::string& bytes : delivered_) own.push_back({rank(), bytes});
+    received_.insert(place, own.begin(), own.end());
+    is_syncing_ = false;
+    return true;
+  }
+
+  /// Sleeps ever longer, up to a millisecond: short waits stay short.
+  void wait() {
+    const auto start = Clock::now();
+    for (int tries = 0; !try_sync(); ++tries) {
+      if (tries < 100)
+        std::this_thread::yield();
+      else
+        std::this_thread::sleep_for(std::chrono::microseconds(std::min(1000, tries)));
+    }
+    waited_ += seconds_since(start);
+  }
+
+  [[nodiscard]] bool is_syncing() const { return is_syncing_; }
+  [[nodiscard]] const std::vector<Message>& received() const { return received_; }
+
+ private:
+  std::unique_ptr<boost::mpi::environment> environment_;  // ends MPI after the world
+  std::optional<bsplib::World> world_;                    // none: this process alone
+  std::uint32_t queue_ = 0;
+  std::unique_ptr<bsplib::OpenSuperstep> open_;
+  bool is_syncing_ = false;
+  std::vector<Message> received_;
+  std::vector<std::string> own_, delivered_;  // messages to itself do not travel
+
+  std::vector<Entry> entries_;
+  std::size_t current_ = 0;
+  Clock::time_point first_ = Clock::now(), begun_ = first_;
+  double waited_ = 0;
+  std::uint64_t bytes_sent_ = 0, bytes_received_ = 0, syncs_ = 0;  // up to the entry at hand
+
+  void supervised(const std::function<void()>& program) {
+    const auto superstep = [this] { return entries_.empty() ? std::string() : entries_[current_].name; };
+    const auto fail = [&](Culprit culprit, const char* text) {
+      open_.reset();
+      world_->fail(written(culprit, superstep(), text));
+    };
+    try {
+      program();
+    } catch (const bsplib::Error& error) {
+      if (error.agreed()) throw;
+      fail(ours, error.what());
+    } catch (const Error& error) {
+      fail(user, error.what());
+    } catch (const Failure& failure) {
+      fail(ours, failure.what());
+    } catch (const std::bad_alloc&) {
+      fail(ours, "out of memory");
+    } catch (const std::exception& error) {
+      fail(ours, (std::string("internal error: ") + error.what()).c_str());
+    } catch (...) {
+      fail(ours, "internal error: an exception of unknown type");
+    }
+  }
+
+  void close_entry() {
+    const bsplib::CostReport nothing;
+    const bsplib::CostReport& costs = world_ ? world_->costs() : nothing;
+    if (!entries_.empty()) {
+      Entry& entry = entries_[current_];
+      entry.seconds += seconds_since(begun_);
+      entry.waited += waited_;
+      entry.bytes_sent += costs.bytes_out - bytes_sent_;
+      entry.bytes_received += costs.bytes_in - bytes_received_;
+      entry.syncs += costs.supersteps - syncs_;
+    }
+    begun_ = Clock::now();
+    waited_ = 0;
+    bytes_sent_ = costs.bytes_out;
+    bytes_received_ = costs.bytes_in;
+    syncs_ = costs.supersteps;
+  }
+};
+
+Ranks::Ranks() : Ranks(std::make_unique<Implementation>()) {}
+Ranks::Ranks(std::unique_ptr<Implementation> implementation) : implementation_(std::move(implementation)) {}
+Ranks::Ranks(Ranks&&) noexcept = default;
+Ranks::~Ranks() = default;
+
+Ranks Ranks::launched() {
+  if (launched_ranks() == 1) return {};
+  return Ranks(std::make_unique<Implementation>(std::make_unique<boost::mpi::environment>(boost::mpi::threading::funneled)));
+}
+
+int Ranks::rank() const { return implementation_->rank(); }
+int Ranks::count() const { return implementation_->count(); }
+
+unsigned Ranks::cores_of_a_rank() {
+  std::array<char, 256> node{};
+  gethostname(node.data(), node.size() - 1);
+  cpu_set_t allowed;  // the launcher may have bound this rank to some cores
+  CPU_ZERO(&allowed);
+  const bool known = sched_getaffinity(0, sizeof allowed, &allowed) == 0;
+  const unsigned cores = known ? static_cast<unsigned>(CPU_COUNT(&allowed)) : std::thread::hardware_concurrency();
+  const std::string mine = std::string(node.data()) + '\n' + std::string(reinterpret_cast<const char*>(&allowed), sizeof allowed);
+  const auto all = all_gather(*this, mine);
+  return std::max(1U, cores / static_cast<unsigned>(std::count(all.begin(), all.end(), mine)));
+}
+
+void Ranks::together(const std::function<void()>& program) { implementation_->together(program); }
+
+void Ranks::begin(const std::string& name, unsigned step) {
+  implementation_->begin(name, step);
+  if (on_superstep) on_superstep(name, step);
+}
+void Ranks::count_cells(std::uint64_t cells) { implementation_->count_cells(cells); }
+
+std::vector<SuperstepRecord> Ranks::records() {
+  const auto all = gather(*this, std::vector<Entry>(implementation_->entries()));
+  std::vector<SuperstepRecord> records;
+  for (std::size_t i = 0; !all.empty() && i < all.front().size(); ++i) {
+    SuperstepRecord& record = records.emplace_back();
+    record.name = all.front()[i].name;
+    record.step = all.front()[i].step;
+    std::uint64_t h = 0, syncs = 0;
+    for (const auto& entries : all) {
+      const Entry& entry = entries.at(i);
+      record.seconds.push_back(entry.seconds);
+      record.work_seconds.push_back(entry.seconds - entry.waited);
+      record.bytes_sent.push_back(entry.bytes_sent);
+      record.bytes_received.push_back(entry.bytes_received);
+      record.cells.push_back(entry.cells);
+      h = std::max({h, entry.bytes_sent, entry.bytes_received});
+      syncs = std::max(syncs, entry.syncs);
+    }
+    record.predicted_seconds = *std::max_element(record.work_seconds.begin(), record.work_seconds.end());
+    if (const auto machine = implementation_->machine())
+      record.predicted_seconds += machine->g * static_cast<double>(h) + machine->l * static_cast<double>(syncs);
+  }
+  return records;
+}
+
+double Ranks::seconds() const { return implementation_->seconds(); }
+
+void Ranks::send(int to, std::string_view bytes) { implementation_->send(to, bytes); }
+void Ranks::sync() {
+  begin_sync();
+  wait();
+}
+void Ranks::wait() { implementation_->wait(); }
+void Ranks::begin_sync() { implementation_->begin_sync(); }
+bool Ranks::try_sync() { return implementation_->try_sync(); }
+bool Ranks::is_syncing() const { return implementation_->is_syncing(); }
+const std::vector<Ranks::Message>& Ranks::received() const { return implementation_->received(); }
+
+}  // namespace bsp2::supersteps

@@ -1,0 +1,91 @@
+// A failure on one rank, in any superstep: all ranks end soon, with one message and the right code.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "temporary_folder.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Ended {
+  int code = 0;
+  double seconds = 0;
+  std::vector<std::string> messages;  // of bsp2, not of mpirun
+};
+
+Ended start(const std::string& environment, int ranks, const std::string& arguments) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::string command =
+      environment + " " + MPIEXEC + " --oversubscribe -n " + std::to_string(ranks) + " " + FAILING_PROGRAM + " " + arguments + " 2>&1";
+  FILE* pipe = popen(command.c_str(), "r");
+  std::string text;
+  std::array<char, 4096> buffer;
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), count);
+  Ended ended;
+  ended.code = WEXITSTATUS(pclose(pipe));
+  ended.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("bsp2: ")) ended.messages.push_back(line);
+  return ended;
+}
+
+std::string failing(const std::string& superstep, int rank, const std::string& how) {
+  return "BSP2_FAIL_AT=" + superstep + " BSP2_FAIL_RANK=" + std::to_string(rank) + " BSP2_FAIL_HOW=" + how;
+}
+
+class Failure : public testing::Test {
+ protected:
+  bsp2::testing::TemporaryFolder folder_;
+
+  [[nodiscard]] std::string out() const { return (folder_.path() / "out").string(); }
+
+  /// Fails in a run of the model that writes all it can.
+  void expect_agreed(const std::string& superstep, int ranks, int rank, const std::string& how, const fs::path& model) {
+    SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " + how);
+    const std::string place = " (" + superstep + ", rank " + std::to_string(rank) + ")";
+    const std::string cause = how == "user" ? "injected mistake" : how == "ours" ? "internal error: injected bug" : "out of memory";
+    const Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect file -o " + out());
+    EXPECT_EQ(ended.code, how == "user" ? 2 : 1);
+    EXPECT_EQ(ended.messages, std::vector<std::string>{"bsp2: " + cause + place});
+    EXPECT_LT(ended.seconds, 10);
+    EXPECT_FALSE(fs::exists(out() + "/report.json"));
+    if (fs::exists(out())) {
+      for (const auto& entry : fs::directory_iterator(out())) EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry;
+    }
+  }
+};
+
+TEST_F(Failure, EndsAllRanksInEverySuperstep) {
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
+  int turn = 0;
+  for (const char* superstep : {"compilation", "broadcast", "distribution", "computation", "collection", "rendering"}) {
+    ++turn;
+    expect_agreed(superstep, 3, turn / 2 % 2 == 0 ? 2 : 0, turn % 2 == 0 ? "user" : "ours", model);
+  }
+}
+
+/// The others would compute for minutes.
+TEST_F(Failure, OfAThreadEndsWhatTheOthersCompute) {
+  std::mt19937 random(1);
+  const auto number = [&] { return std::to_string(std::uniform_real_distribution<double>(0, 20)(random)); };
+  const fs::path model = folder_.path() / "heavy.csg";
+  std::ofstream file(model);
+  file << "difference() { cube(size=[20,20,20]);\n";
+  for (int i = 0; i < 8000; ++i)
+    file << "multmatrix([[1,0,0," << number() << "],[0,1,0," << number() << "],[0,0,1," << number() << "],[0,0,0,1]]) { sphere($fn=32,r=0.5); }\n";
+  file << "}\n";
+  file.close();
+  for (const int rank : {0, 1}) expect_agreed("computation", 2, rank, "worker", model);
+}
+
+}  // namespace

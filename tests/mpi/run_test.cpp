@@ -1,0 +1,205 @@
+// A run on several ranks against the run of one process.
+#include <gtest/gtest.h>
+
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkNew.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLPUnstructuredGridReader.h>
+
+#include <fstream>
+#include <numeric>
+#include <random>
+
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/supersteps/collection.hpp"
+#include "bsp2/supersteps/rendering.hpp"
+#include "bsp2/supersteps/run.hpp"
+#include "exchange.hpp"
+#include "temporary_folder.hpp"
+
+namespace bsp2::supersteps {
+namespace {
+
+namespace fs = std::filesystem;
+
+RunOptions options_for(const fs::path& model, unsigned regions, unsigned threads) {
+  RunOptions options;
+  options.model = model;
+  options.regions = regions;
+  options.threads = threads;
+  options.collect_cells = false;
+  return options;
+}
+
+/// All that does not depend on who computed: bit for bit.
+void expect_same_solid(const RunReport& a, const RunReport& b) {
+  EXPECT_EQ(a.digest, b.digest);
+  EXPECT_EQ(a.in_cells, b.in_cells);
+  EXPECT_EQ(a.fuzzy_cells, b.fuzzy_cells);
+  EXPECT_EQ(a.out_cells, b.out_cells);
+  EXPECT_EQ(a.in_volume, b.in_volume);
+  EXPECT_EQ(a.fuzzy_volume, b.fuzzy_volume);
+  EXPECT_EQ(a.centroid, b.centroid);
+  EXPECT_EQ(a.inertia, b.inertia);
+  EXPECT_EQ(a.lower, b.lower);
+  EXPECT_EQ(a.upper, b.upper);
+  EXPECT_EQ(a.level, b.level);
+  EXPECT_EQ(a.regions, b.regions);
+  EXPECT_EQ(a.primitives, b.primitives);
+  EXPECT_EQ(a.hyperplanes, b.hyperplanes);
+  EXPECT_EQ(a.splits, b.splits);
+  EXPECT_EQ(a.predicates, b.predicates);
+  EXPECT_EQ(a.warnings, b.warnings);
+}
+
+void compare(const RunOptions& options) {
+  Ranks ranks = Ranks::launched();
+  RunReport together;
+  ranks.together([&] { together = run(options, ranks).report; });
+  if (!ranks.is_master()) return;
+  RunOptions alone = options;
+  alone.threads = 3 - options.threads;  // 1 or 2
+  const RunReport expected = run(alone).report;
+  EXPECT_GT(expected.in_cells, 4U);
+  EXPECT_EQ(together.ranks, static_cast<unsigned>(ranks.count()));
+  expect_same_solid(together, expected);
+  std::vector<std::string> names;
+  for (const auto& record : together.supersteps) {
+    names.push_back(record.name);
+    EXPECT_EQ(record.seconds.size(), together.ranks);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"compilation", "broadcast", "distribution", "computation", "collection"}));
+}
+
+TEST(Run, FindsTheSameCellsOnAnyNumberOfRanks) {
+  for (const char* name : {"every_node", "mechanical_piece", "menger_sponge", "polyhedra", "touching_solids"})
+    for (const unsigned regions : {1U, 8U, 32U}) {
+      SCOPED_TRACE(std::string(name) + ", regions " + std::to_string(regions));
+      compare(options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), regions, 1 + regions % 2));
+    }
+}
+
+TEST(Run, AgreesWithALevelAndWithOutCells) {
+  RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg", 8, 1);
+  options.level = 14;
+  options.keep_out = true;
+  compare(options);
+}
+
+/// Boxes, balls and cylinders anywhere, with differences and intersections.
+std::string random_model(std::mt19937& random) {
+  const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };
+  std::string text;
+  for (int i = 0; i < 40; ++i) {
+    text += "multmatrix([[1,0,0," + number(0, 10) + "],[0,1,0," + number(0, 10) + "],[0,0,1," + number(0, 10) + "],[0,0,0,1]]) {";
+    text += std::array{"difference", "intersection", "union"}[random() % 3] + std::string("() { cube(size=[") + number(1, 3) + "," + number(1, 3) + ",2]);";
+    text += random() % 2 == 0 ? "sphere($fn=8,r=" + number(1, 2) + ");" : "cylinder($fn=7,h=" + number(1, 3) + ",r1=1,r2=" + number(0, 1) + ");";
+    text += "} }\n";
+  }
+  return text;
+}
+
+TEST(Run, FindsTheSameCellsOfRandomModels) {
+  const testing::TemporaryFolder folder;  // the master's is the one that is read
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const fs::path path = folder.path() / "model.csg";
+    std::ofstream(path) << random_model(random);
+    compare(options_for(path, 16, 1 + seed % 2));
+  }
+}
+
+std::string digest_of(const SolidMesh& mesh) {
+  dataflow::Digest digest;
+  for (const auto& batch : mesh.batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell) digest.add(*batch, cell);
+  return digest.hex();
+}
+
+/// Region and volume of each cell, sorted.
+using Volumes = std::vector<std::pair<std::uint32_t, double>>;
+
+Volumes volumes_of(const SolidMesh& mesh) {
+  Volumes volumes;
+  for (const auto& batch : mesh.batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell) volumes.emplace_back(batch->region[cell], batch->volume[cell]);
+  std::sort(volumes.begin(), volumes.end());
+  return volumes;
+}
+
+Volumes read_volumes(const fs::path& pvtu, const std::vector<std::int32_t>& rank_of_region) {
+  vtkNew<vtkXMLPUnstructuredGridReader> reader;
+  reader->SetFileName(pvtu.c_str());
+  reader->Update();
+  vtkCellData* data = reader->GetOutput()->GetCellData();
+  Volumes volumes;
+  for (vtkIdType i = 0; i < reader->GetOutput()->GetNumberOfCells(); ++i) {
+    const auto region = static_cast<std::uint32_t>(data->GetArray("region")->GetComponent(i, 0));
+    EXPECT_EQ(data->GetArray("rank")->GetComponent(i, 0), rank_of_region.at(region));
+    volumes.emplace_back(region, data->GetArray("volume")->GetComponent(i, 0));
+  }
+  std::sort(volumes.begin(), volumes.end());
+  return volumes;
+}
+
+/// Every way of collecting: the same cells, the same picture, the same files but for their number.
+TEST(Run, CollectsTheSameCellsAndDrawsTheSamePictureEveryWay) {
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
+  RunOptions options = options_for(model, 16, 1);
+  options.collect_cells = true;
+  const RunResult alone = run(options);
+  const std::string picture = render_png(alone.mesh, alone.tree, 300);
+  for (const Collect collect : {Collect::automatic, Collect::master, Collect::tree, Collect::file}) {
+    SCOPED_TRACE(static_cast<int>(collect));
+    options.collect = collect;
+    Ranks ranks = Ranks::launched();
+    const testing::TemporaryFolder folder;
+    RunResult result;
+    std::string drawn;
+    std::vector<std::uint64_t> held;
+    ranks.together([&] {
+      result = run(options, ranks);
+      drawn = render_png(ranks, result, 300);
+      std::string path = folder.path() / "solid.pvtu";
+      broadcast(ranks, path);
+      write_mesh(ranks, result, path);
+      std::uint64_t cells = 0;
+      for (const auto& batch : result.mesh.batches) cells += batch->size();
+      held = gather(ranks, cells);
+    });
+    EXPECT_EQ(result.is_collected, collect != Collect::file || ranks.count() == 1);
+    if (!ranks.is_master()) {
+      EXPECT_TRUE(drawn.empty());
+      continue;
+    }
+    EXPECT_TRUE(drawn == picture);
+    EXPECT_EQ(std::accumulate(held.begin(), held.end(), std::uint64_t{0}), alone.report.in_cells);
+    if (result.is_collected) {
+      EXPECT_EQ(held[0], alone.report.in_cells);
+      EXPECT_EQ(digest_of(result.mesh), alone.report.digest);
+    }
+    EXPECT_EQ(read_volumes(folder.path() / "solid.pvtu", result.rank_of_region), volumes_of(alone.mesh));
+  }
+}
+
+TEST(Run, ReadsTheModelOnceAndTellsAllWhatIsWrongWithIt) {
+  const testing::TemporaryFolder folder;
+  const fs::path path = folder.path() / "model.csg";
+  std::ofstream(path) << "cube(size=[1,2,3])";
+  Ranks ranks = Ranks::launched();
+  std::string text;
+  try {
+    ranks.together([&] { run(options_for(path, 1, 1), ranks); });
+  } catch (const Error& error) {
+    text = error.what();
+  }
+  EXPECT_NE(text.find("model.csg:1:"), std::string::npos) << text;
+  if (ranks.count() > 1) {
+    EXPECT_NE(text.find("(compilation, rank 0)"), std::string::npos) << text;
+  }
+}
+
+}  // namespace
+}  // namespace bsp2::supersteps

@@ -1,0 +1,417 @@
+// The process kinds one by one: what each makes of a stream of refinements.
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "bsp2/dataflow/combiner.hpp"
+#include "bsp2/dataflow/convex_producer.hpp"
+#include "bsp2/dataflow/lathe_producer.hpp"
+#include "bsp2/dataflow/localizer.hpp"
+#include "bsp2/dataflow/mesh_producer.hpp"
+#include "bsp2/dataflow/transformer.hpp"
+#include "dataflow_oracle.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+using geometry::Cell;
+using geometry::Label;
+using geometry::Position;
+
+/// One refinement: the cell `path` (one character a split) is IN, OUT, or was split by a hyperplane.
+struct Refinement {
+  std::string path;
+  Label label = Label::fuzzy;
+  geometry::OrientedHyperplane cut;
+  double volume = 0;
+  Point inside;  // a point of the cell
+};
+
+/// A random mix of a cell's vertices.
+template <int D>
+Point point_in(const Cell<D>& cell, Random& random) {
+  Point x(D, 0);
+  Real sum = 0;
+  for (const auto& vertex : cell.vertices()) {
+    const Real weight = -std::log(uniform(random, 1e-9, 1));
+    sum += weight;
+    for (std::size_t i = 0; i < D; ++i) x[i] += weight * vertex.x[i];
+  }
+  for (Real& coordinate : x) coordinate /= sum;
+  return x;
+}
+
+/// Drives a producer alone over the root cell and returns the stream that it emits.
+template <int D, ProducerProcess<D> P>
+std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, Random& random) {
+  geometry::Splitter<D> splitter(network.table);
+  geometry::CellWriter<D> writer(network.table);
+  CellView<D> view(splitter);
+  struct Undecided {
+    std::string path;
+    Cell<D> cell;
+    std::vector<Word> state;
+  };
+  std::vector<Undecided> stack;
+  stack.push_back({"", geometry::root_cell(network.table), {Program::kind_leaf | Program::whole, Program::header, 0}});
+  std::vector<Refinement> stream;
+  while (!stack.empty() && stream.size() < 100000) {
+    const Undecided at = std::move(stack.back());
+    stack.pop_back();
+    view.look_at(at.cell);
+    std::vector<Word> left;
+    Refinement refinement{at.path, producer.ask(at.state.data(), view, left), {}, writer.measure(at.cell).volume(), point_in(at.cell, random)};
+    if (refinement.label == Label::fuzzy) {
+      left[1] = static_cast<Word>(left.size());
+      const std::size_t before = producer.undecided(at.state.data());
+      EXPECT_LE(producer.undecided(left.data()), before) << "a state must shrink";
+      EXPECT_GT(producer.undecided(left.data()), 0U);
+      const Advice advice = producer.advise(left.data(), view);
+      refinement.cut = advice.plane;
+      if (splitter.classify(at.cell, advice.plane.id()) != Position::crossing) {
+        ADD_FAILURE() << "advice misses the cell";
+        return stream;
+      }
+      Undecided negative{at.path + '-', {}, left}, positive{at.path + '+', {}, left};
+      splitter.split(at.cell, advice.plane.id(), &negative.cell, &positive.cell);
+      // What the advice promises.
+      std::vector<Word> unused;
+      const Undecided &beyond = advice.plane.flipped() ? negative : positive, &behind = advice.plane.flipped() ? positive : negative;
+      if (advice.beyond_is_out) {
+        view.look_at(beyond.cell);
+        EXPECT_EQ(producer.ask(left.data(), view, unused), Label::out);
+      }
+      unused.clear();
+      if (advice.behind_is_in) {
+        view.look_at(behind.cell);
+        EXPECT_EQ(producer.ask(left.data(), view, unused), Label::in);
+      }
+      stack.push_back(std::move(negative));
+      stack.push_back(std::move(positive));
+    }
+    stream.push_back(std::move(refinement));
+  }
+  return stream;
+}
+
+/// Each refinement replaces a cell that the stream has split before, nothing comes twice, and what is final fills the root.
+void expect_stream_of_refinements(const std::vector<Refinement>& stream) {
+  std::map<std::string, const Refinement*> seen;
+  double final_volume = 0;
+  for (const Refinement& refinement : stream) {
+    ASSERT_TRUE(seen.emplace(refinement.path, &refinement).second) << "cell " << refinement.path << " is emitted twice";
+    if (!refinement.path.empty()) {
+      const auto parent = seen.find(refinement.path.substr(0, refinement.path.size() - 1));
+      ASSERT_TRUE(parent != seen.end()) << "cell " << refinement.path << " comes before the one that it refines";
+      ASSERT_EQ(parent->second->label, Label::fuzzy) << "cell " << refinement.path << " refines a decided one";
+      ASSERT_LE(refinement.volume, parent->second->volume * (1 + 1e-12));
+    }
+    if (refinement.label != Label::fuzzy) final_volume += refinement.volume;
+  }
+  for (const Refinement& refinement : stream)
+    if (refinement.label == Label::fuzzy) {
+      ASSERT_TRUE(seen.contains(refinement.path + '-') && seen.contains(refinement.path + '+'));
+    }
+  EXPECT_NEAR(final_volume, stream.front().volume, 1e-12 * stream.front().volume);
+}
+
+template <int D>
+std::vector<Refinement> stream_of(const model::Expression& primitive, Random& random) {
+  const Network<D> network = compile<D>(primitive, {});
+  EXPECT_EQ(network.producers.size(), 1U);
+  const Producer<D>& producer = network.producers[0];
+  if constexpr (D == 3)
+    if (producer.mesh >= 0) return stream_of<3>(network, MeshProducer(network, producer), random);
+  if constexpr (D == 3)
+    if (producer.lathe >= 0) return stream_of<3>(network, LatheProducer(network, producer), random);
+  return stream_of<D>(network, ConvexProducer<D>(network, producer), random);
+}
+
+template <int D>
+double check_producer(const model::Expression& primitive, Random& random) {
+  const auto stream = stream_of<D>(primitive, random);
+  expect_stream_of_refinements(stream);
+  double in = 0;
+  for (const Refinement& refinement : stream) {
+    if (refinement.label == Label::fuzzy) continue;
+    const Where truth = where(primitive, refinement.inside, 1e-7L);
+    EXPECT_TRUE(truth.doubtful || truth.inside == (refinement.label == Label::in)) << refinement.path;
+    if (refinement.label == Label::in) in += refinement.volume;
+  }
+  return in;
+}
+
+TEST(ConvexProducer, EmitsAStreamOfRefinementsInAnyDimension) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  EXPECT_NEAR(check_producer<1>(model::cuboid({2}), random), 2, 1e-13);
+  EXPECT_NEAR(check_producer<2>(model::cuboid({2, 3}), random), 6, 1e-13);
+  EXPECT_NEAR(check_producer<3>(model::cuboid({2, 3, 4}), random), 24, 1e-12);
+  EXPECT_NEAR(check_producer<4>(model::cuboid({2, 1, 1, 3}), random), 6, 1e-12);
+  EXPECT_NEAR(check_producer<6>(model::cuboid({1, 1, 1, 1, 1, 2}), random), 2, 1e-12);
+  for (const std::uint32_t sides : {3U, 16U, 64U}) {
+    const double area = sides * std::sin(2 * std::numbers::pi / sides) / 2;
+    EXPECT_NEAR(check_producer<3>(model::cylinder(2, 1, 1, sides), random), 2 * area, 1e-12);
+    EXPECT_NEAR(check_producer<3>(model::cylinder(3, 1, 0, sides), random), area, 1e-12);
+  }
+  check_producer<3>(model::sphere(1, 24), random);
+}
+
+TEST(LatheProducer, EmitsAStreamOfRefinements) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (const std::uint32_t sides : {600U, 1001U}) {
+    const double area = sides * std::sin(2 * std::numbers::pi / sides) / 2;
+    EXPECT_NEAR(check_producer<3>(model::cylinder(2, 1, 1, sides), random), 2 * area, 1e-11);
+    EXPECT_NEAR(check_producer<3>(model::cylinder(3, 1, 0, sides), random), area, 1e-11);
+    EXPECT_NEAR(check_producer<3>(model::cylinder(3, 1, 2, sides), random), 7 * area, 1e-11);
+  }
+  for (const std::uint32_t sides : {33U, 60U}) check_producer<3>(model::sphere(1, sides), random);
+}
+
+/// Whatever cuts its cells, a lathe answers as its half-spaces do one by one.
+TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
+  for (int round = 0; round < 60; ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto e = model::transform(free_matrix(random, 3, 3), chance(random, 0.5) ? model::sphere(1, static_cast<std::uint32_t>(pick(random, 33, 60)))
+                                                                                   : model::cylinder(1, 1, uniform(random, 0, 2), static_cast<std::uint32_t>(pick(random, 512, 900))));
+    const Network<3> network = compile<3>(e, {});
+    if (network.producers.empty() || network.producers[0].lathe < 0) continue;
+    const LatheProducer lathe(network, network.producers[0]);
+    const ConvexProducer<3> convex(network, network.producers[0]);
+    geometry::Splitter<3> splitter(network.table);
+    CellView<3> view(splitter);
+    const std::vector<Word> whole{Program::kind_leaf | Program::whole, Program::header, 0};
+    for (int descent = 0; descent < 20; ++descent) {
+      Cell<3> cell = geometry::root_cell(network.table);
+      std::vector<Word> state = whole, plain = whole;
+      for (int depth = 0; depth < 40; ++depth) {
+        view.look_at(cell);
+        std::vector<Word> left, plain_left;
+        const Label label = lathe.ask(state.data(), view, left), truth = convex.ask(plain.data(), view, plain_left);
+        // A cell may be outside although no half-space alone keeps it there.
+        const bool sharper = label == Label::out && truth == Label::fuzzy;
+        ASSERT_TRUE(label == truth || label == Label::fuzzy || sharper) << "a wrong label at depth " << depth;
+        for (int sample = 0; sharper && sample < 10; ++sample) {
+          const Where there = where(e, point_in(cell, random), 1e-9L);
+          ASSERT_TRUE(there.doubtful || !there.inside);
+        }
+        if (label != Label::fuzzy) break;
+        left[1] = static_cast<Word>(left.size());
+        state = left;
+        if (truth == Label::fuzzy) {
+          plain_left[1] = static_cast<Word>(plain_left.size());
+          plain = plain_left;
+        } else {
+          plain = whole;
+        }
+        geometry::HyperplaneId id = lathe.advise(state.data(), view).plane.id();
+        if (chance(random, 0.5)) {  // a cut that the lathe did not ask for
+          const int axis = pick(random, 0, 2);
+          const double x = uniform(random, view.extent().lower[static_cast<std::size_t>(axis)], view.extent().upper[static_cast<std::size_t>(axis)]);
+          const auto other = network.table.axis_hyperplane(axis, network.table.axis_position(axis, x));
+          if (view.crosses(other)) id = other;
+        }
+        ASSERT_EQ(splitter.classify(cell, id), Position::crossing);
+        Cell<3> half;
+        const bool negative = chance(random, 0.5);
+        splitter.split(cell, id, negative ? &half : nullptr, negative ? nullptr : &half);
+        cell = std::move(half);
+      }
+    }
+  }
+}
+
+TEST(MeshProducer, EmitsAStreamOfRefinements) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  EXPECT_NEAR(check_producer<3>(l_shape(1, 1, 2), random), 6, 1e-12);
+  EXPECT_NEAR(check_producer<3>(star(7, 2, 1, 1), random), 14 * std::sin(std::numbers::pi / 7), 1e-12);
+  EXPECT_NEAR(check_producer<3>(polycube({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 1, 1}}), random), 4, 1e-12);
+}
+
+/// The stream of a transformed producer is the image of the producer's: the same refinements, each cell the image of a
+/// cell with the same label.
+TEST(Transformer, MapsAStreamOfRefinementsToItsImage) {
+  for (int round = 0; round < 50; ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    std::vector<double> m = identity_matrix(3), identity = m;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 4; ++j) m[4 * i + j] = uniform(random, -2, 2);
+    const auto minor = [&](std::size_t a, std::size_t b) { return m[4 + a] * m[8 + b] - m[4 + b] * m[8 + a]; };
+    const double determinant = m[0] * minor(1, 2) - m[1] * minor(0, 2) + m[2] * minor(0, 1);
+    if (std::fabs(determinant) < 0.3) continue;
+    const model::Expression primitive = chance(random, 0.5) ? model::cuboid({1, 2, 3}) : model::cylinder(1, 1, 0.5, 7);
+    const auto in = [&](const model::Expression& e) { return check_producer<3>(e, random); };
+    const double before = in(primitive), after = in(model::transform(m, primitive));
+    EXPECT_NEAR(after, before * std::fabs(determinant), 1e-11 * after);
+
+    // Hyperplane by hyperplane: the image of a point is on the same side of the image of a hyperplane.
+    const geometry::Polytope<3> box = geometry::unit_box<3>();
+    const Transformer<3> transformer(m);
+    const Box<3> bounds = transformer.image(Box<3>{box.lower, box.upper});
+    double reach = 0;
+    for (std::size_t i = 0; i < 3; ++i) reach = std::max({reach, std::fabs(bounds.lower[i]), std::fabs(bounds.upper[i])});
+    geometry::HyperplaneTable<3> table(bounds.lower, bounds.upper, reach);
+    const std::uint32_t first = table.add_covectors(box.covectors);
+    const auto emitted = transformer.emit(table, first, 6, bounds);
+    ASSERT_TRUE(emitted.has_value());
+    const auto codes = table.merge(0);
+    ASSERT_EQ(codes.size(), 6U);
+    for (int sample = 0; sample < 20; ++sample) {
+      std::array<double, 3> x, image;
+      for (double& coordinate : x) coordinate = uniform(random, -0.5, 1.5);
+      for (std::size_t i = 0; i < 3; ++i) image[i] = m[4 * i] * x[0] + m[4 * i + 1] * x[1] + m[4 * i + 2] * x[2] + m[4 * i + 3];
+      for (std::size_t k = 0; k < 6; ++k) {
+        const auto& c = box.covectors[k].rounded;
+        const double value = static_cast<double>(c[0] * x[0] + c[1] * x[1] + c[2] * x[2] + c[3]);
+        const double mapped = table.rounded(codes[k].id()).at(image);
+        if (std::fabs(value) > 1e-9) {
+          EXPECT_EQ(value < 0, (mapped < 0) != codes[k].flipped());
+        }
+      }
+    }
+    EXPECT_FALSE(HasFailure());
+  }
+}
+
+TEST(Transformer, ComposesAndEmitsNothingWhereItIsSingular) {
+  const Transformer<2> scale(std::vector<double>{2, 0, 0, 0, 3, 0, 0, 0, 1}), shift(std::vector<double>{1, 0, 5, 0, 1, 7, 0, 0, 1});
+  const Box<2> unit{{0, 0}, {1, 1}};
+  const Box<2> image = shift.after(scale).image(unit), other = scale.after(shift).image(unit);
+  EXPECT_NEAR(image.upper[0], 7, 1e-12);
+  EXPECT_NEAR(image.lower[1], 7, 1e-12);
+  EXPECT_NEAR(other.lower[0], 10, 1e-12);
+  EXPECT_NEAR(other.upper[1], 24, 1e-12);
+  EXPECT_LE(image.lower[0], 5);
+  const Transformer<2> flat(std::vector<double>{1, 1, 0, 2, 2, 0, 0, 0, 1});
+  geometry::HyperplaneTable<2> table(unit.lower, unit.upper, 4);
+  const std::uint32_t first = table.add_covectors(geometry::unit_box<2>().covectors);
+  EXPECT_FALSE(flat.emit(table, first, 4, unit).has_value());
+}
+
+TEST(Complement, MapsAStreamToItsComplement) {
+  EXPECT_EQ(Complement::map(Answer{Label::in, 3}), (Answer{Label::out, geometry::no_part}));
+  EXPECT_EQ(Complement::map(Answer{Label::out}), (Answer{Label::in, geometry::no_part}));
+  EXPECT_EQ(Complement::map(Answer{Label::fuzzy}).label, Label::fuzzy);
+  Random random(5);
+  const auto cube = model::cuboid({1, 1, 1}), world = model::cuboid({3, 3, 3}, true);
+  EXPECT_NEAR(volume<3>(model::intersect({world, model::complement(cube)})), 26, 1e-11);
+}
+
+/// What three-valued logic knows of a combiner's operands: the answer that all completions agree in.
+std::optional<bool> truth(Word kind, const std::vector<Label>& operands) {
+  std::set<bool> possible;
+  const std::size_t n = operands.size();
+  for (unsigned completion = 0; completion < (1U << n); ++completion) {
+    bool consistent = true, all = true, any = false, odd = false;
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool in = (completion >> i & 1U) != 0;
+      consistent &= operands[i] == Label::fuzzy || in == (operands[i] == Label::in);
+      all &= in;
+      any |= in;
+      odd ^= in;
+    }
+    if (consistent) possible.insert(kind == Program::kind_unite ? any : kind == Program::kind_intersect ? all : odd);
+  }
+  return possible.size() == 1 ? std::optional(*possible.begin()) : std::nullopt;
+}
+
+/// The streams of the operands come in token by token: at each, some operands that were undecided are refined. What the
+/// combiner emits must be what all completions agree in, as soon as they do, and it must never take it back.
+TEST(Combiner, FoldsStreamsOfRefinementsIntoOne) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (int round = 0; round < 5000; ++round) {
+    const Word kind = static_cast<Word>(pick(random, 1, 3));
+    std::vector<Label> known(static_cast<std::size_t>(pick(random, 1, 6)), Label::fuzzy);
+    std::vector<std::int32_t> part(known.size());
+    for (auto& p : part) p = chance(random, 0.3) ? geometry::no_part : pick(random, 0, 9);
+    std::vector<std::size_t> left(known.size());
+    for (std::size_t i = 0; i < left.size(); ++i) left[i] = i;
+    Word memory = 0;
+    for (;;) {
+      for (const std::size_t i : left)
+        if (chance(random, 0.4)) known[i] = chance(random, 0.5) ? Label::in : Label::out;
+      Combiner combiner(kind, memory);
+      std::optional<Answer> answer;
+      std::vector<std::size_t> undecided;
+      for (const std::size_t i : left) {
+        if (known[i] == Label::fuzzy)
+          undecided.push_back(i);
+        else if (combiner.fold({known[i], known[i] == Label::in ? part[i] : geometry::no_part})) {
+          answer = Answer{known[i], known[i] == Label::in ? part[i] : geometry::no_part};
+          break;
+        }
+      }
+      if (!answer && undecided.empty()) answer = combiner.answer();
+      const auto expected = truth(kind, known);
+      ASSERT_EQ(answer.has_value(), expected.has_value());
+      if (answer) {
+        ASSERT_EQ(answer->label == Label::in, *expected);
+        if (answer->label == Label::in && kind != Program::kind_unite) {  // the lowest part of the operands that are IN
+          std::int32_t lowest = geometry::no_part;
+          for (std::size_t i = 0; i < known.size(); ++i)
+            if (known[i] == Label::in && part[i] >= 0 && (lowest < 0 || part[i] < lowest)) lowest = part[i];
+          ASSERT_EQ(answer->part, lowest);
+        }
+        if (answer->label == Label::out) {
+          ASSERT_EQ(answer->part, geometry::no_part);
+        }
+        break;
+      }
+      // A combiner that remembers nothing may leave the word to its last operand.
+      if (combiner.is_transparent() && undecided.size() == 1) {
+        for (const Label last : {Label::in, Label::out}) {
+          auto completed = known;
+          completed[undecided[0]] = last;
+          ASSERT_EQ(truth(kind, completed), last == Label::in);
+        }
+      }
+      memory = combiner.memory();
+      left = undecided;
+    }
+  }
+}
+
+/// Any number of consumers; the cells that they get are final: disjoint, none twice, together the solid.
+TEST(Consumer, GetsEveryDecidedCellOnce) {
+  const auto e = model::subtract({model::cuboid({4, 4, 4}), model::sphere(3, 20), model::cylinder(4, 1, 1, 12)});
+  const Network<3> network = compile<3>(e, {});
+  struct Ledger : Consumer {
+    std::set<std::vector<double>> cells;
+    std::map<std::uint32_t, std::uint64_t> next;  // by worker
+    double in = 0;
+    void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override {
+      const auto& batch = refinement->cells;
+      EXPECT_EQ(refinement->first, next[refinement->worker]) << "the cells of a worker come in their order";
+      next[refinement->worker] += batch.size();
+      for (std::size_t cell = 0; cell < batch.size(); ++cell) {
+        const auto points = batch.cell_points(cell);
+        EXPECT_TRUE(cells.insert({points.begin(), points.end()}).second) << "a cell twice";
+        if (batch.label[cell] == Label::in) in += batch.volume[cell];
+      }
+    }
+  } first, second;
+  std::vector<Consumer*> consumers{&first, &second};
+  const auto result = evaluate(network, partition(network, 2).regions, keep_everything(2), consumers);
+  const auto& totals = result.totals;
+  EXPECT_EQ(first.cells.size(), totals.in_cells + totals.out_cells + totals.fuzzy_cells);
+  EXPECT_EQ(first.cells, second.cells);
+  EXPECT_NEAR(first.in, totals.in.value().volume(), 1e-11);
+}
+
+}  // namespace
+}  // namespace bsp2::dataflow
