@@ -11,7 +11,7 @@ using wire::Header;
 using wire::Kind;
 using wire::Route;
 
-Engine::Engine(MPI_Comm comm, WorldOptions options)
+Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
     : comm_(comm), options_(options), staging_(comm, options.staging_bytes), registry_([&] {
         int size = 0;
         MPI_Comm_size(comm, &size);
@@ -20,7 +20,9 @@ Engine::Engine(MPI_Comm comm, WorldOptions options)
   MPI_Comm_rank(comm, &pid_);
   MPI_Comm_size(comm, &nprocs_);
   const auto n = static_cast<std::size_t>(nprocs_);
-  runs_.assign(n, {no_put_run, no_reference_run, no_reference_run, no_reference_run});
+  if (room.size() < n) own_runs_ = std::make_shared<bsp2_runs[]>(n);
+  runs_ = own_runs_ ? std::span(own_runs_.get(), n) : room.first(n);
+  std::ranges::fill(runs_, bsp2_runs{no_put_run, no_reference_run, no_reference_run, no_reference_run});
   for (bsp2_runs& runs : runs_) out_.emplace_back(&staging_, &runs.put);
   in_.resize(n);
   slots_out_.resize(n * wire::slot_bytes);

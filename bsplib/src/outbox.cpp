@@ -29,7 +29,7 @@ std::byte* Outbox::append(std::size_t bytes) {
 /// The run goes on in a larger stream, if it only ended for want of room there.
 bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes) {
   if (slot != run_->slot) return false;
-  if (run_->next != wire::nowhere) end_run();
+  if (run_->end != 0) end_run();
   if (offset != last_ || bytes > limit_ - offset || last_ - first_ + bytes > longest_run) return false;
   make_room(wire::padded(bytes) + 8);
   open_run();
@@ -53,7 +53,7 @@ void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std:
 
 void Outbox::close_run() {
   if (run_->slot == Registry::no_id) return;
-  if (run_->next != wire::nowhere) end_run();
+  if (run_->end != 0) end_run();
   *run_ = no_put_run;
   limit_ = 0;
 }

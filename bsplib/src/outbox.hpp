@@ -16,9 +16,8 @@
 namespace bsp2::bsplib {
 
 /// No run is open.
-inline constexpr bsp2_put_run no_put_run{nullptr, Registry::no_id, wire::nowhere, wire::nowhere, 0};
-inline constexpr bsp2_reference_run no_reference_run{nullptr,       Registry::no_id, wire::nowhere,
-                                                     wire::nowhere, nullptr,         0};
+inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id};
+inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
@@ -110,8 +109,8 @@ inline void Outbox::open_run() {
 inline void Outbox::end_run() {
   const std::size_t place = size_ - wire::padded(last_ - first_);
   payload += run_->next - last_;
-  last_ = std::exchange(run_->next, wire::nowhere);
-  run_->end = wire::nowhere;
+  last_ = std::exchange(run_->next, 0);
+  run_->end = 0;
   size_ = place + wire::padded(last_ - first_);
   write_head(block_.data + place - head_, first_, last_ - first_);
 }
@@ -143,16 +142,15 @@ inline void Outbox::write_put(std::size_t offset, const void* source, std::size_
 }
 
 inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
-  if (slot != run_->slot || bytes > limit_ || offset > limit_ - bytes) return false;
-  if (run_->next != wire::nowhere) end_run();
+  if (slot != run_->slot || bytes - 1 >= limit_ || offset > limit_ - bytes) return false;
+  if (run_->end != 0) end_run();
   if constexpr (defect == Defect::merge_wrongly)
     if (offset == last_ + 1) --offset;
   if (offset == last_) {
     open_run();
     return bsp2_continue_put(run_, offset, source, bytes) != 0;
   }
-  if (bytes - 1 >= wire::stage_bytes - 1 || block_.capacity - size_ < head_ + wire::padded(bytes))
-    return false;
+  if (bytes >= wire::stage_bytes || block_.capacity - size_ < head_ + wire::padded(bytes)) return false;
   write_put(offset, source, bytes);
   return true;
 }
