@@ -81,7 +81,7 @@ void Engine::start_put(int pid, const void* source, Registry::Id slot, std::size
 
 void Engine::stage_put(int pid, const void* source, Registry::Id slot, std::size_t offset,
                        std::size_t bytes) {
-  const Staging::Block block = staging_.allocate(bytes);
+  const Staging::Block block = staging_.allocate_data(bytes);
   std::memcpy(block.data, source, bytes);
   out(pid).big_put(slot, offset, block.data, bytes, staging_.peer(pid) ? block.where : wire::nowhere);
 }

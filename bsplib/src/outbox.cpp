@@ -8,7 +8,9 @@ using wire::Short;
 
 void Outbox::grow(std::size_t needed) {
   const std::size_t capacity = std::max({needed, 2 * block_.capacity, reserve_, std::size_t{1024}});
-  if (block_.data && staging_->extend(block_, capacity)) return;
+  if (block_.data)
+    for (const std::size_t size : {capacity, needed + wire::stage_bytes, needed})
+      if (staging_->extend(block_, size)) return;
   Staging::Block larger = staging_->allocate(capacity);
   if (size_ > 0) std::memcpy(larger.data, block_.data, size_);
   block_ = larger;

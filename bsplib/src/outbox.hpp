@@ -128,6 +128,7 @@ inline void Outbox::write_head(std::byte* place, std::size_t offset, std::size_t
 
 inline void Outbox::write_put(std::size_t offset, const void* source, std::size_t bytes) {
   std::byte* place = block_.data + size_;
+  BSP2_SOON_WRITTEN(place[1024]);
   write_head(place, offset, bytes);
   if (bytes == 8) {
     std::memcpy(place + head_, source, 8);
