@@ -64,6 +64,7 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
         static_cast<std::uint32_t>(rejected_->where().size() + 1 + rejected_->detail().size());
   }
   for (int rank = 0; rank < nprocs_; ++rank) end_runs(rank);
+  for (int rank = nprocs_ - 1; kind == Kind::sync && rank >= 0; --rank) out(rank).finish();
   for (int rank = 0; rank < nprocs_; ++rank) {
     std::byte* slot = slots_out_.data() + static_cast<std::size_t>(rank) * wire::slot_bytes;
     Header h = common;

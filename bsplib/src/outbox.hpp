@@ -57,6 +57,8 @@ class Outbox {
   void message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* payload,
                std::size_t bytes);
   void close_run();
+  /// No record follows: gives back memory that was reserved for more.
+  void finish() { staging_->shrink(block_, size_); }
   /// Forgets everything; the next stream starts as large as this one became.
   void reset();
 

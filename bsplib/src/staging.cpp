@@ -120,6 +120,13 @@ bool Staging::extend(Block& block, std::size_t capacity) {
   return true;
 }
 
+void Staging::shrink(Block& block, std::size_t bytes) {
+  if (block.where == wire::nowhere || block.where + block.capacity != half_ * half_bytes_ + top_) return;
+  const std::size_t capacity = std::min(block.capacity, aligned(std::max<std::size_t>(bytes, 1)));
+  top_ -= block.capacity - capacity;
+  block.capacity = capacity;
+}
+
 void Staging::flip() {
   half_ ^= 1U;
   top_ = 0;

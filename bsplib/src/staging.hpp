@@ -43,6 +43,8 @@ class Staging {
   std::byte* peer(int rank) const { return peers_[static_cast<std::size_t>(rank)]; }
   /// The ranks that share memory; null if there is none.
   MPI_Comm node() const { return window_ == MPI_WIN_NULL ? MPI_COMM_NULL : node_; }
+  /// The opposite: leaves it only so many bytes.
+  void shrink(Block& block, std::size_t bytes);
   /// After a sync: the other half's turn.
   void flip();
   /// Collective: gives the shared memory back. Without it the memory lives until MPI ends.
