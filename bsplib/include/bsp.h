@@ -112,9 +112,10 @@ bsp_size_t bsp_hpmove(void** tag, void** payload);
 /* --- Speed --------------------------------------------------------------------------------------------------- */
 
 #ifdef __GNUC__
-/* Of the running program; not an interface. */
-extern struct bsp2_runs* bsp2_classic_runs;
-extern unsigned bsp2_classic_ranks;
+/* Of the running program, for processes with smaller numbers; not an interface. At a fixed address, since every call
+ * reads it. */
+#define BSP2_RUNS 256
+extern struct bsp2_runs bsp2_classic_runs[BSP2_RUNS];
 #endif
 
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(BSP2_NO_INLINE)
@@ -131,26 +132,26 @@ void bsp2_library_get(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) BSP
 void bsp2_library_hpget(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) BSP2_LIBRARY(bsp_hpget);
 
 BSP2_STAND_IN void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  struct bsp2_put_run* run = (unsigned)pid < bsp2_classic_ranks ? &bsp2_classic_runs[pid].put : NULL;
-  if (!run || run->name != dst || !bsp2_continue_put(run, (size_t)offset, src, (size_t)nbytes))
+  if ((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].put.name != dst ||
+      !bsp2_continue_put(&bsp2_classic_runs[pid].put, (size_t)offset, src, (size_t)nbytes))
     bsp2_library_put(pid, src, dst, offset, nbytes);
 }
 
 BSP2_STAND_IN void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  struct bsp2_reference_run* run = (unsigned)pid < bsp2_classic_ranks ? &bsp2_classic_runs[pid].hpput : NULL;
-  if (!run || run->name != dst || !bsp2_continue_reference(run, (size_t)offset, src, (size_t)nbytes))
+  if ((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].hpput.name != dst ||
+      !bsp2_continue_reference(&bsp2_classic_runs[pid].hpput, (size_t)offset, src, (size_t)nbytes))
     bsp2_library_hpput(pid, src, dst, offset, nbytes);
 }
 
 BSP2_STAND_IN void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
-  struct bsp2_reference_run* run = (unsigned)pid < bsp2_classic_ranks ? &bsp2_classic_runs[pid].get : NULL;
-  if (!run || run->name != src || !bsp2_continue_reference(run, (size_t)offset, dst, (size_t)nbytes))
+  if ((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].get.name != src ||
+      !bsp2_continue_reference(&bsp2_classic_runs[pid].get, (size_t)offset, dst, (size_t)nbytes))
     bsp2_library_get(pid, src, offset, dst, nbytes);
 }
 
 BSP2_STAND_IN void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
-  struct bsp2_reference_run* run = (unsigned)pid < bsp2_classic_ranks ? &bsp2_classic_runs[pid].hpget : NULL;
-  if (!run || run->name != src || !bsp2_continue_reference(run, (size_t)offset, dst, (size_t)nbytes))
+  if ((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].hpget.name != src ||
+      !bsp2_continue_reference(&bsp2_classic_runs[pid].hpget, (size_t)offset, dst, (size_t)nbytes))
     bsp2_library_hpget(pid, src, offset, dst, nbytes);
 }
 #endif

@@ -81,7 +81,7 @@ void Engine::start_put(int pid, const void* source, Registry::Id slot, std::size
 
 void Engine::stage_put(int pid, const void* source, Registry::Id slot, std::size_t offset,
                        std::size_t bytes) {
-  const Staging::Block block = staging_.allocate(bytes);
+  const Staging::Block block = staging_.allocate_data(bytes);
   std::memcpy(block.data, source, bytes);
   out(pid).big_put(slot, offset, block.data, bytes, staging_.peer(pid) ? block.where : wire::nowhere);
 }
@@ -101,13 +101,12 @@ std::size_t length(const bsp2_reference_run& run) {
 
 void Engine::begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset,
                        const void* local, std::size_t bytes) {
-  if (run.slot != slot) run = {nullptr, slot, 0, size_of(slot, pid), nullptr, 0};
-  run.first = offset;
-  run.next = offset + bytes;
-  run.local = static_cast<char*>(const_cast<void*>(local)) + bytes;
+  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), nullptr, 0, slot};
+  place_run(run, offset, local, bytes);
 }
 
-void Engine::hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+void Engine::start_hpput(int pid, const void* source, Registry::Id slot, std::size_t offset,
+                         std::size_t bytes) {
   if (!exists(pid) || !same_memory(runs_of(pid).hpput, slot, offset, bytes)) {
     outbox(pid, "hpput");
     check_range("hpput", "Writes", pid, slot, offset, bytes);
@@ -115,13 +114,17 @@ void Engine::hpput(int pid, const void* source, Registry::Id slot, std::size_t o
   if (bytes == 0) return;
   if (!source) reject(Errc::bad_argument, "hpput", "The source is NULL");
   end_hpput(pid);
-  begin_run(runs_of(pid).hpput, pid, slot, offset, source, bytes);
+  bsp2_reference_run& run = runs_of(pid).hpput;
+  begin_run(run, pid, slot, offset, source, bytes);
+  if (bytes >= wire::store_bytes) return;
+  out(pid).put(slot, offset, source, bytes, run.end);
+  run.first = run.next;
 }
 
 void Engine::end_hpput(int pid) {
   bsp2_reference_run& run = runs_of(pid).hpput;
-  if (run.slot == Registry::no_id) return;
   const std::size_t bytes = length(run);
+  if (bytes == 0) return;
   const auto* source = reinterpret_cast<const std::byte*>(run.local) - bytes;
   if (bytes < wire::store_bytes && out(pid).put_again(run.slot, run.first, source, bytes)) return;
   const Registry::Slot& target = registry_.slot(run.slot);

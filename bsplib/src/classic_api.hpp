@@ -55,10 +55,14 @@ struct Api {
     guarded([&] { world.push_reg(address, static_cast<std::size_t>(bytes)); });
   }
 
+  static bsp2_runs* runs_of(Pid pid) {
+    return static_cast<unsigned>(pid) < state.runs.size() ? &state.runs[static_cast<unsigned>(pid)] : nullptr;
+  }
+
   /// The run that a call began is now known by the address that the program used (run.h).
   template <class Run>
   static void name(Run bsp2_runs::*run, Pid to, World::Slot slot, const void* address) {
-    Run& begun = bsp2_classic_runs[to].*run;
+    Run& begun = runs_of(to)->*run;
     if (begun.slot == slot) begun.name = address;
   }
 
@@ -69,20 +73,28 @@ struct Api {
 
   /// A scattered put, if the last one to this process went to the same memory.
   static bool put_again(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
-    if (static_cast<unsigned>(to) >= bsp2_classic_ranks || negative(offset) || negative(bytes)) return false;
-    bsp2_put_run& run = bsp2_classic_runs[to].put;
+    bsp2_runs* runs = runs_of(to);
+    if (!runs || runs->put.name != dst || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
-    return run.name == dst && (bsp2_continue_put(&run, at, src, size) ||
-                               state.engine->put_again(static_cast<int>(to), src, run.slot, at, size));
+    return bsp2_continue_put(&runs->put, at, src, size) ||
+           state.engine->put_again(static_cast<int>(to), src, runs->put.slot, at, size);
+  }
+
+  static bool hpput_again(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
+    bsp2_runs* runs = runs_of(to);
+    if (!runs || runs->hpput.name != dst || negative(offset) || negative(bytes)) return false;
+    const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
+    return bsp2_continue_reference(&runs->hpput, at, src, size) ||
+           state.engine->hpput_again(static_cast<int>(to), src, runs->hpput.slot, at, size);
   }
 
   /// What a program does itself, if it was compiled with the functions of bsp.h.
   static bool continues(bsp2_reference_run bsp2_runs::*run, Pid to, const void* name, Size offset,
                         const void* local, Size bytes) {
-    if (static_cast<unsigned>(to) >= bsp2_classic_ranks) return false;
-    bsp2_reference_run& newest = bsp2_classic_runs[to].*run;
-    return newest.name == name && bsp2_continue_reference(&newest, static_cast<std::size_t>(offset), local,
-                                                          static_cast<std::size_t>(bytes));
+    bsp2_runs* runs = runs_of(to);
+    return runs && (runs->*run).name == name &&
+           bsp2_continue_reference(&(runs->*run), static_cast<std::size_t>(offset), local,
+                                   static_cast<std::size_t>(bytes));
   }
 
   [[gnu::noinline]] static void start_put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
@@ -97,7 +109,12 @@ struct Api {
   }
 
   static void hpput(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
-    if (continues(&bsp2_runs::hpput, to, dst, offset, src, bytes)) return;
+    if (hpput_again(to, src, dst, offset, bytes)) return;
+    start_hpput(to, src, dst, offset, bytes);
+  }
+
+  [[gnu::noinline]] static void start_hpput(Pid to, const void* src, const void* dst, Size offset,
+                                            Size bytes) {
     auto& world = engine("bsp_hpput");
     if (bytes == 0) return;
     check_access("bsp_hpput", offset, bytes);

@@ -13,8 +13,7 @@ State state;
 }  // namespace bsp2::bsplib::classic
 
 extern "C" {
-bsp2_runs* bsp2_classic_runs = nullptr;
-unsigned bsp2_classic_ranks = 0;
+bsp2_runs bsp2_classic_runs[BSP2_RUNS];
 }
 
 namespace bsp2::bsplib::classic {
@@ -141,11 +140,9 @@ void begin(long long maxprocs) {
     state.ended = true;
     std::exit(EXIT_SUCCESS);
   }
-  state.world.emplace(part);
-  MPI_Comm_free(&part);
-  state.engine = &state.world->engine();
-  bsp2_classic_runs = state.engine->runs().data();
-  bsp2_classic_ranks = static_cast<unsigned>(state.nprocs);
+  state.engine =
+      std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), std::span(bsp2_classic_runs));
+  state.runs = state.engine->runs();
 }
 
 void end() {
@@ -155,9 +152,8 @@ void end() {
   } catch (const Error& error) {
     die(error);
   }
-  bsp2_classic_ranks = 0;
-  state.engine = nullptr;
-  state.world.reset();
+  state.runs = {};
+  state.engine.reset();
   state.ended = true;
 }
 

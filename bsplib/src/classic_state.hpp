@@ -4,7 +4,8 @@
 #include <cstdarg>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <memory>
+#include <span>
 #include <string>
 
 #include "bsp2/bsplib/world.hpp"
@@ -15,8 +16,8 @@
 namespace bsp2::bsplib::classic {
 
 struct State {
-  detail::Engine* engine = nullptr;  ///< of the world, between bsp_begin and bsp_end
-  std::optional<World> world;
+  std::unique_ptr<detail::Engine> engine;  ///< of the world, between bsp_begin and bsp_end
+  std::span<bsp2_runs> runs;               ///< its runs
   bool init_called = false, began = false, ended = false, aborting = false;
   int nprocs = 0;
 

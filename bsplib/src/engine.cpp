@@ -11,7 +11,7 @@ using wire::Header;
 using wire::Kind;
 using wire::Route;
 
-Engine::Engine(MPI_Comm comm, WorldOptions options)
+Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
     : comm_(comm), options_(options), staging_(comm, options.staging_bytes), registry_([&] {
         int size = 0;
         MPI_Comm_size(comm, &size);
@@ -20,7 +20,9 @@ Engine::Engine(MPI_Comm comm, WorldOptions options)
   MPI_Comm_rank(comm, &pid_);
   MPI_Comm_size(comm, &nprocs_);
   const auto n = static_cast<std::size_t>(nprocs_);
-  runs_.assign(n, {no_put_run, no_reference_run, no_reference_run, no_reference_run});
+  if (room.size() < n) own_runs_ = std::make_shared<bsp2_runs[]>(n);
+  runs_ = own_runs_ ? std::span(own_runs_.get(), n) : room.first(n);
+  std::ranges::fill(runs_, bsp2_runs{no_put_run, no_reference_run, no_reference_run, no_reference_run});
   for (bsp2_runs& runs : runs_) out_.emplace_back(&staging_, &runs.put);
   in_.resize(n);
   slots_out_.resize(n * wire::slot_bytes);
@@ -62,6 +64,7 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
         static_cast<std::uint32_t>(rejected_->where().size() + 1 + rejected_->detail().size());
   }
   for (int rank = 0; rank < nprocs_; ++rank) end_runs(rank);
+  for (int rank = nprocs_ - 1; kind == Kind::sync && rank >= 0; --rank) out(rank).finish();
   for (int rank = 0; rank < nprocs_; ++rank) {
     std::byte* slot = slots_out_.data() + static_cast<std::size_t>(rank) * wire::slot_bytes;
     Header h = common;

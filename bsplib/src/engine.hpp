@@ -25,7 +25,8 @@ namespace bsp2::bsplib::detail {
 /// to `few_ranks`, and by MPI_Ialltoall above, whether a superstep is opened or not, so that both may meet.
 class Engine {
  public:
-  Engine(MPI_Comm comm, WorldOptions options);  ///< takes the communicator over
+  /// Takes the communicator over. @param room for the runs; used if it suffices for all ranks.
+  Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room = {});
   ~Engine();
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
@@ -40,6 +41,7 @@ class Engine {
   void wait_for_all() { MPI_Barrier(comm_); }
 
   std::span<bsp2_runs> runs() { return runs_; }
+  std::shared_ptr<bsp2_runs[]> own_runs() { return own_runs_; }  ///< null if there was room
 
   void sync();
   void open_sync();
@@ -63,9 +65,21 @@ class Engine {
     if (!put_again(pid, source, slot, offset, bytes)) start_put(pid, source, slot, offset, bytes);
   }
   bool put_again(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
-    return exists(pid) && out(pid).put_again(slot, offset, source, bytes);
+    return exists(pid) && source && out(pid).put_again(slot, offset, source, bytes);
   }
-  void hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
+  void hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+    if (!hpput_again(pid, source, slot, offset, bytes)) start_hpput(pid, source, slot, offset, bytes);
+  }
+  /// A small one is a put, and a run only begins with what continues it: scattered ones cost what puts cost.
+  bool hpput_again(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
+    if (!exists(pid) || runs_of(pid).hpput.slot != slot || bytes >= wire::store_bytes) return false;
+    bsp2_reference_run& run = runs_of(pid).hpput;
+    if (run.first != run.next) end_hpput(pid);
+    run.first = run.next;
+    if (!put_again(pid, source, slot, offset, bytes)) return false;
+    place_run(run, offset + bytes, static_cast<const char*>(source) + bytes, 0);
+    return true;
+  }
   void get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes, bool unbuffered);
 
   std::size_t set_tagsize(std::size_t bytes);
@@ -118,6 +132,12 @@ class Engine {
                    std::size_t bytes);
   void start_put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
   void stage_put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
+  void start_hpput(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes);
+  static void place_run(bsp2_reference_run& run, std::size_t offset, const void* local, std::size_t bytes) {
+    run.first = offset;
+    run.next = offset + bytes;
+    run.local = static_cast<char*>(const_cast<void*>(local)) + bytes;
+  }
   void begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset, const void* local,
                  std::size_t bytes);
   void end_hpput(int pid);
@@ -160,7 +180,8 @@ class Engine {
 
   Staging staging_;
   Registry registry_;
-  std::vector<bsp2_runs> runs_;
+  std::shared_ptr<bsp2_runs[]> own_runs_;
+  std::span<bsp2_runs> runs_;
   std::vector<Outbox> out_;
   std::vector<Inflow> in_;
   std::vector<std::byte> slots_out_, slots_in_;

@@ -8,7 +8,9 @@ using wire::Short;
 
 void Outbox::grow(std::size_t needed) {
   const std::size_t capacity = std::max({needed, 2 * block_.capacity, reserve_, std::size_t{1024}});
-  if (block_.data && staging_->extend(block_, capacity)) return;
+  if (block_.data)
+    for (const std::size_t size : {capacity, needed + wire::stage_bytes, needed})
+      if (staging_->extend(block_, size)) return;
   Staging::Block larger = staging_->allocate(capacity);
   if (size_ > 0) std::memcpy(larger.data, block_.data, size_);
   block_ = larger;
@@ -29,7 +31,7 @@ std::byte* Outbox::append(std::size_t bytes) {
 /// The run goes on in a larger stream, if it only ended for want of room there.
 bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes) {
   if (slot != run_->slot) return false;
-  if (run_->next != wire::nowhere) end_run();
+  if (run_->end != 0) end_run();
   if (offset != last_ || bytes > limit_ - offset || last_ - first_ + bytes > longest_run) return false;
   make_room(wire::padded(bytes) + 8);
   open_run();
@@ -53,7 +55,7 @@ void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std:
 
 void Outbox::close_run() {
   if (run_->slot == Registry::no_id) return;
-  if (run_->next != wire::nowhere) end_run();
+  if (run_->end != 0) end_run();
   *run_ = no_put_run;
   limit_ = 0;
 }

@@ -16,9 +16,8 @@
 namespace bsp2::bsplib {
 
 /// No run is open.
-inline constexpr bsp2_put_run no_put_run{nullptr, Registry::no_id, wire::nowhere, wire::nowhere, 0};
-inline constexpr bsp2_reference_run no_reference_run{nullptr,       Registry::no_id, wire::nowhere,
-                                                     wire::nowhere, nullptr,         0};
+inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id};
+inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
@@ -58,6 +57,8 @@ class Outbox {
   void message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* payload,
                std::size_t bytes);
   void close_run();
+  /// No record follows: gives back memory that was reserved for more.
+  void finish() { staging_->shrink(block_, size_); }
   /// Forgets everything; the next stream starts as large as this one became.
   void reset();
 
@@ -110,8 +111,8 @@ inline void Outbox::open_run() {
 inline void Outbox::end_run() {
   const std::size_t place = size_ - wire::padded(last_ - first_);
   payload += run_->next - last_;
-  last_ = std::exchange(run_->next, wire::nowhere);
-  run_->end = wire::nowhere;
+  last_ = std::exchange(run_->next, 0);
+  run_->end = 0;
   size_ = place + wire::padded(last_ - first_);
   write_head(block_.data + place - head_, first_, last_ - first_);
 }
@@ -129,6 +130,7 @@ inline void Outbox::write_head(std::byte* place, std::size_t offset, std::size_t
 
 inline void Outbox::write_put(std::size_t offset, const void* source, std::size_t bytes) {
   std::byte* place = block_.data + size_;
+  BSP2_SOON_WRITTEN(place[1024]);
   write_head(place, offset, bytes);
   if (bytes == 8) {
     std::memcpy(place + head_, source, 8);
@@ -143,16 +145,15 @@ inline void Outbox::write_put(std::size_t offset, const void* source, std::size_
 }
 
 inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
-  if (slot != run_->slot || bytes > limit_ || offset > limit_ - bytes) return false;
-  if (run_->next != wire::nowhere) end_run();
+  if (slot != run_->slot || bytes - 1 >= limit_ || offset > limit_ - bytes) return false;
+  if (run_->end != 0) end_run();
   if constexpr (defect == Defect::merge_wrongly)
     if (offset == last_ + 1) --offset;
   if (offset == last_) {
     open_run();
     return bsp2_continue_put(run_, offset, source, bytes) != 0;
   }
-  if (bytes - 1 >= wire::stage_bytes - 1 || block_.capacity - size_ < head_ + wire::padded(bytes))
-    return false;
+  if (bytes >= wire::stage_bytes || block_.capacity - size_ < head_ + wire::padded(bytes)) return false;
   write_put(offset, source, bytes);
   return true;
 }

@@ -8,6 +8,7 @@ namespace bsp2::bsplib {
 namespace {
 
 constexpr std::size_t alignment = 64;  // a cache line
+constexpr std::size_t stream_room = 4096;
 
 std::size_t aligned(std::size_t n) {
   return (n + alignment - 1) & ~(alignment - 1);
@@ -48,7 +49,8 @@ Staging::Staging(MPI_Comm comm, std::size_t half_bytes) {
   int size = 0;
   MPI_Comm_size(comm, &size);
   peers_.assign(static_cast<std::size_t>(size), nullptr);
-  if (size > 1 && half_bytes > 0) share(comm, aligned(half_bytes));
+  data_bytes_ = aligned(half_bytes);
+  if (size > 1 && half_bytes > 0) share(comm, data_bytes_ + aligned(data_bytes_ / 1024 + stream_room));
 }
 
 void Staging::share(MPI_Comm comm, std::size_t half_bytes) {
@@ -85,8 +87,16 @@ Staging::Block Staging::allocate_shared(std::size_t bytes) {
   return {base_ + where, size, where};
 }
 
+Staging::Block Staging::allocate_data(std::size_t bytes) {
+  return top_ + bytes > data_bytes_ ? allocate_private(bytes) : allocate(bytes);
+}
+
 Staging::Block Staging::allocate(std::size_t bytes) {
   if (const Block block = allocate_shared(bytes); block.data) return block;
+  return allocate_private(bytes);
+}
+
+Staging::Block Staging::allocate_private(std::size_t bytes) {
   const std::size_t size = aligned(std::max<std::size_t>(bytes, 1));
   auto found = free_.lower_bound(size);
   Heap heap;
@@ -108,6 +118,13 @@ bool Staging::extend(Block& block, std::size_t capacity) {
   top_ += more;
   block.capacity += more;
   return true;
+}
+
+void Staging::shrink(Block& block, std::size_t bytes) {
+  if (block.where == wire::nowhere || block.where + block.capacity != half_ * half_bytes_ + top_) return;
+  const std::size_t capacity = std::min(block.capacity, aligned(std::max<std::size_t>(bytes, 1)));
+  top_ -= block.capacity - capacity;
+  block.capacity = capacity;
 }
 
 void Staging::flip() {

@@ -32,6 +32,9 @@ class Staging {
   Staging& operator=(const Staging&) = delete;
 
   Block allocate(std::size_t bytes);
+  /// For data beside a stream. It leaves some room to streams and replies: what fits as one put then fits cut
+  /// into small ones, too, which add a record of 8 bytes to every 16 KiB.
+  Block allocate_data(std::size_t bytes);
   /// Only what other ranks can read and write; nothing if there is no room.
   Block allocate_shared(std::size_t bytes);
   /// Makes a block larger where it is, if it was the last one allocated.
@@ -40,6 +43,8 @@ class Staging {
   std::byte* peer(int rank) const { return peers_[static_cast<std::size_t>(rank)]; }
   /// The ranks that share memory; null if there is none.
   MPI_Comm node() const { return window_ == MPI_WIN_NULL ? MPI_COMM_NULL : node_; }
+  /// The opposite: leaves it only so many bytes.
+  void shrink(Block& block, std::size_t bytes);
   /// After a sync: the other half's turn.
   void flip();
   /// Collective: gives the shared memory back. Without it the memory lives until MPI ends.
@@ -47,11 +52,13 @@ class Staging {
 
  private:
   void share(MPI_Comm comm, std::size_t half_bytes);
+  Block allocate_private(std::size_t bytes);
 
   MPI_Comm node_ = MPI_COMM_NULL;
   MPI_Win window_ = MPI_WIN_NULL;
   std::byte* base_ = nullptr;
   std::size_t half_bytes_ = 0, top_ = 0;
+  std::size_t data_bytes_ = 0;  ///< of a half: where data beside streams ends
   unsigned half_ = 0;
   std::vector<std::byte*> peers_;
   struct Heap {

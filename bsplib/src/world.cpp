@@ -40,7 +40,8 @@ WorldOptions WorldOptions::from_environment() {
 World::World(MPI_Comm comm, WorldOptions options)
     : World(std::make_unique<Engine>(duplicate(comm), options)) {}
 
-World::World(std::unique_ptr<Engine> engine) : runs_(engine->runs()), engine_(std::move(engine)) {}
+World::World(std::unique_ptr<Engine> engine)
+    : runs_(engine->own_runs(), engine->nprocs()), engine_(std::move(engine)) {}
 
 World::~World() {
   if (engine_) leave(*engine_);

@@ -24,28 +24,34 @@ class Distributed {
 
   /// Writes to rank pid from element `first` on; reads the values now.
   void put(int pid, std::span<const T> values, std::size_t first) {
-    world_->put(pid, values.data(), slot_, first * sizeof(T), values.size_bytes());
+    put_bytes(pid, values.data(), first * sizeof(T), values.size_bytes());
   }
   void put(int pid, const T& value, std::size_t index) {
-    world_->put(pid, &value, slot_, index * sizeof(T), sizeof(T));
+    put_bytes(pid, &value, index * sizeof(T), sizeof(T));
   }
   /// Reads from rank pid, from element `first` on, what will be there when all have come to the sync.
   void get(int pid, std::size_t first, std::span<T> target) {
-    world_->get(pid, slot_, first * sizeof(T), target.data(), target.size_bytes());
+    get_bytes(pid, first * sizeof(T), target.data(), target.size_bytes());
   }
-  void get(int pid, std::size_t index, T& target) { get(pid, index, std::span<T>(&target, 1)); }
+  void get(int pid, std::size_t index, T& target) { get_bytes(pid, index * sizeof(T), &target, sizeof(T)); }
   /// Unbuffered: values and target must be left alone until the sync is over.
   void hpput(int pid, std::span<const T> values, std::size_t first) {
-    world_->hpput(pid, values.data(), slot_, first * sizeof(T), values.size_bytes());
+    const std::size_t offset = first * sizeof(T), bytes = values.size_bytes();
+    if (!runs_.hpput(pid, values.data(), slot_, offset, bytes))
+      world_->start_hpput(pid, values.data(), slot_, offset, bytes);
   }
   void hpget(int pid, std::size_t first, std::span<T> target) {
-    world_->hpget(pid, slot_, first * sizeof(T), target.data(), target.size_bytes());
+    const std::size_t offset = first * sizeof(T), bytes = target.size_bytes();
+    if (!runs_.hpget(pid, slot_, offset, target.data(), bytes))
+      world_->start_hpget(pid, slot_, offset, target.data(), bytes);
   }
 
  protected:
-  Distributed(World& world, World::Slot slot) : world_(&world), slot_(slot) {}
+  Distributed(World& world, World::Slot slot) : world_(&world), runs_(world.runs_), slot_(slot) {}
   Distributed(Distributed&& other) noexcept
-      : world_(std::exchange(other.world_, nullptr)), slot_(other.slot_) {}
+      : world_(std::exchange(other.world_, nullptr)),
+        runs_(std::exchange(other.runs_, {})),
+        slot_(other.slot_) {}
   Distributed& operator=(Distributed&&) = delete;
   /// Takes the registration back at the next sync.
   ~Distributed() {
@@ -59,7 +65,15 @@ class Distributed {
   World& world() const { return *world_; }
 
  private:
+  void put_bytes(int pid, const T* values, std::size_t offset, std::size_t bytes) {
+    if (!runs_.put(pid, values, slot_, offset, bytes)) world_->start_put(pid, values, slot_, offset, bytes);
+  }
+  void get_bytes(int pid, std::size_t offset, T* target, std::size_t bytes) {
+    if (!runs_.get(pid, slot_, offset, target, bytes)) world_->start_get(pid, slot_, offset, target, bytes);
+  }
+
   World* world_;
+  detail::Runs runs_;  ///< those of the world, a step nearer
   World::Slot slot_;
 };
 

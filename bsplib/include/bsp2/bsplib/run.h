@@ -11,10 +11,22 @@
 #ifdef __GNUC__
 #define BSP2_INLINE extern __inline__ __attribute__((__always_inline__, __gnu_inline__))
 #define BSP2_COPY __builtin_memcpy
+#define BSP2_LINE __attribute__((__aligned__(64))) /* one cache line each */
 #else
 #include <string.h>
 #define BSP2_INLINE static inline
 #define BSP2_COPY memcpy
+#define BSP2_LINE
+#endif
+
+/* The process that we write to has read this memory in an earlier superstep. Small writes would wait for every cache
+ * line to come back from it; __builtin_prefetch does not ask for the right to write, unless told the processor. */
+#if defined(__GNUC__) && defined(__x86_64__)
+#define BSP2_SOON_WRITTEN(place) __asm__ __volatile__("prefetchw %0" : : "m"(place))
+#elif defined(__GNUC__)
+#define BSP2_SOON_WRITTEN(place) __builtin_prefetch(&(place), 1)
+#else
+#define BSP2_SOON_WRITTEN(place) ((void)0)
 #endif
 
 #ifdef __cplusplus
@@ -22,35 +34,45 @@ extern "C" {
 #endif
 
 /* Of buffered puts: each call appends its bytes to the stream. Where they go follows from the offset alone,
- * so calls do not wait for each other. */
+ * so calls do not wait for each other. Zeros are a run that nothing continues. */
 struct bsp2_put_run {
   const void* name; /* the address by which a classic program knows the memory; NULL: none */
-  unsigned slot;    /* number of its registration; all ones: there is no run */
   size_t next;      /* where the run ends in the registration */
-  size_t end;       /* how far it may go */
+  size_t end;       /* how far it may go; 0: not at all, then next is 0, too */
   size_t origin;    /* address in the stream that offset 0 would have */
-};
+  unsigned slot;    /* number of its registration; all ones: none */
+} BSP2_LINE;
 
 /* Of the others: nothing is copied before the run ends, calls only prolong it. */
 struct bsp2_reference_run {
   const void* name;
-  unsigned slot;
   size_t next;
   size_t end;
   char* local;  /* where it ends in the memory of this rank */
   size_t first; /* where it began in the registration */
-};
+  unsigned slot;
+} BSP2_LINE;
 
 struct bsp2_runs {
   struct bsp2_put_run put;
   struct bsp2_reference_run hpput, get, hpget;
 };
 
+/* Whether there are bytes, and all are before the end; from <= end. The end is that of memory, so a size known to be
+ * small can be added to it. */
+BSP2_INLINE int bsp2_fits(size_t from, size_t bytes, size_t end) {
+#ifdef __GNUC__
+  if (__builtin_constant_p(bytes) && bytes - 1 < 4096) return from + bytes <= end;
+#endif
+  return bytes - 1 < end - from;
+}
+
 /* Both return whether the call is done. The caller has compared the name or the slot. */
 BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t offset, const void* source, size_t bytes) {
   char* place;
-  if (offset != run->next || bytes > run->end - offset) return 0;
+  if (offset != run->next || !bsp2_fits(offset, bytes, run->end)) return 0;
   place = (char*)(run->origin + offset);
+  BSP2_SOON_WRITTEN(place[1024]);
   if (bytes == 8) {
     BSP2_COPY(place, source, 8);
   } else {
@@ -62,7 +84,7 @@ BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t offset, const
 
 BSP2_INLINE int bsp2_continue_reference(struct bsp2_reference_run* run, size_t offset, const void* local,
                                         size_t bytes) {
-  if (offset != run->next || local != run->local || bytes > run->end - offset) return 0;
+  if (offset != run->next || local != run->local || !bsp2_fits(offset, bytes, run->end)) return 0;
   run->next = offset + bytes;
   run->local = (char*)local + bytes;
   return 1;

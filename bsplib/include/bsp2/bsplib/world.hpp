@@ -48,7 +48,42 @@ namespace detail {
 
 class Engine;
 
+/// The runs of a world, for calls that may continue one: these return whether they did.
+class Runs {
+ public:
+  Runs() = default;
+  Runs(std::shared_ptr<bsp2_runs[]> by_rank, int nprocs)
+      : by_rank_(std::move(by_rank)), nprocs_(static_cast<unsigned>(nprocs)) {}
+
+  bool put(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
+    if (!exists(pid) || by_rank_[pid].put.slot != target) return false;
+    return bsp2_continue_put(&by_rank_[pid].put, offset, source, bytes) != 0;
+  }
+  bool hpput(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
+    return exists(pid) && continues(by_rank_[pid].hpput, target, offset, source, bytes);
+  }
+  bool get(int pid, std::uint32_t source, std::size_t offset, const void* target, std::size_t bytes) const {
+    return exists(pid) && continues(by_rank_[pid].get, source, offset, target, bytes);
+  }
+  bool hpget(int pid, std::uint32_t source, std::size_t offset, const void* target, std::size_t bytes) const {
+    return exists(pid) && continues(by_rank_[pid].hpget, source, offset, target, bytes);
+  }
+
+ private:
+  bool exists(int pid) const { return static_cast<unsigned>(pid) < nprocs_; }
+  static bool continues(bsp2_reference_run& run, std::uint32_t slot, std::size_t offset, const void* local,
+                        std::size_t bytes) {
+    return run.slot == slot && bsp2_continue_reference(&run, offset, local, bytes);
+  }
+
+  std::shared_ptr<bsp2_runs[]> by_rank_;  ///< the engine's
+  unsigned nprocs_ = 0;
+};
+
 }  // namespace detail
+
+template <Travels T>
+class Distributed;
 
 /// The ranks of a communicator as a BSP computer. There is no global state: worlds are independent of each
 /// other.
@@ -118,25 +153,17 @@ class World {
 
   /// Reads the source now.
   void put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-    bsp2_runs* runs = runs_of(pid);
-    if (!runs || runs->put.slot != target || !bsp2_continue_put(&runs->put, offset, source, bytes))
-      start_put(pid, source, target, offset, bytes);
+    if (!runs_.put(pid, source, target, offset, bytes)) start_put(pid, source, target, offset, bytes);
   }
   void get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
-    bsp2_runs* runs = runs_of(pid);
-    if (!runs || !continues(runs->get, source, offset, target, bytes))
-      start_get(pid, source, offset, target, bytes);
+    if (!runs_.get(pid, source, offset, target, bytes)) start_get(pid, source, offset, target, bytes);
   }
   /// Unbuffered: source and target must not change, and are undefined, until the sync ends.
   void hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-    bsp2_runs* runs = runs_of(pid);
-    if (!runs || !continues(runs->hpput, target, offset, source, bytes))
-      start_hpput(pid, source, target, offset, bytes);
+    if (!runs_.hpput(pid, source, target, offset, bytes)) start_hpput(pid, source, target, offset, bytes);
   }
   void hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
-    bsp2_runs* runs = runs_of(pid);
-    if (!runs || !continues(runs->hpget, source, offset, target, bytes))
-      start_hpget(pid, source, offset, target, bytes);
+    if (!runs_.hpget(pid, source, offset, target, bytes)) start_hpget(pid, source, offset, target, bytes);
   }
 
   // --- Messages ---
@@ -160,23 +187,17 @@ class World {
   void set_machine(const Machine& machine);
   const std::optional<Machine>& machine() const;
 
-  detail::Engine& engine() { return *engine_; }  ///< for the classic interface
-
  private:
+  template <Travels T>
+  friend class Distributed;
+
   explicit World(std::unique_ptr<detail::Engine> engine);
-  bsp2_runs* runs_of(int pid) {
-    return static_cast<unsigned>(pid) < runs_.size() ? &runs_[static_cast<unsigned>(pid)] : nullptr;
-  }
-  static bool continues(bsp2_reference_run& run, Slot slot, std::size_t offset, const void* local,
-                        std::size_t bytes) {
-    return run.slot == slot && bsp2_continue_reference(&run, offset, local, bytes);
-  }
   void start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
   void start_get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
   void start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
   void start_hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
 
-  std::span<bsp2_runs> runs_;  ///< by rank; the engine has them
+  detail::Runs runs_;
   std::unique_ptr<detail::Engine> engine_;
 };
 
