@@ -75,6 +75,7 @@ class Compiler {
     check_proportions(box, reach);
 
     Network<D> network(HyperplaneTable<D>(box.lower, box.upper, reach));
+    network.coincidence = options_.coincidence;
     network.producers = std::move(producers);
     network.program = lowered_.program;
     add_planes(network, placements, box);

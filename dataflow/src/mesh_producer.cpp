@@ -156,8 +156,7 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& 
   });
   std::optional<Reference> reference = reference_of(leaf);
   if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
-  if (out.size() == begin + header)
-    return (reference ? reference->winding : exact_winding(cell)) != 0 ? Label::in : Label::out;
+  if (out.size() == begin + header) return winding_within(cell, reference) != 0 ? Label::in : Label::out;
   if (reference) {
     out[begin + at_flag] = 1;
     put_point(out, begin + at_point, reference->point);
@@ -205,6 +204,14 @@ bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) 
     if (value > -2 * h.error) return false;
   }
   return true;
+}
+
+/// Of a cell that no facet crosses. Where no double lies in it for certain, it is far thinner than any tolerance: it arose
+/// between hyperplanes that merging has moved apart, the mesh's corners tell nothing about it, and all meshes call it OUT.
+/// Where nothing was merged it is part of the solids as they are.
+std::int32_t MeshProducer::winding_within(const CellView<3>& cell, const std::optional<Reference>& reference) const {
+  if (reference) return reference->winding;
+  return network_.coincidence > 0 ? 0 : exact_winding(cell);
 }
 
 /// A whole mesh is seen from a point outside its bounds.

@@ -1,6 +1,13 @@
 #include "hdf5.hpp"
 
 namespace bsp2::io::hdf5 {
+namespace {
+
+/// A file that could not be closed, since the disk was full, stays in HDF5's tables, and its clean-up when the program ends
+/// stumbles over it. All that we open we close ourselves, so there is nothing left for it to do.
+[[maybe_unused]] const bool leaves_exit_alone = H5dont_atexit() >= 0;
+
+}  // namespace
 
 std::string last_error() {
   std::string text;
