@@ -13,6 +13,7 @@
 
 #include "bounded_queue.hpp"
 #include "bsp2/dataflow/localizer.hpp"
+#include "bsp2/geometry/dimensions.hpp"
 #include "large_stack.hpp"
 #include "tokens.hpp"
 #include "work_deque.hpp"
@@ -731,12 +732,7 @@ Evaluation<D> picture(const Network<D>& network, std::span<const Region<D>> regi
   template struct Totals<D>;                                                                                           \
   template Evaluation<D> evaluate<D>(const Network<D>&, std::vector<Region<D>>, const EvaluateOptions&, std::span<Consumer* const>); \
   template Evaluation<D> picture<D>(const Network<D>&, std::span<const Region<D>>, EvaluateOptions, std::span<Consumer* const>);
-BSP2_INSTANTIATE(1)
-BSP2_INSTANTIATE(2)
-BSP2_INSTANTIATE(3)
-BSP2_INSTANTIATE(4)
-BSP2_INSTANTIATE(5)
-BSP2_INSTANTIATE(6)
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::dataflow

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bsp2/dataflow/localizer.hpp"
+#include "bsp2/geometry/dimensions.hpp"
 #include "large_stack.hpp"
 
 namespace bsp2::dataflow {
@@ -261,12 +262,7 @@ Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, st
   template Partition<D> partition<D>(const Network<D>&, unsigned);                                                                     \
   template std::vector<Region<D>> make_regions<D>(const Network<D>&, const Partition<D>&, std::span<const std::uint32_t>);             \
   template Cell<D> region_cell<D>(const Network<D>&, const Partition<D>&, std::uint32_t);
-BSP2_INSTANTIATE(1)
-BSP2_INSTANTIATE(2)
-BSP2_INSTANTIATE(3)
-BSP2_INSTANTIATE(4)
-BSP2_INSTANTIATE(5)
-BSP2_INSTANTIATE(6)
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::dataflow
