@@ -1,5 +1,6 @@
 #include "bsp2/supersteps/run.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -147,6 +148,7 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
     }
   }
 
+  malloc_trim(0);  // what the workers' pools held: the next supersteps need other sizes
   ranks.begin("collection");
   draw_rest(network, progress, options, report.threads);
   fill(report, network, sum_totals(ranks, network, progress.totals), options);

@@ -17,7 +17,7 @@ struct VtuOptions {
   int rank = 0;       ///< who computed the cells, for the cell array `rank`
   std::vector<std::int32_t> rank_of_region;  ///< who computed the cells of each region, if they are of several
   std::size_t piece_cells =
-      20000;  ///< at most so many cells of the mesh in a piece; bounds the memory for writing
+      8000;  ///< at most so many cells of the mesh in a piece; bounds the memory for writing
 };
 
 /// Writes a solid mesh as a VTK unstructured grid: `NAME.pvtu` and its pieces `NAME_0.vtu`, `NAME_1.vtu`, ...
