@@ -163,10 +163,6 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
   if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
   if (raw.collect == "file") command.options.collect = supersteps::Collect::file;
-  if (!raw.boundary.empty()) {
-    if (command.options.collect == supersteps::Collect::file) throw Error("--boundary needs all cells on the master: leave out --collect file");
-    if (command.options.collect == supersteps::Collect::automatic) command.options.collect = supersteps::Collect::master;
-  }
   if (raw.mesh) command.mesh = "solid.pvtu";
   if (!raw.pvtu.empty()) {
     if (std::filesystem::path(raw.pvtu).extension() != ".pvtu") throw Error("-o: '" + raw.pvtu + "' does not end in .pvtu, the only format so far");

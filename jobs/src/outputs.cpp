@@ -37,12 +37,8 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
 void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
   if (result.boundary) return io::write_surface(path, *result.boundary);
   const int d = result.report.dimension;
-  if (d != 3) {
-    if (is_possible(false, "boundary", folder, path, result.report))
-      throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
-    return;
-  }
-  result.report.warnings.emplace_back("no boundary is written: the cells stayed with their ranks (use --boundary FILE or --collect master)");
+  if (is_possible(false, "boundary", folder, path, result.report))
+    throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
 }
 
 }  // namespace

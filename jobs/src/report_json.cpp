@@ -12,6 +12,7 @@ Json superstep(const supersteps::SuperstepRecord& record) {
           {"step", record.step},
           {"seconds", record.seconds},
           {"work_seconds", record.work_seconds},
+          {"hidden_seconds", record.hidden_seconds},
           {"bytes_sent", record.bytes_sent},
           {"bytes_received", record.bytes_received},
           {"cells", record.cells},

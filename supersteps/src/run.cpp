@@ -96,20 +96,72 @@ RunOptions options_of_step(const RunOptions& options, std::uint64_t cells, doubl
   return step;
 }
 
-/// One computation superstep: what it decides becomes progress, what is left stays in it.
+/// One round of a computation superstep: what it decides becomes progress, what is left stays in it.
 template <int D>
-bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads,
+                    std::optional<std::uint64_t> quota) {
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
   if (options.collect_cells) consumers.push_back(&keeper);
   const std::vector<std::uint32_t> numbers = progress.region_numbers();
-  auto evaluation = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, progress.recorded(), consumers);
-  ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
-  progress.partition.regions = std::move(evaluation.unfinished);
+  const Recorded before = recorded(progress.meshes);
+  auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, before, quota, consumers);
+  ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells + computed.evaluation.totals.out_cells);
+  progress.add(numbers, computed.evaluation, before, keeper);
+  progress.partition.regions = std::move(computed.evaluation.unfinished);
+  return computed;
+}
+
+/// What ranks have done in the rounds of a step so far.
+struct Rounds {
+  double seconds = 0;        ///< of the slowest
+  std::uint64_t cells = 0;
+  unsigned unfinished = 0;   ///< ranks that have something left
+  bool interrupted = false;  ///< on some rank
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & seconds & cells & unfinished & interrupted;
+  }
+};
+
+/// All together. Collective. What a rank measured itself must not lead it another way than the others.
+Rounds ask_all(Ranks& ranks, const Rounds& mine) {
+  Rounds all;
+  for (const Rounds& said : all_gather(ranks, mine)) {
+    all.seconds = std::max(all.seconds, said.seconds);
+    all.cells += said.cells;
+    all.unfinished += said.unfinished;
+    all.interrupted = all.interrupted || said.interrupted;
+  }
+  return all;
+}
+
+/// One computation superstep. It has several rounds if a rank has nothing left to do before the others, or cells enough before
+/// all together have: then regions move.
+template <int D>
+bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region, const RunOptions& options,
+             unsigned threads) {
+  const auto start = Clock::now();
+  const std::uint64_t cells_before = finished_cells(progress);
   ++progress.steps;
-  const bool stopped = evaluation.stopped;
-  progress.add(numbers, std::move(evaluation), keeper);
-  return stopped;
+  RunOptions round = options;
+  for (auto active = static_cast<unsigned>(ranks.count());;) {
+    std::optional<std::uint64_t> quota;
+    if (round.cells) quota = std::max<std::uint64_t>(1, (*round.cells + active - 1) / active);
+    const auto computed = compute(ranks, network, progress, round, threads, quota);
+    const bool stopped = computed.evaluation.stopped;
+    if (ranks.count() == 1 || (!computed.shall_move && !options.cells)) return stopped;
+    const bool unfinished = stopped && !progress.partition.regions.empty();
+    const Rounds all = ask_all(ranks, {std::chrono::duration<double>(Clock::now() - start).count(), finished_cells(progress) - cells_before, unfinished ? 1U : 0U,
+                                       options.interrupted && options.interrupted()});
+    if (all.unfinished == 0 || all.interrupted || (options.budget_seconds && all.seconds >= *options.budget_seconds) || (options.cells && all.cells >= *options.cells))
+      return stopped;
+    active = all.unfinished;
+    if (options.budget_seconds) round.budget_seconds = *options.budget_seconds - all.seconds;
+    if (options.cells) round.cells = *options.cells - all.cells;
+    if (!move_regions(ranks, network, progress, rank_of_region, options.level)) round.move_after_seconds.reset();
+  }
 }
 
 /// What is left becomes FUZZY cells: the end of a run.
@@ -119,7 +171,9 @@ void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
   if (options.collect_cells) consumers.push_back(&keeper);
-  progress.add(progress.region_numbers(), picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers), keeper);
+  const Recorded before = recorded(progress.meshes);
+  auto evaluation = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
+  progress.add(progress.region_numbers(), evaluation, before, keeper);
 }
 
 /// The loop of supersteps.
@@ -131,12 +185,14 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   ranks.begin("distribution");
   auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
   report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
+  progress.keeps_cells = options.collect_cells;
 
   double snapshot_seconds = 0;
   StepEnd end{.stopped = true, .cells = finished_cells(progress), .last = options.steps == 0U};
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
-    const bool stopped = advance(ranks, network, progress, options_of_step(options, end.cells, snapshot_seconds), report.threads);
+    if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
+    const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, end.cells, snapshot_seconds), report.threads);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     if (options.snapshot) {
       auto records = report.earlier;
@@ -155,27 +211,26 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   report.complete = !end.stopped;
   report.interrupted = end.interrupted;
   RunResult result;
+  CellShare to_glue;
   if (options.collect_cells) {
-    Part part = progress.take();
-    result.is_collected = collection(ranks, part, options.collect);
+    if (options.boundary || options.contacts) to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
+    result.is_collected = collection(ranks, progress.meshes, options.collect);
+    Part part = join(std::move(progress.meshes), D, rank_of_region.size());
     ranks.count_cells(part.cells);
-    std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
+    std::vector<std::int32_t> leaves(rank_of_region.size());
     for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
-    for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
-    result.tree = join_trees<D>(network, progress.partition, std::move(part.tree), roots);
+    result.tree = join_trees<D>(network, progress.partition, std::move(part.tree), part.roots);
     result.partition = join_trees<D>(network, progress.partition, geometry::BspTree{.dimension = D}, leaves);
     result.mesh = {D, std::move(part.batches)};
   }
   result.rank_of_region = std::move(rank_of_region);
 
-  if ((options.boundary || options.contacts) && result.is_collected) {
+  if (options.collect_cells && (options.boundary || options.contacts)) {
     ranks.begin("resolution");
-    if (ranks.is_master()) {
-      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options, report.threads);
-      result.contacts = std::move(contacts);
-      result.boundary = std::move(boundary);
-      if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
-    }
+    auto [contacts, boundary] = resolution<D>(ranks, network.table, progress.partition, to_glue, options, report.threads);
+    result.contacts = std::move(contacts);
+    result.boundary = std::move(boundary);
+    if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
   }
   result.report = std::move(report);
   return result;

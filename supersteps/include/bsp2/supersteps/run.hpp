@@ -45,8 +45,10 @@ struct RunOptions {
   std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence and keep are its own
   /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is.
   std::function<bool()> interrupted;
+  /// After this time a rank that has nothing left to do ends the step of the others, so that regions move to it; none: never.
+  std::optional<double> move_after_seconds = 1.0;
   Collect collect = Collect::automatic;
-  bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3; where the master has all cells)
+  bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3)
   bool contacts = false;  ///< and which of them touch, and where (likewise)
   /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
   /// its main thread.
@@ -99,7 +101,9 @@ struct RunResult {
   geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
   std::vector<std::int32_t> rank_of_region;  ///< who computed it
   std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
-  std::vector<geometry::Contact> contacts;            ///< likewise, by cells; these count through the batches
+  /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in their order: as
+  /// in the batches of the mesh, where it is collected.
+  std::vector<geometry::Contact> contacts;
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
