@@ -76,6 +76,7 @@ class Compiler {
 
     Network<D> network(HyperplaneTable<D>(box.lower, box.upper, reach));
     network.coincidence = options_.coincidence;
+    network.bounds = box;
     network.producers = std::move(producers);
     network.program = lowered_.program;
     add_planes(network, placements, box);

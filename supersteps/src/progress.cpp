@@ -179,6 +179,27 @@ void Progress<D>::add(std::vector<std::uint32_t> regions, dataflow::Evaluation<D
 }
 
 template <int D>
+Part Progress<D>::copy_with(dataflow::Evaluation<D> picture, Keeper& keeper) const {
+  Part part;
+  part.elsewhere = inherited_elsewhere;
+  part.batches = batches;
+  part.cells = cells;
+  part.tree = tree;
+  for (std::uint32_t region = 0; region < roots.size(); ++region)
+    if (roots[region] != BspTree::empty_leaf) {
+      part.regions.push_back(region);
+      part.roots.push_back(roots[region]);
+    }
+  Part rest = keeper.take<D>(region_numbers(), std::move(picture));
+  part.regions.insert(part.regions.end(), rest.regions.begin(), rest.regions.end());
+  part.roots.insert(part.roots.end(), rest.roots.begin(), rest.roots.end());
+  part.batches.insert(part.batches.end(), rest.batches.begin(), rest.batches.end());
+  part.tree.append(rest.tree);
+  part.cells += rest.cells;
+  return part;
+}
+
+template <int D>
 Part Progress<D>::take() {
   Part part;
   part.elsewhere = inherited_elsewhere;

@@ -31,6 +31,8 @@ struct Progress {
   void add(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation, Keeper& keeper);
   /// What has been found, for the collection; the sums and the partition remain.
   Part take();
+  /// A copy of what has been found, with the picture of what is left; this stays as it is.
+  Part copy_with(dataflow::Evaluation<D> picture, Keeper& keeper) const;
   [[nodiscard]] std::vector<std::uint32_t> region_numbers() const;
   [[nodiscard]] Recorded recorded() const {
     return {inherited_elsewhere.nodes + static_cast<std::uint32_t>(tree.nodes.size()), inherited_elsewhere.cells + cells};

@@ -79,7 +79,7 @@ StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& 
     end.interrupted = end.interrupted || answer[1] != 0;
     end.cells += answer[2];
   }
-  const unsigned only = options.budget_seconds && !options.snapshot ? 1 : ~0U;
+  const unsigned only = options.budget_seconds && !options.snapshot && !options.on_frame ? 1 : ~0U;
   end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || (options.cells && end.cells >= *options.cells);
   end.interrupted = end.interrupted && end.stopped;
   return end;
@@ -121,6 +121,47 @@ void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const
   progress.add(progress.region_numbers(), picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers), keeper);
 }
 
+/// Brings the cells to where they are wanted, and joins the trees above them. Collective.
+template <int D>
+RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, Part part, Collect collect,
+                    const std::vector<std::int32_t>& rank_of_region) {
+  RunResult result;
+  result.is_collected = collection(ranks, part, collect);
+  ranks.count_cells(part.cells);
+  std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
+  for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
+  for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
+  result.tree = join_trees<D>(network, partition, std::move(part.tree), roots);
+  result.partition = join_trees<D>(network, partition, geometry::BspTree{.dimension = D}, leaves);
+  result.mesh = {D, std::move(part.batches)};
+  return result;
+}
+
+/// What the pictures need to know of the model.
+template <int D>
+void add_looks(RunResult& result, const dataflow::Network<D>& network, const std::vector<std::int32_t>& rank_of_region) {
+  result.rank_of_region = rank_of_region;
+  if (network.bounds.is_empty()) return;
+  result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
+  result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
+}
+
+/// Shows what there is after a computation superstep. Each rank shows its own cells; but those of a region may be with the
+/// master, from before, and with the rank that goes on with it: then all go to the master.
+template <int D>
+void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, unsigned threads,
+                const std::vector<std::int32_t>& rank_of_region) {
+  ranks.begin("rendering", progress.steps - 1);
+  Keeper keeper;
+  dataflow::Consumer* const consumers[] = {&keeper};
+  auto rest = picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers);
+  RunResult now = collected(ranks, network, progress.partition, progress.copy_with(std::move(rest), keeper),
+                            options.resume ? Collect::master : Collect::file, rank_of_region);
+  now.report.dimension = D;
+  add_looks(now, network, rank_of_region);
+  options.on_frame(now, progress.steps - 1);
+}
+
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
@@ -145,6 +186,7 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
       save_progress(ranks, network, progress, options, source, !end.stopped, records);
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     }
+    if (options.on_frame) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
   }
 
   ranks.begin("collection");
@@ -153,18 +195,8 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   report.complete = !end.stopped;
   report.interrupted = end.interrupted;
   RunResult result;
-  if (options.collect_cells) {
-    Part part = progress.take();
-    result.is_collected = collection(ranks, part, options.collect);
-    ranks.count_cells(part.cells);
-    std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
-    for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
-    for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
-    result.tree = join_trees<D>(network, progress.partition, std::move(part.tree), roots);
-    result.partition = join_trees<D>(network, progress.partition, geometry::BspTree{.dimension = D}, leaves);
-    result.mesh = {D, std::move(part.batches)};
-  }
-  result.rank_of_region = std::move(rank_of_region);
+  if (options.collect_cells) result = collected(ranks, network, progress.partition, progress.take(), options.collect, rank_of_region);
+  add_looks(result, network, rank_of_region);
 
   if ((options.boundary || options.contacts) && result.is_collected) {
     ranks.begin("resolution");
@@ -196,7 +228,7 @@ void record_costs(Ranks& ranks, RunReport& report) {
 RunResult run(const RunOptions& given, Ranks& ranks) {
   RunReport report;
   RunOptions options = given.resume ? resumed_options(given, report.earlier) : given;
-  options.collect_cells = options.collect_cells || options.snapshot;
+  options.collect_cells = options.collect_cells || options.snapshot || options.on_frame;
   ranks.begin("compilation");
   Source source = compilation(ranks, options);
   ranks.begin("broadcast");

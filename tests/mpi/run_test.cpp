@@ -150,7 +150,7 @@ TEST(Run, CollectsTheSameCellsAndDrawsTheSamePictureEveryWay) {
   RunOptions options = options_for(model, 16, 1);
   options.collect_cells = true;
   const RunResult alone = run(options);
-  const std::string picture = render_png(alone.mesh, alone.tree, 300);
+  const std::string picture = render(alone.mesh, alone.tree, {.width = 300, .height = 200});
   for (const Collect collect : {Collect::automatic, Collect::master, Collect::tree, Collect::file}) {
     SCOPED_TRACE(static_cast<int>(collect));
     options.collect = collect;
@@ -161,7 +161,7 @@ TEST(Run, CollectsTheSameCellsAndDrawsTheSamePictureEveryWay) {
     std::vector<std::uint64_t> held;
     ranks.together([&] {
       result = run(options, ranks);
-      drawn = render_png(ranks, result, 300);
+      drawn = render(ranks, result, {.width = 300, .height = 200});
       std::string path = folder.path() / "solid.pvtu";
       broadcast(ranks, path);
       write_mesh(ranks, result, path);

@@ -60,7 +60,7 @@ std::pair<SolidMesh, geometry::BspTree> box_of_cells(std::size_t cells) {
 TEST(Rendering, CutsInsideASolidAreNotSeen) {
   const auto [whole, leaf] = box_of_cells(1);
   const auto [cells, tree] = box_of_cells(500);
-  const Image expected = decode(render_png(whole, leaf, 300)), seen = decode(render_png(cells, tree, 300));
+  const Image expected = decode(render(whole, leaf, {.width = 300, .height = 300})), seen = decode(render(cells, tree, {.width = 300, .height = 300}));
   ASSERT_EQ(seen.width, 300);
   int different = 0;
   for (std::size_t i = 0; i < seen.pixels.size(); ++i) different += seen.pixels[i] != expected.pixels[i];
@@ -70,7 +70,7 @@ TEST(Rendering, CutsInsideASolidAreNotSeen) {
 
 TEST(Rendering, ThreeSidesOfABoxHaveThreeShades) {
   const auto [whole, leaf] = box_of_cells(1);
-  const Image image = decode(render_png(whole, leaf, 200));
+  const Image image = decode(render(whole, leaf, {.width = 200, .height = 200}));
   std::vector<std::uint32_t> colours;
   for (const auto& [x, y] : {std::pair{100, 40}, {70, 120}, {160, 120}}) colours.push_back(image.at(x, y));
   EXPECT_NE(colours[0], colours[1]);
@@ -88,16 +88,16 @@ TEST(Rendering, DrawsThePlaneAndOnlyInCells) {
   batch->part[1] = 1;
   SolidMesh mesh{2, {batch}};
   const geometry::BspTree tree{2, 0, {{0, 1, ~3}, {1, ~1, ~2}}, {}, {-2, 0, 1, -2, 1, 0}};  // y = 2, below it x = 2
-  const Image image = decode(render_png(mesh, tree, 100));
+  const Image image = decode(render(mesh, tree, {.width = 100, .height = 100}));
   EXPECT_NE(image.at(25, 50), image.at(0, 0));
   EXPECT_NE(image.at(75, 50), image.at(25, 50));
   EXPECT_EQ(image.at(50, 10), image.at(0, 0));
 }
 
 TEST(Rendering, AnEmptySolidIsAnEmptyImageAndFourDimensionsAreRefused) {
-  const Image image = decode(render_png({}, {}, 10));
+  const Image image = decode(render(SolidMesh{}, {}, {.width = 10, .height = 10}));
   EXPECT_EQ(image.at(5, 5), image.at(0, 0));
-  EXPECT_THROW(render_png({.dimension = 4}, {}, 10), Error);
+  EXPECT_THROW(render(SolidMesh{.dimension = 4}, {}), Error);
 }
 
 }  // namespace
