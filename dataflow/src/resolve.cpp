@@ -227,12 +227,18 @@ class Resolver {
     return model::convex_hull(spanning_points<3>(operands[0], options_));
   }
 
+  /// Points of a sum of two convex sets before its hull is taken: 1.2 GB of them.
+  static constexpr std::size_t most_sums = 50'000'000;
+
   template <int D>
   Expression minkowski_sum(const Expression& a, const Expression& b) {
     const auto a_parts = convex_parts<D>(a, options_), b_parts = convex_parts<D>(b, options_);
     std::vector<Expression> sums;
     for (const auto& p : a_parts)
       for (const auto& q : b_parts) {
+        if (q.size() > most_sums / p.size())
+          throw Error("minkowski: operands of " + std::to_string(p.size()) + " and " + std::to_string(q.size()) +
+                      " points have too many sums; give them fewer sides");
         PointSet<D> points;
         points.reserve(p.size() * q.size());
         for (const auto& x : p)

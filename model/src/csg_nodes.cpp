@@ -406,7 +406,8 @@ std::optional<Construct> read_linear_extrude(const Arguments& arguments, const W
   read_numbers(arguments.find("scale"), extrusion.scale);
   for (double& scale : extrusion.scale) scale = std::isfinite(scale) ? std::max(scale, 0.0) : 1;
   const double slices = arguments.number("slices", -1, 0);
-  extrusion.slices = static_cast<std::uint32_t>(std::clamp(std::isfinite(slices) ? slices : 0, 0.0, 1.0 * max_sides));
+  if (slices > max_sides) throw Error(text_of(slices) + " slices asked for; the limit is " + std::to_string(max_sides));
+  extrusion.slices = slices >= 1 ? static_cast<std::uint32_t>(slices) : 0;
   extrusion.resolution = resolution_of(arguments);
   const auto& d = extrusion.direction;
   if (!finite({d[0], d[1], d[2]}) || d[2] <= 0) {
@@ -433,6 +434,7 @@ Construct read_offset(const Arguments& arguments) {
   offset.resolution = resolution_of(arguments);
   if (const Value* r = arguments.find("r", 0); r && r->kind == Value::number) {
     offset.distance = r->as_number;
+    checked_sides(std::fabs(offset.distance), arguments, false);
   } else {
     offset.distance = arguments.number("delta", -1, 1);
     offset.join = arguments.flag("chamfer", -1) ? Offset::Join::square : Offset::Join::mitre;

@@ -43,6 +43,7 @@ class Reader {
     Absence absence = Absence::none;
     bool is_root = false;    ///< tagged by !
     bool vanishes = false;   ///< a construct that leaves nothing
+    bool is_bare = false;    ///< has no braces, so it ends with its one child
     std::size_t offset = 0;  ///< of the name
     std::string_view name;
     std::size_t first_operand = 0;  ///< its children's solids are operands_[first_operand..]
@@ -58,6 +59,7 @@ class Reader {
   void modifiers(Frame& frame);
   void interpret(Frame& frame);
   void close();
+  void close_frame();
   void complete(const Frame& frame, Expression solid);
   int settle_dimension(const Frame& frame);
   Expression solid_of(const Frame& frame);
@@ -208,10 +210,10 @@ void Reader::read_node() {
   interpret(frame);
   scanner_.skip_space();
   const char c = scanner_.peek();
-  if (c != ';' && c != '{')
-    scanner_.fail("expected ';' or '{' after '" + std::string(frame.name.substr(0, 60)) + "(...)', found " +
-                  scanner_.here());
-  scanner_.advance();
+  frame.is_bare = frame.kind < NodeKind::cube && scanner_.at_node();
+  if (c != ';' && c != '{' && !frame.is_bare)
+    scanner_.fail("expected ';' or '{' after '" + std::string(frame.name.substr(0, 60)) + "(...)', found " + scanner_.here());
+  if (!frame.is_bare) scanner_.advance();
   frames_.push_back(frame);
   if (c == ';') close();
 }
@@ -275,7 +277,13 @@ Expression Reader::construction_of(const Frame& frame, int dimension, std::span<
   return pool_.construction(construct, result, {&operand, 1});
 }
 
+/// The end of a node, and of those around it that have no braces.
 void Reader::close() {
+  do close_frame();
+  while (frames_.back().is_bare);
+}
+
+void Reader::close_frame() {
   const Frame frame = frames_.back();
   frames_.pop_back();
   if (frame.absence != Absence::none) return;

@@ -296,6 +296,15 @@ TEST(Csg, ErrorsSayWhere) {
   EXPECT_EQ(message("group() { sphere($fn = 1e9); }"),
             "test.csg:1:11: 1e+09 sides asked for ($fn = 1e+09, $fa = 12, $fs = 2, radius 1); the limit is "
             "1000000");
+  EXPECT_EQ(message("offset(r = 1, $fn = 1e9) { square(1); }"),
+            "test.csg:1:1: 1e+09 sides asked for ($fn = 1e+09, $fa = 12, $fs = 2, radius 1); the limit is "
+            "1000000");
+  EXPECT_EQ(message("linear_extrude(height = 1, twist = 9, slices = 1e9) { square(1); }"),
+            "test.csg:1:1: 1e+09 slices asked for; the limit is 1000000");
+  EXPECT_EQ(message("cube(1) cube(2);"), "test.csg:1:9: expected ';' or '{' after 'cube(...)', found 'cube'");
+  EXPECT_EQ(message("group() }"), "test.csg:1:9: expected ';' or '{' after 'group(...)', found '}'");
+  EXPECT_EQ(message("group() union()"),
+            "test.csg:1:16: expected ';' or '{' after 'union(...)', found the end of the text");
   EXPECT_EQ(message("group();"), "no error");
   EXPECT_NE(
       message("\n polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]], faces=[[0,1,2],[0,3,1],[1,3,2]]);")
@@ -304,6 +313,8 @@ TEST(Csg, ErrorsSayWhere) {
 }
 
 TEST(Csg, WhatTakesNoPartNeedNotBeSupported) {
+  EXPECT_EQ(meaning("group() difference() { union() group() cube(1); *group() cube(2); } cube(3);"),
+            meaning("group() { difference() { union() { group() { cube(1); } } } } cube(3);"));
   EXPECT_EQ(meaning("%linear_extrude(height = 3) { square(1); } *text(\"x\"); cube(1);"),
             meaning("cube(1);"));
   EXPECT_EQ(meaning("hull() { cube(); !sphere(); } minkowski();"), meaning("sphere();"));
