@@ -31,7 +31,7 @@ constexpr auto footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, exported, rendered;
+  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, exported, rendered, points;
   PictureText view;
   std::vector<std::string> keep;
   bool mesh = false;
@@ -150,6 +150,9 @@ void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& k
   options.keep_out = named("out");
 }
 
+/// Of a snapshot: nothing is computed.
+bool is_only_shown(const Raw& raw) { return !raw.exported.empty() || !raw.rendered.empty() || !raw.points.empty(); }
+
 void set_pictures(RunCommand& command, const Raw& raw) {
   command.view = picture_options(raw.view);
   if (!raw.picture.empty()) command.picture = raw.picture;
@@ -186,7 +189,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   set_pictures(command, raw);
   if (!raw.report.empty()) command.report = raw.report;
   if (!raw.snapshot.empty()) command.options.snapshot = raw.snapshot;
-  else if (command.options.resume && raw.exported.empty() && raw.rendered.empty()) command.options.snapshot = command.options.resume;
+  else if (command.options.resume && !is_only_shown(raw)) command.options.snapshot = command.options.resume;
   if (!raw.table.empty()) command.table = raw.table;
   if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
   if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
@@ -197,7 +200,8 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   }
   if (raw.mesh) command.mesh = "solid.pvtu";
   if (!raw.exported.empty()) set_export(command, raw.exported);
-  if (!raw.exported.empty() || !raw.rendered.empty()) {
+  if (!raw.points.empty()) command.points = raw.points;
+  if (is_only_shown(raw)) {
     command.options.steps = 0;  // nothing is computed, only shown as it is
     command.quiet = true;
   }
@@ -214,11 +218,11 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   }
   if (command.tets && !command.mesh) throw Error("--tets needs -o DIR or --vtu (see 'bsp2 run --help')");
   command.options.boundary = command.boundary.has_value();
-  command.options.collect_cells = command.mesh || command.boundary || command.picture || command.frames;
+  command.options.collect_cells = command.mesh || command.boundary || command.picture || command.frames || command.points;
   return command;
 }
 
-constexpr std::array commands{"run", "resume", "info", "export", "render", "tables"};
+constexpr std::array commands{"run", "resume", "info", "export", "render", "query", "tables"};
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
   const auto parsed = app.get_subcommands();
@@ -278,6 +282,12 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   rendered->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
   rendered->add_option("-o,--output", raw.rendered, "the picture: .png, .svg or .pdf")->required()->type_name("FILE");
   add_picture_options(*rendered, raw.view);
+  CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
+  queried->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  queried->add_option("--points", raw.points, "a text with the coordinates of a point on each line;\n-: standard input")->required()->type_name("FILE");
+  queried->add_flag("--json", command.json, "answer as JSON, not as a table");
+  queried->add_option("--threads", command.options.threads, "threads of this process; 0: one a core")->check(CLI::Range(0U, 4096U, "0 .. 4096"))->type_name("N");
+  queried->footer("The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY counts as both.");
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
   app.footer("Try 'bsp2 run --help'.");

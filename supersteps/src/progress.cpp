@@ -310,6 +310,7 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   resumed.keep_out = head.keep_out;
   // The cells of a region may be with the master, from before, and with the rank that goes on with it: only together are they one part.
   if (resumed.collect == Collect::file || resumed.collect == Collect::automatic) resumed.collect = Collect::master;
+  if (options.boundary && !head.keep_in) throw Error("the snapshot '" + options.resume->string() + "' keeps no IN cells: they have the surface; run the model with --keep in");
   if (!options.level) resumed.level = head.level;
   if (resumed.level && (!head.level || *resumed.level < *head.level) && options.level)
     throw Error("the snapshot '" + options.resume->string() + "' is refined to " + (head.level ? "level " + std::to_string(*head.level) : "any level") +

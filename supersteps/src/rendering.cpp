@@ -8,6 +8,7 @@
 #include "camera.hpp"
 #include "canvas.hpp"
 #include "exchange.hpp"
+#include "hidden_facets.hpp"
 #include "shading.hpp"
 
 namespace bsp2::supersteps {
@@ -144,7 +145,11 @@ template <typename Target>
 class Painter {
  public:
   Painter(const RunResult& result, const PictureOptions& options, const Camera& camera, const Frame& frame, Target& target)
-      : result_(result), options_(options), camera_(camera), frame_(frame), target_(target) {}
+      : result_(result), options_(options), camera_(camera), frame_(frame), target_(target) {
+    const auto is_opaque = [](const auto& colour) { return !colour || (*colour)[3] == 255; };
+    if (options.format != PictureFormat::png && std::all_of(result.colour_of_part.begin(), result.colour_of_part.end(), is_opaque))
+      hidden_.emplace(result.mesh);
+  }
 
   void paint(const CellBatch& batch, std::size_t cell, const Vector& shift) {
     if (!is_drawn(batch, cell)) return;
@@ -160,6 +165,7 @@ class Painter {
   /// The facets of a cell that face the viewer; they do not hide each other.
   void paint_cell(const CellBatch& batch, std::size_t cell, const Vector& shift, const Ink& ink) {
     for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
+      if (hidden_ && hidden_->contains(batch, cell, f)) continue;
       seen_.clear();
       for (const std::uint16_t v : batch.vertices_of_facet(f)) seen_.push_back(camera_.see(sum(point_of(batch, cell, v), shift)));
       const Vector normal = normal_of(seen_);
@@ -196,6 +202,7 @@ class Painter {
   const Camera& camera_;
   const Frame& frame_;
   Target& target_;
+  std::optional<HiddenFacets> hidden_;  // of vector pictures
   std::vector<Vector> seen_;
   std::vector<Point2> placed_;
 };

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
 #include "progress.hpp"
+#include "querying.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -141,6 +143,12 @@ RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dat
 template <int D>
 void add_looks(RunResult& result, const dataflow::Network<D>& network, const std::vector<std::int32_t>& rank_of_region) {
   result.rank_of_region = rank_of_region;
+  for (const auto& colour : network.colours) {
+    auto& rounded = result.colour_of_part.emplace_back();
+    if (!colour) continue;
+    rounded.emplace();
+    for (int i = 0; i < 4; ++i) (*rounded)[i] = static_cast<std::uint8_t>(std::lround(255 * (*colour)[i]));
+  }
   if (network.bounds.is_empty()) return;
   result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
   result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
@@ -198,6 +206,7 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   if (options.collect_cells) result = collected(ranks, network, progress.partition, progress.take(), options.collect, rank_of_region);
   add_looks(result, network, rank_of_region);
 
+  if (!options.points.empty() && result.is_collected && ranks.is_master()) result.answers = querying<D>(network.table, result, options.points, report.threads);
   if ((options.boundary || options.contacts) && result.is_collected) {
     ranks.begin("resolution");
     if (ranks.is_master()) {

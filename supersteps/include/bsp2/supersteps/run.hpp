@@ -57,6 +57,7 @@ struct RunOptions {
   /// Each rank holds the cells of its own regions. Called on all ranks, so it may be collective. With it, a budget ends a step
   /// and not the run.
   std::function<void(const RunResult& now, unsigned step)> on_frame;
+  std::vector<double> points;  ///< D numbers each: where they are is answered at the end, by the master (which needs all cells)
 };
 
 /// The surface of the IN cells in figures.
@@ -105,6 +106,14 @@ struct Bounds {
   std::vector<double> lower, upper;
 };
 
+/// Where a point is. See geometry::PointAnswer.
+struct Answer {
+  geometry::Label label = geometry::Label::out;
+  std::int32_t part = geometry::no_part;  ///< of the cell
+  double distance = 0;                    ///< to the nearest point that has, or may have, another label
+  std::vector<double> nearest;            ///< such a point
+};
+
 /// What a rank holds after a run.
 struct RunResult {
   RunReport report;
@@ -117,6 +126,7 @@ struct RunResult {
   Bounds bounds;                 ///< of the model, before it is evaluated: they contain the solid
   std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
   std::vector<geometry::Contact> contacts;            ///< likewise, by cells; these count through the batches
+  std::vector<Answer> answers;                        ///< likewise, to RunOptions::points
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
