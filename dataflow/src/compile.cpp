@@ -76,6 +76,8 @@ class Compiler {
 
     Network<D> network(HyperplaneTable<D>(box.lower, box.upper, reach));
     network.coincidence = options_.coincidence;
+    network.bounds = box;
+    add_colours(network);
     network.producers = std::move(producers);
     network.program = lowered_.program;
     add_planes(network, placements, box);
@@ -125,6 +127,13 @@ class Compiler {
     std::array<double, D> zero{}, one;
     one.fill(1);
     return Network<D>(HyperplaneTable<D>(zero, one, 1));
+  }
+
+  void add_colours(Network<D>& network) const {
+    const auto& occurrences = lowered_.occurrences;
+    if (std::none_of(occurrences.begin(), occurrences.end(), [](const auto& occurrence) { return occurrence.colour != nullptr; })) return;
+    for (const Occurrence<D>& occurrence : occurrences)
+      network.colours.push_back(occurrence.colour != nullptr ? std::optional(*occurrence.colour) : std::nullopt);
   }
 
   void make_shapes() {

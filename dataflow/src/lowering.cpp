@@ -18,6 +18,7 @@ struct Visit {
   bool complemented;
   Word enclosing;  // kind of the combiner around it
   std::size_t begin;
+  const model::Colour* colour = nullptr;  // the outermost one on the way here
 };
 
 template <int D>
@@ -45,7 +46,7 @@ class Lowering {
 
   void enter(const Visit& visit, const model::Primitive& primitive) {
     const auto producer = static_cast<Word>(lowered_.occurrences.size());
-    lowered_.occurrences.push_back({&primitive, placements_[visit.placement]});
+    lowered_.occurrences.push_back({&primitive, placements_[visit.placement], visit.colour});
     const Word kind = Net::kind_leaf | Net::whole | (visit.complemented ? Net::negated : 0);
     lowered_.program.insert(lowered_.program.end(), {kind, static_cast<Word>(Net::header), producer});
   }
@@ -55,6 +56,13 @@ class Lowering {
     Visit child = visit;
     child.node = &transform.child.node();
     child.placement = static_cast<std::uint32_t>(placements_.size() - 1);
+    stack_.push_back(child);
+  }
+
+  void enter(const Visit& visit, const model::Coloured& coloured) {
+    Visit child = visit;
+    child.node = &coloured.child.node();
+    if (child.colour == nullptr) child.colour = &coloured.colour;
     stack_.push_back(child);
   }
 
@@ -77,7 +85,7 @@ class Lowering {
       bool complemented = visit.complemented;
       if (differ) complemented = visit.complemented && i == 0;
       if (boolean.operation == Operation::subtract && i > 0) complemented = !complemented;
-      stack_.push_back({&children[i].node(), visit.placement, complemented, kind, 0});
+      stack_.push_back({&children[i].node(), visit.placement, complemented, kind, 0, visit.colour});
     }
   }
 

@@ -27,6 +27,7 @@ using model::Transform;
 std::span<const Expression> children_of(const Node& node) {
   if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean->children;
   if (const auto* transform = std::get_if<Transform>(&node.value)) return {&transform->child, 1};
+  if (const auto* coloured = std::get_if<model::Coloured>(&node.value)) return {&coloured->child, 1};
   if (const auto* construction = std::get_if<Construction>(&node.value)) return construction->operands;
   return {};
 }
@@ -113,6 +114,8 @@ class Resolver {
           if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean_of(*boolean, node.dimension, std::move(images));
           if (const auto* transform = std::get_if<Transform>(&node.value))
             return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
+          if (const auto* coloured = std::get_if<model::Coloured>(&node.value))
+            return is_empty(images[0]) ? images[0] : make(node.dimension, model::Coloured{coloured->colour, images[0]});
           const auto& construct = std::get<Construction>(node.value).construct;
           if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
           return std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
@@ -161,6 +164,7 @@ class Resolver {
             const auto& m = transform->matrix;
             return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
           }
+          if (std::holds_alternative<model::Coloured>(node.value)) return images[0];  // a construct has the colour around it
           return std::visit([](const auto& primitive) { return prism(primitive); }, std::get<Primitive>(node.value));
         });
   }

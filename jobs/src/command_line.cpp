@@ -9,6 +9,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/surface.hpp"
+#include "bsp2/jobs/picture_options.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -30,7 +31,8 @@ constexpr auto footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, boundary, picture, report, table, collect, snapshot, pvtu;
+  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, exported, rendered, points;
+  PictureText view;
   std::vector<std::string> keep;
   bool mesh = false;
 };
@@ -110,7 +112,8 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_option("--boundary", raw.boundary, "write the surface of the solid, closed triangles:\n.stl, .ply, .obj or .vtp")
       ->type_name("FILE")
       ->group(group);
-  app.add_option("--picture", raw.picture, "draw the solid")->type_name("FILE.png")->group(group);
+  app.add_option("--picture", raw.picture, "draw the solid: .png, .svg or .pdf")->type_name("FILE")->group(group);
+  app.add_option("--frames", raw.frames, "draw what there is after each step (--budget; 1s):\nPREFIX0000.png and so on")->type_name("PREFIX")->group(group);
   app.add_option("--report", raw.report, "write the report")->type_name("FILE.json")->group(group);
   app.add_option("--table", raw.table, "write what each superstep cost each rank")->type_name("FILE.csv")->group(group);
   app.add_option("--collect", raw.collect,
@@ -118,6 +121,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->check(CLI::IsMember({"master", "tree", "file"}))
       ->type_name("WHERE")
       ->group(group);
+  add_picture_options(app, raw.view);
   app.add_flag("--stats", command.stats, "print figures about the kernel's work")->group(group);
   app.add_flag("--quiet", command.quiet, "print no summary and no progress")->group(group);
 }
@@ -146,6 +150,33 @@ void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& k
   options.keep_out = named("out");
 }
 
+/// Of a snapshot: nothing is computed.
+bool is_only_shown(const Raw& raw) { return !raw.exported.empty() || !raw.rendered.empty() || !raw.points.empty(); }
+
+void set_pictures(RunCommand& command, const Raw& raw) {
+  command.view = picture_options(raw.view);
+  if (!raw.picture.empty()) command.picture = raw.picture;
+  if (!raw.rendered.empty()) command.picture = raw.rendered;
+  if (command.picture) command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
+  if (!raw.frames.empty()) {
+    command.frames = raw.frames;
+    if (!command.options.budget_seconds) command.options.budget_seconds = 1;
+  }
+  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty())
+    throw Error("nothing is drawn: the options of pictures need --picture, --frames or -o DIR (see 'bsp2 run --help')");
+  if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank) throw Error("--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
+}
+
+void set_export(RunCommand& command, const std::filesystem::path& path) {
+  if (path.extension() == ".pvtu")
+    command.mesh = path;
+  else if (io::is_surface_file(path))
+    command.boundary = path;
+  else
+    throw Error("-o: '" + path.string() + "' must end in .pvtu (the cells), or in .stl, .ply, .obj or .vtp (their surface)");
+  if (command.tets && !command.mesh) throw Error("--tets: only .pvtu files have cells");
+}
+
 RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
   if (raw.order == "priority") command.options.order = supersteps::Order::priority;
@@ -155,18 +186,18 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     if (!io::is_surface_file(*command.boundary)) throw Error("--boundary: '" + raw.boundary + "' must end in .stl, .ply, .obj or .vtp");
     if (!command.options.keep_in) throw Error("--boundary is the surface of the IN cells: add --keep in");
   }
-  if (!raw.picture.empty()) command.picture = raw.picture;
+  set_pictures(command, raw);
   if (!raw.report.empty()) command.report = raw.report;
   if (!raw.snapshot.empty()) command.options.snapshot = raw.snapshot;
-  else if (command.options.resume && raw.pvtu.empty()) command.options.snapshot = command.options.resume;
+  else if (command.options.resume && !is_only_shown(raw)) command.options.snapshot = command.options.resume;
   if (!raw.table.empty()) command.table = raw.table;
   if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
   if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
   if (raw.collect == "file") command.options.collect = supersteps::Collect::file;
   if (raw.mesh) command.mesh = "solid.pvtu";
-  if (!raw.pvtu.empty()) {
-    if (std::filesystem::path(raw.pvtu).extension() != ".pvtu") throw Error("-o: '" + raw.pvtu + "' does not end in .pvtu, the only format so far");
-    command.mesh = raw.pvtu;
+  if (!raw.exported.empty()) set_export(command, raw.exported);
+  if (!raw.points.empty()) command.points = raw.points;
+  if (is_only_shown(raw)) {
     command.options.steps = 0;  // nothing is computed, only shown as it is
     command.quiet = true;
   }
@@ -175,7 +206,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     command.mesh = *command.folder / "solid.pvtu";
     if (!command.options.snapshot) {
       command.options.snapshot = *command.folder / "snapshot.h5";
-      if (command.options.budget_seconds && !command.options.steps) command.options.steps = 1;  // as without -o
+      if (command.options.budget_seconds && !command.options.steps && !command.frames) command.options.steps = 1;  // as without -o
     }
     if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / "boundary.stl";
     if (!command.picture) command.picture = *command.folder / "view.png";
@@ -183,11 +214,11 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   }
   if (command.tets && !command.mesh) throw Error("--tets needs -o DIR or --vtu (see 'bsp2 run --help')");
   command.options.boundary = command.boundary.has_value();
-  command.options.collect_cells = command.mesh || command.boundary || command.picture;
+  command.options.collect_cells = command.mesh || command.boundary || command.picture || command.frames || command.points;
   return command;
 }
 
-constexpr std::array commands{"run", "resume", "info", "export", "tables"};
+constexpr std::array commands{"run", "resume", "info", "export", "render", "query", "tables"};
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
   const auto parsed = app.get_subcommands();
@@ -237,10 +268,22 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   resume->footer("Ends with the cells of an uninterrupted run, whatever the number of threads\nand stops.");
   CLI::App* info = app.add_subcommand("info", "Tell what a snapshot holds");
   info->add_option("SNAPSHOT", command.info, "what --snapshot wrote")->required()->type_name("");
-  CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot");
+  CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot, or their surface");
   exported->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
-  exported->add_option("-o,--output", raw.pvtu, "for ParaView; FUZZY where nothing is decided yet")->required()->type_name("FILE.pvtu");
-  exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra");
+  exported->add_option("-o,--output", raw.exported, ".pvtu: the cells, FUZZY where nothing is decided\nyet; .stl, .ply, .obj or .vtp: the surface of the\nIN cells")
+      ->required()
+      ->type_name("FILE");
+  exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
+  CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
+  rendered->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  rendered->add_option("-o,--output", raw.rendered, "the picture: .png, .svg or .pdf")->required()->type_name("FILE");
+  add_picture_options(*rendered, raw.view);
+  CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
+  queried->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  queried->add_option("--points", raw.points, "a text with the coordinates of a point on each line;\n-: standard input")->required()->type_name("FILE");
+  queried->add_flag("--json", command.json, "answer as JSON, not as a table");
+  queried->add_option("--threads", command.options.threads, "threads of this process; 0: one a core")->check(CLI::Range(0U, 4096U, "0 .. 4096"))->type_name("N");
+  queried->footer("The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY counts as both.");
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
   app.footer("Try 'bsp2 run --help'.");

@@ -187,4 +187,11 @@ Expression transform(std::span<const double> matrix, Expression operand) {
   return make(dimension, Transform{std::move(affine), std::move(operand)});
 }
 
+Expression colour(const Colour& rgba, Expression operand) {
+  for (const double channel : rgba)
+    if (!(channel >= 0 && channel <= 1)) throw Error("colour: channels lie between 0 and 1");
+  const int dimension = operand.dimension();
+  return Expression(std::make_shared<Node>(dimension, Coloured{rgba, std::move(operand)}));
+}
+
 }  // namespace bsp2::model

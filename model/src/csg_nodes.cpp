@@ -30,7 +30,7 @@ Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, cons
 constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"group", NodeKind::group},
     {"union", NodeKind::group},
-    {"color", NodeKind::group},
+    {"color", NodeKind::color},
     {"render", NodeKind::group},
     {"multmatrix", NodeKind::multmatrix},
     {"cube", NodeKind::cube},
@@ -553,6 +553,21 @@ std::array<double, 16> read_matrix(const Arguments& arguments) {
     }
   }
   return matrix;
+}
+
+std::optional<Colour> read_colour(const Arguments& arguments) {
+  const Value* channels = arguments.find("c", 0);
+  if (!channels || channels->kind != Value::vector || channels->size < 3 || channels->size > 4 || channels->span != channels->size + 1) return std::nullopt;
+  Colour colour{0, 0, 0, arguments.number("alpha", 1, 1)};
+  for (std::uint32_t i = 0; i < channels->size; ++i) {
+    if (channels[i + 1].kind != Value::number) return std::nullopt;
+    colour[i] = channels[i + 1].as_number;
+  }
+  for (double& channel : colour) {
+    if (!(channel >= 0)) return std::nullopt;  // -1: OpenSCAD's word for none
+    channel = std::min(channel, 1.0);
+  }
+  return colour;
 }
 
 std::vector<double> affine_matrix(const std::array<double, 16>& m, int dimension, const Warn& warn) {

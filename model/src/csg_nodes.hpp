@@ -16,7 +16,8 @@ namespace bsp2::model {
 
 /// What a node of the language means.
 enum class NodeKind : std::uint8_t {
-  group,  ///< also union, color and render: all unite their children
+  group,  ///< also union and render: all unite their children
+  color,
   difference,
   intersection,
   multmatrix,
@@ -74,6 +75,9 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::
 
 /// The 4 x 4 matrix of a multmatrix node, row-major.
 std::array<double, 16> read_matrix(const Arguments& arguments);
+
+/// The colour of a color node; nothing if it is none.
+std::optional<Colour> read_colour(const Arguments& arguments);
 
 /// What it does to solids of a dimension: 2 takes the rows and columns of x, y and the translation.
 /// @return the affine matrix; empty if the solids vanish.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "bsp2/geometry/error.hpp"
@@ -92,6 +93,7 @@ class Reader {
   std::vector<Frame> frames_{Frame{.name = "the file"}};  // which is a group
   std::vector<Expression> operands_;
   std::vector<std::array<double, 16>> matrices_;  // of the multmatrix frames
+  std::vector<std::optional<Colour>> colours_;    // of the color frames
   std::vector<Construct> constructs_;             // of the frames from hull to rotate_extrude
   std::vector<SyntaxError> problems_, warnings_;
   std::size_t warnings_left_out_ = 0;
@@ -182,6 +184,9 @@ void Reader::interpret(Frame& frame) {
     case NodeKind::multmatrix:
       matrices_.push_back(read_matrix(arguments));
       break;
+    case NodeKind::color:
+      colours_.push_back(read_colour(arguments));
+      break;
     case NodeKind::group:
     case NodeKind::difference:
     case NodeKind::intersection:
@@ -245,6 +250,12 @@ Expression Reader::solid_of(const Frame& frame) {
       return pool_.boolean(Operation::subtract, dimension, operands);
     case NodeKind::intersection:
       return pool_.boolean(Operation::intersect, dimension, operands);
+    case NodeKind::color: {
+      const std::optional<Colour> colour = colours_.back();
+      colours_.pop_back();
+      const Expression child = pool_.boolean(Operation::unite, dimension, operands);
+      return colour ? pool_.coloured(*colour, child) : child;
+    }
     case NodeKind::multmatrix: {
       const std::array<double, 16> matrix = matrices_.back();
       matrices_.pop_back();

@@ -16,6 +16,8 @@ Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true)
     for (const Expression& child : boolean->children) resolved = resolved && child.node().resolved;
   } else if (const auto* transform = std::get_if<Transform>(&value)) {
     resolved = transform->child.node().resolved;
+  } else if (const auto* coloured = std::get_if<Coloured>(&value)) {
+    resolved = coloured->child.node().resolved;
   } else if (std::holds_alternative<Construction>(value)) {
     resolved = false;
   }
@@ -34,6 +36,8 @@ Node::~Node() {
       for (Expression& child : boolean->children) to.push_back(std::move(child.node_));
     } else if (auto* transform = std::get_if<Transform>(&value)) {
       to.push_back(std::move(transform->child.node_));
+    } else if (auto* coloured = std::get_if<Coloured>(&value)) {
+      to.push_back(std::move(coloured->child.node_));
     } else if (auto* construction = std::get_if<Construction>(&value)) {
       for (Expression& operand : construction->operands) to.push_back(std::move(operand.node_));
     }

@@ -143,6 +143,20 @@ Expression NodePool::transform(std::span<const double> matrix, const Expression&
   });
 }
 
+Expression NodePool::coloured(const Colour& colour, const Expression& child) {
+  if (is_empty(child)) return child;
+  Hash hash;
+  hash.add(std::uint64_t{0x400});
+  for (const double channel : colour) hash.add(channel);
+  hash.add(address(child));
+  const auto equal = [&](const auto& value) {
+    const auto* other = std::get_if<Coloured>(&value);
+    return other && other->child.same_node(child) && other->colour == colour;
+  };
+  return find_or_make(hash.value(), child.dimension(), equal,
+                      [&] { return Expression(std::make_shared<Node>(child.dimension(), Coloured{colour, child})); });
+}
+
 Expression NodePool::construction(const Construct& construct, int dimension, std::span<const Expression> operands) {
   Hash hash;
   hash.add(0x300 + static_cast<std::uint64_t>(construct.index()));

@@ -26,6 +26,7 @@ class NodePool {
   Expression boolean(Operation operation, int dimension, std::span<const Expression> operands);
   /// `matrix` is affine and not singular.
   Expression transform(std::span<const double> matrix, const Expression& child);
+  Expression coloured(const Colour& colour, const Expression& child);
   /// @pre no operand is empty.
   Expression construction(const Construct& construct, int dimension, std::span<const Expression> operands);
 

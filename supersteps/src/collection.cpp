@@ -136,6 +136,8 @@ void write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::pa
   io::VtuOptions options;
   options.tets = tets;
   options.rank_of_region = result.rank_of_region;
+  for (const auto& colour : result.colour_of_part) options.colour_of_part.push_back(colour.value_or(uncoloured));
+  options.other_colour = uncoloured;
   io::VtuShare share(pvtu, result.report.dimension, result.mesh.batches, options);
   const auto size = share.size();
   io::VtuShare::Size all;

@@ -274,6 +274,7 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   resumed.keep_in = head.keep_in;
   resumed.keep_fuzzy = head.keep_fuzzy;
   resumed.keep_out = head.keep_out;
+  if (options.boundary && !head.keep_in) throw Error("the snapshot '" + options.resume->string() + "' keeps no IN cells: they have the surface; run the model with --keep in");
   if (!options.level) resumed.level = head.level;
   if (resumed.level && (!head.level || *resumed.level < *head.level) && options.level)
     throw Error("the snapshot '" + options.resume->string() + "' is refined to " + (head.level ? "level " + std::to_string(*head.level) : "any level") +

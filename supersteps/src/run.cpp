@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
 #include "progress.hpp"
+#include "querying.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -80,7 +82,7 @@ StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& 
     end.interrupted = end.interrupted || answer[1] != 0;
     end.cells += answer[2];
   }
-  const unsigned only = options.budget_seconds && !options.snapshot ? 1 : ~0U;
+  const unsigned only = options.budget_seconds && !options.snapshot && !options.on_frame ? 1 : ~0U;
   end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || (options.cells && end.cells >= *options.cells);
   end.interrupted = end.interrupted && end.stopped;
   return end;
@@ -176,6 +178,54 @@ void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const
   progress.add(progress.region_numbers(), evaluation, before, keeper);
 }
 
+/// Brings the cells to where they are wanted, and joins the trees above them. Collective.
+template <int D>
+RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, RegionMeshes meshes, Collect collect,
+                    std::size_t regions) {
+  RunResult result;
+  result.is_collected = collection(ranks, meshes, collect);
+  Part part = join(std::move(meshes), D, regions);
+  ranks.count_cells(part.cells);
+  std::vector<std::int32_t> leaves(regions);
+  for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
+  result.tree = join_trees<D>(network, partition, std::move(part.tree), part.roots);
+  result.partition = join_trees<D>(network, partition, geometry::BspTree{.dimension = D}, leaves);
+  result.mesh = {D, std::move(part.batches)};
+  return result;
+}
+
+/// What the pictures need to know of the model.
+template <int D>
+void add_looks(RunResult& result, const dataflow::Network<D>& network, const std::vector<std::int32_t>& rank_of_region) {
+  result.rank_of_region = rank_of_region;
+  for (const auto& colour : network.colours) {
+    auto& rounded = result.colour_of_part.emplace_back();
+    if (!colour) continue;
+    rounded.emplace();
+    for (int i = 0; i < 4; ++i) (*rounded)[i] = static_cast<std::uint8_t>(std::lround(255 * (*colour)[i]));
+  }
+  if (network.bounds.is_empty()) return;
+  result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
+  result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
+}
+
+/// Shows what there is after a computation superstep; each rank shows the cells of its own regions.
+template <int D>
+void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, unsigned threads,
+                const std::vector<std::int32_t>& rank_of_region) {
+  ranks.begin("rendering", progress.steps - 1);
+  Keeper keeper;
+  dataflow::Consumer* const consumers[] = {&keeper};
+  RegionMeshes meshes = progress.meshes;
+  const Recorded before = recorded(meshes);
+  auto rest = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
+  divide<D>(rest, progress.region_numbers(), before, keeper.take(), meshes);
+  RunResult now = collected(ranks, network, progress.partition, std::move(meshes), Collect::file, rank_of_region.size());
+  now.report.dimension = D;
+  add_looks(now, network, rank_of_region);
+  options.on_frame(now, progress.steps - 1);
+}
+
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
@@ -202,6 +252,7 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
       save_progress(ranks, network, progress, options, source, !end.stopped, records);
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     }
+    if (options.on_frame) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
   }
 
   malloc_trim(0);  // what the workers' pools held: the next supersteps need other sizes
@@ -214,17 +265,11 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
   CellShare to_glue;
   if (options.collect_cells) {
     if (options.boundary || options.contacts) to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
-    result.is_collected = collection(ranks, progress.meshes, options.collect);
-    Part part = join(std::move(progress.meshes), D, rank_of_region.size());
-    ranks.count_cells(part.cells);
-    std::vector<std::int32_t> leaves(rank_of_region.size());
-    for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
-    result.tree = join_trees<D>(network, progress.partition, std::move(part.tree), part.roots);
-    result.partition = join_trees<D>(network, progress.partition, geometry::BspTree{.dimension = D}, leaves);
-    result.mesh = {D, std::move(part.batches)};
+    result = collected(ranks, network, progress.partition, std::move(progress.meshes), options.collect, rank_of_region.size());
   }
-  result.rank_of_region = std::move(rank_of_region);
+  add_looks(result, network, rank_of_region);
 
+  if (!options.points.empty() && result.is_collected && ranks.is_master()) result.answers = querying<D>(network.table, result, options.points, report.threads);
   if (options.collect_cells && (options.boundary || options.contacts)) {
     ranks.begin("resolution");
     auto [contacts, boundary] = resolution<D>(ranks, network.table, progress.partition, to_glue, options, report.threads);
@@ -253,7 +298,7 @@ void record_costs(Ranks& ranks, RunReport& report) {
 RunResult run(const RunOptions& given, Ranks& ranks) {
   RunReport report;
   RunOptions options = given.resume ? resumed_options(given, report.earlier) : given;
-  options.collect_cells = options.collect_cells || options.snapshot;
+  options.collect_cells = options.collect_cells || options.snapshot || options.on_frame;
   ranks.begin("compilation");
   Source source = compilation(ranks, options);
   ranks.begin("broadcast");

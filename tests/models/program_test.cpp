@@ -77,6 +77,49 @@ TEST_F(Program, RefusesBadPathsAndOptions) {
   EXPECT_EQ(start("--help").code, 0);
 }
 
+std::string contents(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// What is drawn, exported and asked of a snapshot is what the run would have written.
+TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {
+  const std::string path = (folder_.path() / "run.h5").string(), picture = (folder_.path() / "a.png").string(), surface = (folder_.path() / "a.ply").string();
+  const std::string view = " --eye 9,-7,6 --explode 0.3 --shade part --edges --size 320x200";
+  const std::string source = model("difference() { cube(size = [2, 2, 2]); sphere($fn = 12, r = 1.5); } color([1, 0, 0, 1]) multmatrix([[1,0,0,3],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube();");
+  ASSERT_EQ(start("run " + source + " --regions 8 --snapshot " + path + " --picture " + picture + view + " --boundary " + surface).code, 0);
+  const std::string drawn = (folder_.path() / "b.png").string(), exported = (folder_.path() / "b.ply").string();
+  EXPECT_EQ(start("render " + path + " -o " + drawn + view).text, "");
+  EXPECT_EQ(start("export " + path + " -o " + exported).text, "");
+  EXPECT_GT(contents(drawn).size(), 1000U);
+  EXPECT_TRUE(contents(drawn) == contents(picture));
+  EXPECT_GT(contents(exported).size(), 1000U);
+  EXPECT_TRUE(contents(exported) == contents(surface));
+
+  const fs::path points = folder_.path() / "points.txt";
+  std::ofstream(points) << "# in the cube, outside, in the hollow\n3.5 0.5 0.25\n3.5,0.5,1.5\n0.1 0.1 0.1\n";
+  const Ended answer = start("query " + path + " --points " + points.string());
+  EXPECT_EQ(answer.code, 0);
+  EXPECT_EQ(answer.text.substr(0, answer.text.find("0.1\t0.1\t0.1\tOUT\t-1\t")),
+            "x\ty\tz\tlabel\tpart\tdistance\tnearest_x\tnearest_y\tnearest_z\n"
+            "3.5\t0.5\t0.25\tIN\t2\t-0.25\t3.5\t0.5\t0\n"
+            "3.5\t0.5\t1.5\tOUT\t-1\t0.5\t3.5\t0.5\t1\n");
+  EXPECT_EQ(start("query " + path + " --points - --json < " + points.string()).code, 0);
+  std::ofstream(points) << "1 2 3\n1 2\n";
+  const Ended wrong = start("query " + path + " --points " + points.string());
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_NE(wrong.text.find("points.txt:2: "), std::string::npos) << wrong.text;
+  EXPECT_EQ(start("query " + path + " --points " + (folder_.path() / "missing").string()).code, 2);
+  EXPECT_EQ(start("render " + path + " -o " + picture + ".gif").code, 2);
+  EXPECT_EQ(start("render " + source + " -o " + picture).code, 2);
+}
+
+TEST_F(Program, DrawsAFrameOfEachStep) {
+  const std::string tower = std::string(BSP2_SOURCE_DIR) + "/examples/menger_sponge.csg";
+  EXPECT_EQ(start("run " + tower + " --frames " + (out() / "f").string() + " --budget 1ms --size 50x50 --quiet").code, 0);
+  EXPECT_GT(contents(out() / "f0000.png").size(), 100U);
+}
+
 TEST_F(Program, TakesOddNumbersAsOpenScadDoes) {
   for (const char* text : {"cube(size=[nan,1,1]);", "cube(size=[inf,1,1]);", "sphere(r=-1);", "group();",
                            "multmatrix([[1,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { cube(); }",

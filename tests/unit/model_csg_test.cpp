@@ -86,6 +86,14 @@ void print(const Transform& transform, std::ostream& out) {
   out << "}\n";
 }
 
+void print(const Coloured& coloured, std::ostream& out) {
+  out << "color([";
+  for (std::size_t i = 0; i < 4; ++i) out << (i > 0 ? ", " : "") << number(coloured.colour[i]);
+  out << "]) {\n";
+  print(coloured.child, out);
+  out << "}\n";
+}
+
 void print(const Construction& construction, std::ostream& out) {
   const char* names[] = {"linear_extrude", "rotate_extrude", "offset", "hull", "minkowski", "projection", "resize", "fill"};
   out << names[construction.construct.index()] << "() {\n";

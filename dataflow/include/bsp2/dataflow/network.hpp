@@ -42,6 +42,8 @@ struct Network : Program {
   std::vector<Lathe> lathes;  ///< D = 3 only
   std::vector<Mesh> meshes;   ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
+  std::vector<std::optional<model::Colour>> colours;  ///< of each part; empty where the model has none
+  Box<D> bounds = Box<D>::empty();  ///< of the solid, before anything is evaluated
   double coincidence = 0;     ///< what it was compiled with: CompileOptions::coincidence
   std::vector<std::string> warnings;  ///< what the user should know about the solid that was compiled
 

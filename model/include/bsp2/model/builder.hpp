@@ -63,4 +63,8 @@ Expression complement(Expression operand);
 /// of the last row is ignored, as OpenSCAD does. A singular matrix gives the empty solid.
 Expression transform(std::span<const double> matrix, Expression operand);
 
+/// The operand, its primitives of this colour: red, green, blue and opacity. The same points.
+/// @throws bsp2::Error for channels outside of [0, 1].
+Expression colour(const Colour& rgba, Expression operand);
+
 }  // namespace bsp2::model

@@ -167,8 +167,18 @@ struct Construction {
   std::vector<Expression> operands;
 };
 
+/// Red, green, blue and opacity, each in [0, 1].
+using Colour = std::array<double, 4>;
+
+/// The child, whose primitives have this colour unless a node above gives them another: the outermost one counts, as in
+/// OpenSCAD. The same points.
+struct Coloured {
+  Colour colour;
+  Expression child;
+};
+
 struct Node {
-  using Value = std::variant<Primitive, Boolean, Transform, Construction>;
+  using Value = std::variant<Primitive, Boolean, Transform, Construction, Coloured>;
   int dimension;
   bool resolved;  ///< there is no Construction in it
   Value value;

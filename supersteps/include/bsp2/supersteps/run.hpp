@@ -28,6 +28,8 @@ enum class Collect : std::uint8_t {
 };
 inline constexpr std::uint64_t cells_of_a_master = 200000;
 
+struct RunResult;
+
 /// What to evaluate and how far.
 struct RunOptions {
   std::filesystem::path model;
@@ -53,6 +55,11 @@ struct RunOptions {
   /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
   /// its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
+  /// Shown what there is after each computation superstep, FUZZY where it is undecided: mesh, trees and bounds, no figures.
+  /// Each rank holds the cells of its own regions. Called on all ranks, so it may be collective. With it, a budget ends a step
+  /// and not the run.
+  std::function<void(const RunResult& now, unsigned step)> on_frame;
+  std::vector<double> points;  ///< D numbers each: where they are is answered at the end, by the master (which needs all cells)
 };
 
 /// The surface of the IN cells in figures.
@@ -92,6 +99,23 @@ struct SolidMesh {
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  // shared: several consumers hold the same batches
 };
 
+/// Red, green, blue, opacity.
+using Rgba = std::array<std::uint8_t, 4>;
+inline constexpr Rgba uncoloured{237, 219, 189, 255};  ///< what has no colour of its own: stone
+
+/// A box, D numbers each; empty vectors: none.
+struct Bounds {
+  std::vector<double> lower, upper;
+};
+
+/// Where a point is. See geometry::PointAnswer.
+struct Answer {
+  geometry::Label label = geometry::Label::out;
+  std::int32_t part = geometry::no_part;  ///< of the cell
+  double distance = 0;                    ///< to the nearest point that has, or may have, another label
+  std::vector<double> nearest;            ///< such a point
+};
+
 /// What a rank holds after a run.
 struct RunResult {
   RunReport report;
@@ -100,10 +124,13 @@ struct RunResult {
   geometry::BspTree tree;        ///< its leaves are the cells of the mesh, in the order of the batches
   geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
   std::vector<std::int32_t> rank_of_region;  ///< who computed it
+  std::vector<std::optional<Rgba>> colour_of_part;  ///< as the model says; empty if it has no colours
+  Bounds bounds;                 ///< of the model, before it is evaluated: they contain the solid
   std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
   /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in their order: as
   /// in the batches of the mesh, where it is collected.
   std::vector<geometry::Contact> contacts;
+  std::vector<Answer> answers;                        ///< likewise, to RunOptions::points
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
