@@ -62,7 +62,7 @@ class Compiler {
       const Shape<D>& shape = shapes_[shape_of_[producers.size()]];
       placements.push_back(occurrence.placement.after(shape.frame));
       Producer<D> producer;
-      producer.part = static_cast<std::int32_t>(producers.size());
+      producer.part = occurrence.part;
       static_cast<Box<D>&>(producer) = shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
       producers.push_back(producer);
@@ -132,8 +132,12 @@ class Compiler {
   void add_colours(Network<D>& network) const {
     const auto& occurrences = lowered_.occurrences;
     if (std::none_of(occurrences.begin(), occurrences.end(), [](const auto& occurrence) { return occurrence.colour != nullptr; })) return;
-    for (const Occurrence<D>& occurrence : occurrences)
-      network.colours.push_back(occurrence.colour != nullptr ? std::optional(*occurrence.colour) : std::nullopt);
+    for (const Occurrence<D>& occurrence : occurrences) {
+      if (occurrence.colour == nullptr) continue;
+      const auto part = static_cast<std::size_t>(occurrence.part);
+      if (network.colours.size() <= part) network.colours.resize(part + 1);
+      network.colours[part] = *occurrence.colour;
+    }
   }
 
   void make_shapes() {
@@ -342,8 +346,9 @@ class Compiler {
   void warn_of_flat_primitives(Network<D>& network) const {
     if (flat_count_ == 0) return;
     std::ostringstream text;
+    if (options_.place_of_part) text << options_.place_of_part(flat_part_);
     text << (flat_count_ == 1 ? "a primitive is" : std::to_string(flat_count_) + " primitives are") << " thinner than the tolerance, " << options_.coincidence
-         << " of the model, and left out: part " << flat_part_ << (flat_count_ == 1 ? "" : " first") << ", between (";
+         << " of the model, and left out: " << (flat_count_ == 1 ? "" : "first ") << "part " << flat_part_ << ", between (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.lower[i];
     text << ") and (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.upper[i];

@@ -494,7 +494,7 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   CellBatch& cells = batch_->cells;
   count(outcome, writer_.append(outcome.cell, cells));
   cells.label.push_back(outcome.label);
-  cells.part.push_back(outcome.part);
+  cells.part.push_back(outcome.part >= 0 ? crew_.network.producers[outcome.part].part : outcome.part);
   cells.region.push_back(crew_.region_numbers[region]);
   cells.level.push_back(outcome.level);
   totals.digest.add(cells, cells.size() - 1);

@@ -116,7 +116,7 @@ Answer Localizer<D>::visit_leaf(const Word*& at, std::vector<Word>& out) {
     }
     out.resize(begin);
   }
-  const Answer answer{label, label == Label::in ? producer.part : geometry::no_part};
+  const Answer answer{label, label == Label::in ? static_cast<std::int32_t>(leaf[2]) : geometry::no_part};
   return (leaf[0] & Program::negated) != 0 ? Complement::map(answer) : answer;
 }
 

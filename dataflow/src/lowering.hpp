@@ -13,6 +13,7 @@ template <int D>
 struct Occurrence {
   const model::Primitive* primitive;
   Transformer<D> placement;
+  std::int32_t part;  ///< Producer::part
   const model::Colour* colour = nullptr;  ///< the outermost one around it
 };
 

@@ -12,6 +12,7 @@
 #include "nested.hpp"
 #include "offset.hpp"
 #include "outline.hpp"
+#include "roof.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -80,7 +81,7 @@ bool is_empty(const Expression& solid) {
 }
 
 Expression united(int dimension, std::vector<Expression> solids) {
-  std::erase_if(solids, is_empty);
+  std::erase_if(solids, [](const Expression& solid) { return is_empty(solid) && solid.node().parts == 0; });
   if (solids.empty()) return Expression(dimension);
   return solids.size() == 1 ? solids[0] : model::unite(std::move(solids));
 }
@@ -103,6 +104,13 @@ Expression boolean_of(const Boolean& boolean, int dimension, std::vector<Express
   return make(dimension, Boolean{boolean.operation, std::move(images)});
 }
 
+/// The image of a node as one part that stands for all of those in the node, whatever it was made of.
+Expression one_part(const Expression& image, std::uint64_t parts) {
+  if (std::holds_alternative<Primitive>(image.node().value) && parts == 1) return image;
+  if (const auto* boolean = std::get_if<Boolean>(&image.node().value)) return make(image.dimension(), Boolean{boolean->operation, boolean->children, parts});
+  return make(image.dimension(), Boolean{model::Operation::unite, {image}, parts});
+}
+
 class Resolver {
  public:
   Resolver(const CompileOptions& options, std::vector<std::string>& warnings) : options_(options), warnings_(warnings) {}
@@ -111,14 +119,15 @@ class Resolver {
     return resolved_.run(
         root, [](const Node& node) { return node.resolved; },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
-          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean_of(*boolean, node.dimension, std::move(images));
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
+            Expression image = boolean_of(*boolean, node.dimension, std::move(images));
+            return image.node().parts == node.parts ? image : one_part(image, node.parts);  // other than the node's: it is empty
+          }
           if (const auto* transform = std::get_if<Transform>(&node.value))
             return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
           if (const auto* coloured = std::get_if<model::Coloured>(&node.value))
             return is_empty(images[0]) ? images[0] : make(node.dimension, model::Coloured{coloured->colour, images[0]});
-          const auto& construct = std::get<Construction>(node.value).construct;
-          if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
-          return std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
+          return one_part(image_of(node, images), node.parts);
         });
   }
 
@@ -126,6 +135,21 @@ class Resolver {
   const CompileOptions& options_;
   std::vector<std::string>& warnings_;
   Rewriting resolved_, lifted_;
+
+  /// What a construct is made of; warnings and errors get the place of the construct.
+  Expression image_of(const Node& node, const std::vector<Expression>& images) {
+    if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
+    const std::string place = options_.place_of ? options_.place_of(node) : "";
+    const std::size_t before = warnings_.size();
+    try {
+      const auto& construct = std::get<Construction>(node.value).construct;
+      Expression image = std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
+      for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place);
+      return image;
+    } catch (const Error& error) {
+      throw Error(place + error.what());
+    }
+  }
 
   Expression construct_of(const model::LinearExtrusion& extrusion, const std::vector<Expression>& operands) {
     if (extrusion.twist == 0 && extrusion.scale[0] == extrusion.scale[1] && extrusion.scale[0] != 1) return tapered(extrusion, operands[0]);
@@ -204,6 +228,20 @@ class Resolver {
 
   Expression construct_of(const model::Offset& offset, const std::vector<Expression>& operands) {
     return plane_solid(offset_outline(offset, outline_of(operands[0], options_)));
+  }
+
+  Expression construct_of(const model::Roof& roof, const std::vector<Expression>& operands) {
+    const Outline outline = outline_of(operands[0], options_);
+    if (outline.empty()) return Expression(3);
+    std::array<double, 2> low = outline[0][0], high = low;
+    for (const auto& path : outline)
+      for (const auto& p : path)
+        for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
+    // No point is farther from the outline than half its width, and no roof is higher than that.
+    const double height = 0.53 * std::min(high[0] - low[0], high[1] - low[1]);
+    std::vector<Expression> solids{construct_of(model::LinearExtrusion{.direction = {0, 0, height}}, operands)};
+    for (Expression& piece : pieces_above_roof(roof, outline, height)) solids.push_back(std::move(piece));
+    return model::subtract(std::move(solids));
   }
 
   Expression construct_of(const model::Fill&, const std::vector<Expression>& operands) {

@@ -25,7 +25,8 @@ constexpr auto footer =
     "                                         then; after a stop: bsp2 resume run.h5\n"
     "  mpirun -n 4 bsp2 run model.csg         the same on four processes\n"
     "\n"
-    "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad).\n"
+    "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad); .scad\n"
+    "files are translated if the program openscad is installed.\n"
     "Exit code: 0 success, 2 a mistake in the options, the model or a path, 1 an\n"
     "error of bsp2 itself, 75 ended early by SIGINT, SIGTERM or SIGUSR1.";
 
@@ -71,6 +72,7 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("T")
       ->capture_default_str()
       ->group(group);
+  app.add_flag("--strict", options.strict, "end with an error where the model gets a warning")->group(group);
 }
 
 /// What may differ from one session of a run to the next.
@@ -257,7 +259,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   app.get_formatter()->column_width(28);
   app.require_subcommand(1);
   CLI::App* run = app.add_subcommand("run", "Evaluate a model");
-  run->add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
+  run->add_option("MODEL", command.options.model, "the model: a .csg or .scad file")->required()->type_name("");
   add_model_options(*run, command, raw);
   add_work_options(*run, command, raw);
   add_output_options(*run, command, raw);

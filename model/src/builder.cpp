@@ -120,7 +120,7 @@ Expression polygon(const std::vector<std::array<double, 2>>& points, const std::
   for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(make(2, std::move(piece)));
   if (pieces.empty()) return Expression(2);
   if (pieces.size() == 1) return pieces.front();
-  return polygon.disjoint ? unite(std::move(pieces)) : symmetric_difference(std::move(pieces));
+  return make(2, Boolean{polygon.disjoint ? Operation::unite : Operation::symmetric_difference, std::move(pieces), 1});
 }
 
 Expression convex_hull(const std::vector<std::array<double, 2>>& points) {
@@ -140,7 +140,7 @@ Expression construct(Construct what, std::vector<Expression> operands) {
   if (operands.size() != (is_sum ? 2 : 1)) throw Error("construct: it takes " + std::string(is_sum ? "two operands" : "one operand"));
   const int dimension = common_dimension(operands, "construct");
   if (dimension != 2 && dimension != 3) throw Error("construct: operands of dimension 2 or 3 are needed");
-  const bool extrudes = std::holds_alternative<LinearExtrusion>(what) || std::holds_alternative<RotateExtrusion>(what);
+  const bool extrudes = std::holds_alternative<LinearExtrusion>(what) || std::holds_alternative<RotateExtrusion>(what) || std::holds_alternative<Roof>(what);
   const bool projects = std::holds_alternative<Projection>(what);
   const bool is_plane = extrudes || std::holds_alternative<Offset>(what) || std::holds_alternative<Fill>(what);
   if ((is_plane && dimension != 2) || (projects && dimension != 3))

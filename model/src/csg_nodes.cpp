@@ -24,7 +24,7 @@ Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, cons
   PolygonPieces polygon = convex_pieces(points, paths);
   std::vector<Expression> pieces;
   for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(pool.primitive(std::move(piece), 2));
-  return pool.boolean(polygon.disjoint ? Operation::unite : Operation::symmetric_difference, 2, pieces);
+  return pool.boolean(polygon.disjoint ? Operation::unite : Operation::symmetric_difference, 2, pieces, true);
 }
 
 constexpr std::pair<std::string_view, NodeKind> kinds[] = {
@@ -47,6 +47,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"surface", NodeKind::surface},
     {"linear_extrude", NodeKind::linear_extrude},
     {"rotate_extrude", NodeKind::rotate_extrude},
+    {"roof", NodeKind::roof},
     {"hull", NodeKind::hull},
     {"minkowski", NodeKind::minkowski},
     {"offset", NodeKind::offset},
@@ -56,8 +57,6 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"intersection_for", NodeKind::intersection},
     {"echo", NodeKind::group},
 };
-
-constexpr std::string_view not_yet[] = {"roof"};
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
                                              "function",  "for",      "if",     "let",    "use",
@@ -230,7 +229,7 @@ Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const War
     return pool.empty(3);
   }
   read_faces(faces_list, faces);
-  std::optional<TriangleMesh> mesh = closed_mesh(points, faces);
+  std::optional<TriangleMesh> mesh = repaired_mesh(points, faces, [&](const std::string& text) { warn("this polyhedron is " + text); });
   if (!mesh) {
     warn("this polyhedron is empty: its faces enclose nothing");
     return pool.empty(3);
@@ -325,7 +324,7 @@ Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& war
     }
     glyphs.push_back(pooled_polygon(glyph.points, paths, pool));
   }
-  return pool.boolean(Operation::unite, 2, glyphs);
+  return pool.boolean(Operation::unite, 2, glyphs, true);
 }
 
 /// Two or three numbers; one number counts for all of them.
@@ -358,19 +357,17 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   if (kind == ".svg") {
     const double dpi = arguments.number("dpi", -1, 72);
     std::vector<Expression> shapes;
-    std::size_t lines = 0;
-    for (const PlaneDrawing& drawing : import_svg(path, dpi > 0 ? dpi : 72, resolution_of(arguments), lines))
+    for (const PlaneDrawing& drawing : import_svg(path, dpi > 0 ? dpi : 72, resolution_of(arguments)))
       shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
-    if (lines > 0) warn(std::to_string(lines) + " open paths of " + path.string() + " are lines; only areas are read");
     if (arguments.flag("center", -1)) warn("center is not supported for SVG files; the drawing stays where it is");
-    return pool.boolean(Operation::unite, 2, shapes);
+    return pool.boolean(Operation::unite, 2, shapes, true);
   }
   if (kind != ".stl" && kind != ".off" && kind != ".obj" && kind != ".ply" && kind != ".3mf" && kind != ".amf")
     throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
   const ImportedMesh mesh = import_mesh(path);
   std::optional<TriangleMesh> closed;
   try {
-    closed = closed_mesh(mesh.points, mesh.faces);
+    closed = repaired_mesh(mesh.points, mesh.faces, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
   } catch (const Error& error) {
     throw Error("import of " + path.string() + ": " + error.what());
   }
@@ -443,6 +440,17 @@ Construct read_offset(const Arguments& arguments) {
   return offset;
 }
 
+Construct read_roof(const Arguments& arguments, const Warn& warn) {
+  Roof roof;
+  roof.resolution = resolution_of(arguments);
+  const std::string method = arguments.string("method", 0, "voronoi");
+  if (method == "straight")
+    roof.method = Roof::Method::straight;
+  else if (method != "voronoi")
+    warn("roof has no method '" + method.substr(0, 60) + "'; voronoi is taken");
+  return roof;
+}
+
 Construct read_resize(const Arguments& arguments) {
   Resize resize;
   read_numbers(arguments.find("newsize", 0), resize.size);
@@ -461,20 +469,16 @@ Construct read_resize(const Arguments& arguments) {
 NodeKind node_kind(std::string_view name) {
   for (const auto& [known, kind] : kinds)
     if (known == name) return kind;
-  return contains(not_yet, name) ? NodeKind::unsupported : NodeKind::unknown;
+  return NodeKind::unknown;
 }
 
-std::string why_not(std::string_view name, NodeKind kind) {
+std::string why_not(std::string_view name) {
   const std::string quoted = "'" + std::string(name.substr(0, 60)) + "'";
-  if (kind == NodeKind::unsupported) return "the node " + quoted + " is not supported yet";
   if (contains(source_words, name))
     return quoted + " is OpenSCAD source, not .csg; convert it: openscad -o model.csg model.scad";
   std::string text = "there is no node " + quoted;
   for (const auto& entry : kinds)
     if (resembles(name, entry.first)) return text + "; did you mean '" + std::string(entry.first) + "'?";
-  for (const std::string_view known : not_yet)
-    if (resembles(name, known))
-      return text + "; did you mean '" + std::string(known) + "' (which is not supported yet)?";
   return text;
 }
 
@@ -603,6 +607,8 @@ std::optional<Construct> read_construct(NodeKind kind, const Arguments& argument
       return read_resize(arguments);
     case NodeKind::linear_extrude:
       return read_linear_extrude(arguments, warn);
+    case NodeKind::roof:
+      return read_roof(arguments, warn);
     default:
       return read_rotate_extrude(arguments, warn);
   }
@@ -614,6 +620,7 @@ int operand_dimension(NodeKind kind) {
     case NodeKind::fill:
     case NodeKind::linear_extrude:
     case NodeKind::rotate_extrude:
+    case NodeKind::roof:
       return 2;
     case NodeKind::projection:
       return 3;

@@ -29,6 +29,7 @@ enum class NodeKind : std::uint8_t {
   resize,
   linear_extrude,
   rotate_extrude,
+  roof,
   cube,  ///< from here on: primitives, whose children take no part
   sphere,
   cylinder,
@@ -39,13 +40,12 @@ enum class NodeKind : std::uint8_t {
   text,
   import,
   surface,
-  unsupported,  ///< a node of the language that is not read yet
   unknown
 };
 
 NodeKind node_kind(std::string_view name);
-/// Why a node of kind `unsupported` or `unknown` cannot be read, with a hint.
-std::string why_not(std::string_view name, NodeKind kind);
+/// Why a node of kind `unknown` cannot be read, with a hint.
+std::string why_not(std::string_view name);
 
 /// The arguments of one node, by name or by place.
 class Arguments {
@@ -83,7 +83,7 @@ std::optional<Colour> read_colour(const Arguments& arguments);
 /// @return the affine matrix; empty if the solids vanish.
 std::vector<double> affine_matrix(const std::array<double, 16>& matrix, int dimension, const Warn& warn);
 
-/// What a node of kind hull to rotate_extrude does to its operand; nothing if what comes out is empty whatever that is.
+/// What a node of kind hull to roof does to its operand; nothing if what comes out is empty whatever that is.
 /// @throws bsp2::Error without a position.
 std::optional<Construct> read_construct(NodeKind kind, const Arguments& arguments, const Warn& warn);
 

@@ -102,7 +102,7 @@ Expression NodePool::primitive(Primitive primitive, int dimension) {
       [&] { return Expression(std::make_shared<Node>(dimension, std::move(primitive))); });
 }
 
-Expression NodePool::boolean(Operation operation, int dimension, std::span<const Expression> operands) {
+Expression NodePool::boolean(Operation operation, int dimension, std::span<const Expression> operands, bool one_part) {
   const auto empty = [this](const Expression& e) { return is_empty(e); };
   if (operands.empty()) return empty_[dimension];
   if (operation == Operation::subtract && is_empty(operands.front())) return empty_[dimension];
@@ -114,14 +114,14 @@ Expression NodePool::boolean(Operation operation, int dimension, std::span<const
   if (operands_.size() == 1) return operands_.front();
 
   Hash hash;
-  hash.add(0x100 + static_cast<std::uint64_t>(operation));
+  hash.add(0x100 + static_cast<std::uint64_t>(operation) + (one_part ? 0x80 : 0));
   for (const Expression& operand : operands_) hash.add(address(operand));
   const auto equal = [&](const auto& value) {
     const auto* other = std::get_if<Boolean>(&value);
-    return other && other->operation == operation && same_nodes(other->children, operands_);
+    return other && other->operation == operation && (other->parts != 0) == one_part && same_nodes(other->children, operands_);
   };
   return find_or_make(hash.value(), dimension, equal, [&] {
-    return Expression(std::make_shared<Node>(dimension, Boolean{operation, operands_}));
+    return Expression(std::make_shared<Node>(dimension, Boolean{operation, operands_, one_part ? 1U : 0U}));
   });
 }
 

@@ -226,11 +226,20 @@ void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progres
   options.on_frame(now, progress.steps - 1);
 }
 
+/// With --strict, before time is spent on a model that is not as it should be. The same on all ranks.
+void refuse_warnings(const std::vector<std::string>& warnings) {
+  if (warnings.empty()) return;
+  std::string text = warnings.front();
+  if (warnings.size() > 1) text += " (and " + std::to_string(warnings.size() - 1) + " more warnings)";
+  throw Error(text + "; --strict turns warnings into errors");
+}
+
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
-  for (const std::string& warning : network.warnings) report.warnings.push_back(report.model + ": " + warning);
+  report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());
+  if (options.strict) refuse_warnings(report.warnings);
 
   ranks.begin("distribution");
   auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
@@ -308,7 +317,9 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
   report.dimension = source.model.expression.dimension();
   report.primitives = source.model.primitive_count;
-  report.warnings = source.model.warnings;
+  report.warnings = source.warnings;
+  report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
+  if (options.strict) refuse_warnings(report.warnings);
 
   ranks.begin("compilation");
   RunResult result;

@@ -18,7 +18,11 @@ namespace bsp2::supersteps {
 struct Source {
   std::string text;
   model::Model model;
+  std::vector<std::string> warnings;  ///< of whoever translated it
 };
+
+/// What the text is called in messages: its path, which also says where the files are that it names.
+std::string source_name(const RunOptions& options);
 
 /// Compilation, first half: the master reads the file. Empty elsewhere.
 /// @throws bsp2::Error that names the place in the file.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -22,7 +23,7 @@ namespace bsp2::dataflow {
 /// Source: the paper, section 4.1, "Producers".
 template <int D>
 struct Producer : Box<D> {
-  std::int32_t part = 0;                    ///< index of the primitive's occurrence in the source
+  std::int32_t part = 0;                    ///< number of the primitive in the source, in its order (Node::parts)
   std::uint32_t first_plane = 0, plane_count = 0;  ///< convex: its half-spaces, inside negative, in Network::planes
   std::int32_t lathe = -1;                  ///< index into Network::lathes: convex, with very many half-spaces
   std::int32_t mesh = -1;                   ///< index into Network::meshes, or -1 for a convex producer
@@ -42,7 +43,7 @@ struct Network : Program {
   std::vector<Lathe> lathes;  ///< D = 3 only
   std::vector<Mesh> meshes;   ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
-  std::vector<std::optional<model::Colour>> colours;  ///< of each part; empty where the model has none
+  std::vector<std::optional<model::Colour>> colours;  ///< by part; parts beyond its end have none
   Box<D> bounds = Box<D>::empty();  ///< of the solid, before anything is evaluated
   double coincidence = 0;     ///< what it was compiled with: CompileOptions::coincidence
   std::vector<std::string> warnings;  ///< what the user should know about the solid that was compiled
@@ -56,6 +57,9 @@ struct Network : Program {
 
 struct CompileOptions {
   double coincidence = 1e-9;  ///< hyperplanes closer than this share of the bounding box are one
+  /// What messages about a construct, or about a part, begin with: its place in the source. May be missing.
+  std::function<std::string(const model::Node&)> place_of;
+  std::function<std::string(std::int32_t)> place_of_part;
 };
 
 /// Lowers an expression to a network. @pre expression.dimension() == D.

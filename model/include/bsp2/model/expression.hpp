@@ -120,9 +120,20 @@ struct Fill {
   friend bool operator==(const Fill&, const Fill&) = default;
 };
 
+/// A plane solid under a roof whose faces rise at 45 degrees from its edges.
+struct Roof {
+  enum class Method : std::uint8_t {
+    voronoi,  ///< as high as a point is far from the outline
+    straight  ///< flat faces only: the straight skeleton
+  };
+  Method method = Method::voronoi;
+  Resolution resolution;  ///< of the cones over reflex corners (voronoi)
+  friend bool operator==(const Roof&, const Roof&) = default;
+};
+
 /// A solid that is made from others by other means than Booleans and maps. Which points it has is known only once the
 /// operands are evaluated; compilation does that and replaces it by primitives.
-using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection, Resize, Fill>;
+using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection, Resize, Fill, Roof>;
 
 enum class Operation : std::uint8_t { unite, intersect, subtract, symmetric_difference, complement };
 
@@ -153,6 +164,7 @@ class Expression {
 struct Boolean {
   Operation operation;
   std::vector<Expression> children;
+  std::uint64_t parts = 0;  ///< not 0: all that is in it is one part of the model, the first of so many that it stands for
 };
 
 /// The image of the child under an affine map.
@@ -181,6 +193,9 @@ struct Node {
   using Value = std::variant<Primitive, Boolean, Transform, Construction, Coloured>;
   int dimension;
   bool resolved;  ///< there is no Construction in it
+  /// Parts of the model in it: occurrences of primitives in the expanded tree, in source order. What a primitive or a
+  /// construct of the source is made of is one part (Boolean::parts).
+  std::uint64_t parts;
   Value value;
   Node(int dimension_, Value value_);
   Node(const Node&) = delete;
