@@ -10,6 +10,7 @@
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 namespace bsp2::supersteps {
@@ -228,6 +229,12 @@ std::string Drawing::file(const Colour& background) {
     check(cairo_status(cr));
     cairo_surface_finish(surface.get());
     check(cairo_surface_status(surface.get()));
+  }
+  // Cairo numbers the surfaces of a process; a picture is the same whatever was drawn before it.
+  const std::string_view id = "id=\"surface";
+  if (const auto at = bytes.find(id); format_ == PictureFormat::svg && at != std::string::npos) {
+    const auto digits = at + id.size();
+    bytes.erase(digits, bytes.find('"', digits) - digits);
   }
   return bytes;
 }

@@ -91,6 +91,7 @@ inline std::size_t count_primitives(const Expression& e) {
     for (const Expression& child : boolean->children) sum += count_primitives(child);
     return sum;
   }
+  if (const auto* coloured = std::get_if<Coloured>(&e.node().value)) return count_primitives(coloured->child);
   if (const auto* transform = std::get_if<Transform>(&e.node().value))
     return count_primitives(transform->child);
   return 1;

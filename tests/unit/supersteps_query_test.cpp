@@ -75,7 +75,9 @@ void compare_with_the_boundary(const fs::path& model, unsigned seed) {
       expected = std::min(expected, distance_to_triangle(p, points[a], points[b], points[c]));
       angle += solid_angle(points[a] - p, points[b] - p, points[c] - p);
     }
-    EXPECT_EQ(answer.label == geometry::Label::in, angle > 2 * std::numbers::pi) << p[0] << ' ' << p[1] << ' ' << p[2];
+    if (expected > 1e-7) {  // nearer to the surface the sum of angles cannot tell
+      EXPECT_EQ(answer.label == geometry::Label::in, angle > 2 * std::numbers::pi) << p[0] << ' ' << p[1] << ' ' << p[2] << ", distance " << expected << ", angle " << angle;
+    }
     EXPECT_NEAR(answer.distance, expected, 1e-9 * (1 + expected));
     EXPECT_NEAR(length(Vector{answer.nearest[0], answer.nearest[1], answer.nearest[2]} - p), answer.distance, 1e-9 * (1 + expected));
     EXPECT_EQ(answer.part >= 0, answer.label == geometry::Label::in);
