@@ -20,6 +20,9 @@ struct KernelCounts {
   KernelCounts& operator+=(const KernelCounts& other);
 };
 
+template <int D>
+class Clipper;
+
 /// A cell under construction, in buffers that are reused from one split to the next.
 template <int D>
 class CellScratch {
@@ -100,6 +103,7 @@ class Splitter {
   [[nodiscard]] const KernelCounts& counts() const { return counts_; }
 
  private:
+  friend class Clipper<D>;
   struct Half {
     CellScratch<D> scratch;
     std::array<Buffer<std::uint16_t>, D> index;   // of each k-face in this half, where it is there
