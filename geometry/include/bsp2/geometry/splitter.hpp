@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "bsp2/geometry/buffer.hpp"
@@ -132,6 +133,7 @@ class Splitter {
 
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
   int compute_exact_side(const Vertex<D>& vertex, HyperplaneId id);
+  [[nodiscard]] std::optional<int> side_in_frame(const Vertex<D>& vertex, HyperplaneId id) const;
   const ExactCovector<D>& exact(HyperplaneId id);
   void split_vertices(const Cell<D>& cell);
   void split_edges(const Cell<D>& cell, HyperplaneId id);
