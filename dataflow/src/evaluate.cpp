@@ -13,6 +13,7 @@
 
 #include "bounded_queue.hpp"
 #include "bsp2/dataflow/localizer.hpp"
+#include "bsp2/geometry/clipper.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "large_stack.hpp"
 #include "tokens.hpp"
@@ -76,19 +77,33 @@ class Worker {
 
  private:
   Crew<D>& crew_;
+  /// A cut of a chain: its hyperplane, and what is beyond it.
+  struct Piece {
+    geometry::OrientedHyperplane plane;
+    Cell<D> cell;
+  };
+
   geometry::Splitter<D> splitter_;
+  geometry::Clipper<D> clipper_;
   Localizer<D> localizer_;
   geometry::CellWriter<D> writer_;
   Pool<Token<D>> tokens_;
   Pool<Join<D>> joins_;
   std::shared_ptr<Refinement> batch_;
   std::vector<Word> program_;
+  std::vector<Piece> pieces_;
+  std::vector<geometry::Hyperplane<D>> rounded_;  // of the planes of a chain that are left
+  std::vector<geometry::OrientedHyperplane> left_;
   pthread_t thread_{};
 
   void work();
   Token<D>* next();
   Token<D>* process(Token<D>* token);
   Token<D>* split(Token<D>* token, const typename Localizer<D>::Cut& cut);
+  [[nodiscard]] bool may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const;
+  Token<D>* clip(Token<D>* token, const typename Localizer<D>::Cut& cut);
+  bool cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest);
+  std::int64_t settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut);
   Token<D>* unfold(Token<D>* token);
   Token<D>* give(Token<D>* token, Outcome<D> outcome);
   Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
@@ -154,7 +169,7 @@ class Crew {
 
 template <int D>
 Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
-    : totals(crew.network.table.radius(), crew.network.table.width()), index(index_), crew_(crew), splitter_(crew.network.table),
+    : totals(crew.network.table.radius(), crew.network.table.width()), index(index_), crew_(crew), splitter_(crew.network.table), clipper_(splitter_),
       localizer_(crew.network, splitter_), writer_(crew.network.table) {
   totals.reset_bounds();
 }
@@ -250,7 +265,7 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     left = answer.label == Label::fuzzy;
     if (left && !deep) {
       std::swap(token->program, program_);
-      return split(token, cut);
+      return may_clip(*token, cut) ? clip(token, cut) : split(token, cut);
     }
     outcome.label = answer.label;
     outcome.part = answer.part;
@@ -337,6 +352,97 @@ Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& pl
   if (crew_.options.order == Order::depth) return token;
   add(token);
   return nullptr;
+}
+
+/// Whether all cuts along the last operand may be made at once.
+template <int D>
+bool Worker<D>::may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const {
+  const std::size_t deepest = token.level + cut.last_planes.size();
+  return !cut.last_planes.empty() && deepest <= crew_.options.level.value_or(std::numeric_limits<std::uint16_t>::max());
+}
+
+/// Cuts along the last operand until all is decided. The cells are those that `split` would find one by one.
+template <int D>
+Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut) {
+  const auto is_built = [&](const Answer& answer) { return answer.label != Label::out || crew_.options.keep_out; };
+  clipper_.load(token->cell);
+  Outcome<D> outcome;
+  outcome.level = token->level;
+  if (cut_along(cut.last_planes, is_built(cut.beyond))) {
+    outcome.form = Form::subtree;
+    outcome.tree = settle_pieces(*token, cut);
+    count_decided(token->level);
+    finish(token->parent, token->side, token->region, std::move(outcome));
+    token->cell = {};
+    tokens_.give(token);
+    return nullptr;
+  }
+  outcome.label = cut.beyond.label;  // nothing is inside: no cut was needed
+  outcome.part = cut.beyond.part;
+  outcome.cell = std::move(token->cell);
+  return give(token, std::move(outcome));
+}
+
+/// Clips the cell by the half-spaces, the one first that leaves most of it outside. @return whether anything is left.
+template <int D>
+bool Worker<D>::cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest) {
+  pieces_.clear();
+  left_.assign(planes.begin(), planes.end());
+  rounded_.clear();
+  for (const auto plane : planes) {
+    auto h = crew_.network.table.rounded(plane.id());
+    if (plane.flipped()) {
+      for (double& x : h.normal) x = -x;
+      h.offset = -h.offset;
+    }
+    rounded_.push_back(h);
+  }
+  bool moved = true;
+  std::array<double, D> centre{};
+  while (!left_.empty()) {
+    if (moved) centre = clipper_.centre();
+    std::size_t chosen = 0;
+    double furthest = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      const double value = rounded_[i].at(centre);
+      if (value > furthest) {
+        furthest = value;
+        chosen = i;
+      }
+    }
+    Cell<D> rest;
+    const auto where = clipper_.cut(left_[chosen], keep_rest ? &rest : nullptr);
+    if (where == geometry::Position::positive) return false;
+    moved = where == geometry::Position::crossing;
+    if (moved) pieces_.push_back({left_[chosen], std::move(rest)});
+    left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(chosen));  // the order stays: the first of equals is chosen
+    rounded_.erase(rounded_.begin() + static_cast<std::ptrdiff_t>(chosen));
+  }
+  return true;
+}
+
+/// Emits what a chain of cuts made. @return the code of its subtree.
+template <int D>
+std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut) {
+  Outcome<D> outcome;
+  outcome.label = cut.behind.label;
+  outcome.part = cut.behind.part;
+  outcome.level = static_cast<std::uint16_t>(token.level + pieces_.size());
+  if (outcome.label != Label::out || crew_.options.keep_out) outcome.cell = clipper_.cell();
+  std::int64_t tree = settle(outcome, token.region);
+  outcome.form = Form::cell;
+  outcome.label = cut.beyond.label;
+  outcome.part = cut.beyond.part;
+  for (std::size_t i = pieces_.size(); i-- > 0;) {
+    outcome.level = static_cast<std::uint16_t>(token.level + i + 1);
+    outcome.cell = std::move(pieces_[i].cell);
+    const std::int64_t beyond = emit(outcome, token.region);
+    if (!crew_.options.record_tree) continue;
+    const bool flipped = pieces_[i].plane.flipped();
+    nodes.push_back({pieces_[i].plane.id(), {flipped ? beyond : tree, flipped ? tree : beyond}});
+    tree = crew_.codes.node(index, nodes.size() - 1);
+  }
+  return tree;
 }
 
 template <int D>

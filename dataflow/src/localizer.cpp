@@ -44,6 +44,7 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
     if (active_.size() > many_operands && choose_median(out, cut)) return answer;
   }
   choose_operand(out, cut);
+  if (active_.size() == 1) offer_clipping(out, cut);
   return answer;
 }
 
@@ -226,6 +227,44 @@ void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
   cut.hyperplane = advice.plane.id();
   cut.positive_is_out = advice.plane.flipped() ? behind_is_out : beyond_is_out;
   cut.negative_is_out = advice.plane.flipped() ? beyond_is_out : behind_is_out;
+}
+
+/// Where one operand is left, and a list of half-spaces says where it is: nothing needs to be asked again until it is decided.
+template <int D>
+void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const {
+  const Word* const leaf = program.data() + active_.front();
+  const Producer<D>& producer = network_->producers[leaf[2]];
+  if (producer.mesh >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return;
+  const auto planes = ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
+  if (planes.size() < 2 || planes.size() > ConvexProducer<D>::many_planes) return;
+  const bool negated = (leaf[0] & Program::negated) != 0;
+  const Answer inside{Label::in, producer.part}, outside{Label::out};
+  const Word* at = program.data();
+  cut.beyond = answer_if(at, negated ? Complement::map(outside) : outside);
+  at = program.data();
+  cut.behind = answer_if(at, negated ? Complement::map(inside) : inside);
+  cut.last_planes = planes;
+}
+
+/// The program's answer if its only leaf had this one.
+template <int D>
+Answer Localizer<D>::answer_if(const Word*& at, const Answer& leaf) const {
+  const Word kind = at[0] & Program::kind_mask;
+  const Word* const end = at + at[1];
+  if (kind == Program::kind_leaf) {
+    at = end;
+    return leaf;
+  }
+  Combiner combiner(kind, at[2]);
+  at += Program::header;
+  while (at != end) {
+    const Answer operand = answer_if(at, leaf);
+    if (combiner.fold(operand)) {
+      at = end;
+      return operand;
+    }
+  }
+  return combiner.answer();
 }
 
 /// The program's label if its leaf `leaf` (complemented or not) had the label `assumed` and nothing else were known.

@@ -24,6 +24,10 @@ class Localizer {
   struct Cut {
     geometry::HyperplaneId hyperplane = 0;
     bool negative_is_out = false, positive_is_out = false;  ///< that half need not be built
+    /// Not empty where all depends on one convex operand: its undecided half-spaces, inside negative. What is outside of one
+    /// of them has the answer `beyond`, what is inside of all has the answer `behind`. Part of the program that was put out.
+    std::span<const geometry::OrientedHyperplane> last_planes{};
+    Answer beyond{geometry::Label::out}, behind{geometry::Label::out};
   };
   /// The expression `program` within `cell`: IN, OUT, or FUZZY with the simplified expression in `out` and the hyperplane
   /// to split by in `cut`. The result depends on the arguments alone. FUZZY may be hasty: that the cell is better cut at
@@ -62,6 +66,8 @@ class Localizer {
   bool choose_median(std::span<const Word> program, Cut& cut);
   bool take_middle_candidate(Cut& cut);
   void choose_operand(std::span<const Word> program, Cut& cut);
+  void offer_clipping(std::span<const Word> program, Cut& cut) const;
+  Answer answer_if(const Word*& at, const Answer& leaf) const;
   [[nodiscard]] geometry::Label label_if(const Word*& at, const Word* leaf, geometry::Label assumed) const;
 };
 

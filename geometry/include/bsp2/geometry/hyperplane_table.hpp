@@ -48,6 +48,13 @@ class HyperplaneTable {
   /// The rounded hyperplane; with the sign of the id's canonical orientation.
   [[nodiscard]] Hyperplane<D> rounded(HyperplaneId id) const { return id < first_axis_id ? hyperplanes_[id] : axis_rounded(id); }
   [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
+  /// The hyperplane in its primitive's frame and the map that places it; null for axis-parallel cuts. Hyperplanes of one map
+  /// lie in the model as their covectors do in the frame: maps keep sides and meeting points.
+  [[nodiscard]] const Covector<D>* in_frame(HyperplaneId id, std::uint32_t& map) const {
+    if (id >= first_axis_id) return nullptr;
+    map = sources_[id].map;
+    return &covectors_[sources_[id].covector];
+  }
   /// -1, 0, +1: the side of the hyperplane on which a point given in doubles is, anywhere in space. Exact.
   [[nodiscard]] int side(const std::array<double, D>& point, HyperplaneId id) const;
 
