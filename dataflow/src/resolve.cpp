@@ -115,6 +115,9 @@ class Resolver {
             return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
           const auto& construct = std::get<Construction>(node.value).construct;
           if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
+          const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct);
+          if (extrusion == nullptr || !extrusion->is_straight())
+            for (Expression& image : images) image = faceted(image);
           return std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
         });
   }
@@ -122,7 +125,23 @@ class Resolver {
  private:
   const CompileOptions& options_;
   std::vector<std::string>& warnings_;
-  Rewriting resolved_, lifted_;
+  Rewriting resolved_, lifted_, faceted_;
+
+  /// The same with polyhedra in the place of what is round: other constructs need corners.
+  Expression faceted(const Expression& solid) {
+    return faceted_.run(
+        solid, [](const Node& node) { return node.faceted; },
+        [](const Node& node, std::vector<Expression> images) -> Expression {
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(node.dimension, Boolean{boolean->operation, std::move(images)});
+          if (const auto* transform = std::get_if<Transform>(&node.value)) return make(node.dimension, Transform{transform->matrix, images[0]});
+          const auto& primitive = std::get<Primitive>(node.value);
+          if (std::holds_alternative<model::Torus>(primitive)) throw Error("a torus has no corners: hull, minkowski and the like cannot take it");
+          const auto& round = std::get<model::Round>(primitive);
+          if (round.sides == 0) throw Error("a round solid of " + std::to_string(node.dimension) + " dimensions has no corners: hull, minkowski and the like cannot take it");
+          if (node.dimension == 2) return model::circle(round.bottom, round.sides);
+          return round.lengths.empty() ? model::sphere(round.bottom, round.sides) : model::cylinder(round.lengths[0], round.bottom, round.top, round.sides);
+        });
+  }
 
   Expression construct_of(const model::LinearExtrusion& extrusion, const std::vector<Expression>& operands) {
     if (extrusion.twist == 0 && extrusion.scale[0] == extrusion.scale[1] && extrusion.scale[0] != 1) return tapered(extrusion, operands[0]);
@@ -169,6 +188,8 @@ class Resolver {
     return make(3, model::Lathe{circle.sides, {{circle.radius, 0}, {circle.radius, 1}}});
   }
   static Expression prism(const model::ConvexPolygon& polygon) { return make(3, polygon); }
+  static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides}); }
+  static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
   static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
   static Expression prism(const model::TriangleMesh&) { throw std::logic_error("a mesh is no plane solid"); }
 

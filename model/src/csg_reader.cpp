@@ -19,8 +19,8 @@ constexpr std::size_t most_warnings = 100;
 /// unknown whether the subtree takes part: a later `!` may leave it out. Errors of syntax are thrown at once.
 class Reader {
  public:
-  Reader(std::string_view text, const std::string& name)
-      : text_(text), name_(name), scanner_(text), lines_(text) {}
+  Reader(std::string_view text, const std::string& name, const CsgOptions& options)
+      : text_(text), name_(name), options_(options), scanner_(text), lines_(text) {}
 
   Model read() {
     try {
@@ -84,6 +84,7 @@ class Reader {
 
   std::string_view text_;
   const std::string& name_;
+  CsgOptions options_;
   Scanner scanner_;
   LineFinder lines_;
   NodePool pool_;
@@ -193,7 +194,7 @@ void Reader::interpret(Frame& frame) {
           constructs_.push_back(construct.value_or(Hull{}));
           if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
         }
-        operands_.push_back(make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), pool_, warn));
+        operands_.push_back(make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), options_, pool_, warn));
         frame.primitives = 1;
       } catch (const Error& error) {
         if (is_construct(frame.kind) && constructs_.size() == constructs) constructs_.emplace_back();
@@ -320,12 +321,12 @@ Model Reader::result() {
 
 }  // namespace
 
-Model parse_csg(std::string_view text, const std::string& name) {
-  return Reader(text, name).read();
+Model parse_csg(std::string_view text, const std::string& name, const CsgOptions& options) {
+  return Reader(text, name, options).read();
 }
 
-Model read_csg(const std::filesystem::path& path) {
-  return parse_csg(read_text(path), path.string());
+Model read_csg(const std::filesystem::path& path, const CsgOptions& options) {
+  return parse_csg(read_text(path), path.string(), options);
 }
 
 }  // namespace bsp2::model

@@ -11,13 +11,21 @@ int Expression::dimension() const {
   return node_->dimension;
 }
 
-Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), value(std::move(value_)) {
+Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), faceted(true), value(std::move(value_)) {
+  const auto look_at = [this](const Expression& child) {
+    resolved = resolved && child.node().resolved;
+    faceted = faceted && child.node().faceted;
+  };
   if (const auto* boolean = std::get_if<Boolean>(&value)) {
-    for (const Expression& child : boolean->children) resolved = resolved && child.node().resolved;
+    for (const Expression& child : boolean->children) look_at(child);
   } else if (const auto* transform = std::get_if<Transform>(&value)) {
-    resolved = transform->child.node().resolved;
-  } else if (std::holds_alternative<Construction>(value)) {
+    look_at(transform->child);
+  } else if (const auto* construction = std::get_if<Construction>(&value)) {
+    for (const Expression& operand : construction->operands) look_at(operand);
     resolved = false;
+  } else {
+    const auto& primitive = std::get<Primitive>(value);
+    faceted = !std::holds_alternative<Round>(primitive) && !std::holds_alternative<Torus>(primitive);
   }
 }
 

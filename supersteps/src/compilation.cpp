@@ -9,7 +9,7 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
   Source source;
   if (!ranks.is_master()) return source;
   source.text = options.resume ? io::read_snapshot(*options.resume, io::SnapshotPart::head).head.source : model::read_text(options.model);
-  source.model = model::parse_csg(source.text, options.model.string());
+  source.model = model::parse_csg(source.text, options.model.string(), {.curved = options.curved});
   return source;
 }
 

@@ -18,6 +18,13 @@ struct Model {
   std::size_t primitive_count = 0;
 };
 
+/// What a text is taken to mean beyond what it says.
+struct CsgOptions {
+  /// `sphere`, `cylinder` and `circle` are truly round (docs/curved.md), but for cylinders and circles of $fn = 3 to 6, which
+  /// are prisms and polygons on purpose.
+  bool curved = false;
+};
+
 /// Reads OpenSCAD's .csg language (nodes group union difference intersection multmatrix color render cube sphere
 /// cylinder polyhedron, modifiers % # ! *, comments) with OpenSCAD's meaning; docs/model.md has the details.
 ///
@@ -26,10 +33,10 @@ struct Model {
 /// @param name the name of the text in messages, usually its path.
 /// @throws bsp2::Error "name:line:column: ..." for a syntax error, for a node that is not supported, for a polyhedron
 /// that is not closed, and for more sides than the limits of tessellation.hpp; "name: ..." for a text without a node.
-Model parse_csg(std::string_view text, const std::string& name);
+Model parse_csg(std::string_view text, const std::string& name, const CsgOptions& options = {});
 
 /// Reads a file. @throws bsp2::Error also if it is no readable file.
-Model read_csg(const std::filesystem::path& path);
+Model read_csg(const std::filesystem::path& path, const CsgOptions& options = {});
 
 /// The whole text of a model file. @throws bsp2::Error if it is missing, a directory, not readable or empty.
 std::string read_text(const std::filesystem::path& path);
