@@ -34,6 +34,13 @@ struct Shape {
   Box<D> bounds;                                 // in the normalized frame
   std::shared_ptr<const LatheShape> lathe;       // of one with very many facets; shared: by all occurrences of it
   std::shared_ptr<const MeshShape> mesh;         // shared: by all occurrences of one mesh
+  struct RoundPart {
+    int axes;
+    double bottom, top;  // multiples of 2^-53, the larger one 1
+  };
+  std::optional<RoundPart> round;
+  std::optional<double> torus;  // its minor radius
+  [[nodiscard]] bool is_round() const { return round || torus; }
 };
 
 /// x -> factors x + shift, axis by axis.
@@ -63,7 +70,8 @@ class Compiler {
       placements.push_back(occurrence.placement.after(shape.frame));
       Producer<D> producer;
       producer.part = occurrence.part;
-      static_cast<Box<D>&>(producer) = shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
+      static_cast<Box<D>&>(producer) = shape.round ? placements.back().image_of_round(shape.round->axes)
+                                       : shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
       producers.push_back(producer);
     }
@@ -266,10 +274,40 @@ class Compiler {
     }
   }
 
+  Shape<D> make_shape(const model::Round& round, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    const int axes = D - static_cast<int>(round.lengths.size());
+    if (axes < 2) throw std::logic_error("a round solid has two round axes or more");
+    const double widest = std::max(round.bottom, round.top);
+    const auto on_grid = [](double x) { return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53); };
+    Shape<D> shape;
+    shape.round = {axes, on_grid(round.bottom / widest), on_grid(round.top / widest)};
+    std::array<double, D> factors;
+    factors.fill(widest);
+    std::copy(round.lengths.begin(), round.lengths.end(), factors.begin() + axes);
+    shape.frame = scaling<D>(factors);
+    const std::vector<geometry::Covector<D>> box = geometry::unit_box<D>().covectors;
+    add_covectors(shape, {box.begin() + 2 * axes, box.end()});
+    return shape;
+  }
+
+  Shape<D> make_shape(const model::Torus& torus, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    if constexpr (D != 3) {
+      throw std::logic_error("a torus is three-dimensional");
+    } else {
+      Shape<D> shape;
+      const double minor = torus.minor / torus.major, reach = std::nextafter(1 + minor, 3.0), height = std::nextafter(minor, 2.0);
+      shape.torus = minor;
+      shape.frame = scaling<3>({torus.major, torus.major, torus.major});
+      shape.bounds = {{-reach, -reach, -height}, {reach, reach, height}};
+      return shape;
+    }
+  }
+
   void add_planes(Network<D>& network, const std::vector<Transformer<D>>& placements, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(covectors_);
-    std::vector<std::uint32_t> first_occurrence;
+    std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
+    std::uint32_t rounds = 0;
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
       const Shape<D>& shape = shapes_[shape_of_[i]];
@@ -277,6 +315,13 @@ class Compiler {
       std::optional<std::uint32_t> first;
       const bool matters = !box.misses(producer);
       if (matters) first = placements[i].emit(table, shape.first_covector, shape.covector_count, producer);
+      if (matters && shape.is_round()) {
+        maps[i] = table.add_map(placements[i].matrix());
+        if (table.orientation(maps[i]) != 0) {
+          first = first.value_or(0);  // a ball has no half-spaces
+          ++rounds;
+        }
+      }
       if (first)
         first_occurrence.back() = *first;
       else if (matters)
@@ -290,6 +335,15 @@ class Compiler {
       if (producer.is_empty()) continue;
       const Shape<D>& shape = shapes_[shape_of_[i]];
       const std::span own(codes.data() + first_occurrence[i], shape.covector_count);
+      if (shape.is_round()) {
+        const std::uint32_t ids = network.table.free_ids() / rounds--;
+        add_half_spaces(network, producer, own);
+        if (producer.is_empty()) continue;
+        if (shape.round) add_round(network, producer, *shape.round, maps[i], ids);
+        if constexpr (D == 3)
+          if (shape.torus) add_torus(network, producer, *shape.torus, maps[i], ids);
+        continue;
+      }
       if constexpr (D == 3) {
         if (shape.mesh != nullptr && !shape.mesh->convex) {
           producer.mesh = static_cast<std::int32_t>(network.meshes.size());
@@ -328,6 +382,35 @@ class Compiler {
       for (int axis = 0; axis < D; ++axis)
         if (std::fabs(h.normal[axis]) > 1 - 1e-12)
           producer.bounding_plane[axis][(h.normal[axis] > 0) != plane.flipped() ? 1 : 0] = plane.code + 1;
+    }
+  }
+
+  static void check_ids(std::uint64_t needed, std::uint32_t ids) {
+    if (needed > ids) throw Error("too many round solids: the hyperplanes do not suffice for all of them; leave out --curved");
+  }
+
+  void add_torus(Network<3>& network, Producer<3>& producer, double minor, std::uint32_t map, std::uint32_t ids) {
+    HyperplaneTable<3>& table = network.table;
+    const geometry::RoundFamily<3> fan(2, 1, 1, ids / 8);
+    const geometry::TorusFamily family(minor, ids - ids / 8);
+    check_ids(std::uint64_t{fan.count()} + family.count(), ids);
+    producer.torus = static_cast<std::int32_t>(network.tori.size());
+    const auto first_of_fan = table.add_family(map, fan);
+    network.tori.push_back({fan, first_of_fan, family, table.add_family(map, family), table.map(map).inverse(table.radius())});
+  }
+
+  void add_round(Network<D>& network, Producer<D>& producer, const typename Shape<D>::RoundPart& part, std::uint32_t map, std::uint32_t ids) {
+    HyperplaneTable<D>& table = network.table;
+    const geometry::RoundFamily<D> family(part.axes, part.bottom, part.top, ids);
+    check_ids(family.count(), ids);
+    producer.round = static_cast<std::int32_t>(network.rounds.size());
+    network.rounds.push_back({family, table.add_family(map, family), table.map(map).inverse(table.radius())});
+    const Round<D>& round = network.rounds.back();
+    for (std::uint32_t face = 0; face < static_cast<std::uint32_t>(2 * part.axes) && part.bottom == part.top; ++face) {
+      const OrientedHyperplane tangent = round.plane(family.tangent({.face = face}));
+      const auto h = table.rounded(tangent.id());
+      for (int axis = 0; axis < D; ++axis)
+        if (std::fabs(h.normal[axis]) > 1 - 1e-12) producer.bounding_plane[axis][h.normal[axis] > 0 ? 1 : 0] = tangent.code + 1;
     }
   }
 

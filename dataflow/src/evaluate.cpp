@@ -36,6 +36,7 @@ template <int D>
 Totals<D>& Totals<D>::operator+=(const Totals& other) {
   in += other.in;
   fuzzy += other.fuzzy;
+  fuzzy_below += other.fuzzy_below;
   in_cells += other.in_cells;
   fuzzy_cells += other.fuzzy_cells;
   out_cells += other.out_cells;
@@ -172,6 +173,7 @@ Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
     : totals(crew.network.table.radius(), crew.network.table.width()), index(index_), crew_(crew), splitter_(crew.network.table), clipper_(splitter_),
       localizer_(crew.network, splitter_), writer_(crew.network.table) {
   totals.reset_bounds();
+  localizer_.set_tolerance(crew.options.tolerance.value_or(0));
 }
 
 template <int D>
@@ -263,7 +265,7 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     const Answer answer = final ? localizer_.decide(token->program, token->cell, program_) : localizer_.fire(token->program, token->cell, program_, cut);
     if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
     left = answer.label == Label::fuzzy;
-    if (left && !deep) {
+    if (left && !deep && !cut.none) {
       std::swap(token->program, program_);
       return may_clip(*token, cut) ? clip(token, cut) : split(token, cut);
     }
@@ -611,12 +613,33 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   return crew_.codes.cell(index, number);
 }
 
+/// At most the integrals over the cell of min(x_i x_j, 0), from its box.
+template <int D>
+geometry::Moments<D> below_zero(const Cell<D>& cell, const geometry::Moments<D>& moments) {
+  const CellExtent<D> extent(cell);
+  const auto bounds = [&](int i) { return i == 0 ? std::array{1.0, 1.0} : std::array{extent.lower[i - 1], extent.upper[i - 1]}; };
+  geometry::Moments<D> below;
+  for (int i = 0; i <= D; ++i)
+    for (int j = i + 1; j <= D; ++j) {  // squares are not below 0
+      double least = std::numeric_limits<double>::infinity(), most = -least;
+      for (const double x : bounds(i))
+        for (const double y : bounds(j)) {
+          least = std::min(least, x * y);
+          most = std::max(most, x * y);
+        }
+      const int at = geometry::Moments<D>::index(i, j);
+      if (least < 0) below.integral[at] = most <= 0 ? moments.integral[at] : least * moments.volume();
+    }
+  return below;
+}
+
 template <int D>
 void Worker<D>::count(const Outcome<D>& outcome, const geometry::Moments<D>& moments) {
   totals.level = std::max<unsigned>(totals.level, outcome.level);
   if (outcome.label == Label::fuzzy) {
     ++totals.fuzzy_cells;
     totals.fuzzy.add(moments);
+    totals.fuzzy_below.add(below_zero(outcome.cell, moments));
   } else if (outcome.label == Label::out) {
     ++totals.out_cells;
   } else {

@@ -7,6 +7,8 @@
 #include "bsp2/dataflow/convex_producer.hpp"
 #include "bsp2/dataflow/lathe_producer.hpp"
 #include "bsp2/dataflow/mesh_producer.hpp"
+#include "bsp2/dataflow/round_producer.hpp"
+#include "bsp2/dataflow/torus_producer.hpp"
 #include "bsp2/dataflow/transformer.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 
@@ -36,16 +38,37 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   const bool quick = program.size() > long_program;
   Answer answer = localize(program, out, quick);
   if (answer.label != Label::fuzzy) return answer;
-  if (active_.size() > many_operands && choose_median(out, cut)) return answer;
+  const bool thin = is_thin();
   if (quick) {
+    if (!thin && active_.size() > many_operands && choose_median(out, cut)) return answer;
     std::swap(out, second_pass_);
     answer = localize(second_pass_, out, false);
     if (answer.label != Label::fuzzy) return answer;
-    if (active_.size() > many_operands && choose_median(out, cut)) return answer;
   }
+  if (thin) leave_round_operands(out);
+  cut.none = active_.empty();
+  if (cut.none || (active_.size() > many_operands && choose_median(out, cut))) return answer;
   choose_operand(out, cut);
   if (active_.size() == 1) offer_clipping(out, cut);
   return answer;
+}
+
+/// Whether the cell is thinner than the tolerance, measured across its facets.
+template <int D>
+bool Localizer<D>::is_thin() const {
+  if (!(tolerance_ > 0) || !network_->is_round()) return false;
+  for (int axis = 0; axis < D; ++axis)
+    if (view_.extent().length(axis) < tolerance_) return true;
+  return view_.thickness() < tolerance_;
+}
+
+/// Leaves to choose from only what ends by itself.
+template <int D>
+void Localizer<D>::leave_round_operands(std::span<const Word> program) {
+  std::erase_if(active_, [&](std::uint32_t at) {
+    const Producer<D>& producer = network_->producers[program[at + 2]];
+    return producer.torus >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
+  });
 }
 
 template <int D>
@@ -129,7 +152,9 @@ auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
   if constexpr (D == 3) {
     if (producer.mesh >= 0) return use(MeshProducer(*network_, producer));
     if (producer.lathe >= 0) return use(LatheProducer(*network_, producer));
+    if (producer.torus >= 0) return use(TorusProducer(*network_, producer));
   }
+  if (producer.round >= 0) return use(RoundProducer<D>(*network_, producer));
   return use(ConvexProducer<D>(*network_, producer));
 }
 
@@ -144,6 +169,12 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
       std::vector<Word> unused;
       return LatheProducer(*network_, producer).ask(whole, view_, unused) == Label::in;
     }
+  }
+  if (producer.torus >= 0) return false;
+  if (producer.round >= 0) {
+    const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
+    std::vector<Word> unused;
+    return RoundProducer<D>(*network_, producer).ask(whole, view_, unused) == Label::in;
   }
   const auto planes = network_->planes_of(producer);
   return std::all_of(planes.begin(), planes.end(), [&](auto plane) { return view_.position(plane) == Position::negative; });
@@ -224,6 +255,7 @@ void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
   };
   const bool beyond_is_out = advice.beyond_is_out && is_out_if(Label::out);
   const bool behind_is_out = advice.behind_is_in && is_out_if(Label::in);
+  cut.none = advice.none;
   cut.hyperplane = advice.plane.id();
   cut.positive_is_out = advice.plane.flipped() ? behind_is_out : beyond_is_out;
   cut.negative_is_out = advice.plane.flipped() ? beyond_is_out : behind_is_out;

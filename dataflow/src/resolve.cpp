@@ -134,15 +134,35 @@ class Resolver {
  private:
   const CompileOptions& options_;
   std::vector<std::string>& warnings_;
-  Rewriting resolved_, lifted_;
+  Rewriting resolved_, lifted_, faceted_;
+
+  /// The same with polyhedra in the place of what is round: other constructs need corners.
+  Expression faceted(const Expression& solid) {
+    return faceted_.run(
+        solid, [](const Node& node) { return node.faceted; },
+        [](const Node& node, std::vector<Expression> images) -> Expression {
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(node.dimension, Boolean{boolean->operation, std::move(images)});
+          if (const auto* transform = std::get_if<Transform>(&node.value)) return make(node.dimension, Transform{transform->matrix, images[0]});
+          if (std::holds_alternative<model::Coloured>(node.value)) return images[0];  // a construct has the colour around it
+          const auto& primitive = std::get<Primitive>(node.value);
+          if (std::holds_alternative<model::Torus>(primitive)) throw Error("a torus has no corners: hull, minkowski and the like cannot take it");
+          const auto& round = std::get<model::Round>(primitive);
+          if (round.sides == 0) throw Error("a round solid of " + std::to_string(node.dimension) + " dimensions has no corners: hull, minkowski and the like cannot take it");
+          if (node.dimension == 2) return model::circle(round.bottom, round.sides);
+          return round.lengths.empty() ? model::sphere(round.bottom, round.sides) : model::cylinder(round.lengths[0], round.bottom, round.top, round.sides);
+        });
+  }
 
   /// What a construct is made of; warnings and errors get the place of the construct.
-  Expression image_of(const Node& node, const std::vector<Expression>& images) {
+  Expression image_of(const Node& node, std::vector<Expression>& images) {
     if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
     const std::string place = options_.place_of ? options_.place_of(node) : "";
     const std::size_t before = warnings_.size();
     try {
       const auto& construct = std::get<Construction>(node.value).construct;
+      const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct);
+      if (extrusion == nullptr || !extrusion->is_straight())
+        for (Expression& operand : images) operand = faceted(operand);
       Expression image = std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
       for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place);
       return image;
@@ -197,6 +217,8 @@ class Resolver {
     return make(3, model::Lathe{circle.sides, {{circle.radius, 0}, {circle.radius, 1}}});
   }
   static Expression prism(const model::ConvexPolygon& polygon) { return make(3, polygon); }
+  static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides}); }
+  static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
   static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
   static Expression prism(const model::TriangleMesh&) { throw std::logic_error("a mesh is no plane solid"); }
 

@@ -235,6 +235,8 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head) {
   number("version", format_version);
   number("dimension", head.dimension);
   number("coincidence", head.coincidence);
+  number("curved", static_cast<std::uint32_t>(head.curved));
+  number("tolerance", head.tolerance);
   number("level", head.level ? static_cast<std::int32_t>(*head.level) : std::int32_t{-1});
   number("keep", static_cast<std::uint32_t>(head.keep_in | head.keep_fuzzy << 1 | head.keep_out << 2));
   number("hyperplanes", head.hyperplanes);
@@ -325,6 +327,8 @@ SnapshotHead read_head(hid_t file) {
   head.dimension = hdf5::read_attribute<std::int32_t>(file, "dimension");
   if (head.dimension < 1 || head.dimension > 6) throw Failure("its dimension is " + std::to_string(head.dimension));
   head.coincidence = hdf5::read_attribute<double>(file, "coincidence");
+  head.curved = hdf5::read_attribute<std::uint32_t>(file, "curved") != 0;
+  head.tolerance = hdf5::read_attribute<double>(file, "tolerance");
   const auto level = hdf5::read_attribute<std::int32_t>(file, "level");
   if (level >= 0) head.level = static_cast<std::uint32_t>(level);
   const auto keep = hdf5::read_attribute<std::uint32_t>(file, "keep");

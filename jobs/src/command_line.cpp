@@ -47,6 +47,15 @@ CLI::Validator finite_share() {
           "0 .. 0.01"};
 }
 
+CLI::Validator positive_number() {
+  return {[](const std::string& text) -> std::string {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value)) return {};
+            return "must be a length above 0, not " + text;
+          },
+          "> 0"};
+}
+
 constexpr auto work_group = "What is computed";
 
 /// What fixes the cells from the start.
@@ -66,6 +75,7 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->allow_extra_args(false)
       ->type_name("KIND")
       ->group(group);
+  app.add_flag("--curved", options.curved, "spheres, cylinders, circles are truly round: FUZZY\ncells hold their surfaces (see --tolerance)")->group(group);
   app.add_option("--coincidence", options.coincidence,
                  "planes closer than this share of the bounding box\nare one; 0: only equal planes")
       ->check(finite_share())
@@ -85,6 +95,10 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->group(group);
   app.add_option("--level", options.level, "stop after N cuts in a row; the rest stays FUZZY")
       ->type_name("N")
+      ->group(group);
+  app.add_option("--tolerance", options.tolerance, "refine round solids until FUZZY cells are thinner\nthan this (default: a thousandth of the model)")
+      ->check(positive_number())
+      ->type_name("H")
       ->group(group);
   app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min; with\n--snapshot: the time between two (30s)")
       ->type_name("TIME")

@@ -95,6 +95,52 @@ Expression sphere(double radius, std::uint32_t sides) {
   return make(3, std::move(lathe));
 }
 
+namespace {
+
+/// The default resolution of .csg, for constructs that need corners.
+std::uint32_t default_sides(double radius) {
+  return static_cast<std::uint32_t>(std::min(side_count(radius, Resolution{}), double{max_sides}));
+}
+
+}  // namespace
+
+Expression round_cylinder(int dimension, double radius, std::span<const double> lengths) {
+  const int all = dimension + static_cast<int>(lengths.size());
+  if (dimension < 1 || all > 6) throw Error("ball: " + std::to_string(all) + " dimensions; it takes 1 to 6");
+  require_finite({&radius, 1}, "ball");
+  require_finite(lengths, "ball");
+  if (radius <= 0 || std::any_of(lengths.begin(), lengths.end(), [](double length) { return length <= 0; })) return Expression(all);
+  if (dimension > 1) return make(all, Round{radius, radius, {lengths.begin(), lengths.end()}, all <= 3 ? default_sides(radius) : 0});
+  std::vector<double> size{2 * radius}, matrix(static_cast<std::size_t>((all + 1) * (all + 1)));
+  size.insert(size.end(), lengths.begin(), lengths.end());
+  for (int i = 0; i <= all; ++i) matrix[static_cast<std::size_t>(i * (all + 2))] = 1;
+  matrix[static_cast<std::size_t>(all)] = -radius;
+  return make(all, Transform{std::move(matrix), make(all, Cuboid{std::move(size)})});
+}
+
+Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths) {
+  return round_cylinder(dimension, radius, std::span<const double>(lengths.begin(), lengths.size()));
+}
+
+Expression ball(int dimension, double radius) {
+  return round_cylinder(dimension, radius, std::span<const double>());
+}
+
+Expression cone(double height, double radius_bottom, double radius_top) {
+  const double numbers[] = {height, radius_bottom, radius_top};
+  require_finite(numbers, "cone");
+  if (radius_bottom < 0 || radius_top < 0 || (radius_bottom == 0 && radius_top == 0) || height <= 0) return Expression(3);
+  return make(3, Round{radius_bottom, radius_top, {height}, default_sides(std::max(radius_bottom, radius_top))});
+}
+
+Expression torus(double major, double minor) {
+  const double numbers[] = {major, minor};
+  require_finite(numbers, "torus");
+  if (major <= 0 || minor <= 0) return Expression(3);
+  if (minor > major) throw Error("torus: the tube's radius " + std::to_string(minor) + " is larger than that of its circle, " + std::to_string(major));
+  return make(3, Torus{major, minor});
+}
+
 Expression circle(double radius, std::uint32_t sides) {
   require_finite({&radius, 1}, "circle");
   require_sides(sides, "circle");

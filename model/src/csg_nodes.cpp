@@ -157,16 +157,28 @@ Expression adopt(const Expression& made, NodePool& pool) {
   return primitive ? pool.primitive(*primitive, 3) : pool.empty(3);
 }
 
-Expression make_sphere(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+/// The sides of the polygons in the place of something round, where corners are needed.
+std::uint32_t sides_in_place(double radius, const Arguments& arguments) {
+  return static_cast<std::uint32_t>(std::clamp(side_count(radius, resolution_of(arguments)), 3.0, 1000.0));
+}
+
+/// A polygon of so few sides is meant, not a circle.
+bool is_polygon(double radius, const Arguments& arguments) {
+  const double fn = resolution_of(arguments).fn;
+  return fn > 0 && side_count(radius, {.fn = fn}) <= 6;
+}
+
+Expression make_sphere(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this sphere is empty: its radius is " + text_of(radius));
     return pool.empty(3);
   }
+  if (options.curved) return pool.primitive(Round{radius, radius, {}, sides_in_place(radius, arguments)}, 3);
   return adopt(sphere(radius, checked_sides(radius, arguments, true)), pool);
 }
 
-Expression make_cylinder(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
   const double height = arguments.number("h", 0, 1);
   const double both = radius_of(arguments, "r", "d", -1, 1);
   const double bottom = radius_of(arguments, "r1", "d1", 1, both),
@@ -177,7 +189,14 @@ Expression make_cylinder(const Arguments& arguments, NodePool& pool, const Warn&
            ", r2 = " + text_of(top));
     return pool.empty(3);
   }
-  const std::uint32_t sides = checked_sides(std::max(bottom, top), arguments, false);
+  const double widest = std::max(bottom, top);
+  if (options.curved && !is_polygon(widest, arguments)) {
+    const Expression round = pool.primitive(Round{bottom, top, {height}, sides_in_place(widest, arguments)}, 3);
+    if (!arguments.flag("center", 3)) return round;
+    const double matrix[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1};
+    return pool.transform(matrix, round);
+  }
+  const std::uint32_t sides = checked_sides(widest, arguments, false);
   return adopt(cylinder(height, bottom, top, sides, arguments.flag("center", 3)), pool);
 }
 
@@ -258,12 +277,13 @@ Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& w
   return pool.transform(matrix, square);
 }
 
-Expression make_circle(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this circle is empty: its radius is " + text_of(radius));
     return pool.empty(2);
   }
+  if (options.curved && !is_polygon(radius, arguments)) return pool.primitive(Round{radius, radius, {}, sides_in_place(radius, arguments)}, 2);
   return pool.primitive(RegularPolygon{checked_sides(radius, arguments, false), radius}, 2);
 }
 
@@ -519,18 +539,19 @@ bool Arguments::flag(std::string_view name, int place) const {
   return value && value->kind == Value::boolean && value->as_number != 0;
 }
 
-Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
+                          const Warn& warn) {
   switch (kind) {
     case NodeKind::cube:
       return make_cube(arguments, pool, warn);
     case NodeKind::sphere:
-      return make_sphere(arguments, pool, warn);
+      return make_sphere(arguments, options, pool, warn);
     case NodeKind::cylinder:
-      return make_cylinder(arguments, pool, warn);
+      return make_cylinder(arguments, options, pool, warn);
     case NodeKind::square:
       return make_square(arguments, pool, warn);
     case NodeKind::circle:
-      return make_circle(arguments, pool, warn);
+      return make_circle(arguments, options, pool, warn);
     case NodeKind::polygon:
       return make_polygon(arguments, pool, warn);
     case NodeKind::text:

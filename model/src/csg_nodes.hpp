@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bsp2/model/csg.hpp"
 #include "csg_scanner.hpp"
 #include "node_pool.hpp"
 
@@ -71,7 +72,8 @@ using Warn = std::function<void(std::string)>;
 /// The solid of a primitive, with OpenSCAD's meaning of bad arguments: what has no size is empty.
 /// @throws bsp2::Error without a position, for more sides than anybody needs and for open polyhedra.
 /// @param folder what the names of files are relative to.
-Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn);
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
+                          const Warn& warn);
 
 /// The 4 x 4 matrix of a multmatrix node, row-major.
 std::array<double, 16> read_matrix(const Arguments& arguments);

@@ -20,8 +20,8 @@ constexpr std::size_t most_warnings = 100;
 /// unknown whether the subtree takes part: a later `!` may leave it out. Errors of syntax are thrown at once.
 class Reader {
  public:
-  Reader(std::string_view text, const std::string& name)
-      : text_(text), name_(name), scanner_(text), lines_(text) {}
+  Reader(std::string_view text, const std::string& name, const CsgOptions& options)
+      : text_(text), name_(name), options_(options), scanner_(text), lines_(text) {}
 
   Model read() {
     try {
@@ -88,6 +88,7 @@ class Reader {
 
   std::string_view text_;
   const std::string& name_;
+  CsgOptions options_;
   Scanner scanner_;
   LineFinder lines_;
   NodePool pool_;
@@ -205,7 +206,7 @@ void Reader::interpret(Frame& frame) {
           constructs_.push_back(construct.value_or(Hull{}));
           if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
         }
-        operands_.push_back(make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), pool_, warn));
+        operands_.push_back(make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), options_, pool_, warn));
         operand_places_.push_back(places_.size());
         if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
       } catch (const Error& error) {
@@ -366,12 +367,12 @@ std::string place_in(std::string_view text, const std::string& name, std::size_t
   return name + ":" + LineFinder(text).at(std::min(offset, text.size()));
 }
 
-Model parse_csg(std::string_view text, const std::string& name) {
-  return Reader(text, name).read();
+Model parse_csg(std::string_view text, const std::string& name, const CsgOptions& options) {
+  return Reader(text, name, options).read();
 }
 
-Model read_csg(const std::filesystem::path& path) {
-  return parse_csg(read_text(path), path.string());
+Model read_csg(const std::filesystem::path& path, const CsgOptions& options) {
+  return parse_csg(read_text(path), path.string(), options);
 }
 
 }  // namespace bsp2::model

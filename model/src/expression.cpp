@@ -12,10 +12,11 @@ int Expression::dimension() const {
   return node_->dimension;
 }
 
-Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), parts(0), value(std::move(value_)) {
+Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), faceted(true), parts(0), value(std::move(value_)) {
   constexpr std::uint64_t most = std::uint64_t{1} << 62;  // a graph may stand for more than anybody can count
   const auto add = [&](const Expression& child) {
     resolved = resolved && child.node().resolved;
+    faceted = faceted && child.node().faceted;
     parts = std::min(parts + child.node().parts, most);
   };
   if (const auto* boolean = std::get_if<Boolean>(&value)) {
@@ -29,6 +30,8 @@ Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true)
     for (const Expression& operand : construction->operands) add(operand);
     resolved = false;
   } else {
+    const auto& primitive = std::get<Primitive>(value);
+    faceted = !std::holds_alternative<Round>(primitive) && !std::holds_alternative<Torus>(primitive);
     parts = 1;
   }
 }

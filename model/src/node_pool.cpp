@@ -49,6 +49,14 @@ void add(Hash& hash, const ConvexPolygon& polygon) {
     for (const double x : point) hash.add(x);
 }
 
+void add(Hash& hash, const Round& round) {
+  hash.add(round.bottom), hash.add(round.top);
+  hash.add(std::uint64_t{round.sides});
+  for (const double length : round.lengths) hash.add(length);
+}
+
+void add(Hash& hash, const Torus& torus) { hash.add(torus.major), hash.add(torus.minor); }
+
 std::uint64_t hash_of(const Primitive& primitive) {
   Hash hash;
   hash.add(std::uint64_t{primitive.index()});

@@ -17,7 +17,7 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
   } else {
     source.text = model::read_text(options.model);
   }
-  source.model = model::parse_csg(source.text, source_name(options));
+  source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
   return source;
 }
 

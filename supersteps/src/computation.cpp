@@ -13,6 +13,7 @@ dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned t
   evaluate.threads = threads;
   evaluate.order = options.order == Order::priority ? dataflow::Order::priority : dataflow::Order::depth;
   evaluate.level = options.level;
+  evaluate.tolerance = options.tolerance;
   evaluate.budget_seconds = options.budget_seconds;
   evaluate.cells = options.cells;
   evaluate.interrupted = options.interrupted;

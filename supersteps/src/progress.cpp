@@ -15,7 +15,7 @@
 namespace boost::serialization {
 template <class Archive>
 void serialize(Archive& archive, bsp2::io::SnapshotHead& head, unsigned) {
-  archive & head.model & head.source & head.dimension & head.coincidence & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
+  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.tolerance & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
   archive & head.complete & head.in_cells & head.out_cells & head.in_volume & head.digest & head.totals & head.partition_root;
   archive & head.partition_hyperplane & head.partition_children & head.superstep_name & head.superstep_step & head.superstep_rank;
   archive & head.superstep_seconds & head.superstep_work_seconds & head.superstep_predicted_seconds;
@@ -108,6 +108,8 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
     head.source = source.text;
     head.dimension = D;
     head.coincidence = options.coincidence;
+    head.curved = options.curved;
+    head.tolerance = options.tolerance.value_or(0);
     head.keep_in = options.keep_in;
     head.keep_fuzzy = options.keep_fuzzy;
     head.keep_out = options.keep_out;
@@ -271,6 +273,8 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   RunOptions resumed = options;
   resumed.model = head.model;
   resumed.coincidence = head.coincidence;
+  resumed.curved = head.curved;
+  if (!options.tolerance && head.tolerance > 0) resumed.tolerance = head.tolerance;
   resumed.keep_in = head.keep_in;
   resumed.keep_fuzzy = head.keep_fuzzy;
   resumed.keep_out = head.keep_out;

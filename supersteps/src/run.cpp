@@ -50,6 +50,15 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
     auto& row = report.inertia.emplace_back();
     for (int j = 0; j <= D; ++j) row.push_back(in.integral[geometry::Moments<D>::index(i, j)]);
   }
+  const auto fuzzy = totals.fuzzy.value(), below = totals.fuzzy_below.value();
+  for (int i = 0; i <= D && totals.fuzzy_cells > 0; ++i) {
+    auto &least = report.inertia_least.emplace_back(), &most = report.inertia_most.emplace_back();
+    for (int j = 0; j <= D; ++j) {
+      const int at = geometry::Moments<D>::index(i, j);
+      least.push_back(in.integral[at] + below.integral[at]);
+      most.push_back(in.integral[at] + fuzzy.integral[at] - below.integral[at]);
+    }
+  }
   if (totals.in_cells > 0) {
     report.lower.assign(totals.lower.begin(), totals.lower.end());
     report.upper.assign(totals.upper.begin(), totals.upper.end());
@@ -234,10 +243,20 @@ void refuse_warnings(const std::vector<std::string>& warnings) {
   throw Error(text + "; --strict turns warnings into errors");
 }
 
+/// Round solids are refined without end, so something has to say where: a thousandth of the model unless
+/// the user does. A budget alone does not: depth first, it would be spent in one place.
+template <int D>
+void limit_refinement(const dataflow::Network<D>& network, RunOptions& options, RunReport& report) {
+  if (!network.is_round()) return;
+  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / 1000));
+  report.tolerance = options.tolerance;
+}
+
 /// The loop of supersteps.
 template <int D>
-RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
+RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
+  limit_refinement(network, options, report);
   report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
 

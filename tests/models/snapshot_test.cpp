@@ -97,6 +97,20 @@ TEST_F(Session, ResumedAfterAnyStepsEndsAsIfUninterrupted) {
   }
 }
 
+TEST_F(Session, CurvedRunsGoOnToTheirTolerance) {
+  model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
+  const std::string expected = uninterrupted({"--curved", "--tolerance", "0.02", "--regions", "4"});
+  const Ended first = run({"run", model_, "--curved", "--tolerance", "0.02", "--regions", "4", "--snapshot", snapshot_.string(), "--budget", "5ms", "--steps", "1"});
+  EXPECT_EQ(first.code, 0) << first.text;
+  EXPECT_NE(digest(first.text), expected);
+  const Ended ended = run({"resume", snapshot_.string(), "--threads", "3"});
+  EXPECT_EQ(ended.code, 0) << ended.text;
+  EXPECT_EQ(digest(ended.text), expected);
+  // Coarse first, then finer.
+  EXPECT_EQ(run({"run", model_, "--curved", "--tolerance", "0.5", "--regions", "4", "--snapshot", snapshot_.string()}).code, 0);
+  EXPECT_EQ(digest(run({"resume", snapshot_.string(), "--tolerance", "0.02"}).text), expected);
+}
+
 TEST_F(Session, ASnapshotOfALevelIsRefinedFurther) {
   const std::string expected = uninterrupted({"--level", "40"});
   EXPECT_EQ(run({"run", model_, "--level", "15", "--snapshot", snapshot_.string()}).code, 0);

@@ -54,6 +54,15 @@ TEST(CommandLine, ABoundaryNeedsInCellsAndAKnownEnding) {
   EXPECT_FALSE(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundary);
 }
 
+TEST(CommandLine, CurvedAndToleranceReachTheRun) {
+  const auto options = parsed({"run", "a.csg", "--curved", "--tolerance", "0.25"}).options;
+  EXPECT_TRUE(options.curved);
+  EXPECT_EQ(options.tolerance, 0.25);
+  EXPECT_FALSE(parsed({"run", "a.csg"}).options.curved);
+  EXPECT_NE(message_for({"run", "a.csg", "--tolerance", "0"}).find("--tolerance"), std::string::npos);
+  EXPECT_NE(message_for({"run", "a.csg", "--tolerance", "nan"}).find("--tolerance"), std::string::npos);
+}
+
 TEST(CommandLine, OptionsReachTheRun) {
   const auto options =
       parsed({"run", "--threads", "3", "--regions=5", "--level", "7", "--budget", "500ms", "--cells", "100",

@@ -67,6 +67,12 @@ void print(const ConvexPolygon& polygon, std::ostream& out) {
   out << "], paths = undef, convexity = 1);\n";
 }
 
+void print(const Round& round, std::ostream& out) {
+  out << "round(" << number(round.bottom) << ", " << number(round.top) << ");\n";
+}
+
+void print(const Torus& torus, std::ostream& out) { out << "torus(" << number(torus.major) << ", " << number(torus.minor) << ");\n"; }
+
 void print(const Primitive& primitive, std::ostream& out) {
   std::visit([&](const auto& shape) { print(shape, out); }, primitive);
 }

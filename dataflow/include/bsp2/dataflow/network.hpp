@@ -13,13 +13,14 @@
 #include "bsp2/dataflow/lathe.hpp"
 #include "bsp2/dataflow/mesh.hpp"
 #include "bsp2/dataflow/program.hpp"
+#include "bsp2/dataflow/round.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
 #include "bsp2/model/expression.hpp"
 
 namespace bsp2::dataflow {
 
 /// What the producers of a network are made of: one occurrence of a primitive, placed in the model. The box contains it,
-/// rounded outward. ConvexProducer, LatheProducer and MeshProducer say how each kind answers.
+/// rounded outward. ConvexProducer, LatheProducer, MeshProducer, RoundProducer and TorusProducer say how each kind answers.
 /// Source: the paper, section 4.1, "Producers".
 template <int D>
 struct Producer : Box<D> {
@@ -27,6 +28,8 @@ struct Producer : Box<D> {
   std::uint32_t first_plane = 0, plane_count = 0;  ///< convex: its half-spaces, inside negative, in Network::planes
   std::int32_t lathe = -1;                  ///< index into Network::lathes: convex, with very many half-spaces
   std::int32_t mesh = -1;                   ///< index into Network::meshes, or -1 for a convex producer
+  std::int32_t round = -1;                  ///< index into Network::rounds: round, the half-spaces are those of its box
+  std::int32_t torus = -1;                  ///< index into Network::tori
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
 };
@@ -42,6 +45,8 @@ struct Network : Program {
   std::vector<geometry::OrientedHyperplane> planes;
   std::vector<Lathe> lathes;  ///< D = 3 only
   std::vector<Mesh> meshes;   ///< D = 3 only
+  std::vector<Round<D>> rounds;
+  std::vector<Torus> tori;    ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
   std::vector<std::optional<model::Colour>> colours;  ///< by part; parts beyond its end have none
   Box<D> bounds = Box<D>::empty();  ///< of the solid, before anything is evaluated
@@ -50,6 +55,8 @@ struct Network : Program {
 
   explicit Network(geometry::HyperplaneTable<D> table_) : table(std::move(table_)) {}
 
+  /// Whether it has solids that are refined without end.
+  [[nodiscard]] bool is_round() const { return !rounds.empty() || !tori.empty(); }
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {
     return {planes.data() + producer.first_plane, producer.plane_count};
   }

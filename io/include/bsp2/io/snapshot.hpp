@@ -19,7 +19,9 @@ struct SnapshotHead {
   std::string source;  ///< its text: a snapshot can be resumed without the file
   std::int32_t dimension = 3;
   double coincidence = 1e-9;
+  bool curved = false;                 ///< how the source was read
   std::optional<std::uint32_t> level;  ///< at which cells are left
+  double tolerance = 0;                ///< where round solids are left; 0: nowhere
   bool keep_in = true, keep_fuzzy = true, keep_out = false;
   std::string hyperplanes;   ///< a digest of the compiled hyperplanes, to notice a program that compiles differently
   std::uint32_t steps = 0;   ///< computation supersteps so far

@@ -26,16 +26,23 @@ struct Model {
 /// "name:line:column" of a byte of the text that was read under that name.
 std::string place_in(std::string_view text, const std::string& name, std::size_t offset);
 
+/// What a text is taken to mean beyond what it says.
+struct CsgOptions {
+  /// `sphere`, `cylinder` and `circle` are truly round (docs/curved.md), but for cylinders and circles of $fn = 3 to 6, which
+  /// are prisms and polygons on purpose.
+  bool curved = false;
+};
+
 /// Reads OpenSCAD's .csg language (all nodes, modifiers % # ! *, comments) with OpenSCAD's meaning; docs/model.md has the details.
 ///
 /// Equal subtrees become one node. Time and memory are linear in the text, and the call stack does not grow with its
 /// nesting. Any number of threads may read different texts.
 /// @param name the name of the text in messages, usually its path.
 /// @throws bsp2::Error "name:line:column: ..." for a syntax error, for an unknown node, and for more sides than the limits of tessellation.hpp; "name: ..." for a text without a node.
-Model parse_csg(std::string_view text, const std::string& name);
+Model parse_csg(std::string_view text, const std::string& name, const CsgOptions& options = {});
 
 /// Reads a file. @throws bsp2::Error also if it is no readable file.
-Model read_csg(const std::filesystem::path& path);
+Model read_csg(const std::filesystem::path& path, const CsgOptions& options = {});
 
 /// A model as .csg text, and what the program that made it had to say.
 struct ModelText {

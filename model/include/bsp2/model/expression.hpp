@@ -61,7 +61,23 @@ struct TriangleMesh {
   friend bool operator==(const TriangleMesh&, const TriangleMesh&) = default;
 };
 
-using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon>;
+/// A truly round solid: |(x_1 .. x_K)| <= radius times the box [0, length] of each other axis, K = D - lengths.size().
+///
+/// A ball (K = D), a cylinder, and for D = 3, K = 2 also a cone, whose radius goes linearly from `bottom` to `top`.
+struct Round {
+  double bottom = 1, top = 1;   ///< >= 0, not both 0; equal but for cones
+  std::vector<double> lengths;  ///< > 0; at most D - 2
+  std::uint32_t sides = 0;      ///< of the polygons that take its place where a construct needs corners; 0: nothing can
+  friend bool operator==(const Round&, const Round&) = default;
+};
+
+/// A truly round torus around z: the points within `minor` of the circle of radius `major` in z = 0. D = 3.
+struct Torus {
+  double major = 2, minor = 1;  ///< > 0; minor <= major
+  friend bool operator==(const Torus&, const Torus&) = default;
+};
+
+using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus>;
 
 /// The sweep of a plane solid along `direction`, z_0 > 0; its image at the fraction t is turned by -twist * t degrees
 /// and scaled by 1 - (1 - scale) t.
@@ -193,6 +209,7 @@ struct Node {
   using Value = std::variant<Primitive, Boolean, Transform, Construction, Coloured>;
   int dimension;
   bool resolved;  ///< there is no Construction in it
+  bool faceted;   ///< there is no round primitive in it
   /// Parts of the model in it: occurrences of primitives in the expanded tree, in source order. What a primitive or a
   /// construct of the source is made of is one part (Boolean::parts).
   std::uint64_t parts;

@@ -36,8 +36,10 @@ struct RunOptions {
   unsigned threads = 0;                     ///< of each rank; 0: one a core
   std::optional<unsigned> regions;          ///< rounded up to a power of two; none: by the model
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
+  bool curved = false;                      ///< spheres, cylinders and circles of the text are truly round
   Order order = Order::depth;
   std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY
+  std::optional<double> tolerance;          ///< round solids are refined until FUZZY cells are thinner than this
   std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
   std::optional<unsigned> steps;            ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
   std::optional<std::uint64_t> cells;       ///< stop at about this number of cells
@@ -45,7 +47,7 @@ struct RunOptions {
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
   std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
-  std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence and keep are its own
+  std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence, curved and keep are its own
   /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is.
   std::function<bool()> interrupted;
   /// After this time a rank that has nothing left to do ends the step of the others, so that regions move to it; none: never.
@@ -79,8 +81,11 @@ struct RunReport {
   std::uint64_t in_cells = 0, fuzzy_cells = 0;
   std::optional<std::uint64_t> out_cells;    ///< when OUT cells are kept
   double in_volume = 0.0, fuzzy_volume = 0.0;
+  std::optional<double> tolerance;           ///< of round solids, given or chosen
   std::vector<double> centroid;              ///< D
   std::vector<std::vector<double>> inertia;  ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1
+  /// While FUZZY cells remain, between which values the solid's own moments are: (D+1) x (D+1), least and most.
+  std::vector<std::vector<double>> inertia_least, inertia_most;
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
   std::optional<BoundaryReport> boundary;    ///< when asked for
   std::string digest;                        ///< of the set of cells, order-independent
