@@ -141,10 +141,9 @@ class Compiler {
     const auto& occurrences = lowered_.occurrences;
     if (std::none_of(occurrences.begin(), occurrences.end(), [](const auto& occurrence) { return occurrence.colour != nullptr; })) return;
     for (const Occurrence<D>& occurrence : occurrences) {
-      if (occurrence.colour == nullptr) continue;
       const auto part = static_cast<std::size_t>(occurrence.part);
       if (network.colours.size() <= part) network.colours.resize(part + 1);
-      network.colours[part] = *occurrence.colour;
+      if (occurrence.colour != nullptr) network.colours[part] = *occurrence.colour;
     }
   }
 

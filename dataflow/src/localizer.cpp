@@ -266,11 +266,11 @@ template <int D>
 void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const {
   const Word* const leaf = program.data() + active_.front();
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if (producer.mesh >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return;
+  if (producer.mesh >= 0 || producer.torus >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return;
   const auto planes = ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
   if (planes.size() < 2 || planes.size() > ConvexProducer<D>::many_planes) return;
   const bool negated = (leaf[0] & Program::negated) != 0;
-  const Answer inside{Label::in, producer.part}, outside{Label::out};
+  const Answer inside{Label::in, static_cast<std::int32_t>(leaf[2])}, outside{Label::out};
   const Word* at = program.data();
   cut.beyond = answer_if(at, negated ? Complement::map(outside) : outside);
   at = program.data();

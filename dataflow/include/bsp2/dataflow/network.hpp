@@ -48,7 +48,7 @@ struct Network : Program {
   std::vector<Round<D>> rounds;
   std::vector<Torus> tori;    ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
-  std::vector<std::optional<model::Colour>> colours;  ///< by part; parts beyond its end have none
+  std::vector<std::optional<model::Colour>> colours;  ///< of each part; empty where the model has none
   Box<D> bounds = Box<D>::empty();  ///< of the solid, before anything is evaluated
   double coincidence = 0;     ///< what it was compiled with: CompileOptions::coincidence
   std::vector<std::string> warnings;  ///< what the user should know about the solid that was compiled

@@ -63,10 +63,10 @@ class HyperplaneTable {
     return id < first_axis_id ? family_rounded(id) : axis_rounded(id);
   }
   [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
-  /// The hyperplane in its primitive's frame and the map that places it; null for axis-parallel cuts. Hyperplanes of one map
+  /// The hyperplane in its primitive's frame and the map that places it; null for those of families and axis-parallel cuts. Hyperplanes of one map
   /// lie in the model as their covectors do in the frame: maps keep sides and meeting points.
   [[nodiscard]] const Covector<D>* in_frame(HyperplaneId id, std::uint32_t& map) const {
-    if (id >= first_axis_id) return nullptr;
+    if (id >= sources_.size()) return nullptr;
     map = sources_[id].map;
     return &covectors_[sources_[id].covector];
   }
