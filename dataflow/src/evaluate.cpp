@@ -341,7 +341,7 @@ Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& pl
 
 template <int D>
 bool Worker<D>::needs_cell(const Frontier::Node& node) const {
-  if (node.kind == Frontier::Kind::emitted) return false;
+  if (node.kind == Frontier::Kind::emitted || node.kind == Frontier::Kind::elsewhere) return false;
   return node.kind != Frontier::Kind::held || node.label != Label::out || crew_.options.keep_out;
 }
 
@@ -354,13 +354,19 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
   if (node.kind != Frontier::Kind::split) {
     Outcome<D> outcome;
     outcome.level = token->level;
+    if (node.kind == Frontier::Kind::elsewhere && crew_.options.suspend) {
+      outcome.form = Form::suspended_token;
+      outcome.token = token;
+      finish(token->parent, token->side, token->region, std::move(outcome));
+      return nullptr;
+    }
     if (node.kind == Frontier::Kind::held) {
       outcome.label = node.label;
       outcome.part = node.value;
       outcome.cell = std::move(token->cell);
     } else {
       outcome.form = Form::subtree;
-      if (node.value != geometry::BspTree::empty_leaf)
+      if (node.kind == Frontier::Kind::emitted && node.value != geometry::BspTree::empty_leaf)
         outcome.tree = node.value < 0 ? crew_.codes.cell(crew_.codes.earlier(), static_cast<std::uint32_t>(~node.value) - 1)
                                       : crew_.codes.node(crew_.codes.earlier(), static_cast<std::uint32_t>(node.value));
     }
