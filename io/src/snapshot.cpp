@@ -234,6 +234,10 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head) {
   number("in_volume", head.in_volume);
   number("digest", head.digest);
   number("partition_root", head.partition_root);
+  if (head.is_portion) {
+    number("earlier_nodes", head.earlier_nodes);
+    number("earlier_cells", head.earlier_cells);
+  }
   out.write_head<char>("source/path", head.model);
   out.write_head<char>("source/text", head.source);
   out.write_head<char>("totals", head.totals);
@@ -327,6 +331,11 @@ SnapshotHead read_head(hid_t file) {
   head.in_volume = hdf5::read_attribute<double>(file, "in_volume");
   head.digest = hdf5::read_text_attribute(file, "digest");
   head.partition_root = hdf5::read_attribute<std::int32_t>(file, "partition_root");
+  head.is_portion = H5Aexists(file, "earlier_nodes") > 0;
+  if (head.is_portion) {
+    head.earlier_nodes = hdf5::read_attribute<std::uint32_t>(file, "earlier_nodes");
+    head.earlier_cells = hdf5::read_attribute<std::uint32_t>(file, "earlier_cells");
+  }
   head.recorded_nodes = static_cast<std::uint32_t>(hdf5::array_length(file, "tree/node_hyperplane"));
   head.recorded_cells = static_cast<std::uint32_t>(hdf5::array_length(file, "cells/label"));
   head.model = hdf5::read_text(file, "source/path");

@@ -9,6 +9,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/surface.hpp"
+#include "queue_options.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -71,14 +72,18 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->group(group);
 }
 
+void add_threads_option(CLI::App& app, RunCommand& command, const char* group) {
+  app.add_option("--threads", command.options.threads, "threads of this process; 0: one a core")
+      ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
+      ->type_name("N")
+      ->group(group);
+}
+
 /// What may differ from one session of a run to the next.
 void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
   auto& options = command.options;
   const auto group = work_group;
-  app.add_option("--threads", options.threads, "threads of this process; 0: one a core")
-      ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
-      ->type_name("N")
-      ->group(group);
+  add_threads_option(app, command, group);
   app.add_option("--level", options.level, "stop after N cuts in a row; the rest stays FUZZY")
       ->type_name("N")
       ->group(group);
@@ -191,7 +196,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   return command;
 }
 
-constexpr std::array commands{"run", "resume", "info", "export", "tables"};
+constexpr std::array commands{"run", "resume", "info", "export", "tables", "jobs"};
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
   const auto parsed = app.get_subcommands();
@@ -247,6 +252,12 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra");
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
+  const QueueCommands queue = add_queue_commands(app, command);
+  add_model_options(*queue.split, command, raw);
+  add_threads_option(*queue.run, command, work_group);
+  add_threads_option(*queue.merge, command, work_group);
+  queue.run->add_option("--budget", raw.budget, "divide a job that takes longer (60s)")->type_name("TIME")->group(work_group);
+  add_output_options(*queue.merge, command, raw);
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);
   try {
@@ -258,6 +269,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
     return std::nullopt;
   }
   if (!tables->parsed()) command.tables.clear();
+  choose_queue_command(queue, command);
   return finished(std::move(command), raw);
 }
 

@@ -30,20 +30,6 @@ namespace {
 using dataflow::Frontier;
 using geometry::BspTree;
 
-/// Of all rounded hyperplanes: equal where the ids mean the same.
-template <int D>
-std::string hyperplane_digest(const dataflow::Network<D>& network) {
-  std::uint64_t hash = network.table.size();
-  for (std::size_t i = 0; i < network.table.size(); ++i) {
-    const auto h = network.table.rounded(static_cast<geometry::HyperplaneId>(i));
-    std::array<double, D + 1> values;
-    std::copy(h.normal.begin(), h.normal.end(), values.begin());
-    values[D] = h.offset;
-    hash = XXH3_64bits_withSeed(values.data(), sizeof values, hash);
-  }
-  return std::to_string(hash);
-}
-
 /// Children of this rank's tree as those of the trees of all ranks together: inherited ones are the same for all, then come
 /// the others in the order of the ranks.
 struct Shift {
@@ -53,42 +39,6 @@ struct Shift {
     return child - static_cast<std::int32_t>(static_cast<std::uint32_t>(~child) <= inherited.cells ? 0 : before.cells);  // leaf 0 is empty
   }
 };
-
-void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& records) {
-  for (const SuperstepRecord& record : records)
-    for (std::size_t rank = 0; rank < record.seconds.size(); ++rank) {
-      head.superstep_name.push_back(record.name);
-      head.superstep_step.push_back(record.step);
-      head.superstep_rank.push_back(static_cast<std::uint32_t>(rank));
-      head.superstep_seconds.push_back(record.seconds[rank]);
-      head.superstep_work_seconds.push_back(rank < record.work_seconds.size() ? record.work_seconds[rank] : record.seconds[rank]);
-      head.superstep_predicted_seconds.push_back(record.predicted_seconds);
-      head.superstep_bytes_sent.push_back(record.bytes_sent[rank]);
-      head.superstep_bytes_received.push_back(record.bytes_received[rank]);
-      head.superstep_cells.push_back(record.cells[rank]);
-    }
-}
-
-std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head) {
-  std::vector<SuperstepRecord> records;
-  for (std::size_t row = 0; row < head.superstep_name.size(); ++row) {
-    if (head.superstep_rank[row] == 0) {
-      SuperstepRecord record;
-      record.name = head.superstep_name[row];
-      record.step = head.superstep_step[row];
-      record.predicted_seconds = head.superstep_predicted_seconds[row];
-      records.push_back(record);
-    }
-    if (records.empty()) continue;
-    SuperstepRecord& record = records.back();
-    record.seconds.push_back(head.superstep_seconds[row]);
-    record.work_seconds.push_back(head.superstep_work_seconds[row]);
-    record.bytes_sent.push_back(head.superstep_bytes_sent[row]);
-    record.bytes_received.push_back(head.superstep_bytes_received[row]);
-    record.cells.push_back(head.superstep_cells[row]);
-  }
-  return records;
-}
 
 /// HDF5's access to a file that all ranks open together.
 class SharedFileAccess {
@@ -169,6 +119,69 @@ void fill_share(io::Snapshot& snapshot, const Progress<D>& progress, const Shift
 }  // namespace
 
 template <int D>
+std::string hyperplane_digest(const dataflow::Network<D>& network) {
+  std::uint64_t hash = network.table.size();
+  for (std::size_t i = 0; i < network.table.size(); ++i) {
+    const auto h = network.table.rounded(static_cast<geometry::HyperplaneId>(i));
+    std::array<double, D + 1> values;
+    std::copy(h.normal.begin(), h.normal.end(), values.begin());
+    values[D] = h.offset;
+    hash = XXH3_64bits_withSeed(values.data(), sizeof values, hash);
+  }
+  return std::to_string(hash);
+}
+
+void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& records) {
+  for (const SuperstepRecord& record : records)
+    for (std::size_t rank = 0; rank < record.seconds.size(); ++rank) {
+      head.superstep_name.push_back(record.name);
+      head.superstep_step.push_back(record.step);
+      head.superstep_rank.push_back(static_cast<std::uint32_t>(rank));
+      head.superstep_seconds.push_back(record.seconds[rank]);
+      head.superstep_work_seconds.push_back(rank < record.work_seconds.size() ? record.work_seconds[rank] : record.seconds[rank]);
+      head.superstep_predicted_seconds.push_back(record.predicted_seconds);
+      head.superstep_bytes_sent.push_back(record.bytes_sent[rank]);
+      head.superstep_bytes_received.push_back(record.bytes_received[rank]);
+      head.superstep_cells.push_back(record.cells[rank]);
+    }
+}
+
+std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head) {
+  std::vector<SuperstepRecord> records;
+  for (std::size_t row = 0; row < head.superstep_name.size(); ++row) {
+    if (head.superstep_rank[row] == 0) {
+      SuperstepRecord record;
+      record.name = head.superstep_name[row];
+      record.step = head.superstep_step[row];
+      record.predicted_seconds = head.superstep_predicted_seconds[row];
+      records.push_back(record);
+    }
+    if (records.empty()) continue;
+    SuperstepRecord& record = records.back();
+    record.seconds.push_back(head.superstep_seconds[row]);
+    record.work_seconds.push_back(head.superstep_work_seconds[row]);
+    record.bytes_sent.push_back(head.superstep_bytes_sent[row]);
+    record.bytes_received.push_back(head.superstep_bytes_received[row]);
+    record.cells.push_back(head.superstep_cells[row]);
+  }
+  return records;
+}
+
+template <int D>
+dataflow::Partition<D> partition_of(const io::SnapshotHead& head) {
+  dataflow::Partition<D> partition;
+  partition.root = head.partition_root;
+  for (std::size_t i = 0; i < head.partition_hyperplane.size(); ++i)
+    partition.nodes.push_back({head.partition_hyperplane[i], head.partition_children[2 * i], head.partition_children[2 * i + 1]});
+  return partition;
+}
+
+template <int D>
+void add_share(io::Snapshot& snapshot, const Progress<D>& progress) {
+  fill_share(snapshot, progress, {progress.inherited, {}}, 0);
+}
+
+template <int D>
 void Progress<D>::add(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation, Keeper& keeper) {
   totals += evaluation.totals;
   Part part = keeper.take<D>(std::move(regions), std::move(evaluation));
@@ -245,9 +258,7 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
   std::vector<std::int32_t> rank_of_region;
   try {
     progress.steps = head.steps;
-    progress.partition.root = head.partition_root;
-    for (std::size_t i = 0; i < head.partition_hyperplane.size(); ++i)
-      progress.partition.nodes.push_back({head.partition_hyperplane[i], head.partition_children[2 * i], head.partition_children[2 * i + 1]});
+    progress.partition = partition_of<D>(head);
     progress.roots.assign(progress.partition.nodes.size() + 1, BspTree::empty_leaf);
     rank_of_region.assign(progress.roots.size(), 0);
     std::vector<std::size_t> order(snapshot.frontier_region.size());
@@ -280,6 +291,7 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
 
 RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecord>& records) {
   const io::SnapshotHead head = io::read_snapshot(*options.resume, io::SnapshotPart::head).head;
+  if (head.is_portion) throw Error("the snapshot '" + options.resume->string() + "' is what one job of a queue found; put all together with 'bsp2 jobs merge'");
   records = records_of(head);
   RunOptions resumed = options;
   resumed.model = head.model;
@@ -301,7 +313,10 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   template Started<D> begin_progress<D>(const dataflow::Network<D>&, Distribution<D>);                                                        \
   template void save_progress<D>(Ranks&, const dataflow::Network<D>&, const Progress<D>&, const RunOptions&, const Source&, bool,             \
                                  const std::vector<SuperstepRecord>&);                                                                        \
-  template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
+  template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);                                               \
+  template std::string hyperplane_digest<D>(const dataflow::Network<D>&);                                                                     \
+  template dataflow::Partition<D> partition_of<D>(const io::SnapshotHead&);                                                                   \
+  template void add_share<D>(io::Snapshot&, const Progress<D>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -29,6 +29,8 @@ struct SnapshotHead {
   std::string digest;        ///< likewise
   std::string totals;        ///< all sums, archived
   std::uint32_t recorded_nodes = 0, recorded_cells = 0;  ///< of the tree, and finished cells in the file; found by reading it
+  bool is_portion = false;   ///< it holds a part of a run: only with the other parts can one go on from it
+  std::uint32_t earlier_nodes = 0, earlier_cells = 0;  ///< of a portion: numbers below these are of what it went on from
   // The partition: node i cuts by hyperplane[i], its children are children[2 i] and [2 i + 1] as Partition has them.
   std::int32_t partition_root = -1;
   std::vector<std::uint32_t> partition_hyperplane;
