@@ -141,10 +141,12 @@ struct Combinations {
   template <class Call>
   Step step(std::size_t total, std::size_t bytes, Call call) {
     return [this, total, bytes, call] {
-      if (bytes == 8) {
-        for (std::size_t at = 0; at < total; at += 8) call(at, std::size_t{8});
+      const auto access = call;  // in local variables, as a program would have them
+      const std::size_t end = total, step = bytes;
+      if (step == 8) {
+        for (std::size_t at = 0; at < end; at += 8) access(at, std::size_t{8});
       } else {
-        for (std::size_t at = 0; at < total; at += bytes) call(at, std::min(bytes, total - at));
+        for (std::size_t at = 0; at < end; at += step) access(at, std::min(step, end - at));
       }
       bsp_sync();
       world.sync();

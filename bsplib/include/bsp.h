@@ -112,10 +112,10 @@ bsp_size_t bsp_hpmove(void** tag, void** payload);
 /* --- Speed --------------------------------------------------------------------------------------------------- */
 
 #ifdef __GNUC__
-/* Of the running program, for processes with smaller numbers; not an interface. At a fixed address, since every call
- * reads it. */
+/* Of the running program, for processes with smaller numbers; not an interface. A constant pointer, so that a loop
+ * finds its run once. */
 #define BSP2_RUNS 256
-extern struct bsp2_runs bsp2_classic_runs[BSP2_RUNS];
+extern struct bsp2_runs* const bsp2_classic_runs;
 #endif
 
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(BSP2_NO_INLINE)
@@ -132,26 +132,28 @@ void bsp2_library_get(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) BSP
 void bsp2_library_hpget(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) BSP2_LIBRARY(bsp_hpget);
 
 BSP2_STAND_IN void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  if ((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].put.name != dst ||
-      !bsp2_continue_put(&bsp2_classic_runs[pid].put, (size_t)offset, src, (size_t)nbytes))
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
+                  !bsp2_continue_put(&bsp2_classic_runs[pid].put,
+                                     (size_t)bsp2_classic_runs[pid].put.name ^ (size_t)dst, (size_t)offset, src,
+                                     (size_t)nbytes)))
     bsp2_library_put(pid, src, dst, offset, nbytes);
 }
 
 BSP2_STAND_IN void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  if ((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].hpput.name != dst ||
-      !bsp2_continue_reference(&bsp2_classic_runs[pid].hpput, (size_t)offset, src, (size_t)nbytes))
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].hpput.name != dst ||
+                  !bsp2_continue_reference(&bsp2_classic_runs[pid].hpput, 0, (size_t)offset, src, (size_t)nbytes)))
     bsp2_library_hpput(pid, src, dst, offset, nbytes);
 }
 
 BSP2_STAND_IN void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
-  if ((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].get.name != src ||
-      !bsp2_continue_reference(&bsp2_classic_runs[pid].get, (size_t)offset, dst, (size_t)nbytes))
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].get.name != src ||
+                  !bsp2_continue_reference(&bsp2_classic_runs[pid].get, 0, (size_t)offset, dst, (size_t)nbytes)))
     bsp2_library_get(pid, src, offset, dst, nbytes);
 }
 
 BSP2_STAND_IN void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
-  if ((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].hpget.name != src ||
-      !bsp2_continue_reference(&bsp2_classic_runs[pid].hpget, (size_t)offset, dst, (size_t)nbytes))
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].hpget.name != src ||
+                  !bsp2_continue_reference(&bsp2_classic_runs[pid].hpget, 0, (size_t)offset, dst, (size_t)nbytes)))
     bsp2_library_hpget(pid, src, offset, dst, nbytes);
 }
 #endif

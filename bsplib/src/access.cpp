@@ -101,7 +101,7 @@ std::size_t length(const bsp2_reference_run& run) {
 
 void Engine::begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset,
                        const void* local, std::size_t bytes) {
-  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), nullptr, 0, slot};
+  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), nullptr, 0, slot, 0};
   place_run(run, offset, local, bytes);
 }
 
@@ -121,6 +121,15 @@ void Engine::start_hpput(int pid, const void* source, Registry::Id slot, std::si
   run.first = run.next;
 }
 
+/// Unbuffered. Pieces are combined instead, as small accesses are, where two copies through shared memory
+/// beat the one that MPI makes.
+bool Engine::travels_alone(const bsp2_reference_run& run, int pid) const {
+  const std::size_t bytes = length(run);
+  if (bytes < wire::direct_bytes) return false;
+  return pid == pid_ || !run.pieced || bytes > wire::combined_bytes || !staging_.peer(pid) ||
+         !staging_.has_room(bytes);
+}
+
 void Engine::end_hpput(int pid) {
   bsp2_reference_run& run = runs_of(pid).hpput;
   const std::size_t bytes = length(run);
@@ -132,7 +141,7 @@ void Engine::end_hpput(int pid) {
   const bool reachable = !target.memory.empty() && target.memory[rank];
   if (reachable && pid != pid_ && bytes >= wire::store_bytes) {
     out(pid).store(source, target.memory[rank] + run.first, bytes);
-  } else if (bytes >= wire::direct_bytes) {
+  } else if (travels_alone(run, pid)) {
     out(pid).big_put(run.slot, run.first, source, bytes, wire::nowhere);
   } else if (bytes >= wire::stage_bytes) {
     stage_put(pid, source, run.slot, run.first, bytes);
@@ -169,7 +178,7 @@ void Engine::end_hpget(int pid) {
   if (run.slot == Registry::no_id) return;
   const std::size_t bytes = length(run);
   auto* target = reinterpret_cast<std::byte*>(run.local) - bytes;
-  if (pid != pid_ && bytes >= wire::direct_bytes) {
+  if (pid != pid_ && travels_alone(run, pid)) {
     out(pid).direct_get(run.slot, run.first, target, bytes);
   } else {
     out(pid).get(run.slot, run.first, target, bytes, run.end);

@@ -76,7 +76,7 @@ struct Api {
     bsp2_runs* runs = runs_of(to);
     if (!runs || runs->put.name != dst || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
-    return bsp2_continue_put(&runs->put, at, src, size) ||
+    return bsp2_continue_put(&runs->put, 0, at, src, size) ||
            state.engine->put_again(static_cast<int>(to), src, runs->put.slot, at, size);
   }
 
@@ -84,7 +84,7 @@ struct Api {
     bsp2_runs* runs = runs_of(to);
     if (!runs || runs->hpput.name != dst || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
-    return bsp2_continue_reference(&runs->hpput, at, src, size) ||
+    return bsp2_continue_reference(&runs->hpput, 0, at, src, size) ||
            state.engine->hpput_again(static_cast<int>(to), src, runs->hpput.slot, at, size);
   }
 
@@ -93,7 +93,7 @@ struct Api {
                         const void* local, Size bytes) {
     bsp2_runs* runs = runs_of(to);
     return runs && (runs->*run).name == name &&
-           bsp2_continue_reference(&(runs->*run), static_cast<std::size_t>(offset), local,
+           bsp2_continue_reference(&(runs->*run), 0, static_cast<std::size_t>(offset), local,
                                    static_cast<std::size_t>(bytes));
   }
 

@@ -12,8 +12,14 @@ State state;
 
 }  // namespace bsp2::bsplib::classic
 
+namespace {
+
+bsp2_runs classic_runs[BSP2_RUNS];
+
+}  // namespace
+
 extern "C" {
-bsp2_runs bsp2_classic_runs[BSP2_RUNS];
+bsp2_runs* const bsp2_classic_runs = classic_runs;
 }
 
 namespace bsp2::bsplib::classic {
@@ -141,7 +147,7 @@ void begin(long long maxprocs) {
     std::exit(EXIT_SUCCESS);
   }
   state.engine =
-      std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), std::span(bsp2_classic_runs));
+      std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), std::span(classic_runs));
   state.runs = state.engine->runs();
 }
 

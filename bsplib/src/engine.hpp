@@ -137,9 +137,11 @@ class Engine {
     run.first = offset;
     run.next = offset + bytes;
     run.local = static_cast<char*>(const_cast<void*>(local)) + bytes;
+    run.pieced = bytes < wire::store_bytes;
   }
   void begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset, const void* local,
                  std::size_t bytes);
+  bool travels_alone(const bsp2_reference_run& run, int pid) const;
   void end_hpput(int pid);
   void end_get(int pid);
   void end_hpget(int pid);

@@ -17,7 +17,7 @@ namespace bsp2::bsplib {
 
 /// No run is open.
 inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id};
-inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id};
+inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id, 0};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
@@ -151,7 +151,7 @@ inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void*
     if (offset == last_ + 1) --offset;
   if (offset == last_) {
     open_run();
-    return bsp2_continue_put(run_, offset, source, bytes) != 0;
+    return bsp2_continue_put(run_, 0, offset, source, bytes) != 0;
   }
   if (bytes >= wire::stage_bytes || block_.capacity - size_ < head_ + wire::padded(bytes)) return false;
   write_put(offset, source, bytes);

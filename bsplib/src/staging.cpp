@@ -88,7 +88,7 @@ Staging::Block Staging::allocate_shared(std::size_t bytes) {
 }
 
 Staging::Block Staging::allocate_data(std::size_t bytes) {
-  return top_ + bytes > data_bytes_ ? allocate_private(bytes) : allocate(bytes);
+  return has_room(bytes) ? allocate(bytes) : allocate_private(bytes);
 }
 
 Staging::Block Staging::allocate(std::size_t bytes) {

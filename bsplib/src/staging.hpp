@@ -35,6 +35,8 @@ class Staging {
   /// For data beside a stream. It leaves some room to streams and replies: what fits as one put then fits cut
   /// into small ones, too, which add a record of 8 bytes to every 16 KiB.
   Block allocate_data(std::size_t bytes);
+  /// Whether data of this size would be where other ranks can read it.
+  bool has_room(std::size_t bytes) const { return top_ + bytes <= data_bytes_ && half_bytes_ > 0; }
   /// Only what other ranks can read and write; nothing if there is no room.
   Block allocate_shared(std::size_t bytes);
   /// Makes a block larger where it is, if it was the last one allocated.

@@ -18,6 +18,8 @@ inline constexpr std::size_t stage_bytes = std::size_t{16} << 10;
 inline constexpr std::size_t reply_bytes = 1024;
 /// From here on an unbuffered access has a message of its own. Below, combining is faster.
 inline constexpr std::size_t direct_bytes = std::size_t{64} << 10;
+/// Up to here unbuffered accesses that a program cut into small pieces are combined, if there is room.
+inline constexpr std::size_t combined_bytes = std::size_t{1} << 20;
 /// From here on an unbuffered put into memory of the layer is written straight into it.
 inline constexpr std::size_t store_bytes = std::size_t{4} << 10;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bsp2/geometry/dimensions.hpp"
 
@@ -46,7 +47,24 @@ std::array<int, D> CellExtent<D>::axes_by_length() const {
   return axes;
 }
 
-#define BSP2_INSTANTIATE(D) template struct CellExtent<D>;
+template <int D>
+double CellView<D>::thickness() const {
+  if constexpr (D == 1) {
+    return extent_.length(0);
+  } else {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t facet = 0; facet < cell_->facet_count(); ++facet) {
+      const auto plane = cell_->facet_hyperplane(facet);
+      const auto h = table().rounded(plane.id());
+      double furthest = 0;
+      for (const auto& vertex : cell_->vertices()) furthest = std::max(furthest, std::fabs(h.at(vertex.x)) + vertex.error);
+      least = std::min(least, furthest + h.error);
+    }
+    return least;
+  }
+}
+
+#define BSP2_INSTANTIATE(D) template struct CellExtent<D>; template class CellView<D>;
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

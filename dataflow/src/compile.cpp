@@ -34,6 +34,13 @@ struct Shape {
   Box<D> bounds;                                 // in the normalized frame
   std::shared_ptr<const LatheShape> lathe;       // of one with very many facets; shared: by all occurrences of it
   std::shared_ptr<const MeshShape> mesh;         // shared: by all occurrences of one mesh
+  struct RoundPart {
+    int axes;
+    double bottom, top;  // multiples of 2^-53, the larger one 1
+  };
+  std::optional<RoundPart> round;
+  std::optional<double> torus;  // its minor radius
+  [[nodiscard]] bool is_round() const { return round || torus; }
 };
 
 /// x -> factors x + shift, axis by axis.
@@ -62,8 +69,9 @@ class Compiler {
       const Shape<D>& shape = shapes_[shape_of_[producers.size()]];
       placements.push_back(occurrence.placement.after(shape.frame));
       Producer<D> producer;
-      producer.part = static_cast<std::int32_t>(producers.size());
-      static_cast<Box<D>&>(producer) = shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
+      producer.part = occurrence.part;
+      static_cast<Box<D>&>(producer) = shape.round ? placements.back().image_of_round(shape.round->axes)
+                                       : shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
       producers.push_back(producer);
     }
@@ -76,6 +84,8 @@ class Compiler {
 
     Network<D> network(HyperplaneTable<D>(box.lower, box.upper, reach));
     network.coincidence = options_.coincidence;
+    network.bounds = box;
+    add_colours(network);
     network.producers = std::move(producers);
     network.program = lowered_.program;
     add_planes(network, placements, box);
@@ -125,6 +135,17 @@ class Compiler {
     std::array<double, D> zero{}, one;
     one.fill(1);
     return Network<D>(HyperplaneTable<D>(zero, one, 1));
+  }
+
+  void add_colours(Network<D>& network) const {
+    const auto& occurrences = lowered_.occurrences;
+    if (std::none_of(occurrences.begin(), occurrences.end(), [](const auto& occurrence) { return occurrence.colour != nullptr; })) return;
+    for (const Occurrence<D>& occurrence : occurrences) {
+      if (occurrence.colour == nullptr) continue;
+      const auto part = static_cast<std::size_t>(occurrence.part);
+      if (network.colours.size() <= part) network.colours.resize(part + 1);
+      network.colours[part] = *occurrence.colour;
+    }
   }
 
   void make_shapes() {
@@ -253,10 +274,40 @@ class Compiler {
     }
   }
 
+  Shape<D> make_shape(const model::Round& round, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    const int axes = D - static_cast<int>(round.lengths.size());
+    if (axes < 2) throw std::logic_error("a round solid has two round axes or more");
+    const double widest = std::max(round.bottom, round.top);
+    const auto on_grid = [](double x) { return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53); };
+    Shape<D> shape;
+    shape.round = {axes, on_grid(round.bottom / widest), on_grid(round.top / widest)};
+    std::array<double, D> factors;
+    factors.fill(widest);
+    std::copy(round.lengths.begin(), round.lengths.end(), factors.begin() + axes);
+    shape.frame = scaling<D>(factors);
+    const std::vector<geometry::Covector<D>> box = geometry::unit_box<D>().covectors;
+    add_covectors(shape, {box.begin() + 2 * axes, box.end()});
+    return shape;
+  }
+
+  Shape<D> make_shape(const model::Torus& torus, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    if constexpr (D != 3) {
+      throw std::logic_error("a torus is three-dimensional");
+    } else {
+      Shape<D> shape;
+      const double minor = torus.minor / torus.major, reach = std::nextafter(1 + minor, 3.0), height = std::nextafter(minor, 2.0);
+      shape.torus = minor;
+      shape.frame = scaling<3>({torus.major, torus.major, torus.major});
+      shape.bounds = {{-reach, -reach, -height}, {reach, reach, height}};
+      return shape;
+    }
+  }
+
   void add_planes(Network<D>& network, const std::vector<Transformer<D>>& placements, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(covectors_);
-    std::vector<std::uint32_t> first_occurrence;
+    std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
+    std::uint32_t rounds = 0;
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
       const Shape<D>& shape = shapes_[shape_of_[i]];
@@ -264,6 +315,13 @@ class Compiler {
       std::optional<std::uint32_t> first;
       const bool matters = !box.misses(producer);
       if (matters) first = placements[i].emit(table, shape.first_covector, shape.covector_count, producer);
+      if (matters && shape.is_round()) {
+        maps[i] = table.add_map(placements[i].matrix());
+        if (table.orientation(maps[i]) != 0) {
+          first = first.value_or(0);  // a ball has no half-spaces
+          ++rounds;
+        }
+      }
       if (first)
         first_occurrence.back() = *first;
       else if (matters)
@@ -277,6 +335,15 @@ class Compiler {
       if (producer.is_empty()) continue;
       const Shape<D>& shape = shapes_[shape_of_[i]];
       const std::span own(codes.data() + first_occurrence[i], shape.covector_count);
+      if (shape.is_round()) {
+        const std::uint32_t ids = network.table.free_ids() / rounds--;
+        add_half_spaces(network, producer, own);
+        if (producer.is_empty()) continue;
+        if (shape.round) add_round(network, producer, *shape.round, maps[i], ids);
+        if constexpr (D == 3)
+          if (shape.torus) add_torus(network, producer, *shape.torus, maps[i], ids);
+        continue;
+      }
       if constexpr (D == 3) {
         if (shape.mesh != nullptr && !shape.mesh->convex) {
           producer.mesh = static_cast<std::int32_t>(network.meshes.size());
@@ -318,6 +385,35 @@ class Compiler {
     }
   }
 
+  static void check_ids(std::uint64_t needed, std::uint32_t ids) {
+    if (needed > ids) throw Error("too many round solids: the hyperplanes do not suffice for all of them; leave out --curved");
+  }
+
+  void add_torus(Network<3>& network, Producer<3>& producer, double minor, std::uint32_t map, std::uint32_t ids) {
+    HyperplaneTable<3>& table = network.table;
+    const geometry::RoundFamily<3> fan(2, 1, 1, ids / 8);
+    const geometry::TorusFamily family(minor, ids - ids / 8);
+    check_ids(std::uint64_t{fan.count()} + family.count(), ids);
+    producer.torus = static_cast<std::int32_t>(network.tori.size());
+    const auto first_of_fan = table.add_family(map, fan);
+    network.tori.push_back({fan, first_of_fan, family, table.add_family(map, family), table.map(map).inverse(table.radius())});
+  }
+
+  void add_round(Network<D>& network, Producer<D>& producer, const typename Shape<D>::RoundPart& part, std::uint32_t map, std::uint32_t ids) {
+    HyperplaneTable<D>& table = network.table;
+    const geometry::RoundFamily<D> family(part.axes, part.bottom, part.top, ids);
+    check_ids(family.count(), ids);
+    producer.round = static_cast<std::int32_t>(network.rounds.size());
+    network.rounds.push_back({family, table.add_family(map, family), table.map(map).inverse(table.radius())});
+    const Round<D>& round = network.rounds.back();
+    for (std::uint32_t face = 0; face < static_cast<std::uint32_t>(2 * part.axes) && part.bottom == part.top; ++face) {
+      const OrientedHyperplane tangent = round.plane(family.tangent({.face = face}));
+      const auto h = table.rounded(tangent.id());
+      for (int axis = 0; axis < D; ++axis)
+        if (std::fabs(h.normal[axis]) > 1 - 1e-12) producer.bounding_plane[axis][h.normal[axis] > 0 ? 1 : 0] = tangent.code + 1;
+    }
+  }
+
   std::size_t flat_count_ = 0;
   std::int32_t flat_part_ = 0;  // the first one
   Box<D> flat_box_;
@@ -333,8 +429,9 @@ class Compiler {
   void warn_of_flat_primitives(Network<D>& network) const {
     if (flat_count_ == 0) return;
     std::ostringstream text;
+    if (options_.place_of_part) text << options_.place_of_part(flat_part_);
     text << (flat_count_ == 1 ? "a primitive is" : std::to_string(flat_count_) + " primitives are") << " thinner than the tolerance, " << options_.coincidence
-         << " of the model, and left out: part " << flat_part_ << (flat_count_ == 1 ? "" : " first") << ", between (";
+         << " of the model, and left out: " << (flat_count_ == 1 ? "" : "first ") << "part " << flat_part_ << ", between (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.lower[i];
     text << ") and (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.upper[i];

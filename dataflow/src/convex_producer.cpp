@@ -12,13 +12,6 @@ using geometry::Label;
 using geometry::OrientedHyperplane;
 using geometry::Position;
 
-namespace {
-
-/// With more undecided half-spaces, the cell is halved first.
-constexpr std::size_t many_planes = 160;
-
-}  // namespace
-
 template <int D>
 Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const {
   const bool whole = (leaf[0] & Program::whole) != 0;

@@ -13,6 +13,7 @@
 
 #include "bounded_queue.hpp"
 #include "bsp2/dataflow/localizer.hpp"
+#include "bsp2/geometry/clipper.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "large_stack.hpp"
 #include "tokens.hpp"
@@ -35,6 +36,7 @@ template <int D>
 Totals<D>& Totals<D>::operator+=(const Totals& other) {
   in += other.in;
   fuzzy += other.fuzzy;
+  fuzzy_below += other.fuzzy_below;
   in_cells += other.in_cells;
   fuzzy_cells += other.fuzzy_cells;
   out_cells += other.out_cells;
@@ -76,19 +78,33 @@ class Worker {
 
  private:
   Crew<D>& crew_;
+  /// A cut of a chain: its hyperplane, and what is beyond it.
+  struct Piece {
+    geometry::OrientedHyperplane plane;
+    Cell<D> cell;
+  };
+
   geometry::Splitter<D> splitter_;
+  geometry::Clipper<D> clipper_;
   Localizer<D> localizer_;
   geometry::CellWriter<D> writer_;
   Pool<Token<D>> tokens_;
   Pool<Join<D>> joins_;
   std::shared_ptr<Refinement> batch_;
   std::vector<Word> program_;
+  std::vector<Piece> pieces_;
+  std::vector<geometry::Hyperplane<D>> rounded_;  // of the planes of a chain that are left
+  std::vector<geometry::OrientedHyperplane> left_;
   pthread_t thread_{};
 
   void work();
   Token<D>* next();
   Token<D>* process(Token<D>* token);
   Token<D>* split(Token<D>* token, const typename Localizer<D>::Cut& cut);
+  [[nodiscard]] bool may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const;
+  Token<D>* clip(Token<D>* token, const typename Localizer<D>::Cut& cut);
+  bool cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest);
+  std::int64_t settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut);
   Token<D>* unfold(Token<D>* token);
   Token<D>* give(Token<D>* token, Outcome<D> outcome);
   Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
@@ -154,9 +170,10 @@ class Crew {
 
 template <int D>
 Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
-    : totals(crew.network.table.radius(), crew.network.table.width()), index(index_), crew_(crew), splitter_(crew.network.table),
+    : totals(crew.network.table.radius(), crew.network.table.width()), index(index_), crew_(crew), splitter_(crew.network.table), clipper_(splitter_),
       localizer_(crew.network, splitter_), writer_(crew.network.table) {
   totals.reset_bounds();
+  localizer_.set_tolerance(crew.options.tolerance.value_or(0));
 }
 
 template <int D>
@@ -248,9 +265,9 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     const Answer answer = final ? localizer_.decide(token->program, token->cell, program_) : localizer_.fire(token->program, token->cell, program_, cut);
     if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
     left = answer.label == Label::fuzzy;
-    if (left && !deep) {
+    if (left && !deep && !cut.none) {
       std::swap(token->program, program_);
-      return split(token, cut);
+      return may_clip(*token, cut) ? clip(token, cut) : split(token, cut);
     }
     outcome.label = answer.label;
     outcome.part = answer.part;
@@ -339,6 +356,97 @@ Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& pl
   return nullptr;
 }
 
+/// Whether all cuts along the last operand may be made at once.
+template <int D>
+bool Worker<D>::may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const {
+  const std::size_t deepest = token.level + cut.last_planes.size();
+  return !cut.last_planes.empty() && deepest <= crew_.options.level.value_or(std::numeric_limits<std::uint16_t>::max());
+}
+
+/// Cuts along the last operand until all is decided. The cells are those that `split` would find one by one.
+template <int D>
+Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut) {
+  const auto is_built = [&](const Answer& answer) { return answer.label != Label::out || crew_.options.keep_out; };
+  clipper_.load(token->cell);
+  Outcome<D> outcome;
+  outcome.level = token->level;
+  if (cut_along(cut.last_planes, is_built(cut.beyond))) {
+    outcome.form = Form::subtree;
+    outcome.tree = settle_pieces(*token, cut);
+    count_decided(token->level);
+    finish(token->parent, token->side, token->region, std::move(outcome));
+    token->cell = {};
+    tokens_.give(token);
+    return nullptr;
+  }
+  outcome.label = cut.beyond.label;  // nothing is inside: no cut was needed
+  outcome.part = cut.beyond.part;
+  outcome.cell = std::move(token->cell);
+  return give(token, std::move(outcome));
+}
+
+/// Clips the cell by the half-spaces, the one first that leaves most of it outside. @return whether anything is left.
+template <int D>
+bool Worker<D>::cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest) {
+  pieces_.clear();
+  left_.assign(planes.begin(), planes.end());
+  rounded_.clear();
+  for (const auto plane : planes) {
+    auto h = crew_.network.table.rounded(plane.id());
+    if (plane.flipped()) {
+      for (double& x : h.normal) x = -x;
+      h.offset = -h.offset;
+    }
+    rounded_.push_back(h);
+  }
+  bool moved = true;
+  std::array<double, D> centre{};
+  while (!left_.empty()) {
+    if (moved) centre = clipper_.centre();
+    std::size_t chosen = 0;
+    double furthest = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      const double value = rounded_[i].at(centre);
+      if (value > furthest) {
+        furthest = value;
+        chosen = i;
+      }
+    }
+    Cell<D> rest;
+    const auto where = clipper_.cut(left_[chosen], keep_rest ? &rest : nullptr);
+    if (where == geometry::Position::positive) return false;
+    moved = where == geometry::Position::crossing;
+    if (moved) pieces_.push_back({left_[chosen], std::move(rest)});
+    left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(chosen));  // the order stays: the first of equals is chosen
+    rounded_.erase(rounded_.begin() + static_cast<std::ptrdiff_t>(chosen));
+  }
+  return true;
+}
+
+/// Emits what a chain of cuts made. @return the code of its subtree.
+template <int D>
+std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut) {
+  Outcome<D> outcome;
+  outcome.label = cut.behind.label;
+  outcome.part = cut.behind.part;
+  outcome.level = static_cast<std::uint16_t>(token.level + pieces_.size());
+  if (outcome.label != Label::out || crew_.options.keep_out) outcome.cell = clipper_.cell();
+  std::int64_t tree = settle(outcome, token.region);
+  outcome.form = Form::cell;
+  outcome.label = cut.beyond.label;
+  outcome.part = cut.beyond.part;
+  for (std::size_t i = pieces_.size(); i-- > 0;) {
+    outcome.level = static_cast<std::uint16_t>(token.level + i + 1);
+    outcome.cell = std::move(pieces_[i].cell);
+    const std::int64_t beyond = emit(outcome, token.region);
+    if (!crew_.options.record_tree) continue;
+    const bool flipped = pieces_[i].plane.flipped();
+    nodes.push_back({pieces_[i].plane.id(), {flipped ? beyond : tree, flipped ? tree : beyond}});
+    tree = crew_.codes.node(index, nodes.size() - 1);
+  }
+  return tree;
+}
+
 template <int D>
 bool Worker<D>::needs_cell(const Frontier::Node& node) const {
   if (node.kind == Frontier::Kind::emitted || node.kind == Frontier::Kind::elsewhere) return false;
@@ -356,6 +464,7 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
     outcome.level = token->level;
     if (node.kind == Frontier::Kind::elsewhere && crew_.options.suspend) {
       outcome.form = Form::suspended_token;
+      outcome.divided = node.value != 0;
       outcome.token = token;
       finish(token->parent, token->side, token->region, std::move(outcome));
       return nullptr;
@@ -500,7 +609,7 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   CellBatch& cells = batch_->cells;
   count(outcome, writer_.append(outcome.cell, cells));
   cells.label.push_back(outcome.label);
-  cells.part.push_back(outcome.part);
+  cells.part.push_back(outcome.part >= 0 ? crew_.network.producers[outcome.part].part : outcome.part);
   cells.region.push_back(crew_.region_numbers[region]);
   cells.level.push_back(outcome.level);
   totals.digest.add(cells, cells.size() - 1);
@@ -511,12 +620,33 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   return crew_.codes.cell(index, number);
 }
 
+/// At most the integrals over the cell of min(x_i x_j, 0), from its box.
+template <int D>
+geometry::Moments<D> below_zero(const Cell<D>& cell, const geometry::Moments<D>& moments) {
+  const CellExtent<D> extent(cell);
+  const auto bounds = [&](int i) { return i == 0 ? std::array{1.0, 1.0} : std::array{extent.lower[i - 1], extent.upper[i - 1]}; };
+  geometry::Moments<D> below;
+  for (int i = 0; i <= D; ++i)
+    for (int j = i + 1; j <= D; ++j) {  // squares are not below 0
+      double least = std::numeric_limits<double>::infinity(), most = -least;
+      for (const double x : bounds(i))
+        for (const double y : bounds(j)) {
+          least = std::min(least, x * y);
+          most = std::max(most, x * y);
+        }
+      const int at = geometry::Moments<D>::index(i, j);
+      if (least < 0) below.integral[at] = most <= 0 ? moments.integral[at] : least * moments.volume();
+    }
+  return below;
+}
+
 template <int D>
 void Worker<D>::count(const Outcome<D>& outcome, const geometry::Moments<D>& moments) {
   totals.level = std::max<unsigned>(totals.level, outcome.level);
   if (outcome.label == Label::fuzzy) {
     ++totals.fuzzy_cells;
     totals.fuzzy.add(moments);
+    totals.fuzzy_below.add(below_zero(outcome.cell, moments));
   } else if (outcome.label == Label::out) {
     ++totals.out_cells;
   } else {

@@ -7,6 +7,8 @@
 #include "bsp2/dataflow/convex_producer.hpp"
 #include "bsp2/dataflow/lathe_producer.hpp"
 #include "bsp2/dataflow/mesh_producer.hpp"
+#include "bsp2/dataflow/round_producer.hpp"
+#include "bsp2/dataflow/torus_producer.hpp"
 #include "bsp2/dataflow/transformer.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 
@@ -36,15 +38,37 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   const bool quick = program.size() > long_program;
   Answer answer = localize(program, out, quick);
   if (answer.label != Label::fuzzy) return answer;
-  if (active_.size() > many_operands && choose_median(out, cut)) return answer;
+  const bool thin = is_thin();
   if (quick) {
+    if (!thin && active_.size() > many_operands && choose_median(out, cut)) return answer;
     std::swap(out, second_pass_);
     answer = localize(second_pass_, out, false);
     if (answer.label != Label::fuzzy) return answer;
-    if (active_.size() > many_operands && choose_median(out, cut)) return answer;
   }
+  if (thin) leave_round_operands(out);
+  cut.none = active_.empty();
+  if (cut.none || (active_.size() > many_operands && choose_median(out, cut))) return answer;
   choose_operand(out, cut);
+  if (active_.size() == 1) offer_clipping(out, cut);
   return answer;
+}
+
+/// Whether the cell is thinner than the tolerance, measured across its facets.
+template <int D>
+bool Localizer<D>::is_thin() const {
+  if (!(tolerance_ > 0) || !network_->is_round()) return false;
+  for (int axis = 0; axis < D; ++axis)
+    if (view_.extent().length(axis) < tolerance_) return true;
+  return view_.thickness() < tolerance_;
+}
+
+/// Leaves to choose from only what ends by itself.
+template <int D>
+void Localizer<D>::leave_round_operands(std::span<const Word> program) {
+  std::erase_if(active_, [&](std::uint32_t at) {
+    const Producer<D>& producer = network_->producers[program[at + 2]];
+    return producer.torus >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
+  });
 }
 
 template <int D>
@@ -116,7 +140,7 @@ Answer Localizer<D>::visit_leaf(const Word*& at, std::vector<Word>& out) {
     }
     out.resize(begin);
   }
-  const Answer answer{label, label == Label::in ? producer.part : geometry::no_part};
+  const Answer answer{label, label == Label::in ? static_cast<std::int32_t>(leaf[2]) : geometry::no_part};
   return (leaf[0] & Program::negated) != 0 ? Complement::map(answer) : answer;
 }
 
@@ -128,7 +152,9 @@ auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
   if constexpr (D == 3) {
     if (producer.mesh >= 0) return use(MeshProducer(*network_, producer));
     if (producer.lathe >= 0) return use(LatheProducer(*network_, producer));
+    if (producer.torus >= 0) return use(TorusProducer(*network_, producer));
   }
+  if (producer.round >= 0) return use(RoundProducer<D>(*network_, producer));
   return use(ConvexProducer<D>(*network_, producer));
 }
 
@@ -143,6 +169,12 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
       std::vector<Word> unused;
       return LatheProducer(*network_, producer).ask(whole, view_, unused) == Label::in;
     }
+  }
+  if (producer.torus >= 0) return false;
+  if (producer.round >= 0) {
+    const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
+    std::vector<Word> unused;
+    return RoundProducer<D>(*network_, producer).ask(whole, view_, unused) == Label::in;
   }
   const auto planes = network_->planes_of(producer);
   return std::all_of(planes.begin(), planes.end(), [&](auto plane) { return view_.position(plane) == Position::negative; });
@@ -223,9 +255,48 @@ void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
   };
   const bool beyond_is_out = advice.beyond_is_out && is_out_if(Label::out);
   const bool behind_is_out = advice.behind_is_in && is_out_if(Label::in);
+  cut.none = advice.none;
   cut.hyperplane = advice.plane.id();
   cut.positive_is_out = advice.plane.flipped() ? behind_is_out : beyond_is_out;
   cut.negative_is_out = advice.plane.flipped() ? beyond_is_out : behind_is_out;
+}
+
+/// Where one operand is left, and a list of half-spaces says where it is: nothing needs to be asked again until it is decided.
+template <int D>
+void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const {
+  const Word* const leaf = program.data() + active_.front();
+  const Producer<D>& producer = network_->producers[leaf[2]];
+  if (producer.mesh >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return;
+  const auto planes = ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
+  if (planes.size() < 2 || planes.size() > ConvexProducer<D>::many_planes) return;
+  const bool negated = (leaf[0] & Program::negated) != 0;
+  const Answer inside{Label::in, producer.part}, outside{Label::out};
+  const Word* at = program.data();
+  cut.beyond = answer_if(at, negated ? Complement::map(outside) : outside);
+  at = program.data();
+  cut.behind = answer_if(at, negated ? Complement::map(inside) : inside);
+  cut.last_planes = planes;
+}
+
+/// The program's answer if its only leaf had this one.
+template <int D>
+Answer Localizer<D>::answer_if(const Word*& at, const Answer& leaf) const {
+  const Word kind = at[0] & Program::kind_mask;
+  const Word* const end = at + at[1];
+  if (kind == Program::kind_leaf) {
+    at = end;
+    return leaf;
+  }
+  Combiner combiner(kind, at[2]);
+  at += Program::header;
+  while (at != end) {
+    const Answer operand = answer_if(at, leaf);
+    if (combiner.fold(operand)) {
+      at = end;
+      return operand;
+    }
+  }
+  return combiner.answer();
 }
 
 /// The program's label if its leaf `leaf` (complemented or not) had the label `assumed` and nothing else were known.

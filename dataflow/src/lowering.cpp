@@ -1,6 +1,8 @@
 #include "lowering.hpp"
 
+#include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
@@ -18,6 +20,8 @@ struct Visit {
   bool complemented;
   Word enclosing;  // kind of the combiner around it
   std::size_t begin;
+  const model::Colour* colour = nullptr;  // the outermost one on the way here
+  std::int32_t part = -1;  // that all in it belongs to; -1: each primitive is a part of its own
 };
 
 template <int D>
@@ -42,10 +46,18 @@ class Lowering {
   Lowered<D> lowered_;
   std::vector<Transformer<D>> placements_;  // products of the maps on the way down
   std::vector<Visit> stack_;
+  std::uint64_t parts_ = 0;  // that have been met
+
+  /// @return the first of them.
+  std::int32_t take_parts(std::uint64_t count) {
+    const std::uint64_t first = std::exchange(parts_, parts_ + count);
+    if (parts_ > std::numeric_limits<std::int32_t>::max()) throw Error("the model has more than 2,147,483,647 primitives");
+    return static_cast<std::int32_t>(first);
+  }
 
   void enter(const Visit& visit, const model::Primitive& primitive) {
     const auto producer = static_cast<Word>(lowered_.occurrences.size());
-    lowered_.occurrences.push_back({&primitive, placements_[visit.placement]});
+    lowered_.occurrences.push_back({&primitive, placements_[visit.placement], visit.part >= 0 ? visit.part : take_parts(1), visit.colour});
     const Word kind = Net::kind_leaf | Net::whole | (visit.complemented ? Net::negated : 0);
     lowered_.program.insert(lowered_.program.end(), {kind, static_cast<Word>(Net::header), producer});
   }
@@ -58,8 +70,21 @@ class Lowering {
     stack_.push_back(child);
   }
 
-  void enter(const Visit& visit, const model::Boolean& boolean) {
+  void enter(const Visit& visit, const model::Coloured& coloured) {
+    Visit child = visit;
+    child.node = &coloured.child.node();
+    if (child.colour == nullptr) child.colour = &coloured.colour;
+    stack_.push_back(child);
+  }
+
+  void enter(Visit visit, const model::Boolean& boolean) {
     const auto& children = boolean.children;
+    if (boolean.parts != 0 && visit.part < 0) visit.part = take_parts(boolean.parts);
+    if (children.size() == 1 && boolean.operation != Operation::complement) {
+      visit.node = &children[0].node();
+      stack_.push_back(visit);
+      return;
+    }
     if (boolean.operation == Operation::complement) {
       Visit child = visit;
       child.node = &children[0].node();
@@ -77,7 +102,7 @@ class Lowering {
       bool complemented = visit.complemented;
       if (differ) complemented = visit.complemented && i == 0;
       if (boolean.operation == Operation::subtract && i > 0) complemented = !complemented;
-      stack_.push_back({&children[i].node(), visit.placement, complemented, kind, 0});
+      stack_.push_back({&children[i].node(), visit.placement, complemented, kind, 0, visit.colour, visit.part});
     }
   }
 

@@ -13,6 +13,8 @@ template <int D>
 struct Occurrence {
   const model::Primitive* primitive;
   Transformer<D> placement;
+  std::int32_t part;  ///< Producer::part
+  const model::Colour* colour = nullptr;  ///< the outermost one around it
 };
 
 /// The expression without transformers and complements: occurrences in source order, and Network's program over them.

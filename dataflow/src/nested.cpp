@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <stdexcept>
 
 #include "bsp2/dataflow/consumer.hpp"
 #include "bsp2/dataflow/evaluate.hpp"
@@ -76,6 +77,16 @@ void visit_corners(const model::ConvexPolygon& polygon, Add&& add) {
     corner[D - 1] = 1;
     add(corner);
   }
+}
+
+template <int D, typename Add>
+void visit_corners(const model::Round&, Add&&) {
+  throw std::logic_error("round solids are faceted before their corners are asked for");
+}
+
+template <int D, typename Add>
+void visit_corners(const model::Torus&, Add&&) {
+  throw std::logic_error("tori are refused before their corners are asked for");
 }
 
 template <int D>

@@ -67,6 +67,35 @@ Frontier only(const UnfoldedFrontier& tree, const Way& way) {
   return part;
 }
 
+/// All leaves that have been emitted, or all others. A split without any is elsewhere as a whole: whoever has all below it may
+/// finish it.
+Frontier part_of(const Frontier& frontier, const UnfoldedFrontier& tree, bool emitted) {
+  const auto& nodes = frontier.nodes;
+  std::vector<bool> is_mine(nodes.size()), is_divided(nodes.size());  // something below it is of this part; has been emitted
+  for (std::size_t i = nodes.size(); i-- > 0;) {                      // children come after their parents
+    const auto [kind, label, unused, value] = nodes[i];
+    const auto either = [&](const std::vector<bool>& of) { return of[tree.negative(static_cast<std::uint32_t>(i))] || of[tree.positive(static_cast<std::uint32_t>(i))]; };
+    is_mine[i] = kind == Kind::split ? either(is_mine) : kind != Kind::elsewhere && (kind == Kind::emitted) == emitted;
+    is_divided[i] = kind == Kind::split ? either(is_divided) : kind == Kind::emitted || (kind == Kind::elsewhere && value != 0);
+  }
+  Frontier part;
+  std::vector<std::uint32_t> open{0};
+  while (!open.empty()) {
+    const std::uint32_t node = open.back();
+    open.pop_back();
+    if (!is_mine[node]) {
+      part.nodes.push_back({Kind::elsewhere, geometry::Label::fuzzy, 0, is_divided[node] ? 1 : 0});
+    } else if (nodes[node].kind == Kind::split) {
+      part.nodes.push_back(nodes[node]);
+      open.push_back(tree.positive(node));
+      open.push_back(tree.negative(node));
+    } else {
+      tree.copy(node, part);
+    }
+  }
+  return part;
+}
+
 }  // namespace
 
 Remains remains_of(const Frontier& frontier) {
@@ -77,6 +106,12 @@ Remains remains_of(const Frontier& frontier) {
     remains.elsewhere += node.kind == Kind::elsewhere ? 1 : 0;
   }
   return remains;
+}
+
+Separated separate_emitted(const Frontier& frontier) {
+  if (frontier.empty()) return {};
+  const UnfoldedFrontier tree(frontier);
+  return {part_of(frontier, tree, true), part_of(frontier, tree, false)};
 }
 
 std::optional<std::array<Frontier, 2>> divide(const Frontier& frontier) {

@@ -12,6 +12,7 @@
 #include "nested.hpp"
 #include "offset.hpp"
 #include "outline.hpp"
+#include "roof.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -27,6 +28,7 @@ using model::Transform;
 std::span<const Expression> children_of(const Node& node) {
   if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean->children;
   if (const auto* transform = std::get_if<Transform>(&node.value)) return {&transform->child, 1};
+  if (const auto* coloured = std::get_if<model::Coloured>(&node.value)) return {&coloured->child, 1};
   if (const auto* construction = std::get_if<Construction>(&node.value)) return construction->operands;
   return {};
 }
@@ -79,7 +81,7 @@ bool is_empty(const Expression& solid) {
 }
 
 Expression united(int dimension, std::vector<Expression> solids) {
-  std::erase_if(solids, is_empty);
+  std::erase_if(solids, [](const Expression& solid) { return is_empty(solid) && solid.node().parts == 0; });
   if (solids.empty()) return Expression(dimension);
   return solids.size() == 1 ? solids[0] : model::unite(std::move(solids));
 }
@@ -102,6 +104,13 @@ Expression boolean_of(const Boolean& boolean, int dimension, std::vector<Express
   return make(dimension, Boolean{boolean.operation, std::move(images)});
 }
 
+/// The image of a node as one part that stands for all of those in the node, whatever it was made of.
+Expression one_part(const Expression& image, std::uint64_t parts) {
+  if (std::holds_alternative<Primitive>(image.node().value) && parts == 1) return image;
+  if (const auto* boolean = std::get_if<Boolean>(&image.node().value)) return make(image.dimension(), Boolean{boolean->operation, boolean->children, parts});
+  return make(image.dimension(), Boolean{model::Operation::unite, {image}, parts});
+}
+
 class Resolver {
  public:
   Resolver(const CompileOptions& options, std::vector<std::string>& warnings) : options_(options), warnings_(warnings) {}
@@ -110,19 +119,57 @@ class Resolver {
     return resolved_.run(
         root, [](const Node& node) { return node.resolved; },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
-          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean_of(*boolean, node.dimension, std::move(images));
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
+            Expression image = boolean_of(*boolean, node.dimension, std::move(images));
+            return image.node().parts == node.parts ? image : one_part(image, node.parts);  // other than the node's: it is empty
+          }
           if (const auto* transform = std::get_if<Transform>(&node.value))
             return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
-          const auto& construct = std::get<Construction>(node.value).construct;
-          if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
-          return std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
+          if (const auto* coloured = std::get_if<model::Coloured>(&node.value))
+            return is_empty(images[0]) ? images[0] : make(node.dimension, model::Coloured{coloured->colour, images[0]});
+          return one_part(image_of(node, images), node.parts);
         });
   }
 
  private:
   const CompileOptions& options_;
   std::vector<std::string>& warnings_;
-  Rewriting resolved_, lifted_;
+  Rewriting resolved_, lifted_, faceted_;
+
+  /// The same with polyhedra in the place of what is round: other constructs need corners.
+  Expression faceted(const Expression& solid) {
+    return faceted_.run(
+        solid, [](const Node& node) { return node.faceted; },
+        [](const Node& node, std::vector<Expression> images) -> Expression {
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(node.dimension, Boolean{boolean->operation, std::move(images)});
+          if (const auto* transform = std::get_if<Transform>(&node.value)) return make(node.dimension, Transform{transform->matrix, images[0]});
+          if (std::holds_alternative<model::Coloured>(node.value)) return images[0];  // a construct has the colour around it
+          const auto& primitive = std::get<Primitive>(node.value);
+          if (std::holds_alternative<model::Torus>(primitive)) throw Error("a torus has no corners: hull, minkowski and the like cannot take it");
+          const auto& round = std::get<model::Round>(primitive);
+          if (round.sides == 0) throw Error("a round solid of " + std::to_string(node.dimension) + " dimensions has no corners: hull, minkowski and the like cannot take it");
+          if (node.dimension == 2) return model::circle(round.bottom, round.sides);
+          return round.lengths.empty() ? model::sphere(round.bottom, round.sides) : model::cylinder(round.lengths[0], round.bottom, round.top, round.sides);
+        });
+  }
+
+  /// What a construct is made of; warnings and errors get the place of the construct.
+  Expression image_of(const Node& node, std::vector<Expression>& images) {
+    if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
+    const std::string place = options_.place_of ? options_.place_of(node) : "";
+    const std::size_t before = warnings_.size();
+    try {
+      const auto& construct = std::get<Construction>(node.value).construct;
+      const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct);
+      if (extrusion == nullptr || !extrusion->is_straight())
+        for (Expression& operand : images) operand = faceted(operand);
+      Expression image = std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
+      for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place);
+      return image;
+    } catch (const Error& error) {
+      throw Error(place + error.what());
+    }
+  }
 
   Expression construct_of(const model::LinearExtrusion& extrusion, const std::vector<Expression>& operands) {
     if (extrusion.twist == 0 && extrusion.scale[0] == extrusion.scale[1] && extrusion.scale[0] != 1) return tapered(extrusion, operands[0]);
@@ -161,6 +208,7 @@ class Resolver {
             const auto& m = transform->matrix;
             return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
           }
+          if (std::holds_alternative<model::Coloured>(node.value)) return images[0];  // a construct has the colour around it
           return std::visit([](const auto& primitive) { return prism(primitive); }, std::get<Primitive>(node.value));
         });
   }
@@ -169,6 +217,8 @@ class Resolver {
     return make(3, model::Lathe{circle.sides, {{circle.radius, 0}, {circle.radius, 1}}});
   }
   static Expression prism(const model::ConvexPolygon& polygon) { return make(3, polygon); }
+  static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides}); }
+  static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
   static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
   static Expression prism(const model::TriangleMesh&) { throw std::logic_error("a mesh is no plane solid"); }
 
@@ -202,6 +252,20 @@ class Resolver {
     return plane_solid(offset_outline(offset, outline_of(operands[0], options_)));
   }
 
+  Expression construct_of(const model::Roof& roof, const std::vector<Expression>& operands) {
+    const Outline outline = outline_of(operands[0], options_);
+    if (outline.empty()) return Expression(3);
+    std::array<double, 2> low = outline[0][0], high = low;
+    for (const auto& path : outline)
+      for (const auto& p : path)
+        for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
+    // No point is farther from the outline than half its width, and no roof is higher than that.
+    const double height = 0.53 * std::min(high[0] - low[0], high[1] - low[1]);
+    std::vector<Expression> solids{construct_of(model::LinearExtrusion{.direction = {0, 0, height}}, operands)};
+    for (Expression& piece : pieces_above_roof(roof, outline, height)) solids.push_back(std::move(piece));
+    return model::subtract(std::move(solids));
+  }
+
   Expression construct_of(const model::Fill&, const std::vector<Expression>& operands) {
     std::vector<Expression> filled;
     for (const auto& path : outline_of(operands[0], options_))
@@ -227,12 +291,18 @@ class Resolver {
     return model::convex_hull(spanning_points<3>(operands[0], options_));
   }
 
+  /// Points of a sum of two convex sets before its hull is taken: 1.2 GB of them.
+  static constexpr std::size_t most_sums = 50'000'000;
+
   template <int D>
   Expression minkowski_sum(const Expression& a, const Expression& b) {
     const auto a_parts = convex_parts<D>(a, options_), b_parts = convex_parts<D>(b, options_);
     std::vector<Expression> sums;
     for (const auto& p : a_parts)
       for (const auto& q : b_parts) {
+        if (q.size() > most_sums / p.size())
+          throw Error("minkowski: operands of " + std::to_string(p.size()) + " and " + std::to_string(q.size()) +
+                      " points have too many sums; give them fewer sides");
         PointSet<D> points;
         points.reserve(p.size() * q.size());
         for (const auto& x : p)

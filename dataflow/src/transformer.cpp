@@ -79,6 +79,23 @@ Box<D> Transformer<D>::image(std::span<const std::pair<double, double>> rings) c
 }
 
 template <int D>
+Box<D> Transformer<D>::image_of_round(int axes) const {
+  std::array<std::pair<long double, long double>, D> reach{};
+  for (int i = 0; i < D; ++i) {
+    auto& [low, high] = reach[i];
+    long double square = 0;
+    for (int j = 0; j < axes; ++j) square += static_cast<long double>(matrix_[i][j]) * static_cast<long double>(matrix_[i][j]);
+    high = std::sqrt(square);
+    low = -high;
+    for (int j = axes; j < D; ++j) {
+      const auto along = static_cast<long double>(matrix_[i][j]);
+      (along < 0 ? low : high) += along;
+    }
+  }
+  return around(reach);
+}
+
+template <int D>
 std::optional<std::uint32_t> Transformer<D>::emit(geometry::HyperplaneTable<D>& table, std::uint32_t first, std::uint32_t count,
                                                   const Box<D>& bounds) const {
   const std::uint32_t map = table.add_map(matrix_, bounds.lower, bounds.upper);

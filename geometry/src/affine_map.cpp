@@ -1,8 +1,10 @@
 #include "bsp2/geometry/affine_map.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
@@ -64,7 +66,7 @@ Integer exact_minor(const std::array<std::array<Int128, D + 1>, D>& m, unsigned 
 }  // namespace
 
 template <int D>
-AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent) {
+AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent) : grid_exponent_(grid_exponent) {
   std::array<std::array<long double, D>, D> linear;
   for (int i = 0; i < D; ++i)
     for (int j = 0; j <= D; ++j) {
@@ -136,15 +138,15 @@ void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const 
 }
 
 template <int D>
-typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const Covector<D>& local) const {
+typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long double, D + 1>& local) const {
   Rounded world;
-  world.value[D] = determinant_ * local.rounded[D];
-  long double constant_magnitude = determinant_magnitude_ * std::fabs(local.rounded[D]);
+  world.value[D] = determinant_ * local[D];
+  long double constant_magnitude = determinant_magnitude_ * std::fabs(local[D]);
   for (int j = 0; j < D; ++j) {
     long double value = 0, magnitude = 0;
     for (int i = 0; i < D; ++i) {
-      value += local.rounded[i] * adjugate_[i][j];
-      magnitude += std::fabs(local.rounded[i]) * adjugate_magnitude_[i][j];
+      value += local[i] * adjugate_[i][j];
+      magnitude += std::fabs(local[i]) * adjugate_magnitude_[i][j];
     }
     world.value[j] = value;
     world.error[j] = magnitude * unit_roundoff;
@@ -156,6 +158,37 @@ typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const Covector<D>& loca
   if (orientation_ < 0)
     for (long double& coefficient : world.value) coefficient = -coefficient;
   return world;
+}
+
+template <int D>
+typename AffineMap<D>::Inverse AffineMap<D>::inverse(double radius) const {
+  // In grid units the linear part is A = `entries_`, its inverse adjugate / determinant.
+  Inverse result;
+  const long double unit = std::ldexp(1.0L, grid_exponent_);
+  const long double slack = determinant_magnitude_ * unit_roundoff;  // of the determinant
+  const long double determinant = std::fabs(determinant_) - slack;
+  for (int j = 0; j < D; ++j) result.origin[j] = static_cast<double>(static_cast<long double>(entries_[j][D]) * unit);
+  if (!(determinant > 0)) {
+    result.matrix = {};
+    result.error = std::numeric_limits<double>::infinity();
+    return result;
+  }
+  long double square = 0;
+  for (int i = 0; i < D; ++i) {
+    long double error = 0;
+    for (int j = 0; j < D; ++j) {
+      const long double entry = adjugate_[i][j] / determinant_ / unit, size = std::fabs(entry);
+      const long double entry_error = (adjugate_magnitude_[i][j] * unit_roundoff / unit + size * slack) / determinant + size * 0x1p-52L;
+      const long double reach = static_cast<long double>(radius) + std::fabs(static_cast<long double>(result.origin[j]));
+      result.matrix[i][j] = static_cast<double>(entry);
+      // Of the entry, of the origin and the difference, of the product and the sum.
+      error += entry_error * reach + size * reach * ((D + 4) * 0x1p-52L);
+      square += (size + entry_error) * (size + entry_error);
+    }
+    result.error = std::max(result.error, static_cast<double>(error * 1.01L));
+  }
+  result.scale = static_cast<double>(std::sqrt(square) * 1.01L);
+  return result;
 }
 
 #define BSP2_INSTANTIATE(D) template class AffineMap<D>;

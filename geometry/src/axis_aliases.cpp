@@ -44,6 +44,7 @@ template <int D>
 OrientedHyperplane AxisAliases<D>::find(HyperplaneId cut) const {
   const auto h = table_.rounded(cut);
   const int axis = axis_of<D>(h);
+  if (axis < 0) return oriented(cut);  // of a round solid
   const double value = -h.offset / h.normal[axis], slack = 0x1p-40 * table_.radius();
   auto at = std::lower_bound(primitives_.begin(), primitives_.end(), std::pair(axis, value - slack),
                              [](const AxisParallel& p, const auto& key) { return std::pair(p.axis, p.value) < key; });

@@ -48,6 +48,21 @@ PointSet unite_points(ExactPoints& exact, Skin& skin) {
   return points;
 }
 
+/// Adds up the edges of each plane line by line: those on both sides of a cut between regions were added up apart.
+void add_up_lines(ExactPoints& exact, const PointSet& points, Skin& skin) {
+  const auto plane = [&](const Skin::Edge& edge) { return skin.faces[edge.face].outward.id(); };
+  std::sort(skin.edges.begin(), skin.edges.end(), [&](const Skin::Edge& a, const Skin::Edge& b) { return plane(a) < plane(b); });
+  LineAdder adder(exact);
+  EdgeChain sum, edges;
+  for (std::size_t begin = 0, end = 0; begin < skin.edges.size(); begin = end) {
+    while (end < skin.edges.size() && plane(skin.edges[end]) == plane(skin.edges[begin])) ++end;
+    edges.assign(skin.edges.begin() + static_cast<std::ptrdiff_t>(begin), skin.edges.begin() + static_cast<std::ptrdiff_t>(end));
+    adder.add_up(points, plane(skin.edges[begin]), edges);
+    sum.insert(sum.end(), edges.begin(), edges.end());
+  }
+  skin.edges = std::move(sum);
+}
+
 /// Joins the edges at vertices in which no more happens than that one straight edge goes on as another, in all faces.
 /// @pre the edges are in order, and no vertex lies inside an edge.
 class Straightener {
@@ -125,6 +140,7 @@ TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
   ExactPoints exact(table);
   sort_faces(skin);
   const PointSet points = unite_points(exact, skin);
+  add_up_lines(exact, points, skin);
   add_up(skin.edges);
   EdgeSplitter(exact).split(points, skin.faces, skin.edges);
   add_up(skin.edges);

@@ -26,14 +26,14 @@ std::int32_t BspTree::locate(std::span<const double> point) const {
   return ~at;
 }
 
-void BspTree::visit_back_to_front(std::span<const double> eye, bool parallel,
+void BspTree::visit_back_to_front(std::int32_t from, std::span<const double> eye, bool parallel,
                                   const std::function<void(std::int32_t)>& visit) const {
   const auto eye_is_positive = [&](std::uint32_t hyperplane) {
     const double side = distance(hyperplane, eye);
     // Looking along a direction is an eye infinitely far back against it.
     return parallel ? side - hyperplanes[std::size_t{hyperplane} * (dimension + 1)] < 0 : side > 0;
   };
-  std::vector<std::int32_t> stack{root};  // explicit: the tree may be deep
+  std::vector<std::int32_t> stack{from};  // explicit: the tree may be deep
   while (!stack.empty()) {
     const std::int32_t at = stack.back();
     stack.pop_back();

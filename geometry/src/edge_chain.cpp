@@ -221,8 +221,8 @@ void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> fac
     });
     const auto number = static_cast<std::uint32_t>(segment - segments_.begin());
     std::uint32_t at = low;
+    const bool forward = edge.from == low;
     const auto step = [&](std::uint32_t next) {
-      const bool forward = edge.from == low;
       divided.push_back({forward ? at : next, forward ? next : at, edge.face, edge.across});
       at = next;
     };

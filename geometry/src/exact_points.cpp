@@ -106,7 +106,10 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
     keys_.emplace_back(sorting_direction[0] * vertex.x[0] + sorting_direction[1] * vertex.x[1] + sorting_direction[2] * vertex.x[2], i);
     largest_error = std::max(largest_error, vertex.error);
   }
-  std::sort(keys_.begin(), keys_.end());
+  // By name where the keys agree: the order in which the points came shall not matter.
+  std::sort(keys_.begin(), keys_.end(), [&](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : sorted(points.vertices[a.second].hyperplanes) < sorted(points.vertices[b.second].hyperplanes);
+  });
   std::vector<std::uint32_t> map(points.size());
   const double slack = 0x1p-49 * table_.radius();
   // A cluster's key is that of its first member, which is at most its error below the exact one: keys ascend.

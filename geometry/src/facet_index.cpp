@@ -33,27 +33,40 @@ void FacetSet::clear(HyperplaneId id) {
   corners.clear();
 }
 
-FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, std::uint64_t first_cell)
-    : batches_(batches), aliases_(std::make_unique<AxisAliases<3>>(table)) {
+void FacetSet::append(const FacetSet& other) {
+  const auto base = static_cast<std::uint32_t>(corners.size());
+  corners.insert(corners.end(), other.corners.begin(), other.corners.end());
+  for (Facet facet : other.facets) {
+    facet.end += base;
+    facets.push_back(facet);
+  }
+}
+
+FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, FacetGrouping grouping)
+    : batches_(batches), aliases_(std::make_unique<AxisAliases<3>>(table)), first_cell_(std::move(grouping.first_cell)) {
   std::size_t count = 0;
   for (const auto& batch : batches) count += batch->facet_hyperplane.size();
   entries_.reserve(count);
+  const bool is_numbered = !first_cell_.empty();
+  std::uint64_t cells = 0;
   for (std::uint32_t b = 0; b < batches.size(); ++b) {
     const CellBatch& batch = *batches[b];
     if (batch.dimension != 3) throw std::logic_error("facets of cells of dimension 3 are expected");
-    first_cell_.push_back(first_cell);
-    first_cell += batch.size();
+    if (!is_numbered) first_cell_.push_back(cells);
+    cells += batch.size();
     for (std::uint32_t cell = 0; cell < batch.size(); ++cell) {
       if (batch.label[cell] != Label::in) continue;
-      for (std::uint32_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet)
-        entries_.push_back({aliases_->add(outward(batch.facet_hyperplane[facet]).id()), b, cell, facet});
+      for (std::uint32_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet) {
+        const HyperplaneId id = outward(batch.facet_hyperplane[facet]).id();
+        entries_.push_back({grouping.group ? grouping.group(batch.region[cell], id) : 0, aliases_->add(id), b, cell, facet});
+      }
     }
   }
   std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-    return std::tie(a.hyperplane, a.batch, a.facet) < std::tie(b.hyperplane, b.batch, b.facet);
+    return std::tie(a.group, a.hyperplane, a.batch, a.facet) < std::tie(b.group, b.hyperplane, b.batch, b.facet);
   });
   for (std::size_t i = 0; i < entries_.size(); ++i)
-    if (i == 0 || entries_[i].hyperplane != entries_[i - 1].hyperplane) begin_.push_back(i);
+    if (i == 0 || entries_[i].group != entries_[i - 1].group || entries_[i].hyperplane != entries_[i - 1].hyperplane) begin_.push_back(i);
   begin_.push_back(entries_.size());
 }
 

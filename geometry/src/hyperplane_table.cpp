@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
 
@@ -80,14 +82,22 @@ std::uint32_t HyperplaneTable<D>::add_occurrence(std::uint32_t map, std::uint32_
 
 template <int D>
 Hyperplane<D> HyperplaneTable<D>::round(const Source& source) const {
-  const auto world = maps_[source.map].map_rounded(covectors_[source.covector]);
+  if (const auto rounded = round(maps_[source.map].map_rounded(covectors_[source.covector].rounded))) return *rounded;
+  ExactCovector<D> world;
+  maps_[source.map].map(covectors_[source.covector], world);
+  return round_exactly(world);
+}
+
+/// Nothing if the coefficients cancelled too much.
+template <int D>
+std::optional<Hyperplane<D>> HyperplaneTable<D>::round(const typename AffineMap<D>::Rounded& world) const {
   long double square = 0, normal_error = 0;
   for (int i = 0; i < D; ++i) {
     square += world.value[i] * world.value[i];
     normal_error = std::max(normal_error, world.error[i]);
   }
   const long double length = std::sqrt(square);
-  if (!(normal_error * D < length * 0x1p-50L)) return round_exactly(source);
+  if (!(normal_error * D < length * 0x1p-50L)) return std::nullopt;
   Hyperplane<D> result;
   const long double unit = std::ldexp(1.0L, grid_exponent_);
   for (int i = 0; i < D; ++i) result.normal[i] = static_cast<double>(world.value[i] / length);
@@ -98,14 +108,12 @@ Hyperplane<D> HyperplaneTable<D>::round(const Source& source) const {
   result.error = D * radius_ * coefficient_error + constant_error + 2 * roundoff * std::fabs(result.offset) +
                  (D + 2) * roundoff * (D * radius_ + std::fabs(result.offset));
   // A covector of the frame that is far away from its primitive would be rounded badly; never seen, but kept exact.
-  if (constant_error > 0x1p-48 * (radius_ + std::fabs(result.offset))) return round_exactly(source);
+  if (constant_error > 0x1p-48 * (radius_ + std::fabs(result.offset))) return std::nullopt;
   return result;
 }
 
 template <int D>
-Hyperplane<D> HyperplaneTable<D>::round_exactly(const Source& source) const {
-  ExactCovector<D> world;
-  maps_[source.map].map(covectors_[source.covector], world);
+Hyperplane<D> HyperplaneTable<D>::round_exactly(const ExactCovector<D>& world) const {
   long top = 0;
   for (int i = 0; i < D; ++i)
     if (!world[i].is_zero()) top = std::max(top, static_cast<long>(mp::msb(ExactInteger<D>(mp::abs(world[i])))));
@@ -292,8 +300,35 @@ Hyperplane<D> HyperplaneTable<D>::axis_rounded(HyperplaneId id) const {
 }
 
 template <int D>
+HyperplaneId HyperplaneTable<D>::add_family(std::uint32_t map, const AnyFamily& family) {
+  const std::uint32_t count = std::visit([](const auto& hyperplanes) { return hyperplanes.count(); }, family);
+  if (count > free_ids()) throw std::logic_error("a family has more hyperplanes than there are ids left");
+  families_.push_back({end_of_families(), map, count, family});
+  return families_.back().first;
+}
+
+template <int D>
+const typename HyperplaneTable<D>::Family& HyperplaneTable<D>::family_of(HyperplaneId id) const {
+  return *std::prev(std::upper_bound(families_.begin(), families_.end(), id, [](HyperplaneId x, const Family& family) { return x < family.first; }));
+}
+
+template <int D>
+Hyperplane<D> HyperplaneTable<D>::family_rounded(HyperplaneId id) const {
+  const Family& family = family_of(id);
+  const auto local = std::visit([&](const auto& hyperplanes) { return hyperplanes.rounded(id - family.first); }, family.hyperplanes);
+  if (const auto rounded = round(maps_[family.map].map_rounded(local))) return *rounded;
+  return round_exactly(exact(id));
+}
+
+template <int D>
 ExactCovector<D> HyperplaneTable<D>::exact(HyperplaneId id) const {
   ExactCovector<D> world;
+  if (id >= hyperplanes_.size() && id < first_axis_id) {
+    const Family& family = family_of(id);
+    const auto local = std::visit([&](const auto& hyperplanes) { return hyperplanes.exact(id - family.first); }, family.hyperplanes);
+    maps_[family.map].map(Covector<D>{local, {}}, world);
+    return world;
+  }
   if (id < first_axis_id) {
     maps_[sources_[id].map].map(covectors_[sources_[id].covector], world);
     return world;

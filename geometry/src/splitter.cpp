@@ -126,17 +126,55 @@ int Splitter<D>::exact_side(const Vertex<D>& vertex, HyperplaneId id) {
   return known.side;
 }
 
+/// The sign of the last hyperplane at the point in which the others meet.
+template <int D, typename Integer>
+int side_of_meeting_point(const std::array<std::array<Integer, D + 1>, D>& rows, const std::array<Integer, D + 1>& last) {
+  const auto point = meeting_point<D>(rows);
+  Integer value = last[D] * point[D];
+  for (int i = 0; i < D; ++i)
+    if (!last[i].is_zero() && !point[i].is_zero()) value += last[i] * point[i];
+  return value.sign() * point[D].sign();
+}
+
+/// Where all hyperplanes are of one primitive, as around the corners of a sphere: the same in its own frame, where the
+/// coefficients are a third as long. Columns may be divided by a power of two: that only scales the frame's axes.
+template <int D>
+std::optional<int> Splitter<D>::side_in_frame(const Vertex<D>& vertex, HyperplaneId id) const {
+  using Integer = FixedInteger<D <= 3 ? 896 : 512>;  // D + 1 coefficients of 216 bits; above D = 3, of 64
+  std::array<const Covector<D>*, D + 1> covectors;
+  std::uint32_t map = 0;
+  covectors[D] = table_->in_frame(id, map);
+  if (covectors[D] == nullptr) return std::nullopt;
+  for (int i = 0; i < D; ++i) {
+    std::uint32_t own = 0;
+    covectors[i] = table_->in_frame(vertex.hyperplanes[i], own);
+    if (covectors[i] == nullptr || own != map) return std::nullopt;
+  }
+  std::array<std::array<Integer, D + 1>, D> rows;
+  std::array<Integer, D + 1> last;
+  for (int column = 0; column <= D; ++column) {
+    unsigned shift = std::numeric_limits<unsigned>::max();
+    for (const auto* covector : covectors) {
+      const LocalInteger& entry = covector->exact[column];
+      if (!entry.is_zero()) shift = std::min(shift, static_cast<unsigned>(mp::lsb(LocalInteger(mp::abs(entry)))));
+    }
+    if (shift == std::numeric_limits<unsigned>::max()) shift = 0;
+    for (int row = 0; row <= D; ++row) {
+      const LocalInteger& entry = covectors[row]->exact[column];
+      const LocalInteger size = LocalInteger(mp::abs(entry)) >> shift;
+      (row < D ? rows[row][column] : last[column]) = Integer(entry.sign() < 0 ? LocalInteger(-size) : size);
+    }
+  }
+  return side_of_meeting_point<D>(rows, last);
+}
+
 template <int D>
 int Splitter<D>::compute_exact_side(const Vertex<D>& vertex, HyperplaneId id) {
   ++counts_.exact_predicates;
+  if (const auto side = side_in_frame(vertex, id)) return *side;
   std::array<ExactCovector<D>, D> rows;
   for (int i = 0; i < D; ++i) rows[i] = exact(vertex.hyperplanes[i]);
-  const auto point = meeting_point<D>(rows);
-  const auto& h = exact(id);
-  ExactInteger<D> value = h[D] * point[D];
-  for (int i = 0; i < D; ++i)
-    if (!h[i].is_zero() && !point[i].is_zero()) value += h[i] * point[i];
-  return value.sign() * point[D].sign();
+  return side_of_meeting_point<D>(rows, exact(id));
 }
 
 template <int D>

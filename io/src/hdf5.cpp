@@ -47,6 +47,16 @@ std::string read_text_attribute(hid_t object, const char* name) {
   return text.data();
 }
 
+std::uint64_t row_count(hid_t dataset, const std::string& name, std::size_t columns) {
+  const Handle space(H5Dget_space(dataset), H5Sclose);
+  std::array<hsize_t, 2> size{0, 1};
+  const int rank = H5Sget_simple_extent_ndims(space);
+  if (rank != (columns == 1 ? 1 : 2)) throw Failure("the array " + name + " has another shape than expected");
+  check(H5Sget_simple_extent_dims(space, size.data(), nullptr));
+  if (size[1] != columns) throw Failure("the array " + name + " has another shape than expected");
+  return size[0];
+}
+
 std::uint64_t array_length(hid_t file, const char* name) {
   const Handle dataset(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
   const Handle space(H5Dget_space(dataset), H5Sclose);

@@ -105,18 +105,39 @@ T read_attribute(hid_t object, const char* name) {
 void write_attribute(hid_t object, const char* name, const std::string& value);
 std::string read_text_attribute(hid_t object, const char* name);
 
-/// A whole array. @param columns expected width of its rows; 1: a plain list.
+/// The number of rows. @param columns expected width of them; 1: a plain list. @throws Failure if it has another shape.
+std::uint64_t row_count(hid_t dataset, const std::string& name, std::size_t columns);
+
+/// A whole array.
 template <typename T>
 std::vector<T> read_array(hid_t file, const std::string& name, std::size_t columns = 1) {
   const Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
-  const Handle space(H5Dget_space(dataset), H5Sclose);
-  std::array<hsize_t, 2> size{0, 1};
-  const int rank = H5Sget_simple_extent_ndims(space);
-  if (rank != (columns == 1 ? 1 : 2)) throw Failure("the array " + name + " has another shape than expected");
-  check(H5Sget_simple_extent_dims(space, size.data(), nullptr));
-  if (size[1] != columns) throw Failure("the array " + name + " has another shape than expected");
-  std::vector<T> values(size[0] * size[1]);
+  std::vector<T> values(row_count(dataset, name, columns) * columns);
   if (!values.empty()) check(H5Dread(dataset, memory_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
+  return values;
+}
+
+/// Some rows of an array. @param rows begins and ends, ascending.
+template <typename T>
+std::vector<T> read_rows(hid_t file, const std::string& name, const std::vector<std::pair<std::uint64_t, std::uint64_t>>& rows, std::size_t columns = 1) {
+  const Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const std::uint64_t length = row_count(dataset, name, columns);
+  std::uint64_t wanted = 0;
+  for (const auto& [begin, end] : rows) {
+    if (end > length) throw Failure("the array " + name + " is too short");
+    wanted += end - begin;
+  }
+  std::vector<T> values(wanted * columns);
+  const Handle space(H5Dget_space(dataset), H5Sclose);
+  std::size_t at = 0;
+  for (const auto& [begin, end] : rows) {
+    if (begin == end) continue;
+    const std::array<hsize_t, 2> start{begin, 0}, count{end - begin, columns};
+    check(H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
+    const Handle memory(H5Screate_simple(columns == 1 ? 1 : 2, count.data(), nullptr), H5Sclose);
+    check(H5Dread(dataset, memory_type<T>(), memory, space, H5P_DEFAULT, values.data() + at));
+    at += (end - begin) * columns;
+  }
   return values;
 }
 std::uint64_t array_length(hid_t file, const char* name);

@@ -23,7 +23,7 @@ using hdf5::Failure;
 using hdf5::Handle;
 
 constexpr auto format_name = "bsp2 snapshot";
-constexpr std::int32_t format_version = 1;
+constexpr std::int32_t format_version = 2;
 constexpr std::size_t slab = std::size_t{1} << 17;  // elements written at once, and of a chunk
 
 fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
@@ -110,7 +110,7 @@ class ArrayWriter {
 };
 
 /// Lengths of everything this writer has, in one order.
-enum Count : std::size_t { cells, points, facets, corners, nodes, hyperplanes, frontier, archived, finished, count_kinds };
+enum Count : std::size_t { cells, points, facets, corners, nodes, hyperplanes, frontier, archived, regions, count_kinds };
 
 std::vector<std::uint64_t> lengths(const Snapshot& snapshot) {
   std::vector<std::uint64_t> n(count_kinds, 0);
@@ -124,7 +124,7 @@ std::vector<std::uint64_t> lengths(const Snapshot& snapshot) {
   n[hyperplanes] = snapshot.tree.hyperplanes.size() / (static_cast<std::size_t>(snapshot.head.dimension) + 1);
   n[frontier] = snapshot.frontier_region.size();
   for (const std::string& archive : snapshot.frontier_archive) n[archived] += archive.size();
-  n[finished] = snapshot.finished_region.size();
+  n[regions] = snapshot.regions.size();
   return n;
 }
 
@@ -199,8 +199,19 @@ void write_tree(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Sh
   out.write<std::uint32_t>("tree/hyperplane_id", share[hyperplanes], 1, [&](const auto& append) { append(std::span(snapshot.tree.ids)); });
   out.write<double>("tree/hyperplanes", share[hyperplanes], static_cast<std::size_t>(snapshot.head.dimension) + 1,
                     [&](const auto& append) { append(std::span(snapshot.tree.hyperplanes)); });
-  out.write<std::uint32_t>("tree/finished_region", share[finished], 1, [&](const auto& append) { append(std::span(snapshot.finished_region)); });
-  out.write<std::int32_t>("tree/finished_root", share[finished], 1, [&](const auto& append) { append(std::span(snapshot.finished_root)); });
+}
+
+void write_regions(ArrayWriter& out, const Snapshot& snapshot, const Share& share) {
+  const auto column = [&]<typename T>(const char* name, T SnapshotRegion::*member) {
+    out.write<T>(std::string("regions/") + name, share, 1, [&](const auto& append) {
+      for (const SnapshotRegion& region : snapshot.regions) append(std::span<const T>(&(region.*member), 1));
+    });
+  };
+  column("number", &SnapshotRegion::number);
+  column("root", &SnapshotRegion::root);
+  column("cells", &SnapshotRegion::cells);
+  column("nodes", &SnapshotRegion::nodes);
+  column("hyperplanes", &SnapshotRegion::hyperplanes);
 }
 
 void write_frontier(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
@@ -224,6 +235,8 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head) {
   number("version", format_version);
   number("dimension", head.dimension);
   number("coincidence", head.coincidence);
+  number("curved", static_cast<std::uint32_t>(head.curved));
+  number("tolerance", head.tolerance);
   number("level", head.level ? static_cast<std::int32_t>(*head.level) : std::int32_t{-1});
   number("keep", static_cast<std::uint32_t>(head.keep_in | head.keep_fuzzy << 1 | head.keep_out << 2));
   number("hyperplanes", head.hyperplanes);
@@ -234,10 +247,7 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head) {
   number("in_volume", head.in_volume);
   number("digest", head.digest);
   number("partition_root", head.partition_root);
-  if (head.is_portion) {
-    number("earlier_nodes", head.earlier_nodes);
-    number("earlier_cells", head.earlier_cells);
-  }
+  if (head.is_portion) number("portion", std::uint32_t{1});
   out.write_head<char>("source/path", head.model);
   out.write_head<char>("source/text", head.source);
   out.write_head<char>("totals", head.totals);
@@ -273,6 +283,7 @@ void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWr
   write_frontier(out, snapshot, share, writers.rank);
   write_cells(out, snapshot, share, writers.rank);
   write_tree(out, snapshot, share);
+  write_regions(out, snapshot, share[regions]);
   file.close();
 }
 
@@ -317,6 +328,8 @@ SnapshotHead read_head(hid_t file) {
   head.dimension = hdf5::read_attribute<std::int32_t>(file, "dimension");
   if (head.dimension < 1 || head.dimension > 6) throw Failure("its dimension is " + std::to_string(head.dimension));
   head.coincidence = hdf5::read_attribute<double>(file, "coincidence");
+  head.curved = hdf5::read_attribute<std::uint32_t>(file, "curved") != 0;
+  head.tolerance = hdf5::read_attribute<double>(file, "tolerance");
   const auto level = hdf5::read_attribute<std::int32_t>(file, "level");
   if (level >= 0) head.level = static_cast<std::uint32_t>(level);
   const auto keep = hdf5::read_attribute<std::uint32_t>(file, "keep");
@@ -331,13 +344,7 @@ SnapshotHead read_head(hid_t file) {
   head.in_volume = hdf5::read_attribute<double>(file, "in_volume");
   head.digest = hdf5::read_text_attribute(file, "digest");
   head.partition_root = hdf5::read_attribute<std::int32_t>(file, "partition_root");
-  head.is_portion = H5Aexists(file, "earlier_nodes") > 0;
-  if (head.is_portion) {
-    head.earlier_nodes = hdf5::read_attribute<std::uint32_t>(file, "earlier_nodes");
-    head.earlier_cells = hdf5::read_attribute<std::uint32_t>(file, "earlier_cells");
-  }
-  head.recorded_nodes = static_cast<std::uint32_t>(hdf5::array_length(file, "tree/node_hyperplane"));
-  head.recorded_cells = static_cast<std::uint32_t>(hdf5::array_length(file, "cells/label"));
+  head.is_portion = H5Aexists(file, "portion") > 0;
   head.model = hdf5::read_text(file, "source/path");
   head.source = hdf5::read_text(file, "source/text");
   head.totals = hdf5::read_text(file, "totals");
@@ -372,77 +379,159 @@ void check_offsets(const std::vector<std::uint64_t>& offset, std::size_t parts, 
     throw Failure(std::string("the offsets ") + name + " do not fit");
 }
 
-void read_frontier(hid_t file, Snapshot& snapshot, SnapshotPart part) {
-  snapshot.frontier_region = hdf5::read_array<std::uint32_t>(file, "frontier/region");
-  snapshot.frontier_tokens = hdf5::read_array<std::uint64_t>(file, "frontier/tokens");
-  if (snapshot.frontier_tokens.size() != snapshot.frontier_region.size()) throw Failure("the frontier is incomplete");
-  if (part == SnapshotPart::head) return;
-  const std::string archive = hdf5::read_text(file, "frontier/archive");
-  const auto offset = hdf5::read_array<std::uint64_t>(file, "frontier/offset");
-  check_offsets(offset, snapshot.frontier_region.size(), archive.size(), "of the frontier");
-  for (std::size_t i = 0; i + 1 < offset.size(); ++i) snapshot.frontier_archive.push_back(archive.substr(offset[i], offset[i + 1] - offset[i]));
+/// Rows of all arrays of one kind that are wanted, in order: pairs of a begin and an end.
+using Rows = std::vector<std::pair<std::uint64_t, std::uint64_t>>;
+
+void add_rows(Rows& rows, std::uint64_t begin, std::uint64_t end) {
+  if (begin == end) return;
+  if (!rows.empty() && rows.back().second == begin)
+    rows.back().second = end;
+  else
+    rows.emplace_back(begin, end);
 }
 
-/// All cells of the file, cut into batches whose offsets fit 32 bits.
-void read_cells(hid_t file, Snapshot& snapshot) {
-  const auto d = static_cast<std::size_t>(snapshot.head.dimension);
-  const auto all_points = hdf5::read_array<double>(file, "cells/points", d);
-  const auto point_offset = hdf5::read_array<std::uint64_t>(file, "cells/point_offset"), facet_offset = hdf5::read_array<std::uint64_t>(file, "cells/facet_offset"),
-             corner_offset = hdf5::read_array<std::uint64_t>(file, "cells/facet_vertex_offset");
-  const auto facet_vertices = hdf5::read_array<std::uint16_t>(file, "cells/facet_vertices");
-  const auto facet_hyperplane = hdf5::read_array<std::int32_t>(file, "cells/facet_hyperplane");
-  const auto label = hdf5::read_array<std::uint8_t>(file, "cells/label");
-  const auto part = hdf5::read_array<std::int32_t>(file, "cells/part");
-  const auto region = hdf5::read_array<std::uint32_t>(file, "cells/region");
-  const auto level = hdf5::read_array<std::uint16_t>(file, "cells/level");
-  const auto volume = hdf5::read_array<double>(file, "cells/volume");
-  const std::size_t n = label.size();
-  check_offsets(point_offset, n, all_points.size() / d, "of the points");
-  check_offsets(facet_offset, n, facet_hyperplane.size(), "of the facets");
-  check_offsets(corner_offset, facet_hyperplane.size(), facet_vertices.size(), "of the facets' vertices");
-  if (part.size() != n || region.size() != n || level.size() != n || volume.size() != n) throw Failure("the cells are incomplete");
-
-  constexpr std::size_t batch_cells = 4096;
-  const auto slice = [](const auto& from, std::uint64_t begin, std::uint64_t end, auto& to) {
-    to.assign(from.begin() + static_cast<std::ptrdiff_t>(begin), from.begin() + static_cast<std::ptrdiff_t>(end));
-  };
-  const auto ends = [](const std::vector<std::uint64_t>& from, std::uint64_t begin, std::uint64_t end, std::vector<std::uint32_t>& to) {
-    for (std::uint64_t i = begin + 1; i <= end; ++i) to.push_back(static_cast<std::uint32_t>(from[i] - from[begin]));
-  };
-  for (std::size_t begin = 0; begin < n; begin += batch_cells) {
-    const std::size_t end = std::min(n, begin + batch_cells);
-    auto batch = std::make_shared<CellBatch>();
-    batch->dimension = snapshot.head.dimension;
-    const std::uint64_t facet = facet_offset[begin], last_facet = facet_offset[end];
-    slice(all_points, point_offset[begin] * d, point_offset[end] * d, batch->points);
-    ends(point_offset, begin, end, batch->point_offset);
-    ends(facet_offset, begin, end, batch->facet_offset);
-    ends(corner_offset, facet, last_facet, batch->facet_vertex_offset);
-    slice(facet_vertices, corner_offset[facet], corner_offset[last_facet], batch->facet_vertices);
-    slice(facet_hyperplane, facet, last_facet, batch->facet_hyperplane);
-    for (std::size_t i = begin; i < end; ++i) {
-      if (label[i] > static_cast<std::uint8_t>(geometry::Label::fuzzy)) throw Failure("a cell has no known label");
-      batch->label.push_back(static_cast<geometry::Label>(label[i]));
-    }
-    slice(part, begin, end, batch->part);
-    slice(region, begin, end, batch->region);
-    slice(level, begin, end, batch->level);
-    slice(volume, begin, end, batch->volume);
-    snapshot.cells.push_back(std::move(batch));
+/// The unfinished regions that are wanted.
+void read_frontier(hid_t file, Snapshot& snapshot, SnapshotPart part, const std::function<bool(std::uint32_t)>& wanted) {
+  const auto region = hdf5::read_array<std::uint32_t>(file, "frontier/region");
+  const auto tokens = hdf5::read_array<std::uint64_t>(file, "frontier/tokens"), offset = hdf5::read_array<std::uint64_t>(file, "frontier/offset");
+  if (tokens.size() != region.size()) throw Failure("the frontier is incomplete");
+  check_offsets(offset, region.size(), hdf5::array_length(file, "frontier/archive"), "of the frontier");
+  for (std::size_t i = 0; i < region.size(); ++i) {
+    if (wanted && !wanted(region[i])) continue;
+    snapshot.frontier_region.push_back(region[i]);
+    snapshot.frontier_tokens.push_back(tokens[i]);
+    if (part == SnapshotPart::head) continue;
+    const auto bytes = hdf5::read_rows<char>(file, "frontier/archive", {{offset[i], offset[i + 1]}});
+    snapshot.frontier_archive.emplace_back(bytes.begin(), bytes.end());
   }
 }
 
-void read_tree(hid_t file, Snapshot& snapshot) {
+/// Of each kind, the rows of the wanted regions.
+struct Wanted {
+  Rows cells, nodes, hyperplanes;
+};
+
+/// The list of regions, those that are wanted.
+Wanted read_regions(hid_t file, Snapshot& snapshot, const std::function<bool(std::uint32_t)>& wanted) {
+  const auto number = hdf5::read_array<std::uint32_t>(file, "regions/number");
+  const auto root = hdf5::read_array<std::int32_t>(file, "regions/root");
+  const auto cells = hdf5::read_array<std::uint32_t>(file, "regions/cells"), nodes = hdf5::read_array<std::uint32_t>(file, "regions/nodes"),
+             hyperplanes = hdf5::read_array<std::uint32_t>(file, "regions/hyperplanes");
+  const std::size_t n = number.size();
+  if (root.size() != n || cells.size() != n || nodes.size() != n || hyperplanes.size() != n) throw Failure("the list of regions is incomplete");
+  Wanted rows;
+  std::uint64_t cell = 0, node = 0, hyperplane = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!wanted || wanted(number[i])) {
+      snapshot.regions.push_back({number[i], root[i], cells[i], nodes[i], hyperplanes[i]});
+      add_rows(rows.cells, cell, cell + cells[i]);
+      add_rows(rows.nodes, node, node + nodes[i]);
+      add_rows(rows.hyperplanes, hyperplane, hyperplane + hyperplanes[i]);
+    }
+    cell += cells[i];
+    node += nodes[i];
+    hyperplane += hyperplanes[i];
+  }
+  if (cell != hdf5::array_length(file, "cells/label") || node != hdf5::array_length(file, "tree/node_hyperplane") || hyperplane != hdf5::array_length(file, "tree/hyperplane_id"))
+    throw Failure("the list of regions does not fit its cells");
+  return rows;
+}
+
+/// Reads what an array of offsets divides into parts: their lengths. @param parts is replaced by the rows of the contents.
+std::vector<std::uint32_t> read_lengths(hid_t file, const char* name, Rows& parts, std::uint64_t end) {
+  std::vector<std::uint32_t> lengths;
+  Rows contents;
+  for (const auto& [begin, last] : parts) {
+    const auto offset = hdf5::read_rows<std::uint64_t>(file, name, {{begin, last + 1}});
+    if (!std::is_sorted(offset.begin(), offset.end()) || offset.back() > end) throw Failure(std::string("the offsets ") + name + " do not fit");
+    for (std::size_t i = 0; i + 1 < offset.size(); ++i) lengths.push_back(static_cast<std::uint32_t>(offset[i + 1] - offset[i]));
+    add_rows(contents, offset.front(), offset.back());
+  }
+  parts = contents;
+  return lengths;
+}
+
+/// Hands out the elements of an array in order.
+template <typename T>
+class Slices {
+ public:
+  explicit Slices(std::vector<T> values) : values_(std::move(values)) {}
+  std::vector<T> next(std::size_t count) {
+    if (count > values_.size() - at_) throw Failure("the cells are incomplete");
+    at_ += count;
+    const auto end = values_.begin() + static_cast<std::ptrdiff_t>(at_);
+    return {end - static_cast<std::ptrdiff_t>(count), end};
+  }
+
+ private:
+  std::vector<T> values_;
+  std::size_t at_ = 0;
+};
+
+/// Offsets that begin with 0, from lengths.
+std::vector<std::uint32_t> offsets_of(const std::vector<std::uint32_t>& lengths) {
+  std::vector<std::uint32_t> offset{0};
+  for (const std::uint32_t length : lengths) offset.push_back(offset.back() + length);
+  return offset;
+}
+
+/// The cells of the wanted regions, in batches of one region each.
+void read_cells(hid_t file, Snapshot& snapshot, const Rows& rows) {
+  const auto d = static_cast<std::size_t>(snapshot.head.dimension);
+  Rows points = rows, facets = rows;
+  Slices<std::uint32_t> point_count(read_lengths(file, "cells/point_offset", points, hdf5::array_length(file, "cells/points") / d));
+  Slices<std::uint32_t> facet_count(read_lengths(file, "cells/facet_offset", facets, hdf5::array_length(file, "cells/facet_hyperplane")));
+  Rows corners = facets;
+  Slices<std::uint32_t> corner_count(read_lengths(file, "cells/facet_vertex_offset", corners, hdf5::array_length(file, "cells/facet_vertices")));
+  Slices<double> all_points(hdf5::read_rows<double>(file, "cells/points", points, d));
+  Slices<std::uint16_t> facet_vertices(hdf5::read_rows<std::uint16_t>(file, "cells/facet_vertices", corners));
+  Slices<std::int32_t> facet_hyperplane(hdf5::read_rows<std::int32_t>(file, "cells/facet_hyperplane", facets));
+  Slices<std::uint8_t> label(hdf5::read_rows<std::uint8_t>(file, "cells/label", rows));
+  Slices<std::int32_t> part(hdf5::read_rows<std::int32_t>(file, "cells/part", rows));
+  Slices<std::uint32_t> region(hdf5::read_rows<std::uint32_t>(file, "cells/region", rows));
+  Slices<std::uint16_t> level(hdf5::read_rows<std::uint16_t>(file, "cells/level", rows));
+  Slices<double> volume(hdf5::read_rows<double>(file, "cells/volume", rows));
+
+  constexpr std::size_t batch_cells = 4096;
+  for (const SnapshotRegion& of : snapshot.regions)
+    for (std::size_t left = of.cells; left > 0;) {
+      const std::size_t n = std::min(left, batch_cells);
+      left -= n;
+      auto batch = std::make_shared<CellBatch>();
+      batch->dimension = snapshot.head.dimension;
+      batch->point_offset = offsets_of(point_count.next(n));
+      batch->facet_offset = offsets_of(facet_count.next(n));
+      batch->facet_vertex_offset = offsets_of(corner_count.next(batch->facet_offset.back()));
+      batch->points = all_points.next(batch->point_offset.back() * d);
+      batch->facet_vertices = facet_vertices.next(batch->facet_vertex_offset.back());
+      batch->facet_hyperplane = facet_hyperplane.next(batch->facet_offset.back());
+      for (const std::uint8_t value : label.next(n)) {
+        if (value > static_cast<std::uint8_t>(geometry::Label::fuzzy)) throw Failure("a cell has no known label");
+        batch->label.push_back(static_cast<geometry::Label>(value));
+      }
+      batch->part = part.next(n);
+      batch->region = region.next(n);
+      batch->level = level.next(n);
+      batch->volume = volume.next(n);
+      if (std::any_of(batch->region.begin(), batch->region.end(), [&](std::uint32_t number) { return number != of.number; })) throw Failure("a cell is in another region's place");
+      snapshot.cells.push_back(std::move(batch));
+    }
+}
+
+void read_tree(hid_t file, Snapshot& snapshot, const Rows& nodes, const Rows& hyperplanes) {
   snapshot.tree.dimension = snapshot.head.dimension;
-  const auto children = hdf5::read_array<std::int32_t>(file, "tree/children", 2);
-  const auto hyperplane = hdf5::read_array<std::uint32_t>(file, "tree/node_hyperplane");
-  snapshot.tree.hyperplanes = hdf5::read_array<double>(file, "tree/hyperplanes", static_cast<std::size_t>(snapshot.head.dimension) + 1);
-  snapshot.tree.ids = hdf5::read_array<std::uint32_t>(file, "tree/hyperplane_id");
-  snapshot.finished_region = hdf5::read_array<std::uint32_t>(file, "tree/finished_region");
-  snapshot.finished_root = hdf5::read_array<std::int32_t>(file, "tree/finished_root");
-  const std::size_t hyperplanes = snapshot.tree.hyperplanes.size() / (static_cast<std::size_t>(snapshot.head.dimension) + 1);
-  if (children.size() != 2 * hyperplane.size() || snapshot.tree.ids.size() != hyperplanes || snapshot.finished_root.size() != snapshot.finished_region.size()) throw Failure("the tree is incomplete");
+  const auto children = hdf5::read_rows<std::int32_t>(file, "tree/children", nodes, 2);
+  const auto hyperplane = hdf5::read_rows<std::uint32_t>(file, "tree/node_hyperplane", nodes);
+  snapshot.tree.hyperplanes = hdf5::read_rows<double>(file, "tree/hyperplanes", hyperplanes, static_cast<std::size_t>(snapshot.head.dimension) + 1);
+  snapshot.tree.ids = hdf5::read_rows<std::uint32_t>(file, "tree/hyperplane_id", hyperplanes);
   for (std::size_t i = 0; i < hyperplane.size(); ++i) snapshot.tree.nodes.push_back({hyperplane[i], children[2 * i], children[2 * i + 1]});
+  auto node = snapshot.tree.nodes.begin();
+  for (const SnapshotRegion& region : snapshot.regions) {
+    const auto fits = [&](std::int32_t child) { return child >= 0 ? static_cast<std::uint32_t>(child) < region.nodes : static_cast<std::uint32_t>(~child) <= region.cells; };
+    bool all_fit = fits(region.root);
+    for (std::uint32_t i = 0; i < region.nodes; ++i, ++node) all_fit = all_fit && fits(node->negative) && fits(node->positive) && node->hyperplane < region.hyperplanes;
+    if (!all_fit) throw Failure("the tree does not fit its cells");
+  }
 }
 
 /// Is it ours, and of this version?
@@ -487,7 +576,7 @@ void write_snapshot(const fs::path& path, const Snapshot& snapshot, const Snapsh
   });
 }
 
-Snapshot read_snapshot(const fs::path& path, SnapshotPart part) {
+Snapshot read_snapshot(const fs::path& path, SnapshotPart part, const std::function<bool(std::uint32_t)>& wanted) {
   const hdf5::Silence silence;
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) throw Error("cannot read '" + path.string() + "': " + std::generic_category().message(errno));
@@ -501,10 +590,11 @@ Snapshot read_snapshot(const fs::path& path, SnapshotPart part) {
     check_format(file, path);
     Snapshot snapshot;
     snapshot.head = read_head(file);
-    read_frontier(file, snapshot, part);
+    read_frontier(file, snapshot, part, wanted);
+    const Wanted rows = read_regions(file, snapshot, wanted);
     if (part == SnapshotPart::all) {
-      read_cells(file, snapshot);
-      read_tree(file, snapshot);
+      read_cells(file, snapshot, rows.cells);
+      read_tree(file, snapshot, rows.nodes, rows.hyperplanes);
     }
     return snapshot;
   } catch (const Failure& failure) {

@@ -56,7 +56,9 @@ class PointWelder {
 /// The cell arrays; one value each a cell of the grid.
 class CellArrays {
  public:
-  CellArrays() {
+  explicit CellArrays(const VtuOptions& options) : options_(&options) {
+    color_->SetName("color");
+    color_->SetNumberOfComponents(4);
     label_->SetName("label");
     part_->SetName("part");
     region_->SetName("region");
@@ -65,6 +67,7 @@ class CellArrays {
     volume_->SetName("volume");
   }
   void add(const CellBatch& batch, std::size_t cell, int rank, double volume) {
+    if (!options_->colour_of_part.empty()) color_->InsertNextTypedTuple(colour_of(batch, cell).data());
     label_->InsertNextValue(static_cast<unsigned char>(batch.label[cell]));
     part_->InsertNextValue(batch.part[cell]);
     region_->InsertNextValue(batch.region[cell]);
@@ -77,11 +80,19 @@ class CellArrays {
          std::initializer_list<vtkDataArray*>{label_, part_, region_, rank_, level_, volume_}) {
       data->AddArray(array);
     }
+    if (!options_->colour_of_part.empty()) data->AddArray(color_);
     data->SetActiveScalars("part");  // what ParaView colours by at first
   }
 
  private:
-  vtkNew<vtkUnsignedCharArray> label_;
+  [[nodiscard]] const std::array<std::uint8_t, 4>& colour_of(const CellBatch& batch, std::size_t cell) const {
+    const auto part = static_cast<std::size_t>(batch.part[cell]);  // none: beyond all
+    const bool has_part = batch.label[cell] == geometry::Label::in && part < options_->colour_of_part.size();
+    return has_part ? options_->colour_of_part[part] : options_->other_colour;
+  }
+
+  const VtuOptions* options_;
+  vtkNew<vtkUnsignedCharArray> label_, color_;
   vtkNew<vtkIntArray> part_, rank_;
   vtkNew<vtkUnsignedIntArray> region_;
   vtkNew<vtkUnsignedShortArray> level_;
@@ -90,7 +101,7 @@ class CellArrays {
 
 class GridBuilder {
  public:
-  explicit GridBuilder(const VtuOptions& options) : options_(options) {}
+  explicit GridBuilder(const VtuOptions& options) : options_(options), arrays_(options) {}
 
   /// @param as_polyhedron although the cell may be something simpler.
   void add(const CellBatch& batch, std::size_t cell, bool as_polyhedron) {

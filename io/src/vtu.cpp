@@ -82,7 +82,7 @@ std::string quoted(const std::string& text) {
 }
 
 /// Names and types as the pieces have them.
-std::string summary(const fs::path& pvtu, std::uint64_t pieces) {
+std::string summary(const fs::path& pvtu, std::uint64_t pieces, bool has_colours) {
   std::string text = R"(<VTKFile type="PUnstructuredGrid" version="1.0" byte_order=")";
   text += std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
   text += R"(" header_type="UInt64">
@@ -94,7 +94,9 @@ std::string summary(const fs::path& pvtu, std::uint64_t pieces) {
       <PDataArray type="Int32" Name="rank"/>
       <PDataArray type="UInt16" Name="level"/>
       <PDataArray type="Float64" Name="volume"/>
-    </PCellData>
+)";
+  if (has_colours) text += "      <PDataArray type=\"UInt8\" Name=\"color\" NumberOfComponents=\"4\"/>\n";
+  text += R"(    </PCellData>
     <PPoints>
       <PDataArray type="Float64" Name="Points" NumberOfComponents="3"/>
     </PPoints>
@@ -135,7 +137,7 @@ void VtuShare::write(std::uint64_t before, const Size& all) {
   }
   if (before > 0) return;
   try {
-    write_file(scratch_->path() / pvtu_.filename(), summary(pvtu_, all.pieces));
+    write_file(scratch_->path() / pvtu_.filename(), summary(pvtu_, all.pieces, !options_.colour_of_part.empty()));
   } catch (const Error&) {
     throw Error("cannot write '" + pvtu_.string() + "': the disk is full");
   }

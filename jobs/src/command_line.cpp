@@ -9,6 +9,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/surface.hpp"
+#include "bsp2/jobs/picture_options.hpp"
 #include "queue_options.hpp"
 
 namespace bsp2::jobs {
@@ -25,13 +26,15 @@ constexpr auto footer =
     "                                         then; after a stop: bsp2 resume run.h5\n"
     "  mpirun -n 4 bsp2 run model.csg         the same on four processes\n"
     "\n"
-    "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad).\n"
+    "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad); .scad\n"
+    "files are translated if the program openscad is installed.\n"
     "Exit code: 0 success, 2 a mistake in the options, the model or a path, 1 an\n"
     "error of bsp2 itself, 75 ended early by SIGINT, SIGTERM or SIGUSR1.";
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, boundary, picture, report, table, collect, snapshot, pvtu;
+  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, exported, rendered, points;
+  PictureText view;
   std::vector<std::string> keep;
   bool mesh = false;
 };
@@ -43,6 +46,15 @@ CLI::Validator finite_share() {
             return "must be between 0 and 0.01, not " + text;
           },
           "0 .. 0.01"};
+}
+
+CLI::Validator positive_number() {
+  return {[](const std::string& text) -> std::string {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value)) return {};
+            return "must be a length above 0, not " + text;
+          },
+          "> 0"};
 }
 
 constexpr auto work_group = "What is computed";
@@ -64,18 +76,27 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->allow_extra_args(false)
       ->type_name("KIND")
       ->group(group);
+  app.add_flag("--curved", options.curved, "spheres, cylinders, circles are truly round: FUZZY\ncells hold their surfaces (see --tolerance)")->group(group);
   app.add_option("--coincidence", options.coincidence,
                  "planes closer than this share of the bounding box\nare one; 0: only equal planes")
       ->check(finite_share())
       ->type_name("T")
       ->capture_default_str()
       ->group(group);
+  app.add_flag("--strict", options.strict, "end with an error where the model gets a warning")->group(group);
 }
 
 void add_threads_option(CLI::App& app, RunCommand& command, const char* group) {
   app.add_option("--threads", command.options.threads, "threads of this process; 0: one a core")
       ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
       ->type_name("N")
+      ->group(group);
+}
+
+void add_tolerance_option(CLI::App& app, RunCommand& command, const char* group) {
+  app.add_option("--tolerance", command.options.tolerance, "refine round solids until FUZZY cells are thinner\nthan this (default: a thousandth of the model)")
+      ->check(positive_number())
+      ->type_name("H")
       ->group(group);
 }
 
@@ -87,6 +108,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_option("--level", options.level, "stop after N cuts in a row; the rest stays FUZZY")
       ->type_name("N")
       ->group(group);
+  add_tolerance_option(app, command, group);
   app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min; with\n--snapshot: the time between two (30s)")
       ->type_name("TIME")
       ->group(group);
@@ -115,7 +137,8 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_option("--boundary", raw.boundary, "write the surface of the solid, closed triangles:\n.stl, .ply, .obj or .vtp")
       ->type_name("FILE")
       ->group(group);
-  app.add_option("--picture", raw.picture, "draw the solid")->type_name("FILE.png")->group(group);
+  app.add_option("--picture", raw.picture, "draw the solid: .png, .svg or .pdf")->type_name("FILE")->group(group);
+  app.add_option("--frames", raw.frames, "draw what there is after each step (--budget; 1s):\nPREFIX0000.png and so on")->type_name("PREFIX")->group(group);
   app.add_option("--report", raw.report, "write the report")->type_name("FILE.json")->group(group);
   app.add_option("--table", raw.table, "write what each superstep cost each rank")->type_name("FILE.csv")->group(group);
   app.add_option("--collect", raw.collect,
@@ -123,6 +146,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->check(CLI::IsMember({"master", "tree", "file"}))
       ->type_name("WHERE")
       ->group(group);
+  add_picture_options(app, raw.view);
   app.add_flag("--stats", command.stats, "print figures about the kernel's work")->group(group);
   app.add_flag("--quiet", command.quiet, "print no summary and no progress")->group(group);
 }
@@ -151,6 +175,33 @@ void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& k
   options.keep_out = named("out");
 }
 
+/// Of a snapshot: nothing is computed.
+bool is_only_shown(const Raw& raw) { return !raw.exported.empty() || !raw.rendered.empty() || !raw.points.empty(); }
+
+void set_pictures(RunCommand& command, const Raw& raw) {
+  command.view = picture_options(raw.view);
+  if (!raw.picture.empty()) command.picture = raw.picture;
+  if (!raw.rendered.empty()) command.picture = raw.rendered;
+  if (command.picture) command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
+  if (!raw.frames.empty()) {
+    command.frames = raw.frames;
+    if (!command.options.budget_seconds) command.options.budget_seconds = 1;
+  }
+  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty())
+    throw Error("nothing is drawn: the options of pictures need --picture, --frames or -o DIR (see 'bsp2 run --help')");
+  if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank) throw Error("--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
+}
+
+void set_export(RunCommand& command, const std::filesystem::path& path) {
+  if (path.extension() == ".pvtu")
+    command.mesh = path;
+  else if (io::is_surface_file(path))
+    command.boundary = path;
+  else
+    throw Error("-o: '" + path.string() + "' must end in .pvtu (the cells), or in .stl, .ply, .obj or .vtp (their surface)");
+  if (command.tets && !command.mesh) throw Error("--tets: only .pvtu files have cells");
+}
+
 RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
   if (raw.order == "priority") command.options.order = supersteps::Order::priority;
@@ -160,22 +211,18 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     if (!io::is_surface_file(*command.boundary)) throw Error("--boundary: '" + raw.boundary + "' must end in .stl, .ply, .obj or .vtp");
     if (!command.options.keep_in) throw Error("--boundary is the surface of the IN cells: add --keep in");
   }
-  if (!raw.picture.empty()) command.picture = raw.picture;
+  set_pictures(command, raw);
   if (!raw.report.empty()) command.report = raw.report;
   if (!raw.snapshot.empty()) command.options.snapshot = raw.snapshot;
-  else if (command.options.resume && raw.pvtu.empty()) command.options.snapshot = command.options.resume;
+  else if (command.options.resume && !is_only_shown(raw)) command.options.snapshot = command.options.resume;
   if (!raw.table.empty()) command.table = raw.table;
   if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
   if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
   if (raw.collect == "file") command.options.collect = supersteps::Collect::file;
-  if (!raw.boundary.empty()) {
-    if (command.options.collect == supersteps::Collect::file) throw Error("--boundary needs all cells on the master: leave out --collect file");
-    if (command.options.collect == supersteps::Collect::automatic) command.options.collect = supersteps::Collect::master;
-  }
   if (raw.mesh) command.mesh = "solid.pvtu";
-  if (!raw.pvtu.empty()) {
-    if (std::filesystem::path(raw.pvtu).extension() != ".pvtu") throw Error("-o: '" + raw.pvtu + "' does not end in .pvtu, the only format so far");
-    command.mesh = raw.pvtu;
+  if (!raw.exported.empty()) set_export(command, raw.exported);
+  if (!raw.points.empty()) command.points = raw.points;
+  if (is_only_shown(raw)) {
     command.options.steps = 0;  // nothing is computed, only shown as it is
     command.quiet = true;
   }
@@ -184,7 +231,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     command.mesh = *command.folder / "solid.pvtu";
     if (!command.options.snapshot) {
       command.options.snapshot = *command.folder / "snapshot.h5";
-      if (command.options.budget_seconds && !command.options.steps) command.options.steps = 1;  // as without -o
+      if (command.options.budget_seconds && !command.options.steps && !command.frames) command.options.steps = 1;  // as without -o
     }
     if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / "boundary.stl";
     if (!command.picture) command.picture = *command.folder / "view.png";
@@ -192,11 +239,11 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   }
   if (command.tets && !command.mesh) throw Error("--tets needs -o DIR or --vtu (see 'bsp2 run --help')");
   command.options.boundary = command.boundary.has_value();
-  command.options.collect_cells = command.mesh || command.boundary || command.picture;
+  command.options.collect_cells = command.mesh || command.boundary || command.picture || command.frames || command.points;
   return command;
 }
 
-constexpr std::array commands{"run", "resume", "info", "export", "tables", "jobs"};
+constexpr std::array commands{"run", "resume", "info", "export", "render", "query", "tables", "jobs"};
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
   const auto parsed = app.get_subcommands();
@@ -235,7 +282,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   app.get_formatter()->column_width(28);
   app.require_subcommand(1);
   CLI::App* run = app.add_subcommand("run", "Evaluate a model");
-  run->add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
+  run->add_option("MODEL", command.options.model, "the model: a .csg or .scad file")->required()->type_name("");
   add_model_options(*run, command, raw);
   add_work_options(*run, command, raw);
   add_output_options(*run, command, raw);
@@ -246,14 +293,27 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   resume->footer("Ends with the cells of an uninterrupted run, whatever the number of threads\nand stops.");
   CLI::App* info = app.add_subcommand("info", "Tell what a snapshot holds");
   info->add_option("SNAPSHOT", command.info, "what --snapshot wrote")->required()->type_name("");
-  CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot");
+  CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot, or their surface");
   exported->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
-  exported->add_option("-o,--output", raw.pvtu, "for ParaView; FUZZY where nothing is decided yet")->required()->type_name("FILE.pvtu");
-  exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra");
+  exported->add_option("-o,--output", raw.exported, ".pvtu: the cells, FUZZY where nothing is decided\nyet; .stl, .ply, .obj or .vtp: the surface of the\nIN cells")
+      ->required()
+      ->type_name("FILE");
+  exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
+  CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
+  rendered->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  rendered->add_option("-o,--output", raw.rendered, "the picture: .png, .svg or .pdf")->required()->type_name("FILE");
+  add_picture_options(*rendered, raw.view);
+  CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
+  queried->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  queried->add_option("--points", raw.points, "a text with the coordinates of a point on each line;\n-: standard input")->required()->type_name("FILE");
+  queried->add_flag("--json", command.json, "answer as JSON, not as a table");
+  add_threads_option(*queried, command, "OPTIONS");
+  queried->footer("The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY counts as both.");
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
   const QueueCommands queue = add_queue_commands(app, command);
   add_model_options(*queue.split, command, raw);
+  add_tolerance_option(*queue.split, command, work_group);
   add_threads_option(*queue.run, command, work_group);
   add_threads_option(*queue.merge, command, work_group);
   queue.run->add_option("--budget", raw.budget, "divide a job that takes longer (60s)")->type_name("TIME")->group(work_group);

@@ -7,6 +7,7 @@
 #include "bsp2/io/file.hpp"
 #include "bsp2/io/snapshot.hpp"
 #include "bsp2/io/surface.hpp"
+#include "bsp2/jobs/picture_options.hpp"
 #include "bsp2/jobs/report_json.hpp"
 #include "bsp2/jobs/superstep_table.hpp"
 #include "bsp2/supersteps/collection.hpp"
@@ -37,12 +38,8 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
 void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
   if (result.boundary) return io::write_surface(path, *result.boundary);
   const int d = result.report.dimension;
-  if (d != 3) {
-    if (is_possible(false, "boundary", folder, path, result.report))
-      throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
-    return;
-  }
-  result.report.warnings.emplace_back("no boundary is written: the cells stayed with their ranks (use --boundary FILE or --collect master)");
+  if (is_possible(false, "boundary", folder, path, result.report))
+    throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
 }
 
 }  // namespace
@@ -50,6 +47,7 @@ void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
 void check_outputs(const RunCommand& command) {
   if (command.folder) io::check_folder(*command.folder);
   if (command.options.snapshot) io::check_snapshot_path(*command.options.snapshot);
+  if (command.frames) io::check_folder(folder_of(frame_path(*command.frames, 0)));
   for (const auto& file : files_of(command)) {
     if (!file) continue;
     io::check_folder(folder_of(*file));
@@ -59,6 +57,16 @@ void check_outputs(const RunCommand& command) {
       throw Error("cannot write '" + file->string() + "': " + error.message());
     if (fs::equivalent(*file, command.options.resume.value_or(command.options.model), error)) throw Error("cannot write '" + file->string() + "': it is the input itself");
   }
+}
+
+void write_frame(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
+  const fs::path path = frame_path(*command.frames, step);
+  if (ranks.is_master()) io::make_folder(folder_of(path));
+  supersteps::PictureOptions view = command.view;
+  view.format = supersteps::PictureFormat::png;
+  view.bounds = now.bounds;  // the same camera for all frames
+  const std::string picture = supersteps::render(ranks, now, view);
+  if (ranks.is_master()) io::write_file(path, picture);
 }
 
 void write_outputs(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
@@ -75,8 +83,9 @@ void write_outputs(const RunCommand& command, supersteps::RunResult& result, sup
   if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
   if (command.picture &&
       is_possible(d == 2 || d == 3, "picture", command.folder, *command.picture, result.report)) {
-    const std::string png = supersteps::render_png(ranks, result);
-    if (ranks.is_master()) io::write_file(*command.picture, png);
+    ranks.begin("rendering");
+    const std::string picture = supersteps::render(ranks, result, command.view);
+    if (ranks.is_master()) io::write_file(*command.picture, picture);
   }
   supersteps::record_costs(ranks, result.report);
   if (!ranks.is_master()) return;

@@ -11,7 +11,9 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/jobs/command_line.hpp"
 #include "bsp2/jobs/node_tables.hpp"
+#include "bsp2/io/snapshot.hpp"
 #include "bsp2/jobs/outputs.hpp"
+#include "bsp2/jobs/point_query.hpp"
 #include "bsp2/jobs/progress_bar.hpp"
 #include "bsp2/jobs/signals.hpp"
 #include "bsp2/jobs/snapshot_info.hpp"
@@ -96,6 +98,12 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     if (ranks.is_master()) print_snapshot(out, *command.info);
     return 0;
   }
+  if (command.points && ranks.is_master()) {
+    const io::SnapshotHead head = io::read_snapshot(*command.options.resume, io::SnapshotPart::head).head;
+    if (!head.keep_in || !head.keep_fuzzy)
+      throw Error("the snapshot '" + command.options.resume->string() + "' does not keep all IN and FUZZY cells, so it cannot tell where points are; run the model without --keep, or with --keep in,fuzzy");
+    command.options.points = read_points(*command.points, head.dimension);
+  }
   check_outputs(command);
   std::optional<JoinedSnapshot> joined;
   if (command.queue) command.options.resume = joined.emplace(command, ranks).path();
@@ -104,12 +112,14 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   const bool speaks = ranks.is_master() && !command.quiet;
   ProgressBar bar(stderr);
   if (speaks) command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
+  if (command.frames) command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) { write_frame(command, now, step, ranks); };
   supersteps::RunResult result = run(command.options, ranks);
   bar.clear();
   if (result.report.interrupted) {
     tell_interruption(command, log);
     return interrupted_code;
   }
+  if (command.points && ranks.is_master()) print_answers(out, command.options.points, result.answers, result.report.dimension, command.json);
   write_outputs(command, result, ranks);
   if (!ranks.is_master()) return 0;
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);

@@ -22,7 +22,7 @@ QueueCommands add_queue_commands(CLI::App& app, RunCommand& command) {
   commands.jobs->require_subcommand(1);
   commands.jobs->footer(footer);
   commands.split = commands.jobs->add_subcommand("split", "Make a queue: a job a region");
-  commands.split->add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
+  commands.split->add_option("MODEL", command.options.model, "the model: a .csg or .scad file")->required()->type_name("");
   commands.run = commands.jobs->add_subcommand("run", "Take jobs and evaluate them until none is left");
   commands.merge = commands.jobs->add_subcommand("merge", "Put the results together, as 'bsp2 run' would give them");
   commands.status = commands.jobs->add_subcommand("status", "Tell how far the jobs are");

@@ -12,6 +12,7 @@ Json superstep(const supersteps::SuperstepRecord& record) {
           {"step", record.step},
           {"seconds", record.seconds},
           {"work_seconds", record.work_seconds},
+          {"hidden_seconds", record.hidden_seconds},
           {"bytes_sent", record.bytes_sent},
           {"bytes_received", record.bytes_received},
           {"cells", record.cells},
@@ -38,8 +39,10 @@ std::string to_json(const supersteps::RunReport& report) {
   json["cells"] = {{"in", report.in_cells}, {"fuzzy", report.fuzzy_cells}, {"out", nullptr}};
   if (report.out_cells) json["cells"]["out"] = *report.out_cells;
   json["volume"] = {{"in", report.in_volume}, {"fuzzy", report.fuzzy_volume}};
+  if (report.tolerance) json["tolerance"] = *report.tolerance;
   json["centroid"] = or_null(report.centroid);
   json["inertia"] = report.inertia;
+  if (!report.inertia_least.empty()) json["inertia_interval"] = Json::array({report.inertia_least, report.inertia_most});
   json["bounds"] = nullptr;
   if (!report.lower.empty()) json["bounds"] = Json::array({report.lower, report.upper});
   json["boundary"] = nullptr;

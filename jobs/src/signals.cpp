@@ -1,20 +1,33 @@
 #include "bsp2/jobs/signals.hpp"
 
+#include <unistd.h>
+
 #include <array>
+#include <atomic>
 #include <csignal>
+#include <string_view>
 
 namespace bsp2::jobs {
 namespace {
 
 constexpr std::array watched{SIGINT, SIGTERM, SIGUSR1};
-volatile std::sig_atomic_t came = 0;
+std::atomic<bool> came, asked;
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no locks");
 
-void remember(int) { came = 1; }
+/// As long as nobody has asked, nothing has been computed that could be saved.
+void remember(int) {
+  if (!asked) {
+    constexpr std::string_view text = "bsp2: interrupted before there was anything to save\n";
+    [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
+    _exit(interrupted_code);
+  }
+  came = true;
+}
 
 }  // namespace
 
 SignalWatch::SignalWatch() {
-  came = 0;
+  came = asked = false;
   struct sigaction action {};
   action.sa_handler = remember;
   action.sa_flags = static_cast<int>(SA_RESTART | SA_RESETHAND);
@@ -26,6 +39,9 @@ SignalWatch::~SignalWatch() {
   for (const int signal : watched) std::signal(signal, SIG_DFL);
 }
 
-bool SignalWatch::interrupted() { return came != 0; }
+bool SignalWatch::interrupted() {
+  asked = true;
+  return came;
+}
 
 }  // namespace bsp2::jobs

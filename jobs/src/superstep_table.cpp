@@ -53,10 +53,11 @@ void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& rec
 }
 
 std::string to_csv(const std::vector<SuperstepRecord>& records) {
-  std::string text = "superstep,step,rank,seconds,work_seconds,bytes_sent,bytes_received,cells,predicted_seconds\n";
+  std::string text = "superstep,step,rank,seconds,work_seconds,hidden_seconds,bytes_sent,bytes_received,cells,predicted_seconds\n";
   for (const SuperstepRecord& record : records)
     for (std::size_t rank = 0; rank < record.seconds.size(); ++rank)
-      text += fmt::format("{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank, record.seconds[rank], record.work_seconds[rank],
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank, record.seconds[rank], record.work_seconds[rank],
+                          record.hidden_seconds[rank],
                           record.bytes_sent[rank], record.bytes_received[rank], record.cells[rank], record.predicted_seconds);
   return text;
 }

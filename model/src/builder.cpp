@@ -95,6 +95,52 @@ Expression sphere(double radius, std::uint32_t sides) {
   return make(3, std::move(lathe));
 }
 
+namespace {
+
+/// The default resolution of .csg, for constructs that need corners.
+std::uint32_t default_sides(double radius) {
+  return static_cast<std::uint32_t>(std::min(side_count(radius, Resolution{}), double{max_sides}));
+}
+
+}  // namespace
+
+Expression round_cylinder(int dimension, double radius, std::span<const double> lengths) {
+  const int all = dimension + static_cast<int>(lengths.size());
+  if (dimension < 1 || all > 6) throw Error("ball: " + std::to_string(all) + " dimensions; it takes 1 to 6");
+  require_finite({&radius, 1}, "ball");
+  require_finite(lengths, "ball");
+  if (radius <= 0 || std::any_of(lengths.begin(), lengths.end(), [](double length) { return length <= 0; })) return Expression(all);
+  if (dimension > 1) return make(all, Round{radius, radius, {lengths.begin(), lengths.end()}, all <= 3 ? default_sides(radius) : 0});
+  std::vector<double> size{2 * radius}, matrix(static_cast<std::size_t>((all + 1) * (all + 1)));
+  size.insert(size.end(), lengths.begin(), lengths.end());
+  for (int i = 0; i <= all; ++i) matrix[static_cast<std::size_t>(i * (all + 2))] = 1;
+  matrix[static_cast<std::size_t>(all)] = -radius;
+  return make(all, Transform{std::move(matrix), make(all, Cuboid{std::move(size)})});
+}
+
+Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths) {
+  return round_cylinder(dimension, radius, std::span<const double>(lengths.begin(), lengths.size()));
+}
+
+Expression ball(int dimension, double radius) {
+  return round_cylinder(dimension, radius, std::span<const double>());
+}
+
+Expression cone(double height, double radius_bottom, double radius_top) {
+  const double numbers[] = {height, radius_bottom, radius_top};
+  require_finite(numbers, "cone");
+  if (radius_bottom < 0 || radius_top < 0 || (radius_bottom == 0 && radius_top == 0) || height <= 0) return Expression(3);
+  return make(3, Round{radius_bottom, radius_top, {height}, default_sides(std::max(radius_bottom, radius_top))});
+}
+
+Expression torus(double major, double minor) {
+  const double numbers[] = {major, minor};
+  require_finite(numbers, "torus");
+  if (major <= 0 || minor <= 0) return Expression(3);
+  if (minor > major) throw Error("torus: the tube's radius " + std::to_string(minor) + " is larger than that of its circle, " + std::to_string(major));
+  return make(3, Torus{major, minor});
+}
+
 Expression circle(double radius, std::uint32_t sides) {
   require_finite({&radius, 1}, "circle");
   require_sides(sides, "circle");
@@ -120,7 +166,7 @@ Expression polygon(const std::vector<std::array<double, 2>>& points, const std::
   for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(make(2, std::move(piece)));
   if (pieces.empty()) return Expression(2);
   if (pieces.size() == 1) return pieces.front();
-  return polygon.disjoint ? unite(std::move(pieces)) : symmetric_difference(std::move(pieces));
+  return make(2, Boolean{polygon.disjoint ? Operation::unite : Operation::symmetric_difference, std::move(pieces), 1});
 }
 
 Expression convex_hull(const std::vector<std::array<double, 2>>& points) {
@@ -140,7 +186,7 @@ Expression construct(Construct what, std::vector<Expression> operands) {
   if (operands.size() != (is_sum ? 2 : 1)) throw Error("construct: it takes " + std::string(is_sum ? "two operands" : "one operand"));
   const int dimension = common_dimension(operands, "construct");
   if (dimension != 2 && dimension != 3) throw Error("construct: operands of dimension 2 or 3 are needed");
-  const bool extrudes = std::holds_alternative<LinearExtrusion>(what) || std::holds_alternative<RotateExtrusion>(what);
+  const bool extrudes = std::holds_alternative<LinearExtrusion>(what) || std::holds_alternative<RotateExtrusion>(what) || std::holds_alternative<Roof>(what);
   const bool projects = std::holds_alternative<Projection>(what);
   const bool is_plane = extrudes || std::holds_alternative<Offset>(what) || std::holds_alternative<Fill>(what);
   if ((is_plane && dimension != 2) || (projects && dimension != 3))
@@ -185,6 +231,13 @@ Expression transform(std::span<const double> matrix, Expression operand) {
       break;
   }
   return make(dimension, Transform{std::move(affine), std::move(operand)});
+}
+
+Expression colour(const Colour& rgba, Expression operand) {
+  for (const double channel : rgba)
+    if (!(channel >= 0 && channel <= 1)) throw Error("colour: channels lie between 0 and 1");
+  const int dimension = operand.dimension();
+  return Expression(std::make_shared<Node>(dimension, Coloured{rgba, std::move(operand)}));
 }
 
 }  // namespace bsp2::model

@@ -24,13 +24,13 @@ Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, cons
   PolygonPieces polygon = convex_pieces(points, paths);
   std::vector<Expression> pieces;
   for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(pool.primitive(std::move(piece), 2));
-  return pool.boolean(polygon.disjoint ? Operation::unite : Operation::symmetric_difference, 2, pieces);
+  return pool.boolean(polygon.disjoint ? Operation::unite : Operation::symmetric_difference, 2, pieces, true);
 }
 
 constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"group", NodeKind::group},
     {"union", NodeKind::group},
-    {"color", NodeKind::group},
+    {"color", NodeKind::color},
     {"render", NodeKind::group},
     {"multmatrix", NodeKind::multmatrix},
     {"cube", NodeKind::cube},
@@ -47,6 +47,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"surface", NodeKind::surface},
     {"linear_extrude", NodeKind::linear_extrude},
     {"rotate_extrude", NodeKind::rotate_extrude},
+    {"roof", NodeKind::roof},
     {"hull", NodeKind::hull},
     {"minkowski", NodeKind::minkowski},
     {"offset", NodeKind::offset},
@@ -56,8 +57,6 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"intersection_for", NodeKind::intersection},
     {"echo", NodeKind::group},
 };
-
-constexpr std::string_view not_yet[] = {"roof"};
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
                                              "function",  "for",      "if",     "let",    "use",
@@ -158,16 +157,28 @@ Expression adopt(const Expression& made, NodePool& pool) {
   return primitive ? pool.primitive(*primitive, 3) : pool.empty(3);
 }
 
-Expression make_sphere(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+/// The sides of the polygons in the place of something round, where corners are needed.
+std::uint32_t sides_in_place(double radius, const Arguments& arguments) {
+  return static_cast<std::uint32_t>(std::clamp(side_count(radius, resolution_of(arguments)), 3.0, 1000.0));
+}
+
+/// A polygon of so few sides is meant, not a circle.
+bool is_polygon(double radius, const Arguments& arguments) {
+  const double fn = resolution_of(arguments).fn;
+  return fn > 0 && side_count(radius, {.fn = fn}) <= 6;
+}
+
+Expression make_sphere(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this sphere is empty: its radius is " + text_of(radius));
     return pool.empty(3);
   }
+  if (options.curved) return pool.primitive(Round{radius, radius, {}, sides_in_place(radius, arguments)}, 3);
   return adopt(sphere(radius, checked_sides(radius, arguments, true)), pool);
 }
 
-Expression make_cylinder(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
   const double height = arguments.number("h", 0, 1);
   const double both = radius_of(arguments, "r", "d", -1, 1);
   const double bottom = radius_of(arguments, "r1", "d1", 1, both),
@@ -178,7 +189,14 @@ Expression make_cylinder(const Arguments& arguments, NodePool& pool, const Warn&
            ", r2 = " + text_of(top));
     return pool.empty(3);
   }
-  const std::uint32_t sides = checked_sides(std::max(bottom, top), arguments, false);
+  const double widest = std::max(bottom, top);
+  if (options.curved && !is_polygon(widest, arguments)) {
+    const Expression round = pool.primitive(Round{bottom, top, {height}, sides_in_place(widest, arguments)}, 3);
+    if (!arguments.flag("center", 3)) return round;
+    const double matrix[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1};
+    return pool.transform(matrix, round);
+  }
+  const std::uint32_t sides = checked_sides(widest, arguments, false);
   return adopt(cylinder(height, bottom, top, sides, arguments.flag("center", 3)), pool);
 }
 
@@ -230,7 +248,7 @@ Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const War
     return pool.empty(3);
   }
   read_faces(faces_list, faces);
-  std::optional<TriangleMesh> mesh = closed_mesh(points, faces);
+  std::optional<TriangleMesh> mesh = repaired_mesh(points, faces, [&](const std::string& text) { warn("this polyhedron is " + text); });
   if (!mesh) {
     warn("this polyhedron is empty: its faces enclose nothing");
     return pool.empty(3);
@@ -259,12 +277,13 @@ Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& w
   return pool.transform(matrix, square);
 }
 
-Expression make_circle(const Arguments& arguments, NodePool& pool, const Warn& warn) {
+Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this circle is empty: its radius is " + text_of(radius));
     return pool.empty(2);
   }
+  if (options.curved && !is_polygon(radius, arguments)) return pool.primitive(Round{radius, radius, {}, sides_in_place(radius, arguments)}, 2);
   return pool.primitive(RegularPolygon{checked_sides(radius, arguments, false), radius}, 2);
 }
 
@@ -325,7 +344,7 @@ Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& war
     }
     glyphs.push_back(pooled_polygon(glyph.points, paths, pool));
   }
-  return pool.boolean(Operation::unite, 2, glyphs);
+  return pool.boolean(Operation::unite, 2, glyphs, true);
 }
 
 /// Two or three numbers; one number counts for all of them.
@@ -358,19 +377,17 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   if (kind == ".svg") {
     const double dpi = arguments.number("dpi", -1, 72);
     std::vector<Expression> shapes;
-    std::size_t lines = 0;
-    for (const PlaneDrawing& drawing : import_svg(path, dpi > 0 ? dpi : 72, resolution_of(arguments), lines))
+    for (const PlaneDrawing& drawing : import_svg(path, dpi > 0 ? dpi : 72, resolution_of(arguments)))
       shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
-    if (lines > 0) warn(std::to_string(lines) + " open paths of " + path.string() + " are lines; only areas are read");
     if (arguments.flag("center", -1)) warn("center is not supported for SVG files; the drawing stays where it is");
-    return pool.boolean(Operation::unite, 2, shapes);
+    return pool.boolean(Operation::unite, 2, shapes, true);
   }
   if (kind != ".stl" && kind != ".off" && kind != ".obj" && kind != ".ply" && kind != ".3mf" && kind != ".amf")
     throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
   const ImportedMesh mesh = import_mesh(path);
   std::optional<TriangleMesh> closed;
   try {
-    closed = closed_mesh(mesh.points, mesh.faces);
+    closed = repaired_mesh(mesh.points, mesh.faces, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
   } catch (const Error& error) {
     throw Error("import of " + path.string() + ": " + error.what());
   }
@@ -406,7 +423,8 @@ std::optional<Construct> read_linear_extrude(const Arguments& arguments, const W
   read_numbers(arguments.find("scale"), extrusion.scale);
   for (double& scale : extrusion.scale) scale = std::isfinite(scale) ? std::max(scale, 0.0) : 1;
   const double slices = arguments.number("slices", -1, 0);
-  extrusion.slices = static_cast<std::uint32_t>(std::clamp(std::isfinite(slices) ? slices : 0, 0.0, 1.0 * max_sides));
+  if (slices > max_sides) throw Error(text_of(slices) + " slices asked for; the limit is " + std::to_string(max_sides));
+  extrusion.slices = slices >= 1 ? static_cast<std::uint32_t>(slices) : 0;
   extrusion.resolution = resolution_of(arguments);
   const auto& d = extrusion.direction;
   if (!finite({d[0], d[1], d[2]}) || d[2] <= 0) {
@@ -433,12 +451,24 @@ Construct read_offset(const Arguments& arguments) {
   offset.resolution = resolution_of(arguments);
   if (const Value* r = arguments.find("r", 0); r && r->kind == Value::number) {
     offset.distance = r->as_number;
+    checked_sides(std::fabs(offset.distance), arguments, false);
   } else {
     offset.distance = arguments.number("delta", -1, 1);
     offset.join = arguments.flag("chamfer", -1) ? Offset::Join::square : Offset::Join::mitre;
   }
   if (!std::isfinite(offset.distance)) throw Error("offset: the distance is not finite");
   return offset;
+}
+
+Construct read_roof(const Arguments& arguments, const Warn& warn) {
+  Roof roof;
+  roof.resolution = resolution_of(arguments);
+  const std::string method = arguments.string("method", 0, "voronoi");
+  if (method == "straight")
+    roof.method = Roof::Method::straight;
+  else if (method != "voronoi")
+    warn("roof has no method '" + method.substr(0, 60) + "'; voronoi is taken");
+  return roof;
 }
 
 Construct read_resize(const Arguments& arguments) {
@@ -459,20 +489,16 @@ Construct read_resize(const Arguments& arguments) {
 NodeKind node_kind(std::string_view name) {
   for (const auto& [known, kind] : kinds)
     if (known == name) return kind;
-  return contains(not_yet, name) ? NodeKind::unsupported : NodeKind::unknown;
+  return NodeKind::unknown;
 }
 
-std::string why_not(std::string_view name, NodeKind kind) {
+std::string why_not(std::string_view name) {
   const std::string quoted = "'" + std::string(name.substr(0, 60)) + "'";
-  if (kind == NodeKind::unsupported) return "the node " + quoted + " is not supported yet";
   if (contains(source_words, name))
     return quoted + " is OpenSCAD source, not .csg; convert it: openscad -o model.csg model.scad";
   std::string text = "there is no node " + quoted;
   for (const auto& entry : kinds)
     if (resembles(name, entry.first)) return text + "; did you mean '" + std::string(entry.first) + "'?";
-  for (const std::string_view known : not_yet)
-    if (resembles(name, known))
-      return text + "; did you mean '" + std::string(known) + "' (which is not supported yet)?";
   return text;
 }
 
@@ -513,18 +539,19 @@ bool Arguments::flag(std::string_view name, int place) const {
   return value && value->kind == Value::boolean && value->as_number != 0;
 }
 
-Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
+                          const Warn& warn) {
   switch (kind) {
     case NodeKind::cube:
       return make_cube(arguments, pool, warn);
     case NodeKind::sphere:
-      return make_sphere(arguments, pool, warn);
+      return make_sphere(arguments, options, pool, warn);
     case NodeKind::cylinder:
-      return make_cylinder(arguments, pool, warn);
+      return make_cylinder(arguments, options, pool, warn);
     case NodeKind::square:
       return make_square(arguments, pool, warn);
     case NodeKind::circle:
-      return make_circle(arguments, pool, warn);
+      return make_circle(arguments, options, pool, warn);
     case NodeKind::polygon:
       return make_polygon(arguments, pool, warn);
     case NodeKind::text:
@@ -551,6 +578,21 @@ std::array<double, 16> read_matrix(const Arguments& arguments) {
     }
   }
   return matrix;
+}
+
+std::optional<Colour> read_colour(const Arguments& arguments) {
+  const Value* channels = arguments.find("c", 0);
+  if (!channels || channels->kind != Value::vector || channels->size < 3 || channels->size > 4 || channels->span != channels->size + 1) return std::nullopt;
+  Colour colour{0, 0, 0, arguments.number("alpha", 1, 1)};
+  for (std::uint32_t i = 0; i < channels->size; ++i) {
+    if (channels[i + 1].kind != Value::number) return std::nullopt;
+    colour[i] = channels[i + 1].as_number;
+  }
+  for (double& channel : colour) {
+    if (!(channel >= 0)) return std::nullopt;  // -1: OpenSCAD's word for none
+    channel = std::min(channel, 1.0);
+  }
+  return colour;
 }
 
 std::vector<double> affine_matrix(const std::array<double, 16>& m, int dimension, const Warn& warn) {
@@ -586,6 +628,8 @@ std::optional<Construct> read_construct(NodeKind kind, const Arguments& argument
       return read_resize(arguments);
     case NodeKind::linear_extrude:
       return read_linear_extrude(arguments, warn);
+    case NodeKind::roof:
+      return read_roof(arguments, warn);
     default:
       return read_rotate_extrude(arguments, warn);
   }
@@ -597,6 +641,7 @@ int operand_dimension(NodeKind kind) {
     case NodeKind::fill:
     case NodeKind::linear_extrude:
     case NodeKind::rotate_extrude:
+    case NodeKind::roof:
       return 2;
     case NodeKind::projection:
       return 3;

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bsp2/model/csg.hpp"
 #include "csg_scanner.hpp"
 #include "node_pool.hpp"
 
@@ -16,7 +17,8 @@ namespace bsp2::model {
 
 /// What a node of the language means.
 enum class NodeKind : std::uint8_t {
-  group,  ///< also union, color and render: all unite their children
+  group,  ///< also union and render: all unite their children
+  color,
   difference,
   intersection,
   multmatrix,
@@ -28,6 +30,7 @@ enum class NodeKind : std::uint8_t {
   resize,
   linear_extrude,
   rotate_extrude,
+  roof,
   cube,  ///< from here on: primitives, whose children take no part
   sphere,
   cylinder,
@@ -38,13 +41,12 @@ enum class NodeKind : std::uint8_t {
   text,
   import,
   surface,
-  unsupported,  ///< a node of the language that is not read yet
   unknown
 };
 
 NodeKind node_kind(std::string_view name);
-/// Why a node of kind `unsupported` or `unknown` cannot be read, with a hint.
-std::string why_not(std::string_view name, NodeKind kind);
+/// Why a node of kind `unknown` cannot be read, with a hint.
+std::string why_not(std::string_view name);
 
 /// The arguments of one node, by name or by place.
 class Arguments {
@@ -70,16 +72,20 @@ using Warn = std::function<void(std::string)>;
 /// The solid of a primitive, with OpenSCAD's meaning of bad arguments: what has no size is empty.
 /// @throws bsp2::Error without a position, for more sides than anybody needs and for open polyhedra.
 /// @param folder what the names of files are relative to.
-Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn);
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
+                          const Warn& warn);
 
 /// The 4 x 4 matrix of a multmatrix node, row-major.
 std::array<double, 16> read_matrix(const Arguments& arguments);
+
+/// The colour of a color node; nothing if it is none.
+std::optional<Colour> read_colour(const Arguments& arguments);
 
 /// What it does to solids of a dimension: 2 takes the rows and columns of x, y and the translation.
 /// @return the affine matrix; empty if the solids vanish.
 std::vector<double> affine_matrix(const std::array<double, 16>& matrix, int dimension, const Warn& warn);
 
-/// What a node of kind hull to rotate_extrude does to its operand; nothing if what comes out is empty whatever that is.
+/// What a node of kind hull to roof does to its operand; nothing if what comes out is empty whatever that is.
 /// @throws bsp2::Error without a position.
 std::optional<Construct> read_construct(NodeKind kind, const Arguments& arguments, const Warn& warn);
 

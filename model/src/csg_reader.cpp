@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "bsp2/geometry/error.hpp"
@@ -19,8 +20,8 @@ constexpr std::size_t most_warnings = 100;
 /// unknown whether the subtree takes part: a later `!` may leave it out. Errors of syntax are thrown at once.
 class Reader {
  public:
-  Reader(std::string_view text, const std::string& name)
-      : text_(text), name_(name), scanner_(text), lines_(text) {}
+  Reader(std::string_view text, const std::string& name, const CsgOptions& options)
+      : text_(text), name_(name), options_(options), scanner_(text), lines_(text) {}
 
   Model read() {
     try {
@@ -36,17 +37,18 @@ class Reader {
     none,
     background,
     disabled
-  };  // -, under % or an unsupported node, under *
+  };  // -, under %, under *
 
   struct Frame {
     NodeKind kind = NodeKind::group;
     Absence absence = Absence::none;
     bool is_root = false;    ///< tagged by !
     bool vanishes = false;   ///< a construct that leaves nothing
+    bool is_bare = false;    ///< has no braces, so it ends with its one child
     std::size_t offset = 0;  ///< of the name
     std::string_view name;
     std::size_t first_operand = 0;  ///< its children's solids are operands_[first_operand..]
-    std::size_t primitives = 0;     ///< occurrences of primitives in them
+    std::size_t first_place = 0;    ///< and their primitives stand at places_[first_place..]
     std::size_t problem = none;     ///< index of the first problem in them
   };
 
@@ -58,8 +60,10 @@ class Reader {
   void modifiers(Frame& frame);
   void interpret(Frame& frame);
   void close();
+  void close_frame();
   void complete(const Frame& frame, Expression solid);
   int settle_dimension(const Frame& frame);
+  void forget_places(std::size_t operand);
   Expression solid_of(const Frame& frame);
   Expression construction_of(const Frame& frame, int dimension, std::span<const Expression> operands);
   Model result();
@@ -77,25 +81,31 @@ class Reader {
       ++warnings_left_out_;
   }
   static bool is_construct(NodeKind kind) { return kind >= NodeKind::hull && kind < NodeKind::cube; }
-  static bool is_extrusion(NodeKind kind) { return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude; }
+  static bool is_extrusion(NodeKind kind) { return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude || kind == NodeKind::roof; }
   std::string located(const SyntaxError& error) {
     return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
   }
 
   std::string_view text_;
   const std::string& name_;
+  CsgOptions options_;
   Scanner scanner_;
   LineFinder lines_;
   NodePool pool_;
   std::vector<Frame> frames_{Frame{.name = "the file"}};  // which is a group
   std::vector<Expression> operands_;
+  std::vector<std::size_t> operand_places_;  // of each operand: its first place
+  std::vector<std::size_t> places_;          // of the primitives that take part, in source order
+  std::unordered_map<const Node*, std::size_t> constructs_at_;
   std::vector<std::array<double, 16>> matrices_;  // of the multmatrix frames
-  std::vector<Construct> constructs_;             // of the frames from hull to rotate_extrude
+  std::vector<std::optional<Colour>> colours_;    // of the color frames
+  std::vector<Construct> constructs_;             // of the frames from hull to roof
   std::vector<SyntaxError> problems_, warnings_;
   std::size_t warnings_left_out_ = 0;
   bool root_tagged_ = false;
   Frame root_;  // once the subtree tagged by ! is complete
   Expression root_solid_;
+  std::vector<std::size_t> root_places_;
   std::vector<Argument> arguments_;  // scratch
   std::vector<Value> tape_;
 };
@@ -154,7 +164,7 @@ void Reader::modifiers(Frame& frame) {
 Reader::Frame Reader::header() {
   const Frame& parent = frames_.back();
   Frame frame;
-  const bool transparent = parent.kind != NodeKind::unsupported && parent.kind < NodeKind::cube;
+  const bool transparent = parent.kind < NodeKind::cube;
   frame.absence = parent.absence == Absence::none && !transparent ? Absence::background : parent.absence;
   if (root_tagged_ && frame.absence == Absence::none && root_.is_root) frame.absence = Absence::background;
   modifiers(frame);
@@ -163,6 +173,7 @@ Reader::Frame Reader::header() {
   if (frame.name.empty()) scanner_.fail("expected a node, found " + scanner_.here());
   frame.kind = node_kind(frame.name);
   frame.first_operand = operands_.size();
+  frame.first_place = places_.size();
   scanner_.arguments(arguments_, tape_);
   return frame;
 }
@@ -173,12 +184,14 @@ void Reader::interpret(Frame& frame) {
   const Arguments arguments(arguments_, tape_);
   const auto warn = [&](std::string text) { this->warn(frame, std::move(text)); };
   switch (frame.kind) {
-    case NodeKind::unsupported:
     case NodeKind::unknown:
-      note(frame, why_not(frame.name, frame.kind));
+      note(frame, why_not(frame.name));
       break;
     case NodeKind::multmatrix:
       matrices_.push_back(read_matrix(arguments));
+      break;
+    case NodeKind::color:
+      colours_.push_back(read_colour(arguments));
       break;
     case NodeKind::group:
     case NodeKind::difference:
@@ -193,8 +206,9 @@ void Reader::interpret(Frame& frame) {
           constructs_.push_back(construct.value_or(Hull{}));
           if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
         }
-        operands_.push_back(make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), pool_, warn));
-        frame.primitives = 1;
+        operands_.push_back(make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), options_, pool_, warn));
+        operand_places_.push_back(places_.size());
+        if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
       } catch (const Error& error) {
         if (is_construct(frame.kind) && constructs_.size() == constructs) constructs_.emplace_back();
         note(frame, error.what());
@@ -208,10 +222,10 @@ void Reader::read_node() {
   interpret(frame);
   scanner_.skip_space();
   const char c = scanner_.peek();
-  if (c != ';' && c != '{')
-    scanner_.fail("expected ';' or '{' after '" + std::string(frame.name.substr(0, 60)) + "(...)', found " +
-                  scanner_.here());
-  scanner_.advance();
+  frame.is_bare = frame.kind < NodeKind::cube && scanner_.at_node();
+  if (c != ';' && c != '{' && !frame.is_bare)
+    scanner_.fail("expected ';' or '{' after '" + std::string(frame.name.substr(0, 60)) + "(...)', found " + scanner_.here());
+  if (!frame.is_bare) scanner_.advance();
   frames_.push_back(frame);
   if (c == ';') close();
 }
@@ -222,19 +236,27 @@ int Reader::settle_dimension(const Frame& frame) {
   const auto begin = operands_.begin() + static_cast<std::ptrdiff_t>(frame.first_operand);
   int dimension = operand_dimension(frame.kind);
   for (auto at = begin; at != operands_.end() && dimension == 0; ++at) dimension = at->dimension();
-  bool dropped = false;
+  std::vector<std::size_t> dropped;
   for (auto at = begin; at != operands_.end(); ++at) {
     if (at->dimension() == 0 || at->dimension() == dimension) continue;
-    dropped = dropped || !pool_.is_empty(*at);
+    if (!pool_.is_empty(*at)) dropped.push_back(static_cast<std::size_t>(at - operands_.begin()));
     *at = pool_.empty(0);
   }
-  if (dropped)
+  for (std::size_t i = dropped.size(); i-- > 0;) forget_places(dropped[i]);
+  if (!dropped.empty())
     warn(frame, "'" + std::string(frame.name) + "' is " + std::to_string(dimension) + "-dimensional here; its children of another dimension take no part");
   return dimension;
 }
 
+/// The primitives of an operand take no part after all.
+void Reader::forget_places(std::size_t operand) {
+  const std::size_t begin = operand_places_[operand], end = operand + 1 < operands_.size() ? operand_places_[operand + 1] : places_.size();
+  places_.erase(places_.begin() + static_cast<std::ptrdiff_t>(begin), places_.begin() + static_cast<std::ptrdiff_t>(end));
+  for (std::size_t i = operand + 1; i < operand_places_.size(); ++i) operand_places_[i] -= end - begin;
+}
+
 Expression Reader::solid_of(const Frame& frame) {
-  if (frame.kind >= NodeKind::cube && frame.kind < NodeKind::unsupported)
+  if (frame.kind >= NodeKind::cube && frame.kind < NodeKind::unknown)
     return operands_.size() > frame.first_operand ? operands_[frame.first_operand] : pool_.empty(0);
   const int dimension = settle_dimension(frame);
   const auto operands = std::span<const Expression>(operands_).subspan(frame.first_operand);
@@ -243,6 +265,12 @@ Expression Reader::solid_of(const Frame& frame) {
       return pool_.boolean(Operation::subtract, dimension, operands);
     case NodeKind::intersection:
       return pool_.boolean(Operation::intersect, dimension, operands);
+    case NodeKind::color: {
+      const std::optional<Colour> colour = colours_.back();
+      colours_.pop_back();
+      const Expression child = pool_.boolean(Operation::unite, dimension, operands);
+      return colour ? pool_.coloured(*colour, child) : child;
+    }
     case NodeKind::multmatrix: {
       const std::array<double, 16> matrix = matrices_.back();
       matrices_.pop_back();
@@ -267,36 +295,48 @@ Expression Reader::construction_of(const Frame& frame, int dimension, std::span<
       if (pool_.is_empty(operand)) continue;
       const Expression pair[] = {sum, operand};
       sum = pool_.is_empty(sum) ? operand : pool_.construction(construct, result, pair);
+      constructs_at_.try_emplace(&sum.node(), frame.offset);
     }
     return sum;
   }
   const Expression operand = pool_.boolean(Operation::unite, dimension, operands);
   if (frame.vanishes || pool_.is_empty(operand)) return pool_.empty(result);
-  return pool_.construction(construct, result, {&operand, 1});
+  const Expression made = pool_.construction(construct, result, {&operand, 1});
+  constructs_at_.try_emplace(&made.node(), frame.offset);
+  return made;
 }
 
+/// The end of a node, and of those around it that have no braces.
 void Reader::close() {
+  do close_frame();
+  while (frames_.back().is_bare);
+}
+
+void Reader::close_frame() {
   const Frame frame = frames_.back();
   frames_.pop_back();
   if (frame.absence != Absence::none) return;
   Expression solid = solid_of(frame);
   operands_.erase(operands_.begin() + static_cast<std::ptrdiff_t>(frame.first_operand), operands_.end());
+  operand_places_.resize(operands_.size());
   complete(frame, std::move(solid));
 }
 
 /// Hands a finished subtree that takes part to its parent.
 void Reader::complete(const Frame& frame, Expression solid) {
-  const std::size_t primitives = pool_.is_empty(solid) ? 0 : frame.primitives;
+  if (pool_.is_empty(solid)) places_.resize(frame.first_place);
   if (frame.is_root) {
     root_ = frame;
-    root_.primitives = primitives;
+    places_.erase(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(frame.first_place));
+    root_places_ = std::move(places_);
+    places_.assign(frame.first_place, 0);  // nothing of the rest counts
     root_solid_ = std::move(solid);
     return;
   }
   Frame& parent = frames_.back();
-  parent.primitives += primitives;
   if (parent.problem == none) parent.problem = frame.problem;
   operands_.push_back(std::move(solid));
+  operand_places_.push_back(frame.first_place);
 }
 
 Model Reader::result() {
@@ -306,11 +346,14 @@ Model Reader::result() {
   Model model;
   if (root_tagged_) {
     model.expression = root_solid_;
-    model.primitive_count = root_.primitives;
+    model.part_offsets = std::move(root_places_);
   } else {
     model.expression = solid_of(top);
-    model.primitive_count = top.primitives;
+    if (pool_.is_empty(model.expression)) places_.clear();
+    model.part_offsets = std::move(places_);
   }
+  model.primitive_count = model.part_offsets.size();
+  model.construct_offsets = std::move(constructs_at_);
   if (model.expression.dimension() == 0) model.expression = pool_.empty(3);
   for (const SyntaxError& warning : warnings_) model.warnings.push_back(located(warning));
   if (warnings_left_out_ > 0)
@@ -320,12 +363,16 @@ Model Reader::result() {
 
 }  // namespace
 
-Model parse_csg(std::string_view text, const std::string& name) {
-  return Reader(text, name).read();
+std::string place_in(std::string_view text, const std::string& name, std::size_t offset) {
+  return name + ":" + LineFinder(text).at(std::min(offset, text.size()));
 }
 
-Model read_csg(const std::filesystem::path& path) {
-  return parse_csg(read_text(path), path.string());
+Model parse_csg(std::string_view text, const std::string& name, const CsgOptions& options) {
+  return Reader(text, name, options).read();
+}
+
+Model read_csg(const std::filesystem::path& path, const CsgOptions& options) {
+  return parse_csg(read_text(path), path.string(), options);
 }
 
 }  // namespace bsp2::model

@@ -65,6 +65,10 @@ void Scanner::block_comment() {
   at_ += close + 2;
 }
 
+bool Scanner::at_node() const {
+  return at_ != end_ && (is_letter(*at_) || std::string_view("!#%*").find(*at_) != std::string_view::npos);
+}
+
 std::string Scanner::here() const {
   if (at_ == end_) return "the end of the text";
   if (is_word(*at_) || *at_ == '$') {

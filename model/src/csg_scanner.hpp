@@ -60,6 +60,8 @@ class Scanner {
   std::string_view identifier();
   /// Reads "( arguments )" into `arguments` and `tape`.
   void arguments(std::vector<Argument>& arguments, std::vector<Value>& tape);
+  /// Whether a node begins here: a name or a modifier.
+  [[nodiscard]] bool at_node() const;
   /// What stands here, for messages: a name, a character, or the end of the text.
   [[nodiscard]] std::string here() const;
   [[noreturn]] void fail(std::string text) const { throw SyntaxError{offset(), std::move(text)}; }

@@ -1,5 +1,6 @@
 #include "bsp2/model/expression.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace bsp2::model {
@@ -11,13 +12,27 @@ int Expression::dimension() const {
   return node_->dimension;
 }
 
-Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), value(std::move(value_)) {
+Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), faceted(true), parts(0), value(std::move(value_)) {
+  constexpr std::uint64_t most = std::uint64_t{1} << 62;  // a graph may stand for more than anybody can count
+  const auto add = [&](const Expression& child) {
+    resolved = resolved && child.node().resolved;
+    faceted = faceted && child.node().faceted;
+    parts = std::min(parts + child.node().parts, most);
+  };
   if (const auto* boolean = std::get_if<Boolean>(&value)) {
-    for (const Expression& child : boolean->children) resolved = resolved && child.node().resolved;
+    for (const Expression& child : boolean->children) add(child);
+    if (boolean->parts != 0) parts = boolean->parts;
   } else if (const auto* transform = std::get_if<Transform>(&value)) {
-    resolved = transform->child.node().resolved;
-  } else if (std::holds_alternative<Construction>(value)) {
+    add(transform->child);
+  } else if (const auto* coloured = std::get_if<Coloured>(&value)) {
+    add(coloured->child);
+  } else if (const auto* construction = std::get_if<Construction>(&value)) {
+    for (const Expression& operand : construction->operands) add(operand);
     resolved = false;
+  } else {
+    const auto& primitive = std::get<Primitive>(value);
+    faceted = !std::holds_alternative<Round>(primitive) && !std::holds_alternative<Torus>(primitive);
+    parts = 1;
   }
 }
 
@@ -34,6 +49,8 @@ Node::~Node() {
       for (Expression& child : boolean->children) to.push_back(std::move(child.node_));
     } else if (auto* transform = std::get_if<Transform>(&value)) {
       to.push_back(std::move(transform->child.node_));
+    } else if (auto* coloured = std::get_if<Coloured>(&value)) {
+      to.push_back(std::move(coloured->child.node_));
     } else if (auto* construction = std::get_if<Construction>(&value)) {
       for (Expression& operand : construction->operands) to.push_back(std::move(operand.node_));
     }

@@ -31,16 +31,16 @@ struct PlaneDrawing {
   FaceCycles paths;
 };
 
-/// The paths of a DXF drawing's lines, arcs, circles and polylines; ends within 0.001 of each other meet, open paths are
+/// The paths of a DXF drawing's lines, arcs, circles, ellipses, polylines (bulges are passed over) and inserted blocks; ends within 0.001 of each other meet, open paths are
 /// closed by a straight line, as in OpenSCAD.
 /// @param layer only what is on this layer; empty: everything.
 /// @throws bsp2::Error if the file cannot be read.
 PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const Resolution& resolution);
 
-/// The areas of an SVG drawing's paths, rectangles, circles, ellipses and polygons, one drawing a shape, in millimetres with
-/// y upwards. Strokes, text and <use> are passed over.
-/// @param lines gets the number of paths that were passed over since they are lines: their ends are apart.
+/// The areas of an SVG drawing's paths, rectangles, circles, ellipses, polygons and lines, one drawing a shape, in millimetres
+/// with y upwards. As in OpenSCAD 2021.01: a line (a path whose ends are apart, a polyline) has the width of its stroke, areas
+/// have no strokes; text and <use> are passed over.
 /// @throws bsp2::Error if the file cannot be read.
-std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution, std::size_t& lines);
+std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution);
 
 }  // namespace bsp2::model

@@ -49,6 +49,14 @@ void add(Hash& hash, const ConvexPolygon& polygon) {
     for (const double x : point) hash.add(x);
 }
 
+void add(Hash& hash, const Round& round) {
+  hash.add(round.bottom), hash.add(round.top);
+  hash.add(std::uint64_t{round.sides});
+  for (const double length : round.lengths) hash.add(length);
+}
+
+void add(Hash& hash, const Torus& torus) { hash.add(torus.major), hash.add(torus.minor); }
+
 std::uint64_t hash_of(const Primitive& primitive) {
   Hash hash;
   hash.add(std::uint64_t{primitive.index()});
@@ -102,7 +110,7 @@ Expression NodePool::primitive(Primitive primitive, int dimension) {
       [&] { return Expression(std::make_shared<Node>(dimension, std::move(primitive))); });
 }
 
-Expression NodePool::boolean(Operation operation, int dimension, std::span<const Expression> operands) {
+Expression NodePool::boolean(Operation operation, int dimension, std::span<const Expression> operands, bool one_part) {
   const auto empty = [this](const Expression& e) { return is_empty(e); };
   if (operands.empty()) return empty_[dimension];
   if (operation == Operation::subtract && is_empty(operands.front())) return empty_[dimension];
@@ -114,14 +122,14 @@ Expression NodePool::boolean(Operation operation, int dimension, std::span<const
   if (operands_.size() == 1) return operands_.front();
 
   Hash hash;
-  hash.add(0x100 + static_cast<std::uint64_t>(operation));
+  hash.add(0x100 + static_cast<std::uint64_t>(operation) + (one_part ? 0x80 : 0));
   for (const Expression& operand : operands_) hash.add(address(operand));
   const auto equal = [&](const auto& value) {
     const auto* other = std::get_if<Boolean>(&value);
-    return other && other->operation == operation && same_nodes(other->children, operands_);
+    return other && other->operation == operation && (other->parts != 0) == one_part && same_nodes(other->children, operands_);
   };
   return find_or_make(hash.value(), dimension, equal, [&] {
-    return Expression(std::make_shared<Node>(dimension, Boolean{operation, operands_}));
+    return Expression(std::make_shared<Node>(dimension, Boolean{operation, operands_, one_part ? 1U : 0U}));
   });
 }
 
@@ -141,6 +149,20 @@ Expression NodePool::transform(std::span<const double> matrix, const Expression&
     for (double& entry : made.matrix) entry += 0.0;  // no -0: nodes that compare equal look equal
     return Expression(std::make_shared<Node>(child.dimension(), std::move(made)));
   });
+}
+
+Expression NodePool::coloured(const Colour& colour, const Expression& child) {
+  if (is_empty(child)) return child;
+  Hash hash;
+  hash.add(std::uint64_t{0x400});
+  for (const double channel : colour) hash.add(channel);
+  hash.add(address(child));
+  const auto equal = [&](const auto& value) {
+    const auto* other = std::get_if<Coloured>(&value);
+    return other && other->child.same_node(child) && other->colour == colour;
+  };
+  return find_or_make(hash.value(), child.dimension(), equal,
+                      [&] { return Expression(std::make_shared<Node>(child.dimension(), Coloured{colour, child})); });
 }
 
 Expression NodePool::construction(const Construct& construct, int dimension, std::span<const Expression> operands) {

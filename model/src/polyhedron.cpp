@@ -10,6 +10,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
+#include "mesh_repair.hpp"
 #include "mesh_triangulation.hpp"
 
 namespace bsp2::model {
@@ -62,18 +63,22 @@ FaceCycles oriented(const std::vector<Point3>& points, const FaceCycles& faces) 
   return without_degenerate(points, result);
 }
 
-[[noreturn]] void throw_open(const std::vector<Point3>& points, const std::vector<OpenEdge>& open) {
+std::string text_of(const std::vector<Point3>& points, const std::vector<OpenEdge>& open) {
   const OpenEdge& edge = open.front();
-  std::string text = "polyhedron: not closed: the edge from point " + std::to_string(edge.a) + " " +
-                     text_of(points[edge.a]) + " to point " + std::to_string(edge.b) + " " +
-                     text_of(points[edge.b]) + " has no matching face on its other side";
+  std::string text = "not closed: the edge from point " + std::to_string(edge.a) + " " + text_of(points[edge.a]) + " to point " +
+                     std::to_string(edge.b) + " " + text_of(points[edge.b]) + " has no matching face on its other side";
   if (open.size() > 1) text += "; " + std::to_string(open.size() - 1) + " more edges are open";
-  throw Error(text);
+  return text;
+}
+
+[[noreturn]] void throw_open(const std::vector<Point3>& points, const std::vector<OpenEdge>& open) {
+  throw Error("polyhedron: " + text_of(points, open));
 }
 
 /// Closes the faces with as little tolerance as it takes: exactly; then on OpenSCAD's grid of 2^-20, made
 /// finer for models smaller than 1; then within the rounding of a text that gives six digits.
-FaceCycles closed(const std::vector<Point3>& points, const FaceCycles& faces) {
+/// @return nothing if some edge stays open.
+std::optional<FaceCycles> closed(const std::vector<Point3>& points, const FaceCycles& faces) {
   const std::vector<OpenEdge> open = open_edges(faces);
   if (open.empty()) return faces;
   double extent = 0;
@@ -90,7 +95,7 @@ FaceCycles closed(const std::vector<Point3>& points, const FaceCycles& faces) {
     attempt = split_at_t_vertices(points, std::move(attempt), splitting);
     if (open_edges(attempt).empty()) return without_degenerate(points, attempt);
   }
-  throw_open(points, open);
+  return std::nullopt;
 }
 
 FaceCycles as_faces(const std::vector<Triangle>& triangles) {
@@ -194,15 +199,64 @@ TriangleMesh compact(const std::vector<Point3>& points, std::vector<Triangle> tr
 
 }  // namespace
 
-std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const FaceCycles& faces) {
-  check_input(points, faces);
-  std::vector<Triangle> triangles = closed_triangles(points, closed(points, oriented(points, faces)));
+namespace {
+
+/// Triangles of closed faces as a mesh. @throws bsp2::Error if flat ones could not be taken out without opening it.
+std::optional<TriangleMesh> mesh_of(const std::vector<Point3>& points, std::vector<Triangle> triangles) {
   if (triangles.empty()) return std::nullopt;
   if (const auto open = open_edges(as_faces(triangles)); !open.empty()) throw_open(points, open);
   // Wound the wrong way round as a whole: the solid is the same, so turn it.
   if (volume(points, triangles) < 0)
     for (Triangle& triangle : triangles) std::swap(triangle[1], triangle[2]);
   return compact(points, std::move(triangles));
+}
+
+}  // namespace
+
+std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const FaceCycles& faces) {
+  check_input(points, faces);
+  const FaceCycles cycles = oriented(points, faces);
+  const auto solid = closed(points, cycles);
+  if (!solid) throw_open(points, open_edges(cycles));
+  return mesh_of(points, closed_triangles(points, *solid));
+}
+
+std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces, const std::function<void(std::string)>& warn) {
+  check_input(given, faces);
+  FaceCycles cycles = oriented(given, faces);
+  if (const auto solid = closed(given, cycles)) return mesh_of(given, closed_triangles(given, *solid));
+  const std::string what = text_of(given, open_edges(cycles));
+  std::vector<std::string> repairs;
+  const auto told = [&](const std::string& last) {
+    std::string text = what + ". Repaired: ";
+    for (const std::string& repair : repairs) text += repair + ", ";
+    warn(text + last);
+  };
+
+  std::size_t count = 0;
+  const FaceCycles once = without_duplicates(cycles, count);
+  if (count > 0) {
+    const std::string repair = std::to_string(count) + " faces that were there already are left out";
+    if (const auto solid = closed(given, once)) return told(repair), mesh_of(given, closed_triangles(given, *solid));
+    repairs.push_back(repair);
+    cycles = once;
+  }
+  const FaceCycles wound = consistently_wound(cycles, count);
+  if (count > 0 && open_edges(wound).size() < open_edges(cycles).size()) {
+    const std::string repair = std::to_string(count) + " faces wound unlike their neighbours are turned";
+    if (const auto solid = closed(given, wound)) return told(repair), mesh_of(given, closed_triangles(given, *solid));
+    repairs.push_back(repair);
+    cycles = wound;
+  }
+  std::vector<Point3> points = given;
+  const auto first_apex = static_cast<std::uint32_t>(points.size());
+  const std::vector<OpenEdge> open = open_edges(cycles);
+  cycles = capped(points, cycles, open);
+  const std::vector<Triangle> triangles = without_sheets(points, closed_triangles(points, std::move(cycles)), first_apex, count);
+  std::string last = std::to_string(open.size()) + " open edges are closed by caps";
+  if (count > 0) last += ", " + std::to_string(count) + (count == 1 ? " part that is" : " parts that are") + " an open sheet and encloses nothing is left out";
+  told(last);
+  return mesh_of(points, triangles);
 }
 
 Expression polyhedron(std::vector<std::array<double, 3>> points,

@@ -2,7 +2,9 @@
 #include <libxml/tree.h>
 
 #include <algorithm>
+#include <clipper.hpp>
 #include <cmath>
+#include <sstream>
 #include <cstdlib>
 #include <memory>
 #include <numbers>
@@ -277,6 +279,7 @@ std::vector<std::vector<Point>> shape_of(const xmlNode* node, const std::string&
     pen.draw(attribute(node, "d"));
     return pen.paths;
   }
+  if (name == "line") return {{{number("x1"), number("y1")}, {number("x2"), number("y2")}}};
   if (name == "polyline") return {points_of(node)};
   if (name == "rect") {
     const double x = number("x"), y = number("y"), w = number("width"), h = number("height");
@@ -294,6 +297,43 @@ bool is_line(const std::vector<Point>& path) {
   return std::hypot(path.back()[0] - path[0][0], path.back()[1] - path[0][1]) > 0.1;
 }
 
+/// What an element says about its strokes, itself or in its style; it inherits nothing, as in OpenSCAD.
+std::string stroke_property(const xmlNode* node, const std::string& key) {
+  std::istringstream style(attribute(node, "style"));
+  for (std::string property; std::getline(style, property, ';');) {
+    const auto colon = property.find(':');
+    const auto first = property.find_first_not_of(" \t\r\n");
+    if (colon == std::string::npos || property.substr(first, colon - first) != key) continue;
+    const auto value = property.find_first_not_of(" \t", colon + 1);
+    return value == std::string::npos ? "" : property.substr(value);
+  }
+  return attribute(node, key.c_str());
+}
+
+/// The area of a line with a width, on OpenSCAD's grid of 1e-4 units: its joins are mitres and its caps squares, if nothing else
+/// is said.
+std::vector<std::vector<Point>> stroke_of(const xmlNode* node, const std::vector<Point>& line) {
+  constexpr double grid = 1e4, largest = 1e12;
+  const double given = std::strtod(stroke_property(node, "stroke-width").c_str(), nullptr), width = given >= 0.01 && given < largest ? given : 1;
+  const std::string cap = stroke_property(node, "stroke-linecap"), join = stroke_property(node, "stroke-linejoin");
+  ClipperLib::Path scaled;
+  for (const Point& p : line) {
+    if (!(std::fabs(p[0]) < largest && std::fabs(p[1]) < largest)) return {};
+    scaled.emplace_back(static_cast<ClipperLib::cInt>(p[0] * grid), static_cast<ClipperLib::cInt>(p[1] * grid));
+  }
+  ClipperLib::ClipperOffset clipper;
+  clipper.AddPath(scaled, join == "round" ? ClipperLib::jtRound : join == "bevel" ? ClipperLib::jtSquare : ClipperLib::jtMiter,
+                  cap == "round" ? ClipperLib::etOpenRound : cap == "butt" ? ClipperLib::etOpenButt : ClipperLib::etOpenSquare);
+  ClipperLib::Paths area;
+  clipper.Execute(area, width * grid / 2);
+  std::vector<std::vector<Point>> paths;
+  for (const auto& path : area) {
+    auto& points = paths.emplace_back();
+    for (const auto& p : path) points.push_back({static_cast<double>(p.X) / grid, static_cast<double>(p.Y) / grid});
+  }
+  return paths;
+}
+
 /// From the drawing's units to millimetres, y upwards from the lower edge of the page.
 Map page_of(const xmlNode* root, double dpi) {
   const auto box = numbers_of(attribute(root, "viewBox"));
@@ -308,8 +348,7 @@ Map page_of(const xmlNode* root, double dpi) {
 
 }  // namespace
 
-std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution, std::size_t& lines) {
-  lines = 0;
+std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution) {
   const std::unique_ptr<xmlDoc, void (*)(xmlDoc*)> document(
       xmlReadFile(path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING), xmlFreeDoc);
   const xmlNode* root = document ? xmlDocGetRootElement(document.get()) : nullptr;
@@ -327,17 +366,19 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
     if (name == "defs" || name == "symbol" || name == "clipPath" || name == "mask") continue;
     const Map map = visit.map.after(map_of(attribute(visit.node, "transform")));
     PlaneDrawing drawing;
-    for (const auto& points : shape_of(visit.node, name, resolution)) {
-      if (points.size() < 3) continue;
-      if (is_line(points)) {
-        ++lines;
-        continue;
-      }
+    const auto add = [&](const std::vector<Point>& points) {
       for (const Point& p : points) {
         drawing.paths.corners.push_back(static_cast<std::uint32_t>(drawing.points.size()));
         drawing.points.push_back(map(p));
       }
       drawing.paths.end_face();
+    };
+    for (const auto& points : shape_of(visit.node, name, resolution)) {
+      if (points.size() >= 2 && (name == "polyline" || is_line(points))) {
+        for (const auto& area : stroke_of(visit.node, points)) add(area);
+      } else if (points.size() >= 3) {
+        add(points);
+      }
     }
     const bool is_finite = std::all_of(drawing.points.begin(), drawing.points.end(), [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });
     if (!drawing.points.empty() && is_finite) shapes.push_back(std::move(drawing));

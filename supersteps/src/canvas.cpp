@@ -1,11 +1,17 @@
 #include "canvas.hpp"
 
+#include <cairo-pdf.h>
+#include <cairo-svg.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 namespace bsp2::supersteps {
 namespace {
@@ -21,16 +27,33 @@ cairo_status_t append(void* closure, const unsigned char* data, unsigned int len
   return CAIRO_STATUS_SUCCESS;
 }
 
+constexpr double line_width = 0.6;  // pixels
+constexpr Colour line_colour{0.12, 0.13, 0.16};
+
+using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+
+Surface vector_surface(PictureFormat format, std::string& bytes, int width, int height) {
+  const auto create = format == PictureFormat::svg ? cairo_svg_surface_create_for_stream : cairo_pdf_surface_create_for_stream;
+  Surface surface(create(append, &bytes, width, height), cairo_surface_destroy);
+  check(cairo_surface_status(surface.get()));
+  if (format == PictureFormat::svg) cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
+  return surface;
+}
+
 }  // namespace
 
-Canvas::Canvas(int size)
-    : size_(size),
-      surface_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples * size, samples * size),
-               cairo_surface_destroy),
+Canvas::Canvas(int width, int height)
+    : width_(width),
+      height_(height),
+      surface_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples * width, samples * height), cairo_surface_destroy),
+      tile_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples, samples), cairo_surface_destroy),
       context_(cairo_create(surface_.get()), cairo_destroy) {
   check(cairo_surface_status(surface_.get()));
+  check(cairo_surface_status(tile_.get()));
   check(cairo_status(context_.get()));
   cairo_set_antialias(context_.get(), CAIRO_ANTIALIAS_NONE);
+  cairo_set_line_width(context_.get(), samples * line_width);
+  cairo_set_line_join(context_.get(), CAIRO_LINE_JOIN_ROUND);
   forget();
 }
 
@@ -44,27 +67,53 @@ std::uint32_t* Canvas::row(int y) {
   return reinterpret_cast<std::uint32_t*>(data + std::ptrdiff_t{y} * cairo_image_surface_get_stride(surface_.get()));
 }
 
-void Canvas::fill(std::span<const std::array<double, 2>> polygon, const Colour& colour) {
+/// What is translucent: a tile of one pixel, some of its samples the colour and the others nothing.
+void Canvas::set_source(const Ink& ink) {
+  cairo_t* cr = context_.get();
+  constexpr int all = samples * samples;
+  const int covered = std::clamp(static_cast<int>(std::lround(ink.opacity * all)), 0, all);
+  if (covered == all) return cairo_set_source_rgb(cr, ink.colour[0], ink.colour[1], ink.colour[2]);
+  static constexpr std::array<int, all> order{4, 0, 8, 2, 6, 1, 7, 3, 5};  // of the samples of a pixel, evenly
+  std::uint32_t colour = 0xff;
+  for (const double channel : ink.colour) colour = colour << 8 | static_cast<std::uint32_t>(std::lround(255 * channel));
+  cairo_surface_flush(tile_.get());
+  unsigned char* data = cairo_image_surface_get_data(tile_.get());
+  for (int i = 0; i < all; ++i) {
+    const std::uint32_t sample = i < covered ? colour : 0;
+    std::memcpy(data + std::ptrdiff_t{order[i] / samples} * cairo_image_surface_get_stride(tile_.get()) + std::ptrdiff_t{4} * (order[i] % samples), &sample,
+                sizeof sample);
+  }
+  cairo_surface_mark_dirty(tile_.get());
+  cairo_set_source_surface(cr, tile_.get(), 0, 0);
+  cairo_pattern_set_extend(cairo_get_source(cr), CAIRO_EXTEND_REPEAT);
+  cairo_pattern_set_filter(cairo_get_source(cr), CAIRO_FILTER_NEAREST);
+}
+
+void Canvas::fill(std::span<const std::array<double, 2>> polygon, const Ink& ink) {
   cairo_t* cr = context_.get();
   for (const auto& point : polygon) {
     cairo_line_to(cr, samples * point[0], samples * point[1]);
     for (const int axis : {0, 1}) {
-      low_[axis] = std::min(low_[axis], samples * point[axis]);
-      high_[axis] = std::max(high_[axis], samples * point[axis]);
+      low_[axis] = std::min(low_[axis], samples * (point[axis] - line_width));
+      high_[axis] = std::max(high_[axis], samples * (point[axis] + line_width));
     }
   }
-  cairo_set_source_rgb(cr, colour[0], colour[1], colour[2]);
-  cairo_fill(cr);
+  cairo_close_path(cr);
+  set_source(ink);
+  if (!ink.edges) return cairo_fill(cr);
+  cairo_fill_preserve(cr);
+  set_source({line_colour, ink.opacity});
+  cairo_stroke(cr);
 }
 
-Layer Canvas::take() {
+Canvas::Layer Canvas::take() {
   check(cairo_status(context_.get()));
   cairo_surface_flush(surface_.get());
   Layer layer;
   if (!(low_[0] <= high_[0])) return layer;
-  const double end = samples * size_;
-  const auto begin_of = [&](int axis) { return static_cast<std::int32_t>(std::clamp(std::floor(low_[axis]) - 1, 0.0, end)); };
-  const auto end_of = [&](int axis) { return static_cast<std::int32_t>(std::clamp(std::ceil(high_[axis]) + 1, 0.0, end)); };
+  const std::array<double, 2> end{static_cast<double>(samples * width_), static_cast<double>(samples * height_)};
+  const auto begin_of = [&](int axis) { return static_cast<std::int32_t>(std::clamp(std::floor(low_[axis]) - 1, 0.0, end[axis])); };
+  const auto end_of = [&](int axis) { return static_cast<std::int32_t>(std::clamp(std::ceil(high_[axis]) + 1, 0.0, end[axis])); };
   layer.x = begin_of(0);
   layer.y = begin_of(1);
   layer.width = end_of(0) - layer.x;
@@ -85,7 +134,7 @@ Layer Canvas::take() {
 }
 
 void Canvas::put(const Layer& layer) {
-  if (layer.x < 0 || layer.y < 0 || layer.x + layer.width > samples * size_ || layer.y + layer.height > samples * size_)
+  if (layer.x < 0 || layer.y < 0 || layer.x + layer.width > samples * width_ || layer.y + layer.height > samples * height_)
     throw std::out_of_range("a layer that is larger than its canvas");
   cairo_surface_flush(surface_.get());
   std::size_t at = 0;  // in the layer, row by row
@@ -101,10 +150,10 @@ void Canvas::put(const Layer& layer) {
   }
   cairo_surface_mark_dirty(surface_.get());
   low_ = {0, 0};
-  high_.fill(samples * size_);
+  high_ = {static_cast<double>(samples * width_), static_cast<double>(samples * height_)};
 }
 
-std::string Canvas::png(const Colour& background) {
+std::string Canvas::file(const Colour& background) {
   cairo_set_operator(context_.get(), CAIRO_OPERATOR_DEST_OVER);
   cairo_set_source_rgb(context_.get(), background[0], background[1], background[2]);
   cairo_paint(context_.get());
@@ -113,8 +162,8 @@ std::string Canvas::png(const Colour& background) {
   unsigned char* data = cairo_image_surface_get_data(surface_.get());
   const int stride = cairo_image_surface_get_stride(surface_.get());
   // Averages in place: a result pixel lies before all samples that are still to be read.
-  for (int y = 0; y < size_; ++y) {
-    for (int x = 0; x < size_; ++x) {
+  for (int y = 0; y < height_; ++y) {
+    for (int x = 0; x < width_; ++x) {
       std::array<unsigned, 4> sum{};
       for (int i = 0; i < samples; ++i) {
         const unsigned char* row =
@@ -128,10 +177,65 @@ std::string Canvas::png(const Colour& background) {
     }
   }
   const std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> image(
-      cairo_image_surface_create_for_data(data, CAIRO_FORMAT_RGB24, size_, size_, stride),
+      cairo_image_surface_create_for_data(data, CAIRO_FORMAT_RGB24, width_, height_, stride),
       cairo_surface_destroy);
   std::string bytes;
   check(cairo_surface_write_to_png_stream(image.get(), append, &bytes));
+  return bytes;
+}
+
+void Drawing::fill(std::span<const std::array<double, 2>> polygon, const Ink& ink) {
+  for (const auto& point : polygon) all_.points.insert(all_.points.end(), point.begin(), point.end());
+  all_.ends.push_back(static_cast<std::uint32_t>(all_.points.size() / 2));
+  for (const double channel : ink.colour) all_.inks.push_back(static_cast<float>(channel));
+  all_.inks.insert(all_.inks.end(), {static_cast<float>(ink.opacity), ink.edges ? 1.0F : 0.0F});
+}
+
+Drawing::Layer Drawing::take() { return std::exchange(all_, {}); }
+
+void Drawing::put(const Layer& layer) {
+  const auto first = static_cast<std::uint32_t>(all_.points.size() / 2);
+  all_.points.insert(all_.points.end(), layer.points.begin(), layer.points.end());
+  for (const std::uint32_t end : layer.ends) all_.ends.push_back(first + end);
+  all_.inks.insert(all_.inks.end(), layer.inks.begin(), layer.inks.end());
+}
+
+std::string Drawing::file(const Colour& background) {
+  std::string bytes;
+  {
+    const Surface surface = vector_surface(format_, bytes, width_, height_);
+    const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context(cairo_create(surface.get()), cairo_destroy);
+    cairo_t* cr = context.get();
+    cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
+    cairo_set_line_width(cr, line_width);
+    cairo_set_source_rgb(cr, background[0], background[1], background[2]);
+    cairo_paint(cr);
+    std::uint32_t point = 0;
+    for (std::size_t polygon = 0; polygon < all_.ends.size(); ++polygon) {
+      for (; point < all_.ends[polygon]; ++point) cairo_line_to(cr, all_.points[2 * point], all_.points[2 * point + 1]);
+      cairo_close_path(cr);
+      const float* ink = all_.inks.data() + 5 * polygon;
+      cairo_set_source_rgba(cr, ink[0], ink[1], ink[2], ink[3]);
+      const bool edges = ink[4] > 0;
+      if (ink[3] < 1 && !edges) {
+        cairo_fill(cr);
+        continue;
+      }
+      // Viewers blend the edges of polygons with what is behind: a line of the same colour closes the seams.
+      cairo_fill_preserve(cr);
+      if (edges) cairo_set_source_rgba(cr, line_colour[0], line_colour[1], line_colour[2], ink[3]);
+      cairo_stroke(cr);
+    }
+    check(cairo_status(cr));
+    cairo_surface_finish(surface.get());
+    check(cairo_surface_status(surface.get()));
+  }
+  // Cairo numbers the surfaces of a process; a picture is the same whatever was drawn before it.
+  const std::string_view id = "id=\"surface";
+  if (const auto at = bytes.find(id); format_ == PictureFormat::svg && at != std::string::npos) {
+    const auto digits = at + id.size();
+    bytes.erase(digits, bytes.find('"', digits) - digits);
+  }
   return bytes;
 }
 

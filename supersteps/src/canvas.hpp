@@ -9,9 +9,21 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/supersteps/rendering.hpp"
+
+/// What a picture is drawn on: samples (Canvas) or a list of polygons (Drawing). Both can be taken off as layers, which
+/// travel and are put over each other again, so that the picture does not depend on who drew what.
+/// The origin is the upper left corner, y shows down, lengths are in pixels.
 namespace bsp2::supersteps {
 
 using Colour = std::array<double, 3>;  ///< red, green, blue in [0, 1]
+
+/// How a polygon is drawn.
+struct Ink {
+  Colour colour{};
+  double opacity = 1;
+  bool edges = false;  ///< its outline as a dark line
+};
 
 /// What has been drawn on a canvas, without what has not: it travels, and is put over what lies behind it.
 ///
@@ -26,35 +38,64 @@ struct Layer {
   }
 };
 
-/// A square image that polygons are filled into.
+/// An image that polygons are filled into.
 ///
-/// Drawn at twice its size without antialiasing and averaged at the end: polygons that share an edge then leave no seam, as
-/// they would if each were blended with what is behind it. So a picture may be drawn in layers by several canvases, and is
-/// the same, sample for sample.
+/// Drawn at three times its size without antialiasing and averaged at the end: polygons that share an edge then leave no
+/// seam, as they would if each were blended with what is behind it. What is translucent covers some of a pixel's samples,
+/// always the same ones. So every sample has the colour of one polygon, and a picture may be drawn in layers by several
+/// canvases, and is the same, sample for sample.
 class Canvas {
  public:
-  explicit Canvas(int size);
+  using Layer = supersteps::Layer;
+  Canvas(int width, int height);
 
-  /// Fills a polygon; the origin of the image is its upper left corner, y shows down, lengths are in its
-  /// pixels.
-  void fill(std::span<const std::array<double, 2>> polygon, const Colour& colour);
+  void fill(std::span<const std::array<double, 2>> polygon, const Ink& ink);
   /// What has been drawn; the canvas is empty again.
   [[nodiscard]] Layer take();
   /// Puts a layer over what has been drawn.
   void put(const Layer& layer);
   /// The image before a background as the bytes of a PNG file. Call once, at the end.
-  [[nodiscard]] std::string png(const Colour& background);
+  [[nodiscard]] std::string file(const Colour& background);
 
  private:
-  static constexpr int samples = 2;  // an edge of a pixel
+  static constexpr int samples = 3;  // an edge of a pixel
 
-  int size_;
-  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_;
+  int width_, height_;
+  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_, tile_;
   std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context_;
   std::array<double, 2> low_, high_;  // of what has been drawn, in samples
 
   void forget();
+  void set_source(const Ink& ink);
   std::uint32_t* row(int y);
+};
+
+/// A list of polygons that becomes an SVG or PDF file.
+class Drawing {
+ public:
+  /// Polygons in the order in which they are drawn.
+  struct Layer {
+    std::vector<double> points;       ///< x and y
+    std::vector<std::uint32_t> ends;  ///< of each polygon in the points
+    std::vector<float> inks;          ///< red, green, blue, opacity, and 1 for edges
+
+    template <class Archive>
+    void serialize(Archive& archive, unsigned) {
+      archive & points & ends & inks;
+    }
+  };
+  Drawing(int width, int height, PictureFormat format) : width_(width), height_(height), format_(format) {}
+
+  void fill(std::span<const std::array<double, 2>> polygon, const Ink& ink);
+  [[nodiscard]] Layer take();
+  void put(const Layer& layer);
+  /// The drawing before a background as the bytes of a file. Call once, at the end.
+  [[nodiscard]] std::string file(const Colour& background);
+
+ private:
+  int width_, height_;
+  PictureFormat format_;
+  Layer all_;
 };
 
 }  // namespace bsp2::supersteps

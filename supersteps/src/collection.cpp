@@ -21,93 +21,76 @@ namespace {
 using geometry::BspTree;
 using geometry::CellBatch;
 
-/// All of a part but its cells.
+/// All of a region's mesh but its cells.
 struct Forest {
-  std::vector<std::uint32_t>& regions;
-  std::vector<std::int32_t>& roots;
+  std::uint32_t& region;
   BspTree& tree;
-  Recorded& elsewhere;
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & regions & roots & tree.dimension & tree.nodes & tree.ids & tree.hyperplanes & elsewhere.nodes & elsewhere.cells;
+    archive & region & tree.dimension & tree.root & tree.nodes & tree.ids & tree.hyperplanes;
   }
 };
 
-/// Batches travel one by one, the trees follow them.
-void send(Ranks& ranks, int to, Part part) {
-  for (auto& batch : part.batches) {
-    ranks.send(to, dataflow::to_bytes(*batch));
+}  // namespace
+
+void send(Ranks& ranks, int to, RegionMesh mesh) {
+  for (auto& batch : mesh.batches) {
+    ranks.send(to, std::string(1, 'c') + dataflow::to_bytes(*batch));
     batch = nullptr;
   }
-  ranks.send(to, dataflow::to_bytes(Forest{part.regions, part.roots, part.tree, part.elsewhere}));
+  ranks.send(to, std::string(1, 'r') + dataflow::to_bytes(Forest{mesh.region, mesh.tree}));
 }
 
-/// Shifts a child of a BSP node of a part to where its node or cell is in the whole; what the master has from a resumed
-/// snapshot stays where it is.
-std::int32_t shifted(std::int32_t child, const Part& part, const Part& whole, std::size_t nodes) {
-  if (child == BspTree::empty_leaf) return child;
-  const std::int64_t number = child >= 0 ? child : ~child;  // of a node, or of a cell from 1 on
-  if (child >= 0 ? number < part.elsewhere.nodes : number <= part.elsewhere.cells) return child;
-  const std::int64_t moved = child >= 0 ? number - part.elsewhere.nodes + whole.elsewhere.nodes + static_cast<std::int64_t>(nodes)
-                                        : ~(number - part.elsewhere.cells + whole.elsewhere.cells + static_cast<std::int64_t>(whole.cells));
-  if (moved > std::numeric_limits<std::int32_t>::max() || moved < std::numeric_limits<std::int32_t>::min())
-    throw std::length_error("a BSP tree of more than 2^31 nodes or cells; --collect file needs none");
-  return static_cast<std::int32_t>(moved);
+bool receive(std::string_view message, RegionMesh& mesh) {
+  const std::span<const char> bytes(message.data() + 1, message.size() - 1);
+  if (message.front() == 'c') {
+    const auto batch = std::make_shared<CellBatch>();
+    dataflow::from_bytes(bytes, *batch);
+    mesh.cells += static_cast<std::uint32_t>(batch->size());
+    mesh.batches.push_back(batch);
+    return false;
+  }
+  Forest forest{mesh.region, mesh.tree};
+  dataflow::from_bytes(bytes, forest);
+  return true;
 }
 
-void append(Part& whole, Part part) {
-  const std::size_t nodes = whole.tree.nodes.size();
-  const auto width = static_cast<std::size_t>(whole.tree.dimension) + 1;
-  const auto hyperplanes = static_cast<std::uint32_t>(whole.tree.hyperplanes.size() / width);
-  for (const BspTree::Node& node : part.tree.nodes)
-    whole.tree.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, part, whole, nodes), shifted(node.positive, part, whole, nodes)});
-  whole.tree.ids.insert(whole.tree.ids.end(), part.tree.ids.begin(), part.tree.ids.end());
-  whole.tree.hyperplanes.insert(whole.tree.hyperplanes.end(), part.tree.hyperplanes.begin(), part.tree.hyperplanes.end());
-  for (const std::int32_t root : part.roots) whole.roots.push_back(shifted(root, part, whole, nodes));
-  whole.regions.insert(whole.regions.end(), part.regions.begin(), part.regions.end());
-  std::move(part.batches.begin(), part.batches.end(), std::back_inserter(whole.batches));
-  whole.cells += part.cells;
+namespace {
+
+void send(Ranks& ranks, int to, RegionMeshes meshes) {
+  while (!meshes.empty()) send(ranks, to, std::move(meshes.extract(meshes.begin()).mapped()));
 }
 
-/// What arrived, each sender's batches and then its trees.
-void receive(const Ranks& ranks, Part& whole) {
-  Part part;
-  const auto& messages = ranks.received();
-  for (std::size_t i = 0; i < messages.size(); ++i) {
-    const bool is_last = i + 1 == messages.size() || messages[i + 1].source != messages[i].source;
-    if (is_last) {
-      Forest forest{part.regions, part.roots, part.tree, part.elsewhere};
-      dataflow::from_bytes(messages[i].bytes, forest);
-      append(whole, std::exchange(part, {}));
-    } else {
-      const auto batch = std::make_shared<CellBatch>();
-      dataflow::from_bytes(messages[i].bytes, *batch);
-      part.cells += batch->size();
-      part.batches.push_back(batch);
-    }
+void receive(const Ranks& ranks, RegionMeshes& meshes) {
+  RegionMesh mesh;
+  for (const auto& message : ranks.received()) {
+    if (!receive(message.bytes, mesh)) continue;
+    const std::uint32_t region = mesh.region;
+    meshes[region] = std::exchange(mesh, {});
   }
 }
 
-void to_master(Ranks& ranks, Part& part) {
-  if (!ranks.is_master()) send(ranks, 0, std::exchange(part, {}));
+void to_master(Ranks& ranks, RegionMeshes& meshes) {
+  if (!ranks.is_master()) send(ranks, 0, std::exchange(meshes, {}));
   ranks.sync();
-  receive(ranks, part);
+  receive(ranks, meshes);
 }
 
-/// In each round every second of those that still hold cells hands them to its neighbour: the order of ranks remains.
-void up_a_tree(Ranks& ranks, Part& part) {
+/// In each round every second of those that still hold cells hands them to its neighbour.
+void up_a_tree(Ranks& ranks, RegionMeshes& meshes) {
   for (int stride = 1; stride < ranks.count(); stride *= 2) {
-    if (ranks.rank() % (2 * stride) == stride) send(ranks, ranks.rank() - stride, std::exchange(part, {}));
+    if (ranks.rank() % (2 * stride) == stride) send(ranks, ranks.rank() - stride, std::exchange(meshes, {}));
     ranks.sync();
-    receive(ranks, part);
+    receive(ranks, meshes);
   }
 }
 
-Collect decide(Ranks& ranks, const Part& part, Collect how) {
+Collect decide(Ranks& ranks, const RegionMeshes& meshes, Collect how) {
   if (how != Collect::automatic) return how;
-  std::uint64_t cells = 0;
-  for (const std::uint64_t count : gather(ranks, part.cells)) cells += count;
+  std::uint64_t mine = 0, cells = 0;
+  for (const auto& [number, mesh] : meshes) mine += mesh.cells;
+  for (const std::uint64_t count : gather(ranks, mine)) cells += count;
   bool is_small = cells <= cells_of_a_master;
   broadcast(ranks, is_small);
   return is_small ? Collect::master : Collect::file;
@@ -115,28 +98,11 @@ Collect decide(Ranks& ranks, const Part& part, Collect how) {
 
 }  // namespace
 
-template <int D>
-Part Keeper::take(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation) {
-  std::sort(refinements_.begin(), refinements_.end(), [](const auto& a, const auto& b) {
-    return a->worker != b->worker ? a->worker < b->worker : a->first < b->first;
-  });
-  Part part;
-  for (const auto& refinement : refinements_) {
-    part.batches.emplace_back(refinement, &refinement->cells);
-    part.cells += refinement->cells.size();
-  }
-  refinements_.clear();
-  part.regions = std::move(regions);
-  part.roots = std::move(evaluation.region_roots);
-  part.tree = std::move(evaluation.tree);
-  return part;
-}
-
-bool collection(Ranks& ranks, Part& part, Collect how) {
+bool collection(Ranks& ranks, RegionMeshes& meshes, Collect how) {
   if (ranks.count() == 1) return true;
-  how = decide(ranks, part, how);
-  if (how == Collect::master) to_master(ranks, part);
-  if (how == Collect::tree) up_a_tree(ranks, part);
+  how = decide(ranks, meshes, how);
+  if (how == Collect::master) to_master(ranks, meshes);
+  if (how == Collect::tree) up_a_tree(ranks, meshes);
   return how != Collect::file;
 }
 
@@ -170,6 +136,8 @@ void write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::pa
   io::VtuOptions options;
   options.tets = tets;
   options.rank_of_region = result.rank_of_region;
+  for (const auto& colour : result.colour_of_part) options.colour_of_part.push_back(colour.value_or(uncoloured));
+  options.other_colour = uncoloured;
   io::VtuShare share(pvtu, result.report.dimension, result.mesh.batches, options);
   const auto size = share.size();
   io::VtuShare::Size all;
@@ -188,7 +156,6 @@ void write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::pa
 }
 
 #define BSP2_STAGE(D)                                                                                                               \
-  template Part Keeper::take<D>(std::vector<std::uint32_t>, dataflow::Evaluation<D>);                                               \
   template dataflow::Totals<D> sum_totals<D>(Ranks&, const dataflow::Network<D>&, const dataflow::Totals<D>&);                      \
   template BspTree join_trees<D>(const dataflow::Network<D>&, const dataflow::Partition<D>&, BspTree, const std::vector<std::int32_t>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)

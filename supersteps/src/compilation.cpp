@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/snapshot.hpp"
@@ -8,21 +10,60 @@ namespace bsp2::supersteps {
 Source compilation(const Ranks& ranks, const RunOptions& options) {
   Source source;
   if (!ranks.is_master()) return source;
-  source.text = options.resume ? io::read_snapshot(*options.resume, io::SnapshotPart::head).head.source : model::read_text(options.model);
-  source.model = model::parse_csg(source.text, options.model.string());
+  if (options.resume) {
+    source.text = io::read_snapshot(*options.resume, io::SnapshotPart::head).head.source;
+  } else if (model::is_scad(options.model)) {
+    model::ModelText translated = model::convert_scad(options.model);
+    source.text = std::move(translated.text);
+    source.warnings = std::move(translated.warnings);
+  } else {
+    source.text = model::read_text(options.model);
+  }
+  source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
   return source;
 }
 
+std::string source_name(const RunOptions& options) { return options.model.string() + (model::is_scad(options.model) ? ".csg" : ""); }
+
 template <int D>
 dataflow::Network<D> translation(const Source& source, const RunOptions& options) {
+  const std::string name = source_name(options);
+  const auto located = [&](const std::string& text) { return text.starts_with(name + ":") ? text : name + ": " + text; };
+  const auto place = [&](std::size_t offset) { return model::place_in(source.text, name, offset) + ": "; };
+  dataflow::CompileOptions compile_options{.coincidence = options.coincidence};
+  compile_options.place_of = [&](const model::Node& node) {
+    const auto found = source.model.construct_offsets.find(&node);
+    return found == source.model.construct_offsets.end() ? "" : place(found->second);
+  };
+  compile_options.place_of_part = [&](std::int32_t part) {
+    const auto& offsets = source.model.part_offsets;
+    return static_cast<std::size_t>(part) < offsets.size() ? place(offsets[static_cast<std::size_t>(part)]) : "";
+  };
   try {
-    return dataflow::compile<D>(source.model.expression, {.coincidence = options.coincidence});
+    dataflow::Network<D> network = dataflow::compile<D>(source.model.expression, compile_options);
+    for (std::string& warning : network.warnings) warning = located(warning);
+    return network;
   } catch (const Error& error) {
-    throw Error(options.model.string() + ": " + error.what());
+    throw Error(located(error.what()));
   }
 }
 
-#define BSP2_STAGE(D) template dataflow::Network<D> translation<D>(const Source&, const RunOptions&);
+void refuse_warnings(const std::vector<std::string>& warnings) {
+  if (warnings.empty()) return;
+  std::string text = warnings.front();
+  if (warnings.size() > 1) text += " (and " + std::to_string(warnings.size() - 1) + " more warnings)";
+  throw Error(text + "; --strict turns warnings into errors");
+}
+
+template <int D>
+void limit_refinement(const dataflow::Network<D>& network, RunOptions& options) {
+  if (!network.is_round()) return;
+  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / 1000));
+}
+
+#define BSP2_STAGE(D)                                                              \
+  template dataflow::Network<D> translation<D>(const Source&, const RunOptions&); \
+  template void limit_refinement<D>(const dataflow::Network<D>&, RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -13,6 +13,7 @@ dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned t
   evaluate.threads = threads;
   evaluate.order = options.order == Order::priority ? dataflow::Order::priority : dataflow::Order::depth;
   evaluate.level = options.level;
+  evaluate.tolerance = options.tolerance;
   evaluate.budget_seconds = options.budget_seconds;
   evaluate.cells = options.cells;
   evaluate.interrupted = options.interrupted;
@@ -29,17 +30,20 @@ dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned t
 }  // namespace
 
 template <int D>
-dataflow::Evaluation<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
+Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
                                     const RunOptions& options, unsigned threads, const Recorded& so_far,
-                                    std::span<dataflow::Consumer* const> consumers) {
+                                    std::optional<std::uint64_t> quota, std::span<dataflow::Consumer* const> consumers) {
   double share = 0;  // of space
   for (const auto& region : regions) share += std::ldexp(1.0, -int{region.level});
-  Contact contact(ranks, share, options.on_progress);
+  Contact contact(ranks, share, {options.move_after_seconds, options.cells}, options.on_progress);
   std::vector<dataflow::Consumer*> all(consumers.begin(), consumers.end());
   all.push_back(&contact);
-  auto evaluation = dataflow::evaluate(network, std::move(regions), evaluate_options(options, threads, so_far), all);
+  dataflow::EvaluateOptions evaluate = evaluate_options(options, threads, so_far);
+  evaluate.cells = quota;
+  evaluate.interrupted = [&] { return contact.is_over() || (options.interrupted && options.interrupted()); };
+  auto evaluation = dataflow::evaluate(network, std::move(regions), evaluate, all);
   contact.finish();
-  return evaluation;
+  return {std::move(evaluation), contact.shall_move()};
 }
 
 template <int D>
@@ -49,8 +53,9 @@ dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span
 }
 
 #define BSP2_STAGE(D)                                                                                                            \
-  template dataflow::Evaluation<D> computation<D>(Ranks&, const dataflow::Network<D>&, std::vector<dataflow::Region<D>>,         \
-                                                  const RunOptions&, unsigned, const Recorded&, std::span<dataflow::Consumer* const>); \
+  template Computed<D> computation<D>(Ranks&, const dataflow::Network<D>&, std::vector<dataflow::Region<D>>,                     \
+                                      const RunOptions&, unsigned, const Recorded&, std::optional<std::uint64_t>,                \
+                                      std::span<dataflow::Consumer* const>);                                                     \
   template dataflow::Evaluation<D> picturing<D>(const dataflow::Network<D>&, std::span<const dataflow::Region<D>>, const RunOptions&, \
                                                 unsigned, const Recorded&, std::span<dataflow::Consumer* const>);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "bsp2/dataflow/consumer.hpp"
 #include "bsp2/supersteps/ranks.hpp"
@@ -18,27 +19,42 @@ class Contact : public dataflow::Consumer {
  public:
   using Report = std::function<void(double done, std::uint64_t cells)>;
 
+  struct Limits {
+    std::optional<double> move_after_seconds;  ///< then a rank without work may end the step; none: never
+    std::optional<std::uint64_t> cells;        ///< of all ranks together
+  };
+
   /// @param share of space that this rank computes, as `progress` counts it.
   /// @param report told the progress of all ranks, on the master.
-  Contact(Ranks& ranks, double share, Report report) : ranks_(ranks), share_(share), report_(std::move(report)) {}
+  Contact(Ranks& ranks, double share, const Limits& limits, Report report) : ranks_(ranks), share_(share), limits_(limits), report_(std::move(report)) {}
 
   void consume(const std::shared_ptr<const dataflow::Refinement>&) override {}
   void progress(double done, std::uint64_t cells) override;
   /// The work of this rank is done; waits until that of all is. Collective.
   void finish();
+  /// The ranks have agreed to end the step before its time: one has nothing left to do, or there are cells enough.
+  [[nodiscard]] bool is_over() const { return is_over_; }
+  /// Because one has nothing left to do; the same on all ranks once they have finished.
+  [[nodiscard]] bool shall_move() const { return shall_move_; }
 
  private:
+  using Clock = std::chrono::steady_clock;
   struct Status {
-    double done = 0;  ///< share of space
+    double seconds = 0;             ///< since the step began
+    double gained = 0, left = 0;    ///< share of space that was decided since, and that is undecided
+    double done = 0;                ///< likewise, in all
     std::uint64_t cells = 0;
     bool finished = false;
   };
 
   Ranks& ranks_;
   double share_;
+  Limits limits_;
   Report report_;
+  Clock::time_point start_ = Clock::now();
+  std::optional<double> done_at_first_;
   Status mine_;
-  bool all_finished_ = false;
+  bool all_finished_ = false, is_over_ = false, shall_move_ = false;
 
   void tell();
   void listen();

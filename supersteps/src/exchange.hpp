@@ -1,5 +1,6 @@
 #pragma once
 
+#include <boost/serialization/string.hpp>
 #include <string>
 #include <vector>
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "bsp2/dataflow/archive.hpp"
 #include "bsp2/dataflow/portion.hpp"
@@ -17,7 +18,6 @@ namespace {
 
 using dataflow::Frontier;
 using dataflow::Region;
-using geometry::BspTree;
 
 /// The dimension of a model is known at run time, those of the templates before it.
 template <typename Body>
@@ -39,7 +39,9 @@ RunOptions options_of(const io::SnapshotHead& head) {
   RunOptions options;
   options.model = head.model;
   options.coincidence = head.coincidence;
+  options.curved = head.curved;
   options.level = head.level;
+  if (head.tolerance > 0) options.tolerance = head.tolerance;
   options.keep_in = head.keep_in;
   options.keep_fuzzy = head.keep_fuzzy;
   options.keep_out = head.keep_out;
@@ -50,7 +52,7 @@ RunOptions options_of(const io::SnapshotHead& head) {
 Source source_of(const io::SnapshotHead& head) {
   Source source;
   source.text = head.source;
-  source.model = model::parse_csg(source.text, head.model);
+  source.model = model::parse_csg(source.text, source_name(options_of(head)), {.curved = head.curved});
   return source;
 }
 
@@ -113,9 +115,11 @@ std::vector<Region<D>> regions_of(const Portion& portion, const io::Snapshot& pa
   }
   const auto halves = dealt_regions(parent);
   const auto half = static_cast<std::size_t>(portion.half);
-  if (!halves[1].empty()) return regions_at<D>(parent, halves[half]);
-  std::vector<Region<D>> regions = regions_at<D>(parent, halves[0]);
+  const bool is_one_region = halves[1].empty();
+  std::vector<Region<D>> regions = regions_at<D>(parent, halves[is_one_region ? 0 : half]);
   for (Region<D>& region : regions) {
+    region.frontier = dataflow::separate_emitted(region.frontier).pending;  // its cells, and the tree over them, stay with the parent
+    if (!is_one_region) continue;
     if (auto parts = dataflow::divide(region.frontier))
       region.frontier = std::move((*parts)[half]);
     else if (half == 1)
@@ -124,8 +128,13 @@ std::vector<Region<D>> regions_of(const Portion& portion, const io::Snapshot& pa
   return regions;
 }
 
-Recorded recorded_of(const io::SnapshotHead& head) {
-  return {head.earlier_nodes + head.recorded_nodes, head.earlier_cells + head.recorded_cells};
+template <int D>
+void set_totals(io::SnapshotHead& head, const dataflow::Totals<D>& totals) {
+  head.in_cells = totals.in_cells;
+  head.out_cells = totals.out_cells;
+  head.in_volume = totals.in.value().volume();
+  head.digest = totals.digest.hex();
+  head.totals = dataflow::to_bytes(totals);
 }
 
 template <int D>
@@ -145,8 +154,6 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
   options.interrupted = given.interrupted;
   Progress<D> progress(network);
   progress.partition = partition_of<D>(plan);
-  progress.roots.assign(progress.partition.nodes.size() + 1, BspTree::empty_leaf);
-  progress.inherited = progress.inherited_elsewhere = recorded_of(parent.head);
   progress.partition.regions = regions_of<D>(portion, parent);
   for (Region<D>& region : progress.partition.regions) region.cell = dataflow::region_cell(network, progress.partition, region.number);
 
@@ -158,10 +165,11 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
     Keeper keeper;
     std::vector<dataflow::Consumer*> consumers{&keeper};
     const std::vector<std::uint32_t> numbers = progress.region_numbers();
-    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads, progress.recorded(), consumers);
+    const Recorded before = recorded(progress.meshes);
+    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads, before, std::nullopt, consumers).evaluation;
+    progress.add(numbers, evaluation, before, keeper);
     progress.partition.regions = std::move(evaluation.unfinished);
     stopped = evaluation.stopped && tokens_of(progress.partition.regions) > 0;
-    progress.add(numbers, std::move(evaluation), keeper);
     if ((options.interrupted && options.interrupted()) || tokens_of(progress.partition.regions) > 1) break;
   }
   alone.count_cells(progress.totals.in_cells);
@@ -170,107 +178,81 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
   result.head = plan;
   result.head.source.clear();  // the plan has it
   result.head.is_portion = true;
-  result.head.earlier_nodes = progress.inherited.nodes;
-  result.head.earlier_cells = progress.inherited.cells;
   result.head.steps = 1;
   result.head.complete = !stopped;
-  result.head.in_cells = progress.totals.in_cells;
-  result.head.out_cells = progress.totals.out_cells;
-  result.head.in_volume = progress.totals.in.value().volume();
-  result.head.digest = progress.totals.digest.hex();
-  result.head.totals = dataflow::to_bytes(progress.totals);
+  set_totals(result.head, progress.totals);
   append_records(result.head, alone.records());
   add_share(result, progress);
   return result;
 }
 
-/// Puts results together: cells and trees one after the other, frontiers of one region over each other.
+/// Puts results together: of each region, cells and trees one after the other and frontiers over each other.
 template <int D>
 class Joiner {
  public:
   Joiner(const fs::path& plan_path, const io::Snapshot& plan, const std::vector<JoinedPortion>& portions)
-      : plan_path_(plan_path), plan_(plan), portions_(portions), network_(network_of<D>(plan.head, source_of(plan.head), plan_path)), totals_(network_.table.radius(), network_.table.width()) {
-    totals_.reset_bounds();
-    places_.resize(portions.size());
-    whole_.head = plan.head;
-    whole_.tree.dimension = D;
-    whole_.head.complete = true;
+      : plan_path_(plan_path), plan_(plan), portions_(portions), network_(network_of<D>(plan.head, source_of(plan.head), plan_path)), progress_(network_) {
+    head_ = plan.head;
+    head_.complete = true;
     times_.name = "computation";
   }
 
   io::Snapshot run() {
-    for (std::size_t i = 0; i < portions_.size(); ++i) {
-      if (portions_[i].result)
-        take(i, io::read_snapshot(*portions_[i].result));
+    for (const JoinedPortion& portion : portions_) {
+      if (portion.result)
+        take(*portion.result);
       else
-        leave(portions_[i]);
+        leave(portion);
     }
-    finish();
-    return std::move(whole_);
+    return finish();
   }
 
  private:
-  /// Where a portion's nodes and cells begin, in its own counting and in that of the whole.
-  struct Place {
-    Recorded earlier, here;
-  };
   const fs::path& plan_path_;
   const io::Snapshot& plan_;
   const std::vector<JoinedPortion>& portions_;
   dataflow::Network<D> network_;
-  dataflow::Totals<D> totals_;
-  io::Snapshot whole_;
-  std::vector<Place> places_;
-  Recorded recorded_;
+  io::SnapshotHead head_;
+  Progress<D> progress_;
+  std::vector<std::uint32_t> finished_;
   std::map<std::uint32_t, Region<D>> left_;
   SuperstepRecord times_;  // a value a portion
 
-  /// A child as portion `of` counts, in the counting of the whole: those that it did not record its ancestors did.
-  [[nodiscard]] std::int32_t placed(std::int32_t child, std::optional<std::size_t> of) const {
-    if (child == BspTree::empty_leaf) return child;
-    const bool is_node = child >= 0;
-    const auto number = static_cast<std::uint32_t>(is_node ? child : ~child - 1);
-    const auto earlier = [&](std::size_t i) { return is_node ? places_[i].earlier.nodes : places_[i].earlier.cells; };
-    while (of && number < earlier(*of)) of = portions_[*of].parent;
-    if (!of) throw Error("'" + plan_path_.string() + "' and its results do not fit (a cell is missing)");
-    const std::uint32_t moved = number - earlier(*of) + (is_node ? places_[*of].here.nodes : places_[*of].here.cells);
-    return is_node ? static_cast<std::int32_t>(moved) : ~static_cast<std::int32_t>(moved + 1);
-  }
-
-  void take(std::size_t i, io::Snapshot part) {
-    if (!part.head.is_portion || part.head.hyperplanes != plan_.head.hyperplanes || part.head.dimension != D) refuse(*portions_[i].result, "is no result of this plan");
-    places_[i] = {{part.head.earlier_nodes, part.head.earlier_cells}, recorded_};
+  void take(const fs::path& result) {
+    const io::Snapshot part = io::read_snapshot(result);
+    if (!part.head.is_portion || part.head.hyperplanes != plan_.head.hyperplanes || part.head.dimension != D) refuse(result, "is no result of this plan");
     dataflow::Totals<D> totals(network_.table.radius(), network_.table.width());
     dataflow::from_bytes(std::span<const char>(part.head.totals), totals);
-    totals_ += totals;
-    const auto planes = static_cast<std::uint32_t>(whole_.tree.ids.size());
-    for (const auto& node : part.tree.nodes) whole_.tree.nodes.push_back({planes + node.hyperplane, placed(node.negative, i), placed(node.positive, i)});
-    whole_.tree.ids.insert(whole_.tree.ids.end(), part.tree.ids.begin(), part.tree.ids.end());
-    whole_.tree.hyperplanes.insert(whole_.tree.hyperplanes.end(), part.tree.hyperplanes.begin(), part.tree.hyperplanes.end());
-    std::move(part.cells.begin(), part.cells.end(), std::back_inserter(whole_.cells));
-    recorded_.nodes += part.head.recorded_nodes;
-    recorded_.cells += part.head.recorded_cells;
-    for (std::size_t k = 0; k < part.finished_region.size(); ++k) {
-      whole_.finished_region.push_back(part.finished_region[k]);
-      whole_.finished_root.push_back(placed(part.finished_root[k], i));
+    progress_.totals += totals;
+    std::map<std::uint32_t, Recorded> begin;  // of this portion's nodes and cells, by regions
+    const std::set<std::uint32_t> unfinished(part.frontier_region.begin(), part.frontier_region.end());
+    for (const auto& [number, mesh] : meshes_of<D>(part)) {
+      begin[number] = append(progress_.meshes[number], mesh);
+      if (!unfinished.contains(number)) finished_.push_back(number);
     }
-    std::vector<std::size_t> mine;  // what is undecided in a divided portion is its halves'
-    for (std::size_t k = 0; k < part.frontier_region.size(); ++k)
-      if (part.head.complete || part.frontier_tokens[k] == 0) mine.push_back(k);
-    for (Region<D>& region : regions_at<D>(part, mine)) lay(std::move(region), i);
+    std::vector<std::size_t> all(part.frontier_region.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    std::vector<Region<D>> regions = regions_at<D>(part, all);
+    for (std::size_t k = 0; k < regions.size(); ++k) {
+      Frontier& frontier = regions[k].frontier;
+      const bool has_heirs = !part.head.complete && part.frontier_tokens[k] > 0;  // what is undecided is theirs
+      if (has_heirs) frontier = dataflow::separate_emitted(frontier).emitted;
+      for (Frontier::Node& node : frontier.nodes)
+        if (node.kind == Frontier::Kind::emitted) node.value = shifted(node.value, begin[regions[k].number].nodes, begin[regions[k].number].cells);
+      lay(std::move(regions[k]));
+    }
     count_time(part);
   }
 
   void leave(const JoinedPortion& missing) {
-    whole_.head.complete = false;
+    head_.complete = false;
     const io::Snapshot parent = missing.parent ? io::read_snapshot(missing.portion.parent, io::SnapshotPart::frontier) : io::Snapshot();
-    for (Region<D>& region : regions_of<D>(missing.portion, missing.parent ? parent : plan_)) lay(std::move(region), missing.parent);
+    for (Region<D>& region : regions_of<D>(missing.portion, missing.parent ? parent : plan_)) lay(std::move(region));
   }
 
-  /// @param of whose counting the region's frontier follows.
-  void lay(Region<D> region, std::optional<std::size_t> of) {
-    for (Frontier::Node& node : region.frontier.nodes)
-      if (node.kind == Frontier::Kind::emitted) node.value = placed(node.value, of);
+  void lay(Region<D> region) {
+    const auto& nodes = region.frontier.nodes;
+    if (nodes.size() == 1 && nodes[0].kind == Frontier::Kind::elsewhere) return;
     const auto [place, is_new] = left_.try_emplace(region.number, std::move(region));
     if (!is_new) place->second.frontier = dataflow::overlay(place->second.frontier, region.frontier);
   }
@@ -287,26 +269,22 @@ class Joiner {
     }
   }
 
-  void finish() {
+  io::Snapshot finish() {
     std::vector<unsigned> seen(plan_.head.partition_hyperplane.size() + 1);
-    for (const std::uint32_t region : whole_.finished_region) ++seen.at(region);
-    for (const auto& [number, region] : left_) {
+    for (const std::uint32_t region : finished_) ++seen.at(region);
+    for (auto& [number, region] : left_) {
       ++seen.at(number);
-      const dataflow::Remains remains = dataflow::remains_of(region.frontier);
-      if (remains.elsewhere > 0) refuse(plan_path_, "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
-      whole_.frontier_region.push_back(number);
-      whole_.frontier_tokens.push_back(region.frontier.empty() ? 1 : remains.tokens);
-      whole_.frontier_archive.push_back(dataflow::to_bytes(region));
+      if (dataflow::remains_of(region.frontier).elsewhere > 0) refuse(plan_path_, "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
+      progress_.partition.regions.push_back(std::move(region));
     }
     if (std::any_of(seen.begin(), seen.end(), [](unsigned count) { return count != 1; })) refuse(plan_path_, "and its results do not fit (a region is missing, or there twice)");
-    io::SnapshotHead& head = whole_.head;
-    head.steps = 1;
-    head.in_cells = totals_.in_cells;
-    head.out_cells = totals_.out_cells;
-    head.in_volume = totals_.in.value().volume();
-    head.digest = totals_.digest.hex();
-    head.totals = dataflow::to_bytes(totals_);
-    if (!times_.seconds.empty()) append_records(head, {times_});
+    head_.steps = 1;
+    set_totals(head_, progress_.totals);
+    if (!times_.seconds.empty()) append_records(head_, {times_});
+    io::Snapshot whole;
+    whole.head = std::move(head_);
+    add_share(whole, progress_);
+    return whole;
   }
 };
 
@@ -320,6 +298,9 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
   const Source source = compilation(alone, options);
   std::vector<double> work = with_dimension(source.model.expression.dimension(), options.model.string(), [&]<int D>() {
     const dataflow::Network<D> network = translation<D>(source, options);
+    for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})
+      if (options.strict) refuse_warnings(*warnings);
+    limit_refinement(network, options);
     alone.begin("distribution");
     Distribution<D> regions = distribution<D>(alone, network, options);
     std::vector<double> estimates = regions.partition.work;

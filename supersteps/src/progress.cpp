@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <boost/serialization/string.hpp>
-#include <numeric>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
@@ -16,7 +15,7 @@
 namespace boost::serialization {
 template <class Archive>
 void serialize(Archive& archive, bsp2::io::SnapshotHead& head, unsigned) {
-  archive & head.model & head.source & head.dimension & head.coincidence & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
+  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.tolerance & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
   archive & head.complete & head.in_cells & head.out_cells & head.in_volume & head.digest & head.totals & head.partition_root;
   archive & head.partition_hyperplane & head.partition_children & head.superstep_name & head.superstep_step & head.superstep_rank;
   archive & head.superstep_seconds & head.superstep_work_seconds & head.superstep_predicted_seconds;
@@ -28,17 +27,6 @@ namespace bsp2::supersteps {
 namespace {
 
 using dataflow::Frontier;
-using geometry::BspTree;
-
-/// Children of this rank's tree as those of the trees of all ranks together: inherited ones are the same for all, then come
-/// the others in the order of the ranks.
-struct Shift {
-  Recorded inherited, before;
-  [[nodiscard]] std::int32_t operator()(std::int32_t child) const {
-    if (child >= 0) return child + static_cast<std::int32_t>(static_cast<std::uint32_t>(child) < inherited.nodes ? 0 : before.nodes);
-    return child - static_cast<std::int32_t>(static_cast<std::uint32_t>(~child) <= inherited.cells ? 0 : before.cells);  // leaf 0 is empty
-  }
-};
 
 /// HDF5's access to a file that all ranks open together.
 class SharedFileAccess {
@@ -69,6 +57,8 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
     head.source = source.text;
     head.dimension = D;
     head.coincidence = options.coincidence;
+    head.curved = options.curved;
+    head.tolerance = options.tolerance.value_or(0);
     head.keep_in = options.keep_in;
     head.keep_fuzzy = options.keep_fuzzy;
     head.keep_out = options.keep_out;
@@ -92,28 +82,21 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
   return head;
 }
 
-/// This rank's share, numbered through all shares.
-template <int D>
-void fill_share(io::Snapshot& snapshot, const Progress<D>& progress, const Shift& shift, std::uint32_t hyperplanes_before) {
-  for (const dataflow::Region<D>& region : progress.partition.regions) {
-    dataflow::Region<D> shifted{region.number, region.level, {}, region.program, region.frontier};
-    std::uint64_t tokens = region.frontier.empty() ? 1 : 0;
-    for (Frontier::Node& node : shifted.frontier.nodes) {
-      if (node.kind == Frontier::Kind::emitted) node.value = shift(node.value);
-      if (node.kind == Frontier::Kind::token) ++tokens;
-    }
-    snapshot.frontier_region.push_back(region.number);
-    snapshot.frontier_tokens.push_back(tokens);
-    snapshot.frontier_archive.push_back(dataflow::to_bytes(shifted));
+/// Who gets which region of a snapshot: undecided ones by their tokens, the largest first; of finished ones, which only
+/// have to be held, blocks that follow each other in the file.
+std::vector<std::int32_t> deal_out(const io::Snapshot& head, std::size_t regions, int ranks) {
+  std::vector<std::int32_t> rank_of_region(regions, 0);
+  std::uint64_t cells = 0, before = 0;
+  for (const io::SnapshotRegion& region : head.regions) cells += region.cells;
+  for (const io::SnapshotRegion& region : head.regions) {
+    rank_of_region.at(region.number) = static_cast<std::int32_t>(before * static_cast<unsigned>(ranks) / std::max<std::uint64_t>(1, cells));
+    before += region.cells;
+    if (rank_of_region[region.number] >= ranks) rank_of_region[region.number] = ranks - 1;  // empty ones at the end
   }
-  snapshot.cells = progress.batches;
-  snapshot.tree = progress.tree;
-  for (auto& node : snapshot.tree.nodes) node = {hyperplanes_before + node.hyperplane, shift(node.negative), shift(node.positive)};
-  for (std::uint32_t region = 0; region < progress.roots.size(); ++region)
-    if (progress.roots[region] != BspTree::empty_leaf) {
-      snapshot.finished_region.push_back(region);
-      snapshot.finished_root.push_back(shift(progress.roots[region]));
-    }
+  const std::vector<double> tokens(head.frontier_tokens.begin(), head.frontier_tokens.end());
+  const auto owner = assign_regions(tokens, ranks);
+  for (std::size_t i = 0; i < owner.size(); ++i) rank_of_region.at(head.frontier_region[i]) = owner[i];
+  return rank_of_region;
 }
 
 }  // namespace
@@ -160,11 +143,58 @@ std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head) {
     SuperstepRecord& record = records.back();
     record.seconds.push_back(head.superstep_seconds[row]);
     record.work_seconds.push_back(head.superstep_work_seconds[row]);
+    record.hidden_seconds.push_back(0);
     record.bytes_sent.push_back(head.superstep_bytes_sent[row]);
     record.bytes_received.push_back(head.superstep_bytes_received[row]);
     record.cells.push_back(head.superstep_cells[row]);
   }
   return records;
+}
+
+template <int D>
+void add_share(io::Snapshot& snapshot, const Progress<D>& progress) {
+  for (const dataflow::Region<D>& region : progress.partition.regions) {
+    std::uint64_t tokens = region.frontier.empty() ? 1 : 0;
+    for (const Frontier::Node& node : region.frontier.nodes)
+      if (node.kind == Frontier::Kind::token) ++tokens;
+    snapshot.frontier_region.push_back(region.number);
+    snapshot.frontier_tokens.push_back(tokens);
+    snapshot.frontier_archive.push_back(dataflow::to_bytes(region));
+  }
+  snapshot.tree.dimension = D;
+  for (const auto& [number, mesh] : progress.meshes) {
+    snapshot.regions.push_back({number, mesh.tree.root, mesh.cells, static_cast<std::uint32_t>(mesh.tree.nodes.size()), static_cast<std::uint32_t>(mesh.tree.ids.size())});
+    snapshot.cells.insert(snapshot.cells.end(), mesh.batches.begin(), mesh.batches.end());
+    snapshot.tree.nodes.insert(snapshot.tree.nodes.end(), mesh.tree.nodes.begin(), mesh.tree.nodes.end());
+    snapshot.tree.ids.insert(snapshot.tree.ids.end(), mesh.tree.ids.begin(), mesh.tree.ids.end());
+    snapshot.tree.hyperplanes.insert(snapshot.tree.hyperplanes.end(), mesh.tree.hyperplanes.begin(), mesh.tree.hyperplanes.end());
+  }
+}
+
+template <int D>
+RegionMeshes meshes_of(const io::Snapshot& snapshot) {
+  RegionMeshes meshes;
+  auto batch = snapshot.cells.begin();
+  auto node = snapshot.tree.nodes.begin();
+  auto id = snapshot.tree.ids.begin();
+  auto hyperplane = snapshot.tree.hyperplanes.begin();
+  for (const io::SnapshotRegion& region : snapshot.regions) {
+    RegionMesh& mesh = meshes[region.number];
+    mesh.region = region.number;
+    while (mesh.cells < region.cells) {
+      mesh.cells += static_cast<std::uint32_t>((*batch)->size());
+      mesh.batches.push_back(*batch++);
+    }
+    mesh.tree.dimension = D;
+    mesh.tree.root = region.root;
+    mesh.tree.nodes.assign(node, node + region.nodes);
+    mesh.tree.ids.assign(id, id + region.hyperplanes);
+    mesh.tree.hyperplanes.assign(hyperplane, hyperplane + region.hyperplanes * (D + 1));
+    node += region.nodes;
+    id += region.hyperplanes;
+    hyperplane += region.hyperplanes * (D + 1);
+  }
+  return meshes;
 }
 
 template <int D>
@@ -177,33 +207,9 @@ dataflow::Partition<D> partition_of(const io::SnapshotHead& head) {
 }
 
 template <int D>
-void add_share(io::Snapshot& snapshot, const Progress<D>& progress) {
-  fill_share(snapshot, progress, {progress.inherited, {}}, 0);
-}
-
-template <int D>
-void Progress<D>::add(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation, Keeper& keeper) {
+void Progress<D>::add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper) {
   totals += evaluation.totals;
-  Part part = keeper.take<D>(std::move(regions), std::move(evaluation));
-  for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
-  std::move(part.batches.begin(), part.batches.end(), std::back_inserter(batches));
-  tree.append(part.tree);
-  cells += static_cast<std::uint32_t>(part.cells);
-}
-
-template <int D>
-Part Progress<D>::take() {
-  Part part;
-  part.elsewhere = inherited_elsewhere;
-  part.batches = std::move(batches);
-  part.cells = cells;
-  part.tree = std::move(tree);
-  for (std::uint32_t region = 0; region < roots.size(); ++region)
-    if (roots[region] != BspTree::empty_leaf) {
-      part.regions.push_back(region);
-      part.roots.push_back(roots[region]);
-    }
-  return part;
+  if (keeps_cells) divide<D>(evaluation, regions, before, keeper.take(), meshes);
 }
 
 template <int D>
@@ -216,7 +222,6 @@ std::vector<std::uint32_t> Progress<D>::region_numbers() const {
 template <int D>
 Started<D> begin_progress(const dataflow::Network<D>& network, Distribution<D> distribution) {
   Progress<D> progress(network);
-  progress.roots.assign(distribution.rank_of_region.size(), BspTree::empty_leaf);
   progress.partition = std::move(distribution.partition);
   return {std::move(progress), std::move(distribution.rank_of_region)};
 }
@@ -226,19 +231,7 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
                    bool complete, const std::vector<SuperstepRecord>& records) {
   io::Snapshot snapshot;
   snapshot.head = make_head(ranks, network, progress, options, source, complete, records);
-  Shift shift{progress.inherited, {}};
-  std::uint32_t hyperplanes_before = 0;
-  if (ranks.count() > 1) {
-    const Recorded recorded = progress.recorded();
-    const auto all = all_gather(ranks, std::vector<std::uint32_t>{recorded.nodes - progress.inherited.nodes, recorded.cells - progress.inherited.cells,
-                                                                  static_cast<std::uint32_t>(progress.tree.hyperplanes.size() / (D + 1))});
-    for (std::size_t rank = 0; rank < static_cast<std::size_t>(ranks.rank()); ++rank) {
-      shift.before.nodes += all[rank][0];
-      shift.before.cells += all[rank][1];
-      hyperplanes_before += all[rank][2];
-    }
-  }
-  fill_share(snapshot, progress, shift, hyperplanes_before);
+  add_share(snapshot, progress);
   const SharedFileAccess access(ranks);
   io::SnapshotWriters writers;
   writers.rank = ranks.rank();
@@ -250,8 +243,8 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
 
 template <int D>
 Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
-  io::Snapshot snapshot = io::read_snapshot(*options.resume, ranks.is_master() ? io::SnapshotPart::all : io::SnapshotPart::frontier);
-  const io::SnapshotHead& head = snapshot.head;
+  const io::Snapshot list = io::read_snapshot(*options.resume, io::SnapshotPart::head);
+  const io::SnapshotHead& head = list.head;
   if (head.hyperplanes != hyperplane_digest(network))
     throw Error("the snapshot '" + options.resume->string() + "' was written by a program that compiles its model differently; use that one, or run the model anew");
   Progress<D> progress(network);
@@ -259,30 +252,19 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
   try {
     progress.steps = head.steps;
     progress.partition = partition_of<D>(head);
-    progress.roots.assign(progress.partition.nodes.size() + 1, BspTree::empty_leaf);
-    rank_of_region.assign(progress.roots.size(), 0);
-    std::vector<std::size_t> order(snapshot.frontier_region.size());
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return snapshot.frontier_tokens[a] > snapshot.frontier_tokens[b]; });
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      const int owner = static_cast<int>(i) % ranks.count();
-      rank_of_region.at(snapshot.frontier_region[order[i]]) = owner;
-      if (owner != ranks.rank()) continue;
+    rank_of_region = deal_out(list, progress.partition.nodes.size() + 1, ranks.count());
+    const auto is_mine = [&](std::uint32_t region) { return rank_of_region[region] == ranks.rank(); };
+    const io::Snapshot mine = io::read_snapshot(*options.resume, io::SnapshotPart::all, is_mine);
+    progress.meshes = meshes_of<D>(mine);
+    for (const std::string& archive : mine.frontier_archive) {
       dataflow::Region<D> region;
-      dataflow::from_bytes(std::span<const char>(snapshot.frontier_archive[order[i]]), region);
+      dataflow::from_bytes(std::span<const char>(archive), region);
       region.cell = dataflow::region_cell(network, progress.partition, region.number);
       progress.partition.regions.push_back(std::move(region));
     }
-    progress.inherited = {head.recorded_nodes, head.recorded_cells};
-    if (!ranks.is_master()) {
-      progress.inherited_elsewhere = progress.inherited;
-      return {std::move(progress), std::move(rank_of_region)};
-    }
-    dataflow::from_bytes(std::span<const char>(head.totals), progress.totals);
-    progress.batches = std::move(snapshot.cells);
-    for (const auto& batch : progress.batches) progress.cells += static_cast<std::uint32_t>(batch->size());
-    progress.tree = std::move(snapshot.tree);
-    for (std::size_t i = 0; i < snapshot.finished_region.size(); ++i) progress.roots.at(snapshot.finished_region[i]) = snapshot.finished_root[i];
+    if (ranks.is_master()) dataflow::from_bytes(std::span<const char>(head.totals), progress.totals);
+  } catch (const Error&) {
+    throw;
   } catch (const std::exception& error) {  // archives and numbers that checksums cannot guard against
     throw Error("the snapshot '" + options.resume->string() + "' is damaged (" + error.what() + ")");
   }
@@ -296,11 +278,12 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   RunOptions resumed = options;
   resumed.model = head.model;
   resumed.coincidence = head.coincidence;
+  resumed.curved = head.curved;
+  if (!options.tolerance && head.tolerance > 0) resumed.tolerance = head.tolerance;
   resumed.keep_in = head.keep_in;
   resumed.keep_fuzzy = head.keep_fuzzy;
   resumed.keep_out = head.keep_out;
-  // The cells of a region may be with the master, from before, and with the rank that goes on with it: only together are they one part.
-  if (resumed.collect == Collect::file || resumed.collect == Collect::automatic) resumed.collect = Collect::master;
+  if (options.boundary && !head.keep_in) throw Error("the snapshot '" + options.resume->string() + "' keeps no IN cells: they have the surface; run the model with --keep in");
   if (!options.level) resumed.level = head.level;
   if (resumed.level && (!head.level || *resumed.level < *head.level) && options.level)
     throw Error("the snapshot '" + options.resume->string() + "' is refined to " + (head.level ? "level " + std::to_string(*head.level) : "any level") +
@@ -316,7 +299,8 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);                                               \
   template std::string hyperplane_digest<D>(const dataflow::Network<D>&);                                                                     \
   template dataflow::Partition<D> partition_of<D>(const io::SnapshotHead&);                                                                   \
-  template void add_share<D>(io::Snapshot&, const Progress<D>&);
+  template void add_share<D>(io::Snapshot&, const Progress<D>&);                                                                              \
+  template RegionMeshes meshes_of<D>(const io::Snapshot&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

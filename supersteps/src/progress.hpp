@@ -15,26 +15,17 @@ template <int D>
 struct Progress {
   explicit Progress(const dataflow::Network<D>& network) : totals(network.table.radius(), network.table.width()) {
     totals.reset_bounds();
-    tree.dimension = D;
   }
   dataflow::Partition<D> partition;  ///< its regions: this rank's that are unfinished
   dataflow::Totals<D> totals;        ///< of the cells that this rank has emitted
-  std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  ///< these cells, if they are collected
-  geometry::BspTree tree;            ///< above them
-  std::vector<std::int32_t> roots;   ///< in the tree, of each region by number; empty where it is not this rank's or unfinished
-  std::uint32_t cells = 0;           ///< how many the tree counts
+  RegionMeshes meshes;               ///< these cells, if they are collected
+  bool keeps_cells = true;           ///< they are collected
   unsigned steps = 0;                ///< computation supersteps
-  /// What the snapshot that the run goes on from had recorded. The master holds it; its numbers come first on all ranks.
-  Recorded inherited, inherited_elsewhere;
 
   /// Takes in what an evaluation has found. @param regions the numbers of its regions.
-  void add(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation, Keeper& keeper);
-  /// What has been found, for the collection; the sums and the partition remain.
-  Part take();
+  /// @param before what it counted from: `recorded(meshes)`.
+  void add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper);
   [[nodiscard]] std::vector<std::uint32_t> region_numbers() const;
-  [[nodiscard]] Recorded recorded() const {
-    return {inherited_elsewhere.nodes + static_cast<std::uint32_t>(tree.nodes.size()), inherited_elsewhere.cells + cells};
-  }
 };
 
 /// Progress, and who computes which region.
@@ -44,6 +35,17 @@ using Started = std::pair<Progress<D>, std::vector<std::int32_t>>;
 /// The start of a run.
 template <int D>
 Started<D> begin_progress(const dataflow::Network<D>& network, Distribution<D> distribution);
+
+/// Who shall have which region, by what is left to do: the region with most of it goes to the rank with the least, but stays
+/// where it is if that makes hardly a difference, or if it is no work. @param owner who has it now. @return who gets it.
+std::vector<std::int32_t> reassign_regions(const std::vector<double>& work, const std::vector<std::int32_t>& owner, int ranks);
+
+/// Moves unfinished regions between ranks, with their frontiers and what has been found of them, so that all have about as
+/// much left to do. The cells remain what they are. Collective. @param level at which cells are left, and no work.
+/// @return whether any moved.
+template <int D>
+bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region,
+                  std::optional<unsigned> level);
 
 /// Writes the progress of all ranks as one snapshot, together. Collective.
 /// @param records the table of the supersteps so far, on the master.
@@ -60,6 +62,10 @@ std::string hyperplane_digest(const dataflow::Network<D>& network);
 template <int D>
 void add_share(io::Snapshot& snapshot, const Progress<D>& progress);
 
+/// The meshes of the regions that have been read.
+template <int D>
+RegionMeshes meshes_of(const io::Snapshot& snapshot);
+
 /// The table of supersteps, as a snapshot holds it.
 void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& records);
 std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head);
@@ -68,7 +74,7 @@ std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head);
 template <int D>
 dataflow::Partition<D> partition_of(const io::SnapshotHead& head);
 
-/// Reads a snapshot back: its unfinished regions are dealt out to the ranks, its finished cells go to the master. Collective.
+/// Reads a snapshot back: its regions are dealt out to the ranks, and each reads the cells of its own. Collective.
 /// @throws bsp2::Error if the snapshot is damaged, or was written by a program that compiles the model differently.
 template <int D>
 Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);

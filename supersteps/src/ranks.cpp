@@ -28,12 +28,12 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 struct Entry {
   std::string name;
   unsigned step = 0;
-  double seconds = 0, waited = 0;
+  double seconds = 0, waited = 0, hidden = 0;
   std::uint64_t bytes_sent = 0, bytes_received = 0, syncs = 0, cells = 0;
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & name & step & seconds & waited & bytes_sent & bytes_received & syncs & cells;
+    archive & name & step & seconds & waited & hidden & bytes_sent & bytes_received & syncs & cells;
   }
 };
 
@@ -124,6 +124,7 @@ class Ranks::Implementation {
     if (world_) open_.reset(new bsplib::OpenSuperstep(world_->open()));
     is_syncing_ = true;
   }
+  void hide(double seconds) { hidden_ += seconds; }
 
   bool try_sync() {
     if (world_) {
@@ -170,7 +171,7 @@ class Ranks::Implementation {
   std::vector<Entry> entries_;
   std::size_t current_ = 0;
   Clock::time_point first_ = Clock::now(), begun_ = first_;
-  double waited_ = 0;
+  double waited_ = 0, hidden_ = 0;
   std::uint64_t bytes_sent_ = 0, bytes_received_ = 0, syncs_ = 0;  // up to the entry at hand
 
   void supervised(const std::function<void()>& program) {
@@ -204,12 +205,13 @@ class Ranks::Implementation {
       Entry& entry = entries_[current_];
       entry.seconds += seconds_since(begun_);
       entry.waited += waited_;
+      entry.hidden += hidden_;
       entry.bytes_sent += costs.bytes_out - bytes_sent_;
       entry.bytes_received += costs.bytes_in - bytes_received_;
       entry.syncs += costs.supersteps - syncs_;
     }
     begun_ = Clock::now();
-    waited_ = 0;
+    waited_ = hidden_ = 0;
     bytes_sent_ = costs.bytes_out;
     bytes_received_ = costs.bytes_in;
     syncs_ = costs.supersteps;
@@ -261,6 +263,7 @@ std::vector<SuperstepRecord> Ranks::records() {
       const Entry& entry = entries.at(i);
       record.seconds.push_back(entry.seconds);
       record.work_seconds.push_back(entry.seconds - entry.waited);
+      record.hidden_seconds.push_back(entry.hidden);
       record.bytes_sent.push_back(entry.bytes_sent);
       record.bytes_received.push_back(entry.bytes_received);
       record.cells.push_back(entry.cells);
@@ -278,12 +281,21 @@ double Ranks::seconds() const { return implementation_->seconds(); }
 
 void Ranks::send(int to, std::string_view bytes) { implementation_->send(to, bytes); }
 void Ranks::sync() {
-  begin_sync();
+  implementation_->begin_sync();
   wait();
 }
 void Ranks::wait() { implementation_->wait(); }
-void Ranks::begin_sync() { implementation_->begin_sync(); }
-bool Ranks::try_sync() { return implementation_->try_sync(); }
+void Ranks::begin_sync() {
+  const auto start = Clock::now();
+  implementation_->begin_sync();
+  implementation_->hide(seconds_since(start));
+}
+bool Ranks::try_sync() {
+  const auto start = Clock::now();
+  const bool done = implementation_->try_sync();
+  implementation_->hide(seconds_since(start));
+  return done;
+}
 bool Ranks::is_syncing() const { return implementation_->is_syncing(); }
 const std::vector<Ranks::Message>& Ranks::received() const { return implementation_->received(); }
 

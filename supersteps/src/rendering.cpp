@@ -3,118 +3,38 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "bsp2/geometry/error.hpp"
+#include "camera.hpp"
 #include "canvas.hpp"
 #include "exchange.hpp"
+#include "hidden_facets.hpp"
+#include "shading.hpp"
 
 namespace bsp2::supersteps {
 namespace {
 
+using geometry::BspTree;
 using geometry::CellBatch;
-using Vector = std::array<double, 3>;
 
-double dot(const Vector& a, const Vector& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+constexpr Colour background{0.965, 0.97, 0.975};
 
-Vector normalized(const Vector& a) {
-  const double length = std::sqrt(dot(a, a));
-  return {a[0] / length, a[1] / length, a[2] / length};
-}
-
-/// Axes of the picture in model space: to the right, up, and to the viewer.
-struct Camera {
-  Vector right{1, 0, 0}, up{0, 1, 0}, toward{0, 0, 1};
-
-  [[nodiscard]] Vector see(const Vector& p) const { return {dot(right, p), dot(up, p), dot(toward, p)}; }
-};
-
-/// From the front (-y), `azimuth` degrees to the right and `elevation` degrees above; z is up.
-Camera camera_at(double azimuth, double elevation) {
-  const double a = azimuth * std::numbers::pi / 180, e = elevation * std::numbers::pi / 180;
-  return {{std::cos(a), std::sin(a), 0},
-          {-std::sin(a) * std::sin(e), std::cos(a) * std::sin(e), std::cos(e)},
-          {std::sin(a) * std::cos(e), -std::cos(a) * std::cos(e), std::sin(e)}};
-}
-
-/// The point of a cell in the picture's axes.
-Vector seen_point(const Camera& camera, const CellBatch& batch, std::size_t cell, std::size_t vertex) {
+/// The point of a cell in model space; of a plane cell at z = 0.
+Vector point_of(const CellBatch& batch, std::size_t cell, std::size_t vertex) {
   const auto d = static_cast<std::size_t>(batch.dimension);
   Vector p{};
   std::copy_n(batch.cell_points(cell).data() + vertex * d, d, p.begin());
-  return camera.see(p);
+  return p;
 }
 
-/// What the picture shows: a rectangle of its axes.
-struct Extent {
-  std::array<double, 2> low, high;
-  Extent() {
-    low.fill(std::numeric_limits<double>::infinity());
-    high.fill(-std::numeric_limits<double>::infinity());
-  }
-  void add(const std::array<double, 2>& below, const std::array<double, 2>& above) {
-    for (const int axis : {0, 1}) {
-      low[axis] = std::min(low[axis], below[axis]);
-      high[axis] = std::max(high[axis], above[axis]);
-    }
-  }
-  template <class Archive>
-  void serialize(Archive& archive, unsigned) {
-    archive & low[0] & low[1] & high[0] & high[1];
-  }
-};
+bool is_drawn(const CellBatch& batch, std::size_t cell) { return batch.label[cell] != geometry::Label::out; }
 
-Extent extent_of(const SolidMesh& mesh, const Camera& camera) {
-  Extent extent;
-  for (const auto& batch : mesh.batches) {
-    for (std::size_t cell = 0; cell < batch->size(); ++cell) {
-      if (batch->label[cell] != geometry::Label::in) continue;
-      for (std::size_t v = 0; v < batch->point_count(cell); ++v) {
-        const Vector p = seen_point(camera, *batch, cell, v);
-        extent.add({p[0], p[1]}, {p[0], p[1]});
-      }
-    }
-  }
-  return extent;
-}
-
-/// Maps what is seen into the image, with a margin.
-struct Frame {
-  double scale = 1;
-  std::array<double, 2> center{};
-  double half = 0;
-
-  [[nodiscard]] std::array<double, 2> place(const Vector& seen) const {
-    return {half + scale * (seen[0] - center[0]), half - scale * (seen[1] - center[1])};
-  }
-};
-
-Frame frame_of(const Extent& extent, int size) {
-  constexpr double margin = 0.05;
-  const auto& [low, high] = extent;
-  const double width = std::max(high[0] - low[0], high[1] - low[1]);
-  if (!(width > 0)) return {};
-  return {size * (1 - 2 * margin) / width, {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2}, size / 2.0};
-}
-
-/// A warm stone, a little different from part to part so that neighbours can be told apart.
-Colour stone(std::int32_t part) {
-  std::uint32_t h = static_cast<std::uint32_t>(part) * 0x9e3779b9U;
-  h = (h ^ (h >> 15)) * 0x85ebca6bU;
-  h ^= h >> 13;
-  const double light = 1 + 0.07 * ((h & 0xff) / 127.5 - 1), warmth = 0.03 * (((h >> 8) & 0xff) / 127.5 - 1);
-  return {0.93 * light + warmth, 0.86 * light, 0.74 * light - warmth};
-}
-
-/// Light from the upper left, before the solid, and a dim sky so that nothing is black.
-Colour shaded(const Colour& colour, const Vector& normal) {
-  static const Vector light = normalized({-0.5, 0.6, 0.7});
-  const double brightness = 0.4 + 0.08 * normal[1] + 0.6 * std::max(0.0, dot(normal, light));
-  Colour result;
-  for (int i = 0; i < 3; ++i) result[i] = std::clamp(colour[i] * brightness, 0.0, 1.0);
-  return result;
+Box3 bounds_of(const SolidMesh& mesh) {
+  Box3 box;
+  for (const auto& batch : mesh.batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell)
+      for (std::size_t v = 0; is_drawn(*batch, cell) && v < batch->point_count(cell); ++v) box.add(point_of(*batch, cell, v));
+  return box;
 }
 
 /// Normal of a polygon, not normalized: twice its area long.
@@ -127,107 +47,192 @@ Vector normal_of(const std::vector<Vector>& polygon) {
   return n;
 }
 
-class Painter {
+/// The space of the picture: its regions, how far each is moved, and in which order they hide each other.
+///
+/// Moving a region by `explode` times the way from the middle to its own middle moves each hyperplane of the partition by as
+/// many times its distance from the middle. So the regions are still parted by a BSP tree, the same one, scaled about the
+/// middle; it is walked with the eye scaled back instead.
+class Space {
  public:
-  Painter(const Extent& extent, const Camera& camera, int size) : camera_(camera), frame_(frame_of(extent, size)), canvas_(size) {}
-
-  void paint(const CellBatch& batch, std::size_t cell) {
-    if (batch.dimension == 2)
-      paint_polygon(batch, cell);
-    else
-      paint_cell(batch, cell);
+  Space(const RunResult& result, const Camera& camera, const Box3& bounds, double explode)
+      : result_(result), camera_(camera), middle_(bounds.middle()), explode_(explode) {
+    // Without a partition all is one region.
+    const BspTree& partition = result.partition;
+    const bool is_divided = !partition.nodes.empty();
+    struct Place {
+      std::int32_t region, tree;  // nodes or leaves of the partition, and of the tree that begins with the same nodes
+      Box3 box;
+    };
+    std::vector<Place> stack{{is_divided ? partition.root : ~1, result.tree.root, bounds}};
+    while (!stack.empty()) {
+      const Place at = stack.back();
+      stack.pop_back();
+      if (at.region < 0) {
+        enter(static_cast<std::size_t>(~at.region) - 1, at.tree, at.box);
+        continue;
+      }
+      const BspTree::Node& node = partition.nodes[at.region];
+      auto [negative, positive] = halves(node.hyperplane, at.box);
+      const bool shared = at.tree >= 0;  // else: this rank has no cells here
+      stack.push_back({node.negative, shared ? result.tree.nodes[at.tree].negative : BspTree::empty_leaf, negative});
+      stack.push_back({node.positive, shared ? result.tree.nodes[at.tree].positive : BspTree::empty_leaf, positive});
+    }
   }
 
-  [[nodiscard]] Canvas& canvas() { return canvas_; }
-  [[nodiscard]] std::string png() { return canvas_.png({0.965, 0.97, 0.975}); }
+  [[nodiscard]] const Vector& shift(std::size_t region) const { return shifts_[region]; }
+
+  /// Calls visit(region) for all regions, from the farthest to the nearest.
+  template <typename Visit>
+  void visit_regions(Visit visit) const {
+    if (result_.partition.nodes.empty()) return visit(0);
+    Vector eye{};
+    if (camera_.is_perspective())
+      for (int i = 0; i < 3; ++i) eye[i] = middle_[i] + (camera_.eye()[i] - middle_[i]) / (1 + explode_);
+    walk(result_.partition, result_.partition.root, eye, [&](std::int32_t leaf) { visit(static_cast<std::size_t>(leaf) - 1); });
+  }
+
+  /// Calls visit(number) for the cells of a region that this rank has, from the farthest to the nearest.
+  template <typename Visit>
+  void visit_cells(std::size_t region, Visit visit) const {
+    const Vector eye = camera_.is_perspective() ? difference(camera_.eye(), shifts_[region]) : Vector{};
+    walk(result_.tree, roots_[region], eye, [&](std::int32_t leaf) { visit(static_cast<std::size_t>(leaf) - 1); });
+  }
 
  private:
+  const RunResult& result_;
+  const Camera& camera_;
+  Vector middle_;
+  double explode_;
+  std::vector<Vector> shifts_;
+  std::vector<std::int32_t> roots_;  // in the tree
 
+  void enter(std::size_t region, std::int32_t root, const Box3& box) {
+    if (region >= roots_.size()) {
+      roots_.resize(region + 1, BspTree::empty_leaf);
+      shifts_.resize(region + 1);
+    }
+    roots_[region] = root;
+    const Vector way = difference(box.middle(), middle_);
+    for (int i = 0; i < 3; ++i) shifts_[region][i] = explode_ * way[i];
+  }
+
+  /// A box on both sides of a hyperplane of the partition, which is parallel to axes.
+  [[nodiscard]] std::array<Box3, 2> halves(std::uint32_t hyperplane, const Box3& box) const {
+    std::array<Box3, 2> result{box, box};
+    const auto d = static_cast<std::size_t>(result_.partition.dimension);
+    const double* h = result_.partition.hyperplanes.data() + hyperplane * (d + 1);
+    for (std::size_t axis = 0; axis < d; ++axis) {
+      if (std::fabs(h[axis + 1]) < 1 - 1e-9) continue;
+      const double x = std::clamp(-h[0] / h[axis + 1], box.low[axis], std::max(box.low[axis], box.high[axis]));
+      const bool ascends = h[axis + 1] > 0;
+      result[ascends ? 0 : 1].high[axis] = x;
+      result[ascends ? 1 : 0].low[axis] = x;
+    }
+    return result;
+  }
+
+  /// In the plane nothing hides anything: any order will do, but it must not depend on who draws.
+  template <typename Visit>
+  void walk(const BspTree& tree, std::int32_t from, const Vector& eye, Visit visit) const {
+    const bool parallel = !camera_.is_perspective();
+    const Vector seen_from = parallel ? camera_.direction() : eye;
+    tree.visit_back_to_front(from, {seen_from.data(), static_cast<std::size_t>(tree.dimension)}, parallel, visit);
+  }
+};
+
+/// Draws cells on a canvas or a drawing.
+template <typename Target>
+class Painter {
+ public:
+  Painter(const RunResult& result, const PictureOptions& options, const Camera& camera, const Frame& frame, Target& target)
+      : result_(result), options_(options), camera_(camera), frame_(frame), target_(target) {
+    const auto is_opaque = [](const auto& colour) { return !colour || (*colour)[3] == 255; };
+    if (options.format != PictureFormat::png && std::all_of(result.colour_of_part.begin(), result.colour_of_part.end(), is_opaque))
+      hidden_.emplace(result.mesh);
+  }
+
+  void paint(const CellBatch& batch, std::size_t cell, const Vector& shift) {
+    if (!is_drawn(batch, cell)) return;
+    Ink ink = ink_of(result_, batch, cell, options_.shade);
+    ink.edges = options_.edges;
+    if (batch.dimension == 2)
+      paint_polygon(batch, cell, shift, ink);
+    else
+      paint_cell(batch, cell, shift, ink);
+  }
+
+ private:
   /// The facets of a cell that face the viewer; they do not hide each other.
-  void paint_cell(const CellBatch& batch, std::size_t cell) {
-    if (batch.label[cell] != geometry::Label::in) return;
+  void paint_cell(const CellBatch& batch, std::size_t cell, const Vector& shift, const Ink& ink) {
     for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
+      if (hidden_ && hidden_->contains(batch, cell, f)) continue;
       seen_.clear();
-      for (const std::uint16_t v : batch.vertices_of_facet(f))
-        seen_.push_back(seen_point(camera_, batch, cell, v));
+      for (const std::uint16_t v : batch.vertices_of_facet(f)) seen_.push_back(camera_.see(sum(point_of(batch, cell, v), shift)));
       const Vector normal = normal_of(seen_);
-      if (normal[2] > 0) fill(shaded(stone(batch.part[cell]), normalized(normal)));
+      if (camera_.shows_front(normal, seen_[0])) fill(lit(ink, normalized(normal)));
     }
   }
 
   /// A cell of the plane: its points around its middle.
-  void paint_polygon(const CellBatch& batch, std::size_t cell) {
-    if (batch.label[cell] != geometry::Label::in) return;
-    seen_.clear();
-    Vector middle{};
+  void paint_polygon(const CellBatch& batch, std::size_t cell, const Vector& shift, const Ink& ink) {
     const auto count = batch.point_count(cell);
+    std::vector<Vector> points;
+    Vector middle{};
     for (std::size_t v = 0; v < count; ++v) {
-      seen_.push_back(seen_point(camera_, batch, cell, v));
-      for (const int axis : {0, 1}) middle[axis] += seen_.back()[axis] / static_cast<double>(count);
+      points.push_back(sum(point_of(batch, cell, v), shift));
+      for (const int axis : {0, 1}) middle[axis] += points.back()[axis] / static_cast<double>(count);
     }
     const auto angle = [&](const Vector& p) { return std::atan2(p[1] - middle[1], p[0] - middle[0]); };
-    std::sort(seen_.begin(), seen_.end(),
-              [&](const Vector& a, const Vector& b) { return angle(a) < angle(b); });
-    fill(stone(batch.part[cell]));
+    std::sort(points.begin(), points.end(), [&](const Vector& a, const Vector& b) { return angle(a) < angle(b); });
+    seen_.clear();
+    for (const Vector& p : points) seen_.push_back(camera_.see(p));
+    fill(ink);
   }
 
-  void fill(const Colour& colour) {
+  void fill(const Ink& ink) {
+    camera_.clip(seen_);
+    if (seen_.size() < 3) return;
     placed_.clear();
-    for (const Vector& p : seen_) placed_.push_back(frame_.place(p));
-    canvas_.fill(placed_, colour);
+    for (const Vector& p : seen_) placed_.push_back(frame_.place(camera_.project(p)));
+    target_.fill(placed_, ink);
   }
 
-  Camera camera_;
-  Frame frame_;
-  Canvas canvas_;
+  const RunResult& result_;
+  const PictureOptions& options_;
+  const Camera& camera_;
+  const Frame& frame_;
+  Target& target_;
+  std::optional<HiddenFacets> hidden_;  // of vector pictures
   std::vector<Vector> seen_;
-  std::vector<std::array<double, 2>> placed_;
+  std::vector<Point2> placed_;
 };
 
-Camera camera_for(int dimension) {
-  if (dimension == 2) return {};
-  if (dimension == 3) return camera_at(30, 22);
-  throw Error("solids of dimension 2 and 3 can be drawn, not " + std::to_string(dimension));
-}
-
-/// In the plane nothing hides anything: any order will do, but it must not depend on who draws.
-std::vector<double> looking_direction(const Camera& camera, int dimension) {
-  if (dimension == 2) return {1, 0};
-  return {-camera.toward[0], -camera.toward[1], -camera.toward[2]};
-}
-
-/// Calls visit(batch, cell) for all cells of the mesh, from the farthest to the nearest.
-template <typename Visit>
-void visit_back_to_front(const SolidMesh& mesh, const geometry::BspTree& tree, const Camera& camera, Visit visit) {
-  std::vector<std::size_t> first;  // cell of the mesh with which each batch begins
-  std::size_t cells = 0;
-  for (const auto& batch : mesh.batches) {
-    first.push_back(cells);
-    cells += batch->size();
+/// Where the cells of a mesh are, by number.
+class Cells {
+ public:
+  explicit Cells(const SolidMesh& mesh) : mesh_(mesh) {
+    std::size_t cells = 0;
+    for (const auto& batch : mesh.batches) {
+      first_.push_back(cells);
+      cells += batch->size();
+    }
   }
-  tree.visit_back_to_front(looking_direction(camera, mesh.dimension), true, [&](std::int32_t leaf) {
-    const auto cell = static_cast<std::size_t>(leaf) - 1;
-    const auto batch =
-        static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), cell) - first.begin()) - 1;
-    visit(*mesh.batches[batch], cell - first[batch]);
-  });
-}
+  struct Place {
+    const CellBatch& batch;
+    std::size_t cell;
+  };
+  [[nodiscard]] Place at(std::size_t number) const {
+    const auto batch = static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), number) - first_.begin()) - 1;
+    return {*mesh_.batches[batch], number - first_[batch]};
+  }
 
-/// The place of each region's layer in the picture. Regions of one rank that follow each other, seen from the back, share a
-/// layer.
-std::vector<std::size_t> layers_of_regions(const RunResult& result, const Camera& camera) {
-  std::vector<std::size_t> layers(result.rank_of_region.size());
-  std::size_t layer = 0;
-  std::int32_t before = -1;
-  result.partition.visit_back_to_front(looking_direction(camera, result.report.dimension), true, [&](std::int32_t leaf) {
-    const auto region = static_cast<std::size_t>(leaf) - 1;
-    if (before >= 0 && result.rank_of_region[region] != before) ++layer;
-    before = result.rank_of_region[region];
-    layers[region] = layer;
-  });
-  return layers;
-}
+ private:
+  const SolidMesh& mesh_;
+  std::vector<std::size_t> first_;  // cell of the mesh with which each batch begins
+};
 
+/// A layer and its place in the picture.
+template <typename Layer>
 struct PlacedLayer {
   std::size_t place = 0;
   Layer layer;
@@ -238,48 +243,118 @@ struct PlacedLayer {
   }
 };
 
-/// Draws what this rank holds; each layer is handed over when it is complete.
-template <typename HandOver>
-void draw_layers(const RunResult& result, const Camera& camera, Painter& painter, HandOver hand_over) {
-  const auto layers = layers_of_regions(result, camera);
-  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-  std::size_t at_hand = none;
-  visit_back_to_front(result.mesh, result.tree, camera, [&](const CellBatch& batch, std::size_t cell) {
-    const std::size_t layer = layers.at(batch.region[cell]);
-    if (at_hand != none && layer != at_hand) hand_over(PlacedLayer{at_hand, painter.canvas().take()});
-    at_hand = layer;
-    painter.paint(batch, cell);
+/// Who draws a region.
+std::int32_t drawer_of(const RunResult& result, std::size_t region) { return result.is_collected ? 0 : result.rank_of_region.at(region); }
+
+/// Draws what this rank holds. Regions of one rank that follow each other, seen from the back, share a layer; each layer is
+/// handed over when it is complete.
+template <typename Target, typename HandOver>
+void draw_layers(const RunResult& result, const Space& space, Painter<Target>& painter, Target& target, std::int32_t rank, HandOver hand_over) {
+  const Cells cells(result.mesh);
+  std::size_t place = 0;
+  std::int32_t before = -1;
+  const auto complete = [&] {
+    if (before == rank) hand_over(PlacedLayer<typename Target::Layer>{place, target.take()});
+  };
+  space.visit_regions([&](std::size_t region) {
+    const std::int32_t drawer = drawer_of(result, region);
+    if (drawer != before) {
+      complete();
+      ++place;
+      before = drawer;
+    }
+    if (drawer != rank) return;
+    space.visit_cells(region, [&](std::size_t number) {
+      const auto [batch, cell] = cells.at(number);
+      painter.paint(batch, cell, space.shift(region));
+    });
   });
-  if (at_hand != none) hand_over(PlacedLayer{at_hand, painter.canvas().take()});
+  complete();
 }
 
-std::string compose(const Ranks& ranks, Painter& painter) {
-  std::vector<PlacedLayer> layers;
+/// The layers of all ranks, one over the other.
+template <typename Target>
+std::string compose(const Ranks& ranks, Target& target) {
+  std::vector<PlacedLayer<typename Target::Layer>> layers;
   for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, layers.emplace_back());
-  std::sort(layers.begin(), layers.end(), [](const PlacedLayer& a, const PlacedLayer& b) { return a.place < b.place; });
-  for (const PlacedLayer& layer : layers) painter.canvas().put(layer.layer);
-  return painter.png();
+  std::sort(layers.begin(), layers.end(), [](const auto& a, const auto& b) { return a.place < b.place; });
+  for (const auto& layer : layers) target.put(layer.layer);
+  return target.file(background);
+}
+
+/// All that is to be seen, on all ranks.
+Extent extent_of(Ranks& ranks, const RunResult& result, const PictureOptions& options, const Space& space, const Camera& camera, const Box3& shown) {
+  Extent extent;
+  if (!options.bounds.lower.empty()) {
+    Box3 box;
+    for (const Vector& corner : shown.corners()) {
+      const Vector way = difference(corner, shown.middle());
+      box.add(sum(corner, {options.explode * way[0], options.explode * way[1], options.explode * way[2]}));
+    }
+    for (const Vector& corner : box.corners()) extent.add(camera, corner);
+    return extent;
+  }
+  for (const auto& batch : result.mesh.batches)
+    for (std::size_t cell = 0; cell < batch->size(); ++cell) {
+      if (!is_drawn(*batch, cell)) continue;
+      const Vector& shift = space.shift(result.partition.nodes.empty() ? 0 : batch->region[cell]);
+      for (std::size_t v = 0; v < batch->point_count(cell); ++v) extent.add(camera, sum(point_of(*batch, cell, v), shift));
+    }
+  Extent all;
+  for (const Extent& part : all_gather(ranks, extent)) all.add(part);
+  return all;
+}
+
+/// What the camera is made for, on all ranks.
+Box3 shown_by(Ranks& ranks, const RunResult& result, const PictureOptions& options) {
+  Box3 shown;
+  if (!options.bounds.lower.empty()) {
+    Vector lower{}, upper{};
+    std::copy(options.bounds.lower.begin(), options.bounds.lower.end(), lower.begin());
+    std::copy(options.bounds.upper.begin(), options.bounds.upper.end(), upper.begin());
+    shown.add(lower);
+    shown.add(upper);
+    return shown;
+  }
+  for (const Box3& part : all_gather(ranks, bounds_of(result.mesh))) shown.add(part);
+  return shown;
+}
+
+template <typename Target>
+std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& options, Target target) {
+  const Box3 shown = shown_by(ranks, result, options);
+  const Camera camera(options, result.mesh.dimension, shown);
+  const Space space(result, camera, shown, options.explode);
+  const Frame frame(camera, extent_of(ranks, result, options, space, camera, shown), options.look, options.width, options.height);
+  Painter<Target> painter(result, options, camera, frame, target);
+  draw_layers(result, space, painter, target, ranks.rank(), [&](const auto& layer) { ranks.send(0, dataflow::to_bytes(layer)); });
+  ranks.sync();
+  return ranks.is_master() ? compose(ranks, target) : std::string();
 }
 
 }  // namespace
 
-std::string render_png(const SolidMesh& mesh, const geometry::BspTree& tree, int size) {
-  const Camera camera = camera_for(mesh.dimension);
-  Painter painter(extent_of(mesh, camera), camera, size);
-  visit_back_to_front(mesh, tree, camera, [&](const CellBatch& batch, std::size_t cell) { painter.paint(batch, cell); });
-  return painter.png();
+std::optional<PictureFormat> picture_format(const std::filesystem::path& path) {
+  const auto ending = path.extension();
+  if (ending == ".png") return PictureFormat::png;
+  if (ending == ".svg") return PictureFormat::svg;
+  if (ending == ".pdf") return PictureFormat::pdf;
+  return std::nullopt;
 }
 
-std::string render_png(Ranks& ranks, const RunResult& result, int size) {
-  ranks.begin("rendering");
-  if (result.is_collected) return ranks.is_master() ? render_png(result.mesh, result.tree, size) : std::string();
-  const Camera camera = camera_for(result.report.dimension);
-  Extent extent;
-  for (const Extent& part : all_gather(ranks, extent_of(result.mesh, camera))) extent.add(part.low, part.high);
-  Painter painter(extent, camera, size);
-  draw_layers(result, camera, painter, [&](const PlacedLayer& layer) { ranks.send(0, dataflow::to_bytes(layer)); });
-  ranks.sync();
-  return ranks.is_master() ? compose(ranks, painter) : std::string();
+std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& options) {
+  const int dimension = result.mesh.dimension;
+  if (dimension != 2 && dimension != 3) throw Error("solids of dimension 2 and 3 can be drawn, not " + std::to_string(dimension));
+  if (options.format == PictureFormat::png) return draw(ranks, result, options, Canvas(options.width, options.height));
+  return draw(ranks, result, options, Drawing(options.width, options.height, options.format));
+}
+
+std::string render(SolidMesh mesh, geometry::BspTree tree, const PictureOptions& options) {
+  Ranks alone;
+  RunResult result;
+  result.mesh = std::move(mesh);
+  result.tree = std::move(tree);
+  return render(alone, result, options);
 }
 
 }  // namespace bsp2::supersteps

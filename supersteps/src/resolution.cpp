@@ -1,64 +1,237 @@
 #include <algorithm>
+#include <chrono>
+#include <functional>
 #include <future>
+#include <map>
 #include <utility>
 
 #include "bsp2/geometry/contact.hpp"
 #include "bsp2/geometry/dimensions.hpp"
+#include "exchange.hpp"
 #include "stages.hpp"
+
+// Facets are told apart by group: those that lie on the cut of a node of the partition, and have been parted by it, belong to
+// the node, all others to their region. Cells touch only in facets of one group: two of one region in one of the region, two
+// of different regions in one of the node that parts them. So a region is glued where its cells are, and a node by one rank,
+// to which the others send its facets. All is done group by group also where one rank has several: the result depends on
+// the regions, and not on the ranks.
+
+namespace boost::serialization {
+template <class Archive>
+void serialize(Archive& archive, bsp2::geometry::Skin& skin, unsigned) {
+  archive & skin.vertices & skin.incident_offset & skin.incident & skin.faces & skin.edges;
+}
+template <class Archive>
+void serialize(Archive& archive, bsp2::geometry::FacetSet& set, unsigned) {
+  archive & set.hyperplane & set.facets & set.corners;
+}
+template <>
+struct is_bitwise_serializable<std::array<bsp2::geometry::HyperplaneId, 3>> : mpl::true_ {};
+template <>
+struct is_bitwise_serializable<bsp2::geometry::Skin::Face> : mpl::true_ {};
+template <>
+struct is_bitwise_serializable<bsp2::geometry::Skin::Edge> : mpl::true_ {};
+template <>
+struct is_bitwise_serializable<bsp2::geometry::FacetSet::Facet> : mpl::true_ {};
+template <>
+struct is_bitwise_serializable<bsp2::geometry::FacetSet::Corner> : mpl::true_ {};
+}  // namespace boost::serialization
 
 namespace bsp2::supersteps {
 namespace {
 
-/// What was found on some of the hyperplanes.
+using geometry::FacetIndex;
+using geometry::FacetSet;
+using Table = geometry::HyperplaneTable<3>;
+
+/// What was found in some of the groups.
 struct Share {
   std::vector<geometry::Contact> contacts;
   geometry::Skin skin;
+
+  void append(const Share& other) {
+    contacts.insert(contacts.end(), other.contacts.begin(), other.contacts.end());
+    skin.append(other.skin);
+  }
 };
 
-/// Every `step`-th hyperplane from the `first` one.
-Share match(const geometry::HyperplaneTable<3>& table, const geometry::FacetIndex& index, std::size_t first, std::size_t step, const RunOptions& options) {
+/// Groups of facets, one at a time: `load(i, facets)` gives the i-th one.
+using Load = std::function<void(std::size_t, FacetSet&)>;
+
+/// Every `step`-th group from the `first` one.
+Share match(const Table& table, std::size_t count, const Load& load, std::size_t first, std::size_t step, const RunOptions& options) {
   Share share;
   geometry::FacetMatcher matcher(table);
-  geometry::FacetSet facets;
-  for (std::size_t i = first; i < index.size(); i += step) {
-    facets.clear(index.hyperplane(i));
-    index.append(i, facets);
+  FacetSet facets;
+  for (std::size_t i = first; i < count; i += step) {
+    load(i, facets);
     matcher.match(facets, options.contacts ? &share.contacts : nullptr, options.boundary ? &share.skin : nullptr);
   }
   return share;
 }
 
-/// Hyperplanes know nothing of each other: they are dealt out to threads.
-Share match_all(const geometry::HyperplaneTable<3>& table, const SolidMesh& mesh, const RunOptions& options, unsigned threads) {
-  const geometry::FacetIndex index(table, mesh.batches);
-  std::vector<std::future<Share>> others;
-  for (unsigned i = 1; i < threads; ++i)
-    others.push_back(std::async(std::launch::async, [&, i] { return match(table, index, i, threads, options); }));
-  Share all = match(table, index, 0, threads, options);
-  for (auto& other : others) {
-    const Share share = other.get();
-    all.contacts.insert(all.contacts.end(), share.contacts.begin(), share.contacts.end());
-    all.skin.append(share.skin);
+/// Groups know nothing of each other: they are dealt out to threads. @param meanwhile is called by this one, again and again.
+Share match_all(const Table& table, std::size_t count, const Load& load, const RunOptions& options, unsigned threads, const std::function<void()>& meanwhile) {
+  std::vector<std::future<Share>> shares;
+  for (unsigned i = 0; i < threads; ++i) shares.push_back(std::async(std::launch::async, [&, i] { return match(table, count, load, i, threads, options); }));
+  Share all;
+  for (auto& share : shares) {
+    while (share.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) meanwhile();
+    all.append(share.get());
   }
+  return all;
+}
+
+/// The path of each region, from the leaf up: nodes of the partition and their hyperplanes.
+using Paths = std::vector<std::vector<std::pair<geometry::HyperplaneId, std::uint32_t>>>;
+
+Paths paths_of(const dataflow::Partition<3>& partition) {
+  const auto regions = partition.nodes.size() + 1;
+  std::vector<std::int64_t> node_parent(partition.nodes.size(), -1), region_parent(regions, -1);
+  for (std::size_t i = 0; i < partition.nodes.size(); ++i)
+    for (const std::int32_t child : {partition.nodes[i].negative, partition.nodes[i].positive})
+      (child >= 0 ? node_parent.at(static_cast<std::size_t>(child)) : region_parent.at(static_cast<std::size_t>(~child))) = static_cast<std::int64_t>(i);
+  Paths paths(regions);
+  for (std::size_t region = 0; region < regions; ++region)
+    for (std::int64_t at = region_parent[region]; at >= 0; at = node_parent[static_cast<std::size_t>(at)])
+      paths[region].emplace_back(partition.nodes[static_cast<std::size_t>(at)].hyperplane, static_cast<std::uint32_t>(at));
+  return paths;
+}
+
+/// Groups: a region by its number, then the nodes.
+geometry::FacetGrouping grouping(const dataflow::Partition<3>& partition, const CellShare& share) {
+  const auto regions = static_cast<std::uint32_t>(partition.nodes.size() + 1);
+  return {share.first_cell, [paths = paths_of(partition), regions](std::uint32_t region, geometry::HyperplaneId id) {
+            for (const auto& [hyperplane, node] : paths[region])
+              if (hyperplane == id) return regions + node;
+            return region;
+          }};
+}
+
+/// Who glues each node of the partition: the rank that has most of its facets. Collective.
+std::vector<int> owners_of_nodes(Ranks& ranks, const FacetIndex& index, std::size_t regions) {
+  std::vector<std::uint64_t> mine(regions - 1);
+  for (std::size_t i = 0; i < index.size(); ++i)
+    if (index.group(i) >= regions) mine[index.group(i) - regions] += index.count(i);
+  const auto all = all_gather(ranks, mine);
+  std::vector<int> owner(mine.size(), 0);
+  for (std::size_t node = 0; node < owner.size(); ++node)
+    for (int rank = 1; rank < ranks.count(); ++rank)
+      if (all[static_cast<std::size_t>(rank)][node] > all[static_cast<std::size_t>(owner[node])][node]) owner[node] = rank;
+  return owner;
+}
+
+/// Facets on their way to the rank that glues their node.
+struct Interface {
+  std::uint32_t node = 0;
+  FacetSet facets;
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & node & facets;
+  }
+};
+
+/// Glues what this rank has, and the nodes of the partition that fall to it. Collective.
+Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& partition, const CellShare& share, const RunOptions& options, unsigned threads) {
+  const auto regions = partition.nodes.size() + 1;
+  const FacetIndex index(table, share.batches, grouping(partition, share));
+  const auto owner = owners_of_nodes(ranks, index, regions);
+  std::vector<std::size_t> inner;  // groups that are whole here
+  std::map<std::uint32_t, FacetSet> nodes;
+  for (std::size_t i = 0; i < index.size(); ++i) {
+    if (index.group(i) < regions) {
+      inner.push_back(i);
+      continue;
+    }
+    Interface interface{static_cast<std::uint32_t>(index.group(i) - regions), {}};
+    interface.facets.clear(index.hyperplane(i));
+    index.append(i, interface.facets);
+    if (owner[interface.node] == ranks.rank())
+      nodes[interface.node] = std::move(interface.facets);
+    else
+      ranks.send(owner[interface.node], dataflow::to_bytes(interface));
+  }
+  ranks.begin_sync();
+  const auto load = [&](std::size_t i, FacetSet& facets) {
+    facets.clear(index.hyperplane(inner[i]));
+    index.append(inner[i], facets);
+  };
+  Share all = match_all(table, inner.size(), load, options, threads, [&] {
+    if (ranks.is_syncing()) ranks.try_sync();
+  });
+  if (ranks.is_syncing()) ranks.wait();
+  for (const auto& message : ranks.received()) {
+    Interface interface;
+    dataflow::from_bytes(message.bytes, interface);
+    FacetSet& set = nodes[interface.node];
+    set.hyperplane = interface.facets.hyperplane;
+    set.append(interface.facets);
+  }
+  std::vector<FacetSet*> sets;
+  for (auto& [node, set] : nodes) sets.push_back(&set);
+  all.append(match_all(table, sets.size(), [&](std::size_t i, FacetSet& facets) { std::swap(facets, *sets[i]); }, options, threads, [] {}));
   std::sort(all.contacts.begin(), all.contacts.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
   return all;
 }
 
 }  // namespace
 
+CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions) {
+  std::vector<std::uint64_t> cells(regions), first(regions);
+  for (const auto& [number, mesh] : meshes) cells[number] = mesh.cells;
+  const auto all = all_gather(ranks, cells);
+  std::uint64_t before = 0;
+  for (std::size_t region = 0; region < regions; ++region) {
+    first[region] = before;
+    for (const auto& of_rank : all) before += of_rank[region];
+  }
+  CellShare share;
+  for (const auto& [number, mesh] : meshes)
+    for (const auto& batch : mesh.batches) {
+      share.batches.push_back(batch);
+      share.first_cell.push_back(first[number]);
+      first[number] += batch->size();
+    }
+  return share;
+}
+
 template <int D>
-Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options, unsigned threads) {
+Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, const dataflow::Partition<D>& partition, const CellShare& share,
+                      const RunOptions& options, unsigned threads) {
   Resolution result;
   if constexpr (D == 3) {
-    Share all = match_all(table, mesh, options, threads);
-    result.contacts = std::move(all.contacts);
-    if (options.boundary) result.boundary = geometry::triangulate(table, std::move(all.skin));
+    Share mine = glue(ranks, table, partition, share, options, threads);
+    result.contacts = std::move(mine.contacts);
+    if (!options.boundary) return result;
+    ranks.begin("resolution", 1);
+    if (!ranks.is_master()) ranks.send(0, dataflow::to_bytes(std::exchange(mine.skin, {})));
+    ranks.sync();
+    if (!ranks.is_master()) return result;
+    for (const auto& message : ranks.received()) {
+      geometry::Skin skin;
+      dataflow::from_bytes(message.bytes, skin);
+      mine.skin.append(skin);
+    }
+    result.boundary = geometry::triangulate(table, std::move(mine.skin));
   }
   return result;
 }
 
-#define BSP2_STAGE(D) \
-  template Resolution resolution<D>(const geometry::HyperplaneTable<D>&, const SolidMesh&, const RunOptions&, unsigned);
+std::vector<geometry::Contact> contacts_among(const Table& table, std::span<const std::shared_ptr<const geometry::CellBatch>> batches, unsigned threads) {
+  RunOptions options;
+  options.contacts = true;
+  const FacetIndex index(table, batches);
+  const auto load = [&](std::size_t i, FacetSet& facets) {
+    facets.clear(index.hyperplane(i));
+    index.append(i, facets);
+  };
+  return match_all(table, index.size(), load, options, threads, [] {}).contacts;
+}
+
+#define BSP2_STAGE(D)                                                                                                                              \
+  template Resolution resolution<D>(Ranks&, const geometry::HyperplaneTable<D>&, const dataflow::Partition<D>&, const CellShare&, const RunOptions&, \
+                                    unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

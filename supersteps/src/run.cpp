@@ -1,13 +1,16 @@
 #include "bsp2/supersteps/run.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
 #include "progress.hpp"
+#include "querying.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -47,6 +50,15 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
     auto& row = report.inertia.emplace_back();
     for (int j = 0; j <= D; ++j) row.push_back(in.integral[geometry::Moments<D>::index(i, j)]);
   }
+  const auto fuzzy = totals.fuzzy.value(), below = totals.fuzzy_below.value();
+  for (int i = 0; i <= D && totals.fuzzy_cells > 0; ++i) {
+    auto &least = report.inertia_least.emplace_back(), &most = report.inertia_most.emplace_back();
+    for (int j = 0; j <= D; ++j) {
+      const int at = geometry::Moments<D>::index(i, j);
+      least.push_back(in.integral[at] + below.integral[at]);
+      most.push_back(in.integral[at] + fuzzy.integral[at] - below.integral[at]);
+    }
+  }
   if (totals.in_cells > 0) {
     report.lower.assign(totals.lower.begin(), totals.lower.end());
     report.upper.assign(totals.upper.begin(), totals.upper.end());
@@ -79,7 +91,7 @@ StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& 
     end.interrupted = end.interrupted || answer[1] != 0;
     end.cells += answer[2];
   }
-  const unsigned only = options.budget_seconds && !options.snapshot ? 1 : ~0U;
+  const unsigned only = options.budget_seconds && !options.snapshot && !options.on_frame ? 1 : ~0U;
   end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || (options.cells && end.cells >= *options.cells);
   end.interrupted = end.interrupted && end.stopped;
   return end;
@@ -95,20 +107,72 @@ RunOptions options_of_step(const RunOptions& options, std::uint64_t cells, doubl
   return step;
 }
 
-/// One computation superstep: what it decides becomes progress, what is left stays in it.
+/// One round of a computation superstep: what it decides becomes progress, what is left stays in it.
 template <int D>
-bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads,
+                    std::optional<std::uint64_t> quota) {
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
   if (options.collect_cells) consumers.push_back(&keeper);
   const std::vector<std::uint32_t> numbers = progress.region_numbers();
-  auto evaluation = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, progress.recorded(), consumers);
-  ranks.count_cells(evaluation.totals.in_cells + evaluation.totals.fuzzy_cells + evaluation.totals.out_cells);
-  progress.partition.regions = std::move(evaluation.unfinished);
+  const Recorded before = recorded(progress.meshes);
+  auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, before, quota, consumers);
+  ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells + computed.evaluation.totals.out_cells);
+  progress.add(numbers, computed.evaluation, before, keeper);
+  progress.partition.regions = std::move(computed.evaluation.unfinished);
+  return computed;
+}
+
+/// What ranks have done in the rounds of a step so far.
+struct Rounds {
+  double seconds = 0;        ///< of the slowest
+  std::uint64_t cells = 0;
+  unsigned unfinished = 0;   ///< ranks that have something left
+  bool interrupted = false;  ///< on some rank
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & seconds & cells & unfinished & interrupted;
+  }
+};
+
+/// All together. Collective. What a rank measured itself must not lead it another way than the others.
+Rounds ask_all(Ranks& ranks, const Rounds& mine) {
+  Rounds all;
+  for (const Rounds& said : all_gather(ranks, mine)) {
+    all.seconds = std::max(all.seconds, said.seconds);
+    all.cells += said.cells;
+    all.unfinished += said.unfinished;
+    all.interrupted = all.interrupted || said.interrupted;
+  }
+  return all;
+}
+
+/// One computation superstep. It has several rounds if a rank has nothing left to do before the others, or cells enough before
+/// all together have: then regions move.
+template <int D>
+bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region, const RunOptions& options,
+             unsigned threads) {
+  const auto start = Clock::now();
+  const std::uint64_t cells_before = finished_cells(progress);
   ++progress.steps;
-  const bool stopped = evaluation.stopped;
-  progress.add(numbers, std::move(evaluation), keeper);
-  return stopped;
+  RunOptions round = options;
+  for (auto active = static_cast<unsigned>(ranks.count());;) {
+    std::optional<std::uint64_t> quota;
+    if (round.cells) quota = std::max<std::uint64_t>(1, (*round.cells + active - 1) / active);
+    const auto computed = compute(ranks, network, progress, round, threads, quota);
+    const bool stopped = computed.evaluation.stopped;
+    if (ranks.count() == 1 || (!computed.shall_move && !options.cells)) return stopped;
+    const bool unfinished = stopped && !progress.partition.regions.empty();
+    const Rounds all = ask_all(ranks, {std::chrono::duration<double>(Clock::now() - start).count(), finished_cells(progress) - cells_before, unfinished ? 1U : 0U,
+                                       options.interrupted && options.interrupted()});
+    if (all.unfinished == 0 || all.interrupted || (options.budget_seconds && all.seconds >= *options.budget_seconds) || (options.cells && all.cells >= *options.cells))
+      return stopped;
+    active = all.unfinished;
+    if (options.budget_seconds) round.budget_seconds = *options.budget_seconds - all.seconds;
+    if (options.cells) round.cells = *options.cells - all.cells;
+    if (!move_regions(ranks, network, progress, rank_of_region, options.level)) round.move_after_seconds.reset();
+  }
 }
 
 /// What is left becomes FUZZY cells: the end of a run.
@@ -118,24 +182,79 @@ void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
   if (options.collect_cells) consumers.push_back(&keeper);
-  progress.add(progress.region_numbers(), picturing<D>(network, progress.partition.regions, options, threads, progress.recorded(), consumers), keeper);
+  const Recorded before = recorded(progress.meshes);
+  auto evaluation = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
+  progress.add(progress.region_numbers(), evaluation, before, keeper);
+}
+
+/// Brings the cells to where they are wanted, and joins the trees above them. Collective.
+template <int D>
+RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, RegionMeshes meshes, Collect collect,
+                    std::size_t regions) {
+  RunResult result;
+  result.is_collected = collection(ranks, meshes, collect);
+  Part part = join(std::move(meshes), D, regions);
+  ranks.count_cells(part.cells);
+  std::vector<std::int32_t> leaves(regions);
+  for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
+  result.tree = join_trees<D>(network, partition, std::move(part.tree), part.roots);
+  result.partition = join_trees<D>(network, partition, geometry::BspTree{.dimension = D}, leaves);
+  result.mesh = {D, std::move(part.batches)};
+  return result;
+}
+
+/// What the pictures need to know of the model.
+template <int D>
+void add_looks(RunResult& result, const dataflow::Network<D>& network, const std::vector<std::int32_t>& rank_of_region) {
+  result.rank_of_region = rank_of_region;
+  for (const auto& colour : network.colours) {
+    auto& rounded = result.colour_of_part.emplace_back();
+    if (!colour) continue;
+    rounded.emplace();
+    for (int i = 0; i < 4; ++i) (*rounded)[i] = static_cast<std::uint8_t>(std::lround(255 * (*colour)[i]));
+  }
+  if (network.bounds.is_empty()) return;
+  result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
+  result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
+}
+
+/// Shows what there is after a computation superstep; each rank shows the cells of its own regions.
+template <int D>
+void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, unsigned threads,
+                const std::vector<std::int32_t>& rank_of_region) {
+  ranks.begin("rendering", progress.steps - 1);
+  Keeper keeper;
+  dataflow::Consumer* const consumers[] = {&keeper};
+  RegionMeshes meshes = progress.meshes;
+  const Recorded before = recorded(meshes);
+  auto rest = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
+  divide<D>(rest, progress.region_numbers(), before, keeper.take(), meshes);
+  RunResult now = collected(ranks, network, progress.partition, std::move(meshes), Collect::file, rank_of_region.size());
+  now.report.dimension = D;
+  add_looks(now, network, rank_of_region);
+  options.on_frame(now, progress.steps - 1);
 }
 
 /// The loop of supersteps.
 template <int D>
-RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& source, RunReport report) {
+RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
-  for (const std::string& warning : network.warnings) report.warnings.push_back(report.model + ": " + warning);
+  limit_refinement(network, options);
+  if (network.is_round()) report.tolerance = options.tolerance;
+  report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());
+  if (options.strict) refuse_warnings(report.warnings);
 
   ranks.begin("distribution");
   auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
   report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
+  progress.keeps_cells = options.collect_cells;
 
   double snapshot_seconds = 0;
   StepEnd end{.stopped = true, .cells = finished_cells(progress), .last = options.steps == 0U};
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
-    const bool stopped = advance(ranks, network, progress, options_of_step(options, end.cells, snapshot_seconds), report.threads);
+    if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
+    const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, end.cells, snapshot_seconds), report.threads);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     if (options.snapshot) {
       auto records = report.earlier;
@@ -145,35 +264,30 @@ RunResult run_supersteps(Ranks& ranks, const RunOptions& options, const Source& 
       save_progress(ranks, network, progress, options, source, !end.stopped, records);
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     }
+    if (options.on_frame) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
   }
 
+  malloc_trim(0);  // what the workers' pools held: the next supersteps need other sizes
   ranks.begin("collection");
   draw_rest(network, progress, options, report.threads);
   fill(report, network, sum_totals(ranks, network, progress.totals), options);
   report.complete = !end.stopped;
   report.interrupted = end.interrupted;
   RunResult result;
+  CellShare to_glue;
   if (options.collect_cells) {
-    Part part = progress.take();
-    result.is_collected = collection(ranks, part, options.collect);
-    ranks.count_cells(part.cells);
-    std::vector<std::int32_t> leaves(rank_of_region.size()), roots(rank_of_region.size(), geometry::BspTree::empty_leaf);
-    for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
-    for (std::size_t i = 0; i < part.regions.size(); ++i) roots[part.regions[i]] = part.roots[i];
-    result.tree = join_trees<D>(network, progress.partition, std::move(part.tree), roots);
-    result.partition = join_trees<D>(network, progress.partition, geometry::BspTree{.dimension = D}, leaves);
-    result.mesh = {D, std::move(part.batches)};
+    if (options.boundary || options.contacts) to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
+    result = collected(ranks, network, progress.partition, std::move(progress.meshes), options.collect, rank_of_region.size());
   }
-  result.rank_of_region = std::move(rank_of_region);
+  add_looks(result, network, rank_of_region);
 
-  if ((options.boundary || options.contacts) && result.is_collected) {
+  if (!options.points.empty() && result.is_collected && ranks.is_master()) result.answers = querying<D>(network.table, result, options.points, report.threads);
+  if (options.collect_cells && (options.boundary || options.contacts)) {
     ranks.begin("resolution");
-    if (ranks.is_master()) {
-      auto [contacts, boundary] = resolution<D>(network.table, result.mesh, options, report.threads);
-      result.contacts = std::move(contacts);
-      result.boundary = std::move(boundary);
-      if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
-    }
+    auto [contacts, boundary] = resolution<D>(ranks, network.table, progress.partition, to_glue, options, report.threads);
+    result.contacts = std::move(contacts);
+    result.boundary = std::move(boundary);
+    if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
   }
   result.report = std::move(report);
   return result;
@@ -196,7 +310,7 @@ void record_costs(Ranks& ranks, RunReport& report) {
 RunResult run(const RunOptions& given, Ranks& ranks) {
   RunReport report;
   RunOptions options = given.resume ? resumed_options(given, report.earlier) : given;
-  options.collect_cells = options.collect_cells || options.snapshot;
+  options.collect_cells = options.collect_cells || options.snapshot || options.on_frame;
   ranks.begin("compilation");
   Source source = compilation(ranks, options);
   ranks.begin("broadcast");
@@ -206,7 +320,9 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
   report.dimension = source.model.expression.dimension();
   report.primitives = source.model.primitive_count;
-  report.warnings = source.model.warnings;
+  report.warnings = source.warnings;
+  report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
+  if (options.strict) refuse_warnings(report.warnings);
 
   ranks.begin("compilation");
   RunResult result;

@@ -9,6 +9,7 @@
 #include "bsp2/dataflow/partition.hpp"
 #include "bsp2/model/csg.hpp"
 #include "bsp2/supersteps/run.hpp"
+#include "region_mesh.hpp"
 
 /// The supersteps, one file each; `run.cpp` has the loop. All are collective.
 namespace bsp2::supersteps {
@@ -17,7 +18,11 @@ namespace bsp2::supersteps {
 struct Source {
   std::string text;
   model::Model model;
+  std::vector<std::string> warnings;  ///< of whoever translated it
 };
+
+/// What the text is called in messages: its path, which also says where the files are that it names.
+std::string source_name(const RunOptions& options);
 
 /// Compilation, first half: the master reads the file. Empty elsewhere.
 /// @throws bsp2::Error that names the place in the file.
@@ -32,6 +37,15 @@ void broadcasting(Ranks& ranks, Source& source, const RunOptions& options);
 /// @throws bsp2::Error for lengths that are too large or too small.
 template <int D>
 dataflow::Network<D> translation(const Source& source, const RunOptions& options);
+
+/// Round solids are refined without end, so something has to say where: a thousandth of the model unless
+/// the user does. A budget alone does not: depth first, it would be spent in one place.
+template <int D>
+void limit_refinement(const dataflow::Network<D>& network, RunOptions& options);
+
+/// With --strict, before time is spent on a model that is not as it should be. The same on all ranks.
+/// @throws bsp2::Error if there are any.
+void refuse_warnings(const std::vector<std::string>& warnings);
 
 /// A partition of space, with the regions of this rank.
 template <int D>
@@ -49,67 +63,64 @@ std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ra
 template <int D>
 Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
 
-/// How much of the BSP tree of its finished cells a rank has recorded.
-struct Recorded {
-  std::uint32_t nodes = 0, cells = 0;
+template <int D>
+struct Computed {
+  dataflow::Evaluation<D> evaluation;
+  bool shall_move = false;  ///< it was ended since a rank has nothing left to do; the same on all ranks
 };
 
 /// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the consumers, what is left
-/// comes back as unfinished regions. The ranks stay in touch: a failure of one ends all.
-/// @param so_far what this rank has recorded in earlier steps: the new tree continues its numbering.
+/// comes back as unfinished regions. The ranks stay in touch: a failure of one ends all, the cells of all are counted together,
+/// and a rank that has nothing left to do may end the step.
+/// @param so_far what the new tree is numbered from.
+/// @param quota this rank stops at so many cells; options.cells is for all ranks together.
 /// Source: the paper, section 4.2, "Computation".
 template <int D>
-dataflow::Evaluation<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
-                                    const RunOptions& options, unsigned threads, const Recorded& so_far,
-                                    std::span<dataflow::Consumer* const> consumers);
+Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions, const RunOptions& options,
+                        unsigned threads, const Recorded& so_far, std::optional<std::uint64_t> quota, std::span<dataflow::Consumer* const> consumers);
 
 /// The picture of what is left, for the report and the outputs: FUZZY where it is undecided. Each rank draws its own regions.
 template <int D>
 dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span<const dataflow::Region<D>> regions, const RunOptions& options,
                                   unsigned threads, const Recorded& so_far, std::span<dataflow::Consumer* const> consumers);
 
-/// Cells and BSP trees of some regions.
-struct Part {
-  Recorded elsewhere;  ///< nodes and cells that the master has from a resumed snapshot: numbers below these are its own
-  std::vector<std::shared_ptr<const geometry::CellBatch>> batches;
-  std::uint64_t cells = 0;
-  std::vector<std::uint32_t> regions;
-  std::vector<std::int32_t> roots;  ///< of each region in the tree
-  geometry::BspTree tree;           ///< a tree a region; its leaves count the cells of the batches
-};
-
-/// A consumer of the computation: keeps its cells. IN cells are accumulated, FUZZY ones kept as what they became, OUT ones
-/// were dropped by the workers.
-class Keeper : public dataflow::Consumer {
- public:
-  void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override { refinements_.push_back(refinement); }
-  /// The cells in an order that does not depend on their arrival, and the trees over them.
-  /// @param regions numbers of the regions that were evaluated, in their order.
-  template <int D>
-  Part take(std::vector<std::uint32_t> regions, dataflow::Evaluation<D> evaluation);
-
- private:
-  std::vector<std::shared_ptr<const dataflow::Refinement>> refinements_;  // shared with other consumers
-};
-
 /// Collection: brings the cells of all ranks to the master, or leaves them where they are. Cost: h = bytes of all cells that
 /// the master receives; with `tree`, half of them at a time.
 /// @return whether the master has all cells; the other ranks then have none.
 /// Source: the paper, section 4.2, "Collection" and the hierarchical architecture.
-bool collection(Ranks& ranks, Part& part, Collect how);
+bool collection(Ranks& ranks, RegionMeshes& meshes, Collect how);
+
+/// Sends a region's mesh, batch by batch. @see receive
+void send(Ranks& ranks, int to, RegionMesh mesh);
+/// Takes in one message of those that `send` made of a mesh. @return whether it was the last one.
+bool receive(std::string_view message, RegionMesh& mesh);
+
+/// The cells that a rank glues: those of its own regions, whether they have been collected since or not.
+struct CellShare {
+  std::vector<std::shared_ptr<const geometry::CellBatch>> batches;
+  std::vector<std::uint64_t> first_cell;  ///< number of the first cell of each batch, counted through all regions in their order
+};
+CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions);  ///< Collective.
 
 /// What the cells are to each other and to the space around them.
 struct Resolution {
-  std::vector<geometry::Contact> contacts;            ///< when asked for
-  std::optional<geometry::TriangleSurface> boundary;  ///< when asked for
+  std::vector<geometry::Contact> contacts;            ///< when asked for: those that this rank found, by cells
+  std::optional<geometry::TriangleSurface> boundary;  ///< when asked for: on the master
 };
 
 /// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not, their facets are
-/// matched hyperplane by hyperplane; what no other cell covers is the boundary.
-/// D = 3 only; nothing is found for other dimensions.
+/// matched hyperplane by hyperplane; what no other cell covers is the boundary. Each rank glues its own regions, and some of
+/// the cuts between regions. h = facets that lie on cuts between regions of different ranks, and then the outlines of the
+/// boundary, which the master triangulates.
+/// D = 3 only; nothing is found for other dimensions. Collective.
 /// Source: the paper, section 4.2, "Resolution".
 template <int D>
-Resolution resolution(const geometry::HyperplaneTable<D>& table, const SolidMesh& mesh, const RunOptions& options, unsigned threads);
+Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, const dataflow::Partition<D>& partition, const CellShare& share,
+                      const RunOptions& options, unsigned threads);
+
+/// The contacts among cells of any region, counted through the batches. Not collective.
+std::vector<geometry::Contact> contacts_among(const geometry::HyperplaneTable<3>& table,
+                                              std::span<const std::shared_ptr<const geometry::CellBatch>> batches, unsigned threads);
 
 /// Sums over all ranks, on the master: exact, so they do not depend on who computed what.
 template <int D>

@@ -40,9 +40,7 @@ Batches all_in(const Batches& batches) {
 /// Facets that other cells cover less than wholly. A figure for a table: areas are compared as rounded numbers.
 std::uint64_t count_boundary_facets(const geometry::HyperplaneTable<3>& table, const Batches& cells, unsigned threads) {
   const Batches batches = all_in(cells);
-  RunOptions options;
-  options.contacts = true;
-  const auto contacts = resolution<3>(table, {3, batches}, options, threads).contacts;
+  const auto contacts = contacts_among(table, batches, threads);
   std::map<std::pair<std::uint64_t, std::uint16_t>, double> covered;
   for (const geometry::Contact& contact : contacts)
     for (const std::size_t side : {0U, 1U}) covered[{contact.cell[side], contact.facet[side]}] += contact.area;
@@ -72,11 +70,15 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const dataflow::Pa
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers{&keeper};
   const auto start = std::chrono::steady_clock::now();
-  auto evaluation = dataflow::evaluate(network, dataflow::make_regions<D>(network, partition, regions), options, consumers);
+  const auto evaluation = dataflow::evaluate(network, dataflow::make_regions<D>(network, partition, regions), options, consumers);
   NodeFigures figures;
   figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   figures.cells = evaluation.totals.in_cells + evaluation.totals.fuzzy_cells;
-  if constexpr (D == 3) figures.facets = count_boundary_facets(network.table, keeper.take<D>(regions, std::move(evaluation)).batches, options.threads);
+  if constexpr (D == 3) {
+    Batches batches;
+    for (const auto& refinement : keeper.take()) batches.emplace_back(refinement, &refinement->cells);
+    figures.facets = count_boundary_facets(network.table, batches, options.threads);
+  }
   return figures;
 }
 

@@ -90,6 +90,27 @@ TEST_P(Access, LoopsOfAllKindsOverNeighboursMix) {
   }
 }
 
+/// Runs grow as long as the memory: they change their way through the layer while they do.
+TEST_P(Access, LoopsWithoutGapsArrive) {
+  std::vector<std::uint32_t> to_put(size()), to_hpput(size()), read = values(world.pid());
+  std::vector<std::uint32_t> got(size()), hpgot(size());
+  Registered<std::uint32_t> put(world, to_put), hpput(world, to_hpput), source(world, read);
+  Array<std::uint32_t> array(world, size());
+  world.sync();
+  const auto mine = values(world.pid());
+  for (std::size_t i = 0; i < size(); ++i) put.put(next(world), mine[i], i);
+  for (std::size_t i = 0; i < size(); ++i) hpput.hpput(next(world), std::span(mine).subspan(i, 1), i);
+  for (std::size_t i = 0; i < size(); ++i) array.hpput(next(world), std::span(mine).subspan(i, 1), i);
+  for (std::size_t i = 0; i < size(); ++i) source.get(next(world), i, got[i]);
+  for (std::size_t i = 0; i < size(); ++i) source.hpget(next(world), i, std::span(hpgot).subspan(i, 1));
+  world.sync();
+  EXPECT_EQ(to_put, values(previous(world)));
+  EXPECT_EQ(to_hpput, values(previous(world)));
+  EXPECT_TRUE(std::equal(array.begin(), array.end(), to_put.begin(), to_put.end()));
+  EXPECT_EQ(got, values(next(world)));
+  EXPECT_EQ(hpgot, values(next(world)));
+}
+
 TEST_P(Access, GetsReadBeforePutsWrite) {
   Array<std::uint32_t> array(world, size());
   const auto mine = values(world.pid());

@@ -45,6 +45,17 @@ TEST(CollectivesTest, OperationsNeedNotCommute) {
   EXPECT_EQ(all.all_gather(name(world.pid())).size(), whole.size());
 }
 
+TEST(CollectivesTest, RootThatDoesNotExistIsAnAgreedError) {
+  std::vector<double> data(3);
+  {
+    World world;
+    EXPECT_THROW(broadcast(world, std::span<double>(data), world.nprocs()), Error);
+  }
+  World world;
+  Collectives<int> all(world);
+  EXPECT_THROW(all.gather(1, -1), Error);
+}
+
 TEST(CollectivesTest, TwoPhaseBroadcastOfALongVector) {
   World world;
   for (const std::size_t size : {0U, 1U, 3U, 1000U, 300000U}) {

@@ -23,6 +23,13 @@ void check([[maybe_unused]] World& world) {
 #ifdef CASE_QUEUE_POINTER
   Queue<const char*> queue(world);
 #endif
+#ifdef CASE_QUEUE_WITHOUT_SERIALIZE
+  struct Opaque {
+    std::string text;
+  };
+  Queue<Opaque> queue(world);
+  queue.send(0, Opaque{});
+#endif
 #ifdef CASE_QUEUE_REFERENCE
   Queue<int&> queue(world);
 #endif

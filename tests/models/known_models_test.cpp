@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "models.hpp"
 
 namespace bsp2::models {
@@ -34,6 +36,32 @@ TEST(KnownModel, TheShippedConstructs) {
   const auto plane = run_file(examples / "plane.csg");
   EXPECT_EQ(plane.dimension, 2);
   EXPECT_NEAR(plane.in_volume, 169, 1e-9);
+}
+
+TEST(KnownModel, TheNapkinRingHasTheVolumeOfItsHeight) {
+  supersteps::RunOptions options;
+  options.model = std::filesystem::path(BSP2_SOURCE_DIR) / "examples" / "napkin_ring.csg";
+  options.curved = true;
+  options.tolerance = 0.05;
+  options.boundary = true;
+  const auto result = supersteps::run(options);
+  const double truth = 36 * std::numbers::pi;
+  EXPECT_LE(result.report.in_volume, truth);
+  EXPECT_GE(result.report.in_volume + result.report.fuzzy_volume, truth);
+  EXPECT_LT(result.report.fuzzy_volume, 0.15 * truth);
+  EXPECT_LE(result.report.inertia_least.at(0).at(0), truth);
+  EXPECT_GE(result.report.inertia_most.at(0).at(0), truth);
+  ASSERT_TRUE(result.boundary);
+  EXPECT_TRUE(result.boundary->is_closed());
+  // Without a tolerance, a sensible one is chosen.
+  options.tolerance.reset();
+  options.boundary = false;
+  options.collect_cells = false;
+  const auto report = supersteps::run(options).report;
+  ASSERT_TRUE(report.tolerance);
+  EXPECT_LE(report.in_volume, truth);
+  EXPECT_GE(report.in_volume + report.fuzzy_volume, truth);
+  EXPECT_LT(report.fuzzy_volume, 0.05 * truth);
 }
 
 TEST(KnownModel, ShippedExamplesHaveNoFuzzyCell) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 
 #include "temporary_folder.hpp"
 
@@ -57,9 +58,8 @@ TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
   expect_refused("cube(size=[1,2,3])", ":1:");
   expect_refused("group() { cube(size=[1,2,", ":1:");
   expect_refused("\x93\x01\xff garbage", ":1:1:");
-  expect_refused("roof() { circle(r = 1); }", "roof");
+  expect_refused("warp() { circle(r = 1); }", "warp");
   expect_refused("cylinder($fn = 1e9, h = 1, r1 = 1, r2 = 1);", "limit");
-  expect_refused("polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);", "edge");
   std::string huge = "cube();";
   for (int i = 0; i < 3; ++i) huge = "multmatrix([[1e200,0,0,0],[0,1e200,0,0],[0,0,1e200,0],[0,0,0,1]]) {" + huge + "}";
   expect_refused(huge, "not finite");
@@ -77,6 +77,49 @@ TEST_F(Program, RefusesBadPathsAndOptions) {
   EXPECT_EQ(start("--help").code, 0);
 }
 
+std::string contents(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// What is drawn, exported and asked of a snapshot is what the run would have written.
+TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {
+  const std::string path = (folder_.path() / "run.h5").string(), picture = (folder_.path() / "a.png").string(), surface = (folder_.path() / "a.ply").string();
+  const std::string view = " --eye 9,-7,6 --explode 0.3 --shade part --edges --size 320x200";
+  const std::string source = model("difference() { cube(size = [2, 2, 2]); sphere($fn = 12, r = 1.5); } color([1, 0, 0, 1]) multmatrix([[1,0,0,3],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube();");
+  ASSERT_EQ(start("run " + source + " --regions 8 --snapshot " + path + " --picture " + picture + view + " --boundary " + surface).code, 0);
+  const std::string drawn = (folder_.path() / "b.png").string(), exported = (folder_.path() / "b.ply").string();
+  EXPECT_EQ(start("render " + path + " -o " + drawn + view).text, "");
+  EXPECT_EQ(start("export " + path + " -o " + exported).text, "");
+  EXPECT_GT(contents(drawn).size(), 1000U);
+  EXPECT_TRUE(contents(drawn) == contents(picture));
+  EXPECT_GT(contents(exported).size(), 1000U);
+  EXPECT_TRUE(contents(exported) == contents(surface));
+
+  const fs::path points = folder_.path() / "points.txt";
+  std::ofstream(points) << "# in the cube, outside, in the hollow\n3.5 0.5 0.25\n3.5,0.5,1.5\n0.1 0.1 0.1\n";
+  const Ended answer = start("query " + path + " --points " + points.string());
+  EXPECT_EQ(answer.code, 0);
+  EXPECT_EQ(answer.text.substr(0, answer.text.find("0.1\t0.1\t0.1\tOUT\t-1\t")),
+            "x\ty\tz\tlabel\tpart\tdistance\tnearest_x\tnearest_y\tnearest_z\n"
+            "3.5\t0.5\t0.25\tIN\t2\t-0.25\t3.5\t0.5\t0\n"
+            "3.5\t0.5\t1.5\tOUT\t-1\t0.5\t3.5\t0.5\t1\n");
+  EXPECT_EQ(start("query " + path + " --points - --json < " + points.string()).code, 0);
+  std::ofstream(points) << "1 2 3\n1 2\n";
+  const Ended wrong = start("query " + path + " --points " + points.string());
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_NE(wrong.text.find("points.txt:2: "), std::string::npos) << wrong.text;
+  EXPECT_EQ(start("query " + path + " --points " + (folder_.path() / "missing").string()).code, 2);
+  EXPECT_EQ(start("render " + path + " -o " + picture + ".gif").code, 2);
+  EXPECT_EQ(start("render " + source + " -o " + picture).code, 2);
+}
+
+TEST_F(Program, DrawsAFrameOfEachStep) {
+  const std::string tower = std::string(BSP2_SOURCE_DIR) + "/examples/menger_sponge.csg";
+  EXPECT_EQ(start("run " + tower + " --frames " + (out() / "f").string() + " --budget 1ms --size 50x50 --quiet").code, 0);
+  EXPECT_GT(contents(out() / "f0000.png").size(), 100U);
+}
+
 TEST_F(Program, TakesOddNumbersAsOpenScadDoes) {
   for (const char* text : {"cube(size=[nan,1,1]);", "cube(size=[inf,1,1]);", "sphere(r=-1);", "group();",
                            "multmatrix([[1,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { cube(); }",
@@ -85,6 +128,66 @@ TEST_F(Program, TakesOddNumbersAsOpenScadDoes) {
     EXPECT_EQ(ended.code, 0) << text << ended.text;
     EXPECT_TRUE(fs::exists(out() / "report.json"));
   }
+}
+
+TEST_F(Program, IsStrictWhereItIsAskedTo) {
+  const std::string open = "cube(9);\n polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);";
+  const Ended repaired = start("run " + model(open));
+  EXPECT_EQ(repaired.code, 0) << repaired.text;
+  EXPECT_NE(repaired.text.find("model.csg:2:2: this polyhedron is not closed: the edge from point 1 (1, 0, 0) to point 2"), std::string::npos) << repaired.text;
+  // One warning of the reader, one of a construct, one of compilation: each with its place, each an error.
+  const std::pair<std::string, std::string> all[] = {{open, ":2:2: "},
+                                                     {"cube(1);\n\n rotate_extrude() { square(2, center = true); }", ":3:2: a rotate_extrude is empty"},
+                                                     {"cube(1);\n group() {\n  cube([1, 1, 1e-11]); }", ":3:3: a primitive is thinner"}};
+  for (const auto& [text, place] : all) {
+    const Ended strict = start("run --strict " + model(text) + " -o " + out().string());
+    EXPECT_EQ(strict.code, 2) << strict.text;
+    EXPECT_NE(strict.text.find(place), std::string::npos) << strict.text;
+    EXPECT_FALSE(fs::exists(out() / "report.json"));
+  }
+  EXPECT_EQ(start("run --strict " + model("cube(1);")).code, 0);
+}
+
+/// An `openscad` of our own comes first on the PATH: the real one need not be there.
+class Scad : public Program {
+ protected:
+  Ended start_with(const std::string& script) {
+    const fs::path programs = folder_.path() / "programs";
+    fs::create_directories(programs);
+    std::ofstream(programs / "openscad") << "#!/bin/sh\n" << script << "\n";
+    fs::permissions(programs / "openscad", fs::perms::owner_all);
+    std::ofstream(folder_.path() / "a b.scad") << "cube(x);";
+    const std::string before = std::getenv("PATH");
+    setenv("PATH", (programs.string() + ":" + before).c_str(), 1);
+    const Ended ended = start("run '" + (folder_.path() / "a b.scad").string() + "'");
+    setenv("PATH", before.c_str(), 1);
+    return ended;
+  }
+};
+
+TEST_F(Scad, IsTranslatedByOpenscad) {
+  const Ended ended = start_with("echo \"WARNING: odd $3\" >&2; test \"$1\" = -o && echo 'cube([1, 2, 3]);' > \"$2\"");
+  EXPECT_EQ(ended.code, 0) << ended.text;
+  EXPECT_NE(ended.text.find("volume 6"), std::string::npos) << ended.text;
+  EXPECT_NE(ended.text.find("a b.scad: openscad: WARNING: odd " + folder_.path().string()), std::string::npos) << ended.text;
+  const Ended wrong = start_with("echo 'cube(' > \"$2\"");
+  EXPECT_EQ(wrong.code, 2) << wrong.text;
+  EXPECT_NE(wrong.text.find("a b.scad.csg:2:1: "), std::string::npos) << wrong.text;
+}
+
+TEST_F(Scad, IsAnErrorIfOpenscadFails) {
+  const Ended failed = start_with("echo 'ERROR: no such thing'; exit 1");
+  EXPECT_EQ(failed.code, 2) << failed.text;
+  EXPECT_NE(failed.text.find("openscad failed: ERROR: no such thing"), std::string::npos) << failed.text;
+  EXPECT_EQ(start_with("exit 0").code, 2) << "nothing is written";
+  EXPECT_EQ(start_with("kill -9 $$").code, 2);
+  const std::string before = std::getenv("PATH");
+  std::ofstream(folder_.path() / "m.scad") << "cube();";
+  setenv("PATH", folder_.path().c_str(), 1);
+  const Ended missing = start("run " + (folder_.path() / "m.scad").string());
+  setenv("PATH", before.c_str(), 1);
+  EXPECT_EQ(missing.code, 2) << missing.text;
+  EXPECT_NE(missing.text.find("not installed"), std::string::npos) << missing.text;
 }
 
 TEST_F(Program, EvaluatesDeepNesting) {

@@ -94,6 +94,23 @@ inline Where where(const model::ConvexPolygon& polygon, const Point& x, Real mar
   return {furthest < 0, std::fabs(furthest) < margin};
 }
 
+/// Signed distances to the round part (along it) and to the box.
+inline Where where(const model::Round& round, const Point& x, Real margin) {
+  const std::size_t axes = x.size() - round.lengths.size();
+  Real square = 0, radius = round.bottom, furthest = -std::numeric_limits<Real>::infinity();
+  for (std::size_t i = 0; i < axes; ++i) square += x[i] * x[i];
+  for (std::size_t i = axes; i < x.size(); ++i) furthest = std::max({furthest, -x[i], x[i] - static_cast<Real>(round.lengths[i - axes])});
+  if (round.bottom != round.top) radius += (static_cast<Real>(round.top) - round.bottom) * x[2] / round.lengths[0];
+  furthest = std::max(furthest, std::sqrt(square) - radius);
+  return {furthest < 0, std::fabs(furthest) < margin};
+}
+
+inline Where where(const model::Torus& torus, const Point& x, Real margin) {
+  const Real rho = std::sqrt(x[0] * x[0] + x[1] * x[1]) - torus.major;
+  const Real distance = std::sqrt(rho * rho + x[2] * x[2]) - torus.minor;
+  return {distance < 0, std::fabs(distance) < margin};
+}
+
 inline Real dot(const std::array<Real, 3>& a, const std::array<Real, 3>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }

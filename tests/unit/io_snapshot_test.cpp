@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using geometry::CellBatch;
 
 /// Any bytes in, but with offsets that fit: io does not look into the geometry.
-std::shared_ptr<const CellBatch> random_batch(std::mt19937& random, std::size_t cells) {
+std::shared_ptr<const CellBatch> random_batch(std::mt19937& random, std::size_t cells, std::uint32_t region) {
   auto batch = std::make_shared<CellBatch>();
   const auto number = [&](int limit) { return static_cast<int>(random() % static_cast<unsigned>(limit)); };
   for (std::size_t cell = 0; cell < cells; ++cell) {
@@ -35,7 +35,7 @@ std::shared_ptr<const CellBatch> random_batch(std::mt19937& random, std::size_t 
     batch->facet_offset.push_back(static_cast<std::uint32_t>(batch->facet_hyperplane.size()));
     batch->label.push_back(static_cast<geometry::Label>(number(3)));
     batch->part.push_back(number(100) - 1);
-    batch->region.push_back(static_cast<std::uint32_t>(random()));
+    batch->region.push_back(region);
     batch->level.push_back(static_cast<std::uint16_t>(random()));
     batch->volume.push_back(static_cast<double>(random()));
   }
@@ -75,16 +75,18 @@ Snapshot random_snapshot(std::mt19937& random, std::size_t cells) {
     s.frontier_tokens.push_back(region + 3);
     s.frontier_archive.push_back(random_bytes(random, random() % 1000));
   }
-  for (std::size_t left = cells; left > 0;) {
-    const std::size_t part = 1 + random() % left;
-    s.cells.push_back(random_batch(random, part));
+  std::uint32_t number = 2;
+  for (std::size_t left = cells; left > 0; ++number) {  // regions with some cells in some batches
+    const std::size_t part = 1 + random() % left, first = random() % (part + 1);
+    for (const std::size_t size : {first, part - first})
+      if (size > 0) s.cells.push_back(random_batch(random, size, number));
     left -= part;
+    const auto count = static_cast<std::uint32_t>(part);
+    s.regions.push_back({number, random() % 2 == 0 ? 0 : -1, count, 2, 2});
+    s.tree.nodes.insert(s.tree.nodes.end(), {{0, 1, -1}, {1, ~static_cast<std::int32_t>(count), -2}});
+    s.tree.ids.insert(s.tree.ids.end(), {static_cast<std::uint32_t>(random() % 100), 12U});
+    for (int i = 0; i < 8; ++i) s.tree.hyperplanes.push_back(static_cast<double>(random()));
   }
-  s.tree.nodes = {{0, 1, -1}, {1, -2, -3}};
-  s.tree.ids = {11, 12};
-  s.tree.hyperplanes = {1, 2, 3, 4, 5, 6, 7, 8};
-  s.finished_region = {4};
-  s.finished_root = {-5};
   return s;
 }
 
@@ -130,8 +132,7 @@ void expect_equal(const Snapshot& a, const Snapshot& b) {
     EXPECT_EQ(a.tree.nodes[i].negative, b.tree.nodes[i].negative);
     EXPECT_EQ(a.tree.nodes[i].positive, b.tree.nodes[i].positive);
   }
-  EXPECT_EQ(a.finished_region, b.finished_region);
-  EXPECT_EQ(a.finished_root, b.finished_root);
+  EXPECT_EQ(a.regions, b.regions);
   EXPECT_EQ(all(a, &CellBatch::points), all(b, &CellBatch::points));
   EXPECT_EQ(sizes(a, &CellBatch::point_offset), sizes(b, &CellBatch::point_offset));
   EXPECT_EQ(sizes(a, &CellBatch::facet_offset), sizes(b, &CellBatch::facet_offset));
@@ -181,6 +182,43 @@ TEST_F(SnapshotFile, RoundTrips) {
     EXPECT_EQ(head.frontier_tokens, written.frontier_tokens);
     EXPECT_TRUE(head.cells.empty());
     EXPECT_EQ(files(), 1U);
+  }
+}
+
+/// What a file holds of some regions: all that belongs to them, and nothing of the others.
+Snapshot some_regions(const Snapshot& whole, const std::function<bool(std::uint32_t)>& wanted) {
+  Snapshot some = whole;
+  some.frontier_region.clear();
+  some.frontier_tokens.clear();
+  some.frontier_archive.clear();
+  for (std::size_t i = 0; i < whole.frontier_region.size(); ++i) {
+    if (!wanted(whole.frontier_region[i])) continue;
+    some.frontier_region.push_back(whole.frontier_region[i]);
+    some.frontier_tokens.push_back(whole.frontier_tokens[i]);
+    some.frontier_archive.push_back(whole.frontier_archive[i]);
+  }
+  some.regions.clear();
+  some.tree = {};
+  for (std::size_t i = 0; i < whole.regions.size(); ++i) {
+    if (!wanted(whole.regions[i].number)) continue;
+    some.regions.push_back(whole.regions[i]);
+    for (const std::size_t k : {2 * i, 2 * i + 1}) {
+      some.tree.nodes.push_back(whole.tree.nodes[k]);
+      some.tree.ids.push_back(whole.tree.ids[k]);
+    }
+    some.tree.hyperplanes.insert(some.tree.hyperplanes.end(), &whole.tree.hyperplanes[8 * i], &whole.tree.hyperplanes[8 * i] + 8);
+  }
+  std::erase_if(some.cells, [&](const auto& batch) { return !wanted(batch->region[0]); });
+  return some;
+}
+
+TEST_F(SnapshotFile, GivesTheRegionsThatAreWanted) {
+  for (int i = 0; i < 10; ++i) {
+    const Snapshot written = random_snapshot(random_, random_() % 6000);
+    write_snapshot(path_, written);
+    const unsigned which = 1 + random_() % 14;
+    const auto wanted = [&](std::uint32_t region) { return (which >> region % 4 & 1U) != 0; };
+    expect_equal(read_snapshot(path_, SnapshotPart::all, wanted), some_regions(written, wanted));
   }
 }
 

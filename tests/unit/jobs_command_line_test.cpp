@@ -4,6 +4,8 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/jobs/command_line.hpp"
+#include "bsp2/jobs/picture_options.hpp"
+#include "bsp2/jobs/point_query.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -52,6 +54,15 @@ TEST(CommandLine, ABoundaryNeedsInCellsAndAKnownEnding) {
   EXPECT_FALSE(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundary);
 }
 
+TEST(CommandLine, CurvedAndToleranceReachTheRun) {
+  const auto options = parsed({"run", "a.csg", "--curved", "--tolerance", "0.25"}).options;
+  EXPECT_TRUE(options.curved);
+  EXPECT_EQ(options.tolerance, 0.25);
+  EXPECT_FALSE(parsed({"run", "a.csg"}).options.curved);
+  EXPECT_NE(message_for({"run", "a.csg", "--tolerance", "0"}).find("--tolerance"), std::string::npos);
+  EXPECT_NE(message_for({"run", "a.csg", "--tolerance", "nan"}).find("--tolerance"), std::string::npos);
+}
+
 TEST(CommandLine, OptionsReachTheRun) {
   const auto options =
       parsed({"run", "--threads", "3", "--regions=5", "--level", "7", "--budget", "500ms", "--cells", "100",
@@ -66,6 +77,70 @@ TEST(CommandLine, OptionsReachTheRun) {
   EXPECT_EQ(options.order, supersteps::Order::priority);
   EXPECT_TRUE(options.keep_in && !options.keep_fuzzy && options.keep_out);
   EXPECT_EQ(options.model, "a.csg");
+}
+
+TEST(CommandLine, PicturesHaveOneSetOfOptions) {
+  for (const std::vector<std::string>& start :
+       std::vector<std::vector<std::string>>{{"run", "a.csg", "--picture", "p.svg"}, {"resume", "a.h5", "--picture", "p.svg"}, {"render", "a.h5", "-o", "p.svg"}}) {
+    std::vector<std::string> arguments = start;
+    for (const char* more : {"--eye", "1,-2.5,3e1", "--look=0,0,1", "--explode", "0.5", "--edges", "--shade", "region", "--size", "640x480"}) arguments.emplace_back(more);
+    const RunCommand command = parsed(arguments);
+    EXPECT_EQ(command.picture, "p.svg");
+    EXPECT_EQ(command.view.format, supersteps::PictureFormat::svg);
+    EXPECT_EQ(command.view.eye, (std::array{1.0, -2.5, 30.0}));
+    EXPECT_EQ(command.view.look, (std::array{0.0, 0.0, 1.0}));
+    EXPECT_EQ(command.view.explode, 0.5);
+    EXPECT_TRUE(command.view.edges);
+    EXPECT_EQ(command.view.shade, supersteps::Shade::region);
+    EXPECT_EQ(command.view.width, 640);
+    EXPECT_EQ(command.view.height, 480);
+  }
+  EXPECT_EQ(parsed({"render", "a.h5", "-o", "p.png"}).options.steps, 0U);
+  EXPECT_NE(message_for({"render", "a.h5", "-o", "p.gif"}).find("'p.gif' must end in .png, .svg or .pdf"), std::string::npos);
+  EXPECT_NE(message_for({"render", "a.h5", "-o", "p.png", "--shade", "rank"}).find("does not tell who computed"), std::string::npos);
+  EXPECT_NE(message_for({"run", "a", "--edges"}).find("--picture"), std::string::npos);
+  for (const char* bad : {"--eye=1,2", "--eye=1,2,x", "--eye=1,2,nan", "--look=,,", "--size=10", "--size=0x5", "--size=9999x9999", "--size=1.5x2", "--explode=-1", "--shade=pink"})
+    EXPECT_NE(message_for({"run", "a", "--picture", "p.png", bad}), "") << bad;
+  EXPECT_NE(message_for({"run", "a", "--picture", "p.png", "--eye", "1,2,3", "--look", "1,2,3"}), "");
+}
+
+TEST(CommandLine, FramesAreStepsOfTheirOwn) {
+  const RunCommand command = parsed({"run", "a.csg", "--frames", "out/f_"});
+  EXPECT_EQ(command.frames, "out/f_");
+  EXPECT_EQ(command.options.budget_seconds, 1.0);
+  EXPECT_TRUE(command.options.collect_cells);
+  EXPECT_EQ(parsed({"run", "a.csg", "--frames", "f", "--budget", "3s"}).options.budget_seconds, 3.0);
+  EXPECT_EQ(frame_path("out/f_", 7), "out/f_0007.png");
+  EXPECT_EQ(frame_path("out/", 12345), "out/12345.png");
+}
+
+TEST(CommandLine, ExportsSurfacesAndCells) {
+  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.vtp"}).boundary, "b.vtp");
+  EXPECT_TRUE(parsed({"export", "a.h5", "-o", "b.stl"}).options.boundary);
+  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.pvtu"}).mesh, "b.pvtu");
+  EXPECT_FALSE(parsed({"export", "a.h5", "-o", "b.pvtu"}).options.snapshot);
+  EXPECT_NE(message_for({"export", "a.h5", "-o", "b.step"}), "");
+  EXPECT_NE(message_for({"export", "a.h5", "-o", "b.stl", "--tets"}), "");
+}
+
+TEST(CommandLine, QueriesReadPointsOfTheDimension) {
+  const RunCommand command = parsed({"query", "a.h5", "--points", "p.txt", "--json"});
+  EXPECT_EQ(command.points, "p.txt");
+  EXPECT_TRUE(command.json && command.quiet && command.options.collect_cells);
+  EXPECT_NE(message_for({"query", "a.h5"}), "");
+  std::istringstream text("# two points\n\n1 2,3  # the first\n\t-1e3, 0 0.5\n");
+  EXPECT_EQ(read_points(text, "p", 3), (std::vector<double>{1, 2, 3, -1000, 0, 0.5}));
+  for (const char* bad : {"1 2\n", "1 2 3 4\n", "1 2 x\n", "1 2 nan\n", "1 2 3\n,\n", "1 2 3z"}) {
+    std::istringstream wrong(bad);
+    EXPECT_THROW(read_points(wrong, "p", 3), Error) << bad;
+  }
+  std::ostringstream out;
+  const double points[] = {0.5, 0.25, 4, 1};
+  print_answers(out, points, {{geometry::Label::in, 7, 0.1, {0.5, 0.15}}, {geometry::Label::out, -1, 3, {1, 1}}}, 2, false);
+  EXPECT_EQ(out.str(), "x\ty\tlabel\tpart\tdistance\tnearest_x\tnearest_y\n0.5\t0.25\tIN\t7\t-0.1\t0.5\t0.15\n4\t1\tOUT\t-1\t3\t1\t1\n");
+  std::ostringstream json;
+  print_answers(json, {}, {}, 2, true);
+  EXPECT_EQ(json.str(), "[]\n");
 }
 
 TEST(CommandLine, TablesHaveNodesAndLevels) {
@@ -108,7 +183,7 @@ TEST(CommandLine, TimesHaveUnits) {
 
 TEST(CommandLine, HelpAndVersionArePrinted) {
   for (const std::vector<std::string>& ask :
-       std::vector<std::vector<std::string>>{{"--help"}, {"run", "--help"}, {"--version"}}) {
+       std::vector<std::vector<std::string>>{{"--help"}, {"run", "--help"}, {"resume", "--help"}, {"render", "--help"}, {"query", "--help"}, {"export", "--help"}, {"--version"}}) {
     std::ostringstream out;
     EXPECT_FALSE(parse_command_line(ask, out));
     EXPECT_NE(out.str().find("bsp2"), std::string::npos);

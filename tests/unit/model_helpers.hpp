@@ -64,6 +64,15 @@ inline double volume(const ConvexPolygon& polygon) {
   return twice / 2;
 }
 
+/// Of a ball, a cylinder or a cone of up to three dimensions.
+inline double volume(const Round& round) {
+  const double r = round.bottom, s = round.top;
+  if (round.lengths.empty()) return 4 * std::numbers::pi / 3 * r * r * r;
+  return std::numbers::pi / 3 * (r * r + r * s + s * s) * round.lengths[0];
+}
+
+inline double volume(const Torus& torus) { return 2 * std::numbers::pi * std::numbers::pi * torus.major * torus.minor * torus.minor; }
+
 /// Of a primitive, or of nothing.
 inline double volume(const Expression& e) {
   if (is_empty(e)) return 0;
@@ -91,6 +100,7 @@ inline std::size_t count_primitives(const Expression& e) {
     for (const Expression& child : boolean->children) sum += count_primitives(child);
     return sum;
   }
+  if (const auto* coloured = std::get_if<Coloured>(&e.node().value)) return count_primitives(coloured->child);
   if (const auto* transform = std::get_if<Transform>(&e.node().value))
     return count_primitives(transform->child);
   return 1;

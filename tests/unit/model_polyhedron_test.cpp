@@ -10,7 +10,9 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
+#include "mesh_repair.hpp"
 #include "model_helpers.hpp"
+#include "polyhedron.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -408,6 +410,87 @@ TEST(Polyhedron, AnyFacesAreAClosedMeshOrAnError) {
     }
   }
   EXPECT_GT(solids, 0);
+}
+
+// --- faces that bound no solid ----------------------------------------------------------------------------------
+
+struct Repaired {
+  std::optional<TriangleMesh> mesh;
+  std::vector<std::string> warnings;
+};
+
+Repaired repaired(const Faces& faces) {
+  FaceCycles cycles;
+  for (const Face& face : faces.faces) {
+    cycles.corners.insert(cycles.corners.end(), face.begin(), face.end());
+    cycles.end_face();
+  }
+  Repaired result;
+  result.mesh = repaired_mesh(faces.points, cycles, [&](const std::string& text) { result.warnings.push_back(text); });
+  return result;
+}
+
+TEST(Repair, LeavesSolidsAlone) {
+  const Repaired box_again = repaired(box({0, 0, 0}, {1, 2, 3}));
+  EXPECT_TRUE(box_again.warnings.empty());
+  EXPECT_EQ(volume(*box_again.mesh), 6);
+}
+
+/// Prisms over stars with a face too many, too few, or the wrong way round are the prisms again: every face is flat.
+TEST(Repair, MakesAPrismAgain) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  for (int round = 0; round < 150; ++round) {
+    Faces faces = prism(random_star(random, 4 + static_cast<int>(random() % 20)), 2);
+    const double expected = volume(*repaired(faces).mesh);
+    const auto which = faces.faces.begin() + static_cast<long>(random() % faces.faces.size());
+    const char* repair = "";
+    switch (round % 3) {
+      case 0:
+        repair = "1 faces that were there already are left out";
+        faces.faces.push_back(*which);
+        break;
+      case 1:
+        repair = "1 faces wound unlike their neighbours are turned";
+        std::reverse(which->begin(), which->end());
+        break;
+      default:
+        repair = "open edges are closed by caps";
+        faces.faces.erase(which);
+    }
+    const Repaired result = repaired(faces);
+    ASSERT_EQ(result.warnings.size(), 1U) << repair;
+    EXPECT_NE(result.warnings[0].find("not closed: the edge from point"), std::string::npos) << result.warnings[0];
+    EXPECT_NE(result.warnings[0].find(repair), std::string::npos) << result.warnings[0];
+    ASSERT_TRUE(result.mesh.has_value());
+    EXPECT_TRUE(is_closed(*result.mesh));
+    EXPECT_NEAR(volume(*result.mesh), expected, 1e-12 * expected) << repair;
+  }
+}
+
+TEST(Repair, LeavesSheetsOut) {
+  Faces sheet;
+  for (int y = 0; y < 5; ++y)
+    for (int x = 0; x < 5; ++x) sheet.points.push_back({1.0 * x, 1.0 * y, std::sin(1.5 * x) * std::cos(1.1 * y)});
+  for (std::uint32_t y = 0; y < 4; ++y)
+    for (std::uint32_t x = 0; x < 4; ++x) sheet.faces.push_back({5 * y + x, 5 * y + x + 1, 5 * y + x + 6, 5 * y + x + 5});
+  const Repaired alone = repaired(sheet);
+  EXPECT_FALSE(alone.mesh.has_value());
+  ASSERT_EQ(alone.warnings.size(), 1U);
+  EXPECT_NE(alone.warnings[0].find("1 part that is an open sheet"), std::string::npos) << alone.warnings[0];
+  Faces both = box({10, 0, 0}, {12, 2, 2});
+  both.add(sheet);
+  EXPECT_EQ(volume(*repaired(both).mesh), 8) << "what is a solid stays";
+}
+
+TEST(Repair, WindingNumbersAreSharesOfTheSphere) {
+  const Repaired cube = repaired(box({-1, -1, -1}, {1, 1, 1}));
+  EXPECT_NEAR(winding_number(cube.mesh->points, cube.mesh->triangles, {0.3, -0.2, 0.5}), 1, 1e-14);
+  EXPECT_NEAR(winding_number(cube.mesh->points, cube.mesh->triangles, {1.3, -0.2, 0.5}), 0, 1e-14);
+  std::vector<Triangle> open = cube.mesh->triangles;
+  std::erase_if(open, [&](const Triangle& t) { return std::all_of(t.begin(), t.end(), [&](std::uint32_t i) { return cube.mesh->points[i][2] == 1; }); });
+  EXPECT_NEAR(winding_number(cube.mesh->points, open, {0, 0, 0}), 5.0 / 6, 1e-14);
 }
 
 }  // namespace

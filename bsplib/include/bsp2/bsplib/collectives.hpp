@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -115,6 +116,7 @@ class Collectives {
 /// n.
 template <Travels T>
 void broadcast(World& world, std::span<T> data, int root) {
+  if (root < 0 || root >= world.nprocs()) world.fail("broadcast: there is no rank " + std::to_string(root));
   Registered<T> shared(world, data);
   world.sync();
   const auto p = static_cast<std::size_t>(world.nprocs());

@@ -37,12 +37,12 @@ class Distributed {
   /// Unbuffered: values and target must be left alone until the sync is over.
   void hpput(int pid, std::span<const T> values, std::size_t first) {
     const std::size_t offset = first * sizeof(T), bytes = values.size_bytes();
-    if (!runs_.hpput(pid, values.data(), slot_, offset, bytes))
+    if (BSP2_RARELY(!runs_.hpput(pid, values.data(), slot_, offset, bytes)))
       world_->start_hpput(pid, values.data(), slot_, offset, bytes);
   }
   void hpget(int pid, std::size_t first, std::span<T> target) {
     const std::size_t offset = first * sizeof(T), bytes = target.size_bytes();
-    if (!runs_.hpget(pid, slot_, offset, target.data(), bytes))
+    if (BSP2_RARELY(!runs_.hpget(pid, slot_, offset, target.data(), bytes)))
       world_->start_hpget(pid, slot_, offset, target.data(), bytes);
   }
 
@@ -66,10 +66,12 @@ class Distributed {
 
  private:
   void put_bytes(int pid, const T* values, std::size_t offset, std::size_t bytes) {
-    if (!runs_.put(pid, values, slot_, offset, bytes)) world_->start_put(pid, values, slot_, offset, bytes);
+    if (BSP2_RARELY(!runs_.put(pid, values, slot_, offset, bytes)))
+      world_->start_put(pid, values, slot_, offset, bytes);
   }
   void get_bytes(int pid, std::size_t offset, T* target, std::size_t bytes) {
-    if (!runs_.get(pid, slot_, offset, target, bytes)) world_->start_get(pid, slot_, offset, target, bytes);
+    if (BSP2_RARELY(!runs_.get(pid, slot_, offset, target, bytes)))
+      world_->start_get(pid, slot_, offset, target, bytes);
   }
 
   World* world_;

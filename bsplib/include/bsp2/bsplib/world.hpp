@@ -56,8 +56,9 @@ class Runs {
       : by_rank_(std::move(by_rank)), nprocs_(static_cast<unsigned>(nprocs)) {}
 
   bool put(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
-    if (!exists(pid) || by_rank_[pid].put.slot != target) return false;
-    return bsp2_continue_put(&by_rank_[pid].put, offset, source, bytes) != 0;
+    if (!exists(pid)) return false;
+    bsp2_put_run& run = by_rank_[pid].put;
+    return bsp2_continue_put(&run, run.slot ^ target, offset, source, bytes) != 0;
   }
   bool hpput(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
     return exists(pid) && continues(by_rank_[pid].hpput, target, offset, source, bytes);
@@ -73,7 +74,7 @@ class Runs {
   bool exists(int pid) const { return static_cast<unsigned>(pid) < nprocs_; }
   static bool continues(bsp2_reference_run& run, std::uint32_t slot, std::size_t offset, const void* local,
                         std::size_t bytes) {
-    return run.slot == slot && bsp2_continue_reference(&run, offset, local, bytes);
+    return bsp2_continue_reference(&run, run.slot ^ slot, offset, local, bytes) != 0;
   }
 
   std::shared_ptr<bsp2_runs[]> by_rank_;  ///< the engine's
@@ -153,17 +154,21 @@ class World {
 
   /// Reads the source now.
   void put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-    if (!runs_.put(pid, source, target, offset, bytes)) start_put(pid, source, target, offset, bytes);
+    if (BSP2_RARELY(!runs_.put(pid, source, target, offset, bytes)))
+      start_put(pid, source, target, offset, bytes);
   }
   void get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
-    if (!runs_.get(pid, source, offset, target, bytes)) start_get(pid, source, offset, target, bytes);
+    if (BSP2_RARELY(!runs_.get(pid, source, offset, target, bytes)))
+      start_get(pid, source, offset, target, bytes);
   }
   /// Unbuffered: source and target must not change, and are undefined, until the sync ends.
   void hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-    if (!runs_.hpput(pid, source, target, offset, bytes)) start_hpput(pid, source, target, offset, bytes);
+    if (BSP2_RARELY(!runs_.hpput(pid, source, target, offset, bytes)))
+      start_hpput(pid, source, target, offset, bytes);
   }
   void hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
-    if (!runs_.hpget(pid, source, offset, target, bytes)) start_hpget(pid, source, offset, target, bytes);
+    if (BSP2_RARELY(!runs_.hpget(pid, source, offset, target, bytes)))
+      start_hpget(pid, source, offset, target, bytes);
   }
 
   // --- Messages ---

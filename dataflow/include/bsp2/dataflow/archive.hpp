@@ -52,7 +52,7 @@ void serialize(Archive& archive, bsp2::geometry::KernelCounts& counts, unsigned)
 
 template <class Archive, int D>
 void serialize(Archive& archive, bsp2::dataflow::Totals<D>& totals, unsigned) {
-  archive & totals.in & totals.fuzzy & totals.in_cells & totals.fuzzy_cells & totals.out_cells;
+  archive & totals.in & totals.fuzzy & totals.fuzzy_below & totals.in_cells & totals.fuzzy_cells & totals.out_cells;
   archive & make_array(totals.lower.data(), totals.lower.size()) & make_array(totals.upper.data(), totals.upper.size());
   archive & totals.level & totals.digest & totals.counts;
 }

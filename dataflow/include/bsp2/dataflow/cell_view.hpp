@@ -60,6 +60,8 @@ class CellView {
     if (where == Position::crossing || !plane.flipped()) return where;
     return where == Position::negative ? Position::positive : Position::negative;
   }
+  /// The least extent of the cell across one of its facets, not less than its width by any rounding. D = 1: its length.
+  [[nodiscard]] double thickness() const;
   /// Whether the hyperplane crosses the cell. Exact.
   bool crosses(geometry::HyperplaneId id) {
     return splitter_->position(*cell_, columns_, id, table().rounded(id)) == geometry::Position::crossing;

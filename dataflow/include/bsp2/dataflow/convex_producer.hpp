@@ -23,11 +23,14 @@ class ConvexProducer {
   }
   /// The half-space that leaves most of the cell outside; of very many, a cut that parts them if there is one.
   Advice advise(const Word* leaf, CellView<D>& cell) const;
+  [[nodiscard]] std::span<const geometry::OrientedHyperplane> undecided_planes(const Word* leaf) const;
+
+  /// With more undecided half-spaces, the cell is halved first.
+  static constexpr std::size_t many_planes = 160;
 
  private:
   const Network<D>& network_;
   const Producer<D>& producer_;
-  [[nodiscard]] std::span<const geometry::OrientedHyperplane> undecided_planes(const Word* leaf) const;
   std::optional<geometry::HyperplaneId> halve(const Word* leaf, CellView<D>& cell) const;
 };
 

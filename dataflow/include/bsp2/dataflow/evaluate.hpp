@@ -27,6 +27,7 @@ struct EvaluateOptions {
   unsigned threads = 1;
   Order order = Order::depth;
   std::optional<unsigned> level;         ///< what is undecided so deep in the BSP tree is left
+  std::optional<double> tolerance;       ///< what is undecided about round solids in cells thinner than this is left
   std::optional<double> budget_seconds;  ///< what is undecided then is left
   std::optional<std::uint64_t> cells;    ///< likewise once so many cells are emitted
   std::function<bool()> interrupted;     ///< asked some fifty times a second by the calling thread: true ends the evaluation likewise
@@ -62,8 +63,11 @@ struct Digest {
 /// the kernel's counts: after a suspension cells are split again).
 template <int D>
 struct Totals {
-  Totals(double radius, double width) : in(radius, width), fuzzy(radius, width) {}
+  Totals(double radius, double width) : in(radius, width), fuzzy(radius, width), fuzzy_below(radius, width) {}
   geometry::MomentSum<D> in, fuzzy;
+  /// At most the integrals over the FUZZY cells of min(x_i x_j, 0). So what the solid has in them is between these and
+  /// `fuzzy` less these: with `in`, an interval that holds the solid's moment.
+  geometry::MomentSum<D> fuzzy_below;
   std::uint64_t in_cells = 0, fuzzy_cells = 0, out_cells = 0;  ///< OUT cells only where they are kept
   std::array<double, D> lower, upper;                          ///< of the IN cells; lower > upper where there are none
   unsigned level = 0;                                          ///< the deepest cell

@@ -24,11 +24,19 @@ class Localizer {
   struct Cut {
     geometry::HyperplaneId hyperplane = 0;
     bool negative_is_out = false, positive_is_out = false;  ///< that half need not be built
+    /// Not empty where all depends on one convex operand: its undecided half-spaces, inside negative. What is outside of one
+    /// of them has the answer `beyond`, what is inside of all has the answer `behind`. Part of the program that was put out.
+    std::span<const geometry::OrientedHyperplane> last_planes{};
+    Answer beyond{geometry::Label::out}, behind{geometry::Label::out};
+    bool none = false;                                      ///< nothing is to be cut: the cell stays FUZZY
   };
   /// The expression `program` within `cell`: IN, OUT, or FUZZY with the simplified expression in `out` and the hyperplane
   /// to split by in `cut`. The result depends on the arguments alone. FUZZY may be hasty: that the cell is better cut at
   /// once, between many operands, than looked at closely.
   Answer fire(std::span<const Word> program, const geometry::Cell<D>& cell, std::vector<Word>& out, Cut& cut);
+
+  /// Cells thinner than this are not cut along round solids. 0: all are.
+  void set_tolerance(double tolerance) { tolerance_ = tolerance; }
 
   /// The same for a cell that will not be cut: FUZZY only if some producer really is undecided.
   Answer decide(std::span<const Word> program, const geometry::Cell<D>& cell, std::vector<Word>& out);
@@ -49,6 +57,7 @@ class Localizer {
   CellView<D> view_;                   // of the cell at hand
   std::vector<std::uint32_t> active_;  // where the undecided leaves start in the simplified program
   std::vector<Word> second_pass_;
+  double tolerance_ = 0;
   std::vector<std::pair<double, geometry::HyperplaneId>> candidates_;
 
   Answer localize(std::span<const Word> program, std::vector<Word>& out, bool quick);
@@ -59,9 +68,13 @@ class Localizer {
   auto with_producer(const Word* leaf, Use&& use) const;
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
 
+  [[nodiscard]] bool is_thin() const;
+  void leave_round_operands(std::span<const Word> program);
   bool choose_median(std::span<const Word> program, Cut& cut);
   bool take_middle_candidate(Cut& cut);
   void choose_operand(std::span<const Word> program, Cut& cut);
+  void offer_clipping(std::span<const Word> program, Cut& cut) const;
+  Answer answer_if(const Word*& at, const Answer& leaf) const;
   [[nodiscard]] geometry::Label label_if(const Word*& at, const Word* leaf, geometry::Label assumed) const;
 };
 

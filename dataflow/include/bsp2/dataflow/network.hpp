@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,20 +13,23 @@
 #include "bsp2/dataflow/lathe.hpp"
 #include "bsp2/dataflow/mesh.hpp"
 #include "bsp2/dataflow/program.hpp"
+#include "bsp2/dataflow/round.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
 #include "bsp2/model/expression.hpp"
 
 namespace bsp2::dataflow {
 
 /// What the producers of a network are made of: one occurrence of a primitive, placed in the model. The box contains it,
-/// rounded outward. ConvexProducer, LatheProducer and MeshProducer say how each kind answers.
+/// rounded outward. ConvexProducer, LatheProducer, MeshProducer, RoundProducer and TorusProducer say how each kind answers.
 /// Source: the paper, section 4.1, "Producers".
 template <int D>
 struct Producer : Box<D> {
-  std::int32_t part = 0;                    ///< index of the primitive's occurrence in the source
+  std::int32_t part = 0;                    ///< number of the primitive in the source, in its order (Node::parts)
   std::uint32_t first_plane = 0, plane_count = 0;  ///< convex: its half-spaces, inside negative, in Network::planes
   std::int32_t lathe = -1;                  ///< index into Network::lathes: convex, with very many half-spaces
   std::int32_t mesh = -1;                   ///< index into Network::meshes, or -1 for a convex producer
+  std::int32_t round = -1;                  ///< index into Network::rounds: round, the half-spaces are those of its box
+  std::int32_t torus = -1;                  ///< index into Network::tori
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
 };
@@ -41,12 +45,18 @@ struct Network : Program {
   std::vector<geometry::OrientedHyperplane> planes;
   std::vector<Lathe> lathes;  ///< D = 3 only
   std::vector<Mesh> meshes;   ///< D = 3 only
+  std::vector<Round<D>> rounds;
+  std::vector<Torus> tori;    ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
+  std::vector<std::optional<model::Colour>> colours;  ///< by part; parts beyond its end have none
+  Box<D> bounds = Box<D>::empty();  ///< of the solid, before anything is evaluated
   double coincidence = 0;     ///< what it was compiled with: CompileOptions::coincidence
   std::vector<std::string> warnings;  ///< what the user should know about the solid that was compiled
 
   explicit Network(geometry::HyperplaneTable<D> table_) : table(std::move(table_)) {}
 
+  /// Whether it has solids that are refined without end.
+  [[nodiscard]] bool is_round() const { return !rounds.empty() || !tori.empty(); }
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {
     return {planes.data() + producer.first_plane, producer.plane_count};
   }
@@ -54,6 +64,9 @@ struct Network : Program {
 
 struct CompileOptions {
   double coincidence = 1e-9;  ///< hyperplanes closer than this share of the bounding box are one
+  /// What messages about a construct, or about a part, begin with: its place in the source. May be missing.
+  std::function<std::string(const model::Node&)> place_of;
+  std::function<std::string(std::int32_t)> place_of_part;
 };
 
 /// Lowers an expression to a network. @pre expression.dimension() == D.

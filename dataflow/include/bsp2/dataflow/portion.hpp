@@ -23,6 +23,14 @@ struct Remains {
 };
 Remains remains_of(const Frontier& frontier);
 
+/// What of a frontier has been emitted, and what has not, as two portions of it. The second knows no roots of recorded trees,
+/// so an evaluation of it counts nodes and cells for itself.
+/// @throws std::invalid_argument if the frontier is no tree.
+struct Separated {
+  Frontier emitted, pending;
+};
+Separated separate_emitted(const Frontier& frontier);
+
 /// Two portions of a frontier, of about equally long expressions: between a third and two thirds where no single token has more.
 /// Depends on the frontier alone.
 /// @return nothing if there are not two tokens to divide.

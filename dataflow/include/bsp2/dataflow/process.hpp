@@ -11,8 +11,8 @@
 /// refinements: a cell that was undecided is replaced by what it turned out to be (IN or OUT), or by the two halves of a
 /// split.
 ///
-///   Producer     no input: ConvexProducer, LatheProducer, MeshProducer. Asked about a cell, it says IN, OUT, or which
-///                hyperplane would help.
+///   Producer     no input: ConvexProducer, LatheProducer, MeshProducer, RoundProducer. Asked about a cell, it says
+///                IN, OUT, or which hyperplane would help.
 ///   Transformer  one input: Transformer maps the hyperplanes of a producer, Complement exchanges IN and OUT.
 ///   Combiner     several inputs: Combiner folds the answers of its operands into one.
 ///   Consumer     no output: Consumer gets the decided cells.
@@ -33,6 +33,7 @@ struct Advice {
   geometry::OrientedHyperplane plane;
   bool beyond_is_out = false;  ///< the positive side is outside of the producer
   bool behind_is_in = false;   ///< the negative side is inside of it
+  bool none = false;           ///< no hyperplane helps: the cell is too small
 };
 
 /// A producer as the network drives it, one cell at a time. What it still does not know about a cell is its *state*, the

@@ -33,6 +33,8 @@ class Transformer {
   [[nodiscard]] Box<D> image(const Box<D>& box) const;
   /// Contains the image of a stack of circles around the last axis: their radii and heights. D = 3.
   [[nodiscard]] Box<D> image(std::span<const std::pair<double, double>> rings) const;
+  /// Contains the image of the unit ball of the first `axes` axes times [0, 1] along the others.
+  [[nodiscard]] Box<D> image_of_round(int axes) const;
   /// Emits the images of `count` covectors of the table, beginning with `first`, for a producer that these bounds hold.
   /// @return the number of the first occurrence, or nothing where the map is singular on the table's grid.
   std::optional<std::uint32_t> emit(geometry::HyperplaneTable<D>& table, std::uint32_t first, std::uint32_t count, const Box<D>& bounds) const;

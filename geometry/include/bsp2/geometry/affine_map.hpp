@@ -48,9 +48,25 @@ class AffineMap {
   struct Rounded {
     std::array<long double, D + 1> value, error;
   };
-  [[nodiscard]] Rounded map_rounded(const Covector<D>& local) const;
+  [[nodiscard]] Rounded map_rounded(const std::array<long double, D + 1>& local) const;
+
+  /// The inverse map, from the model to the frame: y = matrix (x - origin).
+  struct Inverse {
+    std::array<std::array<double, D>, D> matrix;
+    std::array<double, D> origin;
+    double error = 0;  ///< of each coordinate of y as computed in doubles, where |x_i| <= radius; infinite if the map is too flat
+    double scale = 0;  ///< distances in the frame are at most so many times those in the model
+    [[nodiscard]] std::array<double, D> image(const std::array<double, D>& x) const {
+      std::array<double, D> y{};
+      for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) y[i] += matrix[i][j] * (x[j] - origin[j]);
+      return y;
+    }
+  };
+  [[nodiscard]] Inverse inverse(double radius) const;
 
  private:
+  int grid_exponent_;
   std::array<std::array<Int128, D + 1>, D> entries_;  // linear part, translation last
   int orientation_ = 0;
   std::array<std::array<long double, D>, D> adjugate_, adjugate_magnitude_;  // rounded, and the sum of its terms' sizes

@@ -47,7 +47,11 @@ struct BspTree {
   }
   /// Visits all leaves but leaf 0 from the farthest to the nearest, seen from `eye` (or, with `parallel`, looking along
   /// the direction `eye`): no leaf hides a later one.
-  void visit_back_to_front(std::span<const double> eye, bool parallel, const std::function<void(std::int32_t leaf)>& visit) const;
+  void visit_back_to_front(std::span<const double> eye, bool parallel, const std::function<void(std::int32_t leaf)>& visit) const {
+    visit_back_to_front(root, eye, parallel, visit);
+  }
+  /// The same for the leaves below `from`, a node or a leaf.
+  void visit_back_to_front(std::int32_t from, std::span<const double> eye, bool parallel, const std::function<void(std::int32_t leaf)>& visit) const;
 };
 
 }  // namespace bsp2::geometry

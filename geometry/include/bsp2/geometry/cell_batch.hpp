@@ -44,6 +44,8 @@ struct CellBatch {
   [[nodiscard]] bool empty() const { return label.empty(); }
   [[nodiscard]] std::size_t point_count(std::size_t cell) const { return point_offset[cell + 1] - point_offset[cell]; }
   [[nodiscard]] std::size_t facet_count(std::size_t cell) const { return facet_offset[cell + 1] - facet_offset[cell]; }
+  /// Takes in copies of cells of another batch of the same dimension.
+  void append(const CellBatch& from, std::size_t first, std::size_t count);
   /// Gives back memory that growing has left over.
   void shrink_to_fit();
   /// Coordinates of the cell's points, D numbers each.

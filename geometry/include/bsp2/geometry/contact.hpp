@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -43,6 +44,8 @@ struct FacetSet {
   std::vector<Facet> facets;
   std::vector<Corner> corners;
   void clear(HyperplaneId id);
+  /// Takes in more facets on the same hyperplane.
+  void append(const FacetSet& other);
   [[nodiscard]] std::span<const Corner> corners_of(std::size_t facet) const {
     const std::uint32_t begin = facet == 0 ? 0 : facets[facet - 1].end;
     return {corners.data() + begin, facets[facet].end - begin};
@@ -52,31 +55,42 @@ struct FacetSet {
 template <int D>
 class AxisAliases;
 
-/// Finds the facets of the IN cells of a mesh by hyperplane. Holds 16 bytes a facet; the table and the batches must
+/// How the facets of a mesh are told apart beyond their hyperplanes, and how its cells are numbered.
+struct FacetGrouping {
+  std::vector<std::uint64_t> first_cell;  ///< number of the first cell of each batch, in contacts; empty: they follow each other
+  /// The group of a facet of a cell of a region, by its hyperplane as the cell has it; none: all are one group.
+  std::function<std::uint32_t(std::uint32_t region, HyperplaneId)> group;
+};
+
+/// Finds the facets of the IN cells of a mesh by group and hyperplane. Holds 20 bytes a facet; the table and the batches must
 /// outlive it. Once made, any number of threads may read it. A cut that equals a primitive's hyperplane goes by the name of that one, in all that follows.
 class FacetIndex {
  public:
-  /// @param batches of dimension 3. @param first_cell the number of their first cell, in contacts.
-  FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, std::uint64_t first_cell = 0);
+  /// @param batches of dimension 3.
+  FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, FacetGrouping grouping = {});
   ~FacetIndex();
   FacetIndex(const FacetIndex&) = delete;
   FacetIndex& operator=(const FacetIndex&) = delete;
 
-  /// Number of hyperplanes that carry facets, in ascending order of their ids.
+  /// Number of pairs of a group and a hyperplane that carry facets, in ascending order.
   [[nodiscard]] std::size_t size() const { return begin_.size() - 1; }
   [[nodiscard]] HyperplaneId hyperplane(std::size_t index) const { return entries_[begin_[index]].hyperplane; }
-  /// Appends the facets on the index-th hyperplane to a set of the same hyperplane.
+  [[nodiscard]] std::uint32_t group(std::size_t index) const { return entries_[begin_[index]].group; }
+  /// How many facets the index-th pair has.
+  [[nodiscard]] std::size_t count(std::size_t index) const { return begin_[index + 1] - begin_[index]; }
+  /// Appends the facets of the index-th pair to a set of the same hyperplane.
   void append(std::size_t index, FacetSet& set) const;
 
  private:
   struct Entry {
+    std::uint32_t group;
     HyperplaneId hyperplane;
     std::uint32_t batch, cell, facet;  // the facet counts through the batch
   };
   std::span<const std::shared_ptr<const CellBatch>> batches_;
   std::unique_ptr<AxisAliases<3>> aliases_;
   std::vector<std::uint64_t> first_cell_;  // of each batch
-  std::vector<Entry> entries_;             // by hyperplane
+  std::vector<Entry> entries_;             // by group and hyperplane
   std::vector<std::size_t> begin_;
 };
 

@@ -3,23 +3,28 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "bsp2/geometry/affine_map.hpp"
 #include "bsp2/geometry/covector.hpp"
 #include "bsp2/geometry/hyperplane.hpp"
+#include "bsp2/geometry/round_family.hpp"
+#include "bsp2/geometry/torus_family.hpp"
 
 namespace bsp2::geometry {
 
 /// All hyperplanes of a model, each under one id.
 ///
-/// Two kinds: the hyperplanes of primitives (a covector of the primitive's frame and the affine map that places it: the
-/// exact coefficients are their product, computed when asked for), and axis-parallel cuts x_axis = position on a regular
-/// grid of 2^27 steps over the model's bounds, which need no storage.
+/// Three kinds: the hyperplanes of primitives (a covector of the primitive's frame and the affine map that places it: the
+/// exact coefficients are their product, computed when asked for), axis-parallel cuts x_axis = position on a regular
+/// grid of 2^27 steps over the model's bounds, and the families of round solids; the latter two need no storage.
 ///
-/// Life: bounds, then maps and covectors and occurrences are added, then `merge` decides coincidence once, then any
-/// number of threads may read.
+/// Life: bounds, then maps and covectors and occurrences are added, then `merge` decides coincidence once, then families are
+/// added, then any number of threads may read.
 template <int D>
 class HyperplaneTable {
  public:
@@ -43,11 +48,28 @@ class HyperplaneTable {
   /// @return the oriented hyperplane of each occurrence.
   std::vector<OrientedHyperplane> merge(double tolerance);
 
+  /// Gives ids to the hyperplanes of a family, placed by `map`. After `merge`. @return the first id: add the number.
+  using AnyFamily = std::conditional_t<D == 3, std::variant<RoundFamily<D>, TorusFamily>, std::variant<RoundFamily<D>>>;
+  HyperplaneId add_family(std::uint32_t map, const AnyFamily& family);
+  /// How many ids are left for families.
+  [[nodiscard]] std::uint32_t free_ids() const { return first_axis_id - end_of_families(); }
+  [[nodiscard]] const AffineMap<D>& map(std::uint32_t index) const { return maps_[index]; }
+
   /// Hyperplanes of primitives; their ids are 0 ... size() - 1.
   [[nodiscard]] std::size_t size() const { return hyperplanes_.size(); }
   /// The rounded hyperplane; with the sign of the id's canonical orientation.
-  [[nodiscard]] Hyperplane<D> rounded(HyperplaneId id) const { return id < first_axis_id ? hyperplanes_[id] : axis_rounded(id); }
+  [[nodiscard]] Hyperplane<D> rounded(HyperplaneId id) const {
+    if (id < hyperplanes_.size()) return hyperplanes_[id];
+    return id < first_axis_id ? family_rounded(id) : axis_rounded(id);
+  }
   [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
+  /// The hyperplane in its primitive's frame and the map that places it; null for axis-parallel cuts. Hyperplanes of one map
+  /// lie in the model as their covectors do in the frame: maps keep sides and meeting points.
+  [[nodiscard]] const Covector<D>* in_frame(HyperplaneId id, std::uint32_t& map) const {
+    if (id >= first_axis_id) return nullptr;
+    map = sources_[id].map;
+    return &covectors_[sources_[id].covector];
+  }
   /// -1, 0, +1: the side of the hyperplane on which a point given in doubles is, anywhere in space. Exact.
   [[nodiscard]] int side(const std::array<double, D>& point, HyperplaneId id) const;
 
@@ -88,10 +110,22 @@ class HyperplaneTable {
   std::vector<Covector<D>> covectors_;
   std::vector<Hyperplane<D>> hyperplanes_;  // occurrences before merge, canonical ones after it
   std::vector<Source> sources_;
+  struct Family {
+    HyperplaneId first;
+    std::uint32_t map, count;
+    AnyFamily hyperplanes;
+  };
+  std::vector<Family> families_;  // by id
 
+  [[nodiscard]] HyperplaneId end_of_families() const {
+    return families_.empty() ? static_cast<HyperplaneId>(hyperplanes_.size()) : families_.back().first + families_.back().count;
+  }
+  [[nodiscard]] const Family& family_of(HyperplaneId id) const;
+  Hyperplane<D> family_rounded(HyperplaneId id) const;
   Hyperplane<D> axis_rounded(HyperplaneId id) const;
   Hyperplane<D> round(const Source& source) const;
-  Hyperplane<D> round_exactly(const Source& source) const;
+  std::optional<Hyperplane<D>> round(const typename AffineMap<D>::Rounded& world) const;
+  Hyperplane<D> round_exactly(const ExactCovector<D>& world) const;
   [[nodiscard]] bool equal(const Source& a, const Source& b, bool opposite) const;
   [[nodiscard]] bool coincide(std::uint32_t occurrence, std::uint32_t representative, double tolerance, double& distance, bool& opposite) const;
   [[nodiscard]] std::vector<std::uint32_t> by_size() const;

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "bsp2/geometry/buffer.hpp"
@@ -19,6 +20,9 @@ struct KernelCounts {
   std::uint64_t splits = 0, predicates = 0, exact_predicates = 0, vertices = 0, exact_vertices = 0;
   KernelCounts& operator+=(const KernelCounts& other);
 };
+
+template <int D>
+class Clipper;
 
 /// A cell under construction, in buffers that are reused from one split to the next.
 template <int D>
@@ -100,6 +104,7 @@ class Splitter {
   [[nodiscard]] const KernelCounts& counts() const { return counts_; }
 
  private:
+  friend class Clipper<D>;
   struct Half {
     CellScratch<D> scratch;
     std::array<Buffer<std::uint16_t>, D> index;   // of each k-face in this half, where it is there
@@ -128,6 +133,7 @@ class Splitter {
 
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
   int compute_exact_side(const Vertex<D>& vertex, HyperplaneId id);
+  [[nodiscard]] std::optional<int> side_in_frame(const Vertex<D>& vertex, HyperplaneId id) const;
   const ExactCovector<D>& exact(HyperplaneId id);
   void split_vertices(const Cell<D>& cell);
   void split_edges(const Cell<D>& cell, HyperplaneId id);

@@ -19,7 +19,9 @@ struct SnapshotHead {
   std::string source;  ///< its text: a snapshot can be resumed without the file
   std::int32_t dimension = 3;
   double coincidence = 1e-9;
+  bool curved = false;                 ///< how the source was read
   std::optional<std::uint32_t> level;  ///< at which cells are left
+  double tolerance = 0;                ///< where round solids are left; 0: nowhere
   bool keep_in = true, keep_fuzzy = true, keep_out = false;
   std::string hyperplanes;   ///< a digest of the compiled hyperplanes, to notice a program that compiles differently
   std::uint32_t steps = 0;   ///< computation supersteps so far
@@ -28,9 +30,7 @@ struct SnapshotHead {
   double in_volume = 0;      ///< of the finished cells
   std::string digest;        ///< likewise
   std::string totals;        ///< all sums, archived
-  std::uint32_t recorded_nodes = 0, recorded_cells = 0;  ///< of the tree, and finished cells in the file; found by reading it
   bool is_portion = false;   ///< it holds a part of a run: only with the other parts can one go on from it
-  std::uint32_t earlier_nodes = 0, earlier_cells = 0;  ///< of a portion: numbers below these are of what it went on from
   // The partition: node i cuts by hyperplane[i], its children are children[2 i] and [2 i + 1] as Partition has them.
   std::int32_t partition_root = -1;
   std::vector<std::uint32_t> partition_hyperplane;
@@ -42,21 +42,28 @@ struct SnapshotHead {
   std::vector<std::uint64_t> superstep_bytes_sent, superstep_bytes_received, superstep_cells;
 };
 
+/// What has been finished of one region: how much of the arrays is its own, which are divided region by region.
+struct SnapshotRegion {
+  std::uint32_t number = 0;
+  std::int32_t root = -1;  ///< in the region's tree; an empty leaf if the region is unfinished
+  std::uint32_t cells = 0, nodes = 0, hyperplanes = 0;
+  friend bool operator==(const SnapshotRegion&, const SnapshotRegion&) = default;
+};
+
 /// All that a run needs to go on: its head, the regions that are unfinished, and what is finished.
 ///
-/// When several processes write, each has its own share of all but the head; cells and nodes of the tree are numbered
-/// through all shares in the order of the processes.
+/// When several processes write, each has its own regions and all that belongs to them.
 struct Snapshot {
   SnapshotHead head;
   // Unfinished regions: number, undecided tokens, and the region as an archive.
   std::vector<std::uint32_t> frontier_region;
   std::vector<std::uint64_t> frontier_tokens;
   std::vector<std::string> frontier_archive;
-  // Finished cells, and the BSP tree above them (its root is not used): the root of each region that is finished.
+  // Finished cells, and the BSP trees above them: for each of these regions its own, one after the other. A batch has cells
+  // of one region; nodes, leaves and hyperplanes of a tree count within the region. The tree's own root is not used.
+  std::vector<SnapshotRegion> regions;
   std::vector<std::shared_ptr<const geometry::CellBatch>> cells;  // shared: consumers hold the same batches
   geometry::BspTree tree;
-  std::vector<std::uint32_t> finished_region;
-  std::vector<std::int32_t> finished_root;
 };
 
 /// The processes that write one snapshot together. By default: this one alone, which needs no MPI.
@@ -78,14 +85,16 @@ void write_snapshot(const std::filesystem::path& path, const Snapshot& snapshot,
 void check_snapshot_path(const std::filesystem::path& path);
 
 enum class SnapshotPart : std::uint8_t {
-  head,      ///< and the numbers of the unfinished regions and their tokens
-  frontier,  ///< and their archives
-  all        ///< and the finished cells with their tree
+  head,      ///< and the lists of the regions: unfinished ones with their tokens, others with their cells
+  frontier,  ///< and the archives of the unfinished ones
+  all        ///< and the cells and trees
 };
 
-/// Reads a snapshot, up to a part. Not collective.
+/// Reads a snapshot, up to a part. Not collective: each process reads what it wants.
+/// @param wanted regions; none: all. The lists hold the others neither.
 /// @throws bsp2::Error if there is no such file, it is no snapshot of bsp2, of another version of the format, truncated or
 /// damaged (all data have checksums).
-Snapshot read_snapshot(const std::filesystem::path& path, SnapshotPart part = SnapshotPart::all);
+Snapshot read_snapshot(const std::filesystem::path& path, SnapshotPart part = SnapshotPart::all,
+                       const std::function<bool(std::uint32_t region)>& wanted = {});
 
 }  // namespace bsp2::io

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -16,8 +17,11 @@ struct VtuOptions {
   bool tets = false;  ///< cut the cells into simplices: larger files, but faster filters in ParaView
   int rank = 0;       ///< who computed the cells, for the cell array `rank`
   std::vector<std::int32_t> rank_of_region;  ///< who computed the cells of each region, if they are of several
+  /// Red, green, blue, opacity of the IN cells of each part, for the cell array `color`; empty: there is none.
+  std::vector<std::array<std::uint8_t, 4>> colour_of_part;
+  std::array<std::uint8_t, 4> other_colour{255, 255, 255, 255};  ///< of all other cells
   std::size_t piece_cells =
-      20000;  ///< at most so many cells of the mesh in a piece; bounds the memory for writing
+      8000;  ///< at most so many cells of the mesh in a piece; bounds the memory for writing
 };
 
 /// Writes a solid mesh as a VTK unstructured grid: `NAME.pvtu` and its pieces `NAME_0.vtu`, `NAME_1.vtu`, ...

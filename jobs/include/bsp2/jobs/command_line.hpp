@@ -7,17 +7,23 @@
 #include <vector>
 
 #include "bsp2/jobs/queue.hpp"
+#include "bsp2/supersteps/rendering.hpp"
 #include "bsp2/supersteps/run.hpp"
 
 namespace bsp2::jobs {
 
-/// What the program was asked for: `run`, or what is the same but for its options: `resume` and `export`; or `info`.
+/// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
+/// `render` and `query`; or `info`.
 struct RunCommand {
   std::optional<std::filesystem::path> info;                   ///< tell what this snapshot holds, and nothing else
   supersteps::RunOptions options;
   std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
   std::optional<std::filesystem::path> mesh, boundary, picture, report;  ///< also those that -o names
   std::optional<std::filesystem::path> table;                            ///< the supersteps as CSV
+  supersteps::PictureOptions view;                                       ///< of the picture and the frames
+  std::optional<std::filesystem::path> frames;                           ///< a picture of each step, under this prefix
+  std::optional<std::filesystem::path> points;                           ///< tell where these points are, and nothing else
+  bool json = false;                                                     ///< and tell it as JSON
   bool tets = false, stats = false, quiet = false;
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
   std::optional<QueueCommand> queue;  ///< work with a queue of jobs; to merge is to resume what they have found

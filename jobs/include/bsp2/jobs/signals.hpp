@@ -7,7 +7,8 @@ namespace bsp2::jobs {
 inline constexpr int interrupted_code = 75;
 
 /// While one lives, SIGINT, SIGTERM and SIGUSR1 (which Slurm sends before a time limit) are remembered instead of ending
-/// the program. The second one of a kind ends it at once, as ever.
+/// the program. The second one of a kind ends it at once, as ever; and before interrupted() is asked for the first time,
+/// already the first one does, with the exit code `interrupted_code`.
 class SignalWatch {
  public:
   SignalWatch();

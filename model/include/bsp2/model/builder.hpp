@@ -23,6 +23,21 @@ Expression cylinder(double height, double radius_bottom, double radius_top, std:
 /// OpenSCAD's sphere: (sides + 1) / 2 rings of `sides` corners, ring i at the polar angle 180 (i + 0.5) / rings.
 Expression sphere(double radius, std::uint32_t sides);
 
+/// The truly round ball of dimension `dimension` (1: an interval, 2: a disk, ...) around the origin; docs/curved.md. A radius
+/// <= 0 gives the empty solid. @throws bsp2::Error for a dimension outside 1 .. 6.
+Expression ball(int dimension, double radius);
+
+/// The ball of dimension `dimension` times the box [0, lengths]. With one length and dimension 2: the round cylinder.
+Expression round_cylinder(int dimension, double radius, std::span<const double> lengths);
+Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths);
+
+/// The truly round cone or frustum along +z from 0 to `height`, D = 3. Empty as `cylinder` is.
+Expression cone(double height, double radius_bottom, double radius_top);
+
+/// The truly round torus around z: all points within `minor` of the circle of radius `major`. @throws bsp2::Error where
+/// minor > major. A radius <= 0 gives the empty solid.
+Expression torus(double major, double minor);
+
 /// The regular polygon of D = 2 with `sides` corners, the first on +x. Radius <= 0 gives the empty solid.
 Expression circle(double radius, std::uint32_t sides);
 
@@ -62,5 +77,9 @@ Expression complement(Expression operand);
 /// The image under the affine map `matrix`, (D+1) x (D+1) row-major. The matrix is divided by its last entry; the rest
 /// of the last row is ignored, as OpenSCAD does. A singular matrix gives the empty solid.
 Expression transform(std::span<const double> matrix, Expression operand);
+
+/// The operand, its primitives of this colour: red, green, blue and opacity. The same points.
+/// @throws bsp2::Error for channels outside of [0, 1].
+Expression colour(const Colour& rgba, Expression operand);
 
 }  // namespace bsp2::model

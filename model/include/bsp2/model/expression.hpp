@@ -61,7 +61,23 @@ struct TriangleMesh {
   friend bool operator==(const TriangleMesh&, const TriangleMesh&) = default;
 };
 
-using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon>;
+/// A truly round solid: |(x_1 .. x_K)| <= radius times the box [0, length] of each other axis, K = D - lengths.size().
+///
+/// A ball (K = D), a cylinder, and for D = 3, K = 2 also a cone, whose radius goes linearly from `bottom` to `top`.
+struct Round {
+  double bottom = 1, top = 1;   ///< >= 0, not both 0; equal but for cones
+  std::vector<double> lengths;  ///< > 0; at most D - 2
+  std::uint32_t sides = 0;      ///< of the polygons that take its place where a construct needs corners; 0: nothing can
+  friend bool operator==(const Round&, const Round&) = default;
+};
+
+/// A truly round torus around z: the points within `minor` of the circle of radius `major` in z = 0. D = 3.
+struct Torus {
+  double major = 2, minor = 1;  ///< > 0; minor <= major
+  friend bool operator==(const Torus&, const Torus&) = default;
+};
+
+using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus>;
 
 /// The sweep of a plane solid along `direction`, z_0 > 0; its image at the fraction t is turned by -twist * t degrees
 /// and scaled by 1 - (1 - scale) t.
@@ -120,9 +136,20 @@ struct Fill {
   friend bool operator==(const Fill&, const Fill&) = default;
 };
 
+/// A plane solid under a roof whose faces rise at 45 degrees from its edges.
+struct Roof {
+  enum class Method : std::uint8_t {
+    voronoi,  ///< as high as a point is far from the outline
+    straight  ///< flat faces only: the straight skeleton
+  };
+  Method method = Method::voronoi;
+  Resolution resolution;  ///< of the cones over reflex corners (voronoi)
+  friend bool operator==(const Roof&, const Roof&) = default;
+};
+
 /// A solid that is made from others by other means than Booleans and maps. Which points it has is known only once the
 /// operands are evaluated; compilation does that and replaces it by primitives.
-using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection, Resize, Fill>;
+using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection, Resize, Fill, Roof>;
 
 enum class Operation : std::uint8_t { unite, intersect, subtract, symmetric_difference, complement };
 
@@ -153,6 +180,7 @@ class Expression {
 struct Boolean {
   Operation operation;
   std::vector<Expression> children;
+  std::uint64_t parts = 0;  ///< not 0: all that is in it is one part of the model, the first of so many that it stands for
 };
 
 /// The image of the child under an affine map.
@@ -167,10 +195,24 @@ struct Construction {
   std::vector<Expression> operands;
 };
 
+/// Red, green, blue and opacity, each in [0, 1].
+using Colour = std::array<double, 4>;
+
+/// The child, whose primitives have this colour unless a node above gives them another: the outermost one counts, as in
+/// OpenSCAD. The same points.
+struct Coloured {
+  Colour colour;
+  Expression child;
+};
+
 struct Node {
-  using Value = std::variant<Primitive, Boolean, Transform, Construction>;
+  using Value = std::variant<Primitive, Boolean, Transform, Construction, Coloured>;
   int dimension;
   bool resolved;  ///< there is no Construction in it
+  bool faceted;   ///< there is no round primitive in it
+  /// Parts of the model in it: occurrences of primitives in the expanded tree, in source order. What a primitive or a
+  /// construct of the source is made of is one part (Boolean::parts).
+  std::uint64_t parts;
   Value value;
   Node(int dimension_, Value value_);
   Node(const Node&) = delete;

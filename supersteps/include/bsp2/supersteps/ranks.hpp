@@ -16,6 +16,7 @@ struct SuperstepRecord {
   unsigned step = 0;
   std::vector<double> seconds;       ///< from its begin to that of the next
   std::vector<double> work_seconds;  ///< without the time in which the rank only waited for others; w is the longest
+  std::vector<double> hidden_seconds;  ///< that the main thread communicated while workers computed; not in snapshots
   std::vector<std::uint64_t> bytes_sent, bytes_received, cells;
   double predicted_seconds = 0.0;  ///< w + g h + l; h is the largest of bytes sent and received
 };

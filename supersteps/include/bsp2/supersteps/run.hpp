@@ -28,29 +28,41 @@ enum class Collect : std::uint8_t {
 };
 inline constexpr std::uint64_t cells_of_a_master = 200000;
 
+struct RunResult;
+
 /// What to evaluate and how far.
 struct RunOptions {
   std::filesystem::path model;
   unsigned threads = 0;                     ///< of each rank; 0: one a core
   std::optional<unsigned> regions;          ///< rounded up to a power of two; none: by the model
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
+  bool curved = false;                      ///< spheres, cylinders and circles of the text are truly round
   Order order = Order::depth;
   std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY
+  std::optional<double> tolerance;          ///< round solids are refined until FUZZY cells are thinner than this
   std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
   std::optional<unsigned> steps;            ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
   std::optional<std::uint64_t> cells;       ///< stop at about this number of cells
+  bool strict = false;                      ///< a warning is an error, before anything is evaluated
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
   std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
-  std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence and keep are its own
+  std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence, curved and keep are its own
   /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is.
   std::function<bool()> interrupted;
+  /// After this time a rank that has nothing left to do ends the step of the others, so that regions move to it; none: never.
+  std::optional<double> move_after_seconds = 1.0;
   Collect collect = Collect::automatic;
-  bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3; where the master has all cells)
+  bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3)
   bool contacts = false;  ///< and which of them touch, and where (likewise)
   /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
   /// its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
+  /// Shown what there is after each computation superstep, FUZZY where it is undecided: mesh, trees and bounds, no figures.
+  /// Each rank holds the cells of its own regions. Called on all ranks, so it may be collective. With it, a budget ends a step
+  /// and not the run.
+  std::function<void(const RunResult& now, unsigned step)> on_frame;
+  std::vector<double> points;  ///< D numbers each: where they are is answered at the end, by the master (which needs all cells)
 };
 
 /// The surface of the IN cells in figures.
@@ -69,8 +81,11 @@ struct RunReport {
   std::uint64_t in_cells = 0, fuzzy_cells = 0;
   std::optional<std::uint64_t> out_cells;    ///< when OUT cells are kept
   double in_volume = 0.0, fuzzy_volume = 0.0;
+  std::optional<double> tolerance;           ///< of round solids, given or chosen
   std::vector<double> centroid;              ///< D
   std::vector<std::vector<double>> inertia;  ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1
+  /// While FUZZY cells remain, between which values the solid's own moments are: (D+1) x (D+1), least and most.
+  std::vector<std::vector<double>> inertia_least, inertia_most;
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
   std::optional<BoundaryReport> boundary;    ///< when asked for
   std::string digest;                        ///< of the set of cells, order-independent
@@ -90,6 +105,23 @@ struct SolidMesh {
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  // shared: several consumers hold the same batches
 };
 
+/// Red, green, blue, opacity.
+using Rgba = std::array<std::uint8_t, 4>;
+inline constexpr Rgba uncoloured{237, 219, 189, 255};  ///< what has no colour of its own: stone
+
+/// A box, D numbers each; empty vectors: none.
+struct Bounds {
+  std::vector<double> lower, upper;
+};
+
+/// Where a point is. See geometry::PointAnswer.
+struct Answer {
+  geometry::Label label = geometry::Label::out;
+  std::int32_t part = geometry::no_part;  ///< of the cell
+  double distance = 0;                    ///< to the nearest point that has, or may have, another label
+  std::vector<double> nearest;            ///< such a point
+};
+
 /// What a rank holds after a run.
 struct RunResult {
   RunReport report;
@@ -98,8 +130,13 @@ struct RunResult {
   geometry::BspTree tree;        ///< its leaves are the cells of the mesh, in the order of the batches
   geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
   std::vector<std::int32_t> rank_of_region;  ///< who computed it
+  std::vector<std::optional<Rgba>> colour_of_part;  ///< as the model says; empty if it has no colours
+  Bounds bounds;                 ///< of the model, before it is evaluated: they contain the solid
   std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
-  std::vector<geometry::Contact> contacts;            ///< likewise, by cells; these count through the batches
+  /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in their order: as
+  /// in the batches of the mesh, where it is collected.
+  std::vector<geometry::Contact> contacts;
+  std::vector<Answer> answers;                        ///< likewise, to RunOptions::points
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.

@@ -1,0 +1,369 @@
+#include "bsp2/geometry/clipper.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+
+#include "bsp2/geometry/dimensions.hpp"
+
+namespace bsp2::geometry {
+
+// --- any dimension -----------------------------------------------------------------------------------------------------
+
+template <int D>
+Position Clipper<D>::cut(OrientedHyperplane plane, Cell<D>* rest) {
+  const Position where = splitter_->classify(cell_, plane.id());
+  if (where != Position::crossing) return (where == Position::negative) != plane.flipped() ? Position::negative : Position::positive;
+  Cell<D> kept;
+  if (plane.flipped())
+    splitter_->split(cell_, plane.id(), rest, &kept);
+  else
+    splitter_->split(cell_, plane.id(), &kept, rest);
+  cell_ = std::move(kept);
+  return Position::crossing;
+}
+
+template <int D>
+std::array<double, D> Clipper<D>::centre() const {
+  std::array<double, D> sum{};
+  for (const Vertex<D>& vertex : cell_.vertices())
+    for (int i = 0; i < D; ++i) sum[i] += vertex.x[i];
+  for (double& x : sum) x /= static_cast<double>(cell_.vertices().size());
+  return sum;
+}
+
+// --- three dimensions: faces in place ------------------------------------------------------------------------------------
+
+void Clipper<3>::load(const Cell<3>& cell) {
+  const auto vertices = cell.vertices();
+  vertices_.clear();
+  for (auto& column : x_) column.clear();
+  vertex_lives_.clear();
+  living_vertices_ = 0;
+  error_ = 0;
+  for (const Vertex<3>& vertex : vertices) add_vertex(vertex);
+  const std::size_t edges = cell.face_count(1);
+  edges_.resize(edges);
+  edge_lives_.resize(edges);
+  for (std::size_t e = 0; e < edges; ++e) {
+    const auto ends = cell.subfaces(1, e);
+    const auto hyperplanes = cell.hyperplanes(1, e);
+    edges_[e] = {{ends[0], ends[1]}, {0xffff, 0xffff}, {hyperplanes[0], hyperplanes[1]}};
+    edge_lives_[e] = 0xff;
+  }
+  const std::size_t facets = cell.facet_count();
+  facets_.resize(facets);
+  lists_.clear();
+  for (std::size_t f = 0; f < facets; ++f) {
+    const auto list = cell.subfaces(2, f);
+    facets_[f] = {cell.facet_hyperplane(f).code, static_cast<std::uint32_t>(lists_.size()), static_cast<std::uint32_t>(list.size()), true};
+    for (const Index e : list) {
+      lists_.push(e);
+      edges_[e].facets[edges_[e].facets[0] == 0xffff ? 0 : 1] = static_cast<Index>(f);
+    }
+  }
+}
+
+void Clipper<3>::add_vertex(const Vertex<3>& vertex) {
+  vertices_.push(vertex);
+  for (int i = 0; i < 3; ++i) x_[i].push(vertex.x[i]);
+  vertex_lives_.push(0xff);
+  ++living_vertices_;
+  error_ = std::max(error_, vertex.error);
+}
+
+std::array<double, 3> Clipper<3>::centre() const {
+  std::array<double, 3> sum{};
+  for (std::size_t v = 0; v < vertices_.size(); ++v)
+    if (vertex_lives_[v] != 0)
+      for (int i = 0; i < 3; ++i) sum[i] += x_[i][v];
+  for (double& x : sum) x /= static_cast<double>(living_vertices_);
+  return sum;
+}
+
+Position Clipper<3>::cut(OrientedHyperplane plane, Cell<3>* rest) {
+  const HyperplaneId id = plane.id();
+  const std::uint8_t kept = plane.flipped() ? has_positive : has_negative;
+  const std::uint8_t sides = find_sides(id);
+  if (sides != crosses) {  // a cell with no vertex strictly on one side is on the other one
+    const std::uint8_t side = sides == has_positive ? has_positive : has_negative;
+    return side == kept ? Position::negative : Position::positive;
+  }
+  ++splitter_->counts_.splits;
+  mark_edges();
+  cut_edges(id);
+  find_common_edges(id);
+  find_common_facet();
+  const auto code_for = [&](std::uint8_t side) { return oriented(id, side == has_positive).code; };
+  if (rest != nullptr) *rest = pack_side(crosses ^ kept, code_for(crosses ^ kept));
+  keep_side(kept, code_for(kept));
+  return Position::crossing;
+}
+
+namespace {
+
+// Serves the filter only, whose bound covers any rounding.
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+__attribute__((target_clones("avx2", "default")))
+#endif
+void evaluate(const double* x, const double* y, const double* z, std::size_t count, const Hyperplane<3>& h, double* values) {
+  for (std::size_t i = 0; i < count; ++i) values[i] = h.offset + h.normal[0] * x[i] + h.normal[1] * y[i] + h.normal[2] * z[i];
+}
+
+}  // namespace
+
+/// The side of every vertex. @return on which sides there are vertices.
+std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
+  const Hyperplane<3> h = splitter_->table().rounded(id);
+  const std::size_t count = vertices_.size();
+  values_.resize(count);
+  vertex_mask_.resize(count);
+  evaluate(x_[0].data(), x_[1].data(), x_[2].data(), count, h, &values_[0]);
+  const double bound = h.error + error_ * (1 + 0x1p-40);
+  std::uint8_t all = 0, doubtful = 0;
+  for (std::size_t v = 0; v < count; ++v) {
+    const double value = values_[v];
+    const auto mask = static_cast<std::uint8_t>((value > bound ? has_positive : 0) | (value < -bound ? has_negative : 0));
+    vertex_mask_[v] = mask & vertex_lives_[v];
+    all |= vertex_mask_[v];
+    doubtful |= static_cast<std::uint8_t>(mask == 0) & vertex_lives_[v];
+  }
+  splitter_->counts_.predicates += living_vertices_;
+  if (doubtful == 0) return all;
+  for (std::size_t v = 0; v < count; ++v) {
+    if (vertex_mask_[v] != 0 || vertex_lives_[v] == 0) continue;
+    const int side = splitter_->side(vertices_[v], id, h);
+    vertex_mask_[v] = side < 0 ? has_negative : side > 0 ? has_positive : 0;
+    all |= vertex_mask_[v];
+  }
+  return all;
+}
+
+void Clipper<3>::mark_edges() {
+  facet_mask_.resize(facets_.size());
+  std::memset(&facet_mask_[0], 0, facets_.size());
+  edge_mask_.resize(edges_.size());
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    if (edge_lives_[e] == 0) continue;
+    const Edge& edge = edges_[e];
+    const std::uint8_t mask = vertex_mask_[edge.ends[0]] | vertex_mask_[edge.ends[1]];
+    edge_mask_[e] = mask;
+    facet_mask_[edge.facets[0]] |= mask;
+    facet_mask_[edge.facets[1]] |= mask;
+  }
+}
+
+/// A new vertex, on neither side, for each crossing edge.
+void Clipper<3>::cut_edges(HyperplaneId id) {
+  cut_vertex_.resize(edges_.size());
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    if (edge_lives_[e] == 0 || edge_mask_[e] != crosses) continue;
+    cut_vertex_[e] = static_cast<Index>(vertices_.size());
+    if (vertices_.size() >= 0xffff) throw std::length_error("a cell has more than 65534 faces of one dimension");
+    ++splitter_->counts_.vertices;
+    add_vertex(make_vertex<3>(splitter_->table(), {edges_[e].hyperplanes[0], edges_[e].hyperplanes[1], id}, splitter_->counts_.exact_vertices));
+  }
+  const std::size_t before = vertex_mask_.size();
+  vertex_mask_.resize(vertices_.size());
+  std::memset(&vertex_mask_[0] + before, 0, vertices_.size() - before);
+}
+
+/// A new edge for each crossing facet, between the points in which the plane meets the facet's outline.
+void Clipper<3>::find_common_edges(HyperplaneId id) {
+  common_edge_.resize(facets_.size());
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    const Facet& facet = facets_[f];
+    if (!facet.alive || facet_mask_[f] != crosses) continue;
+    std::array<Index, 2> ends{};
+    std::size_t found = 0;
+    const auto add = [&](Index vertex) {
+      if (found < 2) ends[found] = vertex;
+      ++found;
+    };
+    for (std::uint32_t i = 0; i < facet.count; ++i) {
+      const Index e = lists_[facet.begin + i];
+      if (edge_mask_[e] == crosses) {
+        add(cut_vertex_[e]);
+      } else if (edge_mask_[e] == has_negative) {
+        for (const Index v : edges_[e].ends)
+          if (vertex_mask_[v] == 0) add(v);
+      }
+    }
+    if (found != 2) throw std::logic_error("a plane meets the outline of a convex facet in other than two points");
+    if (edges_.size() >= 0xffff) throw std::length_error("a cell has more than 65534 faces of one dimension");
+    common_edge_[f] = static_cast<Index>(edges_.size());
+    edges_.push({ends, {static_cast<Index>(f), static_cast<Index>(facets_.size())}, {facet.code >> 1, id}});
+    edge_lives_.push(0xff);
+  }
+  const std::size_t before = edge_mask_.size();
+  edge_mask_.resize(edges_.size());
+  std::memset(&edge_mask_[0] + before, 0, edges_.size() - before);
+}
+
+/// The outline of the common facet: the new edges, and those that lie on the plane already. Each of these belongs to two
+/// facets, one a side, and is taken from the negative one.
+void Clipper<3>::find_common_facet() {
+  common_list_.clear();
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    const Facet& facet = facets_[f];
+    if (!facet.alive) continue;
+    if (facet_mask_[f] == crosses) {
+      common_list_.push(common_edge_[f]);
+    } else if (facet_mask_[f] == has_negative) {
+      for (std::uint32_t i = 0; i < facet.count; ++i)
+        if (edge_mask_[lists_[facet.begin + i]] == 0) common_list_.push(lists_[facet.begin + i]);
+    }
+  }
+}
+
+/// The half on that side as a cell of its own. Nothing of the cell at hand changes.
+Cell<3> Clipper<3>::pack_side(std::uint8_t side, std::uint32_t common_code) {
+  const std::uint8_t other = crosses ^ side;
+  scratch_.clear();
+  renumbered_.resize(vertices_.size() + edges_.size());
+  Index* const vertex_number = &renumbered_[0];
+  Index* const edge_number = vertex_number + vertices_.size();
+  for (std::size_t v = 0; v < vertices_.size(); ++v)
+    if (vertex_lives_[v] != 0 && vertex_mask_[v] != other) vertex_number[v] = scratch_.add_vertex(vertices_[v]);
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    if (edge_lives_[e] == 0 || edge_mask_[e] == other) continue;
+    edge_number[e] = scratch_.add_face(1, edges_[e].hyperplanes.data());
+    for (const Index v : edges_[e].ends) scratch_.add_subface(1, vertex_number[vertex_mask_[v] == other ? cut_vertex_[e] : v]);
+    scratch_.close_face(1);
+  }
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    const Facet& facet = facets_[f];
+    if (!facet.alive || facet_mask_[f] == other) continue;
+    scratch_.add_face(2, &facet.code);
+    for (std::uint32_t i = 0; i < facet.count; ++i)
+      if (edge_mask_[lists_[facet.begin + i]] != other) scratch_.add_subface(2, edge_number[lists_[facet.begin + i]]);
+    if (facet_mask_[f] == crosses) scratch_.add_subface(2, edge_number[common_edge_[f]]);
+    scratch_.close_face(2);
+  }
+  scratch_.add_face(2, &common_code);
+  for (const Index e : common_list_) scratch_.add_subface(2, edge_number[e]);
+  scratch_.close_face(2);
+  return scratch_.pack();
+}
+
+/// Takes away what is on the other side.
+void Clipper<3>::keep_side(std::uint8_t side, std::uint32_t common_code) {
+  const std::uint8_t other = crosses ^ side;
+  const auto common = static_cast<Index>(facets_.size());
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    Facet& facet = facets_[f];
+    if (!facet.alive || facet_mask_[f] == side) continue;
+    if (facet_mask_[f] == other) {
+      facet.alive = false;
+      continue;
+    }
+    std::uint32_t end = facet.begin;  // at least one edge goes or two are cut; there is room for the new one if it goes
+    bool shrunk = false;
+    for (std::uint32_t i = facet.begin; i < facet.begin + facet.count; ++i)
+      if (edge_mask_[lists_[i]] != other)
+        lists_[end++] = lists_[i];
+      else
+        shrunk = true;
+    if (shrunk) {
+      lists_[end++] = common_edge_[f];
+      facet.count = end - facet.begin;
+    } else {  // moves to the end, where it may grow
+      const auto begin = static_cast<std::uint32_t>(lists_.size());
+      for (std::uint32_t i = facet.begin; i < end; ++i) lists_.push(Index{lists_[i]});
+      lists_.push(common_edge_[f]);
+      facet.begin = begin;
+      ++facet.count;
+    }
+  }
+  facets_.push({common_code, static_cast<std::uint32_t>(lists_.size()), static_cast<std::uint32_t>(common_list_.size()), true});
+  for (const Index e : common_list_) {
+    lists_.push(e);
+    for (Index& facet : edges_[e].facets)  // of an edge that lay on the plane already
+      if (facet != common && !facets_[facet].alive) facet = common;
+  }
+  for (std::size_t e = 0; e < edge_mask_.size(); ++e) {
+    if (edge_lives_[e] == 0 || (edge_mask_[e] & other) == 0) continue;
+    if (edge_mask_[e] == other)
+      edge_lives_[e] = 0;
+    else
+      edges_[e].ends[vertex_mask_[edges_[e].ends[0]] == other ? 0 : 1] = cut_vertex_[e];
+  }
+  for (std::size_t v = 0; v < vertices_.size(); ++v)
+    if (vertex_mask_[v] == other) {
+      vertex_lives_[v] = 0;
+      --living_vertices_;
+    }
+  if (vertices_.size() > 2 * living_vertices_ + 16) close_up();
+}
+
+/// Fills the holes; the order stays.
+void Clipper<3>::close_up() {
+  renumbered_.resize(std::max(vertices_.size(), edges_.size()));
+  std::size_t vertices = 0;
+  error_ = 0;
+  for (std::size_t v = 0; v < vertices_.size(); ++v) {
+    if (vertex_lives_[v] == 0) continue;
+    renumbered_[v] = static_cast<Index>(vertices);
+    error_ = std::max(error_, vertices_[v].error);
+    for (auto& column : x_) column[vertices] = column[v];
+    vertices_[vertices++] = Vertex<3>(vertices_[v]);
+  }
+  vertices_.resize(vertices);
+  for (auto& column : x_) column.resize(vertices);
+  vertex_lives_.resize(vertices);
+  if (vertices != 0) std::memset(&vertex_lives_[0], 0xff, vertices);
+  for (std::size_t e = 0; e < edges_.size(); ++e)
+    if (edge_lives_[e] != 0)
+      for (Index& v : edges_[e].ends) v = renumbered_[v];
+
+  std::size_t edges = 0;
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    if (edge_lives_[e] == 0) continue;
+    renumbered_[e] = static_cast<Index>(edges);
+    edges_[edges++] = Edge(edges_[e]);
+  }
+  edges_.resize(edges);
+  edge_lives_.resize(edges);
+  if (edges != 0) std::memset(&edge_lives_[0], 0xff, edges);
+
+  std::size_t facets = 0;
+  lists_copy_.clear();
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    if (!facets_[f].alive) continue;
+    Facet facet = facets_[f];
+    const auto begin = static_cast<std::uint32_t>(lists_copy_.size());
+    for (std::uint32_t i = 0; i < facet.count; ++i) {
+      const Index e = renumbered_[lists_[facet.begin + i]];
+      lists_copy_.push(e);
+      for (Index& own : edges_[e].facets)
+        if (own == f) own = static_cast<Index>(facets);  // facets <= f: no number is met twice in a wrong sense
+    }
+    facet.begin = begin;
+    facets_[facets++] = facet;
+  }
+  facets_.resize(facets);
+  std::swap(lists_, lists_copy_);
+}
+
+Cell<3> Clipper<3>::cell() {
+  scratch_.clear();
+  close_up();
+  for (std::size_t v = 0; v < vertices_.size(); ++v) scratch_.add_vertex(vertices_[v]);
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    scratch_.add_face(1, edges_[e].hyperplanes.data());
+    for (const Index v : edges_[e].ends) scratch_.add_subface(1, v);
+    scratch_.close_face(1);
+  }
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    scratch_.add_face(2, &facets_[f].code);
+    for (std::uint32_t i = 0; i < facets_[f].count; ++i) scratch_.add_subface(2, lists_[facets_[f].begin + i]);
+    scratch_.close_face(2);
+  }
+  return scratch_.pack();
+}
+
+#define BSP2_INSTANTIATE(D) template class Clipper<D>;
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::geometry

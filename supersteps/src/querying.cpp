@@ -1,0 +1,43 @@
+#include "querying.hpp"
+
+#include <algorithm>
+#include <array>
+#include <future>
+
+#include "bsp2/geometry/dimensions.hpp"
+#include "bsp2/geometry/point_query.hpp"
+
+namespace bsp2::supersteps {
+
+template <int D>
+std::vector<Answer> querying(const geometry::HyperplaneTable<D>& table, const RunResult& result, std::span<const double> points, unsigned threads) {
+  std::vector<geometry::Label> labels;
+  std::vector<std::int32_t> parts;
+  for (const auto& batch : result.mesh.batches) {
+    labels.insert(labels.end(), batch->label.begin(), batch->label.end());
+    parts.insert(parts.end(), batch->part.begin(), batch->part.end());
+  }
+  const geometry::PointQuery<D> query(table, result.tree, std::move(labels));
+  std::vector<Answer> answers(points.size() / D);
+  const auto answer_some = [&](std::size_t first) {
+    for (std::size_t i = first; i < answers.size(); i += threads) {
+      std::array<double, D> point;
+      std::copy_n(points.begin() + static_cast<std::ptrdiff_t>(i * D), D, point.begin());
+      const auto found = query.ask(point);
+      answers[i] = {found.label, found.leaf == 0 ? geometry::no_part : parts[static_cast<std::size_t>(found.leaf) - 1], found.distance,
+                    {found.nearest.begin(), found.nearest.end()}};
+    }
+  };
+  std::vector<std::future<void>> others;
+  for (unsigned thread = 1; thread < threads; ++thread) others.push_back(std::async(std::launch::async, answer_some, thread));
+  answer_some(0);
+  for (auto& other : others) other.get();
+  return answers;
+}
+
+#define BSP2_STAGE(D) \
+  template std::vector<Answer> querying<D>(const geometry::HyperplaneTable<D>&, const RunResult&, std::span<const double>, unsigned);
+BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
+#undef BSP2_STAGE
+
+}  // namespace bsp2::supersteps

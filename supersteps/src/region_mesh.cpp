@@ -1,0 +1,229 @@
+#include "region_mesh.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "bsp2/geometry/dimensions.hpp"
+
+namespace bsp2::supersteps {
+namespace {
+
+using geometry::BspTree;
+using geometry::CellBatch;
+
+constexpr std::size_t cells_of_a_batch = 4096;
+
+/// Cells of an evaluation by their number; a batch is given back when all of it has been copied.
+class CellSource {
+ public:
+  explicit CellSource(std::vector<std::shared_ptr<const dataflow::Refinement>> refinements) : refinements_(std::move(refinements)) {
+    std::uint64_t cells = 0;
+    for (const auto& refinement : refinements_) {
+      first_.push_back(cells);
+      left_.push_back(refinement->cells.size());
+      cells += refinement->cells.size();
+    }
+  }
+
+  /// Copies cells, as many of the wanted ones that follow each other at a time as lie in one batch.
+  void copy(std::span<const std::uint64_t> numbers, RegionMesh& mesh, int dimension) {
+    std::shared_ptr<CellBatch> batch;
+    const auto close = [&] {
+      if (!batch) return;
+      batch->shrink_to_fit();
+      mesh.batches.push_back(std::move(batch));
+      batch = nullptr;
+    };
+    for (std::size_t i = 0; i < numbers.size();) {
+      if (!batch) {
+        batch = std::make_shared<CellBatch>();
+        batch->dimension = dimension;
+      }
+      const auto source = static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), numbers[i]) - first_.begin()) - 1;
+      const CellBatch& from = refinements_.at(source)->cells;
+      const std::size_t cell = numbers[i] - first_[source];
+      const std::size_t most = std::min(from.size() - cell, cells_of_a_batch - batch->size());
+      std::size_t count = 1;
+      while (count < most && i + count < numbers.size() && numbers[i + count] == numbers[i] + count) ++count;
+      batch->append(from, cell, count);
+      i += count;
+      left_[source] -= count;
+      if (left_[source] == 0) refinements_[source] = nullptr;
+      if (batch->size() == cells_of_a_batch) close();
+    }
+    close();
+    mesh.cells += static_cast<std::uint32_t>(numbers.size());
+  }
+
+ private:
+  std::vector<std::shared_ptr<const dataflow::Refinement>> refinements_;
+  std::vector<std::uint64_t> first_, left_;  // of each: its first cell, cells that nobody has taken
+};
+
+/// Moves subtrees of an evaluation's tree into those of the regions.
+class Grafter {
+ public:
+  Grafter(const BspTree& from, const Recorded& before) : from_(from), before_(before), place_(from.ids.size()), owner_(from.ids.size(), nobody) {}
+
+  void begin(RegionMesh& mesh) {
+    mesh_ = &mesh;
+    cells_.clear();
+    ++turn_;
+  }
+  /// @return the subtree's root within the region.
+  std::int32_t graft(std::int32_t root) {
+    std::int32_t result = BspTree::empty_leaf;
+    left_.assign(1, {root, nobody, false});
+    while (!left_.empty()) {
+      const auto [code, parent, positive] = left_.back();
+      left_.pop_back();
+      const std::int32_t moved = take(code);
+      if (parent == nobody)
+        result = moved;
+      else
+        (positive ? mesh_->tree.nodes[parent].positive : mesh_->tree.nodes[parent].negative) = moved;
+    }
+    return result;
+  }
+  /// Numbers, in the evaluation, of the region's new cells.
+  [[nodiscard]] std::span<const std::uint64_t> cells() const { return cells_; }
+
+ private:
+  static constexpr std::uint32_t nobody = ~0U;
+  struct Pending {
+    std::int32_t code;
+    std::uint32_t parent;  // within the region
+    bool positive;
+  };
+  const BspTree& from_;
+  Recorded before_;
+  std::vector<std::uint32_t> place_, owner_;  // of each hyperplane: in the region's list, if that is the region's turn
+  std::uint32_t turn_ = 0;
+  RegionMesh* mesh_ = nullptr;
+  std::vector<std::uint64_t> cells_;
+  std::vector<Pending> left_;
+
+  std::int32_t take(std::int32_t code) {
+    BspTree& tree = mesh_->tree;
+    if (code < 0) {
+      const auto leaf = static_cast<std::uint32_t>(~code);
+      if (leaf <= before_.cells) return code;  // empty, or of an earlier step
+      cells_.push_back(leaf - before_.cells - 1);
+      return ~static_cast<std::int32_t>(mesh_->cells + cells_.size());
+    }
+    if (static_cast<std::uint32_t>(code) < before_.nodes) return code;
+    const BspTree::Node& node = from_.nodes[static_cast<std::uint32_t>(code) - before_.nodes];
+    const auto number = static_cast<std::uint32_t>(tree.nodes.size());
+    tree.nodes.push_back({hyperplane(node.hyperplane), BspTree::empty_leaf, BspTree::empty_leaf});
+    left_.push_back({node.positive, number, true});
+    left_.push_back({node.negative, number, false});
+    return static_cast<std::int32_t>(number);
+  }
+  std::uint32_t hyperplane(std::uint32_t index) {
+    BspTree& tree = mesh_->tree;
+    if (owner_[index] != turn_) {
+      owner_[index] = turn_;
+      place_[index] = static_cast<std::uint32_t>(tree.ids.size());
+      const auto width = static_cast<std::size_t>(tree.dimension) + 1;
+      tree.ids.push_back(from_.ids[index]);
+      const auto begin = from_.hyperplanes.begin() + static_cast<std::ptrdiff_t>(index * width);
+      tree.hyperplanes.insert(tree.hyperplanes.end(), begin, begin + static_cast<std::ptrdiff_t>(width));
+    }
+    return place_[index];
+  }
+};
+
+}  // namespace
+
+Recorded recorded(const RegionMeshes& meshes) {
+  Recorded most;
+  for (const auto& [number, mesh] : meshes) {
+    most.nodes = std::max(most.nodes, static_cast<std::uint32_t>(mesh.tree.nodes.size()));
+    most.cells = std::max(most.cells, mesh.cells);
+  }
+  return most;
+}
+
+std::vector<std::shared_ptr<const dataflow::Refinement>> Keeper::take() {
+  std::sort(refinements_.begin(), refinements_.end(),
+            [](const auto& a, const auto& b) { return a->worker != b->worker ? a->worker < b->worker : a->first < b->first; });
+  return std::exchange(refinements_, {});
+}
+
+template <int D>
+void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before,
+            std::vector<std::shared_ptr<const dataflow::Refinement>> refinements, RegionMeshes& meshes) {
+  CellSource source(std::move(refinements));
+  Grafter grafter(evaluation.tree, before);
+  auto unfinished = evaluation.unfinished.begin();
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    RegionMesh& mesh = meshes[regions[i]];
+    mesh.region = regions[i];
+    mesh.tree.dimension = D;
+    grafter.begin(mesh);
+    if (unfinished != evaluation.unfinished.end() && unfinished->number == regions[i]) {
+      for (auto& node : unfinished->frontier.nodes)
+        if (node.kind == dataflow::Frontier::Kind::emitted) node.value = grafter.graft(node.value);
+      ++unfinished;
+    } else {
+      mesh.tree.root = grafter.graft(evaluation.region_roots[i]);
+    }
+    source.copy(grafter.cells(), mesh, D);
+  }
+  evaluation.tree = {};
+}
+
+std::int32_t shifted(std::int32_t child, std::uint64_t nodes, std::uint64_t cells) {
+  if (child == BspTree::empty_leaf) return child;
+  const std::uint64_t number = child >= 0 ? static_cast<std::uint64_t>(child) + nodes : static_cast<std::uint64_t>(~child) + cells;
+  if (number > std::numeric_limits<std::int32_t>::max()) throw std::length_error("a BSP tree of more than 2^31 nodes or cells; --collect file needs none");
+  return child >= 0 ? static_cast<std::int32_t>(number) : ~static_cast<std::int32_t>(number);
+}
+
+namespace {
+
+/// Appends a tree; its nodes and leaves count behind those that are there.
+void append(BspTree& whole, const BspTree& tree, std::uint64_t cells) {
+  const std::uint64_t nodes = whole.nodes.size();
+  const auto hyperplanes = static_cast<std::uint32_t>(whole.ids.size());
+  for (const BspTree::Node& node : tree.nodes) whole.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, nodes, cells), shifted(node.positive, nodes, cells)});
+  whole.ids.insert(whole.ids.end(), tree.ids.begin(), tree.ids.end());
+  whole.hyperplanes.insert(whole.hyperplanes.end(), tree.hyperplanes.begin(), tree.hyperplanes.end());
+}
+
+}  // namespace
+
+Recorded append(RegionMesh& mesh, const RegionMesh& other) {
+  const Recorded before{static_cast<std::uint32_t>(mesh.tree.nodes.size()), mesh.cells};
+  mesh.region = other.region;
+  mesh.tree.dimension = other.tree.dimension;
+  append(mesh.tree, other.tree, mesh.cells);
+  if (other.tree.root != BspTree::empty_leaf) mesh.tree.root = shifted(other.tree.root, before.nodes, before.cells);
+  mesh.batches.insert(mesh.batches.end(), other.batches.begin(), other.batches.end());
+  mesh.cells += other.cells;
+  return before;
+}
+
+Part join(RegionMeshes meshes, int dimension, std::size_t region_count) {
+  Part whole;
+  whole.tree.dimension = dimension;
+  whole.roots.assign(region_count, BspTree::empty_leaf);
+  while (!meshes.empty()) {
+    const RegionMesh mesh = std::move(meshes.extract(meshes.begin()).mapped());
+    const std::uint64_t nodes = whole.tree.nodes.size();
+    append(whole.tree, mesh.tree, whole.cells);
+    whole.roots.at(mesh.region) = shifted(mesh.tree.root, nodes, whole.cells);
+    whole.batches.insert(whole.batches.end(), mesh.batches.begin(), mesh.batches.end());
+    whole.cells += mesh.cells;
+  }
+  return whole;
+}
+
+#define BSP2_STAGE(D)                                                                                                \
+  template void divide<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>, const Recorded&,                 \
+                          std::vector<std::shared_ptr<const dataflow::Refinement>>, RegionMeshes&);
+BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
+#undef BSP2_STAGE
+
+}  // namespace bsp2::supersteps

@@ -1,0 +1,21 @@
+// Mesh and landscape files: the first byte of the input says of which kind it is.
+#include <array>
+
+#include "bsp2/geometry/error.hpp"
+#include "fuzz.hpp"
+#include "imports.hpp"
+#include "polyhedron.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static constexpr std::array endings{".stl", ".off", ".obj", ".ply", ".dat"};
+  if (size == 0) return -1;
+  const char* ending = endings[data[0] % endings.size()];
+  const auto path = bsp2::fuzzing::file_of(data + 1, size - 1, ending);
+  try {
+    const bool is_surface = std::string_view(ending) == ".dat";
+    const auto mesh = is_surface ? bsp2::model::import_surface(path, false, false) : bsp2::model::import_mesh(path);
+    bsp2::model::closed_mesh(mesh.points, mesh.faces);
+  } catch (const bsp2::Error&) {
+  }
+  return 0;
+}

@@ -1,0 +1,214 @@
+// Resolution on several ranks, and regions that move between them, against one process.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <random>
+#include <tuple>
+
+#include "bsp2/supersteps/run.hpp"
+#include "exchange.hpp"
+#include "progress.hpp"
+#include "temporary_folder.hpp"
+
+namespace bsp2::supersteps {
+namespace {
+
+namespace fs = std::filesystem;
+
+RunOptions options_for(const fs::path& model, unsigned regions) {
+  RunOptions options;
+  options.model = model;
+  options.regions = regions;
+  options.threads = 1;
+  options.boundary = options.contacts = true;
+  return options;
+}
+
+fs::path example(const char* name) { return fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"); }
+
+using ContactKey = std::tuple<std::array<std::uint64_t, 2>, std::array<std::uint16_t, 2>, geometry::HyperplaneId>;
+/// Sorted, with the areas.
+using Contacts = std::vector<std::pair<ContactKey, double>>;
+
+Contacts contacts_of(const std::vector<geometry::Contact>& contacts) {
+  Contacts keys;
+  for (const auto& contact : contacts) keys.push_back({{contact.cell, contact.facet, contact.hyperplane}, contact.area});
+  std::sort(keys.begin(), keys.end());
+  return keys;
+}
+
+std::string bytes_of(const std::vector<geometry::Contact>& contacts) {
+  return {reinterpret_cast<const char*>(contacts.data()), contacts.size() * sizeof(geometry::Contact)};
+}
+std::vector<geometry::Contact> contacts_from(const std::vector<std::string>& shares) {
+  std::vector<geometry::Contact> contacts;
+  for (const std::string& share : shares) {
+    const std::size_t before = contacts.size();
+    contacts.resize(before + share.size() / sizeof(geometry::Contact));
+    std::copy(share.begin(), share.end(), reinterpret_cast<char*>(contacts.data() + before));
+  }
+  return contacts;
+}
+
+void expect_closed(const RunResult& result) {
+  ASSERT_TRUE(result.boundary && result.report.boundary);
+  EXPECT_TRUE(result.boundary->is_closed());
+  EXPECT_TRUE(result.report.boundary->closed);
+  EXPECT_NEAR(result.boundary->volume(), result.report.in_volume, 1e-9 * result.report.in_volume);
+}
+
+void expect_same(const RunResult& a, const RunResult& b) {
+  EXPECT_EQ(a.report.digest, b.report.digest);
+  ASSERT_TRUE(a.boundary && b.boundary);
+  EXPECT_TRUE(a.boundary->points == b.boundary->points);
+  EXPECT_TRUE(a.boundary->triangles == b.boundary->triangles);
+  EXPECT_TRUE(a.boundary->part == b.boundary->part);
+}
+
+/// Runs on all ranks. @return the master's result, with the contacts of all ranks; nothing elsewhere.
+std::optional<RunResult> together(const RunOptions& options) {
+  Ranks ranks = Ranks::launched();
+  RunResult result;
+  ranks.together([&] {
+    result = run(options, ranks);
+    const auto shares = gather(ranks, bytes_of(result.contacts));
+    result.contacts = contacts_from(shares);
+  });
+  if (!ranks.is_master()) return std::nullopt;
+  return result;
+}
+
+TEST(Resolution, FindsTheSameTrianglesAndContactsOnAnyNumberOfRanks) {
+  for (const char* name : {"every_node", "mechanical_piece", "menger_sponge", "touching_solids"})
+    for (const unsigned regions : {4U, 32U})
+      for (const Collect collect : {Collect::master, Collect::file}) {
+        SCOPED_TRACE(std::string(name) + ", regions " + std::to_string(regions));
+        RunOptions options = options_for(example(name), regions);
+        options.collect = collect;
+        const auto result = together(options);
+        if (!result) continue;
+        options.threads = 2;
+        const RunResult alone = run(options);
+        expect_closed(*result);
+        expect_same(*result, alone);
+        EXPECT_GT(alone.contacts.size(), 1U);
+        EXPECT_TRUE(contacts_of(result->contacts) == contacts_of(alone.contacts));
+      }
+}
+
+TEST(Resolution, FindsTheSameSurfaceForAnyNumberOfRegions) {
+  for (const char* name : {"mechanical_piece", "touching_solids"}) {
+    SCOPED_TRACE(name);
+    const auto result = together(options_for(example(name), 16));
+    if (!result) continue;
+    const RunResult whole = run(options_for(example(name), 1));
+    EXPECT_NEAR(result->report.boundary->area, whole.report.boundary->area, 1e-12 * whole.report.boundary->area);
+    EXPECT_EQ(result->boundary->triangles.size(), whole.boundary->triangles.size());
+  }
+}
+
+/// Many small things in one corner, and a few elsewhere.
+std::string crowded_corner(std::mt19937& random) {
+  const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };
+  std::string text = "cube(size=[100,90,80]);\n";
+  for (int i = 0; i < 500; ++i) {
+    const bool in_corner = i % 10 != 0;
+    text += "multmatrix([[1,0,0," + number(0, in_corner ? 12 : 100) + "],[0,1,0," + number(0, in_corner ? 12 : 90) + "],[0,0,1," + number(76, in_corner ? 82 : 90) + "],[0,0,0,1]])";
+    text += " { sphere($fn=14,r=" + number(0.5, 2) + "); }\n";
+  }
+  return text;
+}
+
+TEST(Moving, LeavesTheResultAsItIs) {
+  const testing::TemporaryFolder folder;
+  std::mt19937 random(5);
+  const fs::path model = folder.path() / "model.csg";
+  std::ofstream(model) << crowded_corner(random);
+  RunOptions options = options_for(model, 16);
+  options.move_after_seconds.reset();
+  const auto still = together(options);
+  options.move_after_seconds = 0;
+  options.budget_seconds = 0.01;
+  options.steps = 10000;
+  for (const Collect collect : {Collect::tree, Collect::file}) {
+    options.collect = collect;
+    const auto moved = together(options);
+    if (!moved) continue;
+    EXPECT_TRUE(moved->report.complete);
+    expect_closed(*moved);
+    expect_same(*moved, *still);
+    if (moved->report.ranks > 1) {
+      EXPECT_NE(moved->rank_of_region, still->rank_of_region);
+    }
+  }
+}
+
+TEST(Moving, GivesEachRankAboutAsMuchAndMovesNoMoreThanItMust) {
+  // Balanced as it is: all stay.
+  EXPECT_EQ(reassign_regions({4, 2, 3, 3}, {0, 0, 1, 1}, 2), (std::vector<std::int32_t>{0, 0, 1, 1}));
+  // One rank has nothing left.
+  EXPECT_EQ(reassign_regions({5, 5}, {1, 1}, 2), (std::vector<std::int32_t>{1, 0}));
+  // No work, no move.
+  EXPECT_EQ(reassign_regions({0, 0, 7}, {1, 1, 0}, 3), (std::vector<std::int32_t>{1, 1, 0}));
+  std::mt19937 random(3);
+  for (int i = 0; i < 200; ++i) {
+    const int ranks = 1 + static_cast<int>(random() % 7);
+    std::vector<double> work;
+    std::vector<std::int32_t> owner;
+    for (unsigned k = random() % 60; k > 0; --k) {
+      work.push_back(static_cast<double>(random() % 100));
+      owner.push_back(static_cast<std::int32_t>(random() % static_cast<unsigned>(ranks)));
+    }
+    const auto now = reassign_regions(work, owner, ranks);
+    ASSERT_EQ(now.size(), work.size());
+    std::vector<double> load(static_cast<std::size_t>(ranks));
+    double total = 0, largest = 0;
+    for (std::size_t k = 0; k < work.size(); ++k) {
+      load.at(static_cast<std::size_t>(now[k])) += work[k];
+      total += work[k];
+      largest = std::max(largest, work[k]);
+    }
+    EXPECT_LE(*std::max_element(load.begin(), load.end()), 1.05 * total / ranks + largest);
+  }
+}
+
+TEST(Run, CountsTheCellsOfAllRanksTogether) {
+  RunOptions options = options_for(example("leaning_tower"), 32);
+  options.boundary = options.contacts = options.collect_cells = false;
+  options.cells = 3000;
+  const auto result = together(options);
+  if (!result) return;
+  EXPECT_FALSE(result->report.complete);
+  EXPECT_GE(result->report.in_cells, 3000U);
+  EXPECT_LE(result->report.in_cells, 4500U);
+}
+
+TEST(Resume, GoesOnFromASnapshotWithTheCellsLeftWhereTheyAre) {
+  RunOptions options = options_for(example("mechanical_piece"), 16);
+  options.collect = Collect::file;
+  const auto whole = together(options);
+  const testing::TemporaryFolder folder;
+  std::string name = folder.path() / "run.h5";
+  {
+    Ranks ranks = Ranks::launched();
+    ranks.together([&] { broadcast(ranks, name); });
+  }
+  RunOptions part = options;
+  part.boundary = part.contacts = false;
+  part.snapshot = name;
+  part.cells = 60;
+  const auto stopped = together(part);
+  if (stopped) {
+    EXPECT_FALSE(stopped->report.complete);
+  }
+  options.resume = name;
+  const auto resumed = together(options);
+  if (!resumed) return;
+  EXPECT_TRUE(resumed->report.complete);
+  EXPECT_EQ(resumed->report.in_cells, whole->report.in_cells);
+  expect_same(*resumed, *whole);
+}
+
+}  // namespace
+}  // namespace bsp2::supersteps
