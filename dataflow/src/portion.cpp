@@ -67,15 +67,17 @@ Frontier only(const UnfoldedFrontier& tree, const Way& way) {
   return part;
 }
 
-/// All leaves that have been emitted, or all others. A split without any is elsewhere as a whole: whoever has all below it may
-/// finish it.
+/// All leaves that have been emitted, or all others. A split that has only such of the other part is elsewhere as a whole: the
+/// other may finish it.
 Frontier part_of(const Frontier& frontier, const UnfoldedFrontier& tree, bool emitted) {
   const auto& nodes = frontier.nodes;
-  std::vector<bool> is_mine(nodes.size()), is_divided(nodes.size());  // something below it is of this part; has been emitted
-  for (std::size_t i = nodes.size(); i-- > 0;) {                      // children come after their parents
+  // Whether something below a node is of this part, is of the other, has been emitted by whomever.
+  std::vector<bool> is_mine(nodes.size()), is_others(nodes.size()), is_divided(nodes.size());
+  for (std::size_t i = nodes.size(); i-- > 0;) {  // children come after their parents
     const auto [kind, label, unused, value] = nodes[i];
     const auto either = [&](const std::vector<bool>& of) { return of[tree.negative(static_cast<std::uint32_t>(i))] || of[tree.positive(static_cast<std::uint32_t>(i))]; };
     is_mine[i] = kind == Kind::split ? either(is_mine) : kind != Kind::elsewhere && (kind == Kind::emitted) == emitted;
+    is_others[i] = kind == Kind::split ? either(is_others) : kind != Kind::elsewhere && (kind == Kind::emitted) != emitted;
     is_divided[i] = kind == Kind::split ? either(is_divided) : kind == Kind::emitted || (kind == Kind::elsewhere && value != 0);
   }
   Frontier part;
@@ -83,7 +85,7 @@ Frontier part_of(const Frontier& frontier, const UnfoldedFrontier& tree, bool em
   while (!open.empty()) {
     const std::uint32_t node = open.back();
     open.pop_back();
-    if (!is_mine[node]) {
+    if (!is_mine[node] && is_others[node]) {
       part.nodes.push_back({Kind::elsewhere, geometry::Label::fuzzy, 0, is_divided[node] ? 1 : 0});
     } else if (nodes[node].kind == Kind::split) {
       part.nodes.push_back(nodes[node]);
@@ -128,8 +130,8 @@ Frontier overlay(const Frontier& a, const Frontier& b) {
   while (!open.empty()) {
     const auto [i, j] = open.back();
     open.pop_back();
-    if (left.node(i).kind == Kind::elsewhere) {
-      right.copy(j, whole);
+    if (left.node(i).kind == Kind::elsewhere && (left.node(i).value == 0 || right.node(j).kind != Kind::elsewhere)) {
+      right.copy(j, whole);  // of two that are elsewhere, the one that knows more
     } else if (right.node(j).kind == Kind::elsewhere) {
       left.copy(i, whole);
     } else {

@@ -27,6 +27,19 @@ TEST(Portion, IsDividedAtASubtreeOfAboutHalfTheWords) {
   EXPECT_EQ(remains.elsewhere, 1U);
 }
 
+TEST(Portion, WhatIsEmittedIsSeparated) {
+  constexpr Frontier::Node known{Frontier::Kind::elsewhere, geometry::Label::fuzzy, 0, 1};
+  const Frontier whole{{split, split, token(1), emitted, split, split, emitted, elsewhere, split, held, token(2)}, {10, 20, 21}};
+  const auto [done, pending] = separate_emitted(whole);
+  EXPECT_EQ(done, (Frontier{{split, split, elsewhere, emitted, split, split, emitted, elsewhere, elsewhere}, {}}));
+  EXPECT_EQ(pending, (Frontier{{split, split, token(1), known, split, known, split, held, token(2)}, {10, 20, 21}}));
+  EXPECT_EQ(overlay(done, pending), whole);
+  EXPECT_EQ(separate_emitted(pending).pending, pending);
+  EXPECT_EQ(separate_emitted(pending).emitted, (Frontier{{known}, {}}));
+  EXPECT_EQ(separate_emitted({{split, elsewhere, split, token(1), elsewhere}, {5}}).emitted, (Frontier{{elsewhere}, {}}));
+  EXPECT_TRUE(separate_emitted({}).pending.empty());
+}
+
 TEST(Portion, ASingleTokenIsNotDivided) {
   EXPECT_FALSE(divide({}).has_value());
   EXPECT_FALSE(divide({{token(1)}, {5}}).has_value());
@@ -79,7 +92,7 @@ class Divider {
   }
 
   Totals<D> totals;
-  int divisions = 0;
+  int divisions = 0, separations = 0;  // of a frontier into halves; where something had been emitted and stayed out of them
 
  private:
   const Network<D>& network_;
@@ -88,9 +101,18 @@ class Divider {
   Random& random_;
 
   Frontier divided(Frontier left, std::uint32_t number, std::uint16_t level) {
+    Frontier emitted;  // may stay out of both halves
+    if (chance(random_, 0.5)) {
+      auto separated = separate_emitted(left);
+      EXPECT_EQ(overlay(separated.emitted, separated.pending), left);
+      emitted = std::move(separated.emitted);
+      left = std::move(separated.pending);
+    }
+    const auto with_emitted = [&](const Frontier& rest) { return emitted.empty() ? rest : overlay(emitted, rest); };
     auto halves = divide(left);
-    if (!halves) return left;
+    if (!halves) return with_emitted(left);
     ++divisions;
+    separations += emitted.nodes.size() > 1 ? 1 : 0;
     for (const auto& half : *halves) {
       EXPECT_LT(remains_of(half).words, remains_of(left).words);
       EXPECT_GT(remains_of(half).tokens, 0U);
@@ -98,12 +120,12 @@ class Divider {
     EXPECT_EQ(overlay((*halves)[0], (*halves)[1]), left);
     const int first = pick(random_, 0, 1);  // the order does not matter
     for (const int i : {first, 1 - first}) (*halves)[i] = evaluate_all(region_of(std::move((*halves)[i]), number, level));
-    return overlay((*halves)[0], (*halves)[1]);
+    return with_emitted(overlay((*halves)[0], (*halves)[1]));
   }
 };
 
 template <int D>
-int expect_dividable(Random& random, bool with_level) {
+std::array<int, 2> expect_dividable(Random& random, bool with_level) {
   const Network<D> network = compile<D>(random_expression(random, D, chance(random, 0.5) ? Kind::grid_boxes : Kind::solids, 3), {});
   EvaluateOptions options;
   options.keep_out = chance(random, 0.3);
@@ -128,18 +150,23 @@ int expect_dividable(Random& random, bool with_level) {
   EXPECT_EQ(divider.totals.fuzzy_cells, plain.totals.fuzzy_cells);
   EXPECT_EQ(divider.totals.out_cells, plain.totals.out_cells);
   EXPECT_EQ(divider.totals.lower, plain.totals.lower);
-  return divider.divisions;
+  return {divider.divisions, divider.separations};
 }
 
 TEST(Portion, ChangesNothing) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  int divisions = 0;
-  for (int round = 0; (round < 12 || divisions < 80) && round < 300 && !testing::Test::HasFailure(); ++round) divisions += expect_dividable<3>(random, round % 3 == 0);
-  for (int round = 0; round < 10 && !testing::Test::HasFailure(); ++round) divisions += expect_dividable<2>(random, round % 3 == 0);
-  for (int round = 0; round < 3 && !testing::Test::HasFailure(); ++round) divisions += expect_dividable<4>(random, false);
+  int divisions = 0, separations = 0;
+  const auto count = [&](const std::array<int, 2>& counts) {
+    divisions += counts[0];
+    separations += counts[1];
+  };
+  for (int round = 0; (round < 12 || divisions < 80) && round < 300 && !testing::Test::HasFailure(); ++round) count(expect_dividable<3>(random, round % 3 == 0));
+  for (int round = 0; round < 10 && !testing::Test::HasFailure(); ++round) count(expect_dividable<2>(random, round % 3 == 0));
+  for (int round = 0; round < 3 && !testing::Test::HasFailure(); ++round) count(expect_dividable<4>(random, false));
   EXPECT_GE(divisions, 80);
+  EXPECT_GT(separations, 0);
 }
 
 }  // namespace
