@@ -449,7 +449,7 @@ std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Loca
 
 template <int D>
 bool Worker<D>::needs_cell(const Frontier::Node& node) const {
-  if (node.kind == Frontier::Kind::emitted) return false;
+  if (node.kind == Frontier::Kind::emitted || node.kind == Frontier::Kind::elsewhere) return false;
   return node.kind != Frontier::Kind::held || node.label != Label::out || crew_.options.keep_out;
 }
 
@@ -462,13 +462,20 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
   if (node.kind != Frontier::Kind::split) {
     Outcome<D> outcome;
     outcome.level = token->level;
+    if (node.kind == Frontier::Kind::elsewhere && crew_.options.suspend) {
+      outcome.form = Form::suspended_token;
+      outcome.divided = node.value != 0;
+      outcome.token = token;
+      finish(token->parent, token->side, token->region, std::move(outcome));
+      return nullptr;
+    }
     if (node.kind == Frontier::Kind::held) {
       outcome.label = node.label;
       outcome.part = node.value;
       outcome.cell = std::move(token->cell);
     } else {
       outcome.form = Form::subtree;
-      if (node.value != geometry::BspTree::empty_leaf)
+      if (node.kind == Frontier::Kind::emitted && node.value != geometry::BspTree::empty_leaf)
         outcome.tree = node.value < 0 ? crew_.codes.cell(crew_.codes.earlier(), static_cast<std::uint32_t>(~node.value) - 1)
                                       : crew_.codes.node(crew_.codes.earlier(), static_cast<std::uint32_t>(node.value));
     }

@@ -1,5 +1,8 @@
 #include "hdf5.hpp"
 
+#include <algorithm>
+#include <string_view>
+
 namespace bsp2::io::hdf5 {
 namespace {
 
@@ -16,6 +19,13 @@ std::string last_error() {
     return 0;
   };
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, keep_deepest, &text);
+  // Of a failed call of the system HDF5 tells all, over two lines; the system's reason is what users need.
+  constexpr std::string_view reason = "error message = '";
+  if (const auto at = text.find(reason); at != std::string::npos) {
+    const auto begin = at + reason.size();
+    return text.substr(begin, text.find('\'', begin) - begin);
+  }
+  std::replace(text.begin(), text.end(), '\n', ' ');
   return text.empty() ? "HDF5 gives no reason" : text;
 }
 

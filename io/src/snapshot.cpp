@@ -247,6 +247,7 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head) {
   number("in_volume", head.in_volume);
   number("digest", head.digest);
   number("partition_root", head.partition_root);
+  if (head.is_portion) number("portion", std::uint32_t{1});
   out.write_head<char>("source/path", head.model);
   out.write_head<char>("source/text", head.source);
   out.write_head<char>("totals", head.totals);
@@ -343,6 +344,7 @@ SnapshotHead read_head(hid_t file) {
   head.in_volume = hdf5::read_attribute<double>(file, "in_volume");
   head.digest = hdf5::read_text_attribute(file, "digest");
   head.partition_root = hdf5::read_attribute<std::int32_t>(file, "partition_root");
+  head.is_portion = H5Aexists(file, "portion") > 0;
   head.model = hdf5::read_text(file, "source/path");
   head.source = hdf5::read_text(file, "source/text");
   head.totals = hdf5::read_text(file, "totals");

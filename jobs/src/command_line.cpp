@@ -10,6 +10,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/surface.hpp"
 #include "bsp2/jobs/picture_options.hpp"
+#include "queue_options.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -85,21 +86,29 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_flag("--strict", options.strict, "end with an error where the model gets a warning")->group(group);
 }
 
+void add_threads_option(CLI::App& app, RunCommand& command, const char* group) {
+  app.add_option("--threads", command.options.threads, "threads of this process; 0: one a core")
+      ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
+      ->type_name("N")
+      ->group(group);
+}
+
+void add_tolerance_option(CLI::App& app, RunCommand& command, const char* group) {
+  app.add_option("--tolerance", command.options.tolerance, "refine round solids until FUZZY cells are thinner\nthan this (default: a thousandth of the model)")
+      ->check(positive_number())
+      ->type_name("H")
+      ->group(group);
+}
+
 /// What may differ from one session of a run to the next.
 void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
   auto& options = command.options;
   const auto group = work_group;
-  app.add_option("--threads", options.threads, "threads of this process; 0: one a core")
-      ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
-      ->type_name("N")
-      ->group(group);
+  add_threads_option(app, command, group);
   app.add_option("--level", options.level, "stop after N cuts in a row; the rest stays FUZZY")
       ->type_name("N")
       ->group(group);
-  app.add_option("--tolerance", options.tolerance, "refine round solids until FUZZY cells are thinner\nthan this (default: a thousandth of the model)")
-      ->check(positive_number())
-      ->type_name("H")
-      ->group(group);
+  add_tolerance_option(app, command, group);
   app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min; with\n--snapshot: the time between two (30s)")
       ->type_name("TIME")
       ->group(group);
@@ -234,7 +243,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   return command;
 }
 
-constexpr std::array commands{"run", "resume", "info", "export", "render", "query", "tables"};
+constexpr std::array commands{"run", "resume", "info", "export", "render", "query", "tables", "jobs"};
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
   const auto parsed = app.get_subcommands();
@@ -298,10 +307,17 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   queried->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
   queried->add_option("--points", raw.points, "a text with the coordinates of a point on each line;\n-: standard input")->required()->type_name("FILE");
   queried->add_flag("--json", command.json, "answer as JSON, not as a table");
-  queried->add_option("--threads", command.options.threads, "threads of this process; 0: one a core")->check(CLI::Range(0U, 4096U, "0 .. 4096"))->type_name("N");
+  add_threads_option(*queried, command, "OPTIONS");
   queried->footer("The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY counts as both.");
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
+  const QueueCommands queue = add_queue_commands(app, command);
+  add_model_options(*queue.split, command, raw);
+  add_tolerance_option(*queue.split, command, work_group);
+  add_threads_option(*queue.run, command, work_group);
+  add_threads_option(*queue.merge, command, work_group);
+  queue.run->add_option("--budget", raw.budget, "divide a job that takes longer (60s)")->type_name("TIME")->group(work_group);
+  add_output_options(*queue.merge, command, raw);
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);
   try {
@@ -313,6 +329,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
     return std::nullopt;
   }
   if (!tables->parsed()) command.tables.clear();
+  choose_queue_command(queue, command);
   return finished(std::move(command), raw);
 }
 

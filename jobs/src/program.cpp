@@ -48,6 +48,49 @@ void tables_command(const RunCommand& command, std::ostream& out) {
   print_tables(out, supersteps::measure_tables(command.options, command.tables, levels));
 }
 
+/// Splits, evaluates or shows a queue of jobs. @return the exit code.
+int queue_command(const RunCommand& command, std::ostream& out) {
+  if (command.queue->action == QueueCommand::Action::split) {
+    Queue::split(command.options, command.queue->folder);
+    out << command.queue->folder.string() << ": " << Queue(command.queue->folder).size() << " jobs\n";
+    return 0;
+  }
+  Queue queue(command.queue->folder);
+  if (command.queue->action == QueueCommand::Action::status) {
+    print_status(out, queue);
+    return 0;
+  }
+  const SignalWatch watch;
+  supersteps::RunOptions options = command.options;
+  options.interrupted = SignalWatch::interrupted;
+  return work_on(queue, *command.queue, options, out) ? interrupted_code : 0;
+}
+
+/// The results of a queue as a snapshot to be resumed: the one that is asked for, else one that goes when this does.
+class JoinedSnapshot {
+ public:
+  JoinedSnapshot(const RunCommand& command, supersteps::Ranks& ranks) {
+    path_ = command.options.snapshot.value_or(command.queue->folder / ".joined.h5");
+    is_mine_ = !command.options.snapshot && ranks.is_master();
+    if (ranks.is_master()) {
+      Queue queue(command.queue->folder);
+      join_jobs(queue, command.queue->partial, path_);
+    }
+    ranks.sync();
+  }
+  ~JoinedSnapshot() {
+    std::error_code ignored;
+    if (is_mine_) std::filesystem::remove(path_, ignored);
+  }
+  JoinedSnapshot(const JoinedSnapshot&) = delete;
+  JoinedSnapshot& operator=(const JoinedSnapshot&) = delete;
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  bool is_mine_ = false;
+};
+
 /// On all ranks, and only the master speaks.
 /// @return the exit code.
 int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run, spdlog::logger& log) {
@@ -62,6 +105,8 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     command.options.points = read_points(*command.points, head.dimension);
   }
   check_outputs(command);
+  std::optional<JoinedSnapshot> joined;
+  if (command.queue) command.options.resume = joined.emplace(command, ranks).path();
   const SignalWatch watch;
   command.options.interrupted = SignalWatch::interrupted;
   const bool speaks = ranks.is_master() && !command.quiet;
@@ -124,6 +169,8 @@ int program(const std::vector<std::string>& arguments, std::ostream& out, supers
     int code = 0;
     if (command && !command->tables.empty())
       tables_command(*command, out);
+    else if (command && command->queue && command->queue->action != QueueCommand::Action::merge)
+      code = queue_command(*command, speech);
     else if (command)
       ranks.together([&] { code = run_command(*command, out, ranks, run, log); });
     finish(speech);
@@ -136,7 +183,9 @@ int program(const std::vector<std::string>& arguments, std::ostream& out) {
   int code = 0;
   spdlog::logger log = make_log();
   const auto body = [&] {
-    supersteps::Ranks ranks = supersteps::Ranks::launched();
+    // Workers of a queue are alone, whoever started them: those of one launcher do not wait for each other.
+    const bool is_alone = arguments.size() > 1 && arguments[0] == "jobs" && arguments[1] != "merge";
+    supersteps::Ranks ranks = is_alone ? supersteps::Ranks() : supersteps::Ranks::launched();
     const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) { return supersteps::run(options, all); };
     code = program(arguments, out, ranks, run);
     return code;

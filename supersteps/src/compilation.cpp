@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/snapshot.hpp"
@@ -46,7 +48,22 @@ dataflow::Network<D> translation(const Source& source, const RunOptions& options
   }
 }
 
-#define BSP2_STAGE(D) template dataflow::Network<D> translation<D>(const Source&, const RunOptions&);
+void refuse_warnings(const std::vector<std::string>& warnings) {
+  if (warnings.empty()) return;
+  std::string text = warnings.front();
+  if (warnings.size() > 1) text += " (and " + std::to_string(warnings.size() - 1) + " more warnings)";
+  throw Error(text + "; --strict turns warnings into errors");
+}
+
+template <int D>
+void limit_refinement(const dataflow::Network<D>& network, RunOptions& options) {
+  if (!network.is_round()) return;
+  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / 1000));
+}
+
+#define BSP2_STAGE(D)                                                              \
+  template dataflow::Network<D> translation<D>(const Source&, const RunOptions&); \
+  template void limit_refinement<D>(const dataflow::Network<D>&, RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

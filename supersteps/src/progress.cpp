@@ -28,57 +28,6 @@ namespace {
 
 using dataflow::Frontier;
 
-/// Of all rounded hyperplanes: equal where the ids mean the same.
-template <int D>
-std::string hyperplane_digest(const dataflow::Network<D>& network) {
-  std::uint64_t hash = network.table.size();
-  for (std::size_t i = 0; i < network.table.size(); ++i) {
-    const auto h = network.table.rounded(static_cast<geometry::HyperplaneId>(i));
-    std::array<double, D + 1> values;
-    std::copy(h.normal.begin(), h.normal.end(), values.begin());
-    values[D] = h.offset;
-    hash = XXH3_64bits_withSeed(values.data(), sizeof values, hash);
-  }
-  return std::to_string(hash);
-}
-
-void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& records) {
-  for (const SuperstepRecord& record : records)
-    for (std::size_t rank = 0; rank < record.seconds.size(); ++rank) {
-      head.superstep_name.push_back(record.name);
-      head.superstep_step.push_back(record.step);
-      head.superstep_rank.push_back(static_cast<std::uint32_t>(rank));
-      head.superstep_seconds.push_back(record.seconds[rank]);
-      head.superstep_work_seconds.push_back(rank < record.work_seconds.size() ? record.work_seconds[rank] : record.seconds[rank]);
-      head.superstep_predicted_seconds.push_back(record.predicted_seconds);
-      head.superstep_bytes_sent.push_back(record.bytes_sent[rank]);
-      head.superstep_bytes_received.push_back(record.bytes_received[rank]);
-      head.superstep_cells.push_back(record.cells[rank]);
-    }
-}
-
-std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head) {
-  std::vector<SuperstepRecord> records;
-  for (std::size_t row = 0; row < head.superstep_name.size(); ++row) {
-    if (head.superstep_rank[row] == 0) {
-      SuperstepRecord record;
-      record.name = head.superstep_name[row];
-      record.step = head.superstep_step[row];
-      record.predicted_seconds = head.superstep_predicted_seconds[row];
-      records.push_back(record);
-    }
-    if (records.empty()) continue;
-    SuperstepRecord& record = records.back();
-    record.seconds.push_back(head.superstep_seconds[row]);
-    record.work_seconds.push_back(head.superstep_work_seconds[row]);
-    record.hidden_seconds.push_back(0);
-    record.bytes_sent.push_back(head.superstep_bytes_sent[row]);
-    record.bytes_received.push_back(head.superstep_bytes_received[row]);
-    record.cells.push_back(head.superstep_cells[row]);
-  }
-  return records;
-}
-
 /// HDF5's access to a file that all ranks open together.
 class SharedFileAccess {
  public:
@@ -133,9 +82,77 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
   return head;
 }
 
-/// This rank's share.
+/// Who gets which region of a snapshot: undecided ones by their tokens, the largest first; of finished ones, which only
+/// have to be held, blocks that follow each other in the file.
+std::vector<std::int32_t> deal_out(const io::Snapshot& head, std::size_t regions, int ranks) {
+  std::vector<std::int32_t> rank_of_region(regions, 0);
+  std::uint64_t cells = 0, before = 0;
+  for (const io::SnapshotRegion& region : head.regions) cells += region.cells;
+  for (const io::SnapshotRegion& region : head.regions) {
+    rank_of_region.at(region.number) = static_cast<std::int32_t>(before * static_cast<unsigned>(ranks) / std::max<std::uint64_t>(1, cells));
+    before += region.cells;
+    if (rank_of_region[region.number] >= ranks) rank_of_region[region.number] = ranks - 1;  // empty ones at the end
+  }
+  const std::vector<double> tokens(head.frontier_tokens.begin(), head.frontier_tokens.end());
+  const auto owner = assign_regions(tokens, ranks);
+  for (std::size_t i = 0; i < owner.size(); ++i) rank_of_region.at(head.frontier_region[i]) = owner[i];
+  return rank_of_region;
+}
+
+}  // namespace
+
 template <int D>
-void fill_share(io::Snapshot& snapshot, const Progress<D>& progress) {
+std::string hyperplane_digest(const dataflow::Network<D>& network) {
+  std::uint64_t hash = network.table.size();
+  for (std::size_t i = 0; i < network.table.size(); ++i) {
+    const auto h = network.table.rounded(static_cast<geometry::HyperplaneId>(i));
+    std::array<double, D + 1> values;
+    std::copy(h.normal.begin(), h.normal.end(), values.begin());
+    values[D] = h.offset;
+    hash = XXH3_64bits_withSeed(values.data(), sizeof values, hash);
+  }
+  return std::to_string(hash);
+}
+
+void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& records) {
+  for (const SuperstepRecord& record : records)
+    for (std::size_t rank = 0; rank < record.seconds.size(); ++rank) {
+      head.superstep_name.push_back(record.name);
+      head.superstep_step.push_back(record.step);
+      head.superstep_rank.push_back(static_cast<std::uint32_t>(rank));
+      head.superstep_seconds.push_back(record.seconds[rank]);
+      head.superstep_work_seconds.push_back(rank < record.work_seconds.size() ? record.work_seconds[rank] : record.seconds[rank]);
+      head.superstep_predicted_seconds.push_back(record.predicted_seconds);
+      head.superstep_bytes_sent.push_back(record.bytes_sent[rank]);
+      head.superstep_bytes_received.push_back(record.bytes_received[rank]);
+      head.superstep_cells.push_back(record.cells[rank]);
+    }
+}
+
+std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head) {
+  std::vector<SuperstepRecord> records;
+  for (std::size_t row = 0; row < head.superstep_name.size(); ++row) {
+    if (head.superstep_rank[row] == 0) {
+      SuperstepRecord record;
+      record.name = head.superstep_name[row];
+      record.step = head.superstep_step[row];
+      record.predicted_seconds = head.superstep_predicted_seconds[row];
+      records.push_back(record);
+    }
+    if (records.empty()) continue;
+    SuperstepRecord& record = records.back();
+    record.seconds.push_back(head.superstep_seconds[row]);
+    record.work_seconds.push_back(head.superstep_work_seconds[row]);
+    record.hidden_seconds.push_back(0);
+    record.bytes_sent.push_back(head.superstep_bytes_sent[row]);
+    record.bytes_received.push_back(head.superstep_bytes_received[row]);
+    record.cells.push_back(head.superstep_cells[row]);
+  }
+  return records;
+}
+
+template <int D>
+void add_share(io::Snapshot& snapshot, const Progress<D>& progress) {
   for (const dataflow::Region<D>& region : progress.partition.regions) {
     std::uint64_t tokens = region.frontier.empty() ? 1 : 0;
     for (const Frontier::Node& node : region.frontier.nodes)
@@ -154,7 +171,6 @@ void fill_share(io::Snapshot& snapshot, const Progress<D>& progress) {
   }
 }
 
-/// The meshes of the regions that have been read.
 template <int D>
 RegionMeshes meshes_of(const io::Snapshot& snapshot) {
   RegionMeshes meshes;
@@ -181,24 +197,14 @@ RegionMeshes meshes_of(const io::Snapshot& snapshot) {
   return meshes;
 }
 
-/// Who gets which region of a snapshot: undecided ones by their tokens, the largest first; of finished ones, which only
-/// have to be held, blocks that follow each other in the file.
-std::vector<std::int32_t> deal_out(const io::Snapshot& head, std::size_t regions, int ranks) {
-  std::vector<std::int32_t> rank_of_region(regions, 0);
-  std::uint64_t cells = 0, before = 0;
-  for (const io::SnapshotRegion& region : head.regions) cells += region.cells;
-  for (const io::SnapshotRegion& region : head.regions) {
-    rank_of_region.at(region.number) = static_cast<std::int32_t>(before * static_cast<unsigned>(ranks) / std::max<std::uint64_t>(1, cells));
-    before += region.cells;
-    if (rank_of_region[region.number] >= ranks) rank_of_region[region.number] = ranks - 1;  // empty ones at the end
-  }
-  const std::vector<double> tokens(head.frontier_tokens.begin(), head.frontier_tokens.end());
-  const auto owner = assign_regions(tokens, ranks);
-  for (std::size_t i = 0; i < owner.size(); ++i) rank_of_region.at(head.frontier_region[i]) = owner[i];
-  return rank_of_region;
+template <int D>
+dataflow::Partition<D> partition_of(const io::SnapshotHead& head) {
+  dataflow::Partition<D> partition;
+  partition.root = head.partition_root;
+  for (std::size_t i = 0; i < head.partition_hyperplane.size(); ++i)
+    partition.nodes.push_back({head.partition_hyperplane[i], head.partition_children[2 * i], head.partition_children[2 * i + 1]});
+  return partition;
 }
-
-}  // namespace
 
 template <int D>
 void Progress<D>::add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper) {
@@ -225,7 +231,7 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
                    bool complete, const std::vector<SuperstepRecord>& records) {
   io::Snapshot snapshot;
   snapshot.head = make_head(ranks, network, progress, options, source, complete, records);
-  fill_share(snapshot, progress);
+  add_share(snapshot, progress);
   const SharedFileAccess access(ranks);
   io::SnapshotWriters writers;
   writers.rank = ranks.rank();
@@ -245,9 +251,7 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
   std::vector<std::int32_t> rank_of_region;
   try {
     progress.steps = head.steps;
-    progress.partition.root = head.partition_root;
-    for (std::size_t i = 0; i < head.partition_hyperplane.size(); ++i)
-      progress.partition.nodes.push_back({head.partition_hyperplane[i], head.partition_children[2 * i], head.partition_children[2 * i + 1]});
+    progress.partition = partition_of<D>(head);
     rank_of_region = deal_out(list, progress.partition.nodes.size() + 1, ranks.count());
     const auto is_mine = [&](std::uint32_t region) { return rank_of_region[region] == ranks.rank(); };
     const io::Snapshot mine = io::read_snapshot(*options.resume, io::SnapshotPart::all, is_mine);
@@ -269,6 +273,7 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
 
 RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecord>& records) {
   const io::SnapshotHead head = io::read_snapshot(*options.resume, io::SnapshotPart::head).head;
+  if (head.is_portion) throw Error("the snapshot '" + options.resume->string() + "' is what one job of a queue found; put all together with 'bsp2 jobs merge'");
   records = records_of(head);
   RunOptions resumed = options;
   resumed.model = head.model;
@@ -291,7 +296,11 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   template Started<D> begin_progress<D>(const dataflow::Network<D>&, Distribution<D>);                                                        \
   template void save_progress<D>(Ranks&, const dataflow::Network<D>&, const Progress<D>&, const RunOptions&, const Source&, bool,             \
                                  const std::vector<SuperstepRecord>&);                                                                        \
-  template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
+  template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);                                               \
+  template std::string hyperplane_digest<D>(const dataflow::Network<D>&);                                                                     \
+  template dataflow::Partition<D> partition_of<D>(const io::SnapshotHead&);                                                                   \
+  template void add_share<D>(io::Snapshot&, const Progress<D>&);                                                                              \
+  template RegionMeshes meshes_of<D>(const io::Snapshot&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

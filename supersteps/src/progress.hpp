@@ -54,6 +54,26 @@ template <int D>
 void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, const Source& source,
                    bool complete, const std::vector<SuperstepRecord>& records);
 
+/// Of all rounded hyperplanes: equal where the ids mean the same.
+template <int D>
+std::string hyperplane_digest(const dataflow::Network<D>& network);
+
+/// Appends what this process alone has to a snapshot; the head stays as it is.
+template <int D>
+void add_share(io::Snapshot& snapshot, const Progress<D>& progress);
+
+/// The meshes of the regions that have been read.
+template <int D>
+RegionMeshes meshes_of(const io::Snapshot& snapshot);
+
+/// The table of supersteps, as a snapshot holds it.
+void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& records);
+std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head);
+
+/// The partition that a snapshot names, without regions.
+template <int D>
+dataflow::Partition<D> partition_of(const io::SnapshotHead& head);
+
 /// Reads a snapshot back: its regions are dealt out to the ranks, and each reads the cells of its own. Collective.
 /// @throws bsp2::Error if the snapshot is damaged, or was written by a program that compiles the model differently.
 template <int D>

@@ -134,14 +134,6 @@ class Grafter {
   }
 };
 
-/// Where a child of a node of one region's tree is among those of all.
-std::int32_t shifted(std::int32_t child, std::uint64_t nodes, std::uint64_t cells) {
-  if (child == BspTree::empty_leaf) return child;
-  const std::uint64_t number = child >= 0 ? static_cast<std::uint64_t>(child) + nodes : static_cast<std::uint64_t>(~child) + cells;
-  if (number > std::numeric_limits<std::int32_t>::max()) throw std::length_error("a BSP tree of more than 2^31 nodes or cells; --collect file needs none");
-  return child >= 0 ? static_cast<std::int32_t>(number) : ~static_cast<std::int32_t>(number);
-}
-
 }  // namespace
 
 Recorded recorded(const RegionMeshes& meshes) {
@@ -182,6 +174,37 @@ void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> 
   evaluation.tree = {};
 }
 
+std::int32_t shifted(std::int32_t child, std::uint64_t nodes, std::uint64_t cells) {
+  if (child == BspTree::empty_leaf) return child;
+  const std::uint64_t number = child >= 0 ? static_cast<std::uint64_t>(child) + nodes : static_cast<std::uint64_t>(~child) + cells;
+  if (number > std::numeric_limits<std::int32_t>::max()) throw std::length_error("a BSP tree of more than 2^31 nodes or cells; --collect file needs none");
+  return child >= 0 ? static_cast<std::int32_t>(number) : ~static_cast<std::int32_t>(number);
+}
+
+namespace {
+
+/// Appends a tree; its nodes and leaves count behind those that are there.
+void append(BspTree& whole, const BspTree& tree, std::uint64_t cells) {
+  const std::uint64_t nodes = whole.nodes.size();
+  const auto hyperplanes = static_cast<std::uint32_t>(whole.ids.size());
+  for (const BspTree::Node& node : tree.nodes) whole.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, nodes, cells), shifted(node.positive, nodes, cells)});
+  whole.ids.insert(whole.ids.end(), tree.ids.begin(), tree.ids.end());
+  whole.hyperplanes.insert(whole.hyperplanes.end(), tree.hyperplanes.begin(), tree.hyperplanes.end());
+}
+
+}  // namespace
+
+Recorded append(RegionMesh& mesh, const RegionMesh& other) {
+  const Recorded before{static_cast<std::uint32_t>(mesh.tree.nodes.size()), mesh.cells};
+  mesh.region = other.region;
+  mesh.tree.dimension = other.tree.dimension;
+  append(mesh.tree, other.tree, mesh.cells);
+  if (other.tree.root != BspTree::empty_leaf) mesh.tree.root = shifted(other.tree.root, before.nodes, before.cells);
+  mesh.batches.insert(mesh.batches.end(), other.batches.begin(), other.batches.end());
+  mesh.cells += other.cells;
+  return before;
+}
+
 Part join(RegionMeshes meshes, int dimension, std::size_t region_count) {
   Part whole;
   whole.tree.dimension = dimension;
@@ -189,12 +212,8 @@ Part join(RegionMeshes meshes, int dimension, std::size_t region_count) {
   while (!meshes.empty()) {
     const RegionMesh mesh = std::move(meshes.extract(meshes.begin()).mapped());
     const std::uint64_t nodes = whole.tree.nodes.size();
-    const auto hyperplanes = static_cast<std::uint32_t>(whole.tree.ids.size());
-    for (const BspTree::Node& node : mesh.tree.nodes)
-      whole.tree.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, nodes, whole.cells), shifted(node.positive, nodes, whole.cells)});
+    append(whole.tree, mesh.tree, whole.cells);
     whole.roots.at(mesh.region) = shifted(mesh.tree.root, nodes, whole.cells);
-    whole.tree.ids.insert(whole.tree.ids.end(), mesh.tree.ids.begin(), mesh.tree.ids.end());
-    whole.tree.hyperplanes.insert(whole.tree.hyperplanes.end(), mesh.tree.hyperplanes.begin(), mesh.tree.hyperplanes.end());
     whole.batches.insert(whole.batches.end(), mesh.batches.begin(), mesh.batches.end());
     whole.cells += mesh.cells;
   }

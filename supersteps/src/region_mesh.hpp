@@ -60,6 +60,14 @@ template <int D>
 void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before,
             std::vector<std::shared_ptr<const dataflow::Refinement>> refinements, RegionMeshes& meshes);
 
+/// Where a child of a node is, or a root, when a tree with so many nodes and cells comes before its own.
+/// @throws std::length_error if that cannot be numbered with 31 bits.
+std::int32_t shifted(std::int32_t child, std::uint64_t nodes, std::uint64_t cells);
+
+/// Appends another mesh of the same region, which counts from 0 too. The root becomes the other's, if it has one.
+/// @return where the other's nodes and cells begin.
+Recorded append(RegionMesh& mesh, const RegionMesh& other);
+
 /// All meshes as one, in the order of the regions. @param region_count of the whole partition.
 /// @throws std::length_error if the nodes or cells cannot be numbered with 31 bits.
 Part join(RegionMeshes meshes, int dimension, std::size_t region_count);

@@ -235,28 +235,12 @@ void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progres
   options.on_frame(now, progress.steps - 1);
 }
 
-/// With --strict, before time is spent on a model that is not as it should be. The same on all ranks.
-void refuse_warnings(const std::vector<std::string>& warnings) {
-  if (warnings.empty()) return;
-  std::string text = warnings.front();
-  if (warnings.size() > 1) text += " (and " + std::to_string(warnings.size() - 1) + " more warnings)";
-  throw Error(text + "; --strict turns warnings into errors");
-}
-
-/// Round solids are refined without end, so something has to say where: a thousandth of the model unless
-/// the user does. A budget alone does not: depth first, it would be spent in one place.
-template <int D>
-void limit_refinement(const dataflow::Network<D>& network, RunOptions& options, RunReport& report) {
-  if (!network.is_round()) return;
-  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / 1000));
-  report.tolerance = options.tolerance;
-}
-
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
-  limit_refinement(network, options, report);
+  limit_refinement(network, options);
+  if (network.is_round()) report.tolerance = options.tolerance;
   report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
 

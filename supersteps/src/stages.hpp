@@ -38,6 +38,15 @@ void broadcasting(Ranks& ranks, Source& source, const RunOptions& options);
 template <int D>
 dataflow::Network<D> translation(const Source& source, const RunOptions& options);
 
+/// Round solids are refined without end, so something has to say where: a thousandth of the model unless
+/// the user does. A budget alone does not: depth first, it would be spent in one place.
+template <int D>
+void limit_refinement(const dataflow::Network<D>& network, RunOptions& options);
+
+/// With --strict, before time is spent on a model that is not as it should be. The same on all ranks.
+/// @throws bsp2::Error if there are any.
+void refuse_warnings(const std::vector<std::string>& warnings);
+
 /// A partition of space, with the regions of this rank.
 template <int D>
 struct Distribution {

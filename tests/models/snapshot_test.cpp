@@ -150,28 +150,54 @@ TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
   const auto seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  const char* rounds = std::getenv("BSP2_KILLS");
-  for (int round = rounds != nullptr ? std::atoi(rounds) : 4; round > 0; --round) {
-    fs::remove(snapshot_);
-    std::vector<std::string> arguments{"run", model_};
-    for (int session = 0; session < 3; ++session) {
-      std::vector<std::string> all = arguments;
-      all.insert(all.end(), {"--snapshot", snapshot_.string(), "--budget", "50ms", "--threads", "2"});
-      const pid_t child = start(all);
-      std::this_thread::sleep_for(std::chrono::milliseconds(100 + random() % 600));
-      kill(child, SIGKILL);
-      wait(child);
-      if (!fs::exists(snapshot_)) continue;
-      const Ended info = run({"info", snapshot_.string()});
-      ASSERT_EQ(info.code, 0) << info.text;
-      arguments = {"resume", snapshot_.string()};
-    }
-    if (!fs::exists(snapshot_)) continue;
+  const char* wanted = std::getenv("BSP2_KILLS");
+  const int kills = wanted != nullptr ? std::atoi(wanted) : 20;
+  const auto resume = [&] {
     const Ended ended = run({"resume", snapshot_.string()});
     EXPECT_EQ(ended.code, 0) << ended.text;
     EXPECT_EQ(digest(ended.text), expected);
     EXPECT_TRUE(leftovers().empty());
+    fs::remove(snapshot_);
+  };
+  for (int killed = 0, attempts = 0; killed < kills; ++attempts) {
+    ASSERT_LT(attempts, 10 * kills) << "the runs end before they are killed";
+    std::vector<std::string> arguments{"run", model_};
+    if (fs::exists(snapshot_)) arguments = {"resume", snapshot_.string()};
+    arguments.insert(arguments.end(), {"--snapshot", snapshot_.string(), "--budget", "50ms", "--threads", "2"});
+    const pid_t child = start(arguments);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 600));
+    kill(child, SIGKILL);
+    const Ended ended = wait(child);
+    if (ended.code == 128 + SIGKILL) ++killed;
+    if (!fs::exists(snapshot_)) continue;
+    const Ended info = run({"info", snapshot_.string()});
+    ASSERT_EQ(info.code, 0) << info.text;
+    const bool is_complete = info.text.find("complete") != std::string::npos;
+    if (is_complete || random() % 4 == 0) resume();
   }
+  if (fs::exists(snapshot_)) resume();
+}
+
+/// Disk full, and a snapshot of another version: nothing is lost.
+TEST_F(Session, AFullDiskLeavesTheOldSnapshot) {
+  const std::string expected = uninterrupted();
+  ASSERT_EQ(run({"run", model_, "--budget", "60ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  const auto bytes = [&] {
+    std::ifstream in(snapshot_, std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(in), {}};
+  };
+  const std::string before = bytes();
+  // A limit of the size of files stands for a full disk.
+  const std::string limited = "ulimit -f " + std::to_string(before.size() / 1024 + 64) + "; trap '' XFSZ; exec " + BSP2_PROGRAM + " resume " + snapshot_.string() + " > " + output_.string() + " 2>&1";
+  const int code = code_of(std::system(("bash -c \"" + limited + "\"").c_str()));
+  std::ifstream out(output_);
+  const std::string text{std::istreambuf_iterator<char>(out), {}};
+  EXPECT_EQ(code, 2) << text;
+  EXPECT_TRUE(text.starts_with("bsp2: cannot write the snapshot")) << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+  EXPECT_TRUE(bytes() == before);
+  EXPECT_TRUE(leftovers().empty());
+  EXPECT_EQ(digest(run({"resume", snapshot_.string()}).text), expected);
 }
 
 TEST_F(Session, ExportsTheWholeAsItIs) {

@@ -50,11 +50,12 @@ class Failure : public testing::Test {
   [[nodiscard]] std::string out() const { return (folder_.path() / "out").string(); }
 
   /// Fails in a run of the model that writes all it can.
-  void expect_agreed(const std::string& superstep, int ranks, int rank, const std::string& how, const fs::path& model) {
+  void expect_agreed(const std::string& superstep, int ranks, int rank, const std::string& how, const fs::path& model,
+                     const std::string& collect = "file") {
     SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " + how);
     const std::string place = " (" + superstep + ", rank " + std::to_string(rank) + ")";
     const std::string cause = how == "user" ? "injected mistake" : how == "ours" ? "internal error: injected bug" : "out of memory";
-    const Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect file -o " + out());
+    const Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect " + collect + " --threads 2 -o " + out());
     EXPECT_EQ(ended.code, how == "user" ? 2 : 1);
     EXPECT_EQ(ended.messages, std::vector<std::string>{"bsp2: " + cause + place});
     EXPECT_LT(ended.seconds, 10);
@@ -68,10 +69,16 @@ class Failure : public testing::Test {
 TEST_F(Failure, EndsAllRanksInEverySuperstep) {
   const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
   int turn = 0;
-  for (const char* superstep : {"compilation", "broadcast", "distribution", "computation", "collection", "rendering"}) {
+  for (const char* superstep : {"compilation", "broadcast", "distribution", "computation", "snapshot", "collection", "rendering"}) {
     ++turn;
     expect_agreed(superstep, 3, turn / 2 % 2 == 0 ? 2 : 0, turn % 2 == 0 ? "user" : "ours", model);
   }
+}
+
+/// Resolution is the master's, where all cells are collected.
+TEST_F(Failure, InTheResolutionEndsAllRanks) {
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
+  for (const char* how : {"user", "worker"}) expect_agreed("resolution", 2, 0, how, model, "master");
 }
 
 /// The other rank has much to compute: it must not finish that first.

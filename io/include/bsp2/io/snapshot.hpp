@@ -30,6 +30,7 @@ struct SnapshotHead {
   double in_volume = 0;      ///< of the finished cells
   std::string digest;        ///< likewise
   std::string totals;        ///< all sums, archived
+  bool is_portion = false;   ///< it holds a part of a run: only with the other parts can one go on from it
   // The partition: node i cuts by hyperplane[i], its children are children[2 i] and [2 i + 1] as Partition has them.
   std::int32_t partition_root = -1;
   std::vector<std::uint32_t> partition_hyperplane;
@@ -84,8 +85,9 @@ void write_snapshot(const std::filesystem::path& path, const Snapshot& snapshot,
 void check_snapshot_path(const std::filesystem::path& path);
 
 enum class SnapshotPart : std::uint8_t {
-  head,  ///< and the lists of the regions: unfinished ones with their tokens, others with their cells
-  all    ///< and all that belongs to them
+  head,      ///< and the lists of the regions: unfinished ones with their tokens, others with their cells
+  frontier,  ///< and the archives of the unfinished ones
+  all        ///< and the cells and trees
 };
 
 /// Reads a snapshot, up to a part. Not collective: each process reads what it wants.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/jobs/queue.hpp"
 #include "bsp2/supersteps/rendering.hpp"
 #include "bsp2/supersteps/run.hpp"
 
@@ -25,6 +26,7 @@ struct RunCommand {
   bool json = false;                                                     ///< and tell it as JSON
   bool tets = false, stats = false, quiet = false;
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
+  std::optional<QueueCommand> queue;  ///< work with a queue of jobs; to merge is to resume what they have found
   std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model
 };
 

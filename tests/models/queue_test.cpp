@@ -1,0 +1,189 @@
+// The queue of independent jobs, as many processes use it: whatever happens to them, the merge is the run of one process.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "temporary_folder.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Ended {
+  int code;  // 128 + the signal if one ended it
+  std::string text;
+};
+
+class Jobs : public testing::Test {
+ protected:
+  bsp2::testing::TemporaryFolder folder_;
+  std::string model_ = std::string(BSP2_SOURCE_DIR) + "/examples/leaning_tower.csg";
+  fs::path queue_ = folder_.path() / "queue";
+
+  [[nodiscard]] fs::path output(pid_t child) const { return folder_.path() / ("output." + std::to_string(child)); }
+  pid_t start(const std::vector<std::string>& arguments) {
+    const pid_t child = fork();
+    if (child != 0) return child;
+    const int out = open(output(getpid()).c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+    dup2(out, STDOUT_FILENO);
+    dup2(out, STDERR_FILENO);
+    std::vector<char*> words{const_cast<char*>(BSP2_PROGRAM)};
+    for (const std::string& word : arguments) words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    execv(BSP2_PROGRAM, words.data());
+    _exit(127);
+  }
+  Ended wait(pid_t child) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), bytes(output(child))};
+  }
+  Ended run(const std::vector<std::string>& arguments) { return wait(start(arguments)); }
+  static std::string bytes(const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static std::string digest(const std::string& text) {
+    const auto at = text.find("digest");
+    return at == std::string::npos ? "none: " + text : text.substr(text.find_first_not_of(' ', at + 6), 32);
+  }
+  void split(const std::vector<std::string>& options) {
+    std::vector<std::string> arguments{"jobs", "split", model_, queue_.string()};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Ended ended = run(arguments);
+    ASSERT_EQ(ended.code, 0) << ended.text;
+  }
+  [[nodiscard]] std::vector<std::string> worker(const std::string& budget) const {
+    return {"jobs", "run", queue_.string(), "--threads", "1", "--budget", budget, "--lease", "2"};
+  }
+  [[nodiscard]] std::size_t results() const {
+    std::size_t count = 0;
+    for (const auto& entry : fs::directory_iterator(queue_ / "done")) count += entry.path().filename().string().starts_with(".") ? 0 : 1;
+    return count;
+  }
+  void expect_merged(const std::vector<std::string>& options) {
+    std::vector<std::string> arguments{"run", model_};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const std::string expected = digest(run(arguments).text);
+    const Ended merged = run({"jobs", "merge", queue_.string()});
+    EXPECT_EQ(merged.code, 0) << merged.text;
+    EXPECT_EQ(digest(merged.text), expected);
+    EXPECT_FALSE(fs::exists(queue_ / ".joined.h5"));
+  }
+};
+
+TEST_F(Jobs, GiveWhatARunGives) {
+  const std::vector<std::string> options{"--regions", "16"};
+  split(options);
+  EXPECT_EQ(run(worker("60s")).code, 0);
+  EXPECT_EQ(results(), 16U);
+  expect_merged(options);
+  const Ended status = run({"jobs", "status", queue_.string()});
+  EXPECT_NE(status.text.find("16 finished; 100 %"), std::string::npos) << status.text;
+}
+
+/// Also at a level, with OUT cells: joins across jobs, FUZZY cells, and the BSP tree that the picture is drawn with.
+TEST_F(Jobs, DivideThemselvesAndStillGiveWhatARunGives) {
+  for (const std::vector<std::string>& options : {std::vector<std::string>{"--regions", "4"}, {"--regions", "2", "--level", "25", "--keep", "in", "--keep", "fuzzy", "--keep", "out"}}) {
+    fs::remove_all(queue_);
+    split(options);
+    EXPECT_EQ(run(worker("40ms")).code, 0);
+    EXPECT_GT(results(), 8U);
+    expect_merged(options);
+    const fs::path a = folder_.path() / "a.png", b = folder_.path() / "b.png", snapshot = folder_.path() / "whole.h5";
+    std::vector<std::string> plain{"run", model_, "--picture", a.string()};
+    plain.insert(plain.end(), options.begin(), options.end());
+    EXPECT_EQ(run(plain).code, 0);
+    const Ended merged = run({"jobs", "merge", queue_.string(), "--picture", b.string(), "--snapshot", snapshot.string()});
+    EXPECT_EQ(merged.code, 0) << merged.text;
+    EXPECT_TRUE(bytes(a) == bytes(b));
+    EXPECT_EQ(digest(run({"resume", snapshot.string()}).text), digest(merged.text));
+  }
+}
+
+/// Workers are killed at random moments while others go on; jobs are taken again, and some are evaluated twice.
+TEST_F(Jobs, SurviveTheirWorkers) {
+  const auto seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  const std::vector<std::string> options{"--regions", "8"};
+  split(options);
+  int killed = 0;
+  for (int round = 0; round < 8; ++round) {
+    const pid_t first = start(worker("30ms")), second = start(worker("30ms"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 500));
+    for (const pid_t child : {first, second}) {
+      kill(child, SIGKILL);
+      killed += wait(child).code == 128 + SIGKILL ? 1 : 0;
+    }
+    // A claim that vanishes under a living worker, and one whose owner is unknown.
+    if (round % 2 == 0) fs::remove_all(queue_ / "claims"), fs::create_directory(queue_ / "claims");
+    std::ofstream(queue_ / "claims" / std::to_string(random() % 8)) << "";
+  }
+  EXPECT_GT(killed, 0);
+  const pid_t first = start(worker("50ms")), second = start(worker("50ms"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  fs::remove_all(queue_ / "claims");  // now both may evaluate the same job
+  fs::create_directory(queue_ / "claims");
+  for (const pid_t child : {first, second}) {
+    const Ended ended = wait(child);
+    EXPECT_EQ(ended.code, 0) << ended.text;
+  }
+  const Ended rest = run(worker("50ms"));
+  EXPECT_EQ(rest.code, 0) << rest.text;
+  expect_merged(options);
+}
+
+TEST_F(Jobs, ASignalKeepsWhatWasFound) {
+  const std::vector<std::string> options{"--regions", "1"};
+  split(options);
+  const pid_t child = start(worker("60s"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  kill(child, SIGUSR1);
+  const Ended ended = wait(child);
+  if (ended.code != 0) {  // a fast machine was done before
+    EXPECT_EQ(ended.code, 75) << ended.text;
+  }
+  EXPECT_EQ(run(worker("60s")).code, 0);
+  expect_merged(options);
+}
+
+TEST_F(Jobs, TellWhatIsMissing) {
+  split({"--regions", "4"});
+  EXPECT_EQ(run({"jobs", "run", queue_.string(), "--job", "2"}).code, 0);
+  EXPECT_EQ(results(), 1U);
+  const Ended refused = run({"jobs", "merge", queue_.string(), "-o", (folder_.path() / "out").string()});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.text.find("no result of jobs 0, 1, 3;"), std::string::npos) << refused.text;
+  EXPECT_FALSE(fs::exists(folder_.path() / "out"));
+  const Ended partial = run({"jobs", "merge", queue_.string(), "--partial"});
+  EXPECT_EQ(partial.code, 0) << partial.text;
+  EXPECT_EQ(partial.text.find("FUZZY                   0 cells"), std::string::npos) << partial.text;
+  EXPECT_EQ(run({"jobs", "run", queue_.string(), "--job", "4"}).code, 2);
+  EXPECT_EQ(run({"jobs", "split", model_, queue_.string()}).code, 2);
+  EXPECT_EQ(run({"jobs", "run", folder_.path().string()}).code, 2);
+  EXPECT_EQ(run({"resume", (queue_ / "done" / "2.h5").string()}).code, 2);
+  EXPECT_EQ(run({"jobs"}).code, 2);
+  // A result that is damaged is named; without it the job is to be done again.
+  const fs::path bad = queue_ / "done" / "2.h5";
+  fs::resize_file(bad, fs::file_size(bad) / 2);
+  const Ended damaged = run(worker("60s"));
+  EXPECT_EQ(damaged.code, 2);
+  EXPECT_NE(damaged.text.find("2.h5"), std::string::npos) << damaged.text;
+  fs::remove(bad);
+  EXPECT_EQ(run(worker("60s")).code, 0);
+  expect_merged({"--regions", "4"});
+}
+
+}  // namespace
