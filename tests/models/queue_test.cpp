@@ -112,6 +112,18 @@ TEST_F(Jobs, DivideThemselvesAndStillGiveWhatARunGives) {
   }
 }
 
+/// Round solids end at a tolerance, which is the plan's even where nobody chose it.
+TEST_F(Jobs, RefineRoundSolidsAsARunDoes) {
+  model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
+  for (const std::vector<std::string>& options : {std::vector<std::string>{"--curved"}, {"--curved", "--tolerance", "0.05", "--regions", "4"}}) {
+    fs::remove_all(queue_);
+    split(options);
+    EXPECT_EQ(run(worker("5ms")).code, 0);
+    EXPECT_GT(results(), 4U);
+    expect_merged(options);
+  }
+}
+
 /// Workers are killed at random moments while others go on; jobs are taken again, and some are evaluated twice.
 TEST_F(Jobs, SurviveTheirWorkers) {
   const auto seed = std::random_device{}();
