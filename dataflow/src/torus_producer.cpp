@@ -127,7 +127,7 @@ Advice TorusProducer::advise(const Word* leaf, CellView<3>& cell) const {
       for (const auto& [x, y] : {std::pair(rho, z), std::pair(middle_rho, middle_z)}) {
         const auto arc = torus_.family.arc_towards(state.wedge.level, x, y);
         const OrientedHyperplane outer = torus_.plane(torus_.family.outer(state.wedge, arc)), inner = torus_.plane(torus_.family.inner(state.wedge, arc));
-        if (crosses(outer)) return {outer, true};
+        if (crosses(outer)) return {outer};  // what is beyond is asked again: in a narrower wedge other tangents tell
         if (crosses(inner)) return {inner};
       }
     }
