@@ -1,7 +1,7 @@
 # A room is a static library `bsp2::<name>`. Its public headers live in include/ (each is verified to compile
 # alone by the target `verify_headers`), private ones beside the sources. It sees only what it links.
 #
-#   bsp2_room(<name> SOURCES ... [HEADERS ...] [PUBLIC targets...] [PRIVATE targets...])
+#   bsp2_room(<name> [PRECOMPILED] SOURCES ... [HEADERS ...] [PUBLIC targets...] [PRIVATE targets...])
 include_guard()
 
 add_library(bsp2_options INTERFACE)
@@ -16,12 +16,40 @@ endif()
 # The rounding error bounds of the kernel assume plain IEEE arithmetic.
 target_compile_options(bsp2_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>)
 
+# Headers of others that nearly every room includes are parsed once: bsp2_precompiled for the rooms, and with GoogleTest
+# bsp2_precompiled_tests. Each source still includes what it uses (`-DBSP2_PRECOMPILE=OFF` proves it).
+option(BSP2_PRECOMPILE "Parse the headers of the standard library and of Boost once" ON)
+set(BSP2_PRECOMPILED_HEADERS
+  <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <functional> <map> <memory> <optional> <random> <span> <sstream> <string>
+  <unordered_map> <variant> <vector>
+  <boost/archive/binary_iarchive.hpp> <boost/archive/binary_oarchive.hpp> <boost/multiprecision/cpp_int.hpp>
+  <boost/serialization/vector.hpp>)
+
+function(bsp2_precompiled_headers name)
+  cmake_parse_arguments(HEADERS "" "" "LINK;HEADERS" ${ARGN})
+  file(WRITE ${CMAKE_BINARY_DIR}/${name}.cpp "")
+  add_library(${name} OBJECT EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/${name}.cpp)
+  target_link_libraries(${name} PRIVATE bsp2_options Threads::Threads Boost::serialization ${HEADERS_LINK})
+  target_precompile_headers(${name} PRIVATE ${BSP2_PRECOMPILED_HEADERS} ${HEADERS_HEADERS})
+endfunction()
+
+# bsp2_reuse_precompiled(<target> <bsp2_precompiled | bsp2_precompiled_tests>)
+function(bsp2_reuse_precompiled target headers)
+  if(BSP2_PRECOMPILE)
+    target_precompile_headers(${target} REUSE_FROM ${headers})
+    target_compile_definitions(${target} PRIVATE BOOST_SERIALIZATION_DYN_LINK)  # as the headers were parsed
+  endif()
+endfunction()
+
 function(bsp2_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ROOM "PRECOMPILED" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
   add_library(bsp2_${name} STATIC ${ROOM_SOURCES})
   add_library(bsp2::${name} ALIAS bsp2_${name})
   set_target_properties(bsp2_${name} PROPERTIES EXPORT_NAME ${name} VERIFY_INTERFACE_HEADER_SETS ON)
   target_sources(bsp2_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ROOM_HEADERS})
   target_link_libraries(bsp2_${name} PUBLIC ${ROOM_PUBLIC} PRIVATE $<BUILD_INTERFACE:bsp2_options> ${ROOM_PRIVATE})
   target_compile_features(bsp2_${name} PUBLIC cxx_std_20)
+  if(ROOM_PRECOMPILED)
+    bsp2_reuse_precompiled(bsp2_${name} bsp2_precompiled)
+  endif()
 endfunction()

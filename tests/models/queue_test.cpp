@@ -20,6 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// How many times longer everything takes under the sanitizers, about: jobs have budgets in seconds.
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+constexpr int kSlower = 20;
+#else
+constexpr int kSlower = 1;
+#endif
+
 struct Ended {
   int code;  // 128 + the signal if one ended it
   std::string text;
@@ -64,8 +71,8 @@ class Jobs : public testing::Test {
     const Ended ended = run(arguments);
     ASSERT_EQ(ended.code, 0) << ended.text;
   }
-  [[nodiscard]] std::vector<std::string> worker(const std::string& budget) const {
-    return {"jobs", "run", queue_.string(), "--threads", "1", "--budget", budget, "--lease", "2"};
+  [[nodiscard]] std::vector<std::string> worker(int budget_ms) const {
+    return {"jobs", "run", queue_.string(), "--threads", "1", "--budget", std::to_string(budget_ms * kSlower) + "ms", "--lease", "2"};
   }
   [[nodiscard]] std::size_t results() const {
     std::size_t count = 0;
@@ -86,7 +93,7 @@ class Jobs : public testing::Test {
 TEST_F(Jobs, GiveWhatARunGives) {
   const std::vector<std::string> options{"--regions", "16"};
   split(options);
-  EXPECT_EQ(run(worker("60s")).code, 0);
+  EXPECT_EQ(run(worker(60000)).code, 0);
   EXPECT_EQ(results(), 16U);
   expect_merged(options);
   const Ended status = run({"jobs", "status", queue_.string()});
@@ -98,7 +105,7 @@ TEST_F(Jobs, DivideThemselvesAndStillGiveWhatARunGives) {
   for (const std::vector<std::string>& options : {std::vector<std::string>{"--regions", "4"}, {"--regions", "2", "--level", "25", "--keep", "in", "--keep", "fuzzy", "--keep", "out"}}) {
     fs::remove_all(queue_);
     split(options);
-    EXPECT_EQ(run(worker("40ms")).code, 0);
+    EXPECT_EQ(run(worker(40)).code, 0);
     EXPECT_GT(results(), 8U);
     expect_merged(options);
     const fs::path a = folder_.path() / "a.png", b = folder_.path() / "b.png", snapshot = folder_.path() / "whole.h5";
@@ -118,7 +125,7 @@ TEST_F(Jobs, RefineRoundSolidsAsARunDoes) {
   for (const std::vector<std::string>& options : {std::vector<std::string>{"--curved"}, {"--curved", "--tolerance", "0.05", "--regions", "4"}}) {
     fs::remove_all(queue_);
     split(options);
-    EXPECT_EQ(run(worker("5ms")).code, 0);
+    EXPECT_EQ(run(worker(5)).code, 0);
     EXPECT_GT(results(), 4U);
     expect_merged(options);
   }
@@ -133,7 +140,7 @@ TEST_F(Jobs, SurviveTheirWorkers) {
   split(options);
   int killed = 0;
   for (int round = 0; round < 8; ++round) {
-    const pid_t first = start(worker("30ms")), second = start(worker("30ms"));
+    const pid_t first = start(worker(30)), second = start(worker(30));
     std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 500));
     for (const pid_t child : {first, second}) {
       kill(child, SIGKILL);
@@ -144,7 +151,7 @@ TEST_F(Jobs, SurviveTheirWorkers) {
     std::ofstream(queue_ / "claims" / std::to_string(random() % 8)) << "";
   }
   EXPECT_GT(killed, 0);
-  const pid_t first = start(worker("50ms")), second = start(worker("50ms"));
+  const pid_t first = start(worker(50)), second = start(worker(50));
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
   fs::remove_all(queue_ / "claims");  // now both may evaluate the same job
   fs::create_directory(queue_ / "claims");
@@ -152,7 +159,7 @@ TEST_F(Jobs, SurviveTheirWorkers) {
     const Ended ended = wait(child);
     EXPECT_EQ(ended.code, 0) << ended.text;
   }
-  const Ended rest = run(worker("50ms"));
+  const Ended rest = run(worker(50));
   EXPECT_EQ(rest.code, 0) << rest.text;
   expect_merged(options);
 }
@@ -160,14 +167,14 @@ TEST_F(Jobs, SurviveTheirWorkers) {
 TEST_F(Jobs, ASignalKeepsWhatWasFound) {
   const std::vector<std::string> options{"--regions", "1"};
   split(options);
-  const pid_t child = start(worker("60s"));
+  const pid_t child = start(worker(60000));
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   kill(child, SIGUSR1);
   const Ended ended = wait(child);
   if (ended.code != 0) {  // a fast machine was done before
     EXPECT_EQ(ended.code, 75) << ended.text;
   }
-  EXPECT_EQ(run(worker("60s")).code, 0);
+  EXPECT_EQ(run(worker(60000)).code, 0);
   expect_merged(options);
 }
 
@@ -190,11 +197,11 @@ TEST_F(Jobs, TellWhatIsMissing) {
   // A result that is damaged is named; without it the job is to be done again.
   const fs::path bad = queue_ / "done" / "2.h5";
   fs::resize_file(bad, fs::file_size(bad) / 2);
-  const Ended damaged = run(worker("60s"));
+  const Ended damaged = run(worker(60000));
   EXPECT_EQ(damaged.code, 2);
   EXPECT_NE(damaged.text.find("2.h5"), std::string::npos) << damaged.text;
   fs::remove(bad);
-  EXPECT_EQ(run(worker("60s")).code, 0);
+  EXPECT_EQ(run(worker(60000)).code, 0);
   expect_merged({"--regions", "4"});
 }
 
