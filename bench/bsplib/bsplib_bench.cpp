@@ -3,8 +3,9 @@
 //   mpirun -n 2 bsplib_bench [rounds] [--check]
 //
 // Each line is one superstep of N puts to the neighbour: microseconds by hand and by the layer (the lower
-// quartile of all rounds, of the slowest rank), their ratio, and the ratio that we promise. Then: does it
-// matter how the same bytes are cut into puts? With --check the program fails if a promise is broken.
+// decile of all rounds, of the slowest rank), their ratio, and the ratio that we promise. Then: does it
+// matter how the same bytes are cut into accesses, and in which order these come? With --check the program
+// fails if a promise is broken.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -41,7 +42,7 @@ struct Bench {
     return slowest;
   }
 
-  /// Typical times of several steps that take turns, so that a loaded machine disturbs them alike: below
+  /// Typical times of several steps that take turns, so that a loaded machine disturbs them alike: well below
   /// the median, where other programs disturb least.
   std::vector<double> typical(const std::vector<Step>& steps, int repeat, int fewer = 1) const {
     std::vector<std::vector<double>> times(steps.size());
@@ -49,8 +50,9 @@ struct Bench {
       for (std::size_t i = 0; i < steps.size(); ++i) times[i].push_back(seconds(steps[i], repeat));
     std::vector<double> result;
     for (auto& t : times) {
-      std::nth_element(t.begin(), t.begin() + t.size() / 4, t.end());
-      result.push_back(t[t.size() / 4]);
+      const auto decile = static_cast<std::ptrdiff_t>(t.size() / 10);
+      std::nth_element(t.begin(), t.begin() + decile, t.end());
+      result.push_back(t[t.size() / 10]);
     }
     return result;
   }
@@ -186,7 +188,7 @@ struct Combinations {
     const auto as_int = [](std::size_t n) { return static_cast<int>(n); };
     std::byte *mine = local.data(), *theirs = memory.data();
     const int to = bench.next;
-    for (const std::size_t total : {std::size_t{8192}, std::size_t{65536}, mebi, 16 * mebi}) {
+    for (const std::size_t total : {std::size_t{8192}, std::size_t{65536}, mebi, 4 * mebi, 16 * mebi}) {
       line("bsp_put", total, [=](std::size_t at, std::size_t bytes) {
         bsp_put(to, mine + at, theirs, as_int(at), as_int(bytes));
       });
@@ -205,6 +207,8 @@ struct Combinations {
       line("Array::hpput", total, [=, this](std::size_t at, std::size_t bytes) {
         array.hpput(to, std::span<const std::byte>(mine + at, bytes), at);
       });
+      line("bsp_send", total,
+           [=](std::size_t at, std::size_t bytes) { bsp_send(to, nullptr, mine + at, as_int(bytes)); });
     }
     bsp_pop_reg(memory.data());
     bsp_sync();
@@ -212,6 +216,77 @@ struct Combinations {
 
   static constexpr std::array<std::size_t, 7> cuts{8, 64, 1024, 4096, 16384, 65536, 262144};
 };
+
+/// The order in which n accesses of a size come to their places.
+struct Order {
+  const char* name;
+  std::vector<std::size_t> (*places)(std::size_t n, std::size_t bytes);
+};
+
+constexpr std::array orders{
+    Order{"strided",
+          [](std::size_t n, std::size_t bytes) {
+            std::vector<std::size_t> at(n);
+            for (std::size_t i = 0; i < n; ++i) at[i] = 2 * i * bytes;
+            return at;
+          }},
+    Order{"reversed",
+          [](std::size_t n, std::size_t bytes) {
+            std::vector<std::size_t> at(n);
+            for (std::size_t i = 0; i < n; ++i) at[i] = (n - 1 - i) * bytes;
+            return at;
+          }},
+    Order{"random", [](std::size_t n, std::size_t bytes) { return places(n, bytes, true); }},
+};
+
+/// Accesses that do not continue each other, against the same puts by hand, and against one put of as many
+/// bytes.
+void in_other_orders(Bench& bench) {
+  constexpr std::size_t most = 4 * mebi;
+  std::vector<std::byte> local(2 * most, std::byte{1}), memory(2 * most);
+  ByHand hand(MPI_COMM_WORLD, 2 * most);
+  bsp_push_reg(memory.data(), static_cast<int>(memory.size()));
+  bsp_sync();
+  if (bench.me == 0)
+    std::printf("\n%-34s %10s  times the same puts by hand (times one put of all)\n%-34s %10s  %s\n",
+                "accesses", "by hand/us", "", "",
+                "     bsp_put         bsp_hpput       bsp_get         bsp_hpget       bsp_send");
+  const auto as_int = [](std::size_t n) { return static_cast<int>(n); };
+  std::byte *mine = local.data(), *theirs = memory.data();
+  const int to = bench.next;
+  for (const std::size_t total : {std::size_t{65536}, mebi, most})
+    for (const std::size_t bytes : {std::size_t{8}, std::size_t{16}, std::size_t{64}, std::size_t{1024}})
+      for (const Order& order : orders) {
+        const auto at = order.places(total / bytes, bytes);
+        const auto loop = [&](auto call) {
+          return [&at, call] {
+            for (const std::size_t place : at) call(place);
+            bsp_sync();
+          };
+        };
+        const auto t = bench.typical(
+            {[&] {
+               for (const std::size_t place : at) hand.put(mine + place, place, bytes);
+               hand.sync(to, theirs, bytes);
+             },
+             [&] {
+               bsp_put(to, mine, theirs, 0, as_int(total));
+               bsp_sync();
+             },
+             loop([=](std::size_t i) { bsp_put(to, mine + i, theirs, as_int(i), as_int(bytes)); }),
+             loop([=](std::size_t i) { bsp_hpput(to, mine + i, theirs, as_int(i), as_int(bytes)); }),
+             loop([=](std::size_t i) { bsp_get(to, theirs, as_int(i), mine + i, as_int(bytes)); }),
+             loop([=](std::size_t i) { bsp_hpget(to, theirs, as_int(i), mine + i, as_int(bytes)); }),
+             loop([=](std::size_t i) { bsp_send(to, nullptr, mine + i, as_int(bytes)); })},
+            total < mebi ? 5 : 1, total > mebi ? 10 : 4);
+        if (bench.me != 0) continue;
+        std::printf("%8zu B in %4zu B, %-12s %10.2f ", total, bytes, order.name, 1e6 * t[0]);
+        for (std::size_t i = 2; i < t.size(); ++i) std::printf(" %6.2f (%6.2f)", t[i] / t[0], t[i] / t[1]);
+        std::printf("\n");
+      }
+  bsp_pop_reg(memory.data());
+  bsp_sync();
+}
 
 }  // namespace
 
@@ -229,6 +304,7 @@ int main(int argc, char** argv) {
     }
     against_mpi(bench);
     Combinations{bench}.run();
+    in_other_orders(bench);
     failed = check && bench.failed;
   }
   bsp_end();

@@ -97,11 +97,16 @@ std::size_t length(const bsp2_reference_run& run) {
   return run.next - run.first;
 }
 
+/// Where it began in the memory of this rank.
+std::byte* local_part(const bsp2_reference_run& run) {
+  return reinterpret_cast<std::byte*>(run.origin + run.first);
+}
+
 }  // namespace
 
 void Engine::begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset,
                        const void* local, std::size_t bytes) {
-  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), nullptr, 0, slot, 0};
+  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), 0, 0, slot, 0};
   place_run(run, offset, local, bytes);
 }
 
@@ -134,7 +139,7 @@ void Engine::end_hpput(int pid) {
   bsp2_reference_run& run = runs_of(pid).hpput;
   const std::size_t bytes = length(run);
   if (bytes == 0) return;
-  const auto* source = reinterpret_cast<const std::byte*>(run.local) - bytes;
+  const std::byte* source = local_part(run);
   if (bytes < wire::store_bytes && out(pid).put_again(run.slot, run.first, source, bytes)) return;
   const Registry::Slot& target = registry_.slot(run.slot);
   const auto rank = static_cast<std::size_t>(pid);
@@ -150,8 +155,8 @@ void Engine::end_hpput(int pid) {
   }
 }
 
-void Engine::get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes,
-                 bool unbuffered) {
+void Engine::start_get(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes,
+                       bool unbuffered) {
   const char* caller = unbuffered ? "hpget" : "get";
   const auto run = [&]() -> bsp2_reference_run& {
     return unbuffered ? runs_of(pid).hpget : runs_of(pid).get;
@@ -169,15 +174,14 @@ void Engine::get(int pid, Registry::Id slot, std::size_t offset, void* target, s
 void Engine::end_get(int pid) {
   bsp2_reference_run& run = runs_of(pid).get;
   if (run.slot == Registry::no_id) return;
-  const std::size_t bytes = length(run);
-  out(pid).get(run.slot, run.first, reinterpret_cast<std::byte*>(run.local) - bytes, bytes, run.end);
+  out(pid).get(run.slot, run.first, local_part(run), length(run), run.end);
 }
 
 void Engine::end_hpget(int pid) {
   bsp2_reference_run& run = runs_of(pid).hpget;
   if (run.slot == Registry::no_id) return;
   const std::size_t bytes = length(run);
-  auto* target = reinterpret_cast<std::byte*>(run.local) - bytes;
+  std::byte* target = local_part(run);
   if (pid != pid_ && travels_alone(run, pid)) {
     out(pid).direct_get(run.slot, run.first, target, bytes);
   } else {

@@ -88,15 +88,6 @@ struct Api {
            state.engine->hpput_again(static_cast<int>(to), src, runs->hpput.slot, at, size);
   }
 
-  /// What a program does itself, if it was compiled with the functions of bsp.h.
-  static bool continues(bsp2_reference_run bsp2_runs::*run, Pid to, const void* name, Size offset,
-                        const void* local, Size bytes) {
-    bsp2_runs* runs = runs_of(to);
-    return runs && (runs->*run).name == name &&
-           bsp2_continue_reference(&(runs->*run), 0, static_cast<std::size_t>(offset), local,
-                                   static_cast<std::size_t>(bytes));
-  }
-
   [[gnu::noinline]] static void start_put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
     auto& world = engine("bsp_put");
     if (bytes == 0) return;
@@ -125,10 +116,26 @@ struct Api {
     name(&bsp2_runs::hpput, to, slot, dst);
   }
 
+  /// As put_again.
+  static bool get_again(bsp2_reference_run bsp2_runs::*run, Pid from, const void* src, Size offset, void* dst,
+                        Size bytes, bool unbuffered) {
+    bsp2_runs* runs = runs_of(from);
+    if (!runs || (runs->*run).name != src || negative(offset) || negative(bytes)) return false;
+    const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
+    return bsp2_continue_reference(&(runs->*run), 0, at, dst, size) ||
+           state.engine->get_again(static_cast<int>(from), (runs->*run).slot, at, dst, size, unbuffered);
+  }
+
   static void get(const char* function, Pid from, const void* src, Size offset, void* dst, Size bytes,
                   bool unbuffered) {
     const auto run = unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get;
-    if (continues(run, from, src, offset, dst, bytes)) return;
+    if (get_again(run, from, src, offset, dst, bytes, unbuffered)) return;
+    start_get(function, from, src, offset, dst, bytes, unbuffered);
+  }
+
+  [[gnu::noinline]] static void start_get(const char* function, Pid from, const void* src, Size offset,
+                                          void* dst, Size bytes, bool unbuffered) {
+    const auto run = unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get;
     auto& world = engine(function);
     if (bytes == 0) return;
     check_access(function, offset, bytes);

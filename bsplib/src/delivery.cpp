@@ -90,7 +90,7 @@ bool Engine::advance(bool wait) {
   }
   if (phase_ == Phase::streams) {
     if (!complete(requests_, wait)) return false;
-    for (int rank = 0; rank < nprocs_; ++rank) in(rank).index(registry_, rank);
+    for (int rank = 0; rank < nprocs_; ++rank) in(rank).find_landings(registry_);
     if constexpr (defect == Defect::gets_after_puts) apply_puts();
     answer_gets();
     write_stores();
@@ -245,17 +245,9 @@ void Engine::apply_puts() {
 /// Queue 0 is in descending order of ranks, which classic programs have come to expect; the others ascend.
 void Engine::deliver_messages() {
   for (auto& queue : queues_) queue.clear();
-  bool any = false;
-  for (const Inflow& inflow : in_) any |= !inflow.messages.empty();
-  if (!any) return;
-  for (int rank = 0; rank < nprocs_; ++rank) {
-    const Inflow& up = in(rank);
-    for (std::size_t i = 0; i < up.messages.size(); ++i)
-      if (up.queues[i] != 0) queues_[up.queues[i]].push_back(up.messages[i]);
-    const Inflow& down = in(nprocs_ - 1 - rank);
-    for (std::size_t i = 0; i < down.messages.size(); ++i)
-      if (down.queues[i] == 0) queues_[0].push_back(down.messages[i]);
-  }
+  for (int rank = nprocs_ - 1; rank >= 0; --rank) in(rank).deliver_messages(rank, true, queues_);
+  for (int rank = 0; queues_.size() > 1 && rank < nprocs_; ++rank)
+    in(rank).deliver_messages(rank, false, queues_);
 }
 
 void Engine::commit_registrations() {

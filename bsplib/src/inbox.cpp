@@ -94,21 +94,26 @@ std::byte* Buffer::room(std::size_t bytes) {
   return data_.get();
 }
 
-void Inflow::index(const Registry& registry, int source) {
-  if (!(contents & (wire::has_big_puts | wire::has_messages))) return;
+void Inflow::find_landings(const Registry& registry) {
+  if (!(contents & wire::has_big_puts)) return;
   Addresses addresses(registry);
   for_each_record(stream, size, [&](const Item& item) {
-    if (item.op == Op::big_put) {
-      const auto put = load<wire::BigPut>(item.place);
-      if (travels_alone(put, own)) landings.push_back({addresses.of(item), put.size, nullptr});
-    } else if (item.op == Op::message) {
-      const auto* payload = item.data + wire::padded(item.size);
-      messages.push_back({source, {item.data, item.size}, {payload, item.offset}});
-      queues.push_back(item.target);
-    }
+    if (item.op != Op::big_put) return;
+    const auto put = load<wire::BigPut>(item.place);
+    if (travels_alone(put, own)) landings.push_back({addresses.of(item), put.size, nullptr});
+  });
+}
+
+void Inflow::deliver_messages(int source, bool to_first, std::vector<std::vector<Message>>& queues) const {
+  if (!(contents & wire::has_messages)) return;
+  const std::size_t before = queues[0].size();
+  for_each_record(stream, size, [&](const Item& item) {
+    if (item.op != Op::message || (item.target == 0) != to_first) return;
+    const auto* payload = item.data + wire::padded(item.size);
+    queues[item.target].push_back({source, {item.data, item.size}, {payload, item.offset}});
   });
   if constexpr (defect == Defect::swap_messages)
-    if (messages.size() > 1) std::swap(messages[0], messages[1]);
+    if (to_first && queues[0].size() > before + 1) std::swap(queues[0][before], queues[0][before + 1]);
 }
 
 void Inflow::answer_gets(const Registry& registry, std::byte* reply) {
@@ -161,8 +166,6 @@ void Inflow::clear() {
   contents = 0;
   landings.clear();
   requests.clear();
-  messages.clear();
-  queues.clear();
 }
 
 namespace {

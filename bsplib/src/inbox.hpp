@@ -42,17 +42,17 @@ struct Inflow {
   };
   std::vector<Landing> landings;
   std::vector<Request> requests;
-  std::vector<Message> messages;
-  std::vector<std::uint32_t> queues;  ///< of the messages
 
   Buffer buffer;  ///< for a stream that comes in a message
 
-  /// Finds the landings and messages of the stream.
-  void index(const Registry& registry, int source);
+  /// Finds the landings of the stream.
+  void find_landings(const Registry& registry);
   /// Reads what the gets of the stream want: into one reply, except for the requests that it lists.
   void answer_gets(const Registry& registry, std::byte* reply);
   /// Writes the puts of the stream, in its order.
   void apply_puts(const Registry& registry);
+  /// Appends the messages of the stream to their queues: those for queue 0, or those for the others.
+  void deliver_messages(int source, bool to_first, std::vector<std::vector<Message>>& queues) const;
   void clear();
 
  private:

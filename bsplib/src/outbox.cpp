@@ -11,21 +11,10 @@ void Outbox::grow(std::size_t needed) {
   if (block_.data)
     for (const std::size_t size : {capacity, needed + wire::stage_bytes, needed})
       if (staging_->extend(block_, size)) return;
-  Staging::Block larger = staging_->allocate(capacity);
+  Staging::Block larger = staging_->allocate_shared(capacity);
+  if (!larger.data) larger = staging_->allocate_private(std::max(capacity, peak_));
   if (size_ > 0) std::memcpy(larger.data, block_.data, size_);
   block_ = larger;
-}
-
-void Outbox::make_room(std::size_t bytes) {
-  if (size_ + bytes > block_.capacity) grow(size_ + bytes);
-}
-
-std::byte* Outbox::append(std::size_t bytes) {
-  close_run();
-  make_room(bytes);
-  std::byte* place = block_.data + size_;
-  size_ += bytes;
-  return place;
 }
 
 /// The run goes on in a larger stream, if it only ended for want of room there.
@@ -74,19 +63,10 @@ void Outbox::big_put(Registry::Id slot, std::size_t offset, const std::byte* byt
   ++count;
 }
 
-void Outbox::get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes,
-                 std::size_t limit) {
-  if (bytes < wire::stage_bytes && Short::can_name(slot, limit)) {
-    const Short record{static_cast<std::uint32_t>(offset), Short::pack(Op::short_get, bytes, slot)};
-    std::memcpy(append(sizeof record), &record, sizeof record);
-  } else {
-    const wire::Get record{{slot, Record::pack(Op::get, 0), offset}, bytes, 0};
-    std::memcpy(append(sizeof record), &record, sizeof record);
-  }
-  contents |= wire::has_gets;
-  wanted.push_back({target, bytes});
-  reply_bytes += bytes;
-  ++count;
+void Outbox::long_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes) {
+  const wire::Get record{{slot, Record::pack(Op::get, 0), offset}, bytes, 0};
+  std::memcpy(append(sizeof record), &record, sizeof record);
+  want(target, bytes);
 }
 
 void Outbox::direct_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes) {
@@ -104,22 +84,10 @@ void Outbox::store(const void* source, std::byte* target, std::size_t bytes) {
   ++count;
 }
 
-void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
-                     const std::byte* bytes_at, std::size_t bytes) {
-  std::byte* place = append(sizeof(Record) + wire::padded(tag_bytes) + wire::padded(bytes));
-  const Record record{queue, Record::pack(Op::message, tag_bytes), bytes};
-  std::memcpy(place, &record, sizeof record);
-  place += sizeof record;
-  if (tag_bytes > 0) std::memcpy(place, tag, tag_bytes);
-  if (bytes > 0) std::memcpy(place + wire::padded(tag_bytes), bytes_at, bytes);
-  contents |= wire::has_messages;
-  payload += bytes + tag_bytes;
-  ++count;
-}
-
 void Outbox::reset() {
   close_run();
   reserve_ = size_;
+  peak_ = std::max(size_, peak_ - peak_ / 8);
   block_ = {};
   reply = {};
   size_ = 0;

@@ -17,7 +17,7 @@ namespace bsp2::bsplib {
 
 /// No run is open.
 inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id};
-inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id, 0};
+inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, 0, 0, Registry::no_id, 0};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
@@ -50,7 +50,9 @@ class Outbox {
   /// Data beside the stream: staged (`where`), or in a message of its own.
   void big_put(Registry::Id slot, std::size_t offset, const std::byte* data, std::size_t bytes,
                std::size_t where);
-  void get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes, std::size_t limit);
+  void get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes, std::size_t limit) {
+    if (!short_get(slot, offset, target, bytes, limit)) long_get(slot, offset, target, bytes);
+  }
   /// A get whose answer is a message of its own.
   void direct_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes);
   void store(const void* source, std::byte* target, std::size_t bytes);
@@ -76,8 +78,18 @@ class Outbox {
   std::uint64_t reply_bytes = 0, direct_bytes = 0;
 
  private:
-  std::byte* append(std::size_t bytes);
-  void make_room(std::size_t bytes);
+  std::byte* append(std::size_t bytes) {
+    if (run_->slot != Registry::no_id) close_run();
+    make_room(bytes);
+    return block_.data + std::exchange(size_, size_ + bytes);
+  }
+  void make_room(std::size_t bytes) {
+    if (size_ + bytes > block_.capacity) grow(size_ + bytes);
+  }
+  bool short_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes,
+                 std::size_t limit);
+  void long_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes);
+  void want(std::byte* target, std::size_t bytes);
   void grow(std::size_t needed);
   bool prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes);
   void open_run();
@@ -85,11 +97,21 @@ class Outbox {
   void write_head(std::byte* place, std::size_t offset, std::size_t bytes) const;
   void write_put(std::size_t offset, const void* source, std::size_t bytes);
 
+  /// Most of what is copied in small pieces are single words.
+  static void copy_small(std::byte* to, const void* from, std::size_t bytes) {
+    if (bytes == 8) {
+      std::memcpy(to, from, 8);
+    } else if (bytes > 0) {
+      std::memcpy(to, from, bytes);
+    }
+  }
+
   static constexpr std::size_t longest_run = wire::stage_bytes - 1;
 
   Staging* staging_;
   Staging::Block block_;
   std::size_t size_ = 0, reserve_ = 0;
+  std::size_t peak_ = 0;  ///< of the last streams, fading; private memory is taken at once in this size
   // The newest put. As long as it has a slot, puts to the same registration need few checks; as long as it
   // has a `next`, it is continued without this object, which is told at its end.
   bsp2_put_run* run_;
@@ -132,15 +154,41 @@ inline void Outbox::write_put(std::size_t offset, const void* source, std::size_
   std::byte* place = block_.data + size_;
   BSP2_SOON_WRITTEN(place[1024]);
   write_head(place, offset, bytes);
-  if (bytes == 8) {
-    std::memcpy(place + head_, source, 8);
-  } else {
-    std::memcpy(place + head_, source, bytes);
-  }
+  copy_small(place + head_, source, bytes);
   size_ += head_ + wire::padded(bytes);
   first_ = offset;
   last_ = offset + bytes;
   payload += bytes;
+  ++count;
+}
+
+inline void Outbox::want(std::byte* target, std::size_t bytes) {
+  contents |= wire::has_gets;
+  wanted.push_back({target, bytes});
+  reply_bytes += bytes;
+  ++count;
+}
+
+inline bool Outbox::short_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes,
+                              std::size_t limit) {
+  if (bytes >= wire::stage_bytes || !wire::Short::can_name(slot, limit)) return false;
+  const wire::Short record{static_cast<std::uint32_t>(offset),
+                           wire::Short::pack(wire::Op::short_get, bytes, slot)};
+  std::memcpy(append(sizeof record), &record, sizeof record);
+  want(target, bytes);
+  return true;
+}
+
+inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
+                            const std::byte* bytes_at, std::size_t bytes) {
+  std::byte* place = append(sizeof(wire::Record) + wire::padded(tag_bytes) + wire::padded(bytes));
+  const wire::Record record{queue, wire::Record::pack(wire::Op::message, tag_bytes), bytes};
+  std::memcpy(place, &record, sizeof record);
+  place += sizeof record;
+  copy_small(place, tag, tag_bytes);
+  copy_small(place + wire::padded(tag_bytes), bytes_at, bytes);
+  contents |= wire::has_messages;
+  payload += bytes + tag_bytes;
   ++count;
 }
 

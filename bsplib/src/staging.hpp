@@ -39,13 +39,15 @@ class Staging {
   bool has_room(std::size_t bytes) const { return top_ + bytes <= data_bytes_ && half_bytes_ > 0; }
   /// Only what other ranks can read and write; nothing if there is no room.
   Block allocate_shared(std::size_t bytes);
+  /// The opposite: memory of this process.
+  Block allocate_private(std::size_t bytes);
   /// Makes a block larger where it is, if it was the last one allocated.
   bool extend(Block& block, std::size_t capacity);
   /// Where another rank's staging memory is in this address space; null if it is on another node.
   std::byte* peer(int rank) const { return peers_[static_cast<std::size_t>(rank)]; }
   /// The ranks that share memory; null if there is none.
   MPI_Comm node() const { return window_ == MPI_WIN_NULL ? MPI_COMM_NULL : node_; }
-  /// The opposite: leaves it only so many bytes.
+  /// Leaves such a block only so many bytes.
   void shrink(Block& block, std::size_t bytes);
   /// After a sync: the other half's turn.
   void flip();
@@ -54,8 +56,6 @@ class Staging {
 
  private:
   void share(MPI_Comm comm, std::size_t half_bytes);
-  Block allocate_private(std::size_t bytes);
-
   MPI_Comm node_ = MPI_COMM_NULL;
   MPI_Win window_ = MPI_WIN_NULL;
   std::byte* base_ = nullptr;

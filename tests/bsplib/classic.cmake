@@ -4,7 +4,9 @@ add_executable(bsplib_classic_size_t classic_test.c)
 target_compile_definitions(bsplib_classic_size_t PRIVATE BSP2_MULTICORE_BSP)
 add_executable(bsplib_classic_init classic_init_test.c)
 add_executable(bsplib_classic_aborts classic_aborts.c)
-foreach(program bsplib_classic bsplib_classic_size_t bsplib_classic_init bsplib_classic_aborts)
+add_executable(bsplib_classic_mcbsp classic_test.c)  # as a program of MulticoreBSP begins
+target_compile_options(bsplib_classic_mcbsp PRIVATE -include mcbsp.h)
+foreach(program bsplib_classic bsplib_classic_size_t bsplib_classic_mcbsp bsplib_classic_init bsplib_classic_aborts)
   target_link_libraries(${program} PRIVATE bsp2::bsplib)
   target_compile_options(${program} PRIVATE -std=c99 -pedantic -Wall -Wextra)
 endforeach()
@@ -13,6 +15,8 @@ foreach(ranks 1 2 3 4)
     bsplib_run(bsplib.${program}.${ranks} RANKS ${ranks} COMMAND bsplib_${program} TIMEOUT 60)
   endforeach()
 endforeach()
+
+bsplib_run(bsplib.classic_mcbsp.2 RANKS 2 COMMAND bsplib_classic_mcbsp TIMEOUT 60)
 
 # bsplib_abort(<case> <message> ranks...): this case of classic_aborts.c ends with this message, soon.
 function(bsplib_abort case message)

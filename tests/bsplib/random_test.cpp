@@ -169,13 +169,16 @@ class Program {
     get_bytes(q, t, place, target, pick_size(model_.block(q, target).size() - place.size + 1));
   }
 
+  /// Small gets from neighbouring places to neighbouring places, now and then with a gap on one side or both.
   void run_of_gets(int q) {
     const int t = pick(p_), target = pick(ordinary_blocks);
-    const std::size_t step = 1 + pick_size(12);
+    const std::size_t step = 1 + pick_size(12), limit = model_.block(q, target).size();
     const Place place = random_place(q, t);
-    const std::size_t end = std::min(place.offset + place.size, model_.block(q, target).size());
-    for (std::size_t offset = place.offset; offset + step <= end; offset += step)
-      get_bytes(q, t, {place.known_as, offset, step}, target, offset);
+    const std::size_t end = std::min(place.offset + place.size, limit);
+    for (std::size_t offset = place.offset; offset + step <= end; offset += step + (pick(4) == 0 ? 1U : 0U)) {
+      const std::size_t to = pick(4) == 0 ? pick_size(limit - step + 1) : offset;
+      get_bytes(q, t, {place.known_as, offset, step}, target, to);
+    }
   }
 
   /// The part of t's hp_block that only q writes; each byte once a superstep.

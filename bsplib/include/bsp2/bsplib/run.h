@@ -50,8 +50,8 @@ struct bsp2_reference_run {
   const void* name;
   size_t next;
   size_t end;
-  char* local;  /* where it ends in the memory of this rank */
-  size_t first; /* where it began in the registration */
+  size_t origin; /* address in the memory of this rank that offset 0 would have */
+  size_t first;  /* where it began in the registration */
   unsigned slot;
   unsigned pieced; /* whether it began with a small call */
 } BSP2_LINE;
@@ -85,8 +85,8 @@ BSP2_INLINE bsp2_word bsp2_word_at(const void* source) {
 #endif
 
 /* Both return whether the call is done. another: not zero if the call names other memory than the run; zero, too, if the
- * caller has compared that. Comparisons joined by | are one branch, of which a processor takes two a cycle: a call
- * costs about three cycles. */
+ * caller has compared that. A call costs about three cycles. Comparisons joined by | are one branch instead of several,
+ * which helps the longer of the two. */
 BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t another, size_t offset, const void* source,
                                   size_t bytes) {
   char* place;
@@ -104,11 +104,10 @@ BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t another, size
 
 BSP2_INLINE int bsp2_continue_reference(struct bsp2_reference_run* run, size_t another, size_t offset,
                                         const void* local, size_t bytes) {
-  if ((another | (offset ^ run->next) | ((size_t)local ^ (size_t)run->local)) != 0 ||
+  if (another != 0 || offset != run->next || (size_t)local - offset != run->origin ||
       !bsp2_fits(offset, bytes, run->end))
     return 0;
   run->next = offset + bytes;
-  run->local = (char*)local + bytes;
   return 1;
 }
 
