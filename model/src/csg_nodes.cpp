@@ -248,11 +248,13 @@ Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const War
     return pool.empty(3);
   }
   read_faces(faces_list, faces);
-  std::optional<TriangleMesh> mesh = repaired_mesh(points, faces, [&](const std::string& text) { warn("this polyhedron is " + text); });
-  if (!mesh) {
-    warn("this polyhedron is empty: its faces enclose nothing");
-    return pool.empty(3);
+  std::optional<TriangleMesh> mesh;
+  try {
+    mesh = repaired_mesh(points, faces, Holes::refuse, [&](const std::string& text) { warn("this polyhedron is " + text); });
+  } catch (const OpenMesh& error) {
+    throw HollowPolyhedron(std::string("this polyhedron is ") + error.what(), std::move(points), true);
   }
+  if (!mesh) throw HollowPolyhedron("this polyhedron is empty: its faces enclose nothing", std::move(points), false);
   return pool.primitive(std::move(*mesh), 3);
 }
 
@@ -387,7 +389,7 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   const ImportedMesh mesh = import_mesh(path);
   std::optional<TriangleMesh> closed;
   try {
-    closed = repaired_mesh(mesh.points, mesh.faces, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
+    closed = repaired_mesh(mesh.points, mesh.faces, Holes::cap, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
   } catch (const Error& error) {
     throw Error("import of " + path.string() + ": " + error.what());
   }

@@ -8,8 +8,8 @@
 #include <tuple>
 #include <utility>
 
-#include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
+#include "convex_hull.hpp"
 #include "mesh_repair.hpp"
 #include "mesh_triangulation.hpp"
 
@@ -23,8 +23,14 @@ std::string text_of(double x) {
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x).ptr};
 }
 
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
 std::string text_of(const Point3& p) {
-  return "(" + text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]) + ")";
+  std::string text = "(";
+  text += text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]);
+  return text += ")";
 }
 
 void check_input(const std::vector<Point3>& points, const FaceCycles& faces) {
@@ -67,12 +73,12 @@ std::string text_of(const std::vector<Point3>& points, const std::vector<OpenEdg
   const OpenEdge& edge = open.front();
   std::string text = "not closed: the edge from point " + std::to_string(edge.a) + " " + text_of(points[edge.a]) + " to point " +
                      std::to_string(edge.b) + " " + text_of(points[edge.b]) + " has no matching face on its other side";
-  if (open.size() > 1) text += "; " + std::to_string(open.size() - 1) + " more edges are open";
+  if (open.size() > 1) text += "; " + counted(open.size() - 1, "more edge is", "more edges are") + " open";
   return text;
 }
 
 [[noreturn]] void throw_open(const std::vector<Point3>& points, const std::vector<OpenEdge>& open) {
-  throw Error("polyhedron: " + text_of(points, open));
+  throw OpenMesh(text_of(points, open));
 }
 
 /// Closes the faces with as little tolerance as it takes: exactly; then on OpenSCAD's grid of 2^-20, made
@@ -221,7 +227,8 @@ std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const
   return mesh_of(points, closed_triangles(points, *solid));
 }
 
-std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces, const std::function<void(std::string)>& warn) {
+std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces, Holes holes,
+                                          const std::function<void(std::string)>& warn) {
   check_input(given, faces);
   FaceCycles cycles = oriented(given, faces);
   if (const auto solid = closed(given, cycles)) return mesh_of(given, closed_triangles(given, *solid));
@@ -236,27 +243,44 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   std::size_t count = 0;
   const FaceCycles once = without_duplicates(cycles, count);
   if (count > 0) {
-    const std::string repair = std::to_string(count) + " faces that were there already are left out";
+    const std::string repair = counted(count, "face that was there already is", "faces that were there already are") + " left out";
     if (const auto solid = closed(given, once)) return told(repair), mesh_of(given, closed_triangles(given, *solid));
     repairs.push_back(repair);
     cycles = once;
   }
   const FaceCycles wound = consistently_wound(cycles, count);
   if (count > 0 && open_edges(wound).size() < open_edges(cycles).size()) {
-    const std::string repair = std::to_string(count) + " faces wound unlike their neighbours are turned";
+    const std::string repair = counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") + " turned";
     if (const auto solid = closed(given, wound)) return told(repair), mesh_of(given, closed_triangles(given, *solid));
     repairs.push_back(repair);
     cycles = wound;
   }
+  if (holes == Holes::refuse) throw OpenMesh(what);
   std::vector<Point3> points = given;
   const auto first_apex = static_cast<std::uint32_t>(points.size());
   const std::vector<OpenEdge> open = open_edges(cycles);
   cycles = capped(points, cycles, open);
   const std::vector<Triangle> triangles = without_sheets(points, closed_triangles(points, std::move(cycles)), first_apex, count);
-  std::string last = std::to_string(open.size()) + " open edges are closed by caps";
-  if (count > 0) last += ", " + std::to_string(count) + (count == 1 ? " part that is" : " parts that are") + " an open sheet and encloses nothing is left out";
+  std::string last = counted(open.size(), "open edge is", "open edges are") + " closed by caps";
+  if (count > 0) last += ", " + counted(count, "part that is", "parts that are") + " an open sheet and encloses nothing is left out";
   told(last);
   return mesh_of(points, triangles);
+}
+
+std::optional<TriangleMesh> spanned_mesh(const std::vector<Point3>& points) {
+  if (points.empty()) return std::nullopt;
+  if (auto hull = hull_mesh(points)) return hull;
+  // Whatever lies on their line lies between these two.
+  const auto [low, high] = std::minmax_element(points.begin(), points.end());
+  TriangleMesh sheet{{*low, *high}, {}, true};
+  for (const Point3& point : points) {
+    if (collinear(*low, *high, point)) continue;
+    const auto corner = static_cast<std::uint32_t>(sheet.points.size());
+    sheet.points.push_back(point);
+    sheet.triangles.insert(sheet.triangles.end(), {{0, 1, corner}, {corner, 1, 0}});
+  }
+  if (sheet.triangles.empty()) return std::nullopt;
+  return sheet;
 }
 
 Expression polyhedron(std::vector<std::array<double, 3>> points,
@@ -266,9 +290,12 @@ Expression polyhedron(std::vector<std::array<double, 3>> points,
     cycles.corners.insert(cycles.corners.end(), face.begin(), face.end());
     cycles.end_face();
   }
-  std::optional<TriangleMesh> mesh = closed_mesh(points, cycles);
-  if (!mesh) return Expression(3);
-  return Expression(std::make_shared<Node>(3, std::move(*mesh)));
+  try {
+    std::optional<TriangleMesh> mesh = closed_mesh(points, cycles);
+    return mesh ? Expression(std::make_shared<Node>(3, std::move(*mesh))) : Expression(3);
+  } catch (const OpenMesh& error) {
+    throw Error(std::string("polyhedron: ") + error.what());
+  }
 }
 
 }  // namespace bsp2::model
