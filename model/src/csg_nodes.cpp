@@ -384,7 +384,7 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
     if (arguments.flag("center", -1)) warn("center is not supported for SVG files; the drawing stays where it is");
     return pool.boolean(Operation::unite, 2, shapes, true);
   }
-  if (kind != ".stl" && kind != ".off" && kind != ".obj" && kind != ".ply" && kind != ".3mf" && kind != ".amf")
+  if (!is_mesh_ending(kind))
     throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
   const ImportedMesh mesh = import_mesh(path);
   std::optional<TriangleMesh> closed;

@@ -8,6 +8,8 @@
 
 namespace bsp2::model {
 
+inline constexpr double largest_coordinate = 1e100;  ///< of a mesh: products of three stay finite
+
 /// Faces of a mesh: cycles of point indices, one after the other.
 struct FaceCycles {
   std::vector<std::uint32_t> corners;

@@ -16,8 +16,6 @@
 namespace bsp2::model {
 namespace {
 
-constexpr double largest_coordinate = 1e100;  // products of three stay finite
-
 std::string text_of(double x) {
   char buffer[32];
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x).ptr};
