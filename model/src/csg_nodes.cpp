@@ -147,8 +147,7 @@ Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& war
   }
   const Expression box = pool.primitive(Cuboid{{x, y, z}}, 3);
   if (!arguments.flag("center", 1)) return box;
-  const double matrix[] = {1, 0, 0, -x / 2, 0, 1, 0, -y / 2, 0, 0, 1, -z / 2, 0, 0, 0, 1};
-  return pool.transform(matrix, box);
+  return pool.transform({1, 0, 0, -x / 2, 0, 1, 0, -y / 2, 0, 0, 1, -z / 2, 0, 0, 0, 1}, box);
 }
 
 /// The pooled version of an expression that is one primitive, or empty.
@@ -193,8 +192,7 @@ Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, 
   if (options.curved && !is_polygon(widest, arguments)) {
     const Expression round = pool.primitive(Round{bottom, top, {height}, sides_in_place(widest, arguments)}, 3);
     if (!arguments.flag("center", 3)) return round;
-    const double matrix[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1};
-    return pool.transform(matrix, round);
+    return pool.transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1}, round);
   }
   const std::uint32_t sides = checked_sides(widest, arguments, false);
   return adopt(cylinder(height, bottom, top, sides, arguments.flag("center", 3)), pool);
@@ -275,8 +273,7 @@ Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& w
   }
   const Expression square = pool.primitive(Cuboid{{x, y}}, 2);
   if (!arguments.flag("center", 1)) return square;
-  const double matrix[] = {1, 0, -x / 2, 0, 1, -y / 2, 0, 0, 1};
-  return pool.transform(matrix, square);
+  return pool.transform({1, 0, -x / 2, 0, 1, -y / 2, 0, 0, 1}, square);
 }
 
 Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {

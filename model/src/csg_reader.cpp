@@ -22,7 +22,7 @@ constexpr std::size_t most_warnings = 100;
 class Reader {
  public:
   Reader(std::string_view text, const std::string& name, const CsgOptions& options)
-      : text_(text), name_(name), options_(options), scanner_(text), lines_(text) {}
+      : text_(text), name_(name), folder_(std::filesystem::path(name).parent_path()), options_(options), scanner_(text), lines_(text) {}
 
   Model read() {
     try {
@@ -91,6 +91,7 @@ class Reader {
 
   std::string_view text_;
   const std::string& name_;
+  const std::filesystem::path folder_;  // what names of files are relative to
   CsgOptions options_;
   Scanner scanner_;
   LineFinder lines_;
@@ -213,7 +214,7 @@ void Reader::interpret(Frame& frame) {
         }
         Expression made;
         try {
-          made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), options_, pool_, warn);
+          made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn);
         } catch (const HollowPolyhedron& polyhedron) {
           made = solid_of_hollow(frame, polyhedron);
         }
@@ -315,8 +316,8 @@ Expression Reader::solid_of(const Frame& frame) {
       matrices_.pop_back();
       const Expression child = pool_.boolean(Operation::unite, dimension, operands);
       if (pool_.is_empty(child)) return child;
-      const auto affine = affine_matrix(matrix, dimension, [&](std::string text) { warn(frame, std::move(text)); });
-      return affine.empty() ? pool_.empty(dimension) : pool_.transform(affine, child);
+      auto affine = affine_matrix(matrix, dimension, [&](std::string text) { warn(frame, std::move(text)); });
+      return affine.empty() ? pool_.empty(dimension) : pool_.transform(std::move(affine), child);
     }
     default:
       if (is_construct(frame.kind)) return construction_of(frame, dimension, operands);

@@ -29,7 +29,7 @@ struct OpenEdge {
   int excess;
 };
 
-/// The edges that are not used equally often in both directions, sorted. O(n log n).
+/// The edges that are not used equally often in both directions, sorted.
 std::vector<OpenEdge> open_edges(const FaceCycles& faces);
 
 /// Drops what bounds nothing: repeated corners, spikes (a b a), and faces whose corners all lie on one line.

@@ -1,9 +1,11 @@
 #include "polyhedron.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -46,13 +48,19 @@ void check_input(const std::vector<Point3>& points, const FaceCycles& faces) {
 
 /// Index of the first point at the same place, for every point.
 std::vector<std::uint32_t> first_equal(const std::vector<Point3>& points) {
-  std::vector<std::uint32_t> order(points.size()), first(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::tie(points[a], a) < std::tie(points[b], b);
-  });
-  for (std::size_t i = 0; i < order.size(); ++i)
-    first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  std::vector<std::uint32_t> slots(std::bit_ceil(2 * points.size() + 1), none), first(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    std::uint64_t hash = 0;
+    for (const double x : points[i]) {
+      hash = (hash ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9E3779B97F4A7C15ull;  // -0 == 0, so it hashes as 0
+      hash ^= hash >> 32;
+    }
+    std::size_t at = hash & (slots.size() - 1);
+    while (slots[at] != none && points[slots[at]] != points[i]) at = (at + 1) & (slots.size() - 1);
+    if (slots[at] == none) slots[at] = i;
+    first[i] = slots[at];
+  }
   return first;
 }
 
@@ -121,32 +129,37 @@ std::vector<Triangle> triangulated(const std::vector<Point3>& points, const Face
 }
 
 /// Removes pairs of equal triangles wound in opposite ways: they bound nothing together.
-void cancel_opposite(std::vector<Triangle>& triangles) {
+void cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
   struct Key {
-    Triangle sorted;
+    std::uint32_t low, high;  // the corners beside the smallest one
     bool even;
     std::uint32_t index;
   };
-  std::vector<Key> keys;
-  keys.reserve(triangles.size());
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    Triangle t = triangles[i];
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    const bool even = t[1] < t[2];
-    if (!even) std::swap(t[1], t[2]);
-    keys.push_back({t, even, i});
-  }
-  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
-    return std::tie(a.sorted, a.even, a.index) < std::tie(b.sorted, b.even, b.index);
-  });
+  const auto key_of = [&](std::uint32_t i) {
+    const Triangle& t = triangles[i];
+    const std::size_t least = static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin());
+    const std::uint32_t b = t[(least + 1) % 3], c = t[(least + 2) % 3];
+    return Key{std::min(b, c), std::max(b, c), b < c, i};
+  };
+  // Sorted by the smallest corner, by counting; then the few triangles of each.
+  std::vector<std::uint32_t> ends(points + 1);
+  for (const Triangle& t : triangles) ++ends[*std::min_element(t.begin(), t.end()) + std::size_t{1}];
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<Key> keys(triangles.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) keys[ends[*std::min_element(triangles[i].begin(), triangles[i].end())]++] = key_of(i);
   std::vector<bool> dropped(triangles.size());
-  for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
-    while (end < keys.size() && keys[end].sorted == keys[begin].sorted) ++end;
-    std::size_t middle = begin;
-    while (middle < end && !keys[middle].even) ++middle;
-    for (std::size_t k = 0; k < std::min(middle - begin, end - middle); ++k)
-      dropped[keys[begin + k].index] = dropped[keys[middle + k].index] = true;
+  bool any = false;
+  for (std::size_t corner = 0, from = 0; corner < points; from = ends[corner++]) {
+    const std::span<Key> own(keys.data() + from, ends[corner] - from);
+    std::sort(own.begin(), own.end(), [](const Key& a, const Key& b) { return std::tie(a.low, a.high, a.even, a.index) < std::tie(b.low, b.high, b.even, b.index); });
+    for (std::size_t begin = 0, end = 0; begin < own.size(); begin = end) {
+      while (end < own.size() && own[end].low == own[begin].low && own[end].high == own[begin].high) ++end;
+      std::size_t middle = begin;
+      while (middle < end && !own[middle].even) ++middle;
+      for (std::size_t k = 0; k < std::min(middle - begin, end - middle); ++k) any = dropped[own[begin + k].index] = dropped[own[middle + k].index] = true;
+    }
   }
+  if (!any) return;
   std::size_t size = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i)
     if (!dropped[i]) triangles[size++] = triangles[i];
@@ -156,15 +169,16 @@ void cancel_opposite(std::vector<Triangle>& triangles) {
 /// Triangles without any that is flat, as far as that keeps the mesh closed.
 std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces) {
   std::vector<Triangle> triangles = triangulated(points, faces);
-  cancel_opposite(triangles);
-  for (int round = 0; round < 4; ++round) {
+  const bool had_triangles_only = triangles.size() == faces.size();  // and none of them flat
+  cancel_opposite(points.size(), triangles);
+  for (int round = 0; round < 4 && !had_triangles_only; ++round) {
     faces = without_degenerate(points, as_faces(triangles));
     if (faces.size() == triangles.size()) break;
     // The long edge of a flat triangle has its third corner as a T-vertex.
     faces = split_at_t_vertices(points, std::move(faces), {});
     if (!open_edges(faces).empty()) break;
     triangles = triangulated(points, faces);
-    cancel_opposite(triangles);
+    cancel_opposite(points.size(), triangles);
   }
   return triangles;
 }
