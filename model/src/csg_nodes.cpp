@@ -12,6 +12,7 @@
 #include "bsp2/model/tessellation.hpp"
 #include "imports.hpp"
 #include "matrix.hpp"
+#include "mesh_crossing.hpp"
 #include "polygon.hpp"
 #include "polyhedron.hpp"
 #include "text.hpp"
@@ -357,6 +358,18 @@ void read_numbers(const Value* value, std::array<double, N>& into) {
     if (at->kind == Value::number || at->kind == Value::boolean) into[i] = at->as_number;
 }
 
+std::string text_of(const Point3& p) {
+  std::string text = "(";
+  text += text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]);
+  return text += ")";
+}
+
+std::string text_of(const MeshCrossing& crossing) {
+  const auto& [a, b, c] = crossing.triangle;
+  return "the edge from " + text_of(crossing.edge[0]) + " to " + text_of(crossing.edge[1]) + " goes through the triangle " + text_of(a) + ", " + text_of(b) + ", " +
+         text_of(c);
+}
+
 Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
   const std::string name = arguments.string("file", 0, "");
   if (name.empty()) throw Error("import: it names no file");
@@ -390,7 +403,11 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   } catch (const Error& error) {
     throw Error("import of " + path.string() + ": " + error.what());
   }
-  if (closed) return pool.primitive(std::move(*closed), 3);
+  if (closed) {
+    if (const auto crossing = self_crossing(*closed))
+      warn("the mesh of " + path.string() + " crosses itself: " + text_of(*crossing) + ". What its faces wind around counts as inside");
+    return pool.primitive(std::move(*closed), 3);
+  }
   warn("this import is empty: the faces of " + path.string() + " enclose nothing");
   return pool.empty(3);
 }

@@ -56,6 +56,38 @@ int orientation(const Point2& a, const Point2& b, const Point2& c) {
   return quick ? *quick : rational_orientation(a, b, c);
 }
 
+std::optional<int> quick_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
+  Point3 u, v, w;
+  for (std::size_t k = 0; k < 3; ++k) u[k] = a[k] - d[k], v[k] = b[k] - d[k], w[k] = c[k] - d[k];
+  double determinant = 0, permanent = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    const double left = v[l] * w[m], right = v[m] * w[l];
+    determinant += u[k] * (left - right);
+    permanent += std::fabs(u[k]) * (std::fabs(left) + std::fabs(right));
+  }
+  // Shewchuk's bound for this expression is (7 + 56 eps) eps, here twice that; no underflow above 1e-290.
+  const double bound = 1.6e-15 * permanent;
+  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max()) return -sign(determinant);
+  return std::nullopt;
+}
+
+int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
+  if (const std::optional<int> quick = quick_orientation(a, b, c, d)) return *quick;
+  using Rational = boost::multiprecision::cpp_rational;
+  std::array<Rational, 3> u, v, w;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Rational origin(d[k]);
+    u[k] = Rational(a[k]) - origin, v[k] = Rational(b[k]) - origin, w[k] = Rational(c[k]) - origin;
+  }
+  Rational determinant = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    determinant += u[k] * (v[l] * w[m] - v[m] * w[l]);
+  }
+  return -determinant.sign();
+}
+
 bool collinear(const Point3& a, const Point3& b, const Point3& c) {
   bool is_sure = true;
   for (std::size_t i = 0; i < 3; ++i) {
