@@ -1,7 +1,9 @@
 #include "lowering.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <unordered_set>
 #include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
@@ -22,7 +24,30 @@ struct Visit {
   std::size_t begin;
   const model::Colour* colour = nullptr;  // the outermost one on the way here
   std::int32_t part = -1;  // that all in it belongs to; -1: each primitive is a part of its own
+  bool is_repeated = false;  // an operand that was there already: it counts parts, no more
 };
+
+/// Which operands are the same node as an earlier one that is combined in the same way; nothing if none is. Of those, a union, an
+/// intersection or the subtrahends of a difference take one.
+std::vector<bool> repeated_operands(const model::Boolean& boolean) {
+  std::vector<bool> repeated;
+  if (boolean.operation == Operation::symmetric_difference) return repeated;
+  const auto& children = boolean.children;
+  const std::size_t first = boolean.operation == Operation::subtract ? 1 : 0;
+  constexpr std::size_t few = 16;
+  std::unordered_set<const model::Node*> seen;
+  for (std::size_t i = first; i < children.size(); ++i) {
+    bool is_repeated = false;
+    if (children.size() > few)
+      is_repeated = !seen.insert(&children[i].node()).second;
+    else
+      for (std::size_t j = first; j < i && !is_repeated; ++j) is_repeated = children[j].same_node(children[i]);
+    if (!is_repeated) continue;
+    repeated.resize(children.size());
+    repeated[i] = true;
+  }
+  return repeated;
+}
 
 template <int D>
 class Lowering {
@@ -35,6 +60,8 @@ class Lowering {
       stack_.pop_back();
       if (visit.node == nullptr)
         close(visit.begin);
+      else if (visit.is_repeated)
+        take_parts(visit.part < 0 ? visit.node->parts : 0);
       else
         std::visit([&](const auto& value) { enter(visit, value); }, visit.node->value);
     }
@@ -97,12 +124,14 @@ class Lowering {
     const bool differ = boolean.operation == Operation::symmetric_difference;
     const bool unites = (boolean.operation == Operation::unite) != visit.complemented;
     const Word kind = differ ? Net::kind_differ : unites ? Net::kind_unite : Net::kind_intersect;
-    if (kind != visit.enclosing || children.empty()) open(kind);
+    const std::vector<bool> repeated = repeated_operands(boolean);
+    const bool is_one = !repeated.empty() && std::count(repeated.begin(), repeated.end(), false) == 1;
+    if (!is_one && (kind != visit.enclosing || children.empty())) open(kind);
     for (std::size_t i = children.size(); i-- > 0;) {
       bool complemented = visit.complemented;
       if (differ) complemented = visit.complemented && i == 0;
       if (boolean.operation == Operation::subtract && i > 0) complemented = !complemented;
-      stack_.push_back({&children[i].node(), visit.placement, complemented, kind, 0, visit.colour, visit.part});
+      stack_.push_back({&children[i].node(), visit.placement, complemented, is_one ? visit.enclosing : kind, 0, visit.colour, visit.part, !repeated.empty() && repeated[i]});
     }
   }
 

@@ -12,6 +12,7 @@
 #include "bsp2/model/tessellation.hpp"
 #include "imports.hpp"
 #include "matrix.hpp"
+#include "mesh_crossing.hpp"
 #include "polygon.hpp"
 #include "polyhedron.hpp"
 #include "text.hpp"
@@ -147,8 +148,7 @@ Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& war
   }
   const Expression box = pool.primitive(Cuboid{{x, y, z}}, 3);
   if (!arguments.flag("center", 1)) return box;
-  const double matrix[] = {1, 0, 0, -x / 2, 0, 1, 0, -y / 2, 0, 0, 1, -z / 2, 0, 0, 0, 1};
-  return pool.transform(matrix, box);
+  return pool.transform({1, 0, 0, -x / 2, 0, 1, 0, -y / 2, 0, 0, 1, -z / 2, 0, 0, 0, 1}, box);
 }
 
 /// The pooled version of an expression that is one primitive, or empty.
@@ -193,8 +193,7 @@ Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, 
   if (options.curved && !is_polygon(widest, arguments)) {
     const Expression round = pool.primitive(Round{bottom, top, {height}, sides_in_place(widest, arguments)}, 3);
     if (!arguments.flag("center", 3)) return round;
-    const double matrix[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1};
-    return pool.transform(matrix, round);
+    return pool.transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1}, round);
   }
   const std::uint32_t sides = checked_sides(widest, arguments, false);
   return adopt(cylinder(height, bottom, top, sides, arguments.flag("center", 3)), pool);
@@ -248,11 +247,13 @@ Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const War
     return pool.empty(3);
   }
   read_faces(faces_list, faces);
-  std::optional<TriangleMesh> mesh = repaired_mesh(points, faces, [&](const std::string& text) { warn("this polyhedron is " + text); });
-  if (!mesh) {
-    warn("this polyhedron is empty: its faces enclose nothing");
-    return pool.empty(3);
+  std::optional<TriangleMesh> mesh;
+  try {
+    mesh = repaired_mesh(points, faces, Holes::refuse, [&](const std::string& text) { warn("this polyhedron is " + text); });
+  } catch (const OpenMesh& error) {
+    throw HollowPolyhedron(std::string("this polyhedron is ") + error.what(), std::move(points), true);
   }
+  if (!mesh) throw HollowPolyhedron("this polyhedron is empty: its faces enclose nothing", std::move(points), false);
   return pool.primitive(std::move(*mesh), 3);
 }
 
@@ -273,8 +274,7 @@ Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& w
   }
   const Expression square = pool.primitive(Cuboid{{x, y}}, 2);
   if (!arguments.flag("center", 1)) return square;
-  const double matrix[] = {1, 0, -x / 2, 0, 1, -y / 2, 0, 0, 1};
-  return pool.transform(matrix, square);
+  return pool.transform({1, 0, -x / 2, 0, 1, -y / 2, 0, 0, 1}, square);
 }
 
 Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
@@ -358,6 +358,18 @@ void read_numbers(const Value* value, std::array<double, N>& into) {
     if (at->kind == Value::number || at->kind == Value::boolean) into[i] = at->as_number;
 }
 
+std::string text_of(const Point3& p) {
+  std::string text = "(";
+  text += text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]);
+  return text += ")";
+}
+
+std::string text_of(const MeshCrossing& crossing) {
+  const auto& [a, b, c] = crossing.triangle;
+  return "the edge from " + text_of(crossing.edge[0]) + " to " + text_of(crossing.edge[1]) + " goes through the triangle " + text_of(a) + ", " + text_of(b) + ", " +
+         text_of(c);
+}
+
 Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
   const std::string name = arguments.string("file", 0, "");
   if (name.empty()) throw Error("import: it names no file");
@@ -382,16 +394,20 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
     if (arguments.flag("center", -1)) warn("center is not supported for SVG files; the drawing stays where it is");
     return pool.boolean(Operation::unite, 2, shapes, true);
   }
-  if (kind != ".stl" && kind != ".off" && kind != ".obj" && kind != ".ply" && kind != ".3mf" && kind != ".amf")
+  if (!is_mesh_ending(kind))
     throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
   const ImportedMesh mesh = import_mesh(path);
   std::optional<TriangleMesh> closed;
   try {
-    closed = repaired_mesh(mesh.points, mesh.faces, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
+    closed = repaired_mesh(mesh.points, mesh.faces, Holes::cap, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
   } catch (const Error& error) {
     throw Error("import of " + path.string() + ": " + error.what());
   }
-  if (closed) return pool.primitive(std::move(*closed), 3);
+  if (closed) {
+    if (const auto crossing = self_crossing(*closed))
+      warn("the mesh of " + path.string() + " crosses itself: " + text_of(*crossing) + ". What its faces wind around counts as inside");
+    return pool.primitive(std::move(*closed), 3);
+  }
   warn("this import is empty: the faces of " + path.string() + " enclose nothing");
   return pool.empty(3);
 }

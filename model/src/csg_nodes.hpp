@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
 #include "csg_scanner.hpp"
 #include "node_pool.hpp"
@@ -69,8 +70,17 @@ class Arguments {
 
 using Warn = std::function<void(std::string)>;
 
+/// A polyhedron whose faces bound no solid. What that means depends on where it stands.
+class HollowPolyhedron : public Error {
+ public:
+  HollowPolyhedron(const std::string& text, std::vector<std::array<double, 3>> points_, bool is_open_)
+      : Error(text), points(std::move(points_)), is_open(is_open_) {}
+  std::vector<std::array<double, 3>> points;
+  bool is_open;  ///< else its faces are flat
+};
+
 /// The solid of a primitive, with OpenSCAD's meaning of bad arguments: what has no size is empty.
-/// @throws bsp2::Error without a position, for more sides than anybody needs and for open polyhedra.
+/// @throws bsp2::Error without a position, for more sides than anybody needs; HollowPolyhedron.
 /// @param folder what the names of files are relative to.
 Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
                           const Warn& warn);

@@ -7,6 +7,7 @@
 #include "csg_nodes.hpp"
 #include "csg_scanner.hpp"
 #include "node_pool.hpp"
+#include "polyhedron.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -21,7 +22,7 @@ constexpr std::size_t most_warnings = 100;
 class Reader {
  public:
   Reader(std::string_view text, const std::string& name, const CsgOptions& options)
-      : text_(text), name_(name), options_(options), scanner_(text), lines_(text) {}
+      : text_(text), name_(name), folder_(std::filesystem::path(name).parent_path()), options_(options), scanner_(text), lines_(text) {}
 
   Model read() {
     try {
@@ -58,6 +59,8 @@ class Reader {
   void read_node();
   Frame header();
   void modifiers(Frame& frame);
+  [[nodiscard]] bool only_points_count(const Frame& frame) const;
+  Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
   void interpret(Frame& frame);
   void close();
   void close_frame();
@@ -88,6 +91,7 @@ class Reader {
 
   std::string_view text_;
   const std::string& name_;
+  const std::filesystem::path folder_;  // what names of files are relative to
   CsgOptions options_;
   Scanner scanner_;
   LineFinder lines_;
@@ -101,6 +105,7 @@ class Reader {
   std::vector<std::optional<Colour>> colours_;    // of the color frames
   std::vector<Construct> constructs_;             // of the frames from hull to roof
   std::vector<SyntaxError> problems_, warnings_;
+  std::optional<SyntaxError> left_out_;  // the first open polyhedron that takes part
   std::size_t warnings_left_out_ = 0;
   bool root_tagged_ = false;
   Frame root_;  // once the subtree tagged by ! is complete
@@ -158,6 +163,7 @@ void Reader::modifiers(Frame& frame) {
   root_tagged_ = frame.is_root = true;
   frame.absence = Absence::none;
   warnings_.clear();  // of what is not in the tree now
+  left_out_.reset();
   warnings_left_out_ = 0;
 }
 
@@ -206,7 +212,13 @@ void Reader::interpret(Frame& frame) {
           constructs_.push_back(construct.value_or(Hull{}));
           if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
         }
-        operands_.push_back(make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, std::filesystem::path(name_).parent_path(), options_, pool_, warn));
+        Expression made;
+        try {
+          made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn);
+        } catch (const HollowPolyhedron& polyhedron) {
+          made = solid_of_hollow(frame, polyhedron);
+        }
+        operands_.push_back(std::move(made));
         operand_places_.push_back(places_.size());
         if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
       } catch (const Error& error) {
@@ -215,6 +227,34 @@ void Reader::interpret(Frame& frame) {
       }
     }
   }
+}
+
+/// Whether a hull or a minkowski takes what stands here as a set of points: nothing in between needs a solid.
+bool Reader::only_points_count(const Frame& frame) const {
+  bool is_root = frame.is_root;
+  for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
+    const NodeKind kind = frames_[i].kind;
+    if (kind == NodeKind::hull || kind == NodeKind::minkowski) return true;
+    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix) return false;
+    is_root = frames_[i].is_root;
+  }
+  return false;
+}
+
+/// OpenSCAD reports an open polyhedron and goes on without it; a hull takes its points all the same.
+Expression Reader::solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron) {
+  std::string text = polyhedron.what();
+  if (only_points_count(frame)) {
+    warn(frame, text + ". Only its points count here");
+    const auto mesh = spanned_mesh(polyhedron.points);
+    return mesh ? pool_.primitive(*mesh, 3) : pool_.empty(3);
+  }
+  if (polyhedron.is_open) {
+    text += ". It encloses no volume and is left out";
+    if (!left_out_) left_out_ = SyntaxError{frame.offset, text};
+  }
+  warn(frame, std::move(text));
+  return pool_.empty(3);
 }
 
 void Reader::read_node() {
@@ -276,8 +316,8 @@ Expression Reader::solid_of(const Frame& frame) {
       matrices_.pop_back();
       const Expression child = pool_.boolean(Operation::unite, dimension, operands);
       if (pool_.is_empty(child)) return child;
-      const auto affine = affine_matrix(matrix, dimension, [&](std::string text) { warn(frame, std::move(text)); });
-      return affine.empty() ? pool_.empty(dimension) : pool_.transform(affine, child);
+      auto affine = affine_matrix(matrix, dimension, [&](std::string text) { warn(frame, std::move(text)); });
+      return affine.empty() ? pool_.empty(dimension) : pool_.transform(std::move(affine), child);
     }
     default:
       if (is_construct(frame.kind)) return construction_of(frame, dimension, operands);
@@ -352,6 +392,7 @@ Model Reader::result() {
     if (pool_.is_empty(model.expression)) places_.clear();
     model.part_offsets = std::move(places_);
   }
+  if (left_out_ && pool_.is_empty(model.expression)) throw SyntaxError{left_out_->offset, left_out_->text + ", and nothing else is left of the model"};
   model.primitive_count = model.part_offsets.size();
   model.construct_offsets = std::move(constructs_at_);
   if (model.expression.dimension() == 0) model.expression = pool_.empty(3);

@@ -8,10 +8,6 @@ namespace bsp2::model {
 Expression::Expression(int dimension)
     : node_(std::make_shared<Node>(dimension, Boolean{Operation::unite, {}})) {}
 
-int Expression::dimension() const {
-  return node_->dimension;
-}
-
 Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), faceted(true), parts(0), value(std::move(value_)) {
   constexpr std::uint64_t most = std::uint64_t{1} << 62;  // a graph may stand for more than anybody can count
   const auto add = [&](const Expression& child) {

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bsp2/model/tessellation.hpp"
@@ -14,12 +16,30 @@ namespace bsp2::model {
 struct ImportedMesh {
   std::vector<Point3> points;
   FaceCycles faces;  ///< clockwise seen from outside, as in a polyhedron
+
+  /// @return its index.
+  std::uint32_t add_point(const Point3& point);
+  /// @param corners counter-clockwise seen from outside, as in files.
+  void add_face(std::span<const std::uint32_t> corners);
 };
 
-/// The meshes of a file (STL, OFF, OBJ, PLY, 3MF, AMF), with all that its scene does to them. Coordinates go through
-/// single precision.
+/// Whether import_mesh reads files with this ending (with its dot, in small letters).
+bool is_mesh_ending(std::string_view ending);
+
+/// The meshes of a file (STL, OFF, OBJ, PLY, 3MF, AMF).
+///
+/// Strict: what is damaged or cut off is an error with its line or byte, never half a mesh. Coordinates are finite and at most
+/// largest_coordinate.
 /// @throws bsp2::Error if the file cannot be read.
 ImportedMesh import_mesh(const std::filesystem::path& path);
+
+/// The same for each format, of the bytes of a file. @param path its name in messages.
+ImportedMesh import_stl(std::string_view bytes, const std::filesystem::path& path);  ///< text and binary
+ImportedMesh import_off(std::string_view bytes, const std::filesystem::path& path);  ///< text
+ImportedMesh import_obj(std::string_view bytes, const std::filesystem::path& path);
+ImportedMesh import_ply(std::string_view bytes, const std::filesystem::path& path);  ///< text and binary, both byte orders
+ImportedMesh import_3mf(std::string_view bytes, const std::filesystem::path& path);  ///< the build, with its transforms; units make no difference
+ImportedMesh import_amf(std::string_view bytes, const std::filesystem::path& path);  ///< plain or zipped; no constellations, no units, as in OpenSCAD
 
 /// A landscape: the heights of a text (.dat; rows are y, columns x) or the grey values of a picture (.png, 0 to 100) over
 /// a grid of unit squares, four triangles each, down to 0 or to 1 below the lowest height, whichever is lower.

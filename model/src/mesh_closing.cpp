@@ -149,24 +149,39 @@ double Tolerance::at(const Point3& p) const {
 }
 
 std::vector<OpenEdge> open_edges(const FaceCycles& faces) {
-  // The key of an edge, shifted to make room for its direction: ids stay far below 2^31.
-  std::vector<std::pair<std::uint64_t, int>> uses;
-  uses.reserve(faces.corners.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    const auto face = faces[f];
-    for (std::size_t i = 0; i < face.size(); ++i) {
-      const std::uint32_t from = face[i], to = face[i + 1 == face.size() ? 0 : i + 1];
-      if (from != to) uses.emplace_back(key_of(from, to), from < to ? 1 : -1);
+  // Sorted by the smaller end, by counting; then the few edges of each of these ends.
+  struct Use {
+    std::uint32_t high;
+    int direction;
+  };
+  std::vector<std::uint32_t> ends(1);  // ends[v + 1], then [v]: one past the uses of v
+  const auto for_each_edge = [&](auto&& visit) {
+    for (std::size_t f = 0, begin = 0; f < faces.size(); begin = faces.ends[f++]) {
+      std::uint32_t from = faces.ends[f] > begin ? faces.corners[faces.ends[f] - 1] : 0;
+      for (std::size_t i = begin; i < faces.ends[f]; ++i) {
+        const std::uint32_t to = faces.corners[i];
+        if (from < to) visit(from, to, 1);
+        if (to < from) visit(to, from, -1);
+        from = to;
+      }
     }
-  }
-  std::sort(uses.begin(), uses.end());
+  };
+  for (const std::uint32_t corner : faces.corners)
+    if (corner + std::size_t{2} > ends.size()) ends.resize(corner + std::size_t{2});
+  for_each_edge([&](std::uint32_t low, std::uint32_t, int) { ++ends[low + std::size_t{1}]; });
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<Use> uses(ends.back());
+  for_each_edge([&](std::uint32_t low, std::uint32_t high, int direction) { uses[ends[low]++] = {high, direction}; });
+
   std::vector<OpenEdge> open;
-  for (std::size_t i = 0; i < uses.size();) {
-    const std::uint64_t edge = uses[i].first;
-    int excess = 0;
-    for (; i < uses.size() && uses[i].first == edge; ++i) excess += uses[i].second;
-    if (excess != 0)
-      open.push_back({static_cast<std::uint32_t>(edge >> 32), static_cast<std::uint32_t>(edge), excess});
+  for (std::uint32_t low = 0, begin = 0; low + std::size_t{1} < ends.size(); begin = ends[low++]) {
+    std::sort(uses.begin() + begin, uses.begin() + ends[low], [](const Use& x, const Use& y) { return x.high < y.high; });
+    for (std::uint32_t i = begin; i < ends[low];) {
+      const std::uint32_t high = uses[i].high;
+      int excess = 0;
+      for (; i < ends[low] && uses[i].high == high; ++i) excess += uses[i].direction;
+      if (excess != 0) open.push_back({low, high, excess});
+    }
   }
   return open;
 }
@@ -179,7 +194,7 @@ FaceCycles without_degenerate(const std::vector<Point3>& points, const FaceCycle
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = faces[f];
     cycle.assign(face.begin(), face.end());
-    clean(cycle);
+    if (face.size() != 3 || face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) clean(cycle);
     if (cycle.empty() || on_a_line(points, cycle)) continue;
     result.corners.insert(result.corners.end(), cycle.begin(), cycle.end());
     result.end_face();

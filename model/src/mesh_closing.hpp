@@ -8,6 +8,8 @@
 
 namespace bsp2::model {
 
+inline constexpr double largest_coordinate = 1e100;  ///< of a mesh: products of three stay finite
+
 /// Faces of a mesh: cycles of point indices, one after the other.
 struct FaceCycles {
   std::vector<std::uint32_t> corners;
@@ -27,7 +29,7 @@ struct OpenEdge {
   int excess;
 };
 
-/// The edges that are not used equally often in both directions, sorted. O(n log n).
+/// The edges that are not used equally often in both directions, sorted.
 std::vector<OpenEdge> open_edges(const FaceCycles& faces);
 
 /// Drops what bounds nothing: repeated corners, spikes (a b a), and faces whose corners all lie on one line.

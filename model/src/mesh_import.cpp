@@ -1,31 +1,47 @@
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
-#include <assimp/Importer.hpp>
+#include <algorithm>
+#include <cctype>
+#include <utility>
 
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/model/csg.hpp"
 #include "imports.hpp"
 
 namespace bsp2::model {
+namespace {
+
+using Importer = ImportedMesh (*)(std::string_view, const std::filesystem::path&);
+
+constexpr std::pair<std::string_view, Importer> importers[] = {
+    {".stl", import_stl}, {".off", import_off}, {".obj", import_obj}, {".ply", import_ply}, {".3mf", import_3mf}, {".amf", import_amf}};
+
+Importer importer_of(std::string_view ending) {
+  for (const auto& [known, importer] : importers)
+    if (known == ending) return importer;
+  return nullptr;
+}
+
+}  // namespace
+
+std::uint32_t ImportedMesh::add_point(const Point3& point) {
+  if (points.size() == 0xFFFFFFFFu) throw Error("a mesh of more than 2^32 points");
+  points.push_back(point);
+  return static_cast<std::uint32_t>(points.size() - 1);
+}
+
+void ImportedMesh::add_face(std::span<const std::uint32_t> corners) {
+  faces.corners.insert(faces.corners.end(), corners.rbegin(), corners.rend());
+  faces.end_face();
+}
+
+bool is_mesh_ending(std::string_view ending) { return importer_of(ending) != nullptr; }
 
 ImportedMesh import_mesh(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path)) throw Error("import: there is no file " + path.string());
-  Assimp::Importer importer;
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_PreTransformVertices | aiProcess_SortByPType);
-  if (scene == nullptr) throw Error("import: " + path.string() + " cannot be read: " + importer.GetErrorString());
-  ImportedMesh result;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene->mMeshes[m];
-    const auto first = static_cast<std::uint32_t>(result.points.size());
-    for (unsigned i = 0; i < mesh.mNumVertices; ++i) result.points.push_back({mesh.mVertices[i].x, mesh.mVertices[i].y, mesh.mVertices[i].z});
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      for (unsigned k = face.mNumIndices; k-- > 0;) result.faces.corners.push_back(first + face.mIndices[k]);
-      result.faces.end_face();
-    }
-  }
-  return result;
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const Importer importer = importer_of(ending);
+  if (importer == nullptr) throw Error("import: files named *" + ending + " are no meshes that are read");
+  return importer(read_text(path), path);
 }
 
 }  // namespace bsp2::model

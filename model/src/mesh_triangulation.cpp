@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <memory_resource>
+#include <tuple>
 #include <unordered_map>
 
 namespace bsp2::model {
@@ -190,14 +193,18 @@ void Triangulator::build_grid() {
 
 /// Lawson's flips. A budget, not a proof, ends them: the comparison of angles is rounded.
 void Triangulator::flip_edges(std::span<Triangle> triangles) const {
-  std::unordered_map<std::uint32_t, Point2> position;
+  std::array<std::byte, 16384> memory;  // enough for a small face; a larger one gets more from the heap
+  std::pmr::monotonic_buffer_resource resource(memory.data(), memory.size());
+  std::pmr::unordered_map<std::uint32_t, Point2> position(&resource);
   for (const Corner& corner : corners_) position.emplace(corner.vertex, corner.at);
   struct Half {
     std::uint32_t triangle;
     bool unique;
   };
-  std::unordered_map<std::uint64_t, Half> halves;
-  std::vector<std::uint64_t> todo;
+  std::pmr::unordered_map<std::uint64_t, Half> halves(&resource);
+  halves.reserve(3 * triangles.size());
+  std::pmr::vector<std::uint64_t> todo(&resource);
+  todo.reserve(3 * triangles.size());
   const auto enter = [&](std::uint32_t t) {
     for (int k = 0; k < 3; ++k) {
       const auto [entry, fresh] =

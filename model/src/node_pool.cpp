@@ -133,21 +133,19 @@ Expression NodePool::boolean(Operation operation, int dimension, std::span<const
   });
 }
 
-Expression NodePool::transform(std::span<const double> matrix, const Expression& child) {
+Expression NodePool::transform(std::vector<double> matrix, const Expression& child) {
   if (is_empty(child)) return child;
+  for (double& entry : matrix) entry += 0.0;  // no -0: nodes that compare equal look equal
   Hash hash;
   hash.add(std::uint64_t{0x200});
   for (const double entry : matrix) hash.add(entry);
   hash.add(address(child));
   const auto equal = [&](const auto& value) {
     const auto* other = std::get_if<Transform>(&value);
-    return other && other->child.same_node(child) &&
-           std::equal(matrix.begin(), matrix.end(), other->matrix.begin(), other->matrix.end());
+    return other && other->child.same_node(child) && other->matrix == matrix;
   };
   return find_or_make(hash.value(), child.dimension(), equal, [&] {
-    Transform made{{matrix.begin(), matrix.end()}, child};
-    for (double& entry : made.matrix) entry += 0.0;  // no -0: nodes that compare equal look equal
-    return Expression(std::make_shared<Node>(child.dimension(), std::move(made)));
+    return Expression(std::make_shared<Node>(child.dimension(), Transform{std::move(matrix), child}));
   });
 }
 

@@ -26,7 +26,7 @@ class NodePool {
   /// @param one_part: it is what a single primitive of the source is made of.
   Expression boolean(Operation operation, int dimension, std::span<const Expression> operands, bool one_part = false);
   /// `matrix` is affine and not singular.
-  Expression transform(std::span<const double> matrix, const Expression& child);
+  Expression transform(std::vector<double> matrix, const Expression& child);
   Expression coloured(const Colour& colour, const Expression& child);
   /// @pre no operand is empty.
   Expression construction(const Construct& construct, int dimension, std::span<const Expression> operands);

@@ -1,30 +1,36 @@
 #include "polyhedron.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <string>
 #include <tuple>
 #include <utility>
 
-#include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
+#include "convex_hull.hpp"
 #include "mesh_repair.hpp"
 #include "mesh_triangulation.hpp"
 
 namespace bsp2::model {
 namespace {
 
-constexpr double largest_coordinate = 1e100;  // products of three stay finite
-
 std::string text_of(double x) {
   char buffer[32];
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x).ptr};
 }
 
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
 std::string text_of(const Point3& p) {
-  return "(" + text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]) + ")";
+  std::string text = "(";
+  text += text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]);
+  return text += ")";
 }
 
 void check_input(const std::vector<Point3>& points, const FaceCycles& faces) {
@@ -42,13 +48,19 @@ void check_input(const std::vector<Point3>& points, const FaceCycles& faces) {
 
 /// Index of the first point at the same place, for every point.
 std::vector<std::uint32_t> first_equal(const std::vector<Point3>& points) {
-  std::vector<std::uint32_t> order(points.size()), first(points.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::tie(points[a], a) < std::tie(points[b], b);
-  });
-  for (std::size_t i = 0; i < order.size(); ++i)
-    first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  std::vector<std::uint32_t> slots(std::bit_ceil(2 * points.size() + 1), none), first(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    std::uint64_t hash = 0;
+    for (const double x : points[i]) {
+      hash = (hash ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9E3779B97F4A7C15ull;  // -0 == 0, so it hashes as 0
+      hash ^= hash >> 32;
+    }
+    std::size_t at = hash & (slots.size() - 1);
+    while (slots[at] != none && points[slots[at]] != points[i]) at = (at + 1) & (slots.size() - 1);
+    if (slots[at] == none) slots[at] = i;
+    first[i] = slots[at];
+  }
   return first;
 }
 
@@ -67,12 +79,12 @@ std::string text_of(const std::vector<Point3>& points, const std::vector<OpenEdg
   const OpenEdge& edge = open.front();
   std::string text = "not closed: the edge from point " + std::to_string(edge.a) + " " + text_of(points[edge.a]) + " to point " +
                      std::to_string(edge.b) + " " + text_of(points[edge.b]) + " has no matching face on its other side";
-  if (open.size() > 1) text += "; " + std::to_string(open.size() - 1) + " more edges are open";
+  if (open.size() > 1) text += "; " + counted(open.size() - 1, "more edge is", "more edges are") + " open";
   return text;
 }
 
 [[noreturn]] void throw_open(const std::vector<Point3>& points, const std::vector<OpenEdge>& open) {
-  throw Error("polyhedron: " + text_of(points, open));
+  throw OpenMesh(text_of(points, open));
 }
 
 /// Closes the faces with as little tolerance as it takes: exactly; then on OpenSCAD's grid of 2^-20, made
@@ -117,32 +129,37 @@ std::vector<Triangle> triangulated(const std::vector<Point3>& points, const Face
 }
 
 /// Removes pairs of equal triangles wound in opposite ways: they bound nothing together.
-void cancel_opposite(std::vector<Triangle>& triangles) {
+void cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
   struct Key {
-    Triangle sorted;
+    std::uint32_t low, high;  // the corners beside the smallest one
     bool even;
     std::uint32_t index;
   };
-  std::vector<Key> keys;
-  keys.reserve(triangles.size());
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) {
-    Triangle t = triangles[i];
-    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-    const bool even = t[1] < t[2];
-    if (!even) std::swap(t[1], t[2]);
-    keys.push_back({t, even, i});
-  }
-  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
-    return std::tie(a.sorted, a.even, a.index) < std::tie(b.sorted, b.even, b.index);
-  });
+  const auto key_of = [&](std::uint32_t i) {
+    const Triangle& t = triangles[i];
+    const std::size_t least = static_cast<std::size_t>(std::min_element(t.begin(), t.end()) - t.begin());
+    const std::uint32_t b = t[(least + 1) % 3], c = t[(least + 2) % 3];
+    return Key{std::min(b, c), std::max(b, c), b < c, i};
+  };
+  // Sorted by the smallest corner, by counting; then the few triangles of each.
+  std::vector<std::uint32_t> ends(points + 1);
+  for (const Triangle& t : triangles) ++ends[*std::min_element(t.begin(), t.end()) + std::size_t{1}];
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<Key> keys(triangles.size());
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) keys[ends[*std::min_element(triangles[i].begin(), triangles[i].end())]++] = key_of(i);
   std::vector<bool> dropped(triangles.size());
-  for (std::size_t begin = 0, end = 0; begin < keys.size(); begin = end) {
-    while (end < keys.size() && keys[end].sorted == keys[begin].sorted) ++end;
-    std::size_t middle = begin;
-    while (middle < end && !keys[middle].even) ++middle;
-    for (std::size_t k = 0; k < std::min(middle - begin, end - middle); ++k)
-      dropped[keys[begin + k].index] = dropped[keys[middle + k].index] = true;
+  bool any = false;
+  for (std::size_t corner = 0, from = 0; corner < points; from = ends[corner++]) {
+    const std::span<Key> own(keys.data() + from, ends[corner] - from);
+    std::sort(own.begin(), own.end(), [](const Key& a, const Key& b) { return std::tie(a.low, a.high, a.even, a.index) < std::tie(b.low, b.high, b.even, b.index); });
+    for (std::size_t begin = 0, end = 0; begin < own.size(); begin = end) {
+      while (end < own.size() && own[end].low == own[begin].low && own[end].high == own[begin].high) ++end;
+      std::size_t middle = begin;
+      while (middle < end && !own[middle].even) ++middle;
+      for (std::size_t k = 0; k < std::min(middle - begin, end - middle); ++k) any = dropped[own[begin + k].index] = dropped[own[middle + k].index] = true;
+    }
   }
+  if (!any) return;
   std::size_t size = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i)
     if (!dropped[i]) triangles[size++] = triangles[i];
@@ -152,15 +169,16 @@ void cancel_opposite(std::vector<Triangle>& triangles) {
 /// Triangles without any that is flat, as far as that keeps the mesh closed.
 std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces) {
   std::vector<Triangle> triangles = triangulated(points, faces);
-  cancel_opposite(triangles);
-  for (int round = 0; round < 4; ++round) {
+  const bool had_triangles_only = triangles.size() == faces.size();  // and none of them flat
+  cancel_opposite(points.size(), triangles);
+  for (int round = 0; round < 4 && !had_triangles_only; ++round) {
     faces = without_degenerate(points, as_faces(triangles));
     if (faces.size() == triangles.size()) break;
     // The long edge of a flat triangle has its third corner as a T-vertex.
     faces = split_at_t_vertices(points, std::move(faces), {});
     if (!open_edges(faces).empty()) break;
     triangles = triangulated(points, faces);
-    cancel_opposite(triangles);
+    cancel_opposite(points.size(), triangles);
   }
   return triangles;
 }
@@ -221,7 +239,8 @@ std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const
   return mesh_of(points, closed_triangles(points, *solid));
 }
 
-std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces, const std::function<void(std::string)>& warn) {
+std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces, Holes holes,
+                                          const std::function<void(std::string)>& warn) {
   check_input(given, faces);
   FaceCycles cycles = oriented(given, faces);
   if (const auto solid = closed(given, cycles)) return mesh_of(given, closed_triangles(given, *solid));
@@ -236,27 +255,44 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   std::size_t count = 0;
   const FaceCycles once = without_duplicates(cycles, count);
   if (count > 0) {
-    const std::string repair = std::to_string(count) + " faces that were there already are left out";
+    const std::string repair = counted(count, "face that was there already is", "faces that were there already are") + " left out";
     if (const auto solid = closed(given, once)) return told(repair), mesh_of(given, closed_triangles(given, *solid));
     repairs.push_back(repair);
     cycles = once;
   }
   const FaceCycles wound = consistently_wound(cycles, count);
   if (count > 0 && open_edges(wound).size() < open_edges(cycles).size()) {
-    const std::string repair = std::to_string(count) + " faces wound unlike their neighbours are turned";
+    const std::string repair = counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") + " turned";
     if (const auto solid = closed(given, wound)) return told(repair), mesh_of(given, closed_triangles(given, *solid));
     repairs.push_back(repair);
     cycles = wound;
   }
+  if (holes == Holes::refuse) throw OpenMesh(what);
   std::vector<Point3> points = given;
   const auto first_apex = static_cast<std::uint32_t>(points.size());
   const std::vector<OpenEdge> open = open_edges(cycles);
   cycles = capped(points, cycles, open);
   const std::vector<Triangle> triangles = without_sheets(points, closed_triangles(points, std::move(cycles)), first_apex, count);
-  std::string last = std::to_string(open.size()) + " open edges are closed by caps";
-  if (count > 0) last += ", " + std::to_string(count) + (count == 1 ? " part that is" : " parts that are") + " an open sheet and encloses nothing is left out";
+  std::string last = counted(open.size(), "open edge is", "open edges are") + " closed by caps";
+  if (count > 0) last += ", " + counted(count, "part that is", "parts that are") + " an open sheet and encloses nothing is left out";
   told(last);
   return mesh_of(points, triangles);
+}
+
+std::optional<TriangleMesh> spanned_mesh(const std::vector<Point3>& points) {
+  if (points.empty()) return std::nullopt;
+  if (auto hull = hull_mesh(points)) return hull;
+  // Whatever lies on their line lies between these two.
+  const auto [low, high] = std::minmax_element(points.begin(), points.end());
+  TriangleMesh sheet{{*low, *high}, {}, true};
+  for (const Point3& point : points) {
+    if (collinear(*low, *high, point)) continue;
+    const auto corner = static_cast<std::uint32_t>(sheet.points.size());
+    sheet.points.push_back(point);
+    sheet.triangles.insert(sheet.triangles.end(), {{0, 1, corner}, {corner, 1, 0}});
+  }
+  if (sheet.triangles.empty()) return std::nullopt;
+  return sheet;
 }
 
 Expression polyhedron(std::vector<std::array<double, 3>> points,
@@ -266,9 +302,12 @@ Expression polyhedron(std::vector<std::array<double, 3>> points,
     cycles.corners.insert(cycles.corners.end(), face.begin(), face.end());
     cycles.end_face();
   }
-  std::optional<TriangleMesh> mesh = closed_mesh(points, cycles);
-  if (!mesh) return Expression(3);
-  return Expression(std::make_shared<Node>(3, std::move(*mesh)));
+  try {
+    std::optional<TriangleMesh> mesh = closed_mesh(points, cycles);
+    return mesh ? Expression(std::make_shared<Node>(3, std::move(*mesh))) : Expression(3);
+  } catch (const OpenMesh& error) {
+    throw Error(std::string("polyhedron: ") + error.what());
+  }
 }
 
 }  // namespace bsp2::model

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/geometry/error.hpp"
 #include "bsp2/model/expression.hpp"
 #include "mesh_closing.hpp"
 
@@ -15,10 +16,28 @@ namespace bsp2::model {
 /// @throws bsp2::Error for an index without a point, a coordinate that is not finite, and open edges.
 std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const FaceCycles& faces);
 
+/// Faces that leave edges open, so they bound no solid.
+class OpenMesh : public Error {
+ public:
+  using Error::Error;
+};
+
+/// What to do about holes in a mesh.
+enum class Holes : std::uint8_t {
+  refuse,  ///< throw OpenMesh: as OpenSCAD does with its polyhedra
+  cap      ///< close them by cones over their rims, unless the mesh is a sheet: for meshes from files
+};
+
 /// The same, of faces that need not be the boundary of a solid: equal faces count once, faces wound unlike their neighbours
 /// are turned, holes are capped, and sheets, which enclose nothing, are left out (generalized winding numbers decide); in this
 /// order and only as far as it takes.
 /// @param warn is told of each repair, and where the first open edge was.
-std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& points, const FaceCycles& faces, const std::function<void(std::string)>& warn);
+/// @throws OpenMesh "not closed: the edge from point ..." if holes are left that may not be capped.
+std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& points, const FaceCycles& faces, Holes holes,
+                                          const std::function<void(std::string)>& warn);
+
+/// A mesh that has the hull of these points and is convex, for hulls and sums around it. Where the points lie in a plane it
+/// encloses nothing: triangles seen from both sides. Nothing if they lie on a line.
+std::optional<TriangleMesh> spanned_mesh(const std::vector<Point3>& points);
 
 }  // namespace bsp2::model

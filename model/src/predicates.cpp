@@ -3,6 +3,7 @@
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace bsp2::model {
 namespace {
@@ -26,31 +27,76 @@ int rational_orientation(const Point2& a, const Point2& b, const Point2& c) {
   return left.compare(right);
 }
 
-}  // namespace
-
-int orientation(const Point2& a, const Point2& b, const Point2& c) {
+/// The sign, where doubles tell for sure.
+std::optional<int> quick_orientation(const Point2& a, const Point2& b, const Point2& c) {
+  // The sign of a difference of doubles is exact, so it decides alone where the products differ in sign or vanish.
+  const int left_sign = sign(a.u - c.u) * sign(b.v - c.v), right_sign = sign(a.v - c.v) * sign(b.u - c.u);
+  if (left_sign != right_sign) return left_sign > right_sign ? 1 : -1;
+  if (left_sign == 0) return 0;
   const double left = (a.u - c.u) * (b.v - c.v), right = (a.v - c.v) * (b.u - c.u);
   const double determinant = left - right;
   // Shewchuk's bound for this expression, (3 + 16 eps) eps, a little enlarged; no underflow above 1e-290.
   const double bound = 3.4e-16 * (std::fabs(left) + std::fabs(right));
-  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max())
-    return sign(determinant);
+  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max()) return sign(determinant);
 
-  // Lines parallel to an axis and round coordinates: the differences are doubles, so the fused products
-  // decide.
+  // Round coordinates: the differences are doubles, so the fused products decide.
   double au, av, bu, bv;
   const bool exact = exact_difference(a.u, c.u, au) & exact_difference(a.v, c.v, av) &
                      exact_difference(b.u, c.u, bu) & exact_difference(b.v, c.v, bv);
-  if (exact && (au == 0 || bv == 0) && (av == 0 || bu == 0)) return 0;
-  if (exact && bound > 1e-270 && bound < 1e270) {
-    const double p = au * bv, q = av * bu;
-    if (p != q) return sign(p - q);  // rounding is monotone
-    return sign(std::fma(au, bv, -p) - std::fma(av, bu, -q));
+  if (!exact || bound <= 1e-270 || bound >= 1e270) return std::nullopt;
+  const double p = au * bv, q = av * bu;
+  if (p != q) return sign(p - q);  // rounding is monotone
+  return sign(std::fma(au, bv, -p) - std::fma(av, bu, -q));
+}
+
+}  // namespace
+
+int orientation(const Point2& a, const Point2& b, const Point2& c) {
+  const std::optional<int> quick = quick_orientation(a, b, c);
+  return quick ? *quick : rational_orientation(a, b, c);
+}
+
+std::optional<int> quick_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
+  Point3 u, v, w;
+  for (std::size_t k = 0; k < 3; ++k) u[k] = a[k] - d[k], v[k] = b[k] - d[k], w[k] = c[k] - d[k];
+  double determinant = 0, permanent = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    const double left = v[l] * w[m], right = v[m] * w[l];
+    determinant += u[k] * (left - right);
+    permanent += std::fabs(u[k]) * (std::fabs(left) + std::fabs(right));
   }
-  return rational_orientation(a, b, c);
+  // Shewchuk's bound for this expression is (7 + 56 eps) eps, here twice that; no underflow above 1e-290.
+  const double bound = 1.6e-15 * permanent;
+  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max()) return -sign(determinant);
+  return std::nullopt;
+}
+
+int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
+  if (const std::optional<int> quick = quick_orientation(a, b, c, d)) return *quick;
+  using Rational = boost::multiprecision::cpp_rational;
+  std::array<Rational, 3> u, v, w;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Rational origin(d[k]);
+    u[k] = Rational(a[k]) - origin, v[k] = Rational(b[k]) - origin, w[k] = Rational(c[k]) - origin;
+  }
+  Rational determinant = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    determinant += u[k] * (v[l] * w[m] - v[m] * w[l]);
+  }
+  return -determinant.sign();
 }
 
 bool collinear(const Point3& a, const Point3& b, const Point3& c) {
+  bool is_sure = true;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    const std::optional<int> quick = quick_orientation({a[i], a[j]}, {b[i], b[j]}, {c[i], c[j]});
+    if (quick && *quick != 0) return false;
+    is_sure = is_sure && quick;
+  }
+  if (is_sure) return true;
   return orientation({a[0], a[1]}, {b[0], b[1]}, {c[0], c[1]}) == 0 &&
          orientation({a[1], a[2]}, {b[1], b[2]}, {c[1], c[2]}) == 0 &&
          orientation({a[2], a[0]}, {b[2], b[0]}, {c[2], c[0]}) == 0;

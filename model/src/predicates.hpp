@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 /// Exact answers about points whose coordinates are doubles, for the repair of meshes.
 namespace bsp2::model {
@@ -13,6 +14,12 @@ struct Point2 {
 
 /// Sign of the area of the triangle a b c: 1 = counter-clockwise, 0 = on a line. Exact.
 int orientation(const Point2& a, const Point2& b, const Point2& c);
+
+/// Sign of the volume of the tetrahedron a b c d: 1 if a b c is counter-clockwise seen from d. Exact.
+int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d);
+
+/// The same where doubles tell for sure.
+std::optional<int> quick_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d);
 
 /// Whether the three points lie on one line (or coincide). Exact.
 bool collinear(const Point3& a, const Point3& b, const Point3& c);

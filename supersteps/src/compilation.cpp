@@ -51,7 +51,7 @@ dataflow::Network<D> translation(const Source& source, const RunOptions& options
 void refuse_warnings(const std::vector<std::string>& warnings) {
   if (warnings.empty()) return;
   std::string text = warnings.front();
-  if (warnings.size() > 1) text += " (and " + std::to_string(warnings.size() - 1) + " more warnings)";
+  if (warnings.size() > 1) text += " (and " + std::to_string(warnings.size() - 1) + (warnings.size() == 2 ? " more warning)" : " more warnings)");
   throw Error(text + "; --strict turns warnings into errors");
 }
 

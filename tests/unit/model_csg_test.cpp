@@ -322,6 +322,39 @@ TEST(Csg, ErrorsSayWhere) {
   EXPECT_EQ(message("group();"), "no error");
 }
 
+TEST(Csg, OpenPolyhedraAreLeftOutWithAWarning) {
+  const std::string open = "polyhedron(points = [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], faces = [[0,1,2],[0,3,1],[0,2,3]]);";
+  const std::string where = "this polyhedron is not closed: the edge from point 1 (1, 0, 0) to point 2 (0, 1, 0) has no matching face on its other side; 2 more "
+                            "edges are open. It encloses no volume and is left out";
+  const Model beside = parse("cube(9);\n " + open);
+  ASSERT_EQ(beside.warnings.size(), 1U);
+  EXPECT_EQ(beside.warnings[0], "test.csg:2:2: " + where);
+  EXPECT_TRUE(std::holds_alternative<Primitive>(beside.expression.node().value)) << "the cube alone";
+  EXPECT_EQ(beside.primitive_count, 1U);
+  // It is the user's error if nothing else is left.
+  const std::string nothing = where + ", and nothing else is left of the model";
+  EXPECT_EQ(message(open), "test.csg:1:1: " + nothing);
+  EXPECT_EQ(message("cube(0); difference() { " + open + " cube(1); }"), "test.csg:1:25: " + nothing);
+  EXPECT_EQ(message("group(); *" + open), "no error");
+  EXPECT_EQ(message(open + " !cube(0);"), "no error");
+  EXPECT_EQ(message("cube(1); !" + open), "test.csg:1:11: " + nothing);
+}
+
+/// A hull takes the points of what is no solid, like OpenSCAD: also those of a plane polygon.
+TEST(Csg, OnlyThePointsOfAHollowPolyhedronCountUnderAHull) {
+  const std::string square = "polyhedron(points = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], faces = [[0,1,2,3]]);";
+  const std::string lifted = "multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]) { color([1,0,0]) { " + square + " } }";
+  for (const std::string construct : {"hull() {", "minkowski() { cube(1); group() {"}) {
+    const Model model = parse(construct + lifted + " }" + (construct.size() > 10 ? "}" : ""));
+    ASSERT_EQ(model.warnings.size(), 1U) << construct;
+    EXPECT_NE(model.warnings[0].find("Only its points count here"), std::string::npos) << model.warnings[0];
+    EXPECT_TRUE(std::holds_alternative<Construction>(model.expression.node().value));
+  }
+  const Model between = parse("cube(1); hull() { difference() { " + square + " cube(1); } }");
+  ASSERT_EQ(between.warnings.size(), 1U);
+  EXPECT_NE(between.warnings[0].find("is left out"), std::string::npos) << "a difference takes solids";
+}
+
 TEST(Csg, PartsAreThePrimitivesOfTheSource) {
   const Model model = parse("square(1);\n%circle(1);\ngroup() { circle(0); polygon([[0,0],[2,0],[2,2],[1,1],[0,2]]); cube(1); }\n  hull() { square(2); circle(3); }");
   ASSERT_EQ(model.primitive_count, 4U);

@@ -419,14 +419,14 @@ struct Repaired {
   std::vector<std::string> warnings;
 };
 
-Repaired repaired(const Faces& faces) {
+Repaired repaired(const Faces& faces, Holes holes = Holes::cap) {
   FaceCycles cycles;
   for (const Face& face : faces.faces) {
     cycles.corners.insert(cycles.corners.end(), face.begin(), face.end());
     cycles.end_face();
   }
   Repaired result;
-  result.mesh = repaired_mesh(faces.points, cycles, [&](const std::string& text) { result.warnings.push_back(text); });
+  result.mesh = repaired_mesh(faces.points, cycles, holes, [&](const std::string& text) { result.warnings.push_back(text); });
   return result;
 }
 
@@ -448,11 +448,11 @@ TEST(Repair, MakesAPrismAgain) {
     const char* repair = "";
     switch (round % 3) {
       case 0:
-        repair = "1 faces that were there already are left out";
+        repair = "Repaired: 1 face that was there already is left out";
         faces.faces.push_back(*which);
         break;
       case 1:
-        repair = "1 faces wound unlike their neighbours are turned";
+        repair = "Repaired: 1 face wound unlike its neighbours is turned";
         std::reverse(which->begin(), which->end());
         break;
       default:
@@ -467,6 +467,31 @@ TEST(Repair, MakesAPrismAgain) {
     EXPECT_TRUE(is_closed(*result.mesh));
     EXPECT_NEAR(volume(*result.mesh), expected, 1e-12 * expected) << repair;
   }
+}
+
+TEST(Repair, RefusesHolesOnly) {
+  Faces open = box({0, 0, 0}, {1, 1, 1}), turned = open, doubled = open;
+  open.faces.pop_back();
+  EXPECT_THROW(repaired(open, Holes::refuse), OpenMesh);
+  std::reverse(turned.faces[2].begin(), turned.faces[2].end());
+  EXPECT_EQ(volume(*repaired(turned, Holes::refuse).mesh), 1);
+  doubled.faces.push_back(doubled.faces[0]);
+  EXPECT_EQ(volume(*repaired(doubled, Holes::refuse).mesh), 1);
+}
+
+/// Any points: the hull of what comes out holds them all.
+TEST(Repair, ASpannedMeshHasTheHullOfItsPoints) {
+  const auto tetrahedron = spanned_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.1, 0.1, 0.1}});
+  ASSERT_TRUE(tetrahedron.has_value());
+  EXPECT_NEAR(volume(*tetrahedron), 1.0 / 6, 1e-15);
+  const auto square = spanned_mesh({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {0.5, 0.5, 1}});
+  ASSERT_TRUE(square.has_value());
+  EXPECT_TRUE(is_closed(*square));
+  EXPECT_EQ(volume(*square), 0);
+  for (const Point3& corner : {Point3{0, 0, 1}, Point3{1, 0, 1}, Point3{1, 1, 1}, Point3{0, 1, 1}})
+    EXPECT_NE(std::find(square->points.begin(), square->points.end(), corner), square->points.end());
+  EXPECT_FALSE(spanned_mesh({{0, 0, 0}, {1, 1, 1}, {3, 3, 3}}).has_value());
+  EXPECT_FALSE(spanned_mesh({}).has_value());
 }
 
 TEST(Repair, LeavesSheetsOut) {

@@ -220,4 +220,6 @@ struct Node {
   ~Node();  ///< releases deep chains without recursion
 };
 
+inline int Expression::dimension() const { return node_->dimension; }
+
 }  // namespace bsp2::model

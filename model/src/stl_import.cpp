@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+
+#include "bsp2/geometry/error.hpp"
+#include "imports.hpp"
+#include "text_cursor.hpp"
+
+namespace bsp2::model {
+namespace {
+
+constexpr std::size_t header_bytes = 84, facet_bytes = 50;
+
+bool is_word(std::string_view word, std::string_view lower) {
+  return std::equal(word.begin(), word.end(), lower.begin(), lower.end(),
+                    [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+}
+
+std::uint32_t little_endian(const char* bytes) {
+  unsigned char b[4];
+  std::memcpy(b, bytes, 4);
+  return std::uint32_t{b[0]} | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 | std::uint32_t{b[3]} << 24;
+}
+
+/// Headers of binary files may begin with "solid" as well: then their length tells, or that there is no facet in words.
+bool is_ascii(std::string_view bytes) {
+  if (bytes.size() >= header_bytes && bytes.size() == header_bytes + facet_bytes * std::uint64_t{little_endian(bytes.data() + 80)}) return false;
+  const std::size_t first = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
+  if (!is_word(bytes.substr(first, 5), "solid")) return false;
+  std::string begin(bytes.substr(first, 4096));
+  std::transform(begin.begin(), begin.end(), begin.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return bytes.size() < header_bytes || begin.find("facet") != std::string::npos || begin.find("endsolid") != std::string::npos;
+}
+
+void read_loop(TextCursor& text, ImportedMesh& mesh) {
+  std::vector<std::uint32_t> corners;
+  for (std::string_view word = text.token(); !is_word(word, "endloop"); word = text.token()) {
+    if (!is_word(word, "vertex")) text.fail_at(word, "'vertex' or 'endloop'");
+    Point3 point;
+    for (double& x : point) x = text.coordinate(text.word());
+    corners.push_back(mesh.add_point(point));
+  }
+  if (corners.size() < 3) text.fail("a facet of fewer than three corners");
+  mesh.add_face(corners);
+}
+
+ImportedMesh ascii(std::string_view bytes, const std::filesystem::path& path) {
+  ImportedMesh mesh;
+  TextCursor text(bytes, path);
+  for (std::string_view word = text.token(); !word.empty(); word = text.token()) {
+    if (!is_word(word, "solid")) text.fail_at(word, "'solid'");
+    text.end_line();
+    for (word = text.token(); !is_word(word, "endsolid"); word = text.token()) {
+      if (!is_word(word, "facet")) text.fail_at(word, "'facet' or 'endsolid'");
+      text.end_line();  // the normal follows from the corners
+      if (word = text.token(); !is_word(word, "outer")) text.fail_at(word, "'outer loop'");
+      if (word = text.token(); !is_word(word, "loop")) text.fail_at(word, "'outer loop'");
+      read_loop(text, mesh);
+      if (word = text.token(); !is_word(word, "endfacet")) text.fail_at(word, "'endfacet'");
+    }
+    text.end_line();
+  }
+  return mesh;
+}
+
+ImportedMesh binary(std::string_view bytes, const std::filesystem::path& path) {
+  if (bytes.size() < header_bytes)
+    throw Error(path.string() + ": neither an STL text, which begins with 'solid', nor long enough for a binary STL file, which has a header of 84 bytes");
+  const std::uint64_t facets = little_endian(bytes.data() + 80);
+  if (bytes.size() < header_bytes + facet_bytes * facets)
+    throw Error(path.string() + ": byte 80: " + std::to_string(facets) + " facets need " + std::to_string(header_bytes + facet_bytes * facets) + " bytes, but the file has " +
+                std::to_string(bytes.size()) + "; it is cut off, or no STL file");
+  ImportedMesh mesh;
+  mesh.points.reserve(3 * facets);
+  for (std::uint64_t f = 0; f < facets; ++f) {
+    std::uint32_t corners[3];
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      Point3 point;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t at = header_bytes + facet_bytes * f + 12 * (corner + 1) + 4 * i;
+        point[i] = std::bit_cast<float>(little_endian(bytes.data() + at));
+        if (!std::isfinite(point[i])) throw Error(path.string() + ": byte " + std::to_string(at) + ": a coordinate of facet " + std::to_string(f) + " is not finite");
+      }
+      corners[corner] = mesh.add_point(point);
+    }
+    mesh.add_face(corners);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+ImportedMesh import_stl(std::string_view bytes, const std::filesystem::path& path) {
+  return is_ascii(bytes) ? ascii(bytes, path) : binary(bytes, path);
+}
+
+}  // namespace bsp2::model
