@@ -86,6 +86,7 @@ class Compiler {
     network.coincidence = options_.coincidence;
     network.bounds = box;
     add_colours(network);
+    network.part_names = lowered_.part_names;
     network.producers = std::move(producers);
     network.program = lowered_.program;
     add_planes(network, placements, box);
@@ -300,6 +301,55 @@ class Compiler {
       shape.bounds = {{-reach, -reach, -height}, {reach, reach, height}};
       return shape;
     }
+  }
+
+  /// Coefficients of 60 bits: the half-spaces are within 2^-60 of what they were.
+  Shape<D> make_shape(const model::Polytope& polytope, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    Shape<D> shape;
+    const auto frame = frame_of(polytope);
+    shape.frame = scaling<D>(frame.first, frame.second);
+    std::vector<geometry::Covector<D>> covectors;
+    for (std::size_t at = 0; at < polytope.half_spaces.size(); at += D + 1) {
+      std::array<long double, D + 1> row{};
+      row[D] = static_cast<long double>(polytope.half_spaces[at + D]);
+      long double largest = 0;
+      for (int i = 0; i < D; ++i) {
+        const auto normal = static_cast<long double>(polytope.half_spaces[at + static_cast<std::size_t>(i)]);
+        row[i] = normal * frame.first[i];
+        row[D] += normal * frame.second[i];
+      }
+      for (const long double x : row) largest = std::max(largest, std::fabs(x));
+      const int exponent = 60 - std::ilogb(largest) - 1;
+      std::array<geometry::LocalInteger, D + 1> exact;
+      for (int i = 0; i <= D; ++i) exact[i] = static_cast<std::int64_t>(std::llround(std::ldexp(row[i], exponent)));
+      covectors.push_back(geometry::make_covector<D>(exact));
+    }
+    add_covectors(shape, covectors);
+    shape.bounds.lower.fill(std::numeric_limits<double>::infinity());
+    shape.bounds.upper.fill(-std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < polytope.corners.size(); ++i) {
+      const std::size_t axis = i % D;
+      const double x = (polytope.corners[i] - frame.second[axis]) / frame.first[axis];
+      const double slack = 0x1p-30;  // the corners of the half-spaces are not quite those that are given
+      shape.bounds.lower[axis] = std::min(shape.bounds.lower[axis], x - slack);
+      shape.bounds.upper[axis] = std::max(shape.bounds.upper[axis], x + slack);
+    }
+    return shape;
+  }
+
+  /// Scale and origin of a polytope's normalized frame, in which coordinates are of the order of 1. The origin stays where it
+  /// is if it is near, so that simple numbers stay simple.
+  static std::pair<std::array<double, D>, std::array<double, D>> frame_of(const model::Polytope& polytope) {
+    double far = 0, extent = 0;
+    for (std::size_t i = 0; i < polytope.corners.size(); ++i) {
+      far = std::max(far, std::fabs(polytope.corners[i]));
+      extent = std::max(extent, std::fabs(polytope.corners[i] - polytope.corners[i % D]));
+    }
+    std::pair<std::array<double, D>, std::array<double, D>> frame{};
+    const bool moves = far > 256 * extent;
+    if (moves) std::copy_n(polytope.corners.begin(), D, frame.second.begin());
+    frame.first.fill(std::ldexp(1.0, std::ilogb(moves ? extent : far) + 1));
+    return frame;
   }
 
   void add_planes(Network<D>& network, const std::vector<Transformer<D>>& placements, const Box<D>& box) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <exception>
 #include <limits>
@@ -222,7 +223,13 @@ void Worker<D>::work() {
 template <int D>
 void Worker<D>::add(Token<D>* token) {
   if (crew_.options.order == Order::depth) return deque.push(token);
-  const double key = CellExtent<D>(token->cell).radius;
+  const CellExtent<D> extent(token->cell);
+  double key = extent.radius;
+  if (!crew_.options.eye.empty()) {
+    double square = 0;
+    for (std::size_t i = 0; i < D; ++i) square += (extent.centre[i] - crew_.options.eye[i]) * (extent.centre[i] - crew_.options.eye[i]);
+    key /= std::max(std::sqrt(square), extent.radius);
+  }
   const std::lock_guard lock(crew_.heap_mutex);
   crew_.heap.push_back({key, token});
   std::push_heap(crew_.heap.begin(), crew_.heap.end());

@@ -45,11 +45,12 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
     answer = localize(second_pass_, out, false);
     if (answer.label != Label::fuzzy) return answer;
   }
-  if (thin) leave_round_operands(out);
+  const bool is_last = active_.size() == 1;
+  if (thin) leave_round_operands(out);  // what is left to choose from; the expression still has them
   cut.none = active_.empty();
   if (cut.none || (active_.size() > many_operands && choose_median(out, cut))) return answer;
   choose_operand(out, cut);
-  if (active_.size() == 1) offer_clipping(out, cut);
+  if (is_last) offer_clipping(out, cut);
   return answer;
 }
 

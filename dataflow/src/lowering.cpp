@@ -104,6 +104,16 @@ class Lowering {
     stack_.push_back(child);
   }
 
+  void enter(const Visit& visit, const model::Named& named) {
+    Visit child = visit;
+    child.node = &named.child.node();
+    if (named.role == model::Named::Role::part && visit.part < 0) {
+      child.part = take_parts(visit.node->parts);
+      lowered_.part_names.emplace_back(child.part, named.name);
+    }
+    stack_.push_back(child);
+  }
+
   void enter(Visit visit, const model::Boolean& boolean) {
     const auto& children = boolean.children;
     if (boolean.parts != 0 && visit.part < 0) visit.part = take_parts(boolean.parts);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "bsp2/dataflow/network.hpp"
@@ -22,6 +24,7 @@ template <int D>
 struct Lowered {
   std::vector<Occurrence<D>> occurrences;
   std::vector<Word> program;
+  std::vector<std::pair<std::int32_t, std::string>> part_names;  ///< of the parts that have one
 };
 
 /// Walks the expression depth first, without recursion: it may be nested ten thousand deep.

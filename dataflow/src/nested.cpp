@@ -6,10 +6,12 @@
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <type_traits>
 
 #include "bsp2/dataflow/consumer.hpp"
 #include "bsp2/dataflow/evaluate.hpp"
 #include "bsp2/geometry/covector.hpp"
+#include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/model/builder.hpp"
 #include "lowering.hpp"
 
@@ -69,14 +71,15 @@ void visit_corners(const model::RegularPolygon& polygon, Add&& add) {
 
 template <int D, typename Add>
 void visit_corners(const model::ConvexPolygon& polygon, Add&& add) {
-  for (const auto& point : polygon.points) {
-    std::array<double, D> corner{};
-    std::copy(point.begin(), point.end(), corner.begin());
-    add(corner);
-    if (D < 3) continue;
-    corner[D - 1] = 1;
-    add(corner);
-  }
+  if constexpr (D == 2 || D == 3)
+    for (const auto& point : polygon.points) {
+      std::array<double, D> corner{};
+      std::copy(point.begin(), point.end(), corner.begin());
+      add(corner);
+      if (D < 3) continue;
+      corner[D - 1] = 1;
+      add(corner);
+    }
 }
 
 template <int D, typename Add>
@@ -87,6 +90,22 @@ void visit_corners(const model::Round&, Add&&) {
 template <int D, typename Add>
 void visit_corners(const model::Torus&, Add&&) {
   throw std::logic_error("tori are refused before their corners are asked for");
+}
+
+template <int D, typename Add>
+void visit_corners(const model::Polytope& polytope, Add&& add) {
+  for (std::size_t i = 0; i < polytope.corners.size(); i += D) {
+    std::array<double, D> corner;
+    std::copy_n(polytope.corners.begin() + static_cast<std::ptrdiff_t>(i), D, corner.begin());
+    add(corner);
+  }
+}
+
+template <std::size_t D>
+Points flat(const std::vector<std::array<double, D>>& points) {
+  Points numbers;
+  for (const auto& point : points) numbers.insert(numbers.end(), point.begin(), point.end());
+  return numbers;
 }
 
 template <int D>
@@ -158,6 +177,25 @@ struct Hull3 {
   }
 };
 
+/// Of any dimension.
+template <int D>
+struct HullD {
+  static std::optional<std::pair<PointSet<D>, double>> of(const PointSet<D>& points) {
+    if constexpr (D == 1) {
+      const auto [low, high] = std::minmax_element(points.begin(), points.end());
+      return std::pair{PointSet<1>{*low, *high}, (*high)[0] - (*low)[0]};
+    } else {
+      const model::Expression hull = model::convex_hull(D, flat(points));
+      const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
+      if (primitive == nullptr) return std::nullopt;
+      const auto& polytope = std::get<model::Polytope>(*primitive);
+      PointSet<D> corners;
+      visit_corners<D>(polytope, [&](const std::array<double, D>& corner) { corners.push_back(corner); });
+      return std::pair{std::move(corners), polytope.content};
+    }
+  }
+};
+
 /// Cells put together where their union is convex: their hull then has no more content than they have.
 template <int D>
 class CellMerger {
@@ -187,7 +225,7 @@ class CellMerger {
       all.insert(all.end(), item.points.begin(), item.points.end());
       volume += item.volume;
     }
-    using Hull = std::conditional_t<D == 2, Hull2, Hull3>;
+    using Hull = std::conditional_t<D == 2, Hull2, std::conditional_t<D == 3, Hull3, HullD<D>>>;
     if (auto hull = Hull::of(all); hull && hull->second <= volume * (1 + 1e-9)) {
       parts_.push_back(std::move(hull->first));
       return;
@@ -265,20 +303,31 @@ std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const Comp
   return CellMerger<D>().run(std::move(items));
 }
 
-model::Expression with_primitives_replaced(const model::Expression& solid, const std::function<model::Expression(const PointSet<2>&)>& leaf) {
-  using Net = Network<2>;
-  const Lowered<2> lowered = lower<2>(solid);
+namespace {
+
+template <int D>
+model::Expression replaced(const model::Expression& solid, int dimension, const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
+  using Net = Network<D>;
+  const Lowered<D> lowered = lower<D>(solid);
   struct Open {
     Word kind;
     std::size_t end;
     std::vector<model::Expression> operands;
+  };
+  const auto substitute = [&](const Occurrence<D>& occurrence) {
+    PlacedPrimitive placed{occurrence.primitive, D, {}, [&occurrence] { return flat(placed_corners(occurrence)); }};
+    for (const auto& row : occurrence.placement.matrix())
+      for (const Quad entry : row) placed.matrix.push_back(static_cast<double>(entry));
+    placed.matrix.resize((D + 1) * (D + 1));
+    placed.matrix.back() = 1;
+    return leaf(placed);
   };
   std::vector<Open> open{{Net::kind_unite, lowered.program.size(), {}}};
   for (std::size_t at = 0; at < lowered.program.size();) {
     const Word* word = lowered.program.data() + at;
     const Word kind = word[0] & Net::kind_mask;
     if (kind == Net::kind_leaf) {
-      model::Expression made = leaf(placed_corners(lowered.occurrences[word[2]]));
+      model::Expression made = substitute(lowered.occurrences[word[2]]);
       if ((word[0] & Net::negated) != 0) made = model::complement(std::move(made));
       open.back().operands.push_back(std::move(made));
       at += word[1];
@@ -289,20 +338,58 @@ model::Expression with_primitives_replaced(const model::Expression& solid, const
     while (open.size() > 1 && open.back().end == at) {
       Open done = std::move(open.back());
       open.pop_back();
-      open.back().operands.push_back(done.kind == Net::kind_unite       ? model::unite(std::move(done.operands))
-                                     : done.kind == Net::kind_intersect ? model::intersect(std::move(done.operands))
-                                                                        : model::symmetric_difference(std::move(done.operands)));
+      const model::Expression nothing(dimension);
+      const bool none = done.operands.empty();
+      open.back().operands.push_back(done.kind == Net::kind_intersect ? (none ? model::complement(nothing) : model::intersect(std::move(done.operands)))
+                                     : none                           ? nothing
+                                     : done.kind == Net::kind_unite   ? model::unite(std::move(done.operands))
+                                                                      : model::symmetric_difference(std::move(done.operands)));
     }
   }
+  if (open.front().operands.empty()) return model::Expression(dimension);
   return open.front().operands.size() == 1 ? open.front().operands[0] : model::unite(std::move(open.front().operands));
+}
+
+/// Calls use(std::integral_constant<int, D>) with the dimension of a solid.
+template <typename Use>
+auto in_its_dimension(const model::Expression& solid, Use&& use) {
+  switch (solid.dimension()) {
+    case 1: return use(std::integral_constant<int, 1>());
+    case 2: return use(std::integral_constant<int, 2>());
+    case 3: return use(std::integral_constant<int, 3>());
+    case 4: return use(std::integral_constant<int, 4>());
+    case 5: return use(std::integral_constant<int, 5>());
+    default: return use(std::integral_constant<int, 6>());
+  }
+}
+
+}  // namespace
+
+model::Expression with_primitives_replaced(const model::Expression& solid, int dimension, const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
+  return in_its_dimension(solid, [&](auto d) { return replaced<d()>(solid, dimension, leaf); });
+}
+
+bool is_union(const model::Expression& solid) {
+  return in_its_dimension(solid, [&](auto d) { return is_union(lower<d()>(solid)); });
+}
+
+Points spanning_points(const model::Expression& solid, const CompileOptions& options) {
+  return in_its_dimension(solid, [&](auto d) { return flat(spanning_points<d()>(solid, options)); });
+}
+
+std::vector<Points> convex_parts(const model::Expression& solid, const CompileOptions& options) {
+  return in_its_dimension(solid, [&](auto d) {
+    std::vector<Points> parts;
+    for (const auto& part : convex_parts<d()>(solid, options)) parts.push_back(flat(part));
+    return parts;
+  });
 }
 
 #define BSP2_INSTANTIATE(D)                                                                                                  \
   template std::vector<geometry::CellBatch> evaluate_cells<D>(const model::Expression&, const CompileOptions&);              \
   template PointSet<D> spanning_points<D>(const model::Expression&, const CompileOptions&);                                  \
   template std::vector<PointSet<D>> convex_parts<D>(const model::Expression&, const CompileOptions&);
-BSP2_INSTANTIATE(2)
-BSP2_INSTANTIATE(3)
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::dataflow

@@ -9,7 +9,7 @@
 #include "bsp2/model/expression.hpp"
 
 /// Sub-expressions that are evaluated during compilation, for the constructs that need to know what comes out.
-/// Expressions are resolved here: no construct is left in them. D = 2 and 3.
+/// Expressions are resolved here: no construct is left in them.
 namespace bsp2::dataflow {
 
 /// The IN cells, in an order that is always the same.
@@ -19,16 +19,31 @@ std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, 
 template <int D>
 using PointSet = std::vector<std::array<double, D>>;
 
+/// Points of any dimension, one after the other.
+using Points = std::vector<double>;
+
 /// Points whose convex hull is that of the solid.
 template <int D>
 PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions& options);
+Points spanning_points(const model::Expression& solid, const CompileOptions& options);
 
 /// Point sets whose convex hulls make up the solid together. They may overlap.
 template <int D>
 std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const CompileOptions& options);
+std::vector<Points> convex_parts(const model::Expression& solid, const CompileOptions& options);
 
-/// The Boolean expression of a plane solid with other primitives in the places of its own.
-/// @param leaf makes the substitute of a convex primitive with these corners, in the frame of the solid.
-model::Expression with_primitives_replaced(const model::Expression& solid, const std::function<model::Expression(const PointSet<2>&)>& leaf);
+/// A primitive where it is in a solid, with the product of all maps above it.
+struct PlacedPrimitive {
+  const model::Primitive* primitive;
+  int dimension;
+  std::vector<double> matrix;     ///< (D+1) x (D+1), row-major
+  std::function<Points()> corners;  ///< of the placed primitive, if it has any
+};
+
+/// Whether a solid is nothing but a union of primitives.
+bool is_union(const model::Expression& solid);
+
+/// The same Boolean expression with other solids, of this dimension, in the places of the primitives.
+model::Expression with_primitives_replaced(const model::Expression& solid, int dimension, const std::function<model::Expression(const PlacedPrimitive&)>& leaf);
 
 }  // namespace bsp2::dataflow

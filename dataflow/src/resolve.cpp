@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
+#include "any_constructs.hpp"
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/model/bottom_up.hpp"
 #include "bsp2/model/builder.hpp"
 #include "extrusion.hpp"
 #include "nested.hpp"
@@ -24,52 +27,7 @@ using model::Node;
 using model::Primitive;
 using model::Transform;
 
-/// The children of a node.
-std::span<const Expression> children_of(const Node& node) {
-  if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean->children;
-  if (const auto* transform = std::get_if<Transform>(&node.value)) return {&transform->child, 1};
-  if (const auto* coloured = std::get_if<model::Coloured>(&node.value)) return {&coloured->child, 1};
-  if (const auto* construction = std::get_if<Construction>(&node.value)) return construction->operands;
-  return {};
-}
-
-/// Rewrites a graph bottom up, each node once, without recursion: it may be nested ten thousand deep.
-class Rewriting {
- public:
-  /// @param make makes the image of a node from those of its children. @param keep: the node is its own image.
-  template <typename Keep, typename Make>
-  Expression run(const Expression& root, Keep keep, Make make) {
-    std::vector<Expression> stack{root};
-    while (!stack.empty()) {
-      const Expression at = stack.back();
-      const Node* node = &at.node();
-      if (images_.contains(node)) {
-        stack.pop_back();
-        continue;
-      }
-      if (keep(*node)) {
-        images_.try_emplace(node, at, at);
-        continue;
-      }
-      std::vector<Expression> images;
-      bool complete = true;
-      for (const Expression& child : children_of(*node)) {
-        const auto found = images_.find(&child.node());
-        if (found == images_.end()) {
-          stack.push_back(child);
-          complete = false;
-        } else if (complete) {
-          images.push_back(found->second.second);
-        }
-      }
-      if (complete) images_.try_emplace(node, at, make(*node, std::move(images)));
-    }
-    return images_.at(&root.node()).second;
-  }
-
- private:
-  std::unordered_map<const Node*, std::pair<Expression, Expression>> images_;  // the node is kept, so its address stays its own
-};
+using Rewriting = model::BottomUp<Expression>;
 
 Expression make(int dimension, Node::Value value) {
   return Expression(std::make_shared<Node>(dimension, std::move(value)));
@@ -117,7 +75,7 @@ class Resolver {
 
   Expression run(const Expression& root) {
     return resolved_.run(
-        root, [](const Node& node) { return node.resolved; },
+        root, [](const Expression& at) { return at.node().resolved ? std::optional(at) : std::nullopt; },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
           if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
             Expression image = boolean_of(*boolean, node.dimension, std::move(images));
@@ -127,6 +85,8 @@ class Resolver {
             return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
           if (const auto* coloured = std::get_if<model::Coloured>(&node.value))
             return is_empty(images[0]) ? images[0] : make(node.dimension, model::Coloured{coloured->colour, images[0]});
+          if (const auto* named = std::get_if<model::Named>(&node.value))
+            return is_empty(images[0]) && images[0].node().parts == 0 ? images[0] : make(node.dimension, model::Named{named->role, named->name, images[0]});
           return one_part(image_of(node, images), node.parts);
         });
   }
@@ -139,11 +99,11 @@ class Resolver {
   /// The same with polyhedra in the place of what is round: other constructs need corners.
   Expression faceted(const Expression& solid) {
     return faceted_.run(
-        solid, [](const Node& node) { return node.faceted; },
+        solid, [](const Expression& at) { return at.node().faceted ? std::optional(at) : std::nullopt; },
         [](const Node& node, std::vector<Expression> images) -> Expression {
           if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(node.dimension, Boolean{boolean->operation, std::move(images)});
           if (const auto* transform = std::get_if<Transform>(&node.value)) return make(node.dimension, Transform{transform->matrix, images[0]});
-          if (std::holds_alternative<model::Coloured>(node.value)) return images[0];  // a construct has the colour around it
+          if (!images.empty()) return images[0];  // a construct has the colour and the name around it
           const auto& primitive = std::get<Primitive>(node.value);
           if (std::holds_alternative<model::Torus>(primitive)) throw Error("a torus has no corners: hull, minkowski and the like cannot take it");
           const auto& round = std::get<model::Round>(primitive);
@@ -160,8 +120,7 @@ class Resolver {
     const std::size_t before = warnings_.size();
     try {
       const auto& construct = std::get<Construction>(node.value).construct;
-      const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct);
-      if (extrusion == nullptr || !extrusion->is_straight())
+      if (!takes_round(construct))
         for (Expression& operand : images) operand = faceted(operand);
       Expression image = std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
       for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place);
@@ -169,6 +128,19 @@ class Resolver {
     } catch (const Error& error) {
       throw Error(place + error.what());
     }
+  }
+
+  /// Whether it knows what to do with round solids.
+  static bool takes_round(const model::Construct& construct) {
+    if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct)) return extrusion->is_straight();
+    return std::holds_alternative<model::Product>(construct) || std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Section>(construct) ||
+           std::holds_alternative<model::ProjectiveMap>(construct) || std::holds_alternative<model::Sweep>(construct);
+  }
+
+  /// The constructs of any dimension.
+  template <typename What>
+  Expression construct_of(const What& what, const std::vector<Expression>& operands) {
+    return dataflow::image_of(what, operands, ConstructContext{options_, [this](const Expression& solid) { return faceted(solid); }});
   }
 
   Expression construct_of(const model::LinearExtrusion& extrusion, const std::vector<Expression>& operands) {
@@ -185,11 +157,13 @@ class Resolver {
     const double scale = extrusion.scale[0];
     const auto& d = extrusion.direction;
     const double back = extrusion.center ? 0.5 : 0;
-    return with_primitives_replaced(solid, [&](const PointSet<2>& corners) {
+    return with_primitives_replaced(solid, 3, [&](const PlacedPrimitive& placed) {
       PointSet<3> points;
-      for (const auto& p : corners) {
-        points.push_back({p[0] - back * d[0], p[1] - back * d[1], -back * d[2]});
-        points.push_back({scale * p[0] + (1 - back) * d[0], scale * p[1] + (1 - back) * d[1], (1 - back) * d[2]});
+      const Points corners = placed.corners();
+      for (std::size_t i = 0; i < corners.size(); i += 2) {
+        const double x = corners[i], y = corners[i + 1];
+        points.push_back({x - back * d[0], y - back * d[1], -back * d[2]});
+        points.push_back({scale * x + (1 - back) * d[0], scale * y + (1 - back) * d[1], (1 - back) * d[2]});
       }
       return model::convex_hull(points);
     });
@@ -198,7 +172,7 @@ class Resolver {
   /// The product of a plane solid with the interval [0, 1]: every primitive becomes a prism, all else stays.
   Expression lifted(const Expression& solid) {
     return lifted_.run(
-        solid, [](const Node&) { return false; },
+        solid, [](const Expression&) -> std::optional<Expression> { return std::nullopt; },
         [](const Node& node, std::vector<Expression> images) -> Expression {
           if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
             if (boolean->operation == model::Operation::complement) throw Error("linear_extrude: a complement has no bounds; intersect it with something");
@@ -208,7 +182,7 @@ class Resolver {
             const auto& m = transform->matrix;
             return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
           }
-          if (std::holds_alternative<model::Coloured>(node.value)) return images[0];  // a construct has the colour around it
+          if (!images.empty()) return images[0];  // a construct has the colour and the name around it
           return std::visit([](const auto& primitive) { return prism(primitive); }, std::get<Primitive>(node.value));
         });
   }
@@ -220,6 +194,7 @@ class Resolver {
   static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides}); }
   static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
   static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
+  static Expression prism(const model::Polytope&) { throw std::logic_error("a polytope is no plane solid"); }
   static Expression prism(const model::TriangleMesh&) { throw std::logic_error("a mesh is no plane solid"); }
 
   Expression construct_of(const model::RotateExtrusion& extrusion, const std::vector<Expression>& operands) {
@@ -284,40 +259,6 @@ class Resolver {
       }
     }
     return paths.empty() ? Expression(2) : model::polygon(points, paths);
-  }
-
-  Expression construct_of(const model::Hull&, const std::vector<Expression>& operands) {
-    if (operands[0].dimension() == 2) return model::convex_hull(spanning_points<2>(operands[0], options_));
-    return model::convex_hull(spanning_points<3>(operands[0], options_));
-  }
-
-  /// Points of a sum of two convex sets before its hull is taken: 1.2 GB of them.
-  static constexpr std::size_t most_sums = 50'000'000;
-
-  template <int D>
-  Expression minkowski_sum(const Expression& a, const Expression& b) {
-    const auto a_parts = convex_parts<D>(a, options_), b_parts = convex_parts<D>(b, options_);
-    std::vector<Expression> sums;
-    for (const auto& p : a_parts)
-      for (const auto& q : b_parts) {
-        if (q.size() > most_sums / p.size())
-          throw Error("minkowski: operands of " + std::to_string(p.size()) + " and " + std::to_string(q.size()) +
-                      " points have too many sums; give them fewer sides");
-        PointSet<D> points;
-        points.reserve(p.size() * q.size());
-        for (const auto& x : p)
-          for (const auto& y : q) {
-            auto& sum = points.emplace_back(x);
-            for (int i = 0; i < D; ++i) sum[i] += y[i];
-          }
-        sums.push_back(model::convex_hull(points));
-      }
-    return united(D, std::move(sums));
-  }
-
-  Expression construct_of(const model::MinkowskiSum&, const std::vector<Expression>& operands) {
-    if (operands[0].dimension() == 2) return minkowski_sum<2>(operands[0], operands[1]);
-    return minkowski_sum<3>(operands[0], operands[1]);
   }
 
   Expression construct_of(const model::Projection& projection, const std::vector<Expression>& operands) {

@@ -114,7 +114,7 @@ struct VtuShare::Content {
 VtuShare::VtuShare(const fs::path& pvtu, int dimension, std::span<const std::shared_ptr<const geometry::CellBatch>> batches, VtuOptions options)
     : pvtu_(pvtu), options_(std::move(options)), content_(std::make_unique<Content>()) {
   if (dimension < 1 || dimension > 3)
-    throw Error("cannot write '" + pvtu.string() + "': VTK grids hold solids of dimension 1 to 3, not " + std::to_string(dimension));
+    throw Error("cannot write '" + pvtu.string() + "': VTK grids hold solids of dimension 1 to 3, not " + std::to_string(dimension) + "; section() or project() in the model give what can be shown");
   // A cell becomes about nine tetrahedra: smaller pieces for the same memory.
   content_->pieces = divide(batches, std::max<std::size_t>(1, options_.tets ? options_.piece_cells / 4 : options_.piece_cells));
   if (content_->pieces.front().empty()) content_->pieces.clear();

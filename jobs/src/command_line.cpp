@@ -117,8 +117,8 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->check(CLI::Range(1U, 1U << 30, "1 or more"))
       ->type_name("N")
       ->group(group);
-  app.add_option("--order", raw.order, "which cell is refined next: depth or priority")
-      ->check(CLI::IsMember({"depth", "priority"}))
+  app.add_option("--order", raw.order, "which cell is refined next: depth, priority (the\nlargest one), or view (what looks largest from --eye)")
+      ->check(CLI::IsMember({"depth", "priority", "view"}))
       ->type_name("ORDER")
       ->group(group);
 }
@@ -187,7 +187,7 @@ void set_pictures(RunCommand& command, const Raw& raw) {
     command.frames = raw.frames;
     if (!command.options.budget_seconds) command.options.budget_seconds = 1;
   }
-  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty())
+  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() && raw.order != "view")
     throw Error("nothing is drawn: the options of pictures need --picture, --frames or -o DIR (see 'bsp2 run --help')");
   if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank) throw Error("--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
 }
@@ -204,7 +204,12 @@ void set_export(RunCommand& command, const std::filesystem::path& path) {
 
 RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
-  if (raw.order == "priority") command.options.order = supersteps::Order::priority;
+  if (raw.order == "priority" || raw.order == "view") command.options.order = supersteps::Order::priority;
+  if (raw.order == "view") {
+    const auto eye = picture_options(raw.view).eye;
+    if (!eye) throw Error("--order view: add --eye X,Y,Z, from where the model is looked at");
+    command.options.eye.assign(eye->begin(), eye->end());
+  }
   if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
   if (!raw.boundary.empty()) {
     command.boundary = raw.boundary;

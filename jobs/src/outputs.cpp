@@ -30,7 +30,7 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
                  supersteps::RunReport& report) {
   if (possible || !folder || path != *folder / path.filename()) return true;
   report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
-                            std::to_string(report.dimension));
+                            std::to_string(report.dimension) + (report.dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
   return false;
 }
 

@@ -24,6 +24,23 @@ Json or_null(const std::vector<double>& values) {
   return values.empty() ? Json(nullptr) : Json(values);
 }
 
+/// Volume, centroid and moments, in the order of the report.
+void add_volume(Json& json, const supersteps::Measures& measures) {
+  json["volume"] = {{"in", measures.in_volume}, {"fuzzy", measures.fuzzy_volume}};
+}
+void add_moments(Json& json, const supersteps::Measures& measures) {
+  json["centroid"] = or_null(measures.centroid);
+  json["inertia"] = measures.inertia;
+  if (!measures.inertia_least.empty()) json["inertia_interval"] = Json::array({measures.inertia_least, measures.inertia_most});
+}
+
+Json named(const supersteps::NamedMeasures& measures) {
+  Json json{{"name", measures.name}, {"dimension", measures.dimension}};
+  add_volume(json, measures);
+  add_moments(json, measures);
+  return json;
+}
+
 }  // namespace
 
 std::string to_json(const supersteps::RunReport& report) {
@@ -38,11 +55,11 @@ std::string to_json(const supersteps::RunReport& report) {
   json["hyperplanes"] = report.hyperplanes;
   json["cells"] = {{"in", report.in_cells}, {"fuzzy", report.fuzzy_cells}, {"out", nullptr}};
   if (report.out_cells) json["cells"]["out"] = *report.out_cells;
-  json["volume"] = {{"in", report.in_volume}, {"fuzzy", report.fuzzy_volume}};
+  add_volume(json, report);
   if (report.tolerance) json["tolerance"] = *report.tolerance;
-  json["centroid"] = or_null(report.centroid);
-  json["inertia"] = report.inertia;
-  if (!report.inertia_least.empty()) json["inertia_interval"] = Json::array({report.inertia_least, report.inertia_most});
+  add_moments(json, report);
+  for (const auto& [part, name] : report.named_parts) json["parts"].push_back({{"part", part}, {"name", name}});
+  for (const auto& measures : report.measures) json["measures"].push_back(named(measures));
   json["bounds"] = nullptr;
   if (!report.lower.empty()) json["bounds"] = Json::array({report.lower, report.upper});
   json["boundary"] = nullptr;

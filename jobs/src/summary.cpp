@@ -2,8 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <ostream>
 #include <string>
+#include <tuple>
 
 #include "bsp2/jobs/superstep_table.hpp"
 
@@ -30,6 +32,24 @@ void print_cells(std::ostream& out, const char* label, std::uint64_t cells, cons
   out << fmt::format("  {:<10}{:>15} cells   volume {}\n", label, grouped(cells), volume);
 }
 
+/// Between which values the moments are; the volume is the entry of 1 and 1.
+void print_moments(std::ostream& out, const supersteps::Measures& measures) {
+  const auto& [least, most] = std::tie(measures.inertia_least, measures.inertia_most);
+  for (std::size_t i = 0; i < least.size(); ++i)
+    for (std::size_t j = std::max<std::size_t>(i, 1); j < least.size(); ++j) {
+      const std::string of = i == 0 ? fmt::format("x{}", j) : fmt::format("x{} x{}", i, j);
+      out << fmt::format("  {:<10}{:<6} {:.6g} to {:.6g}\n", i == 0 && j == 1 ? "integrals" : "", of, least[i][j], most[i][j]);
+    }
+}
+
+void print_measures(std::ostream& out, const supersteps::NamedMeasures& measures) {
+  out << fmt::format("  measure   {}: volume {:.12g}", measures.name, measures.in_volume);
+  if (measures.fuzzy_volume > 0) out << fmt::format(" to {:.12g}", measures.in_volume + measures.fuzzy_volume);
+  if (!measures.centroid.empty()) out << ", centroid " << tuple(measures.centroid);
+  out << '\n';
+  print_moments(out, measures);
+}
+
 }  // namespace
 
 void print_summary(std::ostream& out, const RunReport& report) {
@@ -43,6 +63,9 @@ void print_summary(std::ostream& out, const RunReport& report) {
   if (report.tolerance) out << fmt::format("  round surfaces are in FUZZY cells thinner than {:.6g}\n", *report.tolerance);
   if (report.out_cells) print_cells(out, "OUT", *report.out_cells, "not summed");
   if (!report.centroid.empty()) out << "  centroid  " << tuple(report.centroid) << '\n';
+  print_moments(out, report);
+  for (const auto& measures : report.measures) print_measures(out, measures);
+  for (const auto& [part, name] : report.named_parts) out << fmt::format("  part      {}: {}\n", part, name);
   if (!report.lower.empty())
     out << "  bounds    " << tuple(report.lower) << "\n            " << tuple(report.upper) << '\n';
   if (report.boundary) {

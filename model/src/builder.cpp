@@ -181,19 +181,6 @@ Expression convex_hull(const std::vector<std::array<double, 3>>& points) {
   return mesh ? make(3, std::move(*mesh)) : Expression(3);
 }
 
-Expression construct(Construct what, std::vector<Expression> operands) {
-  const bool is_sum = std::holds_alternative<MinkowskiSum>(what);
-  if (operands.size() != (is_sum ? 2 : 1)) throw Error("construct: it takes " + std::string(is_sum ? "two operands" : "one operand"));
-  const int dimension = common_dimension(operands, "construct");
-  if (dimension != 2 && dimension != 3) throw Error("construct: operands of dimension 2 or 3 are needed");
-  const bool extrudes = std::holds_alternative<LinearExtrusion>(what) || std::holds_alternative<RotateExtrusion>(what) || std::holds_alternative<Roof>(what);
-  const bool projects = std::holds_alternative<Projection>(what);
-  const bool is_plane = extrudes || std::holds_alternative<Offset>(what) || std::holds_alternative<Fill>(what);
-  if ((is_plane && dimension != 2) || (projects && dimension != 3))
-    throw Error("construct: an operand of dimension " + std::to_string(projects ? 3 : 2) + " is needed, not " + std::to_string(dimension));
-  return make(extrudes ? 3 : projects ? 2 : dimension, Construction{std::move(what), std::move(operands)});
-}
-
 Expression unite(std::vector<Expression> operands) {
   if (operands.empty()) return Expression();
   return boolean(Operation::unite, std::move(operands), "unite");

@@ -10,6 +10,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
 #include "bsp2/model/tessellation.hpp"
+#include "csg_any_nodes.hpp"
 #include "imports.hpp"
 #include "matrix.hpp"
 #include "mesh_crossing.hpp"
@@ -57,6 +58,26 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"fill", NodeKind::fill},
     {"intersection_for", NodeKind::intersection},
     {"echo", NodeKind::group},
+    {"complement", NodeKind::complement},
+    {"symmetric_difference", NodeKind::symmetric_difference},
+    {"part", NodeKind::part},
+    {"measure", NodeKind::measure},
+    {"product", NodeKind::product},
+    {"extrude", NodeKind::extrude},
+    {"embed", NodeKind::embed},
+    {"project", NodeKind::project},
+    {"section", NodeKind::section},
+    {"projective", NodeKind::projective},
+    {"grow", NodeKind::grow},
+    {"shrink", NodeKind::shrink},
+    {"sweep", NodeKind::sweep},
+    {"simplex", NodeKind::simplex},
+    {"polytope", NodeKind::polytope},
+    {"cuboid", NodeKind::cuboid},
+    {"ball", NodeKind::ball},
+    {"d_cylinder", NodeKind::d_cylinder},
+    {"cone", NodeKind::cone},
+    {"torus", NodeKind::torus},
 };
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
@@ -70,30 +91,6 @@ bool contains(std::span<const std::string_view> names, std::string_view name) {
 std::string text_of(double x) {
   char buffer[32];
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x).ptr};
-}
-
-/// A slip of one letter, or of two next to each other.
-bool resembles(std::string_view a, std::string_view b) {
-  if (a.size() > b.size()) std::swap(a, b);
-  if (b.size() - a.size() > 1) return false;
-  std::size_t i = 0;
-  while (i < a.size() && a[i] == b[i]) ++i;
-  if (a.size() < b.size()) return a.substr(i) == b.substr(i + 1);
-  if (i + 1 < a.size() && a[i] == b[i + 1] && a[i + 1] == b[i] && a.substr(i + 2) == b.substr(i + 2))
-    return true;
-  return i == a.size() || a.substr(i + 1) == b.substr(i + 1);
-}
-
-/// `$fn`, `$fa`, `$fs`: what is no number counts as 0, as in OpenSCAD.
-Resolution resolution_of(const Arguments& arguments) {
-  Resolution resolution;
-  const auto read = [&](std::string_view name, double& into) {
-    if (const Value* value = arguments.find(name)) into = value->kind == Value::number ? value->as_number : 0;
-  };
-  read("$fn", resolution.fn);
-  read("$fa", resolution.fa);
-  read("$fs", resolution.fs);
-  return resolution;
 }
 
 std::string sides_text(double sides, double radius, const Resolution& resolution) {
@@ -151,12 +148,6 @@ Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& war
   return pool.transform({1, 0, 0, -x / 2, 0, 1, 0, -y / 2, 0, 0, 1, -z / 2, 0, 0, 0, 1}, box);
 }
 
-/// The pooled version of an expression that is one primitive, or empty.
-Expression adopt(const Expression& made, NodePool& pool) {
-  const auto* primitive = std::get_if<Primitive>(&made.node().value);
-  return primitive ? pool.primitive(*primitive, 3) : pool.empty(3);
-}
-
 /// The sides of the polygons in the place of something round, where corners are needed.
 std::uint32_t sides_in_place(double radius, const Arguments& arguments) {
   return static_cast<std::uint32_t>(std::clamp(side_count(radius, resolution_of(arguments)), 3.0, 1000.0));
@@ -175,7 +166,7 @@ Expression make_sphere(const Arguments& arguments, const CsgOptions& options, No
     return pool.empty(3);
   }
   if (options.curved) return pool.primitive(Round{radius, radius, {}, sides_in_place(radius, arguments)}, 3);
-  return adopt(sphere(radius, checked_sides(radius, arguments, true)), pool);
+  return pool.adopt(sphere(radius, checked_sides(radius, arguments, true)));
 }
 
 Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
@@ -196,7 +187,7 @@ Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, 
     return pool.transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1}, round);
   }
   const std::uint32_t sides = checked_sides(widest, arguments, false);
-  return adopt(cylinder(height, bottom, top, sides, arguments.flag("center", 3)), pool);
+  return pool.adopt(cylinder(height, bottom, top, sides, arguments.flag("center", 3)));
 }
 
 /// The points of a polyhedron. @return false if one of them is no point.
@@ -502,6 +493,28 @@ Construct read_resize(const Arguments& arguments) {
 
 }  // namespace
 
+bool resembles(std::string_view a, std::string_view b) {
+  if (a.size() > b.size()) std::swap(a, b);
+  if (b.size() - a.size() > 1) return false;
+  std::size_t i = 0;
+  while (i < a.size() && a[i] == b[i]) ++i;
+  if (a.size() < b.size()) return a.substr(i) == b.substr(i + 1);
+  if (i + 1 < a.size() && a[i] == b[i + 1] && a[i + 1] == b[i] && a.substr(i + 2) == b.substr(i + 2))
+    return true;
+  return i == a.size() || a.substr(i + 1) == b.substr(i + 1);
+}
+
+Resolution resolution_of(const Arguments& arguments) {
+  Resolution resolution;
+  const auto read = [&](std::string_view name, double& into) {
+    if (const Value* value = arguments.find(name)) into = value->kind == Value::number ? value->as_number : 0;
+  };
+  read("$fn", resolution.fn);
+  read("$fa", resolution.fa);
+  read("$fs", resolution.fs);
+  return resolution;
+}
+
 NodeKind node_kind(std::string_view name) {
   for (const auto& [known, kind] : kinds)
     if (known == name) return kind;
@@ -557,6 +570,7 @@ bool Arguments::flag(std::string_view name, int place) const {
 
 Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
                           const Warn& warn) {
+  if (kind >= NodeKind::simplex) return make_any_primitive(kind, arguments, pool);
   switch (kind) {
     case NodeKind::cube:
       return make_cube(arguments, pool, warn);
@@ -613,8 +627,13 @@ std::optional<Colour> read_colour(const Arguments& arguments) {
 
 std::vector<double> affine_matrix(const std::array<double, 16>& m, int dimension, const Warn& warn) {
   std::vector<double> matrix(m.begin(), m.end());
-  const bool all_finite = std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); });
+  if (!std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); })) return regular_matrix(std::move(matrix), warn);
   if (dimension == 2) matrix = {m[0], m[1], m[3], m[4], m[5], m[7], m[12], m[13], m[15]};
+  return regular_matrix(std::move(matrix), warn);
+}
+
+std::vector<double> regular_matrix(std::vector<double> matrix, const Warn& warn) {
+  const bool all_finite = std::all_of(matrix.begin(), matrix.end(), [](double x) { return std::isfinite(x); });
   switch (all_finite ? normalize_affine(matrix) : MatrixKind::not_finite) {
     case MatrixKind::regular:
       return matrix;

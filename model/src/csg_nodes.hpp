@@ -23,7 +23,11 @@ enum class NodeKind : std::uint8_t {
   difference,
   intersection,
   multmatrix,
-  hull,
+  complement,
+  symmetric_difference,
+  part,
+  measure,
+  hull,  ///< from here on: constructs
   minkowski,
   fill,
   offset,
@@ -32,6 +36,15 @@ enum class NodeKind : std::uint8_t {
   linear_extrude,
   rotate_extrude,
   roof,
+  product,
+  extrude,
+  embed,
+  project,
+  section,
+  projective,
+  grow,
+  shrink,
+  sweep,
   cube,  ///< from here on: primitives, whose children take no part
   sphere,
   cylinder,
@@ -42,6 +55,13 @@ enum class NodeKind : std::uint8_t {
   text,
   import,
   surface,
+  simplex,
+  polytope,
+  cuboid,
+  ball,
+  d_cylinder,
+  cone,
+  torus,
   unknown
 };
 
@@ -62,6 +82,7 @@ class Arguments {
   /// The string of that name; `missing` if there is none.
   [[nodiscard]] std::string string(std::string_view name, int place, std::string_view missing) const;
   [[nodiscard]] bool flag(std::string_view name, int place) const;
+  [[nodiscard]] std::span<const Argument> all() const { return arguments_; }
 
  private:
   std::span<const Argument> arguments_;
@@ -95,11 +116,20 @@ std::optional<Colour> read_colour(const Arguments& arguments);
 /// @return the affine matrix; empty if the solids vanish.
 std::vector<double> affine_matrix(const std::array<double, 16>& matrix, int dimension, const Warn& warn);
 
+/// The same for a matrix of any size, which is divided by its last entry.
+std::vector<double> regular_matrix(std::vector<double> matrix, const Warn& warn);
+
 /// What a node of kind hull to roof does to its operand; nothing if what comes out is empty whatever that is.
 /// @throws bsp2::Error without a position.
 std::optional<Construct> read_construct(NodeKind kind, const Arguments& arguments, const Warn& warn);
 
 /// Dimension of the operands that such a node takes: 2, 3, or 0 for that of its first child.
 int operand_dimension(NodeKind kind);
+
+/// `$fn`, `$fa`, `$fs`: what is no number counts as 0, as in OpenSCAD.
+Resolution resolution_of(const Arguments& arguments);
+
+/// Whether one name is the other with a slip of one letter, or of two next to each other.
+bool resembles(std::string_view a, std::string_view b);
 
 }  // namespace bsp2::model

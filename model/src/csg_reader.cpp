@@ -4,6 +4,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
+#include "csg_any_nodes.hpp"
 #include "csg_nodes.hpp"
 #include "csg_scanner.hpp"
 #include "node_pool.hpp"
@@ -65,9 +66,11 @@ class Reader {
   void close();
   void close_frame();
   void complete(const Frame& frame, Expression solid);
-  int settle_dimension(const Frame& frame);
+  int settle_dimension(Frame& frame);
   void forget_places(std::size_t operand);
-  Expression solid_of(const Frame& frame);
+  Expression solid_of(Frame& frame);
+  Expression any_node_of(Frame& frame);
+  Expression image_of(Frame& frame, const Expression& child);
   Expression construction_of(const Frame& frame, int dimension, std::span<const Expression> operands);
   Model result();
   [[noreturn]] void fail_open_frame();
@@ -101,7 +104,12 @@ class Reader {
   std::vector<std::size_t> operand_places_;  // of each operand: its first place
   std::vector<std::size_t> places_;          // of the primitives that take part, in source order
   std::unordered_map<const Node*, std::size_t> constructs_at_;
-  std::vector<std::array<double, 16>> matrices_;  // of the multmatrix frames
+  struct MatrixText {
+    std::array<double, 16> affine;  // as OpenSCAD reads it
+    std::vector<double> square;     // as it stands, if it is square
+  };
+  std::vector<MatrixText> matrices_;              // of the multmatrix frames
+  std::vector<AnyNode> any_nodes_;                // of the frames of nodes that OpenSCAD does not have
   std::vector<std::optional<Colour>> colours_;    // of the color frames
   std::vector<Construct> constructs_;             // of the frames from hull to roof
   std::vector<SyntaxError> problems_, warnings_;
@@ -194,7 +202,7 @@ void Reader::interpret(Frame& frame) {
       note(frame, why_not(frame.name));
       break;
     case NodeKind::multmatrix:
-      matrices_.push_back(read_matrix(arguments));
+      matrices_.push_back({read_matrix(arguments), read_square_matrix(arguments)});
       break;
     case NodeKind::color:
       colours_.push_back(read_colour(arguments));
@@ -204,6 +212,15 @@ void Reader::interpret(Frame& frame) {
     case NodeKind::intersection:
       break;
     default: {
+      if (is_any_node(frame.kind) && frame.kind < NodeKind::cube) {
+        any_nodes_.emplace_back();
+        try {
+          any_nodes_.back() = read_any_node(frame.kind, arguments);
+        } catch (const Error& error) {
+          note(frame, error.what());
+        }
+        break;
+      }
       const std::size_t constructs = constructs_.size();
       try {
         if (is_construct(frame.kind)) {
@@ -271,14 +288,18 @@ void Reader::read_node() {
 }
 
 /// Which dimension the operands of a frame have, by OpenSCAD's rule: that of the first one that is any geometry, empty
-/// or not. Those of another dimension are taken out.
-int Reader::settle_dimension(const Frame& frame) {
+/// or not. Those of another dimension are taken out; but OpenSCAD has no rule for other dimensions than 2 and 3, so they are
+/// an error.
+int Reader::settle_dimension(Frame& frame) {
   const auto begin = operands_.begin() + static_cast<std::ptrdiff_t>(frame.first_operand);
   int dimension = operand_dimension(frame.kind);
   for (auto at = begin; at != operands_.end() && dimension == 0; ++at) dimension = at->dimension();
   std::vector<std::size_t> dropped;
   for (auto at = begin; at != operands_.end(); ++at) {
     if (at->dimension() == 0 || at->dimension() == dimension) continue;
+    if (const int other = at->dimension(); (other != 2 && other != 3) || (dimension != 2 && dimension != 3))
+      note(frame, "'" + std::string(frame.name) + "' has children of " + std::to_string(dimension) + " and " + std::to_string(other) +
+                      " dimensions; extrude, embed and project change the dimension");
     if (!pool_.is_empty(*at)) dropped.push_back(static_cast<std::size_t>(at - operands_.begin()));
     *at = pool_.empty(0);
   }
@@ -295,9 +316,10 @@ void Reader::forget_places(std::size_t operand) {
   for (std::size_t i = operand + 1; i < operand_places_.size(); ++i) operand_places_[i] -= end - begin;
 }
 
-Expression Reader::solid_of(const Frame& frame) {
+Expression Reader::solid_of(Frame& frame) {
   if (frame.kind >= NodeKind::cube && frame.kind < NodeKind::unknown)
     return operands_.size() > frame.first_operand ? operands_[frame.first_operand] : pool_.empty(0);
+  if (is_any_node(frame.kind)) return any_node_of(frame);
   const int dimension = settle_dimension(frame);
   const auto operands = std::span<const Expression>(operands_).subspan(frame.first_operand);
   switch (frame.kind) {
@@ -312,16 +334,66 @@ Expression Reader::solid_of(const Frame& frame) {
       return colour ? pool_.coloured(*colour, child) : child;
     }
     case NodeKind::multmatrix: {
-      const std::array<double, 16> matrix = matrices_.back();
-      matrices_.pop_back();
       const Expression child = pool_.boolean(Operation::unite, dimension, operands);
-      if (pool_.is_empty(child)) return child;
-      auto affine = affine_matrix(matrix, dimension, [&](std::string text) { warn(frame, std::move(text)); });
-      return affine.empty() ? pool_.empty(dimension) : pool_.transform(std::move(affine), child);
+      const Expression image = image_of(frame, child);
+      matrices_.pop_back();
+      return image;
     }
     default:
       if (is_construct(frame.kind)) return construction_of(frame, dimension, operands);
       return pool_.boolean(Operation::unite, dimension, operands);
+  }
+}
+
+/// What a multmatrix makes of its children.
+Expression Reader::image_of(Frame& frame, const Expression& child) {
+  if (pool_.is_empty(child)) return child;
+  const int dimension = child.dimension();
+  const auto complain = [&](std::string text) { warn(frame, std::move(text)); };
+  std::vector<double> matrix;
+  if (dimension == 2 || dimension == 3) {
+    matrix = affine_matrix(matrices_.back().affine, dimension, complain);
+  } else {
+    const auto stride = static_cast<std::size_t>(dimension) + 1;
+    matrix = matrices_.back().square;
+    if (matrix.size() != stride * stride) {
+      note(frame, "multmatrix: its children have " + std::to_string(dimension) + " dimensions, so its matrix has to be " + std::to_string(stride) + " x " +
+                      std::to_string(stride) + ", the translation in the last column");
+      return pool_.empty(dimension);
+    }
+    matrix = regular_matrix(std::move(matrix), complain);
+  }
+  return matrix.empty() ? pool_.empty(dimension) : pool_.transform(std::move(matrix), child);
+}
+
+/// What a node that OpenSCAD does not have makes of its children.
+Expression Reader::any_node_of(Frame& frame) {
+  const AnyNode node = std::move(any_nodes_.back());
+  any_nodes_.pop_back();
+  if (frame.problem != none) return pool_.empty(0);
+  try {
+    std::vector<Expression> operands;
+    if (frame.kind == NodeKind::product) {
+      for (std::size_t i = frame.first_operand; i < operands_.size(); ++i)
+        if (operands_[i].dimension() != 0) operands.push_back(operands_[i]);
+    } else {
+      const int dimension = settle_dimension(frame);
+      const auto children = std::span<const Expression>(operands_).subspan(frame.first_operand);
+      if (frame.kind == NodeKind::symmetric_difference) return pool_.boolean(Operation::symmetric_difference, dimension, children);
+      if (dimension != 0) operands.push_back(pool_.boolean(Operation::unite, dimension, children));
+    }
+    if (frame.problem != none || operands.empty()) return pool_.empty(0);
+    const Expression made = make_any_node(frame.kind, node, operands, pool_);
+    if (is_construct(frame.kind)) {
+      if (std::any_of(operands.begin(), operands.end(), [&](const Expression& e) { return pool_.is_empty(e); })) return pool_.empty(made.dimension());
+      constructs_at_.try_emplace(&made.node(), frame.offset);
+    }
+    if (const auto* named = std::get_if<Named>(&made.node().value); named != nullptr && named->role == Named::Role::measure)
+      constructs_at_.try_emplace(&made.node(), frame.offset);
+    return made;
+  } catch (const Error& error) {
+    note(frame, error.what());
+    return pool_.empty(0);
   }
 }
 
@@ -353,7 +425,7 @@ void Reader::close() {
 }
 
 void Reader::close_frame() {
-  const Frame frame = frames_.back();
+  Frame frame = frames_.back();
   frames_.pop_back();
   if (frame.absence != Absence::none) return;
   Expression solid = solid_of(frame);
@@ -381,14 +453,14 @@ void Reader::complete(const Frame& frame, Expression solid) {
 
 Model Reader::result() {
   Frame& top = frames_.front();
+  Model model;
+  if (!root_tagged_ && top.problem == none) model.expression = solid_of(top);
   const std::size_t problem = root_tagged_ ? root_.problem : top.problem;
   if (problem != none) throw SyntaxError(problems_[problem]);
-  Model model;
   if (root_tagged_) {
     model.expression = root_solid_;
     model.part_offsets = std::move(root_places_);
   } else {
-    model.expression = solid_of(top);
     if (pool_.is_empty(model.expression)) places_.clear();
     model.part_offsets = std::move(places_);
   }

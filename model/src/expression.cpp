@@ -15,21 +15,24 @@ Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true)
     faceted = faceted && child.node().faceted;
     parts = std::min(parts + child.node().parts, most);
   };
+  for (const Expression& child : children()) add(child);
   if (const auto* boolean = std::get_if<Boolean>(&value)) {
-    for (const Expression& child : boolean->children) add(child);
     if (boolean->parts != 0) parts = boolean->parts;
-  } else if (const auto* transform = std::get_if<Transform>(&value)) {
-    add(transform->child);
-  } else if (const auto* coloured = std::get_if<Coloured>(&value)) {
-    add(coloured->child);
-  } else if (const auto* construction = std::get_if<Construction>(&value)) {
-    for (const Expression& operand : construction->operands) add(operand);
+  } else if (std::holds_alternative<Construction>(value)) {
     resolved = false;
-  } else {
-    const auto& primitive = std::get<Primitive>(value);
-    faceted = !std::holds_alternative<Round>(primitive) && !std::holds_alternative<Torus>(primitive);
+  } else if (const auto* primitive = std::get_if<Primitive>(&value)) {
+    faceted = !std::holds_alternative<Round>(*primitive) && !std::holds_alternative<Torus>(*primitive);
     parts = 1;
   }
+}
+
+std::span<const Expression> Node::children() const {
+  if (const auto* boolean = std::get_if<Boolean>(&value)) return boolean->children;
+  if (const auto* transform = std::get_if<Transform>(&value)) return {&transform->child, 1};
+  if (const auto* coloured = std::get_if<Coloured>(&value)) return {&coloured->child, 1};
+  if (const auto* named = std::get_if<Named>(&value)) return {&named->child, 1};
+  if (const auto* construction = std::get_if<Construction>(&value)) return construction->operands;
+  return {};
 }
 
 namespace {
@@ -41,15 +44,7 @@ thread_local std::vector<Owner>* pending = nullptr;  // of the outermost ~Node t
 // depth of the call stack is two, whatever the depth of the expression.
 Node::~Node() {
   const auto hand_over = [this](std::vector<Owner>& to) {
-    if (auto* boolean = std::get_if<Boolean>(&value)) {
-      for (Expression& child : boolean->children) to.push_back(std::move(child.node_));
-    } else if (auto* transform = std::get_if<Transform>(&value)) {
-      to.push_back(std::move(transform->child.node_));
-    } else if (auto* coloured = std::get_if<Coloured>(&value)) {
-      to.push_back(std::move(coloured->child.node_));
-    } else if (auto* construction = std::get_if<Construction>(&value)) {
-      for (Expression& operand : construction->operands) to.push_back(std::move(operand.node_));
-    }
+    for (const Expression& child : children()) to.push_back(std::move(const_cast<Expression&>(child).node_));  // nobody else looks at them any more
   };
   if (std::holds_alternative<Primitive>(value)) return;
   if (pending) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <functional>
 #include <utility>
 
 namespace bsp2::model {
@@ -53,6 +54,10 @@ void add(Hash& hash, const Round& round) {
   hash.add(round.bottom), hash.add(round.top);
   hash.add(std::uint64_t{round.sides});
   for (const double length : round.lengths) hash.add(length);
+}
+
+void add(Hash& hash, const Polytope& polytope) {
+  for (const double x : polytope.corners) hash.add(x);
 }
 
 void add(Hash& hash, const Torus& torus) { hash.add(torus.major), hash.add(torus.minor); }
@@ -111,15 +116,15 @@ Expression NodePool::primitive(Primitive primitive, int dimension) {
 }
 
 Expression NodePool::boolean(Operation operation, int dimension, std::span<const Expression> operands, bool one_part) {
-  const auto empty = [this](const Expression& e) { return is_empty(e); };
-  if (operands.empty()) return empty_[dimension];
-  if (operation == Operation::subtract && is_empty(operands.front())) return empty_[dimension];
-  if (operation == Operation::intersect && std::any_of(operands.begin(), operands.end(), empty))
-    return empty_[dimension];
+  const auto vanishes = [this](const Expression& e) { return is_empty(e); };
+  if (operands.empty()) return empty(dimension);
+  if (operation == Operation::subtract && is_empty(operands.front())) return empty(dimension);
+  if (operation == Operation::intersect && std::any_of(operands.begin(), operands.end(), vanishes))
+    return empty(dimension);
   operands_.assign(operands.begin(), operands.end());
-  std::erase_if(operands_, empty);
-  if (operands_.empty()) return empty_[dimension];
-  if (operands_.size() == 1) return operands_.front();
+  if (operation != Operation::complement) std::erase_if(operands_, vanishes);  // what is not in nothing is everything
+  if (operands_.empty()) return empty(dimension);
+  if (operands_.size() == 1 && operation != Operation::complement) return operands_.front();
 
   Hash hash;
   hash.add(0x100 + static_cast<std::uint64_t>(operation) + (one_part ? 0x80 : 0));
@@ -161,6 +166,30 @@ Expression NodePool::coloured(const Colour& colour, const Expression& child) {
   };
   return find_or_make(hash.value(), child.dimension(), equal,
                       [&] { return Expression(std::make_shared<Node>(child.dimension(), Coloured{colour, child})); });
+}
+
+Expression NodePool::named(Named::Role role, const std::string& name, const Expression& child) {
+  if (is_empty(child)) return child;
+  Hash hash;
+  hash.add(0x500 + static_cast<std::uint64_t>(role));
+  hash.add(static_cast<std::uint64_t>(std::hash<std::string>()(name)));
+  hash.add(address(child));
+  const auto equal = [&](const auto& value) {
+    const auto* other = std::get_if<Named>(&value);
+    return other && other->child.same_node(child) && other->role == role && other->name == name;
+  };
+  return find_or_make(hash.value(), child.dimension(), equal,
+                      [&] { return Expression(std::make_shared<Node>(child.dimension(), Named{role, name, child})); });
+}
+
+Expression NodePool::adopt(const Expression& made) {
+  const Node& node = made.node();
+  if (const auto* one = std::get_if<Primitive>(&node.value)) return primitive(*one, node.dimension);
+  if (const auto* map = std::get_if<Transform>(&node.value)) return transform(map->matrix, adopt(map->child));
+  const auto& of = std::get<Boolean>(node.value);
+  std::vector<Expression> children;
+  for (const Expression& child : of.children) children.push_back(adopt(child));
+  return boolean(of.operation, node.dimension, children, of.parts != 0);
 }
 
 Expression NodePool::construction(const Construct& construct, int dimension, std::span<const Expression> operands) {

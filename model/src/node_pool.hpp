@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "bsp2/model/expression.hpp"
@@ -16,11 +17,10 @@ namespace bsp2::model {
 /// meaning: empty operands, Booleans of one operand. Not thread-safe.
 class NodePool {
  public:
-  /// The empty solid of dimension 2 or 3; of dimension 0: not even that ("nothing"), which has no say in anything.
-  [[nodiscard]] const Expression& empty(int dimension) const { return empty_[dimension]; }
-  [[nodiscard]] bool is_empty(const Expression& e) const {
-    return e.same_node(empty_[0]) || e.same_node(empty_[2]) || e.same_node(empty_[3]);
-  }
+  static constexpr int most_dimensions = 6;
+  /// The empty solid of this dimension; of dimension 0: not even that ("nothing"), which has no say in anything.
+  [[nodiscard]] const Expression& empty(int dimension) const { return empty_[static_cast<std::size_t>(dimension)]; }
+  [[nodiscard]] bool is_empty(const Expression& e) const { return e.same_node(empty(e.dimension())); }
   Expression primitive(Primitive primitive, int dimension);
   /// A Boolean of operands that are empty or of this dimension. None at all is the empty solid.
   /// @param one_part: it is what a single primitive of the source is made of.
@@ -28,6 +28,9 @@ class NodePool {
   /// `matrix` is affine and not singular.
   Expression transform(std::vector<double> matrix, const Expression& child);
   Expression coloured(const Colour& colour, const Expression& child);
+  Expression named(Named::Role role, const std::string& name, const Expression& child);
+  /// The pooled version of what the builder made of primitives, maps and Booleans.
+  Expression adopt(const Expression& made);
   /// @pre no operand is empty.
   Expression construction(const Construct& construct, int dimension, std::span<const Expression> operands);
 
@@ -40,7 +43,7 @@ class NodePool {
     std::uint64_t hash = 0;
     std::uint32_t index = 0;  ///< 1 + index in nodes_, 0 = free
   };
-  std::array<Expression, 4> empty_{Expression(0), Expression(1), Expression(2), Expression(3)};
+  std::array<Expression, most_dimensions + 1> empty_{Expression(0), Expression(1), Expression(2), Expression(3), Expression(4), Expression(5), Expression(6)};
   std::vector<Slot> slots_ = std::vector<Slot>(64);
   std::vector<Expression> nodes_;
   std::vector<Expression> operands_;  // scratch

@@ -12,6 +12,7 @@ dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned t
   dataflow::EvaluateOptions evaluate;
   evaluate.threads = threads;
   evaluate.order = options.order == Order::priority ? dataflow::Order::priority : dataflow::Order::depth;
+  evaluate.eye = options.eye;
   evaluate.level = options.level;
   evaluate.tolerance = options.tolerance;
   evaluate.budget_seconds = options.budget_seconds;

@@ -9,6 +9,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
+#include "measuring.hpp"
 #include "progress.hpp"
 #include "querying.hpp"
 #include "stages.hpp"
@@ -37,28 +38,13 @@ Usage usage_of_this_process() {
 
 template <int D>
 void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals, const RunOptions& options) {
-  const auto in = totals.in.value();
   report.hyperplanes = network.table.size();
   report.in_cells = totals.in_cells;
   report.fuzzy_cells = totals.fuzzy_cells;
   if (options.keep_out) report.out_cells = totals.out_cells;
-  report.in_volume = in.volume();
-  report.fuzzy_volume = totals.fuzzy.value().volume();
+  static_cast<Measures&>(report) = measures_of(totals);
+  for (const auto& [part, name] : network.part_names) report.named_parts.push_back({part, name});
   report.level = totals.level;
-  for (int i = 1; i <= D && in.volume() > 0; ++i) report.centroid.push_back(in.integral[geometry::Moments<D>::index(0, i)] / in.volume());
-  for (int i = 0; i <= D; ++i) {
-    auto& row = report.inertia.emplace_back();
-    for (int j = 0; j <= D; ++j) row.push_back(in.integral[geometry::Moments<D>::index(i, j)]);
-  }
-  const auto fuzzy = totals.fuzzy.value(), below = totals.fuzzy_below.value();
-  for (int i = 0; i <= D && totals.fuzzy_cells > 0; ++i) {
-    auto &least = report.inertia_least.emplace_back(), &most = report.inertia_most.emplace_back();
-    for (int j = 0; j <= D; ++j) {
-      const int at = geometry::Moments<D>::index(i, j);
-      least.push_back(in.integral[at] + below.integral[at]);
-      most.push_back(in.integral[at] + fuzzy.integral[at] - below.integral[at]);
-    }
-  }
   if (totals.in_cells > 0) {
     report.lower.assign(totals.lower.begin(), totals.lower.end());
     report.upper.assign(totals.upper.begin(), totals.upper.end());
@@ -319,6 +305,8 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.ranks = static_cast<unsigned>(ranks.count());
   report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
   report.dimension = source.model.expression.dimension();
+  if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))
+    throw Error("--order view: the eye has " + std::to_string(options.eye.size()) + " coordinates, the model has " + std::to_string(report.dimension) + " dimensions");
   report.primitives = source.model.primitive_count;
   report.warnings = source.warnings;
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
@@ -335,6 +323,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
     case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
+  if (ranks.is_master()) result.report.measures = measuring(source.model.expression, options, result.report);
   record_costs(ranks, result.report);
   return result;
 }

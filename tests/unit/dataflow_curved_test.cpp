@@ -13,6 +13,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
 #include "dataflow_oracle.hpp"
+#include "producer_stream.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -227,6 +228,18 @@ TEST(Curved, BooleansWithPolyhedraKeepTheInterval) {
     expect_contains(volume_interval<3>(model::unite({octant, ball}), down_to(level)), 125 + 7 * eighth);
     expect_contains(volume_interval<3>(model::symmetric_difference({octant, ball}), down_to(level)), 125 + 6 * eighth);
   }
+  for (const double tolerance : {0.3, 0.1, 0.03}) {  // thin cells that a polyhedron and a round solid share
+    expect_contains(volume_interval<3>(model::intersect({ball, octant}), thinner_than(tolerance)), eighth);
+    expect_contains(volume_interval<3>(model::subtract({ball, octant}), thinner_than(tolerance)), 7 * eighth);
+    expect_contains(volume_interval<3>(model::unite({octant, ball}), thinner_than(tolerance)), 125 + 7 * eighth);
+  }
+  Random random(new_seed());
+  for (int round = 0; round < 5; ++round) {  // in truth half the ball each, whatever the plane
+    auto turn = free_matrix(random, 3, 0);
+    const auto half = model::transform(turn, model::transform(std::vector<double>{20, 0, 0, 0, 0, 20, 0, -10, 0, 0, 20, -10, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));
+    expect_contains(volume_interval<3>(model::intersect({ball, half}), thinner_than(0.1)), 4 * eighth);
+    expect_contains(volume_interval<3>(model::subtract({ball, half}), thinner_than(0.1)), 4 * eighth);
+  }
   // Steinmetz: two cylinders across each other.
   const std::vector<double> upright{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2, 0, 0, 0, 1}, lying{0, 0, 1, -2, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 0, 1};
   const auto rod = model::round_cylinder(2, 1, {4});
@@ -279,80 +292,6 @@ TEST(Curved, CellsDoNotDependOnThreadsAndOrder) {
   expect_same_digest<3>(solid, thinner_than(0.05), 2);
   expect_same_digest<3>(model::subtract({model::torus(2, 0.7), solid}), down_to(14), 1);
   expect_same_digest<4>(model::subtract({model::ball(4, 1), model::cuboid({1, 1, 1, 1})}), down_to(12), 1);
-}
-
-/// Drives the producer alone: each output cell refines the one it replaces, and its labels are true.
-template <int D, typename P>
-void check_stream_of(const model::Expression& e, const Network<D>& network, const P& producer, unsigned deepest, Random& random) {
-  geometry::Splitter<D> splitter(network.table);
-  geometry::CellWriter<D> writer(network.table);
-  CellView<D> view(splitter);
-  struct Item {
-    geometry::Cell<D> cell;
-    std::vector<Word> state;
-    unsigned level;
-  };
-  std::vector<Item> stack;
-  stack.push_back({geometry::root_cell(network.table), {Program::kind_leaf | Program::whole, Program::header, 0}, 0});
-  const double whole = writer.measure(stack[0].cell).volume();
-  double decided = 0, fuzzy = 0;
-  const auto sample = [&](const geometry::Cell<D>& cell) {
-    Point x(D, 0);
-    Real sum = 0;
-    for (const auto& vertex : cell.vertices()) {
-      const Real weight = -std::log(uniform(random, 1e-9, 1));
-      sum += weight;
-      for (std::size_t i = 0; i < D; ++i) x[i] += weight * vertex.x[i];
-    }
-    for (Real& c : x) c /= sum;
-    return where(e, x, 1e-12L);
-  };
-  while (!stack.empty()) {
-    const Item at = std::move(stack.back());
-    stack.pop_back();
-    view.look_at(at.cell);
-    std::vector<Word> left;
-    const Label label = producer.ask(at.state.data(), view, left);
-    const double volume = writer.measure(at.cell).volume();
-    if (label != Label::fuzzy) {
-      decided += volume;
-      for (int i = 0; i < 3; ++i) {
-        const Where truth = sample(at.cell);
-        ASSERT_TRUE(truth.doubtful || truth.inside == (label == Label::in));
-      }
-      continue;
-    }
-    left[1] = static_cast<Word>(left.size());
-    ASSERT_GT(producer.undecided(left.data()), 0U);
-    if (at.level == deepest) {
-      fuzzy += volume;
-      continue;
-    }
-    const Advice advice = producer.advise(left.data(), view);
-    if (advice.none) {  // slivers where planes of several wedges nearly meet, by the rounding of chords and tangents
-      ASSERT_LT(view.extent().radius, 1e-6);
-      fuzzy += volume;
-      continue;
-    }
-    ASSERT_EQ(splitter.classify(at.cell, advice.plane.id()), geometry::Position::crossing);
-    Item negative{{}, left, at.level + 1}, positive{{}, left, at.level + 1};
-    splitter.split(at.cell, advice.plane.id(), &negative.cell, &positive.cell);
-    const double parts = writer.measure(negative.cell).volume() + writer.measure(positive.cell).volume();
-    ASSERT_NEAR(parts, volume, 1e-12 * whole) << "the halves are not the cell";
-    std::vector<Word> unused;
-    if (advice.beyond_is_out) {
-      view.look_at(advice.plane.flipped() ? negative.cell : positive.cell);
-      ASSERT_EQ(producer.ask(left.data(), view, unused), Label::out);
-    }
-    unused.clear();
-    if (advice.behind_is_in) {
-      view.look_at(advice.plane.flipped() ? positive.cell : negative.cell);
-      ASSERT_EQ(producer.ask(left.data(), view, unused), Label::in);
-    }
-    stack.push_back(std::move(negative));
-    stack.push_back(std::move(positive));
-  }
-  EXPECT_NEAR(decided + fuzzy, whole, 1e-10 * whole);
 }
 
 template <int D>

@@ -281,6 +281,9 @@ TYPED_TEST(Invariants, InclusionExclusionAndDeMorgan) {
     EXPECT_NEAR(volume<D>(inside(outside(model::intersect({outside(a), outside(b)})))), either, slack);
     EXPECT_NEAR(volume<D>(inside(outside(model::unite({outside(a), outside(b)})))), both, slack);
     EXPECT_NEAR(volume<D>(inside(outside(outside(a)))), va, slack);
+    const auto c = random_expression(random, D, Kind::solids, 0);
+    const auto distributed = model::unite({model::intersect({a, b}), model::intersect({a, c})}), joint = model::intersect({a, model::unite({b, c})});
+    EXPECT_NEAR(volume<D>(inside(model::symmetric_difference({distributed, joint}))), 0, slack);
     EXPECT_EQ(volume<D>(model::subtract({a, a})), 0);
     EXPECT_EQ(volume<D>(model::symmetric_difference({a, b, a, b})), 0);
     EXPECT_NEAR(volume<D>(inside(model::symmetric_difference({a, b, a}))), vb, slack);

@@ -163,6 +163,21 @@ inline Where where(const model::TriangleMesh& mesh, const Point& x, Real margin)
   return {std::lround(winding_number(mesh, x)) != 0, false};
 }
 
+inline Where where(const model::Polytope& polytope, const Point& x, Real margin) {
+  bool inside = true, doubtful = false;
+  for (std::size_t at = 0; at < polytope.half_spaces.size(); at += x.size() + 1) {
+    Real value = polytope.half_spaces[at + x.size()], square = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const auto normal = static_cast<Real>(polytope.half_spaces[at + i]);
+      value += normal * x[i];
+      square += normal * normal;
+    }
+    doubtful |= std::fabs(value) <= margin * std::sqrt(square);
+    inside &= value <= 0;
+  }
+  return {inside, doubtful};
+}
+
 /// The preimage of a point under an affine map, by Gaussian elimination.
 inline Point preimage(const std::vector<double>& matrix, const Point& x) {
   const std::size_t d = x.size();
@@ -374,6 +389,7 @@ enum class Kind : std::uint8_t {
 };
 
 inline model::Expression random_primitive(Random& random, int d, Kind kind) {
+  if (kind == Kind::solids && chance(random, 0.2)) return model::simplex(d, pick(random, 1, 3));
   if (d != 3) return grid_cuboid(random, d);
   if (kind == Kind::grid_boxes)
     return chance(random, 0.2) ? random_polycube(random, pick(random, 2, 6)) : grid_cuboid(random, d);

@@ -73,6 +73,8 @@ void print(const Round& round, std::ostream& out) {
 
 void print(const Torus& torus, std::ostream& out) { out << "torus(" << number(torus.major) << ", " << number(torus.minor) << ");\n"; }
 
+void print(const Polytope& polytope, std::ostream& out) { out << "polytope of " << polytope.corners.size() << " coordinates;\n"; }
+
 void print(const Primitive& primitive, std::ostream& out) {
   std::visit([&](const auto& shape) { print(shape, out); }, primitive);
 }
@@ -97,6 +99,12 @@ void print(const Coloured& coloured, std::ostream& out) {
   for (std::size_t i = 0; i < 4; ++i) out << (i > 0 ? ", " : "") << number(coloured.colour[i]);
   out << "]) {\n";
   print(coloured.child, out);
+  out << "}\n";
+}
+
+void print(const Named& named, std::ostream& out) {
+  out << (named.role == Named::Role::part ? "part(\"" : "measure(\"") << named.name << "\") {\n";
+  print(named.child, out);
   out << "}\n";
 }
 

@@ -73,6 +73,8 @@ inline double volume(const Round& round) {
 
 inline double volume(const Torus& torus) { return 2 * std::numbers::pi * std::numbers::pi * torus.major * torus.minor * torus.minor; }
 
+inline double volume(const Polytope& polytope) { return polytope.content; }
+
 /// Of a primitive, or of nothing.
 inline double volume(const Expression& e) {
   if (is_empty(e)) return 0;

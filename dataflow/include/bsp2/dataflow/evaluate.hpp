@@ -26,6 +26,7 @@ enum class Order : std::uint8_t {
 struct EvaluateOptions {
   unsigned threads = 1;
   Order order = Order::depth;
+  std::vector<double> eye;  ///< D numbers: with Order::priority, what looks largest from here is refined first; none: what is largest
   std::optional<unsigned> level;         ///< what is undecided so deep in the BSP tree is left
   std::optional<double> tolerance;       ///< what is undecided about round solids in cells thinner than this is left
   std::optional<double> budget_seconds;  ///< what is undecided then is left

@@ -49,6 +49,7 @@ struct Network : Program {
   std::vector<Torus> tori;    ///< D = 3 only
   std::vector<Word> program;  ///< empty: the solid is empty
   std::vector<std::optional<model::Colour>> colours;  ///< of each part; empty where the model has none
+  std::vector<std::pair<std::int32_t, std::string>> part_names;  ///< of the parts that have one
   Box<D> bounds = Box<D>::empty();  ///< of the solid, before anything is evaluated
   double coincidence = 0;     ///< what it was compiled with: CompileOptions::coincidence
   std::vector<std::string> warnings;  ///< what the user should know about the solid that was compiled

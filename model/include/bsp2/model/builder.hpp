@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "bsp2/model/expression.hpp"
@@ -51,6 +52,66 @@ Expression polygon(const std::vector<std::array<double, 2>>& points, const std::
 /// Flat sets of points give the empty solid. O(n log n).
 Expression convex_hull(const std::vector<std::array<double, 2>>& points);
 Expression convex_hull(const std::vector<std::array<double, 3>>& points);
+
+/// The smallest convex solid with all these points, in any dimension: `dimension` coordinates each.
+///
+/// D = 2 and 3: as above. Above, the facets are Qhull's: a point may lie outside of one by a few roundings of the
+/// coordinates. Flat sets of points give the empty solid. For n points the cost grows like n^(D/2).
+/// @throws bsp2::Error for a dimension outside 1 .. 6, and for coordinates that are not finite or not a multiple of D.
+Expression convex_hull(int dimension, std::span<const double> points);
+
+/// The simplex with these dimension + 1 points as corners; flat ones give the empty solid.
+Expression simplex(int dimension, std::span<const double> points);
+/// The simplex of all x with x_i >= 0 and x_1 + ... + x_D <= size, exactly. A size <= 0 gives the empty solid.
+Expression simplex(int dimension, double size = 1);
+
+/// A polytope inscribed to the ball: the interval, the regular polygon, OpenSCAD's sphere; above three dimensions the hull of
+/// the directions to the grid points of a cube, whose great circles through the axes have about `sides` corners.
+/// @throws bsp2::Error for more than 20,000 corners above three dimensions.
+Expression ball_polytope(int dimension, double radius, std::uint32_t sides);
+
+/// All (x_1, x_2, ...) with x_i in operand i: the Cartesian product, of as many dimensions as all together. Round solids stay
+/// round, but for cones and tori, which have no product above three dimensions.
+/// @throws bsp2::Error for more than six dimensions, and for no operands.
+Expression product(std::vector<Expression> operands);
+
+/// The product with a box of `lengths`: each adds a dimension, from 0 (with `center`, around 0) upwards.
+Expression extrude(Expression operand, std::span<const double> lengths, bool center = false);
+Expression extrude(Expression operand, std::initializer_list<double> lengths, bool center = false);
+
+/// The operand put on the first axes of E^dimension, as a solid of this thickness around them: |x_i| <= thickness / 2 for all
+/// further axes. What has no thickness has no content and is no solid.
+Expression embed(Expression operand, int dimension, double thickness);
+
+/// The shadow on the space of the axes `kept` (from 0, each once), in their order: all points that are in the operand for some
+/// value of the other coordinates. Exact for polytopes and balls; other round solids become polyhedra (D <= 3).
+Expression project(Expression operand, std::vector<int> kept);
+
+/// What the operand has in the hyperplane x_axis = at, as a solid of the other axes.
+Expression section(Expression operand, int axis, double at);
+
+/// The image under x -> (A x + b) / (c . x + d). @param matrix (D+1) x (D+1) row-major, [A b; c d].
+/// The solid has to be where c . x + d > 0: compilation throws bsp2::Error where the plane at infinity meets it.
+Expression projective(std::span<const double> matrix, Expression operand);
+
+/// All sums of a point of `a` and one of `b`. Round operands become polyhedra (D <= 3).
+Expression minkowski(Expression a, Expression b);
+
+/// All points within `distance` of the operand in the maximum norm: its Minkowski sum with a cube. A negative distance
+/// shrinks: what is left are the points whose cube lies in the operand.
+Expression grow(Expression operand, double distance);
+/// The same in the Euclidean norm, as near as `ball_polytope` of so many sides is to the ball, from within.
+Expression grow_round(Expression operand, double distance, std::uint32_t sides);
+
+/// All sums of a point of the operand and one of a polyline. Balls stay round.
+Expression sweep(Expression operand, std::vector<std::vector<double>> path);
+
+/// The operand as one part of the model with a name: its number and name are in the results. Of nested parts the outer counts.
+Expression part(std::string name, Expression operand);
+
+/// The operand; its volume and moments, in the coordinates that it has here, are reported under this name. In C++
+/// dataflow::measure() answers at once.
+Expression measure(std::string name, Expression operand);
 
 /// A construct of its operands; see expression.hpp for what the constructs are and how many operands they take.
 /// @throws bsp2::Error for operands of a dimension that the construct cannot take.

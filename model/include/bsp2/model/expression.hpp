@@ -77,7 +77,17 @@ struct Torus {
   friend bool operator==(const Torus&, const Torus&) = default;
 };
 
-using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus>;
+/// A convex polytope of any dimension, both as the hull of its corners and as an intersection of half-spaces.
+///
+/// The half-spaces are what is evaluated; the corners are within rounding of theirs. Built by `convex_hull` and `simplex`.
+struct Polytope {
+  std::vector<double> corners;      ///< D coordinates each
+  std::vector<double> half_spaces;  ///< D + 1 numbers each: normal . x + constant <= 0 inside, the constant last
+  double content = 0;               ///< its D-dimensional volume, within rounding
+  friend bool operator==(const Polytope&, const Polytope&) = default;
+};
+
+using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus, Polytope>;
 
 /// The sweep of a plane solid along `direction`, z_0 > 0; its image at the fraction t is turned by -twist * t degrees
 /// and scaled by 1 - (1 - scale) t.
@@ -147,9 +157,52 @@ struct Roof {
   friend bool operator==(const Roof&, const Roof&) = default;
 };
 
+/// All points (x, y), x of the first operand and y of the second: of as many dimensions as both together.
+struct Product {
+  friend bool operator==(const Product&, const Product&) = default;
+};
+
+/// The shadow of a solid on the space of some of its axes.
+struct Shadow {
+  std::vector<int> axes;  ///< that are kept, from 0, in the order of the result
+  friend bool operator==(const Shadow&, const Shadow&) = default;
+};
+
+/// What a solid has in the hyperplane x_axis = at, as a solid of the other axes.
+struct Section {
+  int axis = 0;  ///< from 0
+  double at = 0;
+  friend bool operator==(const Section&, const Section&) = default;
+};
+
+/// The image under x -> (A x + b) / (c . x + d), where c . x + d is above 0 in all of the solid.
+struct ProjectiveMap {
+  std::vector<double> matrix;  ///< (D+1) x (D+1), row-major: A b, and c d in the last row; not singular
+  friend bool operator==(const ProjectiveMap&, const ProjectiveMap&) = default;
+};
+
+/// All sums of a point of the solid and one of a polyline.
+struct Sweep {
+  std::vector<std::vector<double>> path;  ///< two points or more, of D coordinates
+  friend bool operator==(const Sweep&, const Sweep&) = default;
+};
+
+/// All sums of a point of the solid and one of a polytope in the place of a ball; or all points that are that far inside.
+struct Growth {
+  enum class Ball : std::uint8_t {
+    cube,  ///< [-distance, distance]^D: the ball of the maximum norm
+    round  ///< a polytope in the ball, see `ball_polytope`
+  };
+  double distance = 0;  ///< below 0: shrinks
+  Ball ball = Ball::cube;
+  std::uint32_t sides = 0;  ///< of its circles (round)
+  friend bool operator==(const Growth&, const Growth&) = default;
+};
+
 /// A solid that is made from others by other means than Booleans and maps. Which points it has is known only once the
 /// operands are evaluated; compilation does that and replaces it by primitives.
-using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection, Resize, Fill, Roof>;
+using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection, Resize, Fill, Roof, Product, Shadow, Section,
+                               ProjectiveMap, Sweep, Growth>;
 
 enum class Operation : std::uint8_t { unite, intersect, subtract, symmetric_difference, complement };
 
@@ -189,7 +242,7 @@ struct Transform {
   Expression child;
 };
 
-/// A construct applied to its operands: two for MinkowskiSum, otherwise one.
+/// A construct applied to its operands: two for MinkowskiSum and Product, otherwise one.
 struct Construction {
   Construct construct;
   std::vector<Expression> operands;
@@ -205,8 +258,19 @@ struct Coloured {
   Expression child;
 };
 
+/// The child, with a name in the results. The same points.
+struct Named {
+  enum class Role : std::uint8_t {
+    part,    ///< all that is in it is one part of the model, called so
+    measure  ///< its volume and moments are reported, by themselves
+  };
+  Role role;
+  std::string name;
+  Expression child;
+};
+
 struct Node {
-  using Value = std::variant<Primitive, Boolean, Transform, Construction, Coloured>;
+  using Value = std::variant<Primitive, Boolean, Transform, Construction, Coloured, Named>;
   int dimension;
   bool resolved;  ///< there is no Construction in it
   bool faceted;   ///< there is no round primitive in it
@@ -218,6 +282,8 @@ struct Node {
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
   ~Node();  ///< releases deep chains without recursion
+  /// The sub-expressions right below it.
+  [[nodiscard]] std::span<const Expression> children() const;
 };
 
 inline int Expression::dimension() const { return node_->dimension; }

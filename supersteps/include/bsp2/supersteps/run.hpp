@@ -38,6 +38,7 @@ struct RunOptions {
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
   bool curved = false;                      ///< spheres, cylinders and circles of the text are truly round
   Order order = Order::depth;
+  std::vector<double> eye;                  ///< D numbers: with Order::priority, what looks largest from here is refined first
   std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY
   std::optional<double> tolerance;          ///< round solids are refined until FUZZY cells are thinner than this
   std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
@@ -72,20 +73,38 @@ struct BoundaryReport {
   bool closed = false;  ///< every edge is used equally often in both directions: counted, not assumed
 };
 
+/// Integrals over a solid. Lengths are in model units; moments are about the origin.
+struct Measures {
+  double in_volume = 0.0, fuzzy_volume = 0.0;  ///< the true volume is between in and in + fuzzy
+  std::vector<double> centroid;                ///< D: of the IN cells
+  std::vector<std::vector<double>> inertia;    ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1, over the IN cells
+  /// While FUZZY cells remain, between which values the solid's own moments are: (D+1) x (D+1), least and most.
+  std::vector<std::vector<double>> inertia_least, inertia_most;
+};
+
+/// What a `measure` of the model found, in the coordinates that its children have there.
+struct NamedMeasures : Measures {
+  std::string name;
+  int dimension = 3;
+};
+
+/// A part of the model that has a name; the number is in the cell data.
+struct NamedPart {
+  std::int32_t part;
+  std::string name;
+};
+
 /// What a run found; with several ranks, complete on the master. Lengths are in model units; moments are about the origin.
-struct RunReport {
+struct RunReport : Measures {
   std::string model;
   int dimension = 3;
   unsigned ranks = 1, threads = 1, regions = 1, level = 0;
   std::uint64_t primitives = 0, hyperplanes = 0;
   std::uint64_t in_cells = 0, fuzzy_cells = 0;
   std::optional<std::uint64_t> out_cells;    ///< when OUT cells are kept
-  double in_volume = 0.0, fuzzy_volume = 0.0;
   std::optional<double> tolerance;           ///< of round solids, given or chosen
-  std::vector<double> centroid;              ///< D
-  std::vector<std::vector<double>> inertia;  ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1
-  /// While FUZZY cells remain, between which values the solid's own moments are: (D+1) x (D+1), least and most.
-  std::vector<std::vector<double>> inertia_least, inertia_most;
+  std::vector<NamedPart> named_parts;        ///< in the order of their numbers
+  std::vector<NamedMeasures> measures;       ///< on the master, in the order of the model
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
   std::optional<BoundaryReport> boundary;    ///< when asked for
   std::string digest;                        ///< of the set of cells, order-independent

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <functional>
+
+#include "bsp2/dataflow/network.hpp"
+#include "bsp2/model/expression.hpp"
+
+/// The constructs that work in any dimension, made of primitives and Booleans. Operands are resolved, and not empty.
+/// All throw bsp2::Error for operands that they cannot take.
+namespace bsp2::dataflow {
+
+struct ConstructContext {
+  const CompileOptions& options;
+  std::function<model::Expression(const model::Expression&)> faceted;  ///< the same with polyhedra in the place of what is round
+};
+
+model::Expression image_of(const model::Product&, const std::vector<model::Expression>& operands, const ConstructContext& context);
+model::Expression image_of(const model::Shadow& shadow, const std::vector<model::Expression>& operands, const ConstructContext& context);
+model::Expression image_of(const model::Section& section, const std::vector<model::Expression>& operands, const ConstructContext& context);
+model::Expression image_of(const model::ProjectiveMap& map, const std::vector<model::Expression>& operands, const ConstructContext& context);
+model::Expression image_of(const model::Sweep& sweep, const std::vector<model::Expression>& operands, const ConstructContext& context);
+model::Expression image_of(const model::Growth& growth, const std::vector<model::Expression>& operands, const ConstructContext& context);
+model::Expression image_of(const model::MinkowskiSum&, const std::vector<model::Expression>& operands, const ConstructContext& context);
+model::Expression image_of(const model::Hull&, const std::vector<model::Expression>& operands, const ConstructContext& context);
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,18 @@
+#include "bsp2/dataflow/measure.hpp"
+
+#include "bsp2/dataflow/partition.hpp"
+#include "bsp2/geometry/dimensions.hpp"
+
+namespace bsp2::dataflow {
+
+template <int D>
+Totals<D> measure(const model::Expression& solid, const EvaluateOptions& how, const CompileOptions& options) {
+  const Network<D> network = compile<D>(solid, options);
+  return evaluate(network, partition(network, 0).regions, how, {}).totals;
+}
+
+#define BSP2_INSTANTIATE(D) template Totals<D> measure<D>(const model::Expression&, const EvaluateOptions&, const CompileOptions&);
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,93 @@
+#pragma once
+
+// A producer driven alone, as a stream of refinements.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "bsp2/dataflow/cell_view.hpp"
+#include "bsp2/dataflow/network.hpp"
+#include "bsp2/dataflow/process.hpp"
+#include "bsp2/geometry/measures.hpp"
+#include "dataflow_oracle.hpp"
+
+namespace bsp2::dataflow {
+
+/// Drives the producer alone: each output cell refines the one it replaces, and its labels are true.
+template <int D, typename P>
+void check_stream_of(const model::Expression& e, const Network<D>& network, const P& producer, unsigned deepest, Random& random) {
+  geometry::Splitter<D> splitter(network.table);
+  geometry::CellWriter<D> writer(network.table);
+  CellView<D> view(splitter);
+  struct Item {
+    geometry::Cell<D> cell;
+    std::vector<Word> state;
+    unsigned level;
+  };
+  std::vector<Item> stack;
+  stack.push_back({geometry::root_cell(network.table), {Program::kind_leaf | Program::whole, Program::header, 0}, 0});
+  const double whole = writer.measure(stack[0].cell).volume();
+  double decided = 0, fuzzy = 0;
+  const auto sample = [&](const geometry::Cell<D>& cell) {
+    Point x(D, 0);
+    Real sum = 0;
+    for (const auto& vertex : cell.vertices()) {
+      const Real weight = -std::log(uniform(random, 1e-9, 1));
+      sum += weight;
+      for (std::size_t i = 0; i < D; ++i) x[i] += weight * vertex.x[i];
+    }
+    for (Real& c : x) c /= sum;
+    return where(e, x, 1e-12L);
+  };
+  while (!stack.empty()) {
+    const Item at = std::move(stack.back());
+    stack.pop_back();
+    view.look_at(at.cell);
+    std::vector<Word> left;
+    const geometry::Label label = producer.ask(at.state.data(), view, left);
+    const double volume = writer.measure(at.cell).volume();
+    if (label != geometry::Label::fuzzy) {
+      decided += volume;
+      for (int i = 0; i < 3; ++i) {
+        const Where truth = sample(at.cell);
+        ASSERT_TRUE(truth.doubtful || truth.inside == (label == geometry::Label::in));
+      }
+      continue;
+    }
+    left[1] = static_cast<Word>(left.size());
+    ASSERT_GT(producer.undecided(left.data()), 0U);
+    if (at.level == deepest) {
+      fuzzy += volume;
+      continue;
+    }
+    const Advice advice = producer.advise(left.data(), view);
+    if (advice.none) {  // slivers where planes of several wedges nearly meet, by the rounding of chords and tangents
+      ASSERT_LT(view.extent().radius, 1e-6);
+      fuzzy += volume;
+      continue;
+    }
+    ASSERT_EQ(splitter.classify(at.cell, advice.plane.id()), geometry::Position::crossing);
+    Item negative{{}, left, at.level + 1}, positive{{}, left, at.level + 1};
+    splitter.split(at.cell, advice.plane.id(), &negative.cell, &positive.cell);
+    const double parts = writer.measure(negative.cell).volume() + writer.measure(positive.cell).volume();
+    ASSERT_NEAR(parts, volume, 1e-12 * whole) << "the halves are not the cell";
+    std::vector<Word> unused;
+    if (advice.beyond_is_out) {
+      view.look_at(advice.plane.flipped() ? negative.cell : positive.cell);
+      ASSERT_EQ(producer.ask(left.data(), view, unused), geometry::Label::out);
+    }
+    unused.clear();
+    if (advice.behind_is_in) {
+      view.look_at(advice.plane.flipped() ? positive.cell : negative.cell);
+      ASSERT_EQ(producer.ask(left.data(), view, unused), geometry::Label::in);
+    }
+    stack.push_back(std::move(negative));
+    stack.push_back(std::move(positive));
+  }
+  EXPECT_NEAR(decided + fuzzy, whole, 1e-10 * whole);
+}
+
+}  // namespace bsp2::dataflow
