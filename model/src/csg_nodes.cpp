@@ -10,6 +10,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
 #include "bsp2/model/tessellation.hpp"
+#include "csg_spline_nodes.hpp"
 #include "imports.hpp"
 #include "matrix.hpp"
 #include "polygon.hpp"
@@ -56,6 +57,10 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"fill", NodeKind::fill},
     {"intersection_for", NodeKind::intersection},
     {"echo", NodeKind::group},
+    {"bezier", NodeKind::bezier},
+    {"bspline", NodeKind::bspline},
+    {"nurbs", NodeKind::bspline},
+    {"subdivision", NodeKind::subdivision},
 };
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
@@ -539,6 +544,13 @@ bool Arguments::flag(std::string_view name, int place) const {
   return value && value->kind == Value::boolean && value->as_number != 0;
 }
 
+std::vector<std::string_view> Arguments::names() const {
+  std::vector<std::string_view> names;
+  for (const Argument& argument : arguments_)
+    if (!argument.name.empty()) names.push_back(argument.name);
+  return names;
+}
+
 Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
                           const Warn& warn) {
   switch (kind) {
@@ -560,6 +572,10 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::
       return make_import(arguments, folder, pool, warn);
     case NodeKind::surface:
       return make_surface(arguments, folder, pool, warn);
+    case NodeKind::bezier:
+    case NodeKind::bspline:
+    case NodeKind::subdivision:
+      return make_spline_node(kind, arguments, pool);
     default:
       return make_polyhedron(arguments, pool, warn);
   }

@@ -41,6 +41,9 @@ enum class NodeKind : std::uint8_t {
   text,
   import,
   surface,
+  bezier,
+  bspline,
+  subdivision,
   unknown
 };
 
@@ -61,6 +64,8 @@ class Arguments {
   /// The string of that name; `missing` if there is none.
   [[nodiscard]] std::string string(std::string_view name, int place, std::string_view missing) const;
   [[nodiscard]] bool flag(std::string_view name, int place) const;
+  /// Of the arguments that have one.
+  [[nodiscard]] std::vector<std::string_view> names() const;
 
  private:
   std::span<const Argument> arguments_;

@@ -31,7 +31,8 @@ Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true)
     resolved = false;
   } else {
     const auto& primitive = std::get<Primitive>(value);
-    faceted = !std::holds_alternative<Round>(primitive) && !std::holds_alternative<Torus>(primitive);
+    faceted = !std::holds_alternative<Round>(primitive) && !std::holds_alternative<Torus>(primitive) &&
+              !std::holds_alternative<Spline>(primitive) && !std::holds_alternative<SubdivisionSurface>(primitive);
     parts = 1;
   }
 }
