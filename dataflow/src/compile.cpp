@@ -15,6 +15,7 @@
 #include "lowering.hpp"
 #include "mesh_shape.hpp"
 #include "resolve.hpp"
+#include "spline_shape.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -40,7 +41,10 @@ struct Shape {
   };
   std::optional<RoundPart> round;
   std::optional<double> torus;  // its minor radius
-  [[nodiscard]] bool is_round() const { return round || torus; }
+  const model::Spline* spline = nullptr;         // its patches are placed, not its shape
+  const model::SubdivisionSurface* subdivision = nullptr;
+  [[nodiscard]] bool is_spline() const { return spline != nullptr || subdivision != nullptr; }
+  [[nodiscard]] bool is_round() const { return round || torus || is_spline(); }
 };
 
 /// x -> factors x + shift, axis by axis.
@@ -352,10 +356,25 @@ class Compiler {
     return frame;
   }
 
+  Shape<D> make_shape(const model::Spline& spline, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    Shape<D> shape;
+    shape.spline = &spline;
+    shape.bounds = bounds_of<D>(spline);
+    return shape;
+  }
+
+  Shape<D> make_shape(const model::SubdivisionSurface& surface, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    Shape<D> shape;
+    shape.subdivision = &surface;
+    shape.bounds = bounds_of<D>(surface);
+    return shape;
+  }
+
   void add_planes(Network<D>& network, const std::vector<Transformer<D>>& placements, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(covectors_);
     std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
+    std::map<std::size_t, PlacedPatches<D>> patches;  // by producer
     std::uint32_t rounds = 0;
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
@@ -364,7 +383,14 @@ class Compiler {
       std::optional<std::uint32_t> first;
       const bool matters = !box.misses(producer);
       if (matters) first = placements[i].emit(table, shape.first_covector, shape.covector_count, producer);
-      if (matters && shape.is_round()) {
+      if (matters && shape.is_spline()) {
+        first = 0;  // it has no half-spaces
+        ++rounds;
+        const auto& placed = patches.emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placements[i]) : place<D>(*shape.subdivision, placements[i])).first->second;
+        std::array<double, D> factors;
+        factors.fill(placed.placement.scale);
+        maps[i] = table.add_map(scaling<D>(factors, placed.placement.origin).matrix());
+      } else if (matters && shape.is_round()) {
         maps[i] = table.add_map(placements[i].matrix());
         if (table.orientation(maps[i]) != 0) {
           first = first.value_or(0);  // a ball has no half-spaces
@@ -386,6 +412,10 @@ class Compiler {
       const std::span own(codes.data() + first_occurrence[i], shape.covector_count);
       if (shape.is_round()) {
         const std::uint32_t ids = network.table.free_ids() / rounds--;
+        if (shape.is_spline()) {
+          add_spline(network, producer, std::move(patches.at(i)), maps[i], ids);
+          continue;
+        }
         add_half_spaces(network, producer, own);
         if (producer.is_empty()) continue;
         if (shape.round) add_round(network, producer, *shape.round, maps[i], ids);
@@ -461,6 +491,13 @@ class Compiler {
       for (int axis = 0; axis < D; ++axis)
         if (std::fabs(h.normal[axis]) > 1 - 1e-12) producer.bounding_plane[axis][h.normal[axis] > 0 ? 1 : 0] = tangent.code + 1;
     }
+  }
+
+  void add_spline(Network<D>& network, Producer<D>& producer, PlacedPatches<D> placed, std::uint32_t map, std::uint32_t ids) {
+    const auto tree = std::make_shared<PatchTree<D>>(std::move(placed.roots), placed.placement, placed.error, placed.weight_ratio, placed.closed, ids);
+    check_ids(tree->count(), ids);
+    producer.spline = static_cast<std::int32_t>(network.splines.size());
+    network.splines.push_back({tree, network.table.add_family(map, geometry::SharedFamily<D>(tree))});
   }
 
   std::size_t flat_count_ = 0;

@@ -8,6 +8,7 @@
 #include "bsp2/dataflow/lathe_producer.hpp"
 #include "bsp2/dataflow/mesh_producer.hpp"
 #include "bsp2/dataflow/round_producer.hpp"
+#include "bsp2/dataflow/spline_producer.hpp"
 #include "bsp2/dataflow/torus_producer.hpp"
 #include "bsp2/dataflow/transformer.hpp"
 #include "bsp2/geometry/dimensions.hpp"
@@ -68,7 +69,7 @@ template <int D>
 void Localizer<D>::leave_round_operands(std::span<const Word> program) {
   std::erase_if(active_, [&](std::uint32_t at) {
     const Producer<D>& producer = network_->producers[program[at + 2]];
-    return producer.torus >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
+    return producer.torus >= 0 || producer.spline >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
   });
 }
 
@@ -155,6 +156,7 @@ auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
     if (producer.lathe >= 0) return use(LatheProducer(*network_, producer));
     if (producer.torus >= 0) return use(TorusProducer(*network_, producer));
   }
+  if (producer.spline >= 0) return use(SplineProducer<D>(*network_, producer));
   if (producer.round >= 0) return use(RoundProducer<D>(*network_, producer));
   return use(ConvexProducer<D>(*network_, producer));
 }
@@ -171,7 +173,7 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
       return LatheProducer(*network_, producer).ask(whole, view_, unused) == Label::in;
     }
   }
-  if (producer.torus >= 0) return false;
+  if (producer.torus >= 0 || producer.spline >= 0) return false;
   if (producer.round >= 0) {
     const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
     std::vector<Word> unused;
@@ -267,7 +269,7 @@ template <int D>
 void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const {
   const Word* const leaf = program.data() + active_.front();
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if (producer.mesh >= 0 || producer.torus >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return;
+  if (producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return;
   const auto planes = ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
   if (planes.size() < 2 || planes.size() > ConvexProducer<D>::many_planes) return;
   const bool negated = (leaf[0] & Program::negated) != 0;

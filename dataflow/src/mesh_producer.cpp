@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "facet_crossing.hpp"
+
 namespace bsp2::dataflow {
 
 using geometry::HyperplaneId;
@@ -21,39 +23,6 @@ using Point = std::array<double, 3>;
 /// Above so many facets, space is cut between them rather than along one of them.
 constexpr std::size_t many_facets = 24;
 constexpr Word whole_leaf[] = {Program::kind_leaf | Program::whole, Program::header, 0};
-
-Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-/// Sign of the determinant of three vectors whose entries are off by at most `error`; 0 where it is uncertain.
-int sign_of_determinant(const Point& u, const Point& v, const Point& w, double error) {
-  const double x = u[0] * (v[1] * w[2] - v[2] * w[1]), y = u[1] * (v[2] * w[0] - v[0] * w[2]), z = u[2] * (v[0] * w[1] - v[1] * w[0]);
-  const auto reach = [](const Point& p) { return std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])}); };
-  const double a = reach(u), b = reach(v), c = reach(w);
-  const double bound = 6 * error * (a * b + b * c + c * a) * 1.01 + 12 * 0x1p-52 * a * b * c + 6 * error * error * (a + b + c + error);
-  const double value = x + y + z;
-  return value > bound ? 1 : value < -bound ? -1 : 0;
-}
-
-/// How the winding number changes from p to q across a facet abc: -1, 0, +1, or nothing if a sign leaves it open.
-/// @param p_side, q_side signs of [a-p, b-p, c-p] and of the same with q.
-/// @param line the signs of [q-p, a-p, b-p], [q-p, b-p, c-p], [q-p, c-p, a-p].
-std::optional<int> crossing(int p_side, int q_side, const std::array<int, 3>& line) {
-  if (p_side != 0 && p_side == q_side) return 0;
-  if ((line[0] > 0 || line[1] > 0 || line[2] > 0) && (line[0] < 0 || line[1] < 0 || line[2] < 0)) return 0;  // the line misses the facet
-  if (p_side == 0 || q_side == 0 || line[0] == 0 || line[1] == 0 || line[2] == 0) return std::nullopt;
-  // Seen from outside the corners turn counter-clockwise: the determinant of a facet seen from outside is negative.
-  return p_side < 0 ? 1 : -1;
-}
-
-/// The same from coordinates that are off by at most `error`.
-std::optional<int> crossing(const Point& p, const Point& q, const Point& a, const Point& b, const Point& c, double error) {
-  const Point pa = minus(a, p), pb = minus(b, p), pc = minus(c, p), pq = minus(q, p);
-  const Point qa = minus(a, q), qb = minus(b, q), qc = minus(c, q);
-  const int p_side = sign_of_determinant(pa, pb, pc, error), q_side = sign_of_determinant(qa, qb, qc, error);
-  if (p_side != 0 && p_side == q_side) return 0;
-  return crossing(p_side, q_side,
-                  {sign_of_determinant(pq, pa, pb, error), sign_of_determinant(pq, pb, pc, error), sign_of_determinant(pq, pc, pa, error)});
-}
 
 // --- the same exactly, for the rare cells thinner than doubles resolve: in units of 2^(grid_exponent - 53) ----------
 

@@ -108,6 +108,15 @@ Points flat(const std::vector<std::array<double, D>>& points) {
   return numbers;
 }
 
+void visit_corners(const model::Spline&, Add&&) {
+  throw std::logic_error("splines are refused before their corners are asked for");
+}
+
+template <int D, typename Add>
+void visit_corners(const model::SubdivisionSurface&, Add&&) {
+  throw std::logic_error("subdivision surfaces are refused before their corners are asked for");
+}
+
 template <int D>
 PointSet<D> placed_corners(const Occurrence<D>& occurrence) {
   PointSet<D> points;

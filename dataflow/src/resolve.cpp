@@ -106,6 +106,8 @@ class Resolver {
           if (!images.empty()) return images[0];  // a construct has the colour and the name around it
           const auto& primitive = std::get<Primitive>(node.value);
           if (std::holds_alternative<model::Torus>(primitive)) throw Error("a torus has no corners: hull, minkowski and the like cannot take it");
+          if (!std::holds_alternative<model::Round>(primitive))
+            throw Error("a spline or a subdivision surface has no corners: hull, minkowski and the like cannot take it");
           const auto& round = std::get<model::Round>(primitive);
           if (round.sides == 0) throw Error("a round solid of " + std::to_string(node.dimension) + " dimensions has no corners: hull, minkowski and the like cannot take it");
           if (node.dimension == 2) return model::circle(round.bottom, round.sides);
@@ -192,6 +194,8 @@ class Resolver {
   }
   static Expression prism(const model::ConvexPolygon& polygon) { return make(3, polygon); }
   static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides}); }
+  static Expression prism(const model::Spline&) { throw Error("a spline curve cannot be extruded; a spline surface can say the same"); }
+  static Expression prism(const model::SubdivisionSurface&) { throw std::logic_error("a subdivision surface is no plane solid"); }
   static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
   static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
   static Expression prism(const model::Polytope&) { throw std::logic_error("a polytope is no plane solid"); }

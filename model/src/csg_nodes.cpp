@@ -11,6 +11,7 @@
 #include "bsp2/model/builder.hpp"
 #include "bsp2/model/tessellation.hpp"
 #include "csg_any_nodes.hpp"
+#include "csg_spline_nodes.hpp"
 #include "imports.hpp"
 #include "matrix.hpp"
 #include "mesh_crossing.hpp"
@@ -78,6 +79,10 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"d_cylinder", NodeKind::d_cylinder},
     {"cone", NodeKind::cone},
     {"torus", NodeKind::torus},
+    {"bezier", NodeKind::bezier},
+    {"bspline", NodeKind::bspline},
+    {"nurbs", NodeKind::bspline},
+    {"subdivision", NodeKind::subdivision},
 };
 
 constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
@@ -568,6 +573,13 @@ bool Arguments::flag(std::string_view name, int place) const {
   return value && value->kind == Value::boolean && value->as_number != 0;
 }
 
+std::vector<std::string_view> Arguments::names() const {
+  std::vector<std::string_view> names;
+  for (const Argument& argument : arguments_)
+    if (!argument.name.empty()) names.push_back(argument.name);
+  return names;
+}
+
 Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
                           const Warn& warn) {
   if (kind >= NodeKind::simplex) return make_any_primitive(kind, arguments, pool);
@@ -590,6 +602,10 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::
       return make_import(arguments, folder, pool, warn);
     case NodeKind::surface:
       return make_surface(arguments, folder, pool, warn);
+    case NodeKind::bezier:
+    case NodeKind::bspline:
+    case NodeKind::subdivision:
+      return make_spline_node(kind, arguments, pool);
     default:
       return make_polyhedron(arguments, pool, warn);
   }

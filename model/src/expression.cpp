@@ -21,7 +21,8 @@ Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true)
   } else if (std::holds_alternative<Construction>(value)) {
     resolved = false;
   } else if (const auto* primitive = std::get_if<Primitive>(&value)) {
-    faceted = !std::holds_alternative<Round>(*primitive) && !std::holds_alternative<Torus>(*primitive);
+    faceted = !std::holds_alternative<Round>(*primitive) && !std::holds_alternative<Torus>(*primitive) &&
+              !std::holds_alternative<Spline>(*primitive) && !std::holds_alternative<SubdivisionSurface>(*primitive);
     parts = 1;
   }
 }

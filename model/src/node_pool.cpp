@@ -62,6 +62,22 @@ void add(Hash& hash, const Polytope& polytope) {
 
 void add(Hash& hash, const Torus& torus) { hash.add(torus.major), hash.add(torus.minor); }
 
+void add(Hash& hash, const Spline& spline) {
+  for (const auto& piece : spline.pieces) {
+    for (const std::uint32_t degree : piece.degrees) hash.add(std::uint64_t{degree});
+    for (const auto& knots : piece.knots)
+      for (const double knot : knots) hash.add(knot);
+    for (const double x : piece.points) hash.add(x);
+  }
+}
+
+void add(Hash& hash, const SubdivisionSurface& surface) {
+  hash.add(static_cast<std::uint64_t>(surface.scheme));
+  for (const double x : surface.points) hash.add(x);
+  for (const auto& face : surface.faces)
+    for (const std::uint32_t corner : face) hash.add(std::uint64_t{corner});
+}
+
 std::uint64_t hash_of(const Primitive& primitive) {
   Hash hash;
   hash.add(std::uint64_t{primitive.index()});

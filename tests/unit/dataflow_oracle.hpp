@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <stdexcept>
 #include <vector>
 
 #include "bsp2/dataflow/evaluate.hpp"
@@ -110,6 +111,9 @@ inline Where where(const model::Torus& torus, const Point& x, Real margin) {
   const Real distance = std::sqrt(rho * rho + x[2] * x[2]) - torus.minor;
   return {distance < 0, std::fabs(distance) < margin};
 }
+
+inline Where where(const model::Spline&, const Point&, Real) { throw std::logic_error("splines have tests of their own"); }
+inline Where where(const model::SubdivisionSurface&, const Point&, Real) { throw std::logic_error("subdivision surfaces have tests of their own"); }
 
 inline Real dot(const std::array<Real, 3>& a, const std::array<Real, 3>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

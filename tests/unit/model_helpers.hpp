@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <numbers>
+#include <stdexcept>
 #include <vector>
 
 #include "bsp2/model/expression.hpp"
@@ -74,6 +75,8 @@ inline double volume(const Round& round) {
 inline double volume(const Torus& torus) { return 2 * std::numbers::pi * std::numbers::pi * torus.major * torus.minor * torus.minor; }
 
 inline double volume(const Polytope& polytope) { return polytope.content; }
+inline double volume(const Spline&) { throw std::logic_error("no volume of a spline is known"); }
+inline double volume(const SubdivisionSurface&) { throw std::logic_error("no volume of a subdivision surface is known"); }
 
 /// Of a primitive, or of nothing.
 inline double volume(const Expression& e) {

@@ -14,13 +14,15 @@
 #include "bsp2/dataflow/mesh.hpp"
 #include "bsp2/dataflow/program.hpp"
 #include "bsp2/dataflow/round.hpp"
+#include "bsp2/dataflow/spline.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
 #include "bsp2/model/expression.hpp"
 
 namespace bsp2::dataflow {
 
 /// What the producers of a network are made of: one occurrence of a primitive, placed in the model. The box contains it,
-/// rounded outward. ConvexProducer, LatheProducer, MeshProducer, RoundProducer and TorusProducer say how each kind answers.
+/// rounded outward. ConvexProducer, LatheProducer, MeshProducer, RoundProducer, TorusProducer and
+/// SplineProducer say how each kind answers.
 /// Source: the paper, section 4.1, "Producers".
 template <int D>
 struct Producer : Box<D> {
@@ -30,6 +32,7 @@ struct Producer : Box<D> {
   std::int32_t mesh = -1;                   ///< index into Network::meshes, or -1 for a convex producer
   std::int32_t round = -1;                  ///< index into Network::rounds: round, the half-spaces are those of its box
   std::int32_t torus = -1;                  ///< index into Network::tori
+  std::int32_t spline = -1;                 ///< index into Network::splines
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
 };
@@ -47,6 +50,7 @@ struct Network : Program {
   std::vector<Mesh> meshes;   ///< D = 3 only
   std::vector<Round<D>> rounds;
   std::vector<Torus> tori;    ///< D = 3 only
+  std::vector<Spline<D>> splines;
   std::vector<Word> program;  ///< empty: the solid is empty
   std::vector<std::optional<model::Colour>> colours;  ///< of each part; empty where the model has none
   std::vector<std::pair<std::int32_t, std::string>> part_names;  ///< of the parts that have one
@@ -57,7 +61,7 @@ struct Network : Program {
   explicit Network(geometry::HyperplaneTable<D> table_) : table(std::move(table_)) {}
 
   /// Whether it has solids that are refined without end.
-  [[nodiscard]] bool is_round() const { return !rounds.empty() || !tori.empty(); }
+  [[nodiscard]] bool is_round() const { return !rounds.empty() || !tori.empty() || !splines.empty(); }
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {
     return {planes.data() + producer.first_plane, producer.plane_count};
   }

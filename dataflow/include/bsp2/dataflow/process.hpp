@@ -11,7 +11,8 @@
 /// refinements: a cell that was undecided is replaced by what it turned out to be (IN or OUT), or by the two halves of a
 /// split.
 ///
-///   Producer     no input: ConvexProducer, LatheProducer, MeshProducer, RoundProducer. Asked about a cell, it says
+///   Producer     no input: ConvexProducer, LatheProducer, MeshProducer, RoundProducer, TorusProducer,
+///                SplineProducer. Asked about a cell, it says
 ///                IN, OUT, or which hyperplane would help.
 ///   Transformer  one input: Transformer maps the hyperplanes of a producer, Complement exchanges IN and OUT.
 ///   Combiner     several inputs: Combiner folds the answers of its operands into one.

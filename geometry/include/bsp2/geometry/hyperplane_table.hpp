@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bsp2/geometry/affine_map.hpp"
+#include "bsp2/geometry/computed_family.hpp"
 #include "bsp2/geometry/covector.hpp"
 #include "bsp2/geometry/hyperplane.hpp"
 #include "bsp2/geometry/round_family.hpp"
@@ -21,7 +22,7 @@ namespace bsp2::geometry {
 ///
 /// Three kinds: the hyperplanes of primitives (a covector of the primitive's frame and the affine map that places it: the
 /// exact coefficients are their product, computed when asked for), axis-parallel cuts x_axis = position on a regular
-/// grid of 2^27 steps over the model's bounds, and the families of round solids; the latter two need no storage.
+/// grid of 2^27 steps over the model's bounds, and the families of curved solids; the latter two need no storage here.
 ///
 /// Life: bounds, then maps and covectors and occurrences are added, then `merge` decides coincidence once, then families are
 /// added, then any number of threads may read.
@@ -49,7 +50,7 @@ class HyperplaneTable {
   std::vector<OrientedHyperplane> merge(double tolerance);
 
   /// Gives ids to the hyperplanes of a family, placed by `map`. After `merge`. @return the first id: add the number.
-  using AnyFamily = std::conditional_t<D == 3, std::variant<RoundFamily<D>, TorusFamily>, std::variant<RoundFamily<D>>>;
+  using AnyFamily = std::conditional_t<D == 3, std::variant<RoundFamily<D>, SharedFamily<D>, TorusFamily>, std::variant<RoundFamily<D>, SharedFamily<D>>>;
   HyperplaneId add_family(std::uint32_t map, const AnyFamily& family);
   /// How many ids are left for families.
   [[nodiscard]] std::uint32_t free_ids() const { return first_axis_id - end_of_families(); }

@@ -39,6 +39,27 @@ Expression cone(double height, double radius_bottom, double radius_top);
 /// minor > major. A radius <= 0 gives the empty solid.
 Expression torus(double major, double minor);
 
+/// The tensor-product B-spline with these pieces, in E^D, D = 2 .. 6: curves, surfaces, ... of k < D parameters, or solids of
+/// D parameters, which count as their boundary. Weights other than 1 make it rational (NURBS).
+///
+/// Pieces of D - 1 parameters, D = 2 or 3, whose ends or edges fit together (within 1e-9 of their size, with the same degrees
+/// and knots on both sides, in any orientation) bound a solid: the points around which they wind a non-zero number of
+/// times. All else is a thin set without inside, as FUZZY cells that hold it.
+/// @throws bsp2::Error for counts that do not fit, degrees outside of 1 .. 15, knots that descend or where the map is not
+/// continuous, weights that are not positive or differ by more than 2^20.
+Expression spline(int dimension, std::vector<Spline::Piece> pieces);
+
+/// The Bezier map with these control points, as in Spline::Piece, degree + 1 along each parameter.
+Expression bezier(int dimension, std::vector<std::uint32_t> degrees, std::vector<double> points);
+
+/// Knots that reach the first and the last control point, at equal distances: 0 degree + 1 times, 1, 2, ...
+std::vector<double> clamped_knots(std::uint32_t degree, std::size_t count);
+
+/// The limit surface of a closed mesh in E^D, D = 3 .. 6, under subdivision; for D = 3, the solid inside of it. Faces are
+/// cycles of point indices, all clockwise or all counter-clockwise seen from outside.
+/// @throws bsp2::Error that names the edge if the mesh does not close, and for faces that are no triangles with `loop`.
+Expression subdivision_surface(int dimension, SubdivisionSurface surface);
+
 /// The regular polygon of D = 2 with `sides` corners, the first on +x. Radius <= 0 gives the empty solid.
 Expression circle(double radius, std::uint32_t sides);
 

@@ -87,7 +87,32 @@ struct Polytope {
   friend bool operator==(const Polytope&, const Polytope&) = default;
 };
 
-using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus, Polytope>;
+/// The image of a box of parameters under tensor-product B-splines of k parameters, k < D: a curve, a surface, ... Or the
+/// image of a box of D parameters: a solid, as far as its boundary winds around it.
+///
+/// Where pieces of D - 1 parameters, D = 2 or 3, together have no boundary they bound a solid: the points around which they wind
+/// a non-zero number of times. Otherwise the set has no inside. Built by `spline()` and `bezier()`, which check their input.
+struct Spline {
+  struct Piece {
+    std::vector<std::uint32_t> degrees;      ///< >= 1, of each parameter
+    std::vector<std::vector<double>> knots;  ///< of each parameter, ascending
+    std::vector<double> points;              ///< D coordinates and a weight > 0 each; the last parameter's are next to each other
+    friend bool operator==(const Piece&, const Piece&) = default;
+  };
+  std::vector<Piece> pieces;  ///< of one number of parameters
+  friend bool operator==(const Spline&, const Spline&) = default;
+};
+
+/// The limit of a closed mesh that is subdivided again and again, and for D = 3 the points that it winds around.
+struct SubdivisionSurface {
+  enum class Scheme : std::uint8_t { catmull_clark, loop };
+  Scheme scheme = Scheme::catmull_clark;
+  std::vector<double> points;                    ///< D coordinates each
+  std::vector<std::vector<std::uint32_t>> faces;  ///< each edge in both directions, once each; triangles for `loop`
+  friend bool operator==(const SubdivisionSurface&, const SubdivisionSurface&) = default;
+};
+
+using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus, Polytope, Spline, SubdivisionSurface>;
 
 /// The sweep of a plane solid along `direction`, z_0 > 0; its image at the fraction t is turned by -twist * t degrees
 /// and scaled by 1 - (1 - scale) t.

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <vector>
+
+#include "bsp2/dataflow/network.hpp"
+#include "bsp2/dataflow/process.hpp"
+
+namespace bsp2::dataflow {
+
+/// Producer of a spline or subdivision surface: refined without end, by the hyperplanes that its patches lie between.
+///
+/// A cell that certainly meets no patch is OUT of an open surface; of a closed one it is IN where the surface winds around it.
+/// State of a leaf: the numbers of the patches that may meet the cell; they are about as large as the cell or smaller.
+/// Source: the paper, section 4.1 and figure 6; docs/curved.md.
+template <int D>
+class SplineProducer {
+ public:
+  SplineProducer(const Network<D>& network, const Producer<D>& producer)
+      : producer_(producer), spline_(network.splines[static_cast<std::size_t>(producer.spline)]), tree_(*spline_.tree) {}
+
+  geometry::Label ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const;
+  /// Grows with the level: what is refined already can wait for what is not.
+  [[nodiscard]] std::size_t undecided(const Word* leaf) const;
+  /// The hyperplane of a patch that cuts off most of the cell, if that is much; else across the longest axis of the cell, at
+  /// the roundest place near its middle. No advice where the cell is too small for that.
+  Advice advise(const Word* leaf, CellView<D>& cell) const;
+
+ private:
+  using Number = typename PatchTree<D>::Number;
+  const Producer<D>& producer_;
+  const Spline<D>& spline_;
+  const PatchTree<D>& tree_;
+
+  [[nodiscard]] Box<D> in_frame(const Box<D>& box) const;
+  [[nodiscard]] bool may_meet(Number patch, const Box<D>& box, CellView<D>& cell) const;
+  void keep(Number patch, const Box<D>& box, double size, CellView<D>& cell, std::vector<Word>& out) const;
+  [[nodiscard]] geometry::Label label_off_patches(const CellView<D>& cell) const;
+};
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+/// How the winding number of a closed mesh changes along a segment.
+namespace bsp2::dataflow {
+
+inline std::array<double, 3> minus(const std::array<double, 3>& a, const std::array<double, 3>& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+/// Sign of the determinant of three vectors whose entries are off by at most `error`; 0 where it is uncertain.
+inline int sign_of_determinant(const std::array<double, 3>& u, const std::array<double, 3>& v, const std::array<double, 3>& w, double error) {
+  const double x = u[0] * (v[1] * w[2] - v[2] * w[1]), y = u[1] * (v[2] * w[0] - v[0] * w[2]), z = u[2] * (v[0] * w[1] - v[1] * w[0]);
+  const auto reach = [](const std::array<double, 3>& p) { return std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(p[2])}); };
+  const double a = reach(u), b = reach(v), c = reach(w);
+  const double bound = 6 * error * (a * b + b * c + c * a) * 1.01 + 12 * 0x1p-52 * a * b * c + 6 * error * error * (a + b + c + error);
+  const double value = x + y + z;
+  return value > bound ? 1 : value < -bound ? -1 : 0;
+}
+
+/// How the winding number changes from p to q across a facet abc: -1, 0, +1, or nothing if a sign leaves it open.
+/// @param p_side, q_side signs of [a-p, b-p, c-p] and of the same with q.
+/// @param line the signs of [q-p, a-p, b-p], [q-p, b-p, c-p], [q-p, c-p, a-p].
+inline std::optional<int> crossing(int p_side, int q_side, const std::array<int, 3>& line) {
+  if (p_side != 0 && p_side == q_side) return 0;
+  if ((line[0] > 0 || line[1] > 0 || line[2] > 0) && (line[0] < 0 || line[1] < 0 || line[2] < 0)) return 0;  // the line misses the facet
+  if (p_side == 0 || q_side == 0 || line[0] == 0 || line[1] == 0 || line[2] == 0) return std::nullopt;
+  // Seen from outside the corners turn counter-clockwise: the determinant of a facet seen from outside is negative.
+  return p_side < 0 ? 1 : -1;
+}
+
+/// The same from coordinates whose differences are off by at most `error`.
+inline std::optional<int> crossing(const std::array<double, 3>& p, const std::array<double, 3>& q, const std::array<double, 3>& a, const std::array<double, 3>& b,
+                                   const std::array<double, 3>& c, double error) {
+  const auto pa = minus(a, p), pb = minus(b, p), pc = minus(c, p), pq = minus(q, p);
+  const auto qa = minus(a, q), qb = minus(b, q), qc = minus(c, q);
+  const int p_side = sign_of_determinant(pa, pb, pc, error), q_side = sign_of_determinant(qa, qb, qc, error);
+  if (p_side != 0 && p_side == q_side) return 0;
+  return crossing(p_side, q_side,
+                  {sign_of_determinant(pq, pa, pb, error), sign_of_determinant(pq, pb, pc, error), sign_of_determinant(pq, pc, pa, error)});
+}
+
+/// The same in the plane, across a side ab of a polygon.
+inline std::optional<int> crossing(const std::array<double, 2>& p, const std::array<double, 2>& q, const std::array<double, 2>& a, const std::array<double, 2>& b,
+                                   double error) {
+  const auto side = [&](const std::array<double, 2>& from, const std::array<double, 2>& u, const std::array<double, 2>& v) {
+    const std::array<double, 2> x{u[0] - from[0], u[1] - from[1]}, y{v[0] - from[0], v[1] - from[1]};
+    const double value = x[0] * y[1] - x[1] * y[0], s = std::fabs(x[0]) + std::fabs(x[1]), t = std::fabs(y[0]) + std::fabs(y[1]);
+    const double bound = 2 * error * (s + t + error) + 4 * 0x1p-52 * s * t;
+    return value > bound ? 1 : value < -bound ? -1 : 0;
+  };
+  const int a_side = side(p, q, a), b_side = side(p, q, b), p_side = side(a, b, p), q_side = side(a, b, q);
+  if ((a_side != 0 && a_side == b_side) || (p_side != 0 && p_side == q_side)) return 0;
+  if (a_side == 0 || b_side == 0 || p_side == 0 || q_side == 0) return std::nullopt;
+  return p_side > 0 ? 1 : -1;
+}
+
+}  // namespace bsp2::dataflow
