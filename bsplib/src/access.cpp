@@ -19,7 +19,7 @@ void Engine::reject(Errc code, const char* where, std::string detail) {
   Error error(code, pid_, superstep_, where, std::move(detail));
   if (!rejected_) {
     rejected_ = error;
-    rejected_origin_ = true;
+    rejected_origin_ = wire::Origin::here;
   }
   throw error;
 }
