@@ -111,6 +111,33 @@ TEST(AgreedAlways, RangeThatWrapsAround) {
       Errc::out_of_range, ranks() - 1, "beyond registered range");
 }
 
+TEST(AgreedAlways, IndexWhosePlaceInBytesWrapsAround) {
+  for (const char* kind : {"put", "hpput", "get", "hpget"})
+    expect_agreed(
+        [&](World& world) {
+          Array<double> array(world, 4);
+          std::vector<double> one(1, 7.0);
+          const std::size_t index = std::size_t{1} << 61U;  // times 8 is 0
+          if (world.pid() == last(world)) {
+            if (kind == std::string("put")) array.put(0, one[0], index);
+            if (kind == std::string("hpput")) array.hpput(0, one, index);
+            if (kind == std::string("get")) array.get(0, index, one[0]);
+            if (kind == std::string("hpget")) array.hpget(0, index, one);
+          }
+          world.sync();
+        },
+        Errc::out_of_range, ranks() - 1, "beyond registered range of 32 bytes");
+}
+
+TEST(AgreedAlways, PopOfARegistrationThatDoesNotExist) {
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) world.pop_slot(1000000);
+        world.sync();
+      },
+      Errc::not_registered, ranks() - 1, "pop_reg: There is no registration 1000000");
+}
+
 TEST(AgreedAlways, FailInAnOpenSuperstep) {
   expect_agreed(
       [](World& world) {
