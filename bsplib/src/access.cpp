@@ -19,7 +19,7 @@ void Engine::reject(Errc code, const char* where, std::string detail) {
   Error error(code, pid_, superstep_, where, std::move(detail));
   if (!rejected_) {
     rejected_ = error;
-    rejected_origin_ = true;
+    rejected_origin_ = wire::Origin::here;
   }
   throw error;
 }
@@ -212,6 +212,8 @@ void Engine::pop_reg(const void* address) {
 
 void Engine::pop_slot(Registry::Id slot) {
   check_usable("pop_reg");
+  if (!registry_.in_use(slot))
+    reject(Errc::not_registered, "pop_reg", "There is no registration " + std::to_string(slot));
   registry_.pop_id(slot);
 }
 

@@ -106,6 +106,7 @@ bool Engine::advance(bool wait) {
 }
 
 void Engine::finish_sync() {
+  if (verdict_) throw *verdict_;  // fail() has ended an open superstep
   if (pending_) raise(*pending_);
   write_gets();
   if constexpr (defect != Defect::gets_after_puts) apply_puts();

@@ -57,11 +57,13 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
   common.argument = argument;
   common.work_seconds = entered_sync_ - left_sync_;
   common.previous_h = previous_h_;
+  std::string text;
   if (kind == Kind::error) {
+    text = error_text();
+    if (rejected_origin_ == wire::Origin::left) text.resize(std::min(text.size(), wire::inline_bytes));
     common.error_code = static_cast<std::uint32_t>(rejected_->code());
     common.error_origin = rejected_origin_;
-    common.error_bytes =
-        static_cast<std::uint32_t>(rejected_->where().size() + 1 + rejected_->detail().size());
+    common.error_bytes = static_cast<std::uint32_t>(text.size());
   }
   for (int rank = 0; rank < nprocs_; ++rank) end_runs(rank);
   for (int rank = nprocs_ - 1; kind == Kind::sync && rank >= 0; --rank) out(rank).finish();
@@ -86,6 +88,7 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
                                                                       : Route::message;
       if (h.route == Route::in_slot) std::memcpy(slot + sizeof h, box.stream(), h.stream_bytes);
     }
+    if (h.error_origin == wire::Origin::left) std::memcpy(slot + sizeof h, text.data(), text.size());
     std::memcpy(slot, &h, sizeof h);
   }
 }
@@ -135,13 +138,13 @@ void Engine::meet(Kind kind, std::uint64_t argument) {
   exchange(kind, argument, true);
   if (pending_) raise(*pending_);
   phase_ = Phase::idle;
-  left_sync_ = MPI_Wtime();
+  left_sync_ += MPI_Wtime() - entered_sync_;  // the work before counts as work of this superstep
 }
 
 void Engine::publish(std::string& text) const {
   const int culprit = pending_->culprit;
   if (culprit == pid_) {
-    text = rejected_->where() + '\0' + rejected_->detail();
+    text = error_text();
   } else {
     text.resize(pending_->text_bytes);
   }
@@ -153,9 +156,7 @@ void Engine::raise(Verdict verdict) {
   if (verdict.text_bytes > 0) {
     std::string text;
     publish(text);
-    const auto end = text.find('\0');
-    verdict.where = text.substr(0, end);
-    verdict.detail = text.substr(end + 1);
+    verdict.set_text(text);
   }
   phase_ = Phase::idle;
   pending_.reset();
@@ -167,11 +168,23 @@ void Engine::fail(const std::string& why, bool origin) {
   if (verdict_) throw *verdict_;
   if (!rejected_) {
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception", why);
-    rejected_origin_ = origin;
+    rejected_origin_ = origin ? wire::Origin::here : wire::Origin::sub_world;
   }
   if (closed_) throw *rejected_;
+  if (phase_ != Phase::idle) {  // the others count on the superstep that is open
+    advance(true);
+    finish_sync();
+  }
   meet(Kind::error, 0);
   throw *rejected_;  // not reached: an exchange with an error in it is judged as one
+}
+
+void Engine::abandon() {
+  if (!rejected_)
+    rejected_.emplace(Errc::exception, pid_, superstep_, "exception",
+                      "The process left its world by an exception");
+  rejected_origin_ = wire::Origin::left;
+  exchange(Kind::error, 0, false);
 }
 
 void Engine::close() {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bsp2/bsplib/world.hpp"
@@ -51,6 +52,9 @@ class Engine {
   /// Takes part in whatever the others do, to tell them. @param origin whether the failure arose in this
   /// world.
   [[noreturn]] void fail(const std::string& why, bool origin);
+  /// Tells the others that this rank has left, but does not wait for them: they may wait for it in another
+  /// world. The engine must live on, since MPI still reads it.
+  void abandon();
   std::unique_ptr<Engine> split(int color, int key);
 
   Registry::Id push_reg(const void* address, std::size_t bytes);
@@ -117,6 +121,12 @@ class Engine {
     int culprit;
     std::string where, detail;
     std::uint32_t text_bytes = 0;  ///< > 0: the culprit still has to tell the text
+    /// What error_text() composed.
+    void set_text(std::string_view text) {
+      const auto end = text.find('\0');
+      where = text.substr(0, end);
+      detail = text.substr(end + 1);
+    }
   };
   static constexpr int few_ranks = 32;
 
@@ -129,6 +139,7 @@ class Engine {
   void post_slots();
   const wire::Header& header(int rank) const;
   [[noreturn]] void raise(Verdict verdict);
+  std::string error_text() const { return rejected_->where() + '\0' + rejected_->detail(); }
   void publish(std::string& text) const;
   std::byte* allocate_shared(Registry::Slot& slot, std::size_t bytes);
   void free_released(bool everything);
@@ -214,7 +225,7 @@ class Engine {
   std::uint64_t previous_h_ = 0, bytes_out_ = 0, bytes_in_ = 0;
 
   std::optional<Error> rejected_;  ///< an error of this rank that the others do not know yet
-  bool rejected_origin_ = true;
+  wire::Origin rejected_origin_ = wire::Origin::here;
   std::optional<Verdict> pending_;  ///< of the exchange that is going on
   std::optional<Error> verdict_;    ///< the agreed error that ended this world
 

@@ -60,6 +60,8 @@ class Registry {
   /// Whether an address was pushed, but no sync has come yet.
   bool pending(const void* address) const;
   const Slot& slot(Id id) const { return slots_[id]; }
+  /// Whether it was pushed and its removal has not taken effect.
+  bool in_use(Id id) const { return id < slots_.size() && slots_[id].in_use; }
   bool effective(Id id) const { return id < slots_.size() && slots_[id].effective; }
 
   const std::vector<Change>& changes() const { return changes_; }

@@ -34,10 +34,17 @@ std::optional<Engine::Verdict> Engine::judge_errors() const {
   for (int rank = nprocs_ - 1; rank >= 0; --rank) {
     const Header& h = header(rank);
     if (h.kind != Kind::error) continue;
-    if (culprit < 0 || h.error_origin || !header(culprit).error_origin) culprit = rank;
+    if (culprit < 0 || h.error_origin >= header(culprit).error_origin) culprit = rank;
   }
   if (culprit < 0) return std::nullopt;
-  return Verdict{static_cast<Errc>(header(culprit).error_code), culprit, "", "", header(culprit).error_bytes};
+  const Header& h = header(culprit);
+  Verdict verdict{static_cast<Errc>(h.error_code), culprit, "", ""};
+  if (h.error_origin == wire::Origin::left) {
+    verdict.set_text({reinterpret_cast<const char*>(&h + 1), h.error_bytes});
+  } else {
+    verdict.text_bytes = h.error_bytes;
+  }
+  return verdict;
 }
 
 std::optional<Engine::Verdict> Engine::judge_kinds() const {

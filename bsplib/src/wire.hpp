@@ -26,6 +26,14 @@ inline constexpr std::size_t store_bytes = std::size_t{4} << 10;
 enum class Kind : std::uint32_t { sync, end, allocate, split, error };
 inline constexpr const char* kind_names[] = {"sync", "end", "allocate", "split", "error"};
 
+/// Where an error arose. Of several errors the one with the largest value counts, and of these that of the
+/// lowest rank.
+enum class Origin : std::uint32_t {
+  sub_world,  ///< it is one of a world that was split off
+  here,
+  left  ///< here, and the rank has left: its text is in the slot, as far as it fits there
+};
+
 enum Contents : std::uint32_t { has_puts = 1, has_big_puts = 2, has_gets = 4, has_messages = 8 };
 enum class Route : std::uint32_t { none, in_slot, in_staging, message };
 
@@ -37,9 +45,9 @@ struct Header {
   std::uint32_t pushes = 0, pops = 0;
   std::uint32_t tag_sets = 0, queues = 0;
   std::uint64_t tag_size = 0;
-  std::uint64_t argument = 0;      ///< bytes to allocate, or color and key of a split
-  std::uint32_t error_origin = 0;  ///< 1: the error arose here, 0: it came from a sub-world
-  std::uint32_t error_bytes = 0;   ///< length of the error's text
+  std::uint64_t argument = 0;  ///< bytes to allocate, or color and key of a split
+  Origin error_origin = Origin::sub_world;
+  std::uint32_t error_bytes = 0;  ///< length of the error's text
   double work_seconds = 0.0;
   std::uint64_t previous_h = 0;  ///< h of the superstep before, which its end could not tell
   // For the receiver alone.

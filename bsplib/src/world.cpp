@@ -18,11 +18,15 @@ MPI_Comm duplicate(MPI_Comm comm) {
 }
 
 /// Ends a world at the end of its scope, where nothing may be thrown.
-void leave(Engine& engine) noexcept {
-  if (engine.closed() || engine.failed()) return;
+void leave(std::unique_ptr<Engine> engine) noexcept {
+  if (!engine || engine->closed() || engine->failed()) return;
   try {
-    if (std::uncaught_exceptions() > 0) engine.fail("The process left its world by an exception", true);
-    engine.close();
+    if (std::uncaught_exceptions() > 0) {
+      engine->abandon();
+      static_cast<void>(engine.release());  // see abandon()
+    } else {
+      engine->close();
+    }
   } catch (const std::exception& error) {
     if (std::uncaught_exceptions() == 0) std::fprintf(stderr, "bsp2::bsplib: %s\n", error.what());
   }
@@ -44,14 +48,15 @@ World::World(std::unique_ptr<Engine> engine)
     : runs_(engine->own_runs(), engine->nprocs()), engine_(std::move(engine)) {}
 
 World::~World() {
-  if (engine_) leave(*engine_);
+  leave(std::move(engine_));
 }
 
 World::World(World&& other) noexcept
     : runs_(std::exchange(other.runs_, {})), engine_(std::move(other.engine_)) {}
 
 World& World::operator=(World&& other) noexcept {
-  if (engine_ && this != &other) leave(*engine_);
+  if (this == &other) return *this;
+  leave(std::move(engine_));
   engine_ = std::move(other.engine_);
   runs_ = std::exchange(other.runs_, {});
   return *this;

@@ -61,6 +61,15 @@ TEST(Cost, WIsTheLongestWorkOfAllRanks) {
   }
 }
 
+TEST(Cost, WorkBeforeAnArrayIsMadeCounts) {
+  World world;
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  Array<char> array(world, 100);
+  world.sync();
+  EXPECT_GE(world.costs().recent.back().work_seconds, 0.025);
+  EXPECT_GE(world.costs().recent.back().max_work_seconds, 0.025);
+}
+
 TEST(Cost, PredictsWithTheMachine) {
   World world;
   EXPECT_FALSE(world.machine().has_value()) << "the tests run without a machine file";

@@ -111,6 +111,50 @@ TEST(AgreedAlways, RangeThatWrapsAround) {
       Errc::out_of_range, ranks() - 1, "beyond registered range");
 }
 
+TEST(AgreedAlways, IndexWhosePlaceInBytesWrapsAround) {
+  for (const char* kind : {"put", "hpput", "get", "hpget"})
+    expect_agreed(
+        [&](World& world) {
+          Array<double> array(world, 4);
+          std::vector<double> one(1, 7.0);
+          const std::size_t index = std::size_t{1} << 61U;  // times 8 is 0
+          if (world.pid() == last(world)) {
+            if (kind == std::string("put")) array.put(0, one[0], index);
+            if (kind == std::string("hpput")) array.hpput(0, one, index);
+            if (kind == std::string("get")) array.get(0, index, one[0]);
+            if (kind == std::string("hpget")) array.hpget(0, index, one);
+          }
+          world.sync();
+        },
+        Errc::out_of_range, ranks() - 1, "beyond registered range of 32 bytes");
+}
+
+TEST(AgreedAlways, PopOfARegistrationThatDoesNotExist) {
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) world.pop_slot(1000000);
+        world.sync();
+      },
+      Errc::not_registered, ranks() - 1, "pop_reg: There is no registration 1000000");
+}
+
+TEST(AgreedAlways, FailInAnOpenSuperstep) {
+  expect_agreed(
+      [](World& world) {
+        const std::vector<char> data(1000000, 'x');
+        std::vector<char> target(data.size());
+        Registered<char> shared(world, target);
+        world.sync();
+        shared.hpput((world.pid() + 1) % world.nprocs(), data, 0);
+        OpenSuperstep open = world.open();
+        if (world.pid() == last(world)) world.fail("while it is open");
+        open.close();
+        EXPECT_EQ(target, data) << "the superstep that was open is complete";
+        world.sync();
+      },
+      Errc::exception, ranks() - 1, "while it is open");
+}
+
 TEST(AgreedAlways, LoopThatRunsTooFar) {
   for (const char* kind : {"put", "hpput", "get", "hpget"})
     expect_agreed(
@@ -265,6 +309,32 @@ TEST_F(Agreed, FailureInASubWorldEndsTheWhole) {
         world.sync();
       },
       Errc::exception, culprit, "only in a part");
+}
+
+/// The exception leaves a sub-world, too, and the others are not there but in the world around it.
+TEST_F(Agreed, SubWorldIsLeftWhileTheOthersWaitInTheWholeWorld) {
+  expect_agreed(
+      [](World& world) {
+        World part = world.split(0), independent;
+        Array<int> array(part, 1);
+        if (world.pid() == last(world)) throw std::runtime_error("not in the part");
+        world.sync();
+      },
+      Errc::exception, culprit, "not in the part");
+}
+
+TEST_F(Agreed, WorldThatIsLeftTellsWhichCallWasWrong) {
+  std::string seen;
+  try {
+    World world;
+    Array<int> array(world, 10);
+    if (world.pid() == last(world)) array.put(0, 1, 10);
+    world.sync();
+  } catch (const Error& error) {
+    seen = error.what();
+  }
+  EXPECT_EQ(seen, "put: Writes 4 bytes beyond registered range of 40 bytes at process 0 (rank " +
+                      std::to_string(culprit) + ", superstep 0)");
 }
 
 /// A world that is left by an exception nobody supervises: the others must not wait for it.

@@ -76,6 +76,22 @@ TEST(QueueTest, CarriesLargeMessages) {
   EXPECT_EQ(received[0].value, std::vector<char>(10000000, static_cast<char>(received[0].source)));
 }
 
+TEST(QueueTest, ValuesOfAnotherSizeAreAnError) {
+  World world;
+  Queue<std::int64_t> queue(world);
+  const std::byte byte{1};
+  world.send(1, world.pid(), {}, std::span(&byte, 1));  // as a rank would whose queue 1 is of char
+  world.sync();
+  try {
+    queue.receive();
+    ADD_FAILURE() << "1 byte was taken for 8";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("A message of 1 bytes is no value of 8 bytes"),
+              std::string::npos);
+    EXPECT_EQ(error.culprit(), world.pid());
+  }
+}
+
 TEST(Tags, TakeEffectInTheNextSuperstep) {
   World world;
   EXPECT_EQ(world.set_tagsize(3), 0U);

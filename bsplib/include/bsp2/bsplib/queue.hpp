@@ -74,22 +74,27 @@ class Queue {
   std::size_t size() const { return world_->messages(number_).size(); }
 
   /// What arrived at the last sync, in the order of the senders' ranks, and of one sender in the order sent.
+  /// @throws Error (local) if a rank sent values of another size; what Boost.Serialization throws.
   std::vector<Received> receive() const {
     const auto messages = world_->messages(number_);
     std::vector<Received> all;
     all.reserve(messages.size());
-    for (const Message& message : messages) all.push_back({message.source, decode(message.payload)});
+    for (const Message& message : messages) all.push_back({message.source, decode(message)});
     return all;
   }
 
  private:
-  static T decode(std::span<const std::byte> payload) {
+  T decode(const Message& message) const {
     if constexpr (Travels<T>) {
       std::array<std::byte, sizeof(T)> bytes;
-      std::memcpy(bytes.data(), payload.data(), sizeof(T));
+      if (message.payload.size() != sizeof(T))
+        throw Error(Errc::misuse, message.source, world_->superstep(), "receive",
+                    "A message of " + std::to_string(message.payload.size()) + " bytes is no value of " +
+                        std::to_string(sizeof(T)) + " bytes: the queues of the ranks differ in their types");
+      std::memcpy(bytes.data(), message.payload.data(), sizeof(T));
       return std::bit_cast<T>(bytes);
     } else {
-      return detail::read_archive<T>(payload);
+      return detail::read_archive<T>(message.payload);
     }
   }
 
