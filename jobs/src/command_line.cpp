@@ -33,7 +33,7 @@ constexpr auto footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, exported, rendered, points;
+  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, exported, rendered, points, series;
   PictureText view;
   std::vector<std::string> keep;
   bool mesh = false;
@@ -139,6 +139,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->group(group);
   app.add_option("--picture", raw.picture, "draw the solid: .png, .svg or .pdf")->type_name("FILE")->group(group);
   app.add_option("--frames", raw.frames, "draw what there is after each step (--budget; 1s):\nPREFIX0000.png and so on")->type_name("PREFIX")->group(group);
+  app.add_option("--series", raw.series, "write the cells after each step (--budget; 1s), and\nFILE.pvd, which shows them over time in ParaView")->type_name("FILE.pvd")->group(group);
   app.add_option("--report", raw.report, "write the report")->type_name("FILE.json")->group(group);
   app.add_option("--table", raw.table, "write what each superstep cost each rank")->type_name("FILE.csv")->group(group);
   app.add_option("--collect", raw.collect,
@@ -183,13 +184,19 @@ void set_pictures(RunCommand& command, const Raw& raw) {
   if (!raw.picture.empty()) command.picture = raw.picture;
   if (!raw.rendered.empty()) command.picture = raw.rendered;
   if (command.picture) command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
-  if (!raw.frames.empty()) {
-    command.frames = raw.frames;
-    if (!command.options.budget_seconds) command.options.budget_seconds = 1;
-  }
+  if (!raw.frames.empty()) command.frames = raw.frames;
   if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() && raw.order != "view")
     throw Error("nothing is drawn: the options of pictures need --picture, --frames or -o DIR (see 'bsp2 run --help')");
   if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank) throw Error("--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
+}
+
+/// Steps of their own, for what is shown of each.
+void set_steps(RunCommand& command, const Raw& raw) {
+  if (!raw.series.empty()) {
+    command.series = raw.series;
+    if (command.series->extension() != ".pvd") throw Error("--series: '" + raw.series + "' must end in .pvd");
+  }
+  if (command.shows_steps() && !command.options.budget_seconds) command.options.budget_seconds = 1;
 }
 
 void set_export(RunCommand& command, const std::filesystem::path& path) {
@@ -217,6 +224,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     if (!command.options.keep_in) throw Error("--boundary is the surface of the IN cells: add --keep in");
   }
   set_pictures(command, raw);
+  set_steps(command, raw);
   if (!raw.report.empty()) command.report = raw.report;
   if (!raw.snapshot.empty()) command.options.snapshot = raw.snapshot;
   else if (command.options.resume && !is_only_shown(raw)) command.options.snapshot = command.options.resume;
@@ -236,15 +244,15 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     command.mesh = *command.folder / "solid.pvtu";
     if (!command.options.snapshot) {
       command.options.snapshot = *command.folder / "snapshot.h5";
-      if (command.options.budget_seconds && !command.options.steps && !command.frames) command.options.steps = 1;  // as without -o
+      if (command.options.budget_seconds && !command.options.steps && !command.shows_steps()) command.options.steps = 1;  // as without -o
     }
     if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / "boundary.stl";
     if (!command.picture) command.picture = *command.folder / "view.png";
     if (!command.report) command.report = *command.folder / "report.json";
   }
-  if (command.tets && !command.mesh) throw Error("--tets needs -o DIR or --vtu (see 'bsp2 run --help')");
+  if (command.tets && !command.mesh && !command.series) throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
   command.options.boundary = command.boundary.has_value();
-  command.options.collect_cells = command.mesh || command.boundary || command.picture || command.frames || command.points;
+  command.options.collect_cells = command.mesh || command.boundary || command.picture || command.shows_steps() || command.points;
   return command;
 }
 

@@ -1,10 +1,15 @@
 #include "bsp2/jobs/outputs.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <array>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
+#include "bsp2/io/pvd.hpp"
 #include "bsp2/io/snapshot.hpp"
 #include "bsp2/io/surface.hpp"
 #include "bsp2/jobs/picture_options.hpp"
@@ -21,8 +26,8 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
-std::array<std::optional<fs::path>, 5> files_of(const RunCommand& command) {
-  return {command.mesh, command.boundary, command.picture, command.report, command.table};
+std::array<std::optional<fs::path>, 6> files_of(const RunCommand& command) {
+  return {command.mesh, command.boundary, command.picture, command.report, command.table, command.series};
 }
 
 /// With -o, what this dimension does not allow is left out; asked for by name, it is a mistake.
@@ -42,6 +47,34 @@ void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
     throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
 }
 
+/// NAME_0003.pvtu of NAME.pvd.
+fs::path mesh_of_step(fs::path series, unsigned step) {
+  return series.replace_filename(series.stem().string() + fmt::format("_{:04}.pvtu", step));
+}
+
+void write_frame(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
+  const fs::path path = frame_path(*command.frames, step);
+  if (ranks.is_master()) io::make_folder(folder_of(path));
+  supersteps::PictureOptions view = command.view;
+  view.format = supersteps::PictureFormat::png;
+  view.bounds = now.bounds;  // the same camera for all frames
+  const std::string picture = supersteps::render(ranks, now, view);
+  if (ranks.is_master()) io::write_file(path, picture);
+}
+
+/// The mesh of this step, and the series up to here: also of the sessions that came before.
+void write_series(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
+  if (now.report.dimension > 3) throw Error("--series: cells of dimension 1 to 3 can be written, not " + std::to_string(now.report.dimension));
+  if (ranks.is_master()) io::make_folder(folder_of(*command.series));
+  ranks.sync();  // now the folder is there
+  supersteps::write_mesh(ranks, now, mesh_of_step(*command.series, step), command.tets, step);
+  if (!ranks.is_master()) return;
+  std::vector<std::pair<double, fs::path>> meshes;
+  for (unsigned i = 0; i <= step; ++i)
+    if (const fs::path path = mesh_of_step(*command.series, i); fs::exists(path)) meshes.emplace_back(i, path);
+  io::write_pvd(*command.series, meshes);
+}
+
 }  // namespace
 
 void check_outputs(const RunCommand& command) {
@@ -59,14 +92,9 @@ void check_outputs(const RunCommand& command) {
   }
 }
 
-void write_frame(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
-  const fs::path path = frame_path(*command.frames, step);
-  if (ranks.is_master()) io::make_folder(folder_of(path));
-  supersteps::PictureOptions view = command.view;
-  view.format = supersteps::PictureFormat::png;
-  view.bounds = now.bounds;  // the same camera for all frames
-  const std::string picture = supersteps::render(ranks, now, view);
-  if (ranks.is_master()) io::write_file(path, picture);
+void write_step(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
+  if (command.frames) write_frame(command, now, step, ranks);
+  if (command.series) write_series(command, now, step, ranks);
 }
 
 void write_outputs(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {

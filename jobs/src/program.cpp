@@ -112,7 +112,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   const bool speaks = ranks.is_master() && !command.quiet;
   ProgressBar bar(stderr);
   if (speaks) command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
-  if (command.frames) command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) { write_frame(command, now, step, ranks); };
+  if (command.shows_steps()) command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) { write_step(command, now, step, ranks); };
   supersteps::RunResult result = run(command.options, ranks);
   bar.clear();
   if (result.report.interrupted) {

@@ -131,8 +131,8 @@ BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partitio
   return tree;
 }
 
-void write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets) {
-  ranks.begin("collection");
+void write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets, unsigned step) {
+  ranks.begin("collection", step);
   io::VtuOptions options;
   options.tets = tets;
   options.rank_of_region = result.rank_of_region;

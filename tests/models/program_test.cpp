@@ -120,6 +120,18 @@ TEST_F(Program, DrawsAFrameOfEachStep) {
   EXPECT_GT(contents(out() / "f0000.png").size(), 100U);
 }
 
+TEST_F(Program, WritesTheMeshOfEachStep) {
+  const std::string sponge = std::string(BSP2_SOURCE_DIR) + "/examples/menger_sponge.csg";
+  const fs::path series = out() / "a & b.pvd";
+  EXPECT_EQ(start("run " + sponge + " --series '" + series.string() + "' --budget 1ms --quiet").code, 0);
+  const std::string text = contents(series);
+  std::size_t steps = 0;
+  for (; fs::exists(out() / ("a & b_000" + std::to_string(steps) + ".pvtu")); ++steps)
+    EXPECT_NE(text.find("file=\"a &amp; b_000" + std::to_string(steps) + ".pvtu\""), std::string::npos) << text;
+  EXPECT_GT(steps, 0U);
+  EXPECT_EQ(start("run " + sponge + " --series " + (out() / "x.pvtu").string()).code, 2);
+}
+
 TEST_F(Program, TakesOddNumbersAsOpenScadDoes) {
   for (const char* text : {"cube(size=[nan,1,1]);", "cube(size=[inf,1,1]);", "sphere(r=-1);", "group();",
                            "multmatrix([[1,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { cube(); }",

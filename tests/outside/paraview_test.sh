@@ -14,6 +14,7 @@ for kind in vtp ply obj stl; do
   "$bsp2" run "$model" --regions 8 -o "$folder/out" --boundary "$folder/out/boundary.$kind" --quiet || exit 1
 done
 "$bsp2" run "$model" --regions 8 -o "$folder/tets" --tets --quiet || exit 1
+"$bsp2" run "$model" --regions 8 --series "$folder/series.pvd" --budget 20ms --quiet || exit 1
 
 # The first call on a machine installs ParaView, which takes its time, and is no matter of ours where it cannot.
 timeout 600 "$check" "$folder/out/solid.pvtu" >"$folder/first.log" 2>&1
@@ -48,6 +49,7 @@ def expect(what, value, wanted, tolerance):
 def volume(found):
     return abs(found.get("volume_faces") or found["volume"])
 
+opened(folder + "/series.pvd")
 for name, tolerance in (("out/solid.pvtu", 1e-6), ("tets/solid.pvtu", 1e-6)):
     found = opened(folder + "/" + name)
     if found:

@@ -110,6 +110,10 @@ TEST(CommandLine, FramesAreStepsOfTheirOwn) {
   EXPECT_EQ(command.options.budget_seconds, 1.0);
   EXPECT_TRUE(command.options.collect_cells);
   EXPECT_EQ(parsed({"run", "a.csg", "--frames", "f", "--budget", "3s"}).options.budget_seconds, 3.0);
+  const RunCommand series = parsed({"run", "a.csg", "--series", "a.pvd", "--tets"});
+  EXPECT_EQ(series.series, "a.pvd");
+  EXPECT_EQ(series.options.budget_seconds, 1.0);
+  EXPECT_NE(message_for({"run", "a.csg", "--series", "a.vtu"}).find("must end in .pvd"), std::string::npos);
   EXPECT_EQ(frame_path("out/f_", 7), "out/f_0007.png");
   EXPECT_EQ(frame_path("out/", 12345), "out/12345.png");
 }

@@ -22,10 +22,12 @@ struct RunCommand {
   std::optional<std::filesystem::path> table;                            ///< the supersteps as CSV
   supersteps::PictureOptions view;                                       ///< of the picture and the frames
   std::optional<std::filesystem::path> frames;                           ///< a picture of each step, under this prefix
+  std::optional<std::filesystem::path> series;                           ///< `.pvd`: the mesh of each step, over time
   std::optional<std::filesystem::path> points;                           ///< tell where these points are, and nothing else
   bool json = false;                                                     ///< and tell it as JSON
   bool tets = false, stats = false, quiet = false;
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
+  [[nodiscard]] bool shows_steps() const { return frames || series; }
   std::optional<QueueCommand> queue;  ///< work with a queue of jobs; to merge is to resume what they have found
   std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model
 };

@@ -7,9 +7,9 @@ namespace bsp2::jobs {
 /// Could the outputs be written? Asked before a long run. @throws bsp2::Error if not.
 void check_outputs(const RunCommand& command);
 
-/// Draws what there is after a step, if that was asked for. Collective, within Ranks::together.
-/// @throws bsp2::Error if the file cannot be written.
-void write_frame(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks);
+/// Writes what there is after a step, as was asked for: a picture, the cells. Collective, within Ranks::together.
+/// @throws bsp2::Error if a file cannot be written.
+void write_step(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks);
 
 /// Writes what was asked for: the mesh, the picture, at last the report, which then holds the costs up to here. With -o,
 /// what cannot be drawn or meshed in this dimension is left out with a warning.
