@@ -33,14 +33,14 @@ void sort_faces(Skin& skin) {
 }
 
 /// The vertices of a skin, equal ones once; the edges are renumbered.
-PointSet unite_points(ExactPoints& exact, Skin& skin) {
+PointSet unite_points(const HyperplaneTable<3>& table, Skin& skin) {
   PointSet points;
   points.vertices.reserve(skin.vertices.size());
-  for (const auto& ids : skin.vertices) points.vertices.push_back(canonical_vertex(exact.table(), ids));
+  for (const auto& ids : skin.vertices) points.vertices.push_back(canonical_vertex(table, ids));
   points.offset = std::move(skin.incident_offset);
   points.planes = std::move(skin.incident);
   skin.vertices = {};
-  const auto map = exact.unify(points);
+  const auto map = ExactPoints(table).unify(points);
   for (Skin::Edge& edge : skin.edges) {
     edge.from = map[edge.from];
     edge.to = map[edge.to];
@@ -54,6 +54,7 @@ void add_up_lines(ExactPoints& exact, const PointSet& points, Skin& skin) {
   std::sort(skin.edges.begin(), skin.edges.end(), [&](const Skin::Edge& a, const Skin::Edge& b) { return plane(a) < plane(b); });
   LineAdder adder(exact);
   EdgeChain sum, edges;
+  sum.reserve(skin.edges.size());
   for (std::size_t begin = 0, end = 0; begin < skin.edges.size(); begin = end) {
     while (end < skin.edges.size() && plane(skin.edges[end]) == plane(skin.edges[begin])) ++end;
     edges.assign(skin.edges.begin() + static_cast<std::ptrdiff_t>(begin), skin.edges.begin() + static_cast<std::ptrdiff_t>(end));
@@ -64,16 +65,18 @@ void add_up_lines(ExactPoints& exact, const PointSet& points, Skin& skin) {
 }
 
 /// Joins the edges at vertices in which no more happens than that one straight edge goes on as another, in all faces.
-/// @pre the edges are in order, and no vertex lies inside an edge.
+/// @pre no vertex lies inside an edge.
 class Straightener {
  public:
-  Straightener(ExactPoints& exact, const PointSet& points, const Skin& skin) : exact_(exact), points_(points), skin_(skin) {}
+  /// @param skin its edges are used up.
+  Straightener(ExactPoints& exact, const PointSet& points, Skin& skin) : exact_(exact), points_(points), skin_(skin) {}
 
   EdgeChain run() {
     find_neighbours();
-    EdgeChain edges = skin_.edges;
+    EdgeChain edges = std::move(skin_.edges);
     std::sort(edges.begin(), edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) { return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to); });
     EdgeChain joined;
+    joined.reserve(edges.size());
     for (const Skin::Edge& edge : edges) {
       if (straight_[edge.from]) continue;
       Skin::Edge whole = edge;
@@ -96,7 +99,7 @@ class Straightener {
 
   ExactPoints& exact_;
   const PointSet& points_;
-  const Skin& skin_;
+  Skin& skin_;
   std::vector<bool> straight_;
 
   void find_neighbours() {
@@ -136,10 +139,41 @@ void Skin::append(const Skin& other) {
   for (const Edge& edge : other.edges) edges.push_back({first_vertex + edge.from, first_vertex + edge.to, first_face + edge.face, edge.across});
 }
 
+void Skin::unite_names() {
+  std::vector<std::uint32_t> order(vertices.size()), place(vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return vertices[a] < vertices[b]; });
+  Skin united;
+  united.incident.reserve(incident.size());
+  std::vector<HyperplaneId> known;
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    const auto& name = vertices[order[begin]];
+    known.clear();
+    for (; end < order.size() && vertices[order[end]] == name; ++end) {
+      const std::uint32_t old = order[end];
+      place[old] = static_cast<std::uint32_t>(united.vertices.size());
+      known.insert(known.end(), incident.begin() + incident_offset[old], incident.begin() + incident_offset[old + 1]);
+    }
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    united.vertices.push_back(name);
+    united.incident.insert(united.incident.end(), known.begin(), known.end());
+    united.incident_offset.push_back(static_cast<std::uint32_t>(united.incident.size()));
+  }
+  vertices = std::move(united.vertices);
+  incident = std::move(united.incident);
+  incident_offset = std::move(united.incident_offset);
+  for (Edge& edge : edges) {
+    edge.from = place[edge.from];
+    edge.to = place[edge.to];
+  }
+}
+
 TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
   ExactPoints exact(table);
   sort_faces(skin);
-  const PointSet points = unite_points(exact, skin);
+  skin.unite_names();
+  const PointSet points = unite_points(table, skin);
   add_up_lines(exact, points, skin);
   add_up(skin.edges);
   EdgeSplitter(exact).split(points, skin.faces, skin.edges);
@@ -147,6 +181,9 @@ TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
   const EdgeChain edges = Straightener(exact, points, skin).run();
 
   TriangleSurface surface;
+  surface.points.reserve(points.size());
+  surface.triangles.reserve(edges.size());
+  surface.part.reserve(edges.size());
   SweepTriangulator triangulator;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint32_t> number(points.size(), none);

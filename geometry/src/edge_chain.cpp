@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <tuple>
 
@@ -131,9 +132,10 @@ bool EdgeSplitter::is_inside(const PointSet& points, const Segment& segment, std
 
 namespace {
 
-/// Cuts a segment down to what is in a box. @return false if nothing is.
-bool clip(const std::array<double, 3>& from, const std::array<double, 3>& to, const std::array<double, 3>& box_low,
-          const std::array<double, 3>& box_high, double margin, double& low, double& high) {
+/// Whether a segment meets a box.
+bool meets(const std::array<double, 3>& from, const std::array<double, 3>& to, const std::array<double, 3>& box_low,
+           const std::array<double, 3>& box_high, double margin) {
+  double low = 0, high = 1;  // shares of its length
   for (int k = 0; k < 3; ++k) {
     const double bottom = box_low[k] - margin, top = box_high[k] + margin, step = to[k] - from[k];
     const double a = from[k] + low * step, b = from[k] + high * step;
@@ -151,24 +153,23 @@ bool clip(const std::array<double, 3>& from, const std::array<double, 3>& to, co
 }  // namespace
 
 /// Follows the segments down a tree of boxes around ever fewer points.
-void EdgeSplitter::find(const PointSet& points, std::span<std::uint32_t> candidates, std::span<const Piece> pieces, double margin) {
+void EdgeSplitter::find(const PointSet& points, std::span<std::uint32_t> candidates, std::span<const std::uint32_t> segments, double margin) {
   Box box{points.vertices[candidates[0]].x, points.vertices[candidates[0]].x};
   for (const std::uint32_t point : candidates)
     for (int k = 0; k < 3; ++k) {
       box.low[k] = std::min(box.low[k], points.vertices[point].x[k]);
       box.high[k] = std::max(box.high[k], points.vertices[point].x[k]);
     }
-  std::vector<Piece> here;
-  for (Piece piece : pieces) {
-    const Segment& segment = segments_[piece.segment];
-    if (clip(points.vertices[segment.from].x, points.vertices[segment.to].x, box.low, box.high, margin, piece.low, piece.high))
-      here.push_back(piece);
+  std::vector<std::uint32_t> here;
+  for (const std::uint32_t number : segments) {
+    const Segment& segment = segments_[number];
+    if (meets(points.vertices[segment.from].x, points.vertices[segment.to].x, box.low, box.high, margin)) here.push_back(number);
   }
   if (here.empty()) return;
   if (candidates.size() <= few) {
-    for (const Piece& piece : here)
+    for (const std::uint32_t number : here)
       for (const std::uint32_t point : candidates)
-        if (is_inside(points, segments_[piece.segment], point)) inner_.emplace_back(piece.segment, point);
+        if (is_inside(points, segments_[number], point)) inner_.emplace_back(number, point);
     return;
   }
   int axis = 0;
@@ -206,14 +207,15 @@ void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> fac
   candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
   double largest_error = 0;
   for (const std::uint32_t point : candidates) largest_error = std::max(largest_error, points.vertices[point].error);
-  std::vector<Piece> pieces;
-  for (std::uint32_t i = 0; i < segments_.size(); ++i) pieces.push_back({i, 0, 1});
+  std::vector<std::uint32_t> all(segments_.size());
+  std::iota(all.begin(), all.end(), 0U);
   inner_.clear();
-  find(points, candidates, pieces, 8 * largest_error + 0x1p-48 * exact_.table().radius());
+  find(points, candidates, all, 8 * largest_error + 0x1p-48 * exact_.table().radius());
   if (inner_.empty()) return;
   sort_inner(points);
 
   EdgeChain divided;
+  divided.reserve(edges.size() + 2 * inner_.size());
   for (const Skin::Edge& edge : edges) {
     const auto [low, high] = ends(edge);
     const auto segment = std::lower_bound(segments_.begin(), segments_.end(), std::pair(low, high), [](const Segment& s, const auto& key) {

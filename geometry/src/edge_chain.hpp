@@ -51,11 +51,6 @@ class EdgeSplitter {
   void split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges);
 
  private:
-  /// A segment within a box that holds points; `low` and `high` are shares of its length.
-  struct Piece {
-    std::uint32_t segment;
-    double low, high;
-  };
   struct Segment {
     std::uint32_t from, to;  // from < to
     HyperplaneId plane, across;
@@ -69,7 +64,7 @@ class EdgeSplitter {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> inner_;  // segment, point inside it
 
   void collect_segments(std::span<const Skin::Face> faces, const EdgeChain& edges);
-  void find(const PointSet& points, std::span<std::uint32_t> candidates, std::span<const Piece> pieces, double margin);
+  void find(const PointSet& points, std::span<std::uint32_t> candidates, std::span<const std::uint32_t> segments, double margin);
   bool is_inside(const PointSet& points, const Segment& segment, std::uint32_t point);
   void sort_inner(const PointSet& points);
 };

@@ -44,9 +44,6 @@ void FacetSet::append(const FacetSet& other) {
 
 FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, FacetGrouping grouping)
     : batches_(batches), aliases_(std::make_unique<AxisAliases<3>>(table)), first_cell_(std::move(grouping.first_cell)) {
-  std::size_t count = 0;
-  for (const auto& batch : batches) count += batch->facet_hyperplane.size();
-  entries_.reserve(count);
   const bool is_numbered = !first_cell_.empty();
   std::uint64_t cells = 0;
   for (std::uint32_t b = 0; b < batches.size(); ++b) {
@@ -58,7 +55,9 @@ FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::sha
       if (batch.label[cell] != Label::in) continue;
       for (std::uint32_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet) {
         const HyperplaneId id = outward(batch.facet_hyperplane[facet]).id();
-        entries_.push_back({grouping.group ? grouping.group(batch.region[cell], id) : 0, aliases_->add(id), b, cell, facet});
+        const std::uint32_t group = grouping.group ? grouping.group(batch.region[cell], id) : 0;
+        const HyperplaneId name = aliases_->add(id);  // also of those left out: others have edges on them
+        if (group != FacetGrouping::left_out) entries_.push_back({group, name, b, cell, facet});
       }
     }
   }

@@ -24,7 +24,7 @@ using hdf5::Handle;
 
 constexpr auto format_name = "bsp2 snapshot";
 constexpr std::int32_t format_version = 2;
-constexpr std::size_t slab = std::size_t{1} << 17;  // elements written at once, and of a chunk
+constexpr std::size_t slab = std::size_t{1} << 16;  // elements written at once, and of a chunk
 
 fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
 fs::path unfinished_name(const fs::path& path) { return folder_of(path) / ("." + path.filename().string() + ".part"); }

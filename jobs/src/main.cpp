@@ -1,9 +1,13 @@
+#include <malloc.h>
+
 #include <csignal>
 #include <iostream>
 
 #include "bsp2/jobs/program.hpp"
 
 int main(int argc, char** argv) {
+  // Large arrays go back to the system when they are freed, however many there have been: the next superstep needs other sizes.
+  mallopt(M_MMAP_THRESHOLD, 1 << 16);
   std::signal(
       SIGPIPE,
       SIG_IGN);  // `bsp2 run x | head -1`: writing fails instead, and the files are written all the same

@@ -97,7 +97,7 @@ void write_step(const RunCommand& command, const supersteps::RunResult& now, uns
   if (command.series) write_series(command, now, step, ranks);
 }
 
-void write_outputs(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
+void write_cells(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   if (ranks.is_master()) {
     if (command.folder) io::make_folder(*command.folder);
     for (const auto& file : files_of(command))
@@ -108,13 +108,16 @@ void write_outputs(const RunCommand& command, supersteps::RunResult& result, sup
   if (command.mesh && is_possible(d <= 3, "mesh", command.folder, *command.mesh, result.report)) {
     supersteps::write_mesh(ranks, result, *command.mesh, command.tets);
   }
-  if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
   if (command.picture &&
       is_possible(d == 2 || d == 3, "picture", command.folder, *command.picture, result.report)) {
     ranks.begin("rendering");
     const std::string picture = supersteps::render(ranks, result, command.view);
     if (ranks.is_master()) io::write_file(*command.picture, picture);
   }
+}
+
+void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
+  if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
   supersteps::record_costs(ranks, result.report);
   if (!ranks.is_master()) return;
   if (command.report) io::write_file(*command.report, to_json(result.report));

@@ -113,6 +113,12 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   ProgressBar bar(stderr);
   if (speaks) command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
   if (command.shows_steps()) command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) { write_step(command, now, step, ranks); };
+  bool cells_are_written = false;
+  command.options.on_cells = [&](supersteps::RunResult& now) {
+    bar.clear();
+    write_cells(command, now, ranks);
+    cells_are_written = true;
+  };
   supersteps::RunResult result = run(command.options, ranks);
   bar.clear();
   if (result.report.interrupted) {
@@ -120,7 +126,8 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     return interrupted_code;
   }
   if (command.points && ranks.is_master()) print_answers(out, command.options.points, result.answers, result.report.dimension, command.json);
-  write_outputs(command, result, ranks);
+  if (!cells_are_written) write_cells(command, result, ranks);
+  write_results(command, result, ranks);
   if (!ranks.is_master()) return 0;
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
   if (speaks) print_summary(out, result.report);

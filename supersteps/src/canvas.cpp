@@ -29,6 +29,7 @@ cairo_status_t append(void* closure, const unsigned char* data, unsigned int len
 
 constexpr double line_width = 0.6;  // pixels
 constexpr Colour line_colour{0.12, 0.13, 0.16};
+constexpr int bytes_of_a_strip = 2 << 20, most_strips = 255;
 
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 
@@ -45,7 +46,8 @@ Surface vector_surface(PictureFormat format, std::string& bytes, int width, int 
 Canvas::Canvas(int width, int height)
     : width_(width),
       height_(height),
-      surface_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples * width, samples * height), cairo_surface_destroy),
+      strip_height_(std::clamp(bytes_of_a_strip / (samples * samples * 4 * width), (height + most_strips - 1) / most_strips, height)),
+      surface_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples * width, samples * strip_height_), cairo_surface_destroy),
       tile_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples, samples), cairo_surface_destroy),
       context_(cairo_create(surface_.get()), cairo_destroy) {
   check(cairo_surface_status(surface_.get()));
@@ -54,6 +56,21 @@ Canvas::Canvas(int width, int height)
   cairo_set_antialias(context_.get(), CAIRO_ANTIALIAS_NONE);
   cairo_set_line_width(context_.get(), samples * line_width);
   cairo_set_line_join(context_.get(), CAIRO_LINE_JOIN_ROUND);
+  forget();
+}
+
+std::array<std::uint8_t, 2> Canvas::strips_between(double low, double high) const {
+  if (high < -1 || low > height_ + 1) return {1, 0};
+  const auto strip = [&](double y) { return static_cast<std::uint8_t>(std::clamp(static_cast<int>(std::floor(y)) / strip_height_, 0, strips() - 1)); };
+  return {strip(std::max(0.0, low - 1)), strip(std::min<double>(height_, high + 1))};
+}
+
+void Canvas::begin_strip(int strip) {
+  strip_ = strip;
+  cairo_surface_flush(surface_.get());
+  for (int y = 0; y < samples * strip_height_; ++y) std::fill_n(row(y), samples * width_, 0);
+  cairo_surface_mark_dirty(surface_.get());
+  cairo_set_operator(context_.get(), CAIRO_OPERATOR_OVER);
   forget();
 }
 
@@ -92,10 +109,11 @@ void Canvas::set_source(const Ink& ink) {
 void Canvas::fill(std::span<const std::array<double, 2>> polygon, const Ink& ink) {
   cairo_t* cr = context_.get();
   for (const auto& point : polygon) {
-    cairo_line_to(cr, samples * point[0], samples * point[1]);
+    const std::array<double, 2> at{point[0], point[1] - strip_ * strip_height_};
+    cairo_line_to(cr, samples * at[0], samples * at[1]);
     for (const int axis : {0, 1}) {
-      low_[axis] = std::min(low_[axis], samples * (point[axis] - line_width));
-      high_[axis] = std::max(high_[axis], samples * (point[axis] + line_width));
+      low_[axis] = std::min(low_[axis], samples * (at[axis] - line_width));
+      high_[axis] = std::max(high_[axis], samples * (at[axis] + line_width));
     }
   }
   cairo_close_path(cr);
@@ -111,7 +129,7 @@ Canvas::Layer Canvas::take() {
   cairo_surface_flush(surface_.get());
   Layer layer;
   if (!(low_[0] <= high_[0])) return layer;
-  const std::array<double, 2> end{static_cast<double>(samples * width_), static_cast<double>(samples * height_)};
+  const std::array<double, 2> end{static_cast<double>(samples * width_), static_cast<double>(samples * strip_height_)};
   const auto begin_of = [&](int axis) { return static_cast<std::int32_t>(std::clamp(std::floor(low_[axis]) - 1, 0.0, end[axis])); };
   const auto end_of = [&](int axis) { return static_cast<std::int32_t>(std::clamp(std::ceil(high_[axis]) + 1, 0.0, end[axis])); };
   layer.x = begin_of(0);
@@ -134,7 +152,7 @@ Canvas::Layer Canvas::take() {
 }
 
 void Canvas::put(const Layer& layer) {
-  if (layer.x < 0 || layer.y < 0 || layer.x + layer.width > samples * width_ || layer.y + layer.height > samples * height_)
+  if (layer.x < 0 || layer.y < 0 || layer.x + layer.width > samples * width_ || layer.y + layer.height > samples * strip_height_)
     throw std::out_of_range("a layer that is larger than its canvas");
   cairo_surface_flush(surface_.get());
   std::size_t at = 0;  // in the layer, row by row
@@ -150,19 +168,22 @@ void Canvas::put(const Layer& layer) {
   }
   cairo_surface_mark_dirty(surface_.get());
   low_ = {0, 0};
-  high_ = {static_cast<double>(samples * width_), static_cast<double>(samples * height_)};
+  high_ = {static_cast<double>(samples * width_), static_cast<double>(samples * strip_height_)};
 }
 
-std::string Canvas::file(const Colour& background) {
+void Canvas::end_strip(const Colour& background) {
   cairo_set_operator(context_.get(), CAIRO_OPERATOR_DEST_OVER);
   cairo_set_source_rgb(context_.get(), background[0], background[1], background[2]);
   cairo_paint(context_.get());
   check(cairo_status(context_.get()));
   cairo_surface_flush(surface_.get());
-  unsigned char* data = cairo_image_surface_get_data(surface_.get());
-  const int stride = cairo_image_surface_get_stride(surface_.get());
-  // Averages in place: a result pixel lies before all samples that are still to be read.
-  for (int y = 0; y < height_; ++y) {
+  if (!image_) image_.reset(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width_, height_));
+  check(cairo_surface_status(image_.get()));
+  cairo_surface_flush(image_.get());
+  const unsigned char* data = cairo_image_surface_get_data(surface_.get());
+  const int stride = cairo_image_surface_get_stride(surface_.get()), first = strip_ * strip_height_;
+  unsigned char* pixels = cairo_image_surface_get_data(image_.get()) + std::ptrdiff_t{first} * cairo_image_surface_get_stride(image_.get());
+  for (int y = 0; y < std::min(strip_height_, height_ - first); ++y) {
     for (int x = 0; x < width_; ++x) {
       std::array<unsigned, 4> sum{};
       for (int i = 0; i < samples; ++i) {
@@ -170,17 +191,18 @@ std::string Canvas::file(const Colour& background) {
             data + std::ptrdiff_t{samples * y + i} * stride + std::ptrdiff_t{4} * samples * x;
         for (int byte = 0; byte < 4 * samples; ++byte) sum[byte % 4] += row[byte];
       }
-      unsigned char* pixel = data + std::ptrdiff_t{y} * stride + std::ptrdiff_t{4} * x;
+      unsigned char* pixel = pixels + std::ptrdiff_t{y} * cairo_image_surface_get_stride(image_.get()) + std::ptrdiff_t{4} * x;
       for (int byte = 0; byte < 4; ++byte) {
         pixel[byte] = static_cast<unsigned char>((sum[byte] + samples * samples / 2) / (samples * samples));
       }
     }
   }
-  const std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> image(
-      cairo_image_surface_create_for_data(data, CAIRO_FORMAT_RGB24, width_, height_, stride),
-      cairo_surface_destroy);
+  cairo_surface_mark_dirty(image_.get());
+}
+
+std::string Canvas::file() {
   std::string bytes;
-  check(cairo_surface_write_to_png_stream(image.get(), append, &bytes));
+  check(cairo_surface_write_to_png_stream(image_.get(), append, &bytes));
   return bytes;
 }
 
@@ -200,7 +222,7 @@ void Drawing::put(const Layer& layer) {
   all_.inks.insert(all_.inks.end(), layer.inks.begin(), layer.inks.end());
 }
 
-std::string Drawing::file(const Colour& background) {
+std::string Drawing::file() {
   std::string bytes;
   {
     const Surface surface = vector_surface(format_, bytes, width_, height_);
@@ -208,7 +230,7 @@ std::string Drawing::file(const Colour& background) {
     cairo_t* cr = context.get();
     cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
     cairo_set_line_width(cr, line_width);
-    cairo_set_source_rgb(cr, background[0], background[1], background[2]);
+    cairo_set_source_rgb(cr, background_[0], background_[1], background_[2]);
     cairo_paint(cr);
     std::uint32_t point = 0;
     for (std::size_t polygon = 0; polygon < all_.ends.size(); ++polygon) {

@@ -44,26 +44,35 @@ struct Layer {
 /// seam, as they would if each were blended with what is behind it. What is translucent covers some of a pixel's samples,
 /// always the same ones. So every sample has the colour of one polygon, and a picture may be drawn in layers by several
 /// canvases, and is the same, sample for sample.
+/// The samples of a whole image are many. So it is drawn in strips, one after the other from the top, each in layers.
 class Canvas {
  public:
   using Layer = supersteps::Layer;
   Canvas(int width, int height);
 
+  [[nodiscard]] int strips() const { return (height_ + strip_height_ - 1) / strip_height_; }
+  /// The first and the last strip that a polygon between two heights touches; in that order, but where it touches none.
+  [[nodiscard]] std::array<std::uint8_t, 2> strips_between(double low, double high) const;
+  /// What is drawn from now on, and put: of the others nothing is. The canvas is empty.
+  void begin_strip(int strip);
   void fill(std::span<const std::array<double, 2>> polygon, const Ink& ink);
   /// What has been drawn; the canvas is empty again.
   [[nodiscard]] Layer take();
-  /// Puts a layer over what has been drawn.
+  /// Puts a layer of this strip over what has been drawn.
   void put(const Layer& layer);
-  /// The image before a background as the bytes of a PNG file. Call once, at the end.
-  [[nodiscard]] std::string file(const Colour& background);
+  /// Puts the strip before a background and into the image.
+  void end_strip(const Colour& background);
+  /// The image as the bytes of a PNG file. Call once, after all strips.
+  [[nodiscard]] std::string file();
 
  private:
   static constexpr int samples = 3;  // an edge of a pixel
+  using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 
-  int width_, height_;
-  std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface_, tile_;
+  int width_, height_, strip_height_, strip_ = 0;
+  Surface surface_, tile_, image_{nullptr, cairo_surface_destroy};
   std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context_;
-  std::array<double, 2> low_, high_;  // of what has been drawn, in samples
+  std::array<double, 2> low_, high_;  // of what has been drawn, in samples of the strip
 
   void forget();
   void set_source(const Ink& ink);
@@ -86,15 +95,20 @@ class Drawing {
   };
   Drawing(int width, int height, PictureFormat format) : width_(width), height_(height), format_(format) {}
 
+  [[nodiscard]] static int strips() { return 1; }
+  [[nodiscard]] static std::array<std::uint8_t, 2> strips_between(double, double) { return {0, 0}; }
+  void begin_strip(int) {}
   void fill(std::span<const std::array<double, 2>> polygon, const Ink& ink);
   [[nodiscard]] Layer take();
   void put(const Layer& layer);
-  /// The drawing before a background as the bytes of a file. Call once, at the end.
-  [[nodiscard]] std::string file(const Colour& background);
+  void end_strip(const Colour& background) { background_ = background; }
+  /// The drawing before its background as the bytes of a file. Call once, at the end.
+  [[nodiscard]] std::string file();
 
  private:
   int width_, height_;
   PictureFormat format_;
+  Colour background_{};
   Layer all_;
 };
 

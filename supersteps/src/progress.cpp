@@ -162,6 +162,14 @@ void add_share(io::Snapshot& snapshot, const Progress<D>& progress) {
     snapshot.frontier_archive.push_back(dataflow::to_bytes(region));
   }
   snapshot.tree.dimension = D;
+  std::size_t nodes = 0, hyperplanes = 0;
+  for (const auto& [number, mesh] : progress.meshes) {
+    nodes += mesh.tree.nodes.size();
+    hyperplanes += mesh.tree.ids.size();
+  }
+  snapshot.tree.nodes.reserve(nodes);
+  snapshot.tree.ids.reserve(hyperplanes);
+  snapshot.tree.hyperplanes.reserve(hyperplanes * (D + 1));
   for (const auto& [number, mesh] : progress.meshes) {
     snapshot.regions.push_back({number, mesh.tree.root, mesh.cells, static_cast<std::uint32_t>(mesh.tree.nodes.size()), static_cast<std::uint32_t>(mesh.tree.ids.size())});
     snapshot.cells.insert(snapshot.cells.end(), mesh.batches.begin(), mesh.batches.end());

@@ -1,5 +1,7 @@
 #include "region_mesh.hpp"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
@@ -12,7 +14,7 @@ namespace {
 using geometry::BspTree;
 using geometry::CellBatch;
 
-constexpr std::size_t cells_of_a_batch = 4096;
+constexpr std::size_t cells_of_a_batch = 4096, cells_of_a_trim = 32768;
 
 /// Cells of an evaluation by their number; a batch is given back when all of it has been copied.
 class CellSource {
@@ -49,7 +51,7 @@ class CellSource {
       batch->append(from, cell, count);
       i += count;
       left_[source] -= count;
-      if (left_[source] == 0) refinements_[source] = nullptr;
+      if (left_[source] == 0) give_back(source);
       if (batch->size() == cells_of_a_batch) close();
     }
     close();
@@ -59,6 +61,16 @@ class CellSource {
  private:
   std::vector<std::shared_ptr<const dataflow::Refinement>> refinements_;
   std::vector<std::uint64_t> first_, left_;  // of each: its first cell, cells that nobody has taken
+  std::size_t given_back_ = 0;               // cells, since memory was returned to the system
+
+  /// All cells are there twice at no time: what is freed between arrays in use goes back, too.
+  void give_back(std::size_t source) {
+    given_back_ += refinements_[source]->cells.size();
+    refinements_[source] = nullptr;
+    if (given_back_ < cells_of_a_trim) return;
+    malloc_trim(0);
+    given_back_ = 0;
+  }
 };
 
 /// Moves subtrees of an evaluation's tree into those of the regions.
@@ -151,6 +163,16 @@ std::vector<std::shared_ptr<const dataflow::Refinement>> Keeper::take() {
   return std::exchange(refinements_, {});
 }
 
+namespace {
+
+void shrink_to_fit(BspTree& tree) {
+  tree.nodes.shrink_to_fit();
+  tree.ids.shrink_to_fit();
+  tree.hyperplanes.shrink_to_fit();
+}
+
+}  // namespace
+
 template <int D>
 void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before,
             std::vector<std::shared_ptr<const dataflow::Refinement>> refinements, RegionMeshes& meshes) {
@@ -169,6 +191,7 @@ void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> 
     } else {
       mesh.tree.root = grafter.graft(evaluation.region_roots[i]);
     }
+    shrink_to_fit(mesh.tree);
     source.copy(grafter.cells(), mesh, D);
   }
   evaluation.tree = {};
@@ -209,11 +232,21 @@ Part join(RegionMeshes meshes, int dimension, std::size_t region_count) {
   Part whole;
   whole.tree.dimension = dimension;
   whole.roots.assign(region_count, BspTree::empty_leaf);
+  std::size_t nodes = 0, hyperplanes = 0;
+  for (const auto& [number, mesh] : meshes) {
+    nodes += mesh.tree.nodes.size();
+    hyperplanes += mesh.tree.ids.size();
+  }
+  nodes += region_count;  // room for the partition's own
+  hyperplanes += region_count;
+  whole.tree.nodes.reserve(nodes);
+  whole.tree.ids.reserve(hyperplanes);
+  whole.tree.hyperplanes.reserve(hyperplanes * static_cast<std::size_t>(dimension + 1));
   while (!meshes.empty()) {
     const RegionMesh mesh = std::move(meshes.extract(meshes.begin()).mapped());
-    const std::uint64_t nodes = whole.tree.nodes.size();
+    const std::uint64_t before = whole.tree.nodes.size();
     append(whole.tree, mesh.tree, whole.cells);
-    whole.roots.at(mesh.region) = shifted(mesh.tree.root, nodes, whole.cells);
+    whole.roots.at(mesh.region) = shifted(mesh.tree.root, before, whole.cells);
     whole.batches.insert(whole.batches.end(), mesh.batches.begin(), mesh.batches.end());
     whole.cells += mesh.cells;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "bsp2/geometry/error.hpp"
 #include "camera.hpp"
@@ -231,30 +232,57 @@ class Cells {
   std::vector<std::size_t> first_;  // cell of the mesh with which each batch begins
 };
 
+/// Which strips of a picture each cell touches.
+template <typename Target>
+class CellStrips {
+ public:
+  CellStrips(const RunResult& result, const Space& space, const Camera& camera, const Frame& frame, const Target& target) {
+    if (target.strips() == 1) return;
+    for (const auto& batch : result.mesh.batches)
+      for (std::size_t cell = 0; cell < batch->size(); ++cell) {
+        const Vector& shift = space.shift(result.partition.nodes.empty() ? 0 : batch->region[cell]);
+        double low = std::numeric_limits<double>::infinity(), high = -low;
+        for (std::size_t v = 0; v < batch->point_count(cell); ++v) {
+          const Vector seen = camera.see(sum(point_of(*batch, cell, v), shift));
+          const double y = camera.is_before_eye(seen) ? frame.place(camera.project(seen))[1] : std::numeric_limits<double>::quiet_NaN();
+          low = y >= low ? low : std::isnan(y) ? -std::numeric_limits<double>::infinity() : y;
+          high = y <= high ? high : std::isnan(y) ? std::numeric_limits<double>::infinity() : y;
+        }
+        strips_.push_back(target.strips_between(low, high));
+      }
+  }
+  [[nodiscard]] bool touches(std::size_t cell, int strip) const { return strips_.empty() || (strips_[cell][0] <= strip && strip <= strips_[cell][1]); }
+
+ private:
+  std::vector<std::array<std::uint8_t, 2>> strips_;  // the first and the last of each cell; empty: there is one
+};
+
 /// A layer and its place in the picture.
 template <typename Layer>
 struct PlacedLayer {
+  int strip = 0;
   std::size_t place = 0;
   Layer layer;
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & place & layer;
+    archive & strip & place & layer;
   }
 };
 
 /// Who draws a region.
 std::int32_t drawer_of(const RunResult& result, std::size_t region) { return result.is_collected ? 0 : result.rank_of_region.at(region); }
 
-/// Draws what this rank holds. Regions of one rank that follow each other, seen from the back, share a layer; each layer is
+/// Draws what this rank holds of a strip. Regions of one rank that follow each other, seen from the back, share a layer; each layer is
 /// handed over when it is complete.
 template <typename Target, typename HandOver>
-void draw_layers(const RunResult& result, const Space& space, Painter<Target>& painter, Target& target, std::int32_t rank, HandOver hand_over) {
+void draw_layers(const RunResult& result, const Space& space, const CellStrips<Target>& strips, int strip, Painter<Target>& painter, Target& target,
+                 std::int32_t rank, HandOver hand_over) {
   const Cells cells(result.mesh);
   std::size_t place = 0;
   std::int32_t before = -1;
   const auto complete = [&] {
-    if (before == rank) hand_over(PlacedLayer<typename Target::Layer>{place, target.take()});
+    if (before == rank) hand_over(PlacedLayer<typename Target::Layer>{strip, place, target.take()});
   };
   space.visit_regions([&](std::size_t region) {
     const std::int32_t drawer = drawer_of(result, region);
@@ -265,6 +293,7 @@ void draw_layers(const RunResult& result, const Space& space, Painter<Target>& p
     }
     if (drawer != rank) return;
     space.visit_cells(region, [&](std::size_t number) {
+      if (!strips.touches(number, strip)) return;
       const auto [batch, cell] = cells.at(number);
       painter.paint(batch, cell, space.shift(region));
     });
@@ -277,9 +306,14 @@ template <typename Target>
 std::string compose(const Ranks& ranks, Target& target) {
   std::vector<PlacedLayer<typename Target::Layer>> layers;
   for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, layers.emplace_back());
-  std::sort(layers.begin(), layers.end(), [](const auto& a, const auto& b) { return a.place < b.place; });
-  for (const auto& layer : layers) target.put(layer.layer);
-  return target.file(background);
+  std::sort(layers.begin(), layers.end(), [](const auto& a, const auto& b) { return std::tie(a.strip, a.place) < std::tie(b.strip, b.place); });
+  auto next = layers.begin();
+  for (int strip = 0; strip < target.strips(); ++strip) {
+    target.begin_strip(strip);
+    for (; next != layers.end() && next->strip == strip; ++next) target.put(next->layer);
+    target.end_strip(background);
+  }
+  return target.file();
 }
 
 /// All that is to be seen, on all ranks.
@@ -327,7 +361,19 @@ std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& op
   const Space space(result, camera, shown, options.explode);
   const Frame frame(camera, extent_of(ranks, result, options, space, camera, shown), options.look, options.width, options.height);
   Painter<Target> painter(result, options, camera, frame, target);
-  draw_layers(result, space, painter, target, ranks.rank(), [&](const auto& layer) { ranks.send(0, dataflow::to_bytes(layer)); });
+  const CellStrips<Target> strips(result, space, camera, frame, target);
+  if (ranks.count() == 1) {  // the only layer of each strip stays where it is
+    for (int strip = 0; strip < target.strips(); ++strip) {
+      target.begin_strip(strip);
+      draw_layers(result, space, strips, strip, painter, target, 0, [&](const auto& layer) { target.put(layer.layer); });
+      target.end_strip(background);
+    }
+    return target.file();
+  }
+  for (int strip = 0; strip < target.strips(); ++strip) {
+    target.begin_strip(strip);
+    draw_layers(result, space, strips, strip, painter, target, ranks.rank(), [&](const auto& layer) { ranks.send(0, dataflow::to_bytes(layer)); });
+  }
   ranks.sync();
   return ranks.is_master() ? compose(ranks, target) : std::string();
 }

@@ -1,8 +1,11 @@
+#include <malloc.h>
+
 #include <algorithm>
 #include <chrono>
 #include <functional>
 #include <future>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "bsp2/geometry/contact.hpp"
@@ -99,20 +102,32 @@ Paths paths_of(const dataflow::Partition<3>& partition) {
 }
 
 /// Groups: a region by its number, then the nodes.
-geometry::FacetGrouping grouping(const dataflow::Partition<3>& partition, const CellShare& share) {
-  const auto regions = static_cast<std::uint32_t>(partition.nodes.size() + 1);
-  return {share.first_cell, [paths = paths_of(partition), regions](std::uint32_t region, geometry::HyperplaneId id) {
-            for (const auto& [hyperplane, node] : paths[region])
-              if (hyperplane == id) return regions + node;
-            return region;
-          }};
-}
+class Groups {
+ public:
+  explicit Groups(const dataflow::Partition<3>& partition) : regions_(static_cast<std::uint32_t>(partition.nodes.size() + 1)), paths_(paths_of(partition)) {}
+  [[nodiscard]] std::uint32_t regions() const { return regions_; }
+  [[nodiscard]] std::uint32_t of(std::uint32_t region, geometry::HyperplaneId id) const {
+    for (const auto& [hyperplane, node] : paths_[region])
+      if (hyperplane == id) return regions_ + node;
+    return region;
+  }
+  /// Only those of nodes, or only those of regions.
+  [[nodiscard]] std::function<std::uint32_t(std::uint32_t, geometry::HyperplaneId)> only(bool nodes) const {
+    return [this, nodes](std::uint32_t region, geometry::HyperplaneId id) {
+      const std::uint32_t group = of(region, id);
+      return (group >= regions_) == nodes ? group : geometry::FacetGrouping::left_out;
+    };
+  }
+
+ private:
+  std::uint32_t regions_;
+  Paths paths_;
+};
 
 /// Who glues each node of the partition: the rank that has most of its facets. Collective.
 std::vector<int> owners_of_nodes(Ranks& ranks, const FacetIndex& index, std::size_t regions) {
   std::vector<std::uint64_t> mine(regions - 1);
-  for (std::size_t i = 0; i < index.size(); ++i)
-    if (index.group(i) >= regions) mine[index.group(i) - regions] += index.count(i);
+  for (std::size_t i = 0; i < index.size(); ++i) mine[index.group(i) - regions] += index.count(i);
   const auto all = all_gather(ranks, mine);
   std::vector<int> owner(mine.size(), 0);
   for (std::size_t node = 0; node < owner.size(); ++node)
@@ -132,19 +147,16 @@ struct Interface {
   }
 };
 
-/// Glues what this rank has, and the nodes of the partition that fall to it. Collective.
-Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& partition, const CellShare& share, const RunOptions& options, unsigned threads) {
-  const auto regions = partition.nodes.size() + 1;
-  const FacetIndex index(table, share.batches, grouping(partition, share));
-  const auto owner = owners_of_nodes(ranks, index, regions);
-  std::vector<std::size_t> inner;  // groups that are whole here
-  std::map<std::uint32_t, FacetSet> nodes;
+using Nodes = std::map<std::uint32_t, FacetSet>;
+
+/// Hands the facets on each node to the rank that glues it; they are on their way when this returns. Collective.
+/// @return those that stay here.
+Nodes send_facets_of_nodes(Ranks& ranks, const Table& table, const Groups& groups, const CellShare& share) {
+  const FacetIndex index(table, share.batches, {share.first_cell, groups.only(true)});
+  const auto owner = owners_of_nodes(ranks, index, groups.regions());
+  Nodes nodes;
   for (std::size_t i = 0; i < index.size(); ++i) {
-    if (index.group(i) < regions) {
-      inner.push_back(i);
-      continue;
-    }
-    Interface interface{static_cast<std::uint32_t>(index.group(i) - regions), {}};
+    Interface interface{index.group(i) - groups.regions(), {}};
     interface.facets.clear(index.hyperplane(i));
     index.append(i, interface.facets);
     if (owner[interface.node] == ranks.rank())
@@ -153,13 +165,62 @@ Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& parti
       ranks.send(owner[interface.node], dataflow::to_bytes(interface));
   }
   ranks.begin_sync();
-  const auto load = [&](std::size_t i, FacetSet& facets) {
-    facets.clear(index.hyperplane(inner[i]));
-    index.append(inner[i], facets);
-  };
-  Share all = match_all(table, inner.size(), load, options, threads, [&] {
+  return nodes;
+}
+
+/// Takes regions from the front of a share, some at a time: their index is small against their cells.
+class RegionsInTurn {
+ public:
+  explicit RegionsInTurn(CellShare& share) : share_(share) {
+    std::size_t facets = 0;
+    for (const auto& batch : share.batches) facets += batch->facet_hyperplane.size();
+    enough_ = std::max<std::size_t>(facets / 32, std::size_t{1} << 16);
+  }
+  /// The next ones; none at the end. What is taken is gone from the share.
+  [[nodiscard]] CellShare next() {
+    CellShare some;
+    std::size_t facets = 0;
+    for (; at_ < share_.batches.size() && (facets < enough_ || continues_region()); ++at_) {
+      facets += share_.batches[at_]->facet_hyperplane.size();
+      some.batches.push_back(std::move(share_.batches[at_]));
+      some.first_cell.push_back(share_.first_cell[at_]);
+      last_region_ = region_of(*some.batches.back());
+    }
+    return some;
+  }
+
+ private:
+  CellShare& share_;
+  std::size_t at_ = 0, enough_ = 0;
+  std::optional<std::uint32_t> last_region_;
+
+  static std::optional<std::uint32_t> region_of(const geometry::CellBatch& batch) { return batch.empty() ? std::nullopt : std::optional(batch.region.front()); }
+  [[nodiscard]] bool continues_region() const { return region_of(*share_.batches[at_]) == last_region_; }
+};
+
+/// Glues what this rank has, and the nodes of the partition that fall to it. The share is given up piece by piece. Collective.
+Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& partition, CellShare cells, const RunOptions& options, unsigned threads) {
+  const Groups groups(partition);
+  Nodes nodes = send_facets_of_nodes(ranks, table, groups, cells);
+  const auto meanwhile = [&] {
     if (ranks.is_syncing()) ranks.try_sync();
-  });
+  };
+  Share all;
+  std::size_t many_vertices = std::size_t{1} << 16;
+  RegionsInTurn regions(cells);
+  for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
+    const FacetIndex index(table, some.batches, {some.first_cell, groups.only(false)});
+    const auto load = [&](std::size_t i, FacetSet& facets) {
+      facets.clear(index.hyperplane(i));
+      index.append(i, facets);
+    };
+    all.append(match_all(table, index.size(), load, options, threads, meanwhile));
+    some = {};
+    malloc_trim(0);  // regions are small, so their arrays lie among others
+    if (all.skin.vertices.size() < many_vertices) continue;
+    all.skin.unite_names();
+    many_vertices = std::max(many_vertices, 2 * all.skin.vertices.size());
+  }
   if (ranks.is_syncing()) ranks.wait();
   for (const auto& message : ranks.received()) {
     Interface interface;
@@ -168,10 +229,11 @@ Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& parti
     set.hyperplane = interface.facets.hyperplane;
     set.append(interface.facets);
   }
-  std::vector<FacetSet*> sets;
-  for (auto& [node, set] : nodes) sets.push_back(&set);
-  all.append(match_all(table, sets.size(), [&](std::size_t i, FacetSet& facets) { std::swap(facets, *sets[i]); }, options, threads, [] {}));
+  std::vector<FacetSet> sets;
+  for (auto& [node, set] : nodes) sets.push_back(std::move(set));
+  all.append(match_all(table, sets.size(), [&](std::size_t i, FacetSet& facets) { facets = std::move(sets[i]); }, options, threads, [] {}));
   std::sort(all.contacts.begin(), all.contacts.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
+  all.skin.unite_names();
   return all;
 }
 
@@ -197,11 +259,11 @@ CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions
 }
 
 template <int D>
-Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, const dataflow::Partition<D>& partition, const CellShare& share,
+Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, const dataflow::Partition<D>& partition, CellShare share,
                       const RunOptions& options, unsigned threads) {
   Resolution result;
   if constexpr (D == 3) {
-    Share mine = glue(ranks, table, partition, share, options, threads);
+    Share mine = glue(ranks, table, partition, std::move(share), options, threads);
     result.contacts = std::move(mine.contacts);
     if (!options.boundary) return result;
     ranks.begin("resolution", 1);
@@ -230,7 +292,7 @@ std::vector<geometry::Contact> contacts_among(const Table& table, std::span<cons
 }
 
 #define BSP2_STAGE(D)                                                                                                                              \
-  template Resolution resolution<D>(Ranks&, const geometry::HyperplaneTable<D>&, const dataflow::Partition<D>&, const CellShare&, const RunOptions&, \
+  template Resolution resolution<D>(Ranks&, const geometry::HyperplaneTable<D>&, const dataflow::Partition<D>&, CellShare, const RunOptions&, \
                                     unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE

@@ -104,6 +104,7 @@ Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<
   const Recorded before = recorded(progress.meshes);
   auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, before, quota, consumers);
   ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells + computed.evaluation.totals.out_cells);
+  malloc_trim(0);  // what the workers held: the next supersteps need other sizes
   progress.add(numbers, computed.evaluation, before, keeper);
   progress.partition.regions = std::move(computed.evaluation.unfinished);
   return computed;
@@ -180,6 +181,7 @@ RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dat
   RunResult result;
   result.is_collected = collection(ranks, meshes, collect);
   Part part = join(std::move(meshes), D, regions);
+  malloc_trim(0);  // the regions' own trees
   ranks.count_cells(part.cells);
   std::vector<std::int32_t> leaves(regions);
   for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
@@ -253,7 +255,6 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     if (options.on_frame) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
   }
 
-  malloc_trim(0);  // what the workers' pools held: the next supersteps need other sizes
   ranks.begin("collection");
   draw_rest(network, progress, options, report.threads);
   fill(report, network, sum_totals(ranks, network, progress.totals), options);
@@ -268,14 +269,19 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   add_looks(result, network, rank_of_region);
 
   if (!options.points.empty() && result.is_collected && ranks.is_master()) result.answers = querying<D>(network.table, result, options.points, report.threads);
+  result.report = std::move(report);
+  if (options.on_cells && !end.interrupted) {
+    options.on_cells(result);
+    result.mesh.batches.clear();
+    result.tree = geometry::BspTree{.dimension = D};
+  }
   if (options.collect_cells && (options.boundary || options.contacts)) {
     ranks.begin("resolution");
-    auto [contacts, boundary] = resolution<D>(ranks, network.table, progress.partition, to_glue, options, report.threads);
+    auto [contacts, boundary] = resolution<D>(ranks, network.table, progress.partition, std::move(to_glue), options, result.report.threads);
     result.contacts = std::move(contacts);
     result.boundary = std::move(boundary);
-    if (result.boundary) report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+    if (result.boundary) result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
   }
-  result.report = std::move(report);
   return result;
 }
 

@@ -113,9 +113,10 @@ struct Resolution {
 /// the cuts between regions. h = facets that lie on cuts between regions of different ranks, and then the outlines of the
 /// boundary, which the master triangulates.
 /// D = 3 only; nothing is found for other dimensions. Collective.
+/// @param share is given up region by region: cells that nobody else holds are freed on the way.
 /// Source: the paper, section 4.2, "Resolution".
 template <int D>
-Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, const dataflow::Partition<D>& partition, const CellShare& share,
+Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, const dataflow::Partition<D>& partition, CellShare share,
                       const RunOptions& options, unsigned threads);
 
 /// The contacts among cells of any region, counted through the batches. Not collective.

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
@@ -81,6 +82,19 @@ std::string contents(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+/// With all outputs: 500 bytes a cell beyond 60 MB.
+TEST_F(Program, HoldsTheTowerInLittleMemory) {
+  const fs::path report = out() / "report.json";
+  EXPECT_EQ(start("run " + std::string(BSP2_SOURCE_DIR) + "/examples/leaning_tower.csg --threads 2 --quiet -o " + out().string()).code, 0);
+  std::ifstream in(report);
+  const auto json = nlohmann::json::parse(in);
+  EXPECT_EQ(json["boundary"]["closed"], true);
+  EXPECT_GT(json["cells"]["in"].get<double>(), 40000);
+  EXPECT_LT(json["peak_rss_bytes"].get<double>(), 60e6 + 500 * json["cells"]["in"].get<double>());
+}
+#endif
 
 /// What is drawn, exported and asked of a snapshot is what the run would have written.
 TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {

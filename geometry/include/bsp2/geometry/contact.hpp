@@ -58,8 +58,9 @@ class AxisAliases;
 /// How the facets of a mesh are told apart beyond their hyperplanes, and how its cells are numbered.
 struct FacetGrouping {
   std::vector<std::uint64_t> first_cell;  ///< number of the first cell of each batch, in contacts; empty: they follow each other
-  /// The group of a facet of a cell of a region, by its hyperplane as the cell has it; none: all are one group.
+  /// The group of a facet of a cell of a region, by its hyperplane as the cell has it, or `left_out`; none: all are one group.
   std::function<std::uint32_t(std::uint32_t region, HyperplaneId)> group;
+  static constexpr std::uint32_t left_out = ~0U;
 };
 
 /// Finds the facets of the IN cells of a mesh by group and hyperplane. Holds 20 bytes a facet; the table and the batches must
@@ -117,6 +118,8 @@ struct Skin {
 
   /// Takes in the skin on other hyperplanes.
   void append(const Skin& other);
+  /// Makes one of vertices that have the same name: each hyperplane through a corner of the solid has named it for itself.
+  void unite_names();
 };
 
 /// Matches the facets on a hyperplane: where cells touch, and what of their facets is left for the boundary.

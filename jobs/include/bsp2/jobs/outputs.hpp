@@ -11,10 +11,13 @@ void check_outputs(const RunCommand& command);
 /// @throws bsp2::Error if a file cannot be written.
 void write_step(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks);
 
-/// Writes what was asked for: the mesh, the picture, at last the report, which then holds the costs up to here. With -o,
-/// what cannot be drawn or meshed in this dimension is left out with a warning.
+/// Writes what shows the cells, if that was asked for: the mesh and the picture. With -o, what cannot be drawn or meshed in
+/// this dimension is left out with a warning.
 /// Collective, within Ranks::together.
 /// @throws bsp2::Error if a file cannot be written.
-void write_outputs(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks);
+void write_cells(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks);
+
+/// Writes the rest: the boundary, at last the report, which then holds the costs up to here. Otherwise as write_cells.
+void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks);
 
 }  // namespace bsp2::jobs

@@ -63,6 +63,10 @@ struct RunOptions {
   /// Each rank holds the cells of its own regions. Called on all ranks, so it may be collective. With it, a budget ends a step
   /// and not the run.
   std::function<void(const RunResult& now, unsigned step)> on_frame;
+  /// Shown the finished cells as soon as all are where they belong, unless the run is interrupted: all but boundary and
+  /// contacts, and the report without costs. Called on all ranks, so it may be collective. With it the result has no cells:
+  /// resolution gives back the memory of each region that it has glued.
+  std::function<void(RunResult& now)> on_cells;
   std::vector<double> points;  ///< D numbers each: where they are is answered at the end, by the master (which needs all cells)
 };
 
