@@ -167,11 +167,12 @@ void cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
 }
 
 /// Triangles without any that is flat, as far as that keeps the mesh closed.
-std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces) {
+/// @param has_flat whether there may be a flat one among the faces.
+std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces, bool has_flat = false) {
   std::vector<Triangle> triangles = triangulated(points, faces);
-  const bool had_triangles_only = triangles.size() == faces.size();  // and none of them flat
+  if (triangles.size() != faces.size()) has_flat = true;  // of those that faces of more corners were cut into
   cancel_opposite(points.size(), triangles);
-  for (int round = 0; round < 4 && !had_triangles_only; ++round) {
+  for (int round = 0; round < 4 && has_flat; ++round) {
     faces = without_degenerate(points, as_faces(triangles));
     if (faces.size() == triangles.size()) break;
     // The long edge of a flat triangle has its third corner as a T-vertex.
@@ -272,7 +273,7 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   const auto first_apex = static_cast<std::uint32_t>(points.size());
   const std::vector<OpenEdge> open = open_edges(cycles);
   cycles = capped(points, cycles, open);
-  const std::vector<Triangle> triangles = without_sheets(points, closed_triangles(points, std::move(cycles)), first_apex, count);
+  const std::vector<Triangle> triangles = without_sheets(points, closed_triangles(points, std::move(cycles), true), first_apex, count);
   std::string last = counted(open.size(), "open edge is", "open edges are") + " closed by caps";
   if (count > 0) last += ", " + counted(count, "part that is", "parts that are") + " an open sheet and encloses nothing is left out";
   told(last);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <bit>
+#include <boost/archive/archive_exception.hpp>
 #include <boost/archive/binary_iarchive.hpp>
 #include <boost/archive/binary_oarchive.hpp>
 #include <boost/iostreams/device/array.hpp>
@@ -13,6 +14,7 @@
 #include <boost/serialization/tracking.hpp>
 #include <boost/serialization/vector.hpp>
 #include <span>
+#include <stdexcept>
 #include <string>
 
 #include "bsp2/dataflow/evaluate.hpp"
@@ -123,7 +125,11 @@ template <typename T>
 void from_bytes(std::span<const char> bytes, T& object) {
   boost::iostreams::stream_buffer<boost::iostreams::array_source> buffer(bytes.data(), bytes.size());
   boost::archive::binary_iarchive archive(buffer, boost::archive::no_header);
-  archive >> object;
+  try {
+    archive >> object;
+  } catch (const std::length_error&) {  // a vector of more elements than there can be
+    throw boost::archive::archive_exception(boost::archive::archive_exception::input_stream_error);
+  }
 }
 
 }  // namespace bsp2::dataflow
