@@ -117,7 +117,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->check(CLI::Range(1U, 1U << 30, "1 or more"))
       ->type_name("N")
       ->group(group);
-  app.add_option("--order", raw.order, "which cell is refined next: depth, priority (the\nlargest one), or view (what looks largest from --eye)")
+  app.add_option("--order", raw.order, "which cell is refined next: depth, priority (the\nlargest) or view (what looks largest from --eye)")
       ->check(CLI::IsMember({"depth", "priority", "view"}))
       ->type_name("ORDER")
       ->group(group);
