@@ -11,6 +11,18 @@ using wire::Header;
 using wire::Kind;
 using wire::Route;
 
+namespace {
+
+constexpr std::size_t alignment = World::memory_alignment;
+
+/// The next aligned place. MPI puts the parts of a window one after the other, whatever their sizes. Pages
+/// are mapped whole, so all ranks see the same place.
+std::byte* aligned(std::byte* place) {
+  return place + (alignment - reinterpret_cast<std::uintptr_t>(place) % alignment) % alignment;
+}
+
+}  // namespace
+
 Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
     : comm_(comm), options_(options), staging_(comm, options.staging_bytes), registry_([&] {
         int size = 0;
@@ -213,13 +225,17 @@ std::unique_ptr<Engine> Engine::split(int color, int key) {
 
 std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   check_usable("allocate");
+  if (bytes > ~std::size_t{0} / 2)
+    reject(Errc::resource, "allocate", "No memory for " + std::to_string(bytes) + " bytes");
   meet(Kind::allocate, bytes);
   Registry::Slot slot;
   for (int rank = 0; rank < nprocs_; ++rank) slot.sizes.push_back(header(rank).argument);
   slot.address = allocate_shared(slot, bytes);
   if (!slot.address) {
-    slot.heap = static_cast<std::byte*>(std::calloc(std::max<std::size_t>(bytes, 1), 1));
+    const std::size_t size = bytes / alignment * alignment + alignment;
+    slot.heap = static_cast<std::byte*>(std::aligned_alloc(alignment, size));
     slot.address = slot.heap;
+    if (slot.heap) std::memset(slot.heap, 0, bytes);
   }
   if (!slot.address) reject(Errc::resource, "allocate", "No memory for " + std::to_string(bytes) + " bytes");
   std::byte* address = slot.address;
@@ -230,7 +246,7 @@ std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
 std::byte* Engine::allocate_shared(Registry::Slot& slot, std::size_t bytes) {
   if (staging_.node() == MPI_COMM_NULL) return nullptr;
   void* base = nullptr;
-  const std::size_t size = std::max<std::size_t>(bytes, 64);
+  const std::size_t size = bytes + alignment;
   const bool granted = MPI_Win_allocate_shared(static_cast<MPI_Aint>(size), 1, MPI_INFO_NULL, staging_.node(),
                                                &base, &slot.window) == MPI_SUCCESS;
   if (!all_have(staging_.node(), granted)) {
@@ -238,8 +254,10 @@ std::byte* Engine::allocate_shared(Registry::Slot& slot, std::size_t bytes) {
     return nullptr;
   }
   slot.memory = shared_parts(comm_, staging_.node(), slot.window);
-  std::memset(base, 0, size);
-  return static_cast<std::byte*>(base);
+  for (std::byte*& part : slot.memory) part = aligned(part);
+  std::byte* own = aligned(static_cast<std::byte*>(base));
+  std::memset(own, 0, bytes);
+  return own;
 }
 
 void Engine::free_released(bool everything) {
