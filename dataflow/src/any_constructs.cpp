@@ -15,6 +15,12 @@
 #include "nested.hpp"
 
 namespace bsp2::dataflow {
+
+bool is_empty(const model::Expression& solid) {
+  const auto* boolean = std::get_if<model::Boolean>(&solid.node().value);
+  return boolean != nullptr && boolean->children.empty();
+}
+
 namespace {
 
 using model::Expression;
@@ -133,6 +139,8 @@ class Prism {
   Expression operator()(const model::Lathe& lathe) const { return of_corners(lathe); }
   Expression operator()(const model::TriangleMesh& mesh) const { return of_corners(mesh); }
   Expression operator()(const model::Torus&) const { throw Error("product: a torus has none"); }
+  Expression operator()(const model::Spline&) const { throw Error("product: a spline has none; a spline of one more parameter may do"); }
+  Expression operator()(const model::SubdivisionSurface&) const { throw Error("product: a subdivision surface has none"); }
   Expression operator()(const model::Polytope& polytope) const {
     const std::size_t d = size(dimension_);
     model::Polytope prism;
@@ -623,7 +631,38 @@ Expression image_of(const model::Growth& growth, const std::vector<Expression>& 
   return model::subtract({operand, sum_of_parts(convex_parts(outside, context.options), ball_parts, dimension, "shrink")});
 }
 
+namespace {
+
+/// One convex primitive, wherever it is placed, without its colour: it is its own hull.
+std::optional<Expression> single_convex(const Expression& solid) {
+  std::vector<const model::Transform*> maps;
+  const Expression* at = &solid;
+  for (;;) {
+    const auto& value = at->node().value;
+    if (const auto* primitive = std::get_if<model::Primitive>(&value)) {
+      if (!is_convex(*primitive)) return std::nullopt;
+      break;
+    }
+    if (const auto* transform = std::get_if<model::Transform>(&value)) maps.push_back(transform);
+    const Expression* only = nullptr;
+    for (const Expression& child : at->node().children()) {
+      if (is_empty(child)) continue;
+      if (only != nullptr) return std::nullopt;
+      only = &child;
+    }
+    const auto* boolean = std::get_if<model::Boolean>(&value);
+    if (only == nullptr || (boolean != nullptr && boolean->operation != model::Operation::unite)) return std::nullopt;
+    at = only;
+  }
+  Expression result = *at;
+  for (std::size_t i = maps.size(); i-- > 0;) result = make(solid.dimension(), model::Transform{maps[i]->matrix, std::move(result)});
+  return result;
+}
+
+}  // namespace
+
 Expression image_of(const model::Hull&, const std::vector<Expression>& operands, const ConstructContext& context) {
+  if (auto itself = single_convex(operands[0])) return *std::move(itself);
   return model::convex_hull(operands[0].dimension(), spanning_points(operands[0], context.options));
 }
 

@@ -9,6 +9,9 @@
 /// All throw bsp2::Error for operands that they cannot take.
 namespace bsp2::dataflow {
 
+/// Nothing at all, and not only a solid that turns out so.
+bool is_empty(const model::Expression& solid);
+
 struct ConstructContext {
   const CompileOptions& options;
   std::function<model::Expression(const model::Expression&)> faceted;  ///< the same with polyhedra in the place of what is round

@@ -94,6 +94,7 @@ class Compiler {
     network.producers = std::move(producers);
     network.program = lowered_.program;
     add_planes(network, placements, box);
+    network.axial_planes = AxialPlanes<D>(network.table, options_.coincidence);
     if (!bounded)
       network.warnings.push_back("the solid has no bounds: it is the complement of something, or holds one; it is cut off at the bounds of its primitives; "
                                  "intersect it with a box to say where it ends");

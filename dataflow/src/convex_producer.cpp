@@ -69,7 +69,7 @@ std::optional<HyperplaneId> ConvexProducer<D>::halve(const Word* leaf, CellView<
   std::size_t fewest = planes.size() * 17 / 20;  // more than that in one half is no progress
   std::optional<HyperplaneId> best;
   for (int axis = 0; axis < D; ++axis) {
-    const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, cell.extent().centre[axis]));
+    const HyperplaneId id = network_.axial_cut(axis, cell.extent().centre[axis]);
     if (splitter.classify(cell.cell(), id) != Position::crossing) continue;
     std::array<geometry::Cell<D>, 2> halves;
     splitter.split(cell.cell(), id, &halves[0], &halves[1]);

@@ -17,6 +17,9 @@ using model::LinearExtrusion;
 using model::sine;
 using Point = std::array<double, 2>;
 
+/// Each slice costs about half a millisecond: what is more than this is nearly always a slip.
+constexpr std::uint64_t most_slice_edges = 1'000'000;
+
 /// Length of the spiral r = a * angle from 0 to `angle`.
 double spiral_length(double a, double angle) {
   return a / 2 * (angle * std::sqrt(1 + angle * angle) + std::asinh(angle));
@@ -153,6 +156,11 @@ Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::
 Expression extrude_outline(const LinearExtrusion& e, const Outline& outline) {
   const std::uint32_t slices = slice_count(e, outline);
   if (e.twist == 0 && outline.size() == 1 && is_convex(outline[0])) return placed(e, extrude_convex(e, outline[0], slices));
+  std::uint64_t edges = 0;
+  for (const auto& path : outline) edges += path.size();
+  if (slices * edges > most_slice_edges)
+    throw Error("linear_extrude: " + std::to_string(slices) + " slices of an outline of " + std::to_string(edges) + " edges; the limit is " +
+                std::to_string(most_slice_edges) + " edges in all: give fewer slices or a larger $fs");
   // A mesh for each slice: it costs caps, but the mesh that a cell has to look at is small.
   std::vector<Expression> all;
   for (std::uint32_t j = 0; j < slices; ++j) all.push_back(twisted_slice(e, outline, j, slices));

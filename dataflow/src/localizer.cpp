@@ -214,13 +214,52 @@ bool Localizer<D>::take_middle_candidate(Cut& cut) {
   return false;
 }
 
-/// Cuts between operands: at the median of their bounds along the longest axis of the cell that has one inside. Where an
-/// operand ends in one of its own facets that facet's hyperplane is taken, and no stray cut appears.
+/// The share of the operands that the larger half would have after a cut at the median of their bounds.
+template <int D>
+double Localizer<D>::share_after_median(std::span<const Word> program, int axis) {
+  const CellExtent<D>& extent = view_.extent();
+  bounds_.clear();
+  for (const std::uint32_t leaf : active_) {
+    const Producer<D>& producer = network_->producers[program[leaf + 2]];
+    bounds_.push_back(std::max(producer.lower[axis], extent.lower[axis]));
+    bounds_.push_back(std::min(producer.upper[axis], extent.upper[axis]));
+  }
+  medians_ = bounds_;
+  const auto middle = medians_.begin() + static_cast<std::ptrdiff_t>(medians_.size() / 2);
+  std::nth_element(medians_.begin(), middle, medians_.end());
+  std::size_t below = 0, above = 0;
+  for (std::size_t i = 0; i < bounds_.size(); i += 2) {
+    below += bounds_[i] < *middle ? 1 : 0;
+    above += bounds_[i + 1] > *middle ? 1 : 0;
+  }
+  return static_cast<double>(std::max(below, above)) / static_cast<double>(active_.size());
+}
+
+/// Axes in the order in which they are tried: the longest first, but for one across which operands come apart better.
+template <int D>
+std::array<int, D> Localizer<D>::axes_between_operands(std::span<const Word> program) {
+  constexpr double clearly = 0.95;
+  std::array<int, D> axes = view_.extent().axes_by_length();
+  std::size_t best = 0;
+  double least = share_after_median(program, axes[0]);
+  for (std::size_t i = 1; i < axes.size(); ++i) {
+    const double share = share_after_median(program, axes[i]);
+    if (share >= clearly * least) continue;
+    least = share;
+    best = i;
+  }
+  const auto chosen = axes.begin() + static_cast<std::ptrdiff_t>(best);
+  std::rotate(axes.begin(), chosen, chosen + 1);
+  return axes;
+}
+
+/// Cuts between operands, at the median of their bounds. Where an operand ends in one of its own facets that facet's
+/// hyperplane is taken, and no stray cut appears.
 template <int D>
 bool Localizer<D>::choose_median(std::span<const Word> program, Cut& cut) {
   const CellExtent<D>& extent = view_.extent();
   const auto& table = view_.table();
-  for (const int axis : extent.axes_by_length()) {
+  for (const int axis : axes_between_operands(program)) {
     candidates_.clear();
     const double margin = extent.length(axis) * 1e-3;
     for (const std::uint32_t leaf : active_) {
@@ -229,7 +268,7 @@ bool Localizer<D>::choose_median(std::span<const Word> program, Cut& cut) {
         const double bound = side == 0 ? producer.lower[axis] : producer.upper[axis];
         if (bound < extent.lower[axis] + margin || bound > extent.upper[axis] - margin) continue;
         const std::uint32_t own = producer.bounding_plane[axis][side];
-        const HyperplaneId id = own != 0 ? (own - 1) >> 1 : table.axis_hyperplane(axis, table.axis_position(axis, bound) + static_cast<std::uint32_t>(side));
+        const HyperplaneId id = own != 0 ? (own - 1) >> 1 : network_->axial_planes.cut(table, axis, table.axis_position(axis, bound) + static_cast<std::uint32_t>(side));
         candidates_.emplace_back(bound, id);
       }
     }

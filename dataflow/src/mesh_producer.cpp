@@ -311,8 +311,7 @@ std::optional<HyperplaneId> MeshProducer::median(const Word* leaf, CellView<3>& 
     const auto above = std::count_if(low.begin(), low.end(), [&](double x) { return x >= value; });
     // Progress on both sides, else a fan of facets around one point would be halved for ever.
     if (below * 5 < static_cast<std::ptrdiff_t>(count) || above * 5 < static_cast<std::ptrdiff_t>(count)) continue;
-    const auto& table = cell.table();
-    const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, value));
+    const HyperplaneId id = network_.axial_cut(axis, value);
     return cell.crosses(id) ? std::optional(id) : std::nullopt;
   }
   return std::nullopt;

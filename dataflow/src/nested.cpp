@@ -144,11 +144,6 @@ bool is_union(const Lowered<D>& lowered) {
   return true;
 }
 
-bool is_convex(const model::Primitive& primitive) {
-  const auto* mesh = std::get_if<model::TriangleMesh>(&primitive);
-  return mesh == nullptr || mesh->convex;
-}
-
 /// Corners and content of a convex hull.
 struct Hull2 {
   static std::optional<std::pair<PointSet<2>, double>> of(const PointSet<2>& points) {
@@ -277,6 +272,11 @@ std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, 
   how.keep_fuzzy = false;
   evaluate<D>(network, std::move(regions), how, consumers);
   return std::move(collector.batches);
+}
+
+bool is_convex(const model::Primitive& primitive) {
+  const auto* mesh = std::get_if<model::TriangleMesh>(&primitive);
+  return mesh == nullptr || mesh->convex;
 }
 
 template <int D>

@@ -19,6 +19,8 @@ std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, 
 template <int D>
 using PointSet = std::vector<std::array<double, D>>;
 
+bool is_convex(const model::Primitive& primitive);
+
 /// Points of any dimension, one after the other.
 using Points = std::vector<double>;
 

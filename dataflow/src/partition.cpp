@@ -24,9 +24,7 @@ namespace {
 template <int D>
 class Partitioner {
  public:
-  Partitioner(const Network<D>& network, unsigned depth) : network_(network), depth_(depth), splitter_(network.table), localizer_(network, splitter_) {
-    find_axial_planes();
-  }
+  Partitioner(const Network<D>& network, unsigned depth) : network_(network), depth_(depth), splitter_(network.table), localizer_(network, splitter_) {}
 
   Partition<D> run() {
     result_.root = cut(geometry::root_cell<D>(network_.table), network_.program, 0);
@@ -42,38 +40,6 @@ class Partitioner {
   geometry::Splitter<D> splitter_;
   Localizer<D> localizer_;
   Partition<D> result_;
-  double tolerance_ = 0;
-  std::array<std::vector<std::pair<double, HyperplaneId>>, D> axial_;  // hyperplanes across an axis: where, in order
-
-  void find_axial_planes() {
-    const auto& table = network_.table;
-    tolerance_ = network_.coincidence * table.width();
-    for (HyperplaneId id = 0; id < table.size(); ++id) {
-      const auto h = table.rounded(id);
-      double most = 0, all = 0;
-      int axis = 0;
-      for (int i = 0; i < D; ++i) {
-        const double size = std::fabs(h.normal[i]);
-        all += size;
-        if (size <= most) continue;
-        most = size;
-        axis = i;
-      }
-      if ((all - most) * table.radius() <= tolerance_ * most) axial_[axis].emplace_back(-h.offset / h.normal[axis], id);
-    }
-    for (auto& planes : axial_) std::sort(planes.begin(), planes.end());
-  }
-
-  /// A cut across an axis. Where a hyperplane of the model is as near as coincident ones are, it is the cut: between two that
-  /// nearly coincide lie cells too thin for the corners of a mesh to decide, and what touches would not.
-  HyperplaneId axial_cut(int axis, double value) const {
-    const auto& table = network_.table;
-    const std::uint32_t position = table.axis_position(axis, value);
-    const double at = table.axis_value(axis, position);
-    const auto& planes = axial_[axis];
-    const auto next = std::lower_bound(planes.begin(), planes.end(), std::pair(at - tolerance_, HyperplaneId{0}));
-    return next != planes.end() && next->first <= at + tolerance_ ? next->second : table.axis_hyperplane(axis, position);
-  }
 
   std::int32_t cut(Cell<D> cell, const std::vector<Word>& program, unsigned level) {
     std::vector<Word> local;
@@ -129,7 +95,7 @@ class Partitioner {
     for (const int axis : axes) {
       const auto [low, middle, high] = quantiles(extent, operands, axis);
       if (const auto own = own_plane(cell, operands, axis, low, middle, high)) return own;
-      const HyperplaneId id = axial_cut(axis, middle);
+      const HyperplaneId id = network_.axial_cut(axis, middle);
       if (crosses(cell, id)) return id;
     }
     return std::nullopt;

@@ -33,11 +33,6 @@ Expression make(int dimension, Node::Value value) {
   return Expression(std::make_shared<Node>(dimension, std::move(value)));
 }
 
-bool is_empty(const Expression& solid) {
-  const auto* boolean = std::get_if<Boolean>(&solid.node().value);
-  return boolean != nullptr && boolean->children.empty();
-}
-
 Expression united(int dimension, std::vector<Expression> solids) {
   std::erase_if(solids, [](const Expression& solid) { return is_empty(solid) && solid.node().parts == 0; });
   if (solids.empty()) return Expression(dimension);

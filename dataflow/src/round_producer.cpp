@@ -213,9 +213,8 @@ Advice RoundProducer<D>::advise_round(const State& state, CellView<D>& cell, boo
         const OrientedHyperplane radial = round_.plane(known ? family.halving(wedge, j) : family.bound(wedge, j, side));
         if (crossing(radial)) return {radial};
       }
-  const auto& table = cell.table();
   for (const int axis : cell.extent().axes_by_length()) {
-    const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, cell.extent().middle[axis]));
+    const HyperplaneId id = network_.axial_cut(axis, cell.extent().middle[axis]);
     if (cell.crosses(id)) return {geometry::oriented(id)};
   }
   return {.plane = {}, .none = true};

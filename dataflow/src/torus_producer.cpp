@@ -136,9 +136,8 @@ Advice TorusProducer::advise(const Word* leaf, CellView<3>& cell) const {
       if (crosses(radial)) return {radial};
     }
   }
-  const auto& table = cell.table();
   for (const int axis : cell.extent().axes_by_length()) {
-    const HyperplaneId id = table.axis_hyperplane(axis, table.axis_position(axis, cell.extent().middle[static_cast<std::size_t>(axis)]));
+    const HyperplaneId id = network_.axial_cut(axis, cell.extent().middle[static_cast<std::size_t>(axis)]);
     if (cell.crosses(id)) return {geometry::oriented(id)};
   }
   return {.plane = {}, .none = true};

@@ -110,15 +110,31 @@ Range range_over(Row row, const Torus& torus) {
   return {-reach, reach};
 }
 
-Range range_over(Row row, const Polytope& polytope) {
+/// Of points that follow each other at a stride.
+Range range_over(Row row, std::span<const double> points, std::size_t stride) {
   Range range;
-  for (std::size_t i = 0; i < polytope.corners.size(); i += row.size()) {
+  for (std::size_t i = 0; i < points.size(); i += stride) {
     Real value = 0;
-    for (std::size_t k = 0; k < row.size(); ++k) value += row[k] * static_cast<Real>(polytope.corners[i + k]);
+    for (std::size_t k = 0; k < row.size(); ++k) value += row[k] * static_cast<Real>(points[i + k]);
     range.add(value);
   }
   return range;
 }
+
+Range range_over(Row row, const Polytope& polytope) { return range_over(row, polytope.corners, row.size()); }
+
+/// Of the control points, whose hull contains it.
+Range range_over(Row row, const Spline& spline) {
+  Range range;
+  for (const auto& piece : spline.pieces) {
+    const Range of_piece = range_over(row, piece.points, row.size() + 1);
+    range.add(of_piece.low);
+    range.add(of_piece.high);
+  }
+  return range;
+}
+
+Range range_over(Row row, const SubdivisionSurface& surface) { return range_over(row, surface.points, row.size()); }
 
 using Map = std::vector<Real>;  // (D+1) x (D+1)
 
@@ -145,6 +161,7 @@ void set_outward(Bounds& bounds, std::size_t axis, Range range) {
 Bounds image(const Primitive& primitive, const Map& map, int dimension) {
   const auto d = static_cast<std::size_t>(dimension);
   Bounds result = nothing(dimension);
+  result.exact = !std::holds_alternative<Spline>(primitive) && !std::holds_alternative<SubdivisionSurface>(primitive);
   for (std::size_t i = 0; i < d; ++i) {
     Range range = std::visit([&](const auto& shape) { return range_over(Row(map.data() + i * (d + 1), d), shape); }, primitive);
     const Real translation = map[i * (d + 1) + d];

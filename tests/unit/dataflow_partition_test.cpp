@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 #include "bsp2/model/builder.hpp"
 #include "dataflow_oracle.hpp"
 
@@ -64,6 +67,46 @@ TEST(Partition, SmallModelsAreOneRegion) {
   for (int i = 0; i < 2000; ++i)
     many.push_back(moved(2.0 * i, 0, 0, model::cuboid({1, 1, 1}, false)));
   EXPECT_EQ(suggested_depth(compile<3>(model::unite(many), {})), 4U);  // 12,000 facets
+}
+
+/// How far a cell's facets across an axis are from each other at least, over the axes that have two.
+double thickness(const geometry::CellBatch& batch, std::size_t cell, const geometry::HyperplaneTable<3>& table) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::vector<double> places;
+    for (std::size_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet) {
+      const std::int32_t code = batch.facet_hyperplane[facet];
+      const auto h = table.rounded(static_cast<geometry::HyperplaneId>(code < 0 ? ~code : code));
+      if (std::fabs(h.normal[axis]) > 1 - 1e-12) places.push_back(-h.offset / h.normal[axis]);
+    }
+    if (places.size() == 2) least = std::min(least, std::fabs(places[0] - places[1]));
+  }
+  return least;
+}
+
+/// Cuboids and square columns that stand on edge, on a coarse grid: where columns have edges, others have faces. No cut between
+/// operands leaves a slab beside a face.
+TEST(Partition, NoCutIsNearlyAFaceOfTheModel) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  const auto coordinate = [&](int reach) { return pick(random, -reach, reach) / 2.0; };
+  for (int round = 0; round < 12; ++round) {
+    std::vector<model::Expression> solids;
+    for (int i = 0; i < 40; ++i) {
+      std::vector<double> matrix = identity_matrix(3);
+      for (const int entry : {3, 7, 11}) matrix[static_cast<std::size_t>(entry)] = coordinate(16);
+      const double size = pick(random, 1, 6) / 2.0, height = pick(random, 1, 6) / 2.0;
+      const bool column = chance(random, 0.6);
+      if (column && chance(random, 0.5)) matrix = {0, 0, 1, matrix[3], 0, 1, 0, matrix[7], -1, 0, 0, matrix[11], 0, 0, 0, 1};
+      const double sizes[] = {size, height, size};
+      solids.push_back(model::transform(matrix, column ? model::cylinder(height, size, size, 4) : model::cuboid(sizes)));
+    }
+    const auto e = chance(random, 0.5) ? model::unite(solids) : model::subtract({model::unite({solids.begin(), solids.begin() + 20}), model::unite({solids.begin() + 20, solids.end()})});
+    const Network<3> network = compile<3>(e, {});
+    for (const auto& refinement : evaluate_all(network, static_cast<unsigned>(pick(random, 0, 4)), keep_everything()).refinements)
+      for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) ASSERT_GT(thickness(refinement->cells, cell, network.table), 1e-4) << "round " << round;
+  }
 }
 
 }  // namespace

@@ -59,6 +59,7 @@ class Localizer {
   std::vector<Word> second_pass_;
   double tolerance_ = 0;
   std::vector<std::pair<double, geometry::HyperplaneId>> candidates_;
+  std::vector<double> bounds_, medians_;  // of the undecided operands along an axis
 
   Answer localize(std::span<const Word> program, std::vector<Word>& out, bool quick);
   Answer visit(const Word*& at, std::vector<Word>& out);
@@ -70,6 +71,8 @@ class Localizer {
 
   [[nodiscard]] bool is_thin() const;
   void leave_round_operands(std::span<const Word> program);
+  double share_after_median(std::span<const Word> program, int axis);
+  std::array<int, D> axes_between_operands(std::span<const Word> program);
   bool choose_median(std::span<const Word> program, Cut& cut);
   bool take_middle_candidate(Cut& cut);
   void choose_operand(std::span<const Word> program, Cut& cut);

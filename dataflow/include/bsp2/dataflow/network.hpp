@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "bsp2/dataflow/axial_planes.hpp"
 #include "bsp2/dataflow/box.hpp"
 #include "bsp2/dataflow/lathe.hpp"
 #include "bsp2/dataflow/mesh.hpp"
@@ -56,10 +57,13 @@ struct Network : Program {
   std::vector<std::pair<std::int32_t, std::string>> part_names;  ///< of the parts that have one
   Box<D> bounds = Box<D>::empty();  ///< of the solid, before anything is evaluated
   double coincidence = 0;     ///< what it was compiled with: CompileOptions::coincidence
+  AxialPlanes<D> axial_planes;
   std::vector<std::string> warnings;  ///< what the user should know about the solid that was compiled
 
   explicit Network(geometry::HyperplaneTable<D> table_) : table(std::move(table_)) {}
 
+  /// The cut across an axis at the last position of the table's grid that is <= value, or the model's hyperplane there.
+  [[nodiscard]] geometry::HyperplaneId axial_cut(int axis, double value) const { return axial_planes.cut(table, axis, table.axis_position(axis, value)); }
   /// Whether it has solids that are refined without end.
   [[nodiscard]] bool is_round() const { return !rounds.empty() || !tori.empty() || !splines.empty(); }
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {

@@ -14,7 +14,7 @@ namespace bsp2::dataflow {
 /// Source: the paper, section 4.1; docs/curved.md.
 class TorusProducer {
  public:
-  TorusProducer(const Network<3>& network, const Producer<3>& producer) : torus_(network.tori[static_cast<std::size_t>(producer.torus)]) {}
+  TorusProducer(const Network<3>& network, const Producer<3>& producer) : network_(network), torus_(network.tori[static_cast<std::size_t>(producer.torus)]) {}
 
   geometry::Label ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
@@ -35,6 +35,7 @@ class TorusProducer {
     double least, most, z;
   };
   static constexpr std::size_t at_known = Program::header, at_face = at_known + 1, at_level = at_face + 1, at_place = at_level + 1;
+  const Network<3>& network_;
   const Torus& torus_;
 
   [[nodiscard]] State state_of(const Word* leaf) const;
