@@ -437,7 +437,7 @@ TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
 TEST(ConvexHull, OfSolidsHasTheVolumeOfItsFormula) {
   EXPECT_NEAR(content("hull() { cube(2); multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { cube(2); } }"), 28, 1e-12);
   EXPECT_NEAR(content("hull() { difference() { cube(4); cube(2); } }"), 64 - 8.0 / 6, 1e-9) << "only the corner is cut off";
-  EXPECT_NEAR(content("hull() { color([1, 0, 0, 1]) multmatrix([[2,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { group(); cube(2); } }"), 16, 0) << "is its own hull";
+  EXPECT_NEAR(content("hull() { color([1, 0, 0, 1]) multmatrix([[2,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { group(); cube(2); } }"), 16, 1e-12) << "is its own hull";
   EXPECT_NEAR(content("hull() { sphere(r = 1, $fn = 104); sphere(r = 1, $fn = 104); }"), content("sphere(r = 1, $fn = 104);"), 1e-12) << "of more triangles than half-spaces are listed";
   EXPECT_NEAR(content("hull() { square(1); multmatrix([[1,0,0,3],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(1); } }"), 1 + 3 + 4, 1e-12);
   EXPECT_NEAR(content("hull() { cylinder($fn = 40, h = 1, r1 = 3, r2 = 3); cylinder($fn = 40, h = 9, r1 = 0.5, r2 = 0.25); cylinder($fn = 40, h = 2, r1 = 1, r2 = 1); }"),
