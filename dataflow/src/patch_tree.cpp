@@ -138,21 +138,41 @@ void PatchTree<D>::add_hyperplanes(Node& node, const std::vector<Point>& points,
 }
 
 template <int D>
-bool PatchTree<D>::Node::may_be_between(std::initializer_list<Point> points, double error) const {
-  for (const auto& hyperplane : hyperplanes_) {
-    double size = 0;
-    for (std::size_t i = 0; i < D; ++i) size += std::fabs(static_cast<double>(hyperplane[i]));
-    const auto is_beyond = [&](const Point& point) {
-      double value = static_cast<double>(hyperplane[D]), reach = std::fabs(value);
-      for (std::size_t i = 0; i < D; ++i) {
-        const double term = static_cast<double>(hyperplane[i]) * point[i];
-        value += term;
-        reach += std::fabs(term);
-      }
-      return value > size * error + reach * 0x1p-49;
-    };
-    if (std::all_of(points.begin(), points.end(), is_beyond)) return false;
+typename PatchTree<D>::Node::Sides PatchTree<D>::Node::sides(std::size_t hyperplane, std::span<const Point> points, double error) const {
+  std::array<double, D + 1> h;
+  double size = 0;
+  for (std::size_t i = 0; i <= D; ++i) h[i] = static_cast<double>(hyperplanes_[hyperplane][i]);
+  for (std::size_t i = 0; i < D; ++i) size += std::fabs(h[i]);
+  Sides sides{true, false};
+  for (const Point& point : points) {
+    double value = h[D], reach = std::fabs(h[D]);
+    for (std::size_t i = 0; i < D; ++i) {
+      const double term = h[i] * point[i];
+      value += term;
+      reach += std::fabs(term);
+    }
+    const double bound = size * error + reach * 0x1p-49;
+    sides.all_positive = sides.all_positive && value > bound;
+    sides.some_negative = sides.some_negative || value < -bound;
   }
+  return sides;
+}
+
+template <int D>
+double PatchTree<D>::Node::at(std::size_t hyperplane, const Point& point) const {
+  double value = static_cast<double>(hyperplanes_[hyperplane][D]), square = 0;
+  for (std::size_t i = 0; i < D; ++i) {
+    const auto entry = static_cast<double>(hyperplanes_[hyperplane][i]);
+    value += entry * point[i];
+    square += entry * entry;
+  }
+  return value / std::sqrt(square);
+}
+
+template <int D>
+bool PatchTree<D>::Node::may_be_between(std::span<const Point> points, double error) const {
+  for (std::size_t i = 0; i < hyperplanes_.size(); ++i)
+    if (sides(i, points, error).all_positive) return false;
   return true;
 }
 
@@ -202,20 +222,20 @@ const typename PatchTree<D>::Node* PatchTree<D>::halves_of(const Node& node, std
 
 template <int D>
 struct PatchTree<D>::Segment {
-  Point from, to;
-  double error;         // of the coordinates of `from`
+  std::array<Point, 2> ends;
+  double error;         // of the coordinates of the first
   std::uint32_t level;  // at which patches are replaced by facets
 
   /// False where it certainly misses the box.
   [[nodiscard]] bool may_meet(const Box<D>& box) const {
     double first = 0, last = 1;
     for (std::size_t i = 0; i < D; ++i) {
-      const double along = to[i] - from[i], low = box.lower[i] - error - 0x1p-40, high = box.upper[i] + error + 0x1p-40;
+      const double along = ends[1][i] - ends[0][i], low = box.lower[i] - error - 0x1p-40, high = box.upper[i] + error + 0x1p-40;
       if (along == 0) {
-        if (from[i] < low || from[i] > high) return false;
+        if (ends[0][i] < low || ends[0][i] > high) return false;
         continue;
       }
-      const double a = (low - from[i]) / along, b = (high - from[i]) / along;
+      const double a = (low - ends[0][i]) / along, b = (high - ends[0][i]) / along;
       first = std::max(first, std::min(a, b));
       last = std::min(last, std::max(a, b));
     }
@@ -228,7 +248,7 @@ template <int D>
 std::optional<std::uint32_t> PatchTree<D>::level_around(const Node& node, std::uint32_t level, const Point& point, double error) const {
   for (std::size_t i = 0; i < D; ++i)
     if (point[i] < node.box().lower[i] - error || point[i] > node.box().upper[i] + error) return level;
-  if (!node.may_be_between({point}, error)) return level;
+  if (!node.may_be_between({&point, 1}, error)) return level;
   if (level == levels_) return std::nullopt;
   std::uint32_t deepest = level;
   const Node* const below = halves_of(node, level);
@@ -244,7 +264,7 @@ std::optional<std::uint32_t> PatchTree<D>::level_around(const Node& node, std::u
 /// @return false where rounding leaves a crossing open.
 template <int D>
 bool PatchTree<D>::count_crossings(const Node& node, std::uint32_t level, const Segment& segment, int& winding) const {
-  if (!segment.may_meet(node.box()) || !node.may_be_between({segment.from, segment.to}, segment.error)) return true;
+  if (!segment.may_meet(node.box()) || !node.may_be_between(segment.ends, segment.error)) return true;
   if (level < segment.level) {
     const Node* const below = halves_of(node, level);
     for (std::uint32_t half = 0; half < halves(); ++half)
@@ -255,13 +275,13 @@ bool PatchTree<D>::count_crossings(const Node& node, std::uint32_t level, const 
   const double error = 2 * (segment.error + error_at(level) + 0x1p-50);
   std::optional<int> change;
   if constexpr (D == 2) {
-    change = crossing(segment.from, segment.to, at[0], at[1], error);
+    change = crossing(segment.ends[0], segment.ends[1], at[0], at[1], error);
   } else if constexpr (D == 3) {
     if (at.size() == 3) {
-      change = crossing(segment.from, segment.to, at[0], at[1], at[2], error);
+      change = crossing(segment.ends[0], segment.ends[1], at[0], at[1], at[2], error);
     } else {
-      change = crossing(segment.from, segment.to, at[0], at[1], at[3], error);
-      const auto other = crossing(segment.from, segment.to, at[0], at[3], at[2], error);
+      change = crossing(segment.ends[0], segment.ends[1], at[0], at[1], at[3], error);
+      const auto other = crossing(segment.ends[0], segment.ends[1], at[0], at[3], at[2], error);
       change = change && other ? std::optional(*change + *other) : std::nullopt;
     }
   }
@@ -284,9 +304,9 @@ std::optional<int> PatchTree<D>::winding(const Point& point, double error) const
   for (std::size_t i = 1; i < D; ++i)
     if (std::fabs(point[i]) > std::fabs(point[nearest])) nearest = i;
   for (int attempt = 0; attempt < 12; ++attempt) {
-    Segment segment{point, point, error, level};
-    for (double& x : segment.to) x += (static_cast<double>(random() % 2001) - 1000) * 0.7e-4 * (1 + attempt);
-    segment.to[nearest] = std::copysign(1.5, point[nearest]);
+    Segment segment{{point, point}, error, level};
+    for (double& x : segment.ends[1]) x += (static_cast<double>(random() % 2001) - 1000) * 0.7e-4 * (1 + attempt);
+    segment.ends[1][nearest] = std::copysign(1.5, point[nearest]);
     int winding = 0;
     bool certain = true;
     for (Number root = 0; root < roots_ && certain; ++root) certain = count_crossings(nodes_[root], 0, segment, winding);

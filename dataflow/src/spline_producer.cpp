@@ -53,25 +53,47 @@ Box<D> SplineProducer<D>::in_frame(const Box<D>& box) const {
   return image;
 }
 
-/// False only where the patch certainly has no point in the cell.
 template <int D>
-bool SplineProducer<D>::may_meet(Number patch, const Box<D>& box, CellView<D>& cell) const {
-  if (tree_.node(patch).box().misses(box)) return false;
+typename SplineProducer<D>::Image SplineProducer<D>::image_of(const CellView<D>& cell) const {
+  Image image{.box = in_frame(cell.extent())};
+  for (int i = 0; i < D; ++i) image.size = std::max(image.size, image.box.upper[i] - image.box.lower[i]);
+  if (cell.quick()) return image;
+  const auto& [scale, origin] = tree_.placement();
+  double error = 0, reach = 0;
+  for (const auto& vertex : cell.cell().vertices()) {
+    error = std::max(error, vertex.error);
+    auto& point = image.points.emplace_back();
+    for (std::size_t i = 0; i < D; ++i) {
+      point[i] = (vertex.x[i] - origin[i]) / scale;
+      reach = std::max({reach, std::fabs(vertex.x[i]), std::fabs(origin[i])});
+    }
+  }
+  image.error = (error + 0x1p-50 * reach) / scale;
+  return image;
+}
+
+/// False only where the patch certainly has no point in the cell. What doubles leave open, exact predicates decide.
+template <int D>
+bool SplineProducer<D>::may_meet(Number patch, const Node& node, const Image& image, CellView<D>& cell) const {
+  if (node.box().misses(image.box)) return false;
   if (cell.quick()) return true;
-  for (std::uint32_t i = 0; i < tree_.hyperplanes(); ++i)
-    if (cell.position(spline_.plane(patch, i)) == Position::positive) return false;
+  for (std::uint32_t i = 0; i < tree_.hyperplanes(); ++i) {
+    const auto sides = node.sides(i, image.points, image.error);
+    if (sides.all_positive || (!sides.some_negative && cell.position(spline_.plane(patch, i)) == Position::positive)) return false;
+  }
   return true;
 }
 
 template <int D>
-void SplineProducer<D>::keep(Number patch, const Box<D>& box, double size, CellView<D>& cell, std::vector<Word>& out) const {
-  if (!may_meet(patch, box, cell)) return;
-  if (tree_.node(patch).size() <= patch_by_cell * size || tree_.level(patch) == tree_.levels()) {
+void SplineProducer<D>::keep(Number patch, const Node& node, std::uint32_t level, const Image& image, CellView<D>& cell, std::vector<Word>& out) const {
+  if (!may_meet(patch, node, image, cell)) return;
+  if (node.size() <= patch_by_cell * image.size || level == tree_.levels()) {
     out.push_back(patch);
     return;
   }
   const Number first = tree_.first_half(patch);
-  for (Number half = 0; half < tree_.halves(); ++half) keep(first + half, box, size, cell, out);
+  const Node* const below = tree_.halves_of(node, level);
+  for (Number half = 0; half < tree_.halves(); ++half) keep(first + half, below[half], level + 1, image, cell, out);
 }
 
 template <int D>
@@ -81,15 +103,14 @@ Label SplineProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Wo
     out.insert(out.end(), leaf, leaf + Program::header);
     return Label::fuzzy;
   }
-  const Box<D> box = in_frame(cell.extent());
-  double size = 0;
-  for (int i = 0; i < D; ++i) size = std::max(size, box.upper[i] - box.lower[i]);
+  const Image image = image_of(cell);
   out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
   const std::size_t begin = out.size();
+  const auto keep_some = [&](Number patch) { keep(patch, tree_.node(patch), tree_.level(patch), image, cell, out); };
   if (whole) {
-    for (Number root = 0; root < tree_.roots(); ++root) keep(root, box, size, cell, out);
+    for (Number root = 0; root < tree_.roots(); ++root) keep_some(root);
   } else {
-    for (const Word* at = leaf + Program::header; at != leaf + leaf[1]; ++at) keep(*at, box, size, cell, out);
+    for (const Word* at = leaf + Program::header; at != leaf + leaf[1]; ++at) keep_some(*at);
   }
   return out.size() == begin ? label_off_patches(cell) : Label::fuzzy;
 }
@@ -105,7 +126,7 @@ Label SplineProducer<D>::label_off_patches(const CellView<D>& cell) const {
     if ((plane.flipped() ? -h.at(point) : h.at(point)) > -2 * h.error) return Label::fuzzy;
   }
   const Box<D> image = in_frame({point, point});
-  typename PatchTree<D>::Point middle;
+  Point middle;
   double error = 0;
   for (std::size_t i = 0; i < D; ++i) {
     middle[i] = (image.lower[i] + image.upper[i]) / 2;
@@ -129,21 +150,23 @@ Advice SplineProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
   const auto patch = [&](std::size_t i) { return whole ? static_cast<Number>(i) : leaf[Program::header + i]; };
   Advice best{.plane = {}, .beyond_is_out = count == 1 && !tree_.closed()};
   double most = 0;
-  for (std::size_t i = 0; i < count; ++i)
+  const Image image = image_of(cell);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Node& node = tree_.node(patch(i));
     for (std::uint32_t index = 0; index < tree_.hyperplanes(); ++index) {
-      const OrientedHyperplane plane = spline_.plane(patch(i), index);
-      const auto h = cell.table().rounded(plane.id());
       double low = std::numeric_limits<double>::infinity(), high = -low;
-      for (const auto& vertex : cell.cell().vertices()) {
-        const double value = plane.flipped() ? -h.at(vertex.x) : h.at(vertex.x);
+      for (const Point& point : image.points) {
+        const double value = node.at(index, point);
         low = std::min(low, value);
         high = std::max(high, value);
       }
       const double share = high / (high - low);
+      const OrientedHyperplane plane = spline_.plane(patch(i), index);
       if (!(share > most) || !(low < 0) || !cell.crosses(plane.id())) continue;
       most = share;
       best.plane = plane;
     }
+  }
   if (most >= least_cut) return best;
   if (const auto id = halving(cell)) return {geometry::oriented(*id)};
   best.none = most == 0;

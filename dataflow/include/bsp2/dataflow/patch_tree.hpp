@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "bsp2/dataflow/box.hpp"
@@ -41,9 +42,15 @@ class PatchTree final : public geometry::ComputedFamily<D> {
     [[nodiscard]] const Box<D>& box() const { return box_; }
     [[nodiscard]] double size() const { return size_; }  ///< the longest side of the box
     [[nodiscard]] const std::vector<std::array<std::int64_t, D + 1>>& hyperplanes() const { return hyperplanes_; }
-    /// Whether the patch is on the negative side of each of its hyperplanes by more than the points are off by `error`;
-    /// false where all `points` are certainly beyond one of them.
-    [[nodiscard]] bool may_be_between(std::initializer_list<Point> points, double error) const;
+    /// On which sides of a hyperplane points are, for certain, whose coordinates are off by at most `error`.
+    struct Sides {
+      bool all_positive, some_negative;
+    };
+    [[nodiscard]] Sides sides(std::size_t hyperplane, std::span<const Point> points, double error) const;
+    /// The hyperplane's value at a point, rounded, by the length of its normal.
+    [[nodiscard]] double at(std::size_t hyperplane, const Point& point) const;
+    /// False where all points are certainly beyond one of the hyperplanes.
+    [[nodiscard]] bool may_be_between(std::span<const Point> points, double error) const;
 
    private:
     friend class PatchTree;
@@ -60,6 +67,8 @@ class PatchTree final : public geometry::ComputedFamily<D> {
   [[nodiscard]] Number first_half(Number number) const;
   [[nodiscard]] std::uint32_t halves() const { return std::uint32_t{1} << parameters_; }
   [[nodiscard]] const Node& node(Number number) const;
+  /// The halves of a node of this level, in the order of their numbers.
+  [[nodiscard]] const Node* halves_of(const Node& node, std::uint32_t level) const;
   [[nodiscard]] const Placement& placement() const { return placement_; }
   [[nodiscard]] bool closed() const { return closed_; }
 
@@ -85,7 +94,6 @@ class PatchTree final : public geometry::ComputedFamily<D> {
   [[nodiscard]] double error_at(std::uint32_t level) const { return error_ + halving_error_ * (level + 2); }
   void finish(Node& node, std::uint32_t level) const;
   void add_hyperplanes(Node& node, const std::vector<Point>& points, double error) const;
-  [[nodiscard]] const Node* halves_of(const Node& node, std::uint32_t level) const;
   static void release(Node* nodes, std::size_t count, std::size_t halves);
   [[nodiscard]] std::optional<std::uint32_t> level_around(const Node& node, std::uint32_t level, const Point& point, double error) const;
   struct Segment;

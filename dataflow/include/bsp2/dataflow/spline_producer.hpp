@@ -31,9 +31,19 @@ class SplineProducer {
   const Spline<D>& spline_;
   const PatchTree<D>& tree_;
 
+  using Node = typename PatchTree<D>::Node;
+  using Point = typename PatchTree<D>::Point;
+  /// A cell in the frame of the patches.
+  struct Image {
+    Box<D> box;                 ///< holds the cell
+    double size = 0;            ///< the longest side of the box
+    std::vector<Point> points;  ///< the vertices; unless the question is a quick one
+    double error = 0;           ///< of their coordinates
+  };
   [[nodiscard]] Box<D> in_frame(const Box<D>& box) const;
-  [[nodiscard]] bool may_meet(Number patch, const Box<D>& box, CellView<D>& cell) const;
-  void keep(Number patch, const Box<D>& box, double size, CellView<D>& cell, std::vector<Word>& out) const;
+  [[nodiscard]] Image image_of(const CellView<D>& cell) const;
+  [[nodiscard]] bool may_meet(Number patch, const Node& node, const Image& image, CellView<D>& cell) const;
+  void keep(Number patch, const Node& node, std::uint32_t level, const Image& image, CellView<D>& cell, std::vector<Word>& out) const;
   [[nodiscard]] geometry::Label label_off_patches(const CellView<D>& cell) const;
 };
 
