@@ -101,13 +101,7 @@ void visit_corners(const model::Polytope& polytope, Add&& add) {
   }
 }
 
-template <std::size_t D>
-Points flat(const std::vector<std::array<double, D>>& points) {
-  Points numbers;
-  for (const auto& point : points) numbers.insert(numbers.end(), point.begin(), point.end());
-  return numbers;
-}
-
+template <int D, typename Add>
 void visit_corners(const model::Spline&, Add&&) {
   throw std::logic_error("splines are refused before their corners are asked for");
 }
@@ -115,6 +109,13 @@ void visit_corners(const model::Spline&, Add&&) {
 template <int D, typename Add>
 void visit_corners(const model::SubdivisionSurface&, Add&&) {
   throw std::logic_error("subdivision surfaces are refused before their corners are asked for");
+}
+
+template <std::size_t D>
+Points flat(const std::vector<std::array<double, D>>& points) {
+  Points numbers;
+  for (const auto& point : points) numbers.insert(numbers.end(), point.begin(), point.end());
+  return numbers;
 }
 
 template <int D>
