@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <numbers>
 #include <set>
 
@@ -392,10 +391,10 @@ class Subdivider {
       for (const auto w : neighbours_[v]) r = sum({{1, r}, {0.5 / n, net_.points[v]}, {0.5 / n, net_.points[w]}});
       fine.points.push_back(sum({{1 / n, q}, {2 / n, r}, {(n - 3) / n, net_.points[v]}}));
     }
-    for (const auto& [edge, sides] : edges_)
-      fine.points.push_back(sum({{0.25, net_.points[edge.first]}, {0.25, net_.points[edge.second]}, {0.25, centre(sides[0].first)}, {0.25, centre(sides[1].first)}}));
+    for (std::size_t e = 0; e < edges_.size(); e += 2)
+      fine.points.push_back(sum({{0.25, net_.points[edges_[e].ends.first]}, {0.25, net_.points[edges_[e].ends.second]}, {0.25, centre(edges_[e].face)}, {0.25, centre(edges_[e + 1].face)}}));
     for (std::size_t f = 0; f < net_.faces.size(); ++f) fine.points.push_back(centre(f));
-    const auto base = static_cast<std::uint32_t>(net_.points.size()), faces = base + static_cast<std::uint32_t>(edges_.size());
+    const auto base = static_cast<std::uint32_t>(net_.points.size()), faces = base + static_cast<std::uint32_t>(edges_.size() / 2);
     for (std::size_t f = 0; f < net_.faces.size(); ++f) {
       const auto& face = net_.faces[f];
       for (std::size_t i = 0; i < face.size(); ++i)
@@ -409,8 +408,8 @@ class Subdivider {
   void loop() {
     ControlNet fine;
     for (std::size_t v = 0; v < net_.points.size(); ++v) fine.points.push_back(weighted(v, beta(neighbours_[v].size())));
-    for (const auto& [edge, sides] : edges_)
-      fine.points.push_back(sum({{0.375, net_.points[edge.first]}, {0.375, net_.points[edge.second]}, {0.125, net_.points[sides[0].second]}, {0.125, net_.points[sides[1].second]}}));
+    for (std::size_t e = 0; e < edges_.size(); e += 2)
+      fine.points.push_back(sum({{0.375, net_.points[edges_[e].ends.first]}, {0.375, net_.points[edges_[e].ends.second]}, {0.125, net_.points[edges_[e].third]}, {0.125, net_.points[edges_[e + 1].third]}}));
     const auto base = static_cast<std::uint32_t>(net_.points.size());
     for (const auto& face : net_.faces) {
       const std::uint32_t a = base + number(face[0], face[1]), b = base + number(face[1], face[2]), c = base + number(face[2], face[0]);
@@ -458,26 +457,33 @@ class Subdivider {
   ControlNet net_;
   std::vector<std::vector<std::uint32_t>> neighbours_;
   std::vector<std::vector<std::size_t>> faces_of_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::pair<std::size_t, std::uint32_t>>> edges_;  // faces, and their third corner
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers_;
+  struct Side {
+    std::pair<std::uint32_t, std::uint32_t> ends;
+    std::size_t face;
+    std::uint32_t third;  // corner of the face
+  };
+  std::vector<Side> edges_;  // sorted: each edge has two next to each other
 
   void connect() {
     neighbours_.assign(net_.points.size(), {});
     faces_of_.assign(net_.points.size(), {});
     edges_.clear();
-    numbers_.clear();
     for (std::size_t f = 0; f < net_.faces.size(); ++f) {
       const auto& face = net_.faces[f];
       for (std::size_t i = 0; i < face.size(); ++i) {
         const std::uint32_t a = face[i], b = face[(i + 1) % face.size()], c = face[(i + 2) % face.size()];
         neighbours_[a].push_back(b);
         faces_of_[a].push_back(f);
-        edges_[std::minmax(a, b)].emplace_back(f, c);
+        edges_.push_back({std::minmax(a, b), f, c});
       }
     }
-    for (const auto& entry : edges_) numbers_.emplace(entry.first, static_cast<std::uint32_t>(numbers_.size()));
+    std::sort(edges_.begin(), edges_.end(), [](const Side& a, const Side& b) { return a.ends < b.ends; });
   }
-  [[nodiscard]] std::uint32_t number(std::uint32_t a, std::uint32_t b) const { return numbers_.at(std::minmax(a, b)); }
+  [[nodiscard]] std::uint32_t number(std::uint32_t a, std::uint32_t b) const {
+    const std::pair<std::uint32_t, std::uint32_t> ends = std::minmax(a, b);
+    const auto at = std::lower_bound(edges_.begin(), edges_.end(), ends, [](const Side& side, const std::pair<std::uint32_t, std::uint32_t>& e) { return side.ends < e; });
+    return static_cast<std::uint32_t>(at - edges_.begin()) / 2;
+  }
   [[nodiscard]] std::array<double, 3> centre(std::size_t f) const {
     std::array<double, 3> mean{};
     for (const auto v : net_.faces[f]) mean = sum({{1, mean}, {1.0 / static_cast<double>(net_.faces[f].size()), net_.points[v]}});
