@@ -213,6 +213,9 @@ std::unique_ptr<Engine> Engine::split(int color, int key) {
 
 std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   check_usable("allocate");
+  constexpr std::size_t address_space = std::size_t{1} << 47U;
+  if (bytes >= address_space)
+    reject(Errc::resource, "allocate", "No memory for " + std::to_string(bytes) + " bytes");
   meet(Kind::allocate, bytes);
   Registry::Slot slot;
   for (int rank = 0; rank < nprocs_; ++rank) slot.sizes.push_back(header(rank).argument);
@@ -226,27 +229,17 @@ std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   return {registry_.adopt(std::move(slot)), address};
 }
 
-/// Memory that the ranks of this node reach; null if MPI grants none.
+/// Memory that the ranks of this node reach; null if there is not enough.
 std::byte* Engine::allocate_shared(Registry::Slot& slot, std::size_t bytes) {
   if (staging_.node() == MPI_COMM_NULL) return nullptr;
-  void* base = nullptr;
-  const std::size_t size = std::max<std::size_t>(bytes, 64);
-  const bool granted = MPI_Win_allocate_shared(static_cast<MPI_Aint>(size), 1, MPI_INFO_NULL, staging_.node(),
-                                               &base, &slot.window) == MPI_SUCCESS;
-  if (!all_have(staging_.node(), granted)) {
-    slot.window = MPI_WIN_NULL;
-    return nullptr;
-  }
-  slot.memory = shared_parts(comm_, staging_.node(), slot.window);
-  std::memset(base, 0, size);
-  return static_cast<std::byte*>(base);
+  slot.shared = SharedMemory(staging_.node(), bytes);
+  if (slot.shared.empty()) return nullptr;
+  slot.memory = parts_by_rank(comm_, staging_.node(), slot.shared);
+  return slot.memory[static_cast<std::size_t>(pid_)];
 }
 
 void Engine::free_released(bool everything) {
-  for (auto& slot : registry_.take_released(everything)) {
-    if (slot.window != MPI_WIN_NULL) MPI_Win_free(&slot.window);
-    std::free(slot.heap);
-  }
+  for (const auto& slot : registry_.take_released(everything)) std::free(slot.heap);
 }
 
 }  // namespace bsp2::bsplib::detail

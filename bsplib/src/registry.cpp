@@ -142,7 +142,7 @@ void Registry::apply_push(const std::vector<Change>& all, std::size_t index) {
 void Registry::free_slot(Id id) {
   Slot& slot = slots_[id];
   if (slot.address) drop(effective_, slot.address, id);
-  if (slot.window != MPI_WIN_NULL || slot.heap) released_.push_back(slot);
+  if (!slot.shared.empty() || slot.heap) released_.push_back(std::move(slot));
   slot = Slot{};
   free_.push_back(id);
 }
@@ -175,7 +175,7 @@ std::optional<Registry::Problem> Registry::commit(const std::vector<Change>& all
 std::vector<Registry::Slot> Registry::take_released(bool everything) {
   if (everything)
     for (Slot& slot : slots_)
-      if (slot.in_use && (slot.window != MPI_WIN_NULL || slot.heap))
+      if (slot.in_use && (!slot.shared.empty() || slot.heap))
         released_.push_back(std::exchange(slot, Slot{}));
   return std::exchange(released_, {});
 }

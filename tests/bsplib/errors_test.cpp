@@ -2,6 +2,7 @@
 // That none of them hangs is what the time limit of this test is for.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <stdexcept>
@@ -171,6 +172,24 @@ TEST(AgreedAlways, LoopThatRunsTooFar) {
           world.sync();
         },
         Errc::out_of_range, ranks() - 1, " 4 bytes beyond registered range of 40 bytes");
+}
+
+TEST(AgreedAlways, MemoryThatNoMachineHas) {
+  expect_agreed(
+      [](World& world) {
+        Array<double> array(world, world.pid() == last(world) ? std::size_t{1} << 50U : 5);
+        world.sync();
+      },
+      Errc::resource, ranks() - 1, "No memory for 9007199254740992 bytes");
+}
+
+TEST(SharedMemoryTest, StagingLargerThanTheMachineIsReplacedByMessages) {
+  World world(MPI_COMM_WORLD, {.staging_bytes = std::size_t{1} << 45U});
+  const std::vector<char> data(100000, 'x');
+  Array<char> array(world, data.size());
+  array.put((world.pid() + 1) % world.nprocs(), data, 0);
+  world.sync();
+  EXPECT_TRUE(std::ranges::equal(array.local(), data));
 }
 
 TEST_F(Agreed, SomeRanksRegister) {
