@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 namespace bsp2::bsplib::detail {
 
@@ -32,8 +34,11 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
   queues_.resize(1);
   try {
     machine = find_machine(load_machines(machine_file()), nprocs_);
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& error) {
     machine.reset();  // an unreadable file means no predictions, not the end of the program
+    static bool told = false;
+    if (pid_ == 0 && !std::exchange(told, true))
+      std::fprintf(stderr, "bsp2::bsplib: %s; there are no predictions\n", error.what());
   }
   begin_ = left_sync_ = MPI_Wtime();
 }
@@ -55,6 +60,7 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
   common.queues = static_cast<std::uint32_t>(queues_.size());
   common.tag_size = next_tag_size_;
   common.argument = argument;
+  common.types = types_;
   common.work_seconds = entered_sync_ - left_sync_;
   common.previous_h = previous_h_;
   std::string text;
@@ -131,10 +137,7 @@ void Engine::exchange(Kind kind, std::uint64_t argument, bool wait) {
 
 /// A collective call that is not a sync. On return all ranks have called the same.
 void Engine::meet(Kind kind, std::uint64_t argument) {
-  if (rejected_ && kind != Kind::error) {
-    const Error error = *rejected_;
-    fail(error.detail(), true);
-  }
+  if (rejected_ && kind != Kind::error) tell();
   exchange(kind, argument, true);
   if (pending_) raise(*pending_);
   phase_ = Phase::idle;
@@ -160,16 +163,33 @@ void Engine::raise(Verdict verdict) {
   }
   phase_ = Phase::idle;
   pending_.reset();
-  verdict_.emplace(verdict.code, verdict.culprit, superstep_, verdict.where, verdict.detail, true);
+  verdict_.emplace(verdict.code, verdict.culprit, superstep_, verdict.where, verdict.detail, true,
+                   verdict.culprit == pid_);
   throw *verdict_;
 }
 
-void Engine::fail(const std::string& why, bool origin) {
+void Engine::fail(const std::string& why) {
   if (verdict_) throw *verdict_;
   if (!rejected_) {
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception", why);
-    rejected_origin_ = origin ? wire::Origin::here : wire::Origin::sub_world;
+    rejected_origin_ = wire::Origin::here;
   }
+  tell();
+}
+
+void Engine::relay(const Error& error) {
+  if (verdict_) throw *verdict_;
+  if (!rejected_) {
+    rejected_.emplace(error.code(), pid_, superstep_, error.where(), error.detail());
+    rejected_origin_ = !error.agreed() ? wire::Origin::here
+                       : error.own()   ? wire::Origin::sub_world_culprit
+                                       : wire::Origin::sub_world;
+  }
+  tell();
+}
+
+/// Of what this rank was refused.
+void Engine::tell() {
   if (closed_) throw *rejected_;
   if (phase_ != Phase::idle) {  // the others count on the superstep that is open
     advance(true);
@@ -182,7 +202,7 @@ void Engine::fail(const std::string& why, bool origin) {
 void Engine::abandon() {
   if (!rejected_)
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception",
-                      "The process left its world by an exception");
+                      "The rank left its world by an exception");
   rejected_origin_ = wire::Origin::left;
   exchange(Kind::error, 0, false);
 }

@@ -98,11 +98,12 @@ std::optional<Registry::Problem> Registry::resolve_null(Id& id) const {
   if (newest > 0) return std::nullopt;
   return Problem{0, "pop_reg",
                  some_null
-                     ? "Tried to deregister NULL on all processes, but could not find a matching regisration"
-                     : "Tried to deregister NULL on all processes, but NULL was never registered"};
+                     ? "Tried to deregister NULL on all ranks, but could not find a matching regisration"
+                     : "Tried to deregister NULL on all ranks, but NULL was never registered"};
 }
 
-/// (Texts as in BSPonMPI, misspelling included: published conformance tests compare them.)
+/// (Texts as in BSPonMPI, misspelling included, once classic_state.cpp says "process": published conformance tests
+/// compare them.)
 /// Finds which registration all ranks mean: those that popped an address name it, those that popped NULL
 /// follow.
 std::optional<Registry::Problem> Registry::resolve_pop(const std::vector<Change>& all, std::size_t index,
@@ -122,7 +123,7 @@ std::optional<Registry::Problem> Registry::resolve_pop(const std::vector<Change>
     if (fits) continue;
     const auto [low, high] = std::minmax(first, rank);
     return Problem{static_cast<int>(rank), "pop_reg",
-                   "Processes " + std::to_string(low) + " and " + std::to_string(high) +
+                   "Ranks " + std::to_string(low) + " and " + std::to_string(high) +
                        " did not pop the same memory registration"};
   }
   return std::nullopt;
@@ -154,7 +155,7 @@ std::optional<Registry::Problem> Registry::commit(const std::vector<Change>& all
       if (all[rank * count + index].pop != all[index].pop)
         return Problem{
             static_cast<int>(rank), "push_reg",
-            "Processes 0 and " + std::to_string(rank) + " registered and popped in different order"};
+            "Ranks 0 and " + std::to_string(rank) + " registered and popped in different order"};
     if (!changes_[index].pop) {
       apply_push(all, index);
       continue;

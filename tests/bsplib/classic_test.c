@@ -118,6 +118,9 @@ static void test_messages(void) {
   bsp_sync();
   bsp_qsize(&count, &bytes);
   CHECK((int)count == 2 * p && (int)bytes == 5 * p);
+  count = 0;
+  bsp_qsize(&count, NULL); /* as MulticoreBSP allows */
+  CHECK((int)count == 2 * p);
   for (t = p - 1; t >= 0; --t) {
     bsp_get_tag(&status, &tag);
     CHECK(status == 2 && tag == 10 * t);
