@@ -72,7 +72,7 @@ void bsp_abort(const char* format, ...) BSP2_PRINTF(1, 2);
 void bsp_abort_va(const char* format, va_list arguments);
 void bsp_vabort(const char* format, va_list arguments);
 
-bsp_nprocs_t bsp_nprocs(void); /* outside the parallel part: how many there can be */
+bsp_nprocs_t bsp_nprocs(void); /* before bsp_begin: how many there can be; afterwards how many take part */
 bsp_pid_t bsp_pid(void);
 double bsp_time(void); /* seconds since bsp_begin, on this process's clock */
 

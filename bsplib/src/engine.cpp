@@ -13,6 +13,12 @@ using wire::Header;
 using wire::Kind;
 using wire::Route;
 
+namespace {
+
+constexpr std::size_t alignment = World::memory_alignment;  // a page, where shared memory begins, has it
+
+}  // namespace
+
 Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
     : comm_(comm), options_(options), staging_(comm, options.staging_bytes), registry_([&] {
         int size = 0;
@@ -241,8 +247,10 @@ std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   for (int rank = 0; rank < nprocs_; ++rank) slot.sizes.push_back(header(rank).argument);
   slot.address = allocate_shared(slot, bytes);
   if (!slot.address) {
-    slot.heap = static_cast<std::byte*>(std::calloc(std::max<std::size_t>(bytes, 1), 1));
+    const std::size_t size = bytes / alignment * alignment + alignment;
+    slot.heap = static_cast<std::byte*>(std::aligned_alloc(alignment, size));
     slot.address = slot.heap;
+    if (slot.heap) std::memset(slot.heap, 0, bytes);
   }
   if (!slot.address) reject(Errc::resource, "allocate", "No memory for " + std::to_string(bytes) + " bytes");
   std::byte* address = slot.address;

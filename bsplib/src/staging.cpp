@@ -1,6 +1,7 @@
 #include "staging.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace bsp2::bsplib {
@@ -71,6 +72,8 @@ Staging::Block Staging::allocate_private(std::size_t bytes) {
     heap = std::move(found->second);
     free_.erase(found);
   } else {
+    // Where needs grow from superstep to superstep, none of the old blocks would ever serve again.
+    if (found == free_.end() && !free_.empty()) free_.erase(std::prev(found));
     heap = {std::unique_ptr<std::byte[]>(new std::byte[size]), size};
   }
   used_[half_].push_back(std::move(heap));

@@ -166,6 +166,27 @@ TEST(ArrayTest, TakesAnyTriviallyCopyableType) {
   EXPECT_EQ(numbers[0].imag(), previous(world));
 }
 
+struct alignas(64) Line {
+  double x[8];
+};
+
+TEST(ArrayTest, MemoryIsAlignedWhateverTheSizes) {
+  for (const std::size_t bytes : {std::size_t{0}, staging}) {
+    World world(MPI_COMM_WORLD, WorldOptions{.staging_bytes = bytes});
+    Array<char> odd(world, 101 + 7 * static_cast<std::size_t>(world.pid()));
+    Array<Line> lines(world, 2);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(odd.begin()) % World::memory_alignment, 0U);
+    EXPECT_EQ(reinterpret_cast<std::uintptr_t>(lines.begin()) % alignof(Line), 0U);
+    const std::vector<Line> sent(2, Line{{1.0 + world.pid()}});
+    const std::vector<char> text(101, 'x');
+    lines.hpput(next(world), sent, 0);
+    odd.hpput(next(world), text, 0);
+    world.sync();
+    EXPECT_EQ(lines[1].x[0], 1.0 + previous(world));
+    EXPECT_TRUE(std::equal(text.begin(), text.end(), odd.begin()));
+  }
+}
+
 TEST(ArrayTest, PartsMayDifferInSizeAndMayBeEmpty) {
   World world;
   Array<int> array(world, static_cast<std::size_t>(world.pid()));

@@ -1,5 +1,6 @@
-// Accounting, prediction, and the file of machines.
+// Accounting, prediction, the file of machines, and how much memory the layer keeps.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <chrono>
 #include <filesystem>
@@ -91,6 +92,26 @@ TEST(Cost, KeepsOnlyTheRecentSupersteps) {
   EXPECT_EQ(world.costs().recent.size(), 5U);
   EXPECT_EQ(world.costs().recent.front().superstep, 7U);
   EXPECT_EQ(world.costs().supersteps, 12U);
+}
+
+/// Puts that grow must not leave the memory of all before them behind: that would be 582 MiB here.
+TEST(Memory, OfGrowingPutsIsGivenBack) {
+  constexpr std::size_t most = std::size_t{12} << 20, step = std::size_t{128} << 10;
+  World world(MPI_COMM_WORLD, WorldOptions{.staging_bytes = 0});
+  std::vector<char> data(most), target(most);
+  Registered<char> shared(world, target);
+  world.sync();
+  const auto peak_mib = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_maxrss / 1024;
+  };
+  const long before = peak_mib();
+  for (std::size_t bytes = step; bytes <= most; bytes += step) {
+    shared.put(world.pid(), std::span<const char>(data).first(bytes), 0);
+    world.sync();
+  }
+  EXPECT_LT(peak_mib() - before, 200);
 }
 
 TEST(MachineFile, KeepsOneMachineANumberOfProcesses) {

@@ -1,5 +1,6 @@
 // Each CASE_... must be refused by the compiler; without one this file compiles.
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bsp2/bsplib/memory.hpp"
@@ -19,6 +20,9 @@ void check([[maybe_unused]] World& world) {
 #endif
 #ifdef CASE_PUT_POINTER
   Array<int*> array(world, 1);
+#endif
+#ifdef CASE_PUT_VIEW
+  Array<std::string_view> array(world, 1);
 #endif
 #ifdef CASE_QUEUE_POINTER
   Queue<const char*> queue(world);

@@ -112,6 +112,8 @@ class Registered : public Distributed<T> {
 /// memory without a transfer. The memory lives until the sync after the destruction.
 template <Travels T>
 class Array : public Distributed<T> {
+  static_assert(alignof(T) <= World::memory_alignment);
+
  public:
   Array(World& world, std::size_t local_size)
       : Array(world, world.allocate(checked(world, local_size)), local_size) {}

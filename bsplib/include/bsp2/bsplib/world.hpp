@@ -7,6 +7,7 @@
 #include <exception>
 #include <memory>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <string>
 #include <string_view>
@@ -20,11 +21,11 @@
 
 namespace bsp2::bsplib {
 
-/// Types whose bytes are their value: these travel by put and get. Pointers do not, they mean nothing
-/// elsewhere.
+/// Types whose bytes are their value: these travel by put and get. Pointers do not, nor what consists of them
+/// (std::span, std::string_view): they mean nothing elsewhere.
 template <class T>
 concept Travels = std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_member_pointer_v<T> &&
-                  !std::is_reference_v<T> && !std::is_const_v<T>;
+                  !std::is_reference_v<T> && !std::is_const_v<T> && !std::ranges::view<T>;
 
 struct WorldOptions {
   /// Staging memory of a rank for the messages within a node, twice this much; what does not fit travels by
@@ -114,12 +115,14 @@ class World {
  public:
   /// Number of registered memory; equal on all ranks.
   using Slot = std::uint32_t;
+  static constexpr std::size_t memory_alignment = 64;  ///< bytes; a cache line
 
   /// Collective over comm, which is duplicated. A boost::mpi::communicator converts to MPI_Comm.
   explicit World(MPI_Comm comm = MPI_COMM_WORLD, WorldOptions options = WorldOptions::from_environment());
   /// As close(), but does not throw. While an exception leaves the scope, it tells the other ranks that this
   /// one failed, so that they do not wait for it.
   ~World();
+  /// Not while arrays, registrations or queues of this world live: they refer to this object.
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
@@ -167,8 +170,8 @@ class World {
   /// Removes the newest registration of an address. Collective. The memory must live until the next sync.
   void pop_reg(const void* address);
   void pop_slot(Slot slot);
-  /// New zeroed memory, registered at once, which ranks of the same node write without a transfer.
-  /// Collective. It is freed at the sync after its pop.
+  /// New zeroed memory, registered at once, which ranks of the same node write without a transfer; it begins
+  /// at a multiple of `memory_alignment`. Collective. It is freed at the sync after its pop.
   std::pair<Slot, std::byte*> allocate(std::size_t bytes);
   std::size_t size_of(Slot slot, int pid) const;  ///< bytes that a rank registered
   /// The newest registration of an address that is in effect. @throws Error if there is none.
