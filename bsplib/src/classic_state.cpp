@@ -104,7 +104,8 @@ std::string place(int rank, std::uint64_t superstep) {
 
 void die(const Error& error) {
   if (!error.agreed() || state.nprocs == 1 || state.engine->pid() == 0)
-    print(classic_name(error.where()) + ": " + in_classic_words(error) + place(error.culprit(), error.superstep()));
+    print(classic_name(error.where()) + ": " + in_classic_words(error) +
+          place(error.culprit(), error.superstep()));
   if (error.agreed()) state.engine->wait_for_all();  // everyone is here; let process 0 finish its message
   end_all();
 }

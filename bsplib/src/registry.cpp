@@ -102,10 +102,9 @@ std::optional<Registry::Problem> Registry::resolve_null(Id& id) const {
                      : "Tried to deregister NULL on all ranks, but NULL was never registered"};
 }
 
-/// (Texts as in BSPonMPI, misspelling included, once classic_state.cpp says "process": published conformance tests
-/// compare them.)
-/// Finds which registration all ranks mean: those that popped an address name it, those that popped NULL
-/// follow.
+/// (Texts as in BSPonMPI, misspelling included, once classic_state.cpp says "process": published conformance
+/// tests compare them.) Finds which registration all ranks mean: those that popped an address name it, those
+/// that popped NULL follow.
 std::optional<Registry::Problem> Registry::resolve_pop(const std::vector<Change>& all, std::size_t index,
                                                        Id& id) const {
   const std::size_t count = changes_.size();
@@ -153,9 +152,8 @@ std::optional<Registry::Problem> Registry::commit(const std::vector<Change>& all
   for (std::size_t index = 0; index < count; ++index) {
     for (std::size_t rank = 1; rank < nprocs_; ++rank)
       if (all[rank * count + index].pop != all[index].pop)
-        return Problem{
-            static_cast<int>(rank), "push_reg",
-            "Ranks 0 and " + std::to_string(rank) + " registered and popped in different order"};
+        return Problem{static_cast<int>(rank), "push_reg",
+                       "Ranks 0 and " + std::to_string(rank) + " registered and popped in different order"};
     if (!changes_[index].pop) {
       apply_push(all, index);
       continue;

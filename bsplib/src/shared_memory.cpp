@@ -48,22 +48,6 @@ std::vector<std::size_t> lay_out(MPI_Comm node, std::size_t bytes) {
   return begins;
 }
 
-/// A new segment; -1 and an empty name if there is none.
-int create(Name& name, std::size_t bytes) {
-  std::random_device random;
-  const auto number = (std::uint64_t{random()} << 32U) | random();
-  std::snprintf(name.data(), name.size(), "/bsp2-%d-%016llx", static_cast<int>(getpid()),
-                static_cast<unsigned long long>(number));
-  const int file = shm_open(name.data(), O_CREAT | O_EXCL | O_RDWR, S_IRUSR | S_IWUSR);
-  if (file >= 0 && ftruncate(file, static_cast<off_t>(bytes)) == 0) return file;
-  if (file >= 0) {
-    shm_unlink(name.data());
-    ::close(file);
-  }
-  name = {};
-  return -1;
-}
-
 /// Takes the bytes from the file system now, since a later lack of them would be a signal.
 bool take(int file, std::size_t begin, std::size_t end) {
   int error = EINTR;
@@ -72,11 +56,30 @@ bool take(int file, std::size_t begin, std::size_t end) {
   return error == 0;
 }
 
-bool leaves_room(int file, std::size_t spare) {
-  struct statvfs system{};
+/// Whether so much is left when `bytes` are taken.
+bool leaves_room(int file, std::size_t bytes, std::size_t spare) {
+  struct statvfs system {};
   if (fstatvfs(file, &system) != 0) return false;
   const bool unlimited = system.f_blocks == 0;
-  return unlimited || system.f_bavail >= spare / system.f_frsize;
+  return unlimited || system.f_bavail >= bytes / system.f_frsize + spare / system.f_frsize;
+}
+
+/// A new segment; -1 and an empty name if there is none. The room is looked at before anybody takes of it:
+/// others must not find the file system full even for a moment.
+int create(Name& name, std::size_t bytes, std::size_t spare) {
+  std::random_device random;
+  const auto number = (std::uint64_t{random()} << 32U) | random();
+  std::snprintf(name.data(), name.size(), "/bsp2-%d-%016llx", static_cast<int>(getpid()),
+                static_cast<unsigned long long>(number));
+  const int file = shm_open(name.data(), O_CREAT | O_EXCL | O_RDWR, S_IRUSR | S_IWUSR);
+  if (file >= 0 && leaves_room(file, bytes, spare) && ftruncate(file, static_cast<off_t>(bytes)) == 0)
+    return file;
+  if (file >= 0) {
+    shm_unlink(name.data());
+    ::close(file);
+  }
+  name = {};
+  return -1;
 }
 
 std::byte* map(int file, std::size_t bytes) {
@@ -95,15 +98,15 @@ bool all_have(MPI_Comm comm, bool mine) {
 SharedMemory::SharedMemory(MPI_Comm node, std::size_t bytes) : begins_(lay_out(node, bytes)) {
   if (begins_.empty()) return;
   const auto rank = static_cast<std::size_t>(rank_in(node));
-  const std::size_t total = begins_.back();
+  const std::size_t total = begins_.back(), spare = spare_bytes * (begins_.size() - 1);
   Name name{};
-  int file = rank == 0 ? create(name, total) : -1;
+  int file = rank == 0 ? create(name, total, spare) : -1;
   MPI_Bcast(name.data(), static_cast<int>(name.size()), MPI_CHAR, 0, node);
   if (name[0] == '\0') return;
   if (rank != 0) file = shm_open(name.data(), O_RDWR, 0);
   const bool taken = all_have(node, file >= 0 && take(file, begins_[rank], begins_[rank + 1]));
   if (rank == 0) shm_unlink(name.data());
-  if (taken && leaves_room(file, spare_bytes * (begins_.size() - 1))) base_ = map(file, total);
+  if (taken && leaves_room(file, 0, spare)) base_ = map(file, total);
   if (file >= 0) ::close(file);
   if (!all_have(node, base_ != nullptr)) release();
 }

@@ -73,7 +73,8 @@ namespace {
 
 /// "gather with root 2 (queue 1)".
 std::string describe(const Call& call) {
-  constexpr const char* names[] = {"sync alone", "broadcast", "gather", "all_gather", "reduce", "scan", "all_to_all"};
+  constexpr const char* names[] = {"sync alone", "broadcast", "gather",    "all_gather",
+                                   "reduce",     "scan",      "all_to_all"};
   std::string text = names[call.function];
   if (call.function == Call::broadcast || call.function == Call::gather)
     text += " with root " + std::to_string(call.root);
@@ -108,9 +109,8 @@ std::optional<Engine::Verdict> Engine::judge_counts() const {
         "Not all ranks registered the same number of memory blocks" + differ(*odd, pushes, "registered")};
   const auto pops = [](const Header& h) { return h.pops; };
   if (const auto odd = odd_one_out(pops))
-    return Verdict{
-        Errc::registration_mismatch, *odd, "sync/pop_reg",
-        "Not all ranks popped the same number of memory blocks" + differ(*odd, pops, "popped")};
+    return Verdict{Errc::registration_mismatch, *odd, "sync/pop_reg",
+                   "Not all ranks popped the same number of memory blocks" + differ(*odd, pops, "popped")};
   const auto sets = [](const Header& h) { return h.tag_sets; };
   if (const auto odd = odd_one_out(sets))
     return Verdict{Errc::tag_mismatch, *odd, "sync/set_tagsize",

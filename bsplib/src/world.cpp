@@ -43,8 +43,9 @@ WorldOptions WorldOptions::from_environment() {
     const char* end = bytes + std::strlen(bytes);
     const auto [rest, problem] = std::from_chars(bytes, end, options.staging_bytes);
     if (problem != std::errc() || rest != end || options.staging_bytes > most)
-      throw Error(Errc::bad_argument, 0, 0, "BSP2_STAGING_BYTES",
-                  "'" + std::string(bytes) + "' is not a number of bytes between 0 and " + std::to_string(most));
+      throw Error(
+          Errc::bad_argument, 0, 0, "BSP2_STAGING_BYTES",
+          "'" + std::string(bytes) + "' is not a number of bytes between 0 and " + std::to_string(most));
   }
   return options;
 }

@@ -2,8 +2,8 @@
 // That none of them hangs is what the time limit of this test is for.
 #include <gtest/gtest.h>
 
-#include <boost/serialization/string.hpp>
 #include <algorithm>
+#include <boost/serialization/string.hpp>
 #include <functional>
 #include <optional>
 #include <stdexcept>
@@ -409,8 +409,7 @@ TEST_F(Agreed, DifferentCollectives) {
           All all(world);
           calls[world.pid() == last(world) ? next : i].second(world, all);
         },
-        Errc::mixed_collectives, culprit,
-        "Rank " + std::to_string(culprit) + " called " + calls[next].first);
+        Errc::mixed_collectives, culprit, "Rank " + std::to_string(culprit) + " called " + calls[next].first);
   }
   expect_agreed(
       [](World& world) {
@@ -423,9 +422,7 @@ TEST_F(Agreed, DifferentCollectives) {
 TEST_F(Agreed, VectorsOfDifferentSizesAreNotBroadcast) {
   std::vector<double> data(ranks() == 1 ? 1 : 10);
   expect_agreed(
-      [&](World& world) {
-        broadcast(world, std::span(data).first(world.pid() == last(world) ? 9 : 10), 0);
-      },
+      [&](World& world) { broadcast(world, std::span(data).first(world.pid() == last(world) ? 9 : 10), 0); },
       Errc::exception, 0, "broadcast: rank " + std::to_string(culprit) + " has 9 elements, the root 10");
 }
 
@@ -488,8 +485,9 @@ TEST_F(Agreed, WorldThatIsLeftTellsWhichCallWasWrong) {
   } catch (const Error& error) {
     seen = error.what();
   }
-  EXPECT_EQ(seen, "put: Writes 4 bytes beyond registered range of 40 bytes at rank 0: 4 bytes at offset 40 (rank " +
-                      std::to_string(culprit) + ", superstep 0)");
+  EXPECT_EQ(seen,
+            "put: Writes 4 bytes beyond registered range of 40 bytes at rank 0: 4 bytes at offset 40 (rank " +
+                std::to_string(culprit) + ", superstep 0)");
 }
 
 /// A world that is left by an exception nobody supervises: the others must not wait for it.

@@ -28,7 +28,8 @@ void use_arrays(World& world) {
     numbers.put(pid, world.pid() + 1, static_cast<std::size_t>(part.pid()));
   part.sync();
   for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (numbers[i] != world.pid() % 2 + 2 * static_cast<int>(i) + 1) world.fail("The part is not what was written");
+    if (numbers[i] != world.pid() % 2 + 2 * static_cast<int>(i) + 1)
+      world.fail("The part is not what was written");
   part.sync();
 }
 

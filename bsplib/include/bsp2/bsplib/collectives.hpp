@@ -40,9 +40,7 @@ class Collectives {
   }
 
   /// All values in the order of ranks, on all ranks. One superstep, h = (p-1) n.
-  std::vector<T> all_gather(const T& value) {
-    return collect(value, Call::all_gather);
-  }
+  std::vector<T> all_gather(const T& value) { return collect(value, Call::all_gather); }
 
   /// op over the values of all ranks, in their order, so it need not commute. One superstep, h = (p-1) n.
   template <class Op>

@@ -33,7 +33,9 @@ class Distributed {
   void get(int pid, std::size_t first, std::span<T> target) {
     get_bytes(pid, offset_of(pid, first), target.data(), target.size_bytes());
   }
-  void get(int pid, std::size_t index, T& target) { get_bytes(pid, offset_of(pid, index), &target, sizeof(T)); }
+  void get(int pid, std::size_t index, T& target) {
+    get_bytes(pid, offset_of(pid, index), &target, sizeof(T));
+  }
   /// Unbuffered: values and target must be left alone until the sync is over.
   void hpput(int pid, std::span<const T> values, std::size_t first) {
     const std::size_t offset = offset_of(pid, first), bytes = values.size_bytes();
@@ -97,7 +99,8 @@ template <Travels T>
 class Registered : public Distributed<T> {
  public:
   Registered(World& world, std::span<T> local)
-      : Distributed<T>(world, Distributed<T>::declared(world).push_reg(local.data(), local.size_bytes())), local_(local) {}
+      : Distributed<T>(world, Distributed<T>::declared(world).push_reg(local.data(), local.size_bytes())),
+        local_(local) {}
 
   std::span<T> local() const { return local_; }
 

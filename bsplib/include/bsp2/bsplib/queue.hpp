@@ -59,10 +59,7 @@ class Queue {
     T value;
   };
 
-  explicit Queue(World& world) : world_(&world), number_(world.new_queue()) {
-    world.declare<T>();
-  }
-
+  explicit Queue(World& world) : world_(&world), number_(world.new_queue()) { world.declare<T>(); }
 
   /// Sends a copy. @throws Error if there is no such rank; what Boost.Serialization throws.
   void send(int pid, const T& value) {

@@ -48,7 +48,8 @@ class OpenSuperstep;
 
 namespace detail {
 
-/// A collective function that is part of a superstep. Ranks compare them at the sync: all must be in the same.
+/// A collective function that is part of a superstep. Ranks compare them at the sync: all must be in the
+/// same.
 struct Call {
   enum Function : std::uint8_t { none, broadcast, gather, all_gather, reduce, scan, all_to_all };
   Function function = none;
@@ -60,7 +61,8 @@ struct Call {
 template <class T>
 std::uint64_t type_hash() {
   std::uint64_t hash = 14695981039346656037U + sizeof(T);
-  for (const char c : std::string_view(typeid(T).name())) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
+  for (const char c : std::string_view(typeid(T).name()))
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
   return hash;
 }
 
@@ -149,8 +151,8 @@ class World {
   /// return.
   /// @throws Error, agreed, with this text.
   [[noreturn]] void fail(const std::string& why);
-  /// As fail(), for an error that this rank got: the same code, function and text. One of a sub-world yields to
-  /// failures that arose in this world; its culprit becomes that rank's number here.
+  /// As fail(), for an error that this rank got: the same code, function and text. One of a sub-world yields
+  /// to failures that arose in this world; its culprit becomes that rank's number here.
   [[noreturn]] void relay(const Error& error);
   /// Says that this rank now makes something that all ranks must make of the same type; compared by the next
   /// collective call. Queues and arrays do so.
