@@ -21,7 +21,8 @@ Staging::Staging(MPI_Comm comm, std::size_t half_bytes) {
   int size = 0;
   MPI_Comm_size(comm, &size);
   peers_.assign(static_cast<std::size_t>(size), nullptr);
-  data_bytes_ = aligned(half_bytes);
+  constexpr std::size_t more_than_any = std::size_t{1} << 46U;  // so that no sum overflows
+  data_bytes_ = aligned(std::min(half_bytes, more_than_any));
   if (size > 1 && half_bytes > 0) share(comm, data_bytes_ + aligned(data_bytes_ / 1024 + stream_room));
 }
 

@@ -196,12 +196,14 @@ TEST(AgreedAlways, MemoryThatNoMachineHas) {
 }
 
 TEST(SharedMemoryTest, StagingLargerThanTheMachineIsReplacedByMessages) {
-  World world(MPI_COMM_WORLD, {.staging_bytes = std::size_t{1} << 45U});
-  const std::vector<char> data(100000, 'x');
-  Array<char> array(world, data.size());
-  array.put((world.pid() + 1) % world.nprocs(), data, 0);
-  world.sync();
-  EXPECT_TRUE(std::ranges::equal(array.local(), data));
+  for (const std::size_t bytes : {std::size_t{1} << 45U, std::size_t{1} << 63U, ~std::size_t{0}}) {
+    World world(MPI_COMM_WORLD, {.staging_bytes = bytes});
+    const std::vector<char> data(100000, 'x');
+    Array<char> array(world, data.size());
+    array.put((world.pid() + 1) % world.nprocs(), data, 0);
+    world.sync();
+    EXPECT_TRUE(std::ranges::equal(array.local(), data));
+  }
 }
 
 TEST_F(Agreed, SomeRanksRegister) {
