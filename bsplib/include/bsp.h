@@ -100,7 +100,7 @@ void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp
 /* Sets the size of tags, from the next superstep on. Collective. The size set before comes back. */
 void bsp_set_tagsize(bsp_size_t* tag_nbytes);
 void bsp_send(bsp_pid_t pid, const void* tag, const void* payload, bsp_size_t payload_nbytes);
-/* Messages left in the queue, and the bytes of their payloads. */
+/* Messages left in the queue, and the bytes of their payloads. With BSP2_MULTICORE_BSP the second pointer may be NULL. */
 void bsp_qsize(bsp_nprocs_t* nmessages, bsp_size_t* accum_nbytes);
 /* Size of the first message's payload, -1 if there is none, and its tag. */
 void bsp_get_tag(bsp_size_t* status, void* tag);

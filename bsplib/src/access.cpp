@@ -16,6 +16,7 @@ std::string address_of(const void* p) {
 }  // namespace
 
 void Engine::reject(Errc code, const char* where, std::string detail) {
+  if (verdict_) throw *verdict_;
   Error error(code, pid_, superstep_, where, std::move(detail));
   if (!rejected_) {
     rejected_ = error;
@@ -35,7 +36,7 @@ Outbox& Engine::outbox(int pid, const char* caller) {
   check_usable(caller);
   if (pid < 0 || pid >= nprocs_)
     reject(Errc::bad_argument, caller,
-           "The process ID " + std::to_string(pid) + " does not exist, there are " + std::to_string(nprocs_));
+           "Rank " + std::to_string(pid) + " does not exist, there are " + std::to_string(nprocs_));
   return out(pid);
 }
 
@@ -48,7 +49,8 @@ void Engine::check_range(const char* caller, const char* verb, int pid, Registry
   const std::size_t beyond = offset > size ? bytes + (offset - size) : bytes - (size - offset);
   reject(Errc::out_of_range, caller,
          std::string(verb) + " " + std::to_string(beyond) + " bytes beyond registered range of " +
-             std::to_string(size) + " bytes at process " + std::to_string(pid));
+             std::to_string(size) + " bytes at rank " + std::to_string(pid) + ": " + std::to_string(bytes) +
+             " bytes at offset " + std::to_string(offset));
 }
 
 Registry::Id Engine::slot_of(const void* address, const char* caller) {

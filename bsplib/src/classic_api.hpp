@@ -149,14 +149,16 @@ struct Api {
 
   static void set_tagsize(Size* bytes) {
     auto& world = engine("bsp_set_tagsize");
-    if (!bytes) die("bsp_set_tagsize", "NULL ptr as argument is now allowed");
+    if (!bytes) die("bsp_set_tagsize", "NULL ptr as argument is now allowed: it must point to the tag size");
     if (negative(*bytes)) die("bsp_set_tagsize", "Tag size may not be negative");
     guarded([&] { *bytes = static_cast<Size>(world.set_tagsize(static_cast<std::size_t>(*bytes))); });
   }
 
   static void send(Pid to, const void* tag, const void* payload, Size bytes) {
     auto& world = engine("bsp_send");
-    if (pid(to) < 0 || pid(to) >= world.nprocs()) die("bsp_send", "The source process ID does not exist");
+    if (pid(to) < 0 || pid(to) >= world.nprocs())
+      die("bsp_send", "The source process ID does not exist: there is no process " + std::to_string(to) +
+                          " to send to, there are " + std::to_string(world.nprocs()));
     if (negative(bytes)) die("bsp_send", "Payload size may not be negative");
     if (!payload && bytes != 0) die("bsp_send", "payload may not be NULL if its size is non-zero");
     if (!tag && world.tagsize() > 0) die("bsp_send", "tag may not be NULL if the tag size is non-zero");
@@ -168,10 +170,13 @@ struct Api {
 
   static void qsize(Nprocs* count, Size* bytes) {
     auto& world = engine("bsp_qsize");
-    if (!count || !bytes) die("bsp_qsize", "both arguments may not be NULL");
+    constexpr bool bytes_wanted = std::is_signed_v<Size>;  // MulticoreBSP leaves it to the program
+    if (!count || (bytes_wanted && !bytes))
+      die("bsp_qsize", bytes_wanted ? "both arguments may not be NULL, nor may one"
+                                    : "The first argument may not be NULL");
     *count =
         narrow<Nprocs>(world.messages(0).size() - state.next_message, "bsp_qsize", "The number of messages");
-    *bytes = narrow<Size>(state.bytes_left, "bsp_qsize", "The size of all messages");
+    if (bytes) *bytes = narrow<Size>(state.bytes_left, "bsp_qsize", "The size of all messages");
   }
 
   static const Message* front(detail::Engine& world) {
@@ -186,7 +191,7 @@ struct Api {
 
   static void get_tag(Size* status, void* tag) {
     auto& world = engine("bsp_get_tag");
-    if (!status) die("bsp_get_tag", "first arguments may not be NULL");
+    if (!status) die("bsp_get_tag", "first arguments may not be NULL: it is where the size goes");
     const std::size_t bytes = world.received_tagsize();
     if (!tag && bytes > 0)
       die("bsp_get_tag", "tag must point to a block of available memory of at least " +

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <regex>
 
 #include "bsp.h"
 
@@ -78,6 +79,23 @@ std::string classic_name(const std::string& where) {
   return name;
 }
 
+/// What the layer says of ranks, in the words of BSPlib.
+std::string in_classic_words(const Error& error) {
+  if (error.code() == Errc::ended_early)
+    return "Some processes have called bsp_sync, while others have called bsp_end instead";  // as in BSPonMPI
+  static const std::regex rank("\\b(r|R)ank(s?)\\b");
+  std::string text;
+  const std::string& detail = error.detail();
+  std::size_t at = 0;
+  for (std::sregex_iterator match(detail.begin(), detail.end(), rank), none; match != none; ++match) {
+    text += detail.substr(at, static_cast<std::size_t>(match->position()) - at);
+    text += (*match)[1] == "R" ? "Process" : "process";
+    if ((*match)[2].length() > 0) text += "es";
+    at = static_cast<std::size_t>(match->position() + match->length());
+  }
+  return text + detail.substr(at);
+}
+
 std::string place(int rank, std::uint64_t superstep) {
   return " (process " + std::to_string(rank) + ", superstep " + std::to_string(superstep) + ")";
 }
@@ -86,7 +104,8 @@ std::string place(int rank, std::uint64_t superstep) {
 
 void die(const Error& error) {
   if (!error.agreed() || state.nprocs == 1 || state.engine->pid() == 0)
-    print(classic_name(error.where()) + ": " + error.detail() + place(error.culprit(), error.superstep()));
+    print(classic_name(error.where()) + ": " + in_classic_words(error) +
+          place(error.culprit(), error.superstep()));
   if (error.agreed()) state.engine->wait_for_all();  // everyone is here; let process 0 finish its message
   end_all();
 }
@@ -99,6 +118,7 @@ void die(const char* function, const std::string& message) {
 }
 
 void abort_with(const char* format, va_list arguments) {
+  if (!format) die("bsp_abort", "The message is NULL");
   va_list again;
   va_copy(again, arguments);
   const int length = std::vsnprintf(nullptr, 0, format, arguments);
@@ -146,8 +166,12 @@ void begin(long long maxprocs) {
     state.ended = true;
     std::exit(EXIT_SUCCESS);
   }
-  state.engine =
-      std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), std::span(classic_runs));
+  try {
+    state.engine =
+        std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), std::span(classic_runs));
+  } catch (const Error& error) {
+    die("bsp_begin", error.where() + ": " + error.detail());
+  }
   state.runs = state.engine->runs();
 }
 
@@ -166,7 +190,7 @@ void end() {
 void sync() {
   detail::Engine& world = engine("bsp_sync");
   try {
-    world.sync();
+    world.sync({});
   } catch (const Error& error) {
     die(error);
   }

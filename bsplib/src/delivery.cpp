@@ -57,22 +57,19 @@ void transmit(const std::byte* data, std::size_t bytes, int to, int tag, MPI_Com
 
 }  // namespace
 
-void Engine::start_sync() {
-  if (rejected_) {
-    const Error error = *rejected_;
-    fail(error.detail(), true);
-  }
-  exchange(Kind::sync, 0, false);
+void Engine::start_sync(const Call& call) {
+  if (rejected_) tell();
+  exchange(Kind::sync, wire::pack(call), false);
 }
 
 void Engine::open_sync() {
   check_usable("open");
-  start_sync();
+  start_sync({});
 }
 
-void Engine::sync() {
+void Engine::sync(const Call& call) {
   check_usable("sync");
-  start_sync();
+  start_sync(call);
   advance(true);
   finish_sync();
 }

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 namespace bsp2::bsplib::detail {
 
@@ -13,13 +15,7 @@ using wire::Route;
 
 namespace {
 
-constexpr std::size_t alignment = World::memory_alignment;
-
-/// The next aligned place. MPI puts the parts of a window one after the other, whatever their sizes. Pages
-/// are mapped whole, so all ranks see the same place.
-std::byte* aligned(std::byte* place) {
-  return place + (alignment - reinterpret_cast<std::uintptr_t>(place) % alignment) % alignment;
-}
+constexpr std::size_t alignment = World::memory_alignment;  // a page, where shared memory begins, has it
 
 }  // namespace
 
@@ -44,8 +40,11 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
   queues_.resize(1);
   try {
     machine = find_machine(load_machines(machine_file()), nprocs_);
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& error) {
     machine.reset();  // an unreadable file means no predictions, not the end of the program
+    static bool told = false;
+    if (pid_ == 0 && !std::exchange(told, true))
+      std::fprintf(stderr, "bsp2::bsplib: %s; there are no predictions\n", error.what());
   }
   begin_ = left_sync_ = MPI_Wtime();
 }
@@ -67,6 +66,7 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
   common.queues = static_cast<std::uint32_t>(queues_.size());
   common.tag_size = next_tag_size_;
   common.argument = argument;
+  common.types = types_;
   common.work_seconds = entered_sync_ - left_sync_;
   common.previous_h = previous_h_;
   std::string text;
@@ -143,10 +143,7 @@ void Engine::exchange(Kind kind, std::uint64_t argument, bool wait) {
 
 /// A collective call that is not a sync. On return all ranks have called the same.
 void Engine::meet(Kind kind, std::uint64_t argument) {
-  if (rejected_ && kind != Kind::error) {
-    const Error error = *rejected_;
-    fail(error.detail(), true);
-  }
+  if (rejected_ && kind != Kind::error) tell();
   exchange(kind, argument, true);
   if (pending_) raise(*pending_);
   phase_ = Phase::idle;
@@ -172,16 +169,33 @@ void Engine::raise(Verdict verdict) {
   }
   phase_ = Phase::idle;
   pending_.reset();
-  verdict_.emplace(verdict.code, verdict.culprit, superstep_, verdict.where, verdict.detail, true);
+  verdict_.emplace(verdict.code, verdict.culprit, superstep_, verdict.where, verdict.detail, true,
+                   verdict.culprit == pid_);
   throw *verdict_;
 }
 
-void Engine::fail(const std::string& why, bool origin) {
+void Engine::fail(const std::string& why) {
   if (verdict_) throw *verdict_;
   if (!rejected_) {
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception", why);
-    rejected_origin_ = origin ? wire::Origin::here : wire::Origin::sub_world;
+    rejected_origin_ = wire::Origin::here;
   }
+  tell();
+}
+
+void Engine::relay(const Error& error) {
+  if (verdict_) throw *verdict_;
+  if (!rejected_) {
+    rejected_.emplace(error.code(), pid_, superstep_, error.where(), error.detail());
+    rejected_origin_ = !error.agreed() ? wire::Origin::here
+                       : error.own()   ? wire::Origin::sub_world_culprit
+                                       : wire::Origin::sub_world;
+  }
+  tell();
+}
+
+/// Of what this rank was refused.
+void Engine::tell() {
   if (closed_) throw *rejected_;
   if (phase_ != Phase::idle) {  // the others count on the superstep that is open
     advance(true);
@@ -194,7 +208,7 @@ void Engine::fail(const std::string& why, bool origin) {
 void Engine::abandon() {
   if (!rejected_)
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception",
-                      "The process left its world by an exception");
+                      "The rank left its world by an exception");
   rejected_origin_ = wire::Origin::left;
   exchange(Kind::error, 0, false);
 }
@@ -225,7 +239,8 @@ std::unique_ptr<Engine> Engine::split(int color, int key) {
 
 std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   check_usable("allocate");
-  if (bytes > ~std::size_t{0} / 2)
+  constexpr std::size_t address_space = std::size_t{1} << 47U;
+  if (bytes >= address_space)
     reject(Errc::resource, "allocate", "No memory for " + std::to_string(bytes) + " bytes");
   meet(Kind::allocate, bytes);
   Registry::Slot slot;
@@ -242,29 +257,17 @@ std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   return {registry_.adopt(std::move(slot)), address};
 }
 
-/// Memory that the ranks of this node reach; null if MPI grants none.
+/// Memory that the ranks of this node reach; null if there is not enough.
 std::byte* Engine::allocate_shared(Registry::Slot& slot, std::size_t bytes) {
   if (staging_.node() == MPI_COMM_NULL) return nullptr;
-  void* base = nullptr;
-  const std::size_t size = bytes + alignment;
-  const bool granted = MPI_Win_allocate_shared(static_cast<MPI_Aint>(size), 1, MPI_INFO_NULL, staging_.node(),
-                                               &base, &slot.window) == MPI_SUCCESS;
-  if (!all_have(staging_.node(), granted)) {
-    slot.window = MPI_WIN_NULL;
-    return nullptr;
-  }
-  slot.memory = shared_parts(comm_, staging_.node(), slot.window);
-  for (std::byte*& part : slot.memory) part = aligned(part);
-  std::byte* own = aligned(static_cast<std::byte*>(base));
-  std::memset(own, 0, bytes);
-  return own;
+  slot.shared = SharedMemory(staging_.node(), bytes);
+  if (slot.shared.empty()) return nullptr;
+  slot.memory = parts_by_rank(comm_, staging_.node(), slot.shared);
+  return slot.memory[static_cast<std::size_t>(pid_)];
 }
 
 void Engine::free_released(bool everything) {
-  for (auto& slot : registry_.take_released(everything)) {
-    if (slot.window != MPI_WIN_NULL) MPI_Win_free(&slot.window);
-    std::free(slot.heap);
-  }
+  for (const auto& slot : registry_.take_released(everything)) std::free(slot.heap);
 }
 
 }  // namespace bsp2::bsplib::detail

@@ -44,14 +44,15 @@ class Engine {
   std::span<bsp2_runs> runs() { return runs_; }
   std::shared_ptr<bsp2_runs[]> own_runs() { return own_runs_; }  ///< null if there was room
 
-  void sync();
+  void sync(const Call& call);
   void open_sync();
   bool advance(bool wait);
   void finish_sync();
   void close();
-  /// Takes part in whatever the others do, to tell them. @param origin whether the failure arose in this
-  /// world.
-  [[noreturn]] void fail(const std::string& why, bool origin);
+  /// Takes part in whatever the others do, to tell them.
+  [[noreturn]] void fail(const std::string& why);
+  [[noreturn]] void relay(const Error& error);
+  void declare_type(std::uint64_t hash) { types_ = (types_ ^ hash) * 1099511628211U; }
   /// Tells the others that this rank has left, but does not wait for them: they may wait for it in another
   /// world. The engine must live on, since MPI still reads it.
   void abandon();
@@ -131,7 +132,8 @@ class Engine {
   static constexpr int few_ranks = 32;
 
   // engine.cpp: the collective calls
-  void start_sync();
+  void start_sync(const Call& call);
+  [[noreturn]] void tell();
   void check_usable(const char* caller);
   void exchange(wire::Kind kind, std::uint64_t argument, bool wait);
   void meet(wire::Kind kind, std::uint64_t argument);
@@ -148,6 +150,7 @@ class Engine {
   std::optional<Verdict> judge() const;
   std::optional<Verdict> judge_errors() const;
   std::optional<Verdict> judge_kinds() const;
+  std::optional<Verdict> judge_calls() const;
   std::optional<Verdict> judge_counts() const;
   template <class Get>
   std::optional<int> odd_one_out(Get&& get) const;
@@ -222,6 +225,7 @@ class Engine {
 
   std::size_t tag_size_ = 0, next_tag_size_ = 0, received_tag_size_ = 0;
   std::uint32_t tag_sets_ = 0;
+  std::uint64_t types_ = 0;
   std::uint64_t previous_h_ = 0, bytes_out_ = 0, bytes_in_ = 0;
 
   std::optional<Error> rejected_;  ///< an error of this rank that the others do not know yet

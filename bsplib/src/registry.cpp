@@ -98,13 +98,13 @@ std::optional<Registry::Problem> Registry::resolve_null(Id& id) const {
   if (newest > 0) return std::nullopt;
   return Problem{0, "pop_reg",
                  some_null
-                     ? "Tried to deregister NULL on all processes, but could not find a matching regisration"
-                     : "Tried to deregister NULL on all processes, but NULL was never registered"};
+                     ? "Tried to deregister NULL on all ranks, but could not find a matching regisration"
+                     : "Tried to deregister NULL on all ranks, but NULL was never registered"};
 }
 
-/// (Texts as in BSPonMPI, misspelling included: published conformance tests compare them.)
-/// Finds which registration all ranks mean: those that popped an address name it, those that popped NULL
-/// follow.
+/// (Texts as in BSPonMPI, misspelling included, once classic_state.cpp says "process": published conformance
+/// tests compare them.) Finds which registration all ranks mean: those that popped an address name it, those
+/// that popped NULL follow.
 std::optional<Registry::Problem> Registry::resolve_pop(const std::vector<Change>& all, std::size_t index,
                                                        Id& id) const {
   const std::size_t count = changes_.size();
@@ -122,7 +122,7 @@ std::optional<Registry::Problem> Registry::resolve_pop(const std::vector<Change>
     if (fits) continue;
     const auto [low, high] = std::minmax(first, rank);
     return Problem{static_cast<int>(rank), "pop_reg",
-                   "Processes " + std::to_string(low) + " and " + std::to_string(high) +
+                   "Ranks " + std::to_string(low) + " and " + std::to_string(high) +
                        " did not pop the same memory registration"};
   }
   return std::nullopt;
@@ -142,7 +142,7 @@ void Registry::apply_push(const std::vector<Change>& all, std::size_t index) {
 void Registry::free_slot(Id id) {
   Slot& slot = slots_[id];
   if (slot.address) drop(effective_, slot.address, id);
-  if (slot.window != MPI_WIN_NULL || slot.heap) released_.push_back(slot);
+  if (!slot.shared.empty() || slot.heap) released_.push_back(std::move(slot));
   slot = Slot{};
   free_.push_back(id);
 }
@@ -152,9 +152,8 @@ std::optional<Registry::Problem> Registry::commit(const std::vector<Change>& all
   for (std::size_t index = 0; index < count; ++index) {
     for (std::size_t rank = 1; rank < nprocs_; ++rank)
       if (all[rank * count + index].pop != all[index].pop)
-        return Problem{
-            static_cast<int>(rank), "push_reg",
-            "Processes 0 and " + std::to_string(rank) + " registered and popped in different order"};
+        return Problem{static_cast<int>(rank), "push_reg",
+                       "Ranks 0 and " + std::to_string(rank) + " registered and popped in different order"};
     if (!changes_[index].pop) {
       apply_push(all, index);
       continue;
@@ -175,7 +174,7 @@ std::optional<Registry::Problem> Registry::commit(const std::vector<Change>& all
 std::vector<Registry::Slot> Registry::take_released(bool everything) {
   if (everything)
     for (Slot& slot : slots_)
-      if (slot.in_use && (slot.window != MPI_WIN_NULL || slot.heap))
+      if (slot.in_use && (!slot.shared.empty() || slot.heap))
         released_.push_back(std::exchange(slot, Slot{}));
   return std::exchange(released_, {});
 }

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <mpi.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "bsp2/bsplib/error.hpp"
+#include "shared_memory.hpp"
 
 namespace bsp2::bsplib {
 
@@ -27,7 +26,7 @@ class Registry {
     std::byte* address = nullptr;
     std::vector<std::size_t> sizes;  ///< by rank; null_size where NULL was registered
     std::vector<std::byte*> memory;  ///< by rank: where we can write it directly; empty if nowhere
-    MPI_Win window = MPI_WIN_NULL;   ///< of memory that the layer allocated
+    SharedMemory shared;             ///< memory that the layer allocated
     std::byte* heap = nullptr;       ///< the same, where there is no shared memory
     std::uint64_t order = 0;         ///< age
     bool in_use = false, effective = false;

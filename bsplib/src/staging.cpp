@@ -17,40 +17,12 @@ std::size_t aligned(std::size_t n) {
 
 }  // namespace
 
-bool all_have(MPI_Comm comm, bool mine) {
-  int have = mine, all = 0;
-  MPI_Allreduce(&have, &all, 1, MPI_INT, MPI_MIN, comm);
-  return all != 0;
-}
-
-std::vector<std::byte*> shared_parts(MPI_Comm comm, MPI_Comm node, MPI_Win window) {
-  int size = 0, node_size = 0;
-  MPI_Comm_size(comm, &size);
-  MPI_Comm_size(node, &node_size);
-  std::vector<std::byte*> parts(static_cast<std::size_t>(size), nullptr);
-  std::vector<int> ranks(static_cast<std::size_t>(node_size)), in_comm(ranks.size());
-  for (int i = 0; i < node_size; ++i) ranks[static_cast<std::size_t>(i)] = i;
-  MPI_Group group, node_group;
-  MPI_Comm_group(comm, &group);
-  MPI_Comm_group(node, &node_group);
-  MPI_Group_translate_ranks(node_group, node_size, ranks.data(), group, in_comm.data());
-  for (int i = 0; i < node_size; ++i) {
-    MPI_Aint bytes = 0;
-    int unit = 1;
-    void* base = nullptr;
-    MPI_Win_shared_query(window, i, &bytes, &unit, &base);
-    parts[static_cast<std::size_t>(in_comm[static_cast<std::size_t>(i)])] = static_cast<std::byte*>(base);
-  }
-  MPI_Group_free(&group);
-  MPI_Group_free(&node_group);
-  return parts;
-}
-
 Staging::Staging(MPI_Comm comm, std::size_t half_bytes) {
   int size = 0;
   MPI_Comm_size(comm, &size);
   peers_.assign(static_cast<std::size_t>(size), nullptr);
-  data_bytes_ = aligned(half_bytes);
+  constexpr std::size_t more_than_any = std::size_t{1} << 46U;  // so that no sum overflows
+  data_bytes_ = aligned(std::min(half_bytes, more_than_any));
   if (size > 1 && half_bytes > 0) share(comm, data_bytes_ + aligned(data_bytes_ / 1024 + stream_room));
 }
 
@@ -59,23 +31,19 @@ void Staging::share(MPI_Comm comm, std::size_t half_bytes) {
   int node_size = 0;
   MPI_Comm_size(node_, &node_size);
   if (node_size == 1) return;
-  MPI_Comm_set_errhandler(node_, MPI_ERRORS_RETURN);
-  void* base = nullptr;
-  const bool granted = MPI_Win_allocate_shared(static_cast<MPI_Aint>(2 * half_bytes), 1, MPI_INFO_NULL, node_,
-                                               &base, &window_) == MPI_SUCCESS;
-  if (!all_have(node_, granted)) {
-    window_ = MPI_WIN_NULL;
-    return;
-  }
-  peers_ = shared_parts(comm, node_, window_);
-  base_ = static_cast<std::byte*>(base);
+  memory_ = SharedMemory(node_, 2 * half_bytes);
+  if (memory_.empty()) return;
+  peers_ = parts_by_rank(comm, node_, memory_);
+  int rank = 0;
+  MPI_Comm_rank(node_, &rank);
+  base_ = memory_.part(rank);
   half_bytes_ = half_bytes;
 }
 
 Staging::~Staging() = default;
 
 void Staging::release() {
-  if (window_ != MPI_WIN_NULL) MPI_Win_free(&window_);
+  memory_.release();
   if (node_ != MPI_COMM_NULL) MPI_Comm_free(&node_);
   half_bytes_ = 0;
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "shared_memory.hpp"
 #include "wire.hpp"
 
 namespace bsp2::bsplib {
@@ -25,7 +26,7 @@ class Staging {
     std::size_t where = wire::nowhere;  ///< offset for the other ranks, or nowhere
   };
 
-  /// Collective over comm. Shared memory is used where MPI grants it.
+  /// Collective over comm. Shared memory is used where there is enough.
   Staging(MPI_Comm comm, std::size_t half_bytes);
   ~Staging();
   Staging(const Staging&) = delete;
@@ -46,18 +47,18 @@ class Staging {
   /// Where another rank's staging memory is in this address space; null if it is on another node.
   std::byte* peer(int rank) const { return peers_[static_cast<std::size_t>(rank)]; }
   /// The ranks that share memory; null if there is none.
-  MPI_Comm node() const { return window_ == MPI_WIN_NULL ? MPI_COMM_NULL : node_; }
+  MPI_Comm node() const { return memory_.empty() ? MPI_COMM_NULL : node_; }
   /// Leaves such a block only so many bytes.
   void shrink(Block& block, std::size_t bytes);
   /// After a sync: the other half's turn.
   void flip();
-  /// Collective: gives the shared memory back. Without it the memory lives until MPI ends.
+  /// Collective: gives the shared memory back.
   void release();
 
  private:
   void share(MPI_Comm comm, std::size_t half_bytes);
   MPI_Comm node_ = MPI_COMM_NULL;
-  MPI_Win window_ = MPI_WIN_NULL;
+  SharedMemory memory_;
   std::byte* base_ = nullptr;
   std::size_t half_bytes_ = 0, top_ = 0;
   std::size_t data_bytes_ = 0;  ///< of a half: where data beside streams ends
@@ -70,11 +71,5 @@ class Staging {
   std::multimap<std::size_t, Heap> free_;
   std::vector<Heap> used_[2];
 };
-
-/// Whether all ranks say yes. Collective.
-bool all_have(MPI_Comm comm, bool mine);
-
-/// Where the ranks of `comm` that share memory with us have their part of a window; null for the others.
-std::vector<std::byte*> shared_parts(MPI_Comm comm, MPI_Comm node, MPI_Win window);
 
 }  // namespace bsp2::bsplib

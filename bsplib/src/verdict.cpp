@@ -59,44 +59,74 @@ std::optional<Engine::Verdict> Engine::judge_kinds() const {
   }
   if (early >= 0 && only_sync_and_end)
     return Verdict{Errc::ended_early, early, "sync/end",
-                   "Some processes have called bsp_sync, while others have called bsp_end instead"};
+                   "Rank " + std::to_string(early) + " left the world, while others synchronize"};
   const int other = *odd == 0 ? 1 : 0;
   const auto name = [&](int rank) {
     return std::string(wire::kind_names[static_cast<unsigned>(kind(header(rank)))]);
   };
   return Verdict{early >= 0 ? Errc::ended_early : Errc::mixed_collectives, early >= 0 ? early : *odd, "sync",
-                 "Process " + std::to_string(*odd) + " called " + name(*odd) + " while process " +
+                 "Rank " + std::to_string(*odd) + " called " + name(*odd) + " while rank " +
+                     std::to_string(other) + " called " + name(other)};
+}
+
+namespace {
+
+/// "gather with root 2 (queue 1)".
+std::string describe(const Call& call) {
+  constexpr const char* names[] = {"sync alone", "broadcast", "gather",    "all_gather",
+                                   "reduce",     "scan",      "all_to_all"};
+  std::string text = names[call.function];
+  if (call.function == Call::broadcast || call.function == Call::gather)
+    text += " with root " + std::to_string(call.root);
+  if (call.queue > 0) text += " (queue " + std::to_string(call.queue) + ")";
+  return text;
+}
+
+}  // namespace
+
+std::optional<Engine::Verdict> Engine::judge_calls() const {
+  if (header(0).kind != Kind::sync) return std::nullopt;
+  const auto argument = [](const Header& h) { return h.argument; };
+  const auto odd = odd_one_out(argument);
+  if (!odd) return std::nullopt;
+  const int other = *odd == 0 ? 1 : 0;
+  const auto name = [&](int rank) { return describe(wire::unpack_call(argument(header(rank)))); };
+  return Verdict{Errc::mixed_collectives, *odd, "sync",
+                 "Rank " + std::to_string(*odd) + " called " + name(*odd) + " while rank " +
                      std::to_string(other) + " called " + name(other)};
 }
 
 std::optional<Engine::Verdict> Engine::judge_counts() const {
   const auto differ = [&](int rank, auto get, const char* what) {
     const int other = rank == 0 ? 1 : 0;
-    return ": process " + std::to_string(rank) + " " + what + " " + std::to_string(get(header(rank))) +
-           ", process " + std::to_string(other) + " " + std::to_string(get(header(other)));
+    return ": rank " + std::to_string(rank) + " " + what + " " + std::to_string(get(header(rank))) +
+           ", rank " + std::to_string(other) + " " + std::to_string(get(header(other)));
   };
   const auto pushes = [](const Header& h) { return h.pushes; };
   if (const auto odd = odd_one_out(pushes))
     return Verdict{
         Errc::registration_mismatch, *odd, "sync/push_reg",
-        "Not all processes registered the same number of memory blocks" + differ(*odd, pushes, "registered")};
+        "Not all ranks registered the same number of memory blocks" + differ(*odd, pushes, "registered")};
   const auto pops = [](const Header& h) { return h.pops; };
   if (const auto odd = odd_one_out(pops))
-    return Verdict{
-        Errc::registration_mismatch, *odd, "sync/pop_reg",
-        "Not all processes popped the same number of memory blocks" + differ(*odd, pops, "popped")};
+    return Verdict{Errc::registration_mismatch, *odd, "sync/pop_reg",
+                   "Not all ranks popped the same number of memory blocks" + differ(*odd, pops, "popped")};
   const auto sets = [](const Header& h) { return h.tag_sets; };
   if (const auto odd = odd_one_out(sets))
     return Verdict{Errc::tag_mismatch, *odd, "sync/set_tagsize",
-                   "Not all processes set the tag size same number of times" + differ(*odd, sets, "set it")};
+                   "Not all ranks set the tag size same number of times" + differ(*odd, sets, "set it")};
   const auto size = [](const Header& h) { return h.tag_size; };
   if (const auto odd = odd_one_out(size))
     return Verdict{Errc::tag_mismatch, *odd, "sync/set_tagsize",
-                   "Not all processes announced the same tag size" + differ(*odd, size, "announced")};
+                   "Not all ranks announced the same tag size" + differ(*odd, size, "announced")};
   const auto queues = [](const Header& h) { return h.queues; };
   if (const auto odd = odd_one_out(queues))
     return Verdict{Errc::mixed_collectives, *odd, "sync/new_queue",
-                   "Not all processes have the same number of queues" + differ(*odd, queues, "has")};
+                   "Not all ranks have the same number of queues" + differ(*odd, queues, "has")};
+  const auto types = [](const Header& h) { return h.types; };
+  if (const auto odd = odd_one_out(types))
+    return Verdict{Errc::mixed_collectives, *odd, "sync",
+                   "Not all ranks made their queues and arrays of the same types, in the same order"};
   return std::nullopt;
 }
 
@@ -105,6 +135,7 @@ std::optional<Engine::Verdict> Engine::judge() const {
   if (auto verdict = judge_errors()) return verdict;
   if (auto verdict = judge_kinds()) return verdict;
   if (header(0).kind == Kind::end) return std::nullopt;  // what was announced for a next superstep is void
+  if (auto verdict = judge_calls()) return verdict;
   return judge_counts();
 }
 

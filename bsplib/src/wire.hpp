@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "bsp2/bsplib/world.hpp"
+
 /// What travels: one fixed slot a pair of ranks in every exchange, and streams of records.
 ///
 /// A slot is a Header and up to `inline_bytes` of a stream. A longer stream stays in the sender's staging
@@ -29,7 +31,8 @@ inline constexpr const char* kind_names[] = {"sync", "end", "allocate", "split",
 /// Where an error arose. Of several errors the one with the largest value counts, and of these that of the
 /// lowest rank.
 enum class Origin : std::uint32_t {
-  sub_world,  ///< it is one of a world that was split off
+  sub_world,          ///< it is one of a world that was split off, where another rank caused it
+  sub_world_culprit,  ///< this rank caused it there
   here,
   left  ///< here, and the rank has left: its text is in the slot, as far as it fits there
 };
@@ -45,7 +48,8 @@ struct Header {
   std::uint32_t pushes = 0, pops = 0;
   std::uint32_t tag_sets = 0, queues = 0;
   std::uint64_t tag_size = 0;
-  std::uint64_t argument = 0;  ///< bytes to allocate, or color and key of a split
+  std::uint64_t argument = 0;  ///< bytes to allocate; of a sync, which collective it is part of (Call)
+  std::uint64_t types = 0;     ///< of all queues and memory made so far: a hash of their sequence
   Origin error_origin = Origin::sub_world;
   std::uint32_t error_bytes = 0;  ///< length of the error's text
   double work_seconds = 0.0;
@@ -111,6 +115,16 @@ struct Get {
   std::uint64_t size;
   std::uint64_t direct;  ///< 1: the answer is a message of its own
 };
+
+/// As an argument of a header: the function in the high 8 bits, the queue in 24, the root in 32.
+constexpr std::uint64_t pack(const detail::Call& call) {
+  return std::uint64_t{call.function} << 56U | std::uint64_t{call.queue & 0xffffffU} << 32U |
+         static_cast<std::uint32_t>(call.root);
+}
+constexpr detail::Call unpack_call(std::uint64_t argument) {
+  return {static_cast<detail::Call::Function>(argument >> 56U),
+          static_cast<std::uint32_t>(argument >> 32U) & 0xffffffU, static_cast<int>(argument & 0xffffffffU)};
+}
 
 constexpr std::size_t padded(std::size_t n) {
   return (n + 7) & ~std::size_t{7};

@@ -1,7 +1,9 @@
 #include "bsp2/bsplib/world.hpp"
 
+#include <charconv>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 
 #include "engine.hpp"
 
@@ -36,8 +38,15 @@ void leave(std::unique_ptr<Engine> engine) noexcept {
 
 WorldOptions WorldOptions::from_environment() {
   WorldOptions options;
-  if (const char* bytes = std::getenv("BSP2_STAGING_BYTES"))
-    options.staging_bytes = std::strtoull(bytes, nullptr, 10);
+  constexpr std::size_t most = std::size_t{1} << 40U;
+  if (const char* bytes = std::getenv("BSP2_STAGING_BYTES")) {
+    const char* end = bytes + std::strlen(bytes);
+    const auto [rest, problem] = std::from_chars(bytes, end, options.staging_bytes);
+    if (problem != std::errc() || rest != end || options.staging_bytes > most)
+      throw Error(
+          Errc::bad_argument, 0, 0, "BSP2_STAGING_BYTES",
+          "'" + std::string(bytes) + "' is not a number of bytes between 0 and " + std::to_string(most));
+  }
   return options;
 }
 
@@ -74,8 +83,8 @@ double World::time() const {
 std::uint64_t World::superstep() const {
   return engine_->superstep();
 }
-void World::sync() {
-  engine_->sync();
+void World::sync(const detail::Call& call) {
+  engine_->sync(call);
 }
 
 OpenSuperstep World::open() {
@@ -87,10 +96,10 @@ void World::close() {
   engine_->close();
 }
 void World::fail(const std::string& why) {
-  engine_->fail(why, true);
+  engine_->fail(why);
 }
 void World::relay(const Error& error) {
-  engine_->fail(error.what(), !error.agreed());
+  engine_->relay(error);
 }
 bool World::failed() const {
   return engine_->failed();
@@ -139,6 +148,17 @@ std::size_t World::tagsize() const {
 }
 std::size_t World::received_tagsize() const {
   return engine_->received_tagsize();
+}
+void World::reject_index(int pid, std::size_t index, std::size_t size) {
+  std::string number = std::to_string(index);
+  if (const auto negative = static_cast<std::ptrdiff_t>(index); negative < 0)
+    number += " (or " + std::to_string(negative) + ")";
+  engine_->reject(Errc::out_of_range, "index",
+                  "Element " + number + " is beyond registered range of " + std::to_string(size) +
+                      " elements at rank " + std::to_string(pid));
+}
+void World::declare_type(std::uint64_t hash) {
+  engine_->declare_type(hash);
 }
 std::uint32_t World::new_queue() {
   return engine_->new_queue();

@@ -111,9 +111,13 @@ Machine measure(World& world) {
   return machine;
 }
 
-int usage() {
-  std::printf("usage: mpirun -n P bsp2-probe [-o FILE] [--dry-run]\n");
-  return 2;
+void print_usage(std::FILE* to) {
+  std::fprintf(to,
+               "usage: mpirun -n P bsp2-probe [-o FILE] [--dry-run]\n"
+               "Measures this machine's g, l and r for P processes, and stores them for the predictions.\n"
+               "  -o FILE    store them there instead of %s\n"
+               "  --dry-run  store nothing\n",
+               machine_file().c_str());
 }
 
 }  // namespace
@@ -126,8 +130,12 @@ int main(int argc, char** argv) {
       file = argv[++i];
     } else if (std::strcmp(argv[i], "--dry-run") == 0) {
       store = false;
+    } else if (std::strcmp(argv[i], "--help") == 0 || std::strcmp(argv[i], "-h") == 0) {
+      print_usage(stdout);
+      return 0;
     } else {
-      return usage();
+      print_usage(stderr);
+      return 2;
     }
   }
   return spmd(argc, argv, [&](World& world) {

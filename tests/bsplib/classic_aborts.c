@@ -82,6 +82,8 @@ static void messages(int me, int p) {
   if (is("tagsize_differs")) bsp_set_tagsize(&size);
   size = -1;
   if (is("tagsize_negative")) bsp_set_tagsize(&size);
+  if (is("tagsize_null")) bsp_set_tagsize(NULL);
+  if (is("qsize_null")) bsp_qsize(NULL, NULL);
   if (is("send_nobody")) bsp_send(p, NULL, NULL, 0);
   if (is("move_empty")) bsp_move(NULL, 0);
 }
@@ -103,6 +105,7 @@ int main(int argc, char** argv) {
   me = bsp_pid();
   p = bsp_nprocs();
   if (is("abort")) bsp_abort("the answer is %d", 42);
+  if (is("abort_null")) bsp_abort(NULL);
   if (is("abort_one_rank") && me == 1) bsp_abort("only process %d\n", me);
   if (is("begin_twice")) bsp_begin(1);
   if (is("end_early") && me != 1) bsp_sync();

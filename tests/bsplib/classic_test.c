@@ -118,6 +118,11 @@ static void test_messages(void) {
   bsp_sync();
   bsp_qsize(&count, &bytes);
   CHECK((int)count == 2 * p && (int)bytes == 5 * p);
+#ifdef BSP2_MULTICORE_BSP
+  count = 0;
+  bsp_qsize(&count, NULL);
+  CHECK((int)count == 2 * p);
+#endif
   for (t = p - 1; t >= 0; --t) {
     bsp_get_tag(&status, &tag);
     CHECK(status == 2 && tag == 10 * t);

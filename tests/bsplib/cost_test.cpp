@@ -56,7 +56,8 @@ TEST(Cost, WIsTheLongestWorkOfAllRanks) {
   world.sync();
   const SuperstepCost cost = world.costs().recent.back();
   EXPECT_GE(cost.max_work_seconds, 0.045);
-  EXPECT_GE(cost.work_seconds + cost.sync_seconds, 0.045);
+  const CostReport& all = world.costs();  // with the first superstep, which others may leave later
+  EXPECT_GE(all.work_seconds + all.sync_seconds, 0.045);
   if (world.pid() == world.nprocs() - 1) {
     EXPECT_GE(cost.work_seconds, 0.045);
   }

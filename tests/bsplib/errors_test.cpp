@@ -2,6 +2,8 @@
 // That none of them hangs is what the time limit of this test is for.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <boost/serialization/string.hpp>
 #include <functional>
 #include <optional>
 #include <stdexcept>
@@ -69,7 +71,7 @@ TEST(AgreedAlways, OutOfRangeAccessNamesCulpritAndSuperstep) {
         world.sync();
       },
       Errc::out_of_range, ranks() - 1,
-      "put: Writes 4 bytes beyond registered range of 40 bytes at process 0 (rank " +
+      "put: Writes 4 bytes beyond registered range of 40 bytes at rank 0: 4 bytes at offset 40 (rank " +
           std::to_string(ranks() - 1) + ", superstep 2)");
 }
 
@@ -126,7 +128,18 @@ TEST(AgreedAlways, IndexWhosePlaceInBytesWrapsAround) {
           }
           world.sync();
         },
-        Errc::out_of_range, ranks() - 1, "beyond registered range of 32 bytes");
+        Errc::out_of_range, ranks() - 1,
+        "index: Element 2305843009213693952 is beyond registered range of 4 elements at rank 0");
+}
+
+TEST(AgreedAlways, NegativeIndex) {
+  expect_agreed(
+      [](World& world) {
+        Array<double> array(world, 4);
+        if (world.pid() == last(world)) array.put(0, 7.0, static_cast<std::size_t>(-1));
+        world.sync();
+      },
+      Errc::out_of_range, ranks() - 1, "Element 18446744073709551615 (or -1) is beyond");
 }
 
 TEST(AgreedAlways, PopOfARegistrationThatDoesNotExist) {
@@ -173,6 +186,26 @@ TEST(AgreedAlways, LoopThatRunsTooFar) {
         Errc::out_of_range, ranks() - 1, " 4 bytes beyond registered range of 40 bytes");
 }
 
+TEST(AgreedAlways, MemoryThatNoMachineHas) {
+  expect_agreed(
+      [](World& world) {
+        Array<double> array(world, world.pid() == last(world) ? std::size_t{1} << 50U : 5);
+        world.sync();
+      },
+      Errc::resource, ranks() - 1, "No memory for 9007199254740992 bytes");
+}
+
+TEST(SharedMemoryTest, StagingLargerThanTheMachineIsReplacedByMessages) {
+  for (const std::size_t bytes : {std::size_t{1} << 45U, std::size_t{1} << 63U, ~std::size_t{0}}) {
+    World world(MPI_COMM_WORLD, {.staging_bytes = bytes});
+    const std::vector<char> data(100000, 'x');
+    Array<char> array(world, data.size());
+    array.put((world.pid() + 1) % world.nprocs(), data, 0);
+    world.sync();
+    EXPECT_TRUE(std::ranges::equal(array.local(), data));
+  }
+}
+
 TEST_F(Agreed, SomeRanksRegister) {
   expect_agreed(
       [](World& world) {
@@ -180,7 +213,7 @@ TEST_F(Agreed, SomeRanksRegister) {
         if (world.pid() != last(world)) world.push_reg(&x, sizeof x);
         world.sync();
       },
-      Errc::registration_mismatch, culprit, "Not all processes registered the same number");
+      Errc::registration_mismatch, culprit, "Not all ranks registered the same number");
 }
 
 TEST_F(Agreed, SomeRanksPop) {
@@ -192,7 +225,7 @@ TEST_F(Agreed, SomeRanksPop) {
         if (world.pid() == last(world)) world.pop_reg(&x);
         world.sync();
       },
-      Errc::registration_mismatch, culprit, "Not all processes popped the same number");
+      Errc::registration_mismatch, culprit, "Not all ranks popped the same number");
 }
 
 TEST_F(Agreed, RanksPopDifferentMemory) {
@@ -214,7 +247,7 @@ TEST_F(Agreed, TagSizesDiffer) {
         world.set_tagsize(world.pid() == last(world) ? 8 : 4);
         world.sync();
       },
-      Errc::tag_mismatch, culprit, "Not all processes announced the same tag size");
+      Errc::tag_mismatch, culprit, "Not all ranks announced the same tag size");
 }
 
 TEST_F(Agreed, SomeRanksMakeAQueue) {
@@ -232,7 +265,7 @@ TEST_F(Agreed, SomeRanksEndEarly) {
         if (world.pid() == last(world)) world.close();
         world.sync();
       },
-      Errc::ended_early, culprit, "while others have called bsp_end");
+      Errc::ended_early, culprit, "left the world, while others synchronize");
 }
 
 TEST_F(Agreed, SomeRanksReturnFromTheProgram) {
@@ -308,7 +341,128 @@ TEST_F(Agreed, FailureInASubWorldEndsTheWhole) {
         part.sync();
         world.sync();
       },
-      Errc::exception, culprit, "only in a part");
+      Errc::exception, culprit,
+      "exception: only in a part (rank " + std::to_string(culprit) + ", superstep 0)");
+}
+
+TEST_F(Agreed, FailureInASubWorldKeepsItsCodeAndNamesItsCulpritHere) {
+  const int wrong = ranks() == 2 ? 0 : 2;  // in a world of two parts rank 1 of part 0
+  expect_agreed(
+      [&](World& world) {
+        World part = world.split(world.pid() % 2);
+        Array<int> array(part, 1);
+        part.sync();
+        if (world.pid() == wrong) array.put(0, 1, 5);
+        for (int i = 0; i < 2; ++i) part.sync();
+        world.sync();
+      },
+      Errc::out_of_range, wrong,
+      "put: Writes 20 bytes beyond registered range of 4 bytes at rank 0: 4 bytes at offset 20 (rank " +
+          std::to_string(wrong) + ", superstep 0)");
+}
+
+TEST_F(Agreed, ErrorHasOnePlaceOnly) {
+  expect_agreed(
+      [](World& world) {
+        OpenSuperstep open = world.open();
+        if (world.pid() == last(world)) world.push_reg(nullptr, 0);
+        open.close();
+        world.sync();
+      },
+      Errc::misuse, culprit,
+      "push_reg: Not allowed while a superstep is open (rank " + std::to_string(culprit) + ", superstep 1)");
+}
+
+TEST_F(Agreed, CollectivesWithDifferentRoots) {
+  const std::string text = "Rank " + std::to_string(ranks() > 2 ? 0 : 1) + " called ";
+  expect_agreed(
+      [](World& world) {
+        Collectives<int> all(world);
+        all.gather(1, world.pid() == 0 ? 0 : 1);
+      },
+      Errc::mixed_collectives, ranks() > 2 ? 0 : 1, text + "gather with root");
+  expect_agreed(
+      [](World& world) {
+        Collectives<int> all(world);
+        all.broadcast(1, world.pid() == 0 ? 0 : 1);
+      },
+      Errc::mixed_collectives, ranks() > 2 ? 0 : 1, text + "broadcast with root");
+  std::vector<double> data(10);
+  expect_agreed([&](World& world) { broadcast(world, std::span(data), world.pid() == 0 ? 0 : 1); },
+                Errc::mixed_collectives, ranks() > 2 ? 0 : 1, text + "broadcast with root");
+}
+
+TEST_F(Agreed, DifferentCollectives) {
+  using All = Collectives<int>;
+  const std::vector<std::pair<std::string, std::function<void(World&, All&)>>> calls{
+      {"sync alone", [](World& world, All&) { world.sync(); }},
+      {"broadcast with root 0", [](World&, All& all) { all.broadcast(1, 0); }},
+      {"gather with root 0", [](World&, All& all) { all.gather(1, 0); }},
+      {"all_gather", [](World&, All& all) { all.all_gather(1); }},
+      {"reduce", [](World&, All& all) { all.reduce(1, std::plus<>()); }},
+      {"scan", [](World&, All& all) { all.scan(1, std::plus<>()); }},
+      {"all_to_all", [](World& world, All& all) {
+         all.all_to_all(std::vector<int>(static_cast<std::size_t>(world.nprocs())));
+       }}};
+  for (std::size_t i = 0; i < calls.size(); ++i) {
+    const std::size_t next = (i + 1) % calls.size();
+    expect_agreed(
+        [&](World& world) {
+          All all(world);
+          calls[world.pid() == last(world) ? next : i].second(world, all);
+        },
+        Errc::mixed_collectives, culprit, "Rank " + std::to_string(culprit) + " called " + calls[next].first);
+  }
+  expect_agreed(
+      [](World& world) {
+        All first(world), second(world);
+        (world.pid() == last(world) ? second : first).all_gather(1);
+      },
+      Errc::mixed_collectives, culprit, "called all_gather (queue 2)");
+}
+
+TEST_F(Agreed, VectorsOfDifferentSizesAreNotBroadcast) {
+  std::vector<double> data(ranks() == 1 ? 1 : 10);
+  expect_agreed(
+      [&](World& world) { broadcast(world, std::span(data).first(world.pid() == last(world) ? 9 : 10), 0); },
+      Errc::exception, 0, "broadcast: rank " + std::to_string(culprit) + " has 9 elements, the root 10");
+}
+
+TEST_F(Agreed, QueuesAndArraysOfDifferentTypes) {
+  const std::string text = "Not all ranks made their queues and arrays of the same types";
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) {
+          Queue<double> queue(world);
+          world.sync();
+        } else {
+          Queue<std::string> queue(world);
+          world.sync();
+        }
+      },
+      Errc::mixed_collectives, culprit, text);
+  expect_agreed(
+      [](World& world) {
+        if (world.pid() == last(world)) {
+          Array<double> array(world, 8);
+        } else {
+          Array<float> array(world, 16);
+        }
+      },
+      Errc::mixed_collectives, culprit, text);
+  expect_agreed(
+      [](World& world) {
+        std::vector<int> ints(8);
+        std::vector<unsigned> naturals(8);
+        if (world.pid() == last(world)) {
+          Registered<int> shared(world, ints);
+          world.sync();
+        } else {
+          Registered<unsigned> shared(world, naturals);
+          world.sync();
+        }
+      },
+      Errc::mixed_collectives, culprit, text);
 }
 
 /// The exception leaves a sub-world, too, and the others are not there but in the world around it.
@@ -333,8 +487,9 @@ TEST_F(Agreed, WorldThatIsLeftTellsWhichCallWasWrong) {
   } catch (const Error& error) {
     seen = error.what();
   }
-  EXPECT_EQ(seen, "put: Writes 4 bytes beyond registered range of 40 bytes at process 0 (rank " +
-                      std::to_string(culprit) + ", superstep 0)");
+  EXPECT_EQ(seen,
+            "put: Writes 4 bytes beyond registered range of 40 bytes at rank 0: 4 bytes at offset 40 (rank " +
+                std::to_string(culprit) + ", superstep 0)");
 }
 
 /// A world that is left by an exception nobody supervises: the others must not wait for it.

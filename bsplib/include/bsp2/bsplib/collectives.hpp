@@ -27,7 +27,7 @@ class Collectives {
   T broadcast(const T& value, int root) {
     check(root, "broadcast");
     if (world_->pid() == root) to_others(value);
-    world_->sync();
+    sync(Call::broadcast, root);
     return world_->pid() == root ? value : only(queue_.receive());
   }
 
@@ -35,28 +35,24 @@ class Collectives {
   std::vector<T> gather(const T& value, int root) {
     check(root, "gather");
     if (world_->pid() != root) queue_.send(root, value);
-    world_->sync();
+    sync(Call::gather, root);
     return world_->pid() == root ? in_order(value) : std::vector<T>();
   }
 
   /// All values in the order of ranks, on all ranks. One superstep, h = (p-1) n.
-  std::vector<T> all_gather(const T& value) {
-    to_others(value);
-    world_->sync();
-    return in_order(value);
-  }
+  std::vector<T> all_gather(const T& value) { return collect(value, Call::all_gather); }
 
   /// op over the values of all ranks, in their order, so it need not commute. One superstep, h = (p-1) n.
   template <class Op>
   T reduce(const T& value, Op op) {
-    return fold(all_gather(value), op, static_cast<std::size_t>(world_->nprocs()));
+    return fold(collect(value, Call::reduce), op, static_cast<std::size_t>(world_->nprocs()));
   }
 
   /// op over the values of ranks 0..pid (inclusive scan). One superstep, h = (p-1) n.
   template <class Op>
   T scan(const T& value, Op op) {
     for (int pid = world_->pid() + 1; pid < world_->nprocs(); ++pid) queue_.send(pid, value);
-    world_->sync();
+    sync(Call::scan);
     auto values = received();
     values.push_back(value);
     return fold(std::move(values), op, static_cast<std::size_t>(world_->pid()) + 1);
@@ -69,12 +65,22 @@ class Collectives {
                    std::to_string(world_->nprocs()) + " ranks");
     for (int pid = 0; pid < world_->nprocs(); ++pid)
       if (pid != world_->pid()) queue_.send(pid, values[static_cast<std::size_t>(pid)]);
-    world_->sync();
+    sync(Call::all_to_all);
     return in_order(values[static_cast<std::size_t>(world_->pid())]);
   }
 
  private:
   using Received = typename Queue<T>::Received;
+  using Call = detail::Call;
+
+  /// All ranks must be in this function, on this queue, with this root.
+  void sync(Call::Function function, int root = 0) { world_->sync({function, queue_.number(), root}); }
+
+  std::vector<T> collect(const T& value, Call::Function function) {
+    to_others(value);
+    sync(function);
+    return in_order(value);
+  }
 
   void check(int root, const char* what) {
     if (root < 0 || root >= world_->nprocs())
@@ -118,7 +124,12 @@ template <Travels T>
 void broadcast(World& world, std::span<T> data, int root) {
   if (root < 0 || root >= world.nprocs()) world.fail("broadcast: there is no rank " + std::to_string(root));
   Registered<T> shared(world, data);
-  world.sync();
+  const detail::Call call{detail::Call::broadcast, 0, root};
+  world.sync(call);
+  for (int pid = 0; pid < world.nprocs(); ++pid)
+    if (shared.size(pid) != shared.size(root))
+      world.fail("broadcast: rank " + std::to_string(pid) + " has " + std::to_string(shared.size(pid)) +
+                 " elements, the root " + std::to_string(shared.size(root)));
   const auto p = static_cast<std::size_t>(world.nprocs());
   const auto part = [&](std::size_t i) {
     const std::size_t begin = data.size() * i / p, end = data.size() * (i + 1) / p;
@@ -126,11 +137,11 @@ void broadcast(World& world, std::span<T> data, int root) {
   };
   if (world.pid() == root)
     for (std::size_t i = 0; i < p; ++i) shared.put(static_cast<int>(i), part(i).second, part(i).first);
-  world.sync();
+  world.sync(call);
   const auto [begin, mine] = part(static_cast<std::size_t>(world.pid()));
   for (int pid = 0; pid < world.nprocs(); ++pid)
     if (pid != world.pid()) shared.put(pid, mine, begin);
-  world.sync();
+  world.sync(call);
 }
 
 }  // namespace bsp2::bsplib

@@ -27,7 +27,7 @@ enum class Errc : std::uint8_t {
 class Error : public std::runtime_error {
  public:
   Error(Errc code, int culprit, std::uint64_t superstep, std::string where, std::string detail,
-        bool agreed = false);
+        bool agreed = false, bool own = true);
 
   Errc code() const { return code_; }
   int culprit() const { return culprit_; }  ///< the rank that caused it
@@ -35,13 +35,14 @@ class Error : public std::runtime_error {
   const std::string& where() const { return where_; }    ///< the function, e.g. "put" or "sync/pop_reg"
   const std::string& detail() const { return detail_; }  ///< the message without place, rank and superstep
   bool agreed() const { return agreed_; }                ///< every rank has thrown this same error
+  bool own() const { return own_; }                      ///< this rank is the culprit
 
  private:
   Errc code_;
   int culprit_;
   std::uint64_t superstep_;
   std::string where_, detail_;
-  bool agreed_;
+  bool agreed_, own_;
 };
 
 }  // namespace bsp2::bsplib

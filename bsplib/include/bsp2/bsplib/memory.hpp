@@ -24,24 +24,26 @@ class Distributed {
 
   /// Writes to rank pid from element `first` on; reads the values now.
   void put(int pid, std::span<const T> values, std::size_t first) {
-    put_bytes(pid, values.data(), offset_of(first), values.size_bytes());
+    put_bytes(pid, values.data(), offset_of(pid, first), values.size_bytes());
   }
   void put(int pid, const T& value, std::size_t index) {
-    put_bytes(pid, &value, offset_of(index), sizeof(T));
+    put_bytes(pid, &value, offset_of(pid, index), sizeof(T));
   }
   /// Reads from rank pid, from element `first` on, what will be there when all have come to the sync.
   void get(int pid, std::size_t first, std::span<T> target) {
-    get_bytes(pid, offset_of(first), target.data(), target.size_bytes());
+    get_bytes(pid, offset_of(pid, first), target.data(), target.size_bytes());
   }
-  void get(int pid, std::size_t index, T& target) { get_bytes(pid, offset_of(index), &target, sizeof(T)); }
+  void get(int pid, std::size_t index, T& target) {
+    get_bytes(pid, offset_of(pid, index), &target, sizeof(T));
+  }
   /// Unbuffered: values and target must be left alone until the sync is over.
   void hpput(int pid, std::span<const T> values, std::size_t first) {
-    const std::size_t offset = offset_of(first), bytes = values.size_bytes();
+    const std::size_t offset = offset_of(pid, first), bytes = values.size_bytes();
     if (BSP2_RARELY(!runs_.hpput(pid, values.data(), slot_, offset, bytes)))
       world_->start_hpput(pid, values.data(), slot_, offset, bytes);
   }
   void hpget(int pid, std::size_t first, std::span<T> target) {
-    const std::size_t offset = offset_of(first), bytes = target.size_bytes();
+    const std::size_t offset = offset_of(pid, first), bytes = target.size_bytes();
     if (BSP2_RARELY(!runs_.hpget(pid, slot_, offset, target.data(), bytes)))
       world_->start_hpget(pid, slot_, offset, target.data(), bytes);
   }
@@ -63,12 +65,18 @@ class Distributed {
     }
   }
   World& world() const { return *world_; }
+  /// All ranks make it of the same type.
+  static World& declared(World& world) {
+    world.declare<T>();
+    return world;
+  }
 
  private:
-  /// Where an element begins, in bytes. The product must not wrap around: what is beyond all memory stays so.
-  static std::size_t offset_of(std::size_t index) {
+  /// Where an element begins, in bytes. The product must not wrap around.
+  std::size_t offset_of(int pid, std::size_t index) const {
     if constexpr (sizeof(T) > 1)
-      if (BSP2_RARELY(index > static_cast<std::size_t>(-1) / sizeof(T))) return static_cast<std::size_t>(-1);
+      if (BSP2_RARELY(index > static_cast<std::size_t>(-1) / sizeof(T)))
+        world_->reject_index(pid, index, size(pid));
     return index * sizeof(T);
   }
   void put_bytes(int pid, const T* values, std::size_t offset, std::size_t bytes) {
@@ -91,7 +99,8 @@ template <Travels T>
 class Registered : public Distributed<T> {
  public:
   Registered(World& world, std::span<T> local)
-      : Distributed<T>(world, world.push_reg(local.data(), local.size_bytes())), local_(local) {}
+      : Distributed<T>(world, Distributed<T>::declared(world).push_reg(local.data(), local.size_bytes())),
+        local_(local) {}
 
   std::span<T> local() const { return local_; }
 
@@ -126,6 +135,7 @@ class Array : public Distributed<T> {
   static std::size_t checked(World& world, std::size_t size) {
     if (size > static_cast<std::size_t>(-1) / 2 / sizeof(T))
       world.fail("An array of " + std::to_string(size) + " elements does not fit");
+    Distributed<T>::declared(world);
     return size * sizeof(T);
   }
 

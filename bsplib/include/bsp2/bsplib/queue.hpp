@@ -59,7 +59,7 @@ class Queue {
     T value;
   };
 
-  explicit Queue(World& world) : world_(&world), number_(world.new_queue()) {}
+  explicit Queue(World& world) : world_(&world), number_(world.new_queue()) { world.declare<T>(); }
 
   /// Sends a copy. @throws Error if there is no such rank; what Boost.Serialization throws.
   void send(int pid, const T& value) {
@@ -71,6 +71,7 @@ class Queue {
     }
   }
 
+  std::uint32_t number() const { return number_; }  ///< equal on all ranks
   std::size_t size() const { return world_->messages(number_).size(); }
 
   /// What arrived at the last sync, in the order of the senders' ranks, and of one sender in the order sent.

@@ -12,6 +12,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <typeinfo>
 #include <utility>
 
 #include "bsp2/bsplib/cost.hpp"
@@ -33,7 +34,7 @@ struct WorldOptions {
   /// Supersteps whose cost is kept one by one.
   std::size_t kept_costs = 1024;
 
-  /// The defaults, or what the environment says: BSP2_STAGING_BYTES.
+  /// The defaults, or what the environment says: BSP2_STAGING_BYTES. @throws Error if that is not a number.
   static WorldOptions from_environment();
 };
 
@@ -46,6 +47,24 @@ struct Message {
 class OpenSuperstep;
 
 namespace detail {
+
+/// A collective function that is part of a superstep. Ranks compare them at the sync: all must be in the
+/// same.
+struct Call {
+  enum Function : std::uint8_t { none, broadcast, gather, all_gather, reduce, scan, all_to_all };
+  Function function = none;
+  std::uint32_t queue = 0;  ///< that it uses; below 2^24
+  int root = 0;
+};
+
+/// What ranks compare of the types of their queues and arrays.
+template <class T>
+std::uint64_t type_hash() {
+  std::uint64_t hash = 14695981039346656037U + sizeof(T);
+  for (const char c : std::string_view(typeid(T).name()))
+    hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
+  return hash;
+}
 
 class Engine;
 
@@ -119,7 +138,9 @@ class World {
   /// a defined result); then registrations, removals and the tag size take effect; the messages of the
   /// superstep are there.
   /// @throws Error, agreed.
-  void sync();
+  void sync() { sync({}); }
+  /// The same, as part of a collective function. @throws Error, agreed, if ranks are in different ones.
+  void sync(const detail::Call& call);
   /// Begins the end of the superstep: communication runs while this rank goes on computing. Collective, as
   /// its close().
   [[nodiscard]] OpenSuperstep open();
@@ -130,9 +151,15 @@ class World {
   /// return.
   /// @throws Error, agreed, with this text.
   [[noreturn]] void fail(const std::string& why);
-  /// As fail(), for an error that this rank got; one of a sub-world yields to failures that arose in this
-  /// world.
+  /// As fail(), for an error that this rank got: the same code, function and text. One of a sub-world yields
+  /// to failures that arose in this world; its culprit becomes that rank's number here.
   [[noreturn]] void relay(const Error& error);
+  /// Says that this rank now makes something that all ranks must make of the same type; compared by the next
+  /// collective call. Queues and arrays do so.
+  template <class T>
+  void declare() {
+    declare_type(detail::type_hash<T>());
+  }
   bool failed() const;
 
   /// A world of the ranks with the same color, ordered by key. Collective.
@@ -200,6 +227,8 @@ class World {
   friend class Distributed;
 
   explicit World(std::unique_ptr<detail::Engine> engine);
+  void declare_type(std::uint64_t hash);
+  [[noreturn]] void reject_index(int pid, std::size_t index, std::size_t size);
   void start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
   void start_get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
   void start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);

@@ -1,0 +1,141 @@
+#include "shared_memory.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <limits>
+#include <random>
+
+namespace bsp2::bsplib {
+
+namespace {
+
+using Name = std::array<char, 48>;
+
+/// What is left to others, for each rank: Open MPI's own messages between the ranks of a node take 4 MiB.
+constexpr std::size_t spare_bytes = std::size_t{4} << 20;
+
+int size_of(MPI_Comm comm) {
+  int size = 0;
+  MPI_Comm_size(comm, &size);
+  return size;
+}
+
+int rank_in(MPI_Comm comm) {
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  return rank;
+}
+
+/// Where the parts begin, in whole pages, and the end; empty if they are too large to be counted.
+std::vector<std::size_t> lay_out(MPI_Comm node, std::size_t bytes) {
+  constexpr std::size_t most = std::numeric_limits<off_t>::max();
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  std::vector<std::uint64_t> sizes(static_cast<std::size_t>(size_of(node)));
+  const std::uint64_t mine = bytes;
+  MPI_Allgather(&mine, 1, MPI_UINT64_T, sizes.data(), 1, MPI_UINT64_T, node);
+  std::vector<std::size_t> begins{0};
+  for (const std::uint64_t size : sizes) {
+    if (size > most - page || begins.back() > most - page - size) return {};
+    begins.push_back(begins.back() + (size / page + 1) * page);
+  }
+  return begins;
+}
+
+/// Takes the bytes from the file system now, since a later lack of them would be a signal.
+bool take(int file, std::size_t begin, std::size_t end) {
+  int error = EINTR;
+  while (error == EINTR)
+    error = posix_fallocate(file, static_cast<off_t>(begin), static_cast<off_t>(end - begin));
+  return error == 0;
+}
+
+/// Whether so much is left when `bytes` are taken.
+bool leaves_room(int file, std::size_t bytes, std::size_t spare) {
+  struct statvfs system {};
+  if (fstatvfs(file, &system) != 0) return false;
+  const bool unlimited = system.f_blocks == 0;
+  return unlimited || system.f_bavail >= bytes / system.f_frsize + spare / system.f_frsize;
+}
+
+/// A new segment; -1 and an empty name if there is none. The room is looked at before anybody takes of it:
+/// others must not find the file system full even for a moment.
+int create(Name& name, std::size_t bytes, std::size_t spare) {
+  std::random_device random;
+  const auto number = (std::uint64_t{random()} << 32U) | random();
+  std::snprintf(name.data(), name.size(), "/bsp2-%d-%016llx", static_cast<int>(getpid()),
+                static_cast<unsigned long long>(number));
+  const int file = shm_open(name.data(), O_CREAT | O_EXCL | O_RDWR, S_IRUSR | S_IWUSR);
+  if (file >= 0 && leaves_room(file, bytes, spare) && ftruncate(file, static_cast<off_t>(bytes)) == 0)
+    return file;
+  if (file >= 0) {
+    shm_unlink(name.data());
+    ::close(file);
+  }
+  name = {};
+  return -1;
+}
+
+std::byte* map(int file, std::size_t bytes) {
+  void* place = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  return place == MAP_FAILED ? nullptr : static_cast<std::byte*>(place);
+}
+
+}  // namespace
+
+bool all_have(MPI_Comm comm, bool mine) {
+  int have = mine, all = 0;
+  MPI_Allreduce(&have, &all, 1, MPI_INT, MPI_MIN, comm);
+  return all != 0;
+}
+
+SharedMemory::SharedMemory(MPI_Comm node, std::size_t bytes) : begins_(lay_out(node, bytes)) {
+  if (begins_.empty()) return;
+  const auto rank = static_cast<std::size_t>(rank_in(node));
+  const std::size_t total = begins_.back(), spare = spare_bytes * (begins_.size() - 1);
+  Name name{};
+  int file = rank == 0 ? create(name, total, spare) : -1;
+  MPI_Bcast(name.data(), static_cast<int>(name.size()), MPI_CHAR, 0, node);
+  if (name[0] == '\0') return;
+  if (rank != 0) file = shm_open(name.data(), O_RDWR, 0);
+  const bool taken = all_have(node, file >= 0 && take(file, begins_[rank], begins_[rank + 1]));
+  if (rank == 0) shm_unlink(name.data());
+  if (taken && leaves_room(file, 0, spare)) base_ = map(file, total);
+  if (file >= 0) ::close(file);
+  if (!all_have(node, base_ != nullptr)) release();
+}
+
+SharedMemory& SharedMemory::operator=(SharedMemory&& other) noexcept {
+  std::swap(base_, other.base_);
+  begins_.swap(other.begins_);
+  return *this;
+}
+
+void SharedMemory::release() {
+  if (base_) munmap(base_, begins_.back());
+  base_ = nullptr;
+}
+
+std::vector<std::byte*> parts_by_rank(MPI_Comm comm, MPI_Comm node, const SharedMemory& memory) {
+  const auto node_size = static_cast<std::size_t>(size_of(node));
+  std::vector<std::byte*> parts(static_cast<std::size_t>(size_of(comm)), nullptr);
+  std::vector<int> ranks(node_size), in_comm(node_size);
+  for (std::size_t i = 0; i < node_size; ++i) ranks[i] = static_cast<int>(i);
+  MPI_Group group, node_group;
+  MPI_Comm_group(comm, &group);
+  MPI_Comm_group(node, &node_group);
+  MPI_Group_translate_ranks(node_group, static_cast<int>(node_size), ranks.data(), group, in_comm.data());
+  for (std::size_t i = 0; i < node_size; ++i)
+    parts[static_cast<std::size_t>(in_comm[i])] = memory.part(static_cast<int>(i));
+  MPI_Group_free(&group);
+  MPI_Group_free(&node_group);
+  return parts;
+}
+
+}  // namespace bsp2::bsplib
