@@ -1,6 +1,7 @@
 #include "shared_memory.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
@@ -49,12 +50,29 @@ std::vector<std::size_t> lay_out(MPI_Comm node, std::size_t bytes) {
 }
 
 /// Takes the bytes from the file system now, since a later lack of them would be a signal.
-bool take(int file, std::size_t begin, std::size_t end) {
+bool take(int file, std::size_t bytes) {
   int error = EINTR;
-  while (error == EINTR)
-    error = posix_fallocate(file, static_cast<off_t>(begin), static_cast<off_t>(end - begin));
+  while (error == EINTR) error = posix_fallocate(file, 0, static_cast<off_t>(bytes));
   return error == 0;
 }
+
+/// Only one process of a node looks and takes at a time, so that several worlds do not count on the same room. Nothing waits
+/// for another process meanwhile.
+class Turn {
+ public:
+  Turn() : folder_(open("/dev/shm", O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    while (folder_ >= 0 && flock(folder_, LOCK_EX) != 0 && errno == EINTR) {
+    }
+  }
+  ~Turn() {
+    if (folder_ >= 0) ::close(folder_);
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  int folder_;
+};
 
 /// Whether so much is left when `bytes` are taken.
 bool leaves_room(int file, std::size_t bytes, std::size_t spare) {
@@ -72,8 +90,10 @@ int create(Name& name, std::size_t bytes, std::size_t spare) {
   std::snprintf(name.data(), name.size(), "/bsp2-%d-%016llx", static_cast<int>(getpid()),
                 static_cast<unsigned long long>(number));
   const int file = shm_open(name.data(), O_CREAT | O_EXCL | O_RDWR, S_IRUSR | S_IWUSR);
-  if (file >= 0 && leaves_room(file, bytes, spare) && ftruncate(file, static_cast<off_t>(bytes)) == 0)
-    return file;
+  {
+    const Turn turn;
+    if (file >= 0 && leaves_room(file, bytes, spare) && take(file, bytes)) return file;
+  }
   if (file >= 0) {
     shm_unlink(name.data());
     ::close(file);
@@ -104,9 +124,9 @@ SharedMemory::SharedMemory(MPI_Comm node, std::size_t bytes) : begins_(lay_out(n
   MPI_Bcast(name.data(), static_cast<int>(name.size()), MPI_CHAR, 0, node);
   if (name[0] == '\0') return;
   if (rank != 0) file = shm_open(name.data(), O_RDWR, 0);
-  const bool taken = all_have(node, file >= 0 && take(file, begins_[rank], begins_[rank + 1]));
+  const bool is_open = all_have(node, file >= 0);
   if (rank == 0) shm_unlink(name.data());
-  if (taken && leaves_room(file, 0, spare)) base_ = map(file, total);
+  if (is_open) base_ = map(file, total);
   if (file >= 0) ::close(file);
   if (!all_have(node, base_ != nullptr)) release();
 }
