@@ -175,12 +175,35 @@ bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) 
   return true;
 }
 
-/// Of a cell that no facet crosses. Where no double lies in it for certain, it is far thinner than any tolerance: it arose
-/// between hyperplanes that merging has moved apart, the mesh's corners tell nothing about it, and all meshes call it OUT.
-/// Where nothing was merged it is part of the solids as they are.
+/// Of a cell that no facet crosses. Where no double lies in it for certain, it is far thinner than any tolerance: a point beside
+/// it serves as well, unless facets are as near. Then it arose between hyperplanes that merging has moved apart, the mesh's
+/// corners tell nothing about it, and all meshes call it OUT. Where nothing was merged it is part of the solids as they are.
 std::int32_t MeshProducer::winding_within(const CellView<3>& cell, const std::optional<Reference>& reference) const {
   if (reference) return reference->winding;
-  return network_.coincidence > 0 ? 0 : exact_winding(cell);
+  return network_.coincidence > 0 ? winding_beside(cell).value_or(0) : exact_winding(cell);
+}
+
+/// The winding number at the centre of a cell that is hardly more than a point, if no facet is that near.
+std::optional<std::int32_t> MeshProducer::winding_beside(const CellView<3>& view) const {
+  double error = 2 * mesh_.error + 0x1p-50 * network_.table.radius();
+  const Point& centre = view.extent().centre;
+  for (const auto& vertex : view.cell().vertices()) error += vertex.error;
+  std::minstd_rand random(2357);  // the same segments in every run
+  const double size = std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1], producer_.upper[2] - producer_.lower[2]});
+  for (int attempt = 0; attempt < 12; ++attempt) {
+    Point far;
+    for (int i = 0; i < 3; ++i) far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
+    std::int32_t winding = 0;
+    bool certain = true;
+    for (std::size_t index = 0; index < mesh_.facets.size() && certain; ++index) {
+      const auto& corners = mesh_.facets[index].corners;
+      const auto change = crossing(far, centre, mesh_.points[corners[0]], mesh_.points[corners[1]], mesh_.points[corners[2]], error);
+      certain = change.has_value();
+      winding += change.value_or(0);
+    }
+    if (certain) return winding;
+  }
+  return std::nullopt;
 }
 
 /// A whole mesh is seen from a point outside its bounds.

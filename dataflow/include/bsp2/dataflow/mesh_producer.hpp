@@ -47,6 +47,7 @@ class MeshProducer {
   [[nodiscard]] std::optional<std::int32_t> winding_at(const Point& point, const Reference& from, const Word* leaf) const;
   [[nodiscard]] std::optional<Reference> new_reference(const Word* leaf, const CellView<3>& cell) const;
   [[nodiscard]] std::int32_t winding_within(const CellView<3>& cell, const std::optional<Reference>& reference) const;
+  [[nodiscard]] std::optional<std::int32_t> winding_beside(const CellView<3>& view) const;
   [[nodiscard]] std::int32_t exact_winding(const CellView<3>& cell) const;
   [[nodiscard]] Reference outside() const;
   [[nodiscard]] std::optional<geometry::HyperplaneId> median(const Word* leaf, CellView<3>& cell) const;
