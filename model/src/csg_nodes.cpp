@@ -573,13 +573,6 @@ bool Arguments::flag(std::string_view name, int place) const {
   return value && value->kind == Value::boolean && value->as_number != 0;
 }
 
-std::vector<std::string_view> Arguments::names() const {
-  std::vector<std::string_view> names;
-  for (const Argument& argument : arguments_)
-    if (!argument.name.empty()) names.push_back(argument.name);
-  return names;
-}
-
 Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
                           const Warn& warn) {
   if (kind >= NodeKind::simplex) return make_any_primitive(kind, arguments, pool);

@@ -85,8 +85,6 @@ class Arguments {
   /// The string of that name; `missing` if there is none.
   [[nodiscard]] std::string string(std::string_view name, int place, std::string_view missing) const;
   [[nodiscard]] bool flag(std::string_view name, int place) const;
-  /// Of the arguments that have one.
-  [[nodiscard]] std::vector<std::string_view> names() const;
   [[nodiscard]] std::span<const Argument> all() const { return arguments_; }
 
  private:

@@ -15,8 +15,9 @@ namespace {
 constexpr std::size_t most_dimensions = 3;  // of what the reader takes
 
 void check_names(const Arguments& arguments, const char* node, std::initializer_list<std::string_view> known) {
-  for (const std::string_view name : arguments.names()) {
-    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+  for (const Argument& argument : arguments.all()) {
+    const std::string_view name = argument.name;
+    if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) continue;
     std::string text = std::string(node) + ": has no argument '" + std::string(name.substr(0, 60)) + "'; it takes ";
     for (const std::string_view each : known) text += (each == *known.begin() ? "" : ", ") + std::string(each);
     throw Error(text);
@@ -133,11 +134,6 @@ std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& 
   return knots;
 }
 
-Expression adopt(const Expression& made, NodePool& pool) {
-  const auto* primitive = std::get_if<Primitive>(&made.node().value);
-  return primitive ? pool.primitive(*primitive, made.dimension()) : pool.empty(made.dimension());
-}
-
 Expression make_bezier(const Arguments& arguments) {
   check_names(arguments, "bezier", {"points", "weights"});
   ControlNet net = control_net(arguments, "bezier");
@@ -215,7 +211,7 @@ Expression make_subdivision(const Arguments& arguments) {
 }  // namespace
 
 Expression make_spline_node(NodeKind kind, const Arguments& arguments, NodePool& pool) {
-  return adopt(kind == NodeKind::bezier ? make_bezier(arguments) : kind == NodeKind::bspline ? make_bspline(arguments) : make_subdivision(arguments), pool);
+  return pool.adopt(kind == NodeKind::bezier ? make_bezier(arguments) : kind == NodeKind::bspline ? make_bspline(arguments) : make_subdivision(arguments));
 }
 
 }  // namespace bsp2::model
