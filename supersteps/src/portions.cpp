@@ -151,6 +151,7 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
   RunOptions options = options_of(plan);
   options.order = given.order;
   options.budget_seconds = given.budget_seconds;
+  options.cells = given.cells;
   options.interrupted = given.interrupted;
   Progress<D> progress(network);
   progress.partition = partition_of<D>(plan);
@@ -166,7 +167,7 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
     std::vector<dataflow::Consumer*> consumers{&keeper};
     const std::vector<std::uint32_t> numbers = progress.region_numbers();
     const Recorded before = recorded(progress.meshes);
-    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads, before, std::nullopt, consumers).evaluation;
+    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads, before, options.cells, consumers).evaluation;
     progress.add(numbers, evaluation, before, keeper);
     progress.partition.regions = std::move(evaluation.unfinished);
     stopped = evaluation.stopped && tokens_of(progress.partition.regions) > 0;

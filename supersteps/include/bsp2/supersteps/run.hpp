@@ -43,7 +43,7 @@ struct RunOptions {
   std::optional<double> tolerance;          ///< round solids are refined until FUZZY cells are thinner than this
   std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
   std::optional<unsigned> steps;            ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
-  std::optional<std::uint64_t> cells;       ///< stop at about this number of cells
+  std::optional<std::uint64_t> cells;       ///< a computation superstep ends at about this number of cells
   bool strict = false;                      ///< a warning is an error, before anything is evaluated
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
