@@ -64,12 +64,13 @@ bool Localizer<D>::is_thin() const {
   return view_.thickness() < tolerance_;
 }
 
-/// Leaves to choose from only what ends by itself.
+/// Leaves to choose from only what ends by itself, and splines that end within the cell.
 template <int D>
 void Localizer<D>::leave_round_operands(std::span<const Word> program) {
   std::erase_if(active_, [&](std::uint32_t at) {
     const Producer<D>& producer = network_->producers[program[at + 2]];
-    return producer.torus >= 0 || producer.spline >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
+    if (producer.spline >= 0) return !SplineProducer<D>(*network_, producer).end(program.data() + at, view_);
+    return producer.torus >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
   });
 }
 

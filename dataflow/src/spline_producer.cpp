@@ -21,6 +21,8 @@ namespace {
 constexpr double patch_by_cell = 2;
 /// A hyperplane that cuts off less of the cell's width than this can wait.
 constexpr double least_cut = 0.2;
+/// Where the patches of a cell leave more than this share of its length empty at an end, that end is cut off.
+constexpr double most_empty = 1.0 / 16;
 
 /// The position between a and b, a < b, after which the most binary digits are 0.
 std::uint32_t roundest(std::uint32_t a, std::uint32_t b) { return b & ~(std::bit_floor(a ^ b) - 1); }
@@ -136,6 +138,45 @@ Label SplineProducer<D>::label_off_patches(const CellView<D>& cell) const {
   return !winding ? Label::fuzzy : *winding != 0 ? Label::in : Label::out;
 }
 
+/// The box, in the model, of the parts in the cell's box that the boxes of the patches have.
+template <int D>
+Box<D> SplineProducer<D>::bounds(const Word* leaf, const CellView<D>& cell) const {
+  const Box<D> image = in_frame(cell.extent());
+  Box<D> box = Box<D>::empty();
+  const auto add = [&](Number patch) {
+    Box<D> part = tree_.node(patch).box();
+    part.intersect(image);
+    box.unite(part);
+  };
+  if ((leaf[0] & Program::whole) != 0) {
+    for (Number root = 0; root < tree_.roots(); ++root) add(root);
+  } else {
+    for (const Word* at = leaf + Program::header; at != leaf + leaf[1]; ++at) add(*at);
+  }
+  const auto& [scale, origin] = tree_.placement();
+  for (std::size_t i = 0; i < D; ++i) {
+    box.lower[i] = scale * box.lower[i] + origin[i];
+    box.upper[i] = scale * box.upper[i] + origin[i];
+  }
+  return box;
+}
+
+template <int D>
+std::optional<HyperplaneId> SplineProducer<D>::end(const Word* leaf, CellView<D>& cell) const {
+  const auto& table = cell.table();
+  const Box<D> patches = bounds(leaf, cell);
+  for (const int axis : cell.extent().axes_by_length()) {
+    const double lower = cell.extent().lower[axis], upper = cell.extent().upper[axis], least = most_empty * (upper - lower);
+    for (const double from : {patches.lower[axis] - least, patches.upper[axis]}) {
+      const auto first = table.axis_position(axis, from), last = table.axis_position(axis, from + least);
+      if (from < lower || from + least > upper || first >= last) continue;
+      const HyperplaneId id = table.axis_hyperplane(axis, roundest(first, last));
+      if (cell.crosses(id)) return id;
+    }
+  }
+  return std::nullopt;
+}
+
 template <int D>
 std::size_t SplineProducer<D>::undecided(const Word* leaf) const {
   if ((leaf[0] & Program::whole) != 0) return 1 + tree_.roots();
@@ -147,6 +188,7 @@ template <int D>
 Advice SplineProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
   const bool whole = (leaf[0] & Program::whole) != 0;
   const std::size_t count = whole ? tree_.roots() : leaf[1] - Program::header;
+  if (const auto id = end(leaf, cell)) return {geometry::oriented(*id)};
   const auto patch = [&](std::size_t i) { return whole ? static_cast<Number>(i) : leaf[Program::header + i]; };
   Advice best{.plane = {}, .beyond_is_out = count == 1 && !tree_.closed()};
   double most = 0;

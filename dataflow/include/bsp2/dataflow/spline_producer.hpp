@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "bsp2/dataflow/network.hpp"
@@ -21,7 +22,10 @@ class SplineProducer {
   geometry::Label ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
-  /// The hyperplane of a patch that cuts off most of the cell, if that is much; else across the longest axis of the cell, at
+  /// An axis-parallel hyperplane that cuts off an end of the cell with no patch in it, if there is one that is worth it. Without
+  /// that the cells at the edges of a surface end thin, but reach far beyond them.
+  [[nodiscard]] std::optional<geometry::HyperplaneId> end(const Word* leaf, CellView<D>& cell) const;
+  /// Such an end; else the hyperplane of a patch that cuts off most of the cell, if that is much; else across the longest axis of the cell, at
   /// the roundest place near its middle. No advice where the cell is too small for that.
   Advice advise(const Word* leaf, CellView<D>& cell) const;
 
@@ -40,6 +44,7 @@ class SplineProducer {
     std::vector<Point> points;  ///< the vertices; unless the question is a quick one
     double error = 0;           ///< of their coordinates
   };
+  [[nodiscard]] Box<D> bounds(const Word* leaf, const CellView<D>& cell) const;
   [[nodiscard]] Box<D> in_frame(const Box<D>& box) const;
   [[nodiscard]] Image image_of(const CellView<D>& cell) const;
   [[nodiscard]] bool may_meet(Number patch, const Node& node, const Image& image, CellView<D>& cell) const;
