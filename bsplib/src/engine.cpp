@@ -38,6 +38,7 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
   replies_out_.resize(n);
   replies_in_.resize(n);
   queues_.resize(1);
+  queue_in_use_.push_back(true);
   try {
     machine = find_machine(load_machines(machine_file()), nprocs_);
   } catch (const std::runtime_error& error) {
@@ -63,7 +64,7 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
   common.pushes = registry_.pushes();
   common.pops = registry_.pops();
   common.tag_sets = tag_sets_;
-  common.queues = static_cast<std::uint32_t>(queues_.size());
+  common.queues = static_cast<std::uint32_t>(queues_.size() - free_queues_.size() - closed_queues_.size());
   common.tag_size = next_tag_size_;
   common.argument = argument;
   common.types = types_;
@@ -228,13 +229,13 @@ void Engine::close() {
   if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
 }
 
-std::unique_ptr<Engine> Engine::split(int color, int key) {
+std::shared_ptr<Engine> Engine::split(int color, int key) {
   check_usable("split");
   if (color < 0) reject(Errc::bad_argument, "split", "The color " + std::to_string(color) + " is negative");
   meet(Kind::split, 0);
   MPI_Comm part = MPI_COMM_NULL;
   MPI_Comm_split(comm_, color, key, &part);
-  return std::make_unique<Engine>(part, options_);
+  return std::make_shared<Engine>(part, options_);
 }
 
 std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {

@@ -56,11 +56,13 @@ class Engine {
   /// Tells the others that this rank has left, but does not wait for them: they may wait for it in another
   /// world. The engine must live on, since MPI still reads it.
   void abandon();
-  std::unique_ptr<Engine> split(int color, int key);
+  std::shared_ptr<Engine> split(int color, int key);
 
   Registry::Id push_reg(const void* address, std::size_t bytes);
   void pop_reg(const void* address);
   void pop_slot(Registry::Id slot);
+  void give_back_slot(Registry::Id slot) noexcept;
+  void give_back_queue(std::uint32_t queue) noexcept;
   std::pair<Registry::Id, std::byte*> allocate(std::size_t bytes);
   std::size_t size_of(Registry::Id slot, int pid) const;
   Registry::Id slot_of(const void* address, const char* caller);
@@ -106,6 +108,7 @@ class Engine {
   std::size_t tagsize() const { return tag_size_; }
   std::size_t received_tagsize() const { return received_tag_size_; }
   std::uint32_t new_queue();
+  void close_queue(std::uint32_t queue);
   void send(std::uint32_t queue, int pid, std::span<const std::byte> tag, std::span<const std::byte> payload);
   std::vector<Message>& messages(std::uint32_t queue);
 
@@ -191,11 +194,13 @@ class Engine {
   void apply_puts();
   void deliver_messages();
   void commit_registrations();
+  void commit_queues();
   void account();
   void record(SuperstepCost cost, std::uint64_t previous_h);
   void settle(SuperstepCost& cost, std::uint64_t h);
   void next_superstep();
 
+  bool has_queue(std::uint32_t queue) const { return queue < queues_.size() && queue_in_use_[queue]; }
   bool exists(int pid) const { return static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_); }
   bsp2_runs& runs_of(int rank) { return runs_[static_cast<std::size_t>(rank)]; }
   Outbox& out(int rank) { return out_[static_cast<std::size_t>(rank)]; }
@@ -222,6 +227,10 @@ class Engine {
   std::vector<Buffer> replies_out_, replies_in_;
   std::vector<std::pair<std::byte*, std::size_t>> wanted_;
   std::vector<std::vector<Message>> queues_;
+  std::vector<bool> queue_in_use_;  ///< by number
+  std::vector<std::uint32_t> free_queues_, closed_queues_;  ///< to be given out again; at the next sync
+  std::vector<Registry::Id> slots_later_;  ///< what was destroyed in an open superstep is given back in the next
+  std::vector<std::uint32_t> queues_later_;
 
   std::size_t tag_size_ = 0, next_tag_size_ = 0, received_tag_size_ = 0;
   std::uint32_t tag_sets_ = 0;
