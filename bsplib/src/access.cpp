@@ -99,16 +99,11 @@ std::size_t length(const bsp2_reference_run& run) {
   return run.next - run.first;
 }
 
-/// Where it began in the memory of this rank.
-std::byte* local_part(const bsp2_reference_run& run) {
-  return reinterpret_cast<std::byte*>(run.origin + run.first);
-}
-
 }  // namespace
 
 void Engine::begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset,
                        const void* local, std::size_t bytes) {
-  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), 0, 0, slot, 0};
+  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), nullptr, 0, slot, 0};
   place_run(run, offset, local, bytes);
 }
 
@@ -195,7 +190,7 @@ void Engine::end_runs(int pid) {
   end_hpput(pid);
   end_get(pid);
   end_hpget(pid);
-  bsp2_runs& runs = runs_of(pid);
+  const RunsOf runs = runs_of(pid);
   runs.hpput = runs.get = runs.hpget = no_reference_run;
   out(pid).close_run();
 }

@@ -19,7 +19,7 @@ constexpr std::size_t alignment = World::memory_alignment;  // a page, where sha
 
 }  // namespace
 
-Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
+Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::size_t room_ranks)
     : comm_(comm), options_(options), staging_(comm, options.staging_bytes), registry_([&] {
         int size = 0;
         MPI_Comm_size(comm, &size);
@@ -28,10 +28,19 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
   MPI_Comm_rank(comm, &pid_);
   MPI_Comm_size(comm, &nprocs_);
   const auto n = static_cast<std::size_t>(nprocs_);
-  if (room.size() < n) own_runs_ = std::make_shared<bsp2_runs[]>(n);
-  runs_ = own_runs_ ? std::span(own_runs_.get(), n) : room.first(n);
-  std::ranges::fill(runs_, bsp2_runs{no_put_run, no_reference_run, no_reference_run, no_reference_run});
-  for (bsp2_runs& runs : runs_) out_.emplace_back(&staging_, &runs.put);
+  runs_ = room;
+  if (room_ranks < n) {
+    own_puts_.resize(n);
+    own_references_.resize(3 * n);
+    bsp2_reference_run* references = own_references_.data();
+    runs_ = {own_puts_.data(), references, references + n, references + 2 * n};
+  }
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    const RunsOf runs = runs_of(rank);
+    runs.put = no_put_run;
+    runs.hpput = runs.get = runs.hpget = no_reference_run;
+    out_.emplace_back(&staging_, &runs.put);
+  }
   in_.resize(n);
   slots_out_.resize(n * wire::slot_bytes);
   slots_in_.resize(n * wire::slot_bytes);

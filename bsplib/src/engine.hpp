@@ -26,8 +26,8 @@ namespace bsp2::bsplib::detail {
 /// to `few_ranks`, and by MPI_Ialltoall above, whether a superstep is opened or not, so that both may meet.
 class Engine {
  public:
-  /// Takes the communicator over. @param room for the runs; used if it suffices for all ranks.
-  Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room = {});
+  /// Takes the communicator over. @param room for the runs of so many ranks; used if it suffices for all.
+  Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room = {}, std::size_t room_ranks = 0);
   ~Engine();
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
@@ -41,8 +41,7 @@ class Engine {
   std::uint64_t registry_version() const { return registry_.version(); }
   void wait_for_all() { MPI_Barrier(comm_); }
 
-  std::span<bsp2_runs> runs() { return runs_; }
-  std::shared_ptr<bsp2_runs[]> own_runs() { return own_runs_; }  ///< null if there was room
+  const bsp2_runs& runs() const { return runs_; }
 
   void sync(const Call& call);
   void open_sync();
@@ -99,7 +98,7 @@ class Engine {
     if (run.slot != slot || bytes - 1 >= run.end || offset > run.end - bytes) return false;
     const std::size_t length = run.next - run.first;
     if (length >= wire::stage_bytes) return false;
-    out(pid).get(slot, run.first, reinterpret_cast<std::byte*>(run.origin + run.first), length, run.end);
+    out(pid).get(slot, run.first, local_part(run), length, run.end);
     place_run(run, offset, target, bytes);
     return true;
   }
@@ -170,8 +169,12 @@ class Engine {
   static void place_run(bsp2_reference_run& run, std::size_t offset, const void* local, std::size_t bytes) {
     run.first = offset;
     run.next = offset + bytes;
-    run.origin = reinterpret_cast<std::uintptr_t>(local) - offset;
+    run.origin = static_cast<const char*>(local) - offset;
     run.pieced = bytes < wire::store_bytes;
+  }
+  /// Where it began in the memory of this rank.
+  static std::byte* local_part(const bsp2_reference_run& run) {
+    return reinterpret_cast<std::byte*>(const_cast<char*>(run.origin + run.first));
   }
   void begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset, const void* local,
                  std::size_t bytes);
@@ -202,7 +205,11 @@ class Engine {
 
   bool has_queue(std::uint32_t queue) const { return queue < queues_.size() && queue_in_use_[queue]; }
   bool exists(int pid) const { return static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_); }
-  bsp2_runs& runs_of(int rank) { return runs_[static_cast<std::size_t>(rank)]; }
+  struct RunsOf {
+    bsp2_put_run& put;
+    bsp2_reference_run &hpput, &get, &hpget;
+  };
+  RunsOf runs_of(int rank) { return {runs_.put[rank], runs_.hpput[rank], runs_.get[rank], runs_.hpget[rank]}; }
   Outbox& out(int rank) { return out_[static_cast<std::size_t>(rank)]; }
   Buffer& reply_out(int rank) { return replies_out_[static_cast<std::size_t>(rank)]; }
   Buffer& reply_in(int rank) { return replies_in_[static_cast<std::size_t>(rank)]; }
@@ -218,8 +225,9 @@ class Engine {
 
   Staging staging_;
   Registry registry_;
-  std::shared_ptr<bsp2_runs[]> own_runs_;
-  std::span<bsp2_runs> runs_;
+  std::vector<bsp2_put_run> own_puts_;
+  std::vector<bsp2_reference_run> own_references_;
+  bsp2_runs runs_;
   std::vector<Outbox> out_;
   std::vector<Inflow> in_;
   std::vector<std::byte> slots_out_, slots_in_;

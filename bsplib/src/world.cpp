@@ -54,7 +54,7 @@ World::World(MPI_Comm comm, WorldOptions options)
     : World(std::make_shared<Engine>(duplicate(comm), options)) {}
 
 World::World(std::shared_ptr<Engine> engine)
-    : runs_(engine->own_runs(), engine->nprocs()), engine_(std::move(engine)) {}
+    : runs_(engine->runs(), engine->nprocs()), engine_(std::move(engine)) {}
 
 World::~World() {
   if (owns_) leave(std::move(engine_));

@@ -2,10 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <functional>
-#include <optional>
 #include <boost/mpi/communicator.hpp>
 #include <functional>
+#include <optional>
 #include <thread>
 #include <vector>
 

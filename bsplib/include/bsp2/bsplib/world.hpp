@@ -68,36 +68,36 @@ std::uint64_t type_hash() {
 
 class Engine;
 
-/// The runs of a world, for calls that may continue one: these return whether they did.
+/// The runs of a world, for calls that may continue one: these return whether they did. They live as long as its
+/// engine.
 class Runs {
  public:
   Runs() = default;
-  Runs(std::shared_ptr<bsp2_runs[]> by_rank, int nprocs)
-      : by_rank_(std::move(by_rank)), nprocs_(static_cast<unsigned>(nprocs)) {}
+  Runs(const bsp2_runs& by_rank, int nprocs) : by_rank_(by_rank), nprocs_(static_cast<unsigned>(nprocs)) {}
 
   bool put(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
     if (!exists(pid)) return false;
-    bsp2_put_run& run = by_rank_[pid].put;
-    return bsp2_continue_put(&run, run.slot ^ target, offset, source, bytes) != 0;
+    bsp2_put_run& run = by_rank_.put[pid];
+    return bsp2_continue_put(&run, run.slot, target, offset, source, bytes) != 0;
   }
   bool hpput(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
-    return exists(pid) && continues(by_rank_[pid].hpput, target, offset, source, bytes);
+    return exists(pid) && continues(by_rank_.hpput[pid], target, offset, source, bytes);
   }
   bool get(int pid, std::uint32_t source, std::size_t offset, const void* target, std::size_t bytes) const {
-    return exists(pid) && continues(by_rank_[pid].get, source, offset, target, bytes);
+    return exists(pid) && continues(by_rank_.get[pid], source, offset, target, bytes);
   }
   bool hpget(int pid, std::uint32_t source, std::size_t offset, const void* target, std::size_t bytes) const {
-    return exists(pid) && continues(by_rank_[pid].hpget, source, offset, target, bytes);
+    return exists(pid) && continues(by_rank_.hpget[pid], source, offset, target, bytes);
   }
 
  private:
   bool exists(int pid) const { return static_cast<unsigned>(pid) < nprocs_; }
   static bool continues(bsp2_reference_run& run, std::uint32_t slot, std::size_t offset, const void* local,
                         std::size_t bytes) {
-    return bsp2_continue_reference(&run, run.slot ^ slot, offset, local, bytes) != 0;
+    return bsp2_continue_reference(&run, run.slot, slot, offset, local, bytes) != 0;
   }
 
-  std::shared_ptr<bsp2_runs[]> by_rank_;  ///< the engine's
+  bsp2_runs by_rank_{};
   unsigned nprocs_ = 0;
 };
 
