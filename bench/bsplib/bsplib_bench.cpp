@@ -207,6 +207,12 @@ struct Combinations {
       line("Array::hpput", total, [=, this](std::size_t at, std::size_t bytes) {
         array.hpput(to, std::span<const std::byte>(mine + at, bytes), at);
       });
+      line("Array::get", total, [=, this](std::size_t at, std::size_t bytes) {
+        array.get(to, at, std::span<std::byte>(mine + at, bytes));
+      });
+      line("Array::hpget", total, [=, this](std::size_t at, std::size_t bytes) {
+        array.hpget(to, at, std::span<std::byte>(mine + at, bytes));
+      });
       line("bsp_send", total,
            [=](std::size_t at, std::size_t bytes) { bsp_send(to, nullptr, mine + at, as_int(bytes)); });
     }

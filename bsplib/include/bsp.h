@@ -112,10 +112,12 @@ bsp_size_t bsp_hpmove(void** tag, void** payload);
 /* --- Speed --------------------------------------------------------------------------------------------------- */
 
 #ifdef __GNUC__
-/* Of the running program, for processes with smaller numbers; not an interface. A constant pointer, so that a loop
- * finds its run once. */
+/* The runs (run.h) of the program, for processes with smaller numbers; not an interface. */
 #define BSP2_RUNS 256
-extern struct bsp2_runs* const bsp2_classic_runs;
+extern struct bsp2_put_run bsp2_classic_puts[BSP2_RUNS];
+extern struct bsp2_reference_run bsp2_classic_hpputs[BSP2_RUNS];
+extern struct bsp2_reference_run bsp2_classic_gets[BSP2_RUNS];
+extern struct bsp2_reference_run bsp2_classic_hpgets[BSP2_RUNS];
 #endif
 
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(BSP2_NO_INLINE)
@@ -133,27 +135,29 @@ void bsp2_library_hpget(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) B
 
 BSP2_STAND_IN void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
   if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
-                  !bsp2_continue_put(&bsp2_classic_runs[pid].put,
-                                     (size_t)bsp2_classic_runs[pid].put.name ^ (size_t)dst, (size_t)offset, src,
-                                     (size_t)nbytes)))
+                  !bsp2_continue_put(&bsp2_classic_puts[pid], (size_t)bsp2_classic_puts[pid].name, (size_t)dst,
+                                     (size_t)offset, src, (size_t)nbytes)))
     bsp2_library_put(pid, src, dst, offset, nbytes);
 }
 
 BSP2_STAND_IN void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].hpput.name != dst ||
-                  !bsp2_continue_reference(&bsp2_classic_runs[pid].hpput, 0, (size_t)offset, src, (size_t)nbytes)))
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
+                  !bsp2_continue_reference(&bsp2_classic_hpputs[pid], (size_t)bsp2_classic_hpputs[pid].name,
+                                           (size_t)dst, (size_t)offset, src, (size_t)nbytes)))
     bsp2_library_hpput(pid, src, dst, offset, nbytes);
 }
 
 BSP2_STAND_IN void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
-  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].get.name != src ||
-                  !bsp2_continue_reference(&bsp2_classic_runs[pid].get, 0, (size_t)offset, dst, (size_t)nbytes)))
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
+                  !bsp2_continue_reference(&bsp2_classic_gets[pid], (size_t)bsp2_classic_gets[pid].name,
+                                           (size_t)src, (size_t)offset, dst, (size_t)nbytes)))
     bsp2_library_get(pid, src, offset, dst, nbytes);
 }
 
 BSP2_STAND_IN void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
-  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS || bsp2_classic_runs[pid].hpget.name != src ||
-                  !bsp2_continue_reference(&bsp2_classic_runs[pid].hpget, 0, (size_t)offset, dst, (size_t)nbytes)))
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
+                  !bsp2_continue_reference(&bsp2_classic_hpgets[pid], (size_t)bsp2_classic_hpgets[pid].name,
+                                           (size_t)src, (size_t)offset, dst, (size_t)nbytes)))
     bsp2_library_hpget(pid, src, offset, dst, nbytes);
 }
 #endif

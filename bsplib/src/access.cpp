@@ -99,16 +99,11 @@ std::size_t length(const bsp2_reference_run& run) {
   return run.next - run.first;
 }
 
-/// Where it began in the memory of this rank.
-std::byte* local_part(const bsp2_reference_run& run) {
-  return reinterpret_cast<std::byte*>(run.origin + run.first);
-}
-
 }  // namespace
 
 void Engine::begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset,
                        const void* local, std::size_t bytes) {
-  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), 0, 0, slot, 0};
+  if (run.slot != slot) run = {nullptr, 0, size_of(slot, pid), nullptr, 0, slot, 0};
   place_run(run, offset, local, bytes);
 }
 
@@ -195,7 +190,7 @@ void Engine::end_runs(int pid) {
   end_hpput(pid);
   end_get(pid);
   end_hpget(pid);
-  bsp2_runs& runs = runs_of(pid);
+  const RunsOf runs = runs_of(pid);
   runs.hpput = runs.get = runs.hpget = no_reference_run;
   out(pid).close_run();
 }
@@ -219,6 +214,30 @@ void Engine::pop_slot(Registry::Id slot) {
   registry_.pop_id(slot);
 }
 
+void Engine::give_back_slot(Registry::Id slot) noexcept {
+  try {
+    if (phase_ != Phase::idle && !verdict_) {
+      slots_later_.push_back(slot);
+    } else {
+      pop_slot(slot);
+    }
+  } catch (const std::exception&) {
+    // The world is dead or over, and the registration with it.
+  }
+}
+
+void Engine::give_back_queue(std::uint32_t queue) noexcept {
+  try {
+    if (phase_ != Phase::idle && !verdict_) {
+      queues_later_.push_back(queue);
+    } else {
+      close_queue(queue);
+    }
+  } catch (const std::exception&) {
+    // The world is dead or over, and the queue with it.
+  }
+}
+
 std::size_t Engine::size_of(Registry::Id slot, int pid) const {
   if (!registry_.effective(slot) || pid < 0 || pid >= nprocs_) return 0;
   const std::size_t size = registry_.slot(slot).sizes[static_cast<std::size_t>(pid)];
@@ -238,19 +257,35 @@ std::size_t Engine::set_tagsize(std::size_t bytes) {
 
 std::uint32_t Engine::new_queue() {
   check_usable("new_queue");
-  queues_.emplace_back();
-  return static_cast<std::uint32_t>(queues_.size() - 1);
+  if (free_queues_.empty()) {
+    queues_.emplace_back();
+    queue_in_use_.push_back(true);
+    return static_cast<std::uint32_t>(queues_.size() - 1);
+  }
+  const std::uint32_t queue = free_queues_.back();
+  free_queues_.pop_back();
+  queue_in_use_[queue] = true;
+  return queue;
+}
+
+/// Ranks that close different queues differ in the sequence that types_ sums up.
+void Engine::close_queue(std::uint32_t queue) {
+  check_usable("close_queue");
+  if (queue == 0 || !has_queue(queue)) reject(Errc::bad_argument, "close_queue", "There is no such queue");
+  queue_in_use_[queue] = false;
+  closed_queues_.push_back(queue);
+  declare_type(~std::uint64_t{queue});
 }
 
 void Engine::send(std::uint32_t queue, int pid, std::span<const std::byte> tag,
                   std::span<const std::byte> payload) {
   Outbox& box = outbox(pid, "send");
-  if (queue >= queues_.size()) reject(Errc::bad_argument, "send", "There is no such queue");
+  if (!has_queue(queue)) reject(Errc::bad_argument, "send", "There is no such queue");
   box.message(queue, tag.data(), tag.size(), payload.data(), payload.size());
 }
 
 std::vector<Message>& Engine::messages(std::uint32_t queue) {
-  if (queue >= queues_.size()) reject(Errc::bad_argument, "messages", "There is no such queue");
+  if (!has_queue(queue)) reject(Errc::bad_argument, "messages", "There is no such queue");
   return queues_[queue];
 }
 

@@ -55,14 +55,16 @@ struct Api {
     guarded([&] { world.push_reg(address, static_cast<std::size_t>(bytes)); });
   }
 
-  static bsp2_runs* runs_of(Pid pid) {
-    return static_cast<unsigned>(pid) < state.runs.size() ? &state.runs[static_cast<unsigned>(pid)] : nullptr;
+  /// Null if there is no such process.
+  template <class Run>
+  static Run* run_of(Run* bsp2_runs::*kind, Pid pid) {
+    return static_cast<unsigned>(pid) < state.with_runs ? state.runs.*kind + pid : nullptr;
   }
 
   /// The run that a call began is now known by the address that the program used (run.h).
   template <class Run>
-  static void name(Run bsp2_runs::*run, Pid to, World::Slot slot, const void* address) {
-    Run& begun = runs_of(to)->*run;
+  static void name(Run* bsp2_runs::*kind, Pid to, World::Slot slot, const void* address) {
+    Run& begun = *run_of(kind, to);
     if (begun.slot == slot) begun.name = address;
   }
 
@@ -73,19 +75,19 @@ struct Api {
 
   /// A scattered put, if the last one to this process went to the same memory.
   static bool put_again(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
-    bsp2_runs* runs = runs_of(to);
-    if (!runs || runs->put.name != dst || negative(offset) || negative(bytes)) return false;
+    bsp2_put_run* run = run_of(&bsp2_runs::put, to);
+    if (!run || run->name != dst || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
-    return bsp2_continue_put(&runs->put, 0, at, src, size) ||
-           state.engine->put_again(static_cast<int>(to), src, runs->put.slot, at, size);
+    return bsp2_continue_put(run, 0, 0, at, src, size) ||
+           state.engine->put_again(static_cast<int>(to), src, run->slot, at, size);
   }
 
   static bool hpput_again(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
-    bsp2_runs* runs = runs_of(to);
-    if (!runs || runs->hpput.name != dst || negative(offset) || negative(bytes)) return false;
+    bsp2_reference_run* run = run_of(&bsp2_runs::hpput, to);
+    if (!run || run->name != dst || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
-    return bsp2_continue_reference(&runs->hpput, 0, at, src, size) ||
-           state.engine->hpput_again(static_cast<int>(to), src, runs->hpput.slot, at, size);
+    return bsp2_continue_reference(run, 0, 0, at, src, size) ||
+           state.engine->hpput_again(static_cast<int>(to), src, run->slot, at, size);
   }
 
   [[gnu::noinline]] static void start_put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
@@ -117,25 +119,25 @@ struct Api {
   }
 
   /// As put_again.
-  static bool get_again(bsp2_reference_run bsp2_runs::*run, Pid from, const void* src, Size offset, void* dst,
+  static bool get_again(bsp2_reference_run* bsp2_runs::*kind, Pid from, const void* src, Size offset, void* dst,
                         Size bytes, bool unbuffered) {
-    bsp2_runs* runs = runs_of(from);
-    if (!runs || (runs->*run).name != src || negative(offset) || negative(bytes)) return false;
+    bsp2_reference_run* run = run_of(kind, from);
+    if (!run || run->name != src || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
-    return bsp2_continue_reference(&(runs->*run), 0, at, dst, size) ||
-           state.engine->get_again(static_cast<int>(from), (runs->*run).slot, at, dst, size, unbuffered);
+    return bsp2_continue_reference(run, 0, 0, at, dst, size) ||
+           state.engine->get_again(static_cast<int>(from), run->slot, at, dst, size, unbuffered);
   }
 
   static void get(const char* function, Pid from, const void* src, Size offset, void* dst, Size bytes,
                   bool unbuffered) {
-    const auto run = unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get;
-    if (get_again(run, from, src, offset, dst, bytes, unbuffered)) return;
+    const auto kind = unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get;
+    if (get_again(kind, from, src, offset, dst, bytes, unbuffered)) return;
     start_get(function, from, src, offset, dst, bytes, unbuffered);
   }
 
   [[gnu::noinline]] static void start_get(const char* function, Pid from, const void* src, Size offset,
                                           void* dst, Size bytes, bool unbuffered) {
-    const auto run = unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get;
+    const auto kind = unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get;
     auto& world = engine(function);
     if (bytes == 0) return;
     check_access(function, offset, bytes);
@@ -144,7 +146,7 @@ struct Api {
       world.get(pid(from), slot, static_cast<std::size_t>(offset), dst, static_cast<std::size_t>(bytes),
                 unbuffered);
     });
-    name(run, from, slot, src);
+    name(kind, from, slot, src);
   }
 
   static void set_tagsize(Size* bytes) {

@@ -13,14 +13,9 @@ State state;
 
 }  // namespace bsp2::bsplib::classic
 
-namespace {
-
-bsp2_runs classic_runs[BSP2_RUNS];
-
-}  // namespace
-
 extern "C" {
-bsp2_runs* const bsp2_classic_runs = classic_runs;
+bsp2_put_run bsp2_classic_puts[BSP2_RUNS];
+bsp2_reference_run bsp2_classic_hpputs[BSP2_RUNS], bsp2_classic_gets[BSP2_RUNS], bsp2_classic_hpgets[BSP2_RUNS];
 }
 
 namespace bsp2::bsplib::classic {
@@ -167,12 +162,13 @@ void begin(long long maxprocs) {
     std::exit(EXIT_SUCCESS);
   }
   try {
-    state.engine =
-        std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), std::span(classic_runs));
+    const bsp2_runs room{bsp2_classic_puts, bsp2_classic_hpputs, bsp2_classic_gets, bsp2_classic_hpgets};
+    state.engine = std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), room, BSP2_RUNS);
   } catch (const Error& error) {
     die("bsp_begin", error.where() + ": " + error.detail());
   }
   state.runs = state.engine->runs();
+  state.with_runs = static_cast<unsigned>(state.nprocs);
 }
 
 void end() {
@@ -182,7 +178,7 @@ void end() {
   } catch (const Error& error) {
     die(error);
   }
-  state.runs = {};
+  state.with_runs = 0;
   state.engine.reset();
   state.ended = true;
 }

@@ -17,7 +17,8 @@ namespace bsp2::bsplib::classic {
 
 struct State {
   std::unique_ptr<detail::Engine> engine;  ///< of the world, between bsp_begin and bsp_end
-  std::span<bsp2_runs> runs;               ///< its runs
+  bsp2_runs runs{};                        ///< its runs
+  unsigned with_runs = 0;                  ///< the processes that have them: all, or none
   bool init_called = false, began = false, ended = false, aborting = false;
   int nprocs = 0;
 

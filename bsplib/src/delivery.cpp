@@ -109,6 +109,7 @@ void Engine::finish_sync() {
   if constexpr (defect != Defect::gets_after_puts) apply_puts();
   deliver_messages();
   commit_registrations();
+  commit_queues();
   account();
   next_superstep();
 }
@@ -263,6 +264,13 @@ void Engine::commit_registrations() {
   tag_sets_ = 0;
 }
 
+/// What was sent to a queue before it was closed is lost.
+void Engine::commit_queues() {
+  for (const std::uint32_t queue : closed_queues_) queues_[queue].clear();
+  free_queues_.insert(free_queues_.end(), closed_queues_.begin(), closed_queues_.end());
+  closed_queues_.clear();
+}
+
 void Engine::account() {
   SuperstepCost cost;
   cost.superstep = superstep_;
@@ -315,6 +323,8 @@ void Engine::next_superstep() {
   bytes_out_ = bytes_in_ = 0;
   ++superstep_;
   phase_ = Phase::idle;
+  for (const Registry::Id slot : std::exchange(slots_later_, {})) give_back_slot(slot);
+  for (const std::uint32_t queue : std::exchange(queues_later_, {})) give_back_queue(queue);
 }
 
 }  // namespace bsp2::bsplib::detail

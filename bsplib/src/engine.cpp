@@ -19,7 +19,7 @@ constexpr std::size_t alignment = World::memory_alignment;  // a page, where sha
 
 }  // namespace
 
-Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
+Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::size_t room_ranks)
     : comm_(comm), options_(options), staging_(comm, options.staging_bytes), registry_([&] {
         int size = 0;
         MPI_Comm_size(comm, &size);
@@ -28,16 +28,26 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room)
   MPI_Comm_rank(comm, &pid_);
   MPI_Comm_size(comm, &nprocs_);
   const auto n = static_cast<std::size_t>(nprocs_);
-  if (room.size() < n) own_runs_ = std::make_shared<bsp2_runs[]>(n);
-  runs_ = own_runs_ ? std::span(own_runs_.get(), n) : room.first(n);
-  std::ranges::fill(runs_, bsp2_runs{no_put_run, no_reference_run, no_reference_run, no_reference_run});
-  for (bsp2_runs& runs : runs_) out_.emplace_back(&staging_, &runs.put);
+  runs_ = room;
+  if (room_ranks < n) {
+    own_puts_.resize(n);
+    own_references_.resize(3 * n);
+    bsp2_reference_run* references = own_references_.data();
+    runs_ = {own_puts_.data(), references, references + n, references + 2 * n};
+  }
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    const RunsOf runs = runs_of(rank);
+    runs.put = no_put_run;
+    runs.hpput = runs.get = runs.hpget = no_reference_run;
+    out_.emplace_back(&staging_, &runs.put);
+  }
   in_.resize(n);
   slots_out_.resize(n * wire::slot_bytes);
   slots_in_.resize(n * wire::slot_bytes);
   replies_out_.resize(n);
   replies_in_.resize(n);
   queues_.resize(1);
+  queue_in_use_.push_back(true);
   try {
     machine = find_machine(load_machines(machine_file()), nprocs_);
   } catch (const std::runtime_error& error) {
@@ -63,7 +73,7 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
   common.pushes = registry_.pushes();
   common.pops = registry_.pops();
   common.tag_sets = tag_sets_;
-  common.queues = static_cast<std::uint32_t>(queues_.size());
+  common.queues = static_cast<std::uint32_t>(queues_.size() - free_queues_.size() - closed_queues_.size());
   common.tag_size = next_tag_size_;
   common.argument = argument;
   common.types = types_;
@@ -228,13 +238,13 @@ void Engine::close() {
   if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
 }
 
-std::unique_ptr<Engine> Engine::split(int color, int key) {
+std::shared_ptr<Engine> Engine::split(int color, int key) {
   check_usable("split");
   if (color < 0) reject(Errc::bad_argument, "split", "The color " + std::to_string(color) + " is negative");
   meet(Kind::split, 0);
   MPI_Comm part = MPI_COMM_NULL;
   MPI_Comm_split(comm_, color, key, &part);
-  return std::make_unique<Engine>(part, options_);
+  return std::make_shared<Engine>(part, options_);
 }
 
 std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {

@@ -26,8 +26,8 @@ namespace bsp2::bsplib::detail {
 /// to `few_ranks`, and by MPI_Ialltoall above, whether a superstep is opened or not, so that both may meet.
 class Engine {
  public:
-  /// Takes the communicator over. @param room for the runs; used if it suffices for all ranks.
-  Engine(MPI_Comm comm, WorldOptions options, std::span<bsp2_runs> room = {});
+  /// Takes the communicator over. @param room for the runs of so many ranks; used if it suffices for all.
+  Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room = {}, std::size_t room_ranks = 0);
   ~Engine();
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
@@ -41,8 +41,7 @@ class Engine {
   std::uint64_t registry_version() const { return registry_.version(); }
   void wait_for_all() { MPI_Barrier(comm_); }
 
-  std::span<bsp2_runs> runs() { return runs_; }
-  std::shared_ptr<bsp2_runs[]> own_runs() { return own_runs_; }  ///< null if there was room
+  const bsp2_runs& runs() const { return runs_; }
 
   void sync(const Call& call);
   void open_sync();
@@ -56,11 +55,13 @@ class Engine {
   /// Tells the others that this rank has left, but does not wait for them: they may wait for it in another
   /// world. The engine must live on, since MPI still reads it.
   void abandon();
-  std::unique_ptr<Engine> split(int color, int key);
+  std::shared_ptr<Engine> split(int color, int key);
 
   Registry::Id push_reg(const void* address, std::size_t bytes);
   void pop_reg(const void* address);
   void pop_slot(Registry::Id slot);
+  void give_back_slot(Registry::Id slot) noexcept;
+  void give_back_queue(std::uint32_t queue) noexcept;
   std::pair<Registry::Id, std::byte*> allocate(std::size_t bytes);
   std::size_t size_of(Registry::Id slot, int pid) const;
   Registry::Id slot_of(const void* address, const char* caller);
@@ -97,7 +98,7 @@ class Engine {
     if (run.slot != slot || bytes - 1 >= run.end || offset > run.end - bytes) return false;
     const std::size_t length = run.next - run.first;
     if (length >= wire::stage_bytes) return false;
-    out(pid).get(slot, run.first, reinterpret_cast<std::byte*>(run.origin + run.first), length, run.end);
+    out(pid).get(slot, run.first, local_part(run), length, run.end);
     place_run(run, offset, target, bytes);
     return true;
   }
@@ -106,6 +107,7 @@ class Engine {
   std::size_t tagsize() const { return tag_size_; }
   std::size_t received_tagsize() const { return received_tag_size_; }
   std::uint32_t new_queue();
+  void close_queue(std::uint32_t queue);
   void send(std::uint32_t queue, int pid, std::span<const std::byte> tag, std::span<const std::byte> payload);
   std::vector<Message>& messages(std::uint32_t queue);
 
@@ -167,8 +169,12 @@ class Engine {
   static void place_run(bsp2_reference_run& run, std::size_t offset, const void* local, std::size_t bytes) {
     run.first = offset;
     run.next = offset + bytes;
-    run.origin = reinterpret_cast<std::uintptr_t>(local) - offset;
+    run.origin = static_cast<const char*>(local) - offset;
     run.pieced = bytes < wire::store_bytes;
+  }
+  /// Where it began in the memory of this rank.
+  static std::byte* local_part(const bsp2_reference_run& run) {
+    return reinterpret_cast<std::byte*>(const_cast<char*>(run.origin + run.first));
   }
   void begin_run(bsp2_reference_run& run, int pid, Registry::Id slot, std::size_t offset, const void* local,
                  std::size_t bytes);
@@ -191,13 +197,19 @@ class Engine {
   void apply_puts();
   void deliver_messages();
   void commit_registrations();
+  void commit_queues();
   void account();
   void record(SuperstepCost cost, std::uint64_t previous_h);
   void settle(SuperstepCost& cost, std::uint64_t h);
   void next_superstep();
 
+  bool has_queue(std::uint32_t queue) const { return queue < queues_.size() && queue_in_use_[queue]; }
   bool exists(int pid) const { return static_cast<unsigned>(pid) < static_cast<unsigned>(nprocs_); }
-  bsp2_runs& runs_of(int rank) { return runs_[static_cast<std::size_t>(rank)]; }
+  struct RunsOf {
+    bsp2_put_run& put;
+    bsp2_reference_run &hpput, &get, &hpget;
+  };
+  RunsOf runs_of(int rank) { return {runs_.put[rank], runs_.hpput[rank], runs_.get[rank], runs_.hpget[rank]}; }
   Outbox& out(int rank) { return out_[static_cast<std::size_t>(rank)]; }
   Buffer& reply_out(int rank) { return replies_out_[static_cast<std::size_t>(rank)]; }
   Buffer& reply_in(int rank) { return replies_in_[static_cast<std::size_t>(rank)]; }
@@ -213,8 +225,9 @@ class Engine {
 
   Staging staging_;
   Registry registry_;
-  std::shared_ptr<bsp2_runs[]> own_runs_;
-  std::span<bsp2_runs> runs_;
+  std::vector<bsp2_put_run> own_puts_;
+  std::vector<bsp2_reference_run> own_references_;
+  bsp2_runs runs_;
   std::vector<Outbox> out_;
   std::vector<Inflow> in_;
   std::vector<std::byte> slots_out_, slots_in_;
@@ -222,6 +235,10 @@ class Engine {
   std::vector<Buffer> replies_out_, replies_in_;
   std::vector<std::pair<std::byte*, std::size_t>> wanted_;
   std::vector<std::vector<Message>> queues_;
+  std::vector<bool> queue_in_use_;  ///< by number
+  std::vector<std::uint32_t> free_queues_, closed_queues_;  ///< to be given out again; at the next sync
+  std::vector<Registry::Id> slots_later_;  ///< what was destroyed in an open superstep is given back in the next
+  std::vector<std::uint32_t> queues_later_;
 
   std::size_t tag_size_ = 0, next_tag_size_ = 0, received_tag_size_ = 0;
   std::uint32_t tag_sets_ = 0;

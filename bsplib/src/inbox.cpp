@@ -35,7 +35,7 @@ std::size_t extent(const Record& record) {
   }
 }
 
-/// A put or a get, from a short or a long record; or another record.
+/// A put, a get or a message, from a short or a long record; or another record.
 struct Item {
   Op op;
   Registry::Id target;
@@ -56,6 +56,9 @@ inline void for_each_record(const std::byte* stream, std::size_t size, Visit&& v
     } else if (brief.op() == Op::short_get) {
       visit(Item{Op::get, brief.target(), brief.offset, brief.size(), at, nullptr});
       at += sizeof brief;
+    } else if (brief.op() == Op::short_message) {
+      visit(Item{Op::message, brief.target(), brief.offset, brief.size(), at, at + sizeof brief});
+      at += sizeof brief + wire::padded(brief.size()) + wire::padded(brief.offset);
     } else {
       const auto record = load<Record>(at);
       const std::size_t bytes = record.op() == Op::get ? load<wire::Get>(at).size : record.size();

@@ -30,7 +30,7 @@ bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t byte
 void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes,
                  std::size_t limit) {
   if (prolong_run(slot, offset, bytes)) {
-    bsp2_continue_put(run_, 0, offset, source, bytes);
+    bsp2_continue_put(run_, 0, 0, offset, source, bytes);
     return;
   }
   close_run();

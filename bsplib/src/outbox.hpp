@@ -17,7 +17,7 @@ namespace bsp2::bsplib {
 
 /// No run is open.
 inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id};
-inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, 0, 0, Registry::no_id, 0};
+inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id, 0};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
@@ -181,10 +181,19 @@ inline bool Outbox::short_get(Registry::Id slot, std::size_t offset, std::byte* 
 
 inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
                             const std::byte* bytes_at, std::size_t bytes) {
-  std::byte* place = append(sizeof(wire::Record) + wire::padded(tag_bytes) + wire::padded(bytes));
-  const wire::Record record{queue, wire::Record::pack(wire::Op::message, tag_bytes), bytes};
-  std::memcpy(place, &record, sizeof record);
-  place += sizeof record;
+  const bool is_short = wire::Short::can_carry(queue, tag_bytes, bytes);
+  const std::size_t head = is_short ? sizeof(wire::Short) : sizeof(wire::Record);
+  std::byte* place = append(head + wire::padded(tag_bytes) + wire::padded(bytes));
+  BSP2_SOON_WRITTEN(place[1024]);
+  if (is_short) {
+    const wire::Short record{static_cast<std::uint32_t>(bytes),
+                             wire::Short::pack(wire::Op::short_message, tag_bytes, queue)};
+    std::memcpy(place, &record, sizeof record);
+  } else {
+    const wire::Record record{queue, wire::Record::pack(wire::Op::message, tag_bytes), bytes};
+    std::memcpy(place, &record, sizeof record);
+  }
+  place += head;
   copy_small(place, tag, tag_bytes);
   copy_small(place + wire::padded(tag_bytes), bytes_at, bytes);
   contents |= wire::has_messages;
@@ -199,7 +208,7 @@ inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void*
     if (offset == last_ + 1) --offset;
   if (offset == last_) {
     open_run();
-    return bsp2_continue_put(run_, 0, offset, source, bytes) != 0;
+    return bsp2_continue_put(run_, 0, 0, offset, source, bytes) != 0;
   }
   if (bytes >= wire::stage_bytes || block_.capacity - size_ < head_ + wire::padded(bytes)) return false;
   write_put(offset, source, bytes);

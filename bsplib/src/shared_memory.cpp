@@ -8,16 +8,21 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <random>
+#include <system_error>
 
 namespace bsp2::bsplib {
 
 namespace {
 
 using Name = std::array<char, 48>;
+constexpr const char* folder = "/dev/shm";  // of the segments, and what their names begin with there
+constexpr const char* prefix = "bsp2-shared-";
 
 /// What is left to others, for each rank: Open MPI's own messages between the ranks of a node take 4 MiB.
 constexpr std::size_t spare_bytes = std::size_t{4} << 20;
@@ -60,7 +65,7 @@ bool take(int file, std::size_t bytes) {
 /// for another process meanwhile.
 class Turn {
  public:
-  Turn() : folder_(open("/dev/shm", O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  Turn() : folder_(open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
     while (folder_ >= 0 && flock(folder_, LOCK_EX) != 0 && errno == EINTR) {
     }
   }
@@ -82,13 +87,28 @@ bool leaves_room(int file, std::size_t bytes, std::size_t spare) {
   return unlimited || system.f_bavail >= bytes / system.f_frsize + spare / system.f_frsize;
 }
 
+/// Names that programs left behind which were killed while they made a segment: after a minute no rank comes to open it
+/// any more, and where one does, its node does without. Those of other users stay.
+void remove_left_behind() {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  const auto old = fs::file_time_type::clock::now() - std::chrono::minutes(1);
+  for (fs::directory_iterator file(folder, none), end; !none && file != end; file.increment(none)) {
+    std::error_code gone;
+    if (!file->path().filename().string().starts_with(prefix)) continue;
+    if (!fs::is_regular_file(file->symlink_status(gone))) continue;
+    if (file->last_write_time(gone) < old && !gone) fs::remove(file->path(), gone);
+  }
+}
+
 /// A new segment; -1 and an empty name if there is none. The room is looked at before anybody takes of it:
 /// others must not find the file system full even for a moment.
 int create(Name& name, std::size_t bytes, std::size_t spare) {
   std::random_device random;
   const auto number = (std::uint64_t{random()} << 32U) | random();
-  std::snprintf(name.data(), name.size(), "/bsp2-%d-%016llx", static_cast<int>(getpid()),
+  std::snprintf(name.data(), name.size(), "/%s%d-%016llx", prefix, static_cast<int>(getpid()),
                 static_cast<unsigned long long>(number));
+  remove_left_behind();
   const int file = shm_open(name.data(), O_CREAT | O_EXCL | O_RDWR, S_IRUSR | S_IWUSR);
   {
     const Turn turn;

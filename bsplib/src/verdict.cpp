@@ -126,7 +126,7 @@ std::optional<Engine::Verdict> Engine::judge_counts() const {
   const auto types = [](const Header& h) { return h.types; };
   if (const auto odd = odd_one_out(types))
     return Verdict{Errc::mixed_collectives, *odd, "sync",
-                   "Not all ranks made their queues and arrays of the same types, in the same order"};
+                   "Not all ranks made their queues and arrays of the same types, in the same order, and gave them back alike"};
   return std::nullopt;
 }
 

@@ -69,7 +69,7 @@ static_assert(sizeof(Header) <= 144);
 inline constexpr std::size_t inline_bytes = slot_bytes - sizeof(Header);
 
 /// Records are 8-byte aligned; the data of put and message follows its record, padded to 8 bytes.
-enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4, short_put = 5, short_get = 6 };
+enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4, short_put = 5, short_get = 6, short_message = 7 };
 inline constexpr std::size_t max_inline_size = (std::size_t{1} << 28) - 8;
 
 struct Record {
@@ -84,13 +84,13 @@ struct Record {
 };
 static_assert(sizeof(Record) == 16);
 
-/// A put or a get that fits in fewer bits: most do. Its op is where that of a Record is.
+/// A put, a get or a message that fits in fewer bits: most do. Its op is where that of a Record is.
 struct Short {
   static constexpr std::uint32_t target_limit = 1U << 14U;
   static constexpr std::size_t reach = std::size_t{1} << 32U;  ///< registrations up to this size
 
-  std::uint32_t offset;
-  std::uint32_t bits;  ///< op, 14 bits of the size, 14 bits of the target
+  std::uint32_t offset;  ///< of a message, the size of its payload
+  std::uint32_t bits;    ///< op, 14 bits of the size (of a message, that of its tag), 14 bits of the target
   Op op() const { return static_cast<Op>(bits & 15U); }
   std::size_t size() const { return bits >> 4U & (target_limit - 1); }
   std::uint32_t target() const { return bits >> 18U; }
@@ -99,6 +99,9 @@ struct Short {
   }
   static bool can_name(std::uint32_t target, std::size_t registered) {
     return target < target_limit && registered <= reach;
+  }
+  static bool can_carry(std::uint32_t queue, std::size_t tag_size, std::size_t payload) {
+    return queue < target_limit && tag_size < target_limit && payload < reach;
   }
 };
 static_assert(sizeof(Short) == 8 && stage_bytes <= Short::target_limit);

@@ -20,12 +20,12 @@ MPI_Comm duplicate(MPI_Comm comm) {
 }
 
 /// Ends a world at the end of its scope, where nothing may be thrown.
-void leave(std::unique_ptr<Engine> engine) noexcept {
+void leave(std::shared_ptr<Engine> engine) noexcept {
   if (!engine || engine->closed() || engine->failed()) return;
   try {
     if (std::uncaught_exceptions() > 0) {
       engine->abandon();
-      static_cast<void>(engine.release());  // see abandon()
+      static_cast<void>(new std::shared_ptr<Engine>(engine));  // it lives on, see abandon()
     } else {
       engine->close();
     }
@@ -51,134 +51,149 @@ WorldOptions WorldOptions::from_environment() {
 }
 
 World::World(MPI_Comm comm, WorldOptions options)
-    : World(std::make_unique<Engine>(duplicate(comm), options)) {}
+    : World(std::make_shared<Engine>(duplicate(comm), options)) {}
 
-World::World(std::unique_ptr<Engine> engine)
-    : runs_(engine->own_runs(), engine->nprocs()), engine_(std::move(engine)) {}
+World::World(std::shared_ptr<Engine> engine)
+    : runs_(engine->runs(), engine->nprocs()), engine_(std::move(engine)) {}
 
 World::~World() {
-  leave(std::move(engine_));
+  if (owns_) leave(std::move(engine_));
 }
 
 World::World(World&& other) noexcept
-    : runs_(std::exchange(other.runs_, {})), engine_(std::move(other.engine_)) {}
+    : runs_(std::exchange(other.runs_, {})), engine_(std::move(other.engine_)), owns_(other.owns_) {}
 
 World& World::operator=(World&& other) noexcept {
   if (this == &other) return *this;
-  leave(std::move(engine_));
+  if (owns_) leave(std::move(engine_));
   engine_ = std::move(other.engine_);
   runs_ = std::exchange(other.runs_, {});
+  owns_ = other.owns_;
   return *this;
 }
 
+Engine& World::engine() const {
+  if (!engine_) throw Error(Errc::misuse, 0, 0, "World", "The world was moved to another object");
+  return *engine_;
+}
+
 int World::pid() const {
-  return engine_->pid();
+  return engine().pid();
 }
 int World::nprocs() const {
-  return engine_->nprocs();
+  return engine().nprocs();
 }
 double World::time() const {
-  return engine_->time();
+  return engine().time();
 }
 std::uint64_t World::superstep() const {
-  return engine_->superstep();
+  return engine().superstep();
 }
 void World::sync(const detail::Call& call) {
-  engine_->sync(call);
+  engine().sync(call);
 }
 
 OpenSuperstep World::open() {
-  engine_->open_sync();
-  return OpenSuperstep(*engine_);
+  engine().open_sync();
+  return OpenSuperstep(engine_);
 }
 
 void World::close() {
-  engine_->close();
+  engine().close();
 }
 void World::fail(const std::string& why) {
-  engine_->fail(why);
+  engine().fail(why);
 }
 void World::relay(const Error& error) {
-  engine_->relay(error);
+  engine().relay(error);
 }
 bool World::failed() const {
-  return engine_->failed();
+  return engine().failed();
 }
 World World::split(int color, int key) {
-  return World(engine_->split(color, key));
+  return World(engine().split(color, key));
 }
 
 World::Slot World::push_reg(const void* address, std::size_t bytes) {
-  return engine_->push_reg(address, bytes);
+  return engine().push_reg(address, bytes);
 }
 void World::pop_reg(const void* address) {
-  engine_->pop_reg(address);
+  engine().pop_reg(address);
 }
 void World::pop_slot(Slot slot) {
-  engine_->pop_slot(slot);
+  engine().pop_slot(slot);
+}
+void World::give_back_slot(Slot slot) noexcept {
+  if (engine_) engine_->give_back_slot(slot);
+}
+void World::give_back_queue(std::uint32_t queue) noexcept {
+  if (engine_) engine_->give_back_queue(queue);
 }
 std::pair<World::Slot, std::byte*> World::allocate(std::size_t bytes) {
-  return engine_->allocate(bytes);
+  return engine().allocate(bytes);
 }
 std::size_t World::size_of(Slot slot, int pid) const {
-  return engine_->size_of(slot, pid);
+  return engine().size_of(slot, pid);
 }
 World::Slot World::slot_of(const void* address, const char* caller) const {
-  return engine_->slot_of(address, caller);
+  return engine().slot_of(address, caller);
 }
 
 void World::start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-  engine_->put(pid, source, target, offset, bytes);
+  engine().put(pid, source, target, offset, bytes);
 }
 void World::start_get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
-  engine_->get(pid, source, offset, target, bytes, false);
+  engine().get(pid, source, offset, target, bytes, false);
 }
 void World::start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes) {
-  engine_->hpput(pid, source, target, offset, bytes);
+  engine().hpput(pid, source, target, offset, bytes);
 }
 void World::start_hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes) {
-  engine_->get(pid, source, offset, target, bytes, true);
+  engine().get(pid, source, offset, target, bytes, true);
 }
 
 std::size_t World::set_tagsize(std::size_t bytes) {
-  return engine_->set_tagsize(bytes);
+  return engine().set_tagsize(bytes);
 }
 std::size_t World::tagsize() const {
-  return engine_->tagsize();
+  return engine().tagsize();
 }
 std::size_t World::received_tagsize() const {
-  return engine_->received_tagsize();
+  return engine().received_tagsize();
 }
-void World::reject_index(int pid, std::size_t index, std::size_t size) {
+void World::reject_index(int pid, std::size_t index, std::size_t size) const {
   std::string number = std::to_string(index);
   if (const auto negative = static_cast<std::ptrdiff_t>(index); negative < 0)
     number += " (or " + std::to_string(negative) + ")";
-  engine_->reject(Errc::out_of_range, "index",
+  engine().reject(Errc::out_of_range, "index",
                   "Element " + number + " is beyond registered range of " + std::to_string(size) +
                       " elements at rank " + std::to_string(pid));
 }
 void World::declare_type(std::uint64_t hash) {
-  engine_->declare_type(hash);
+  engine().declare_type(hash);
 }
 std::uint32_t World::new_queue() {
-  return engine_->new_queue();
+  return engine().new_queue();
+}
+void World::close_queue(std::uint32_t queue) {
+  engine().close_queue(queue);
 }
 void World::send(std::uint32_t queue, int pid, std::span<const std::byte> tag,
                  std::span<const std::byte> payload) {
-  engine_->send(queue, pid, tag, payload);
+  engine().send(queue, pid, tag, payload);
 }
 std::span<const Message> World::messages(std::uint32_t queue) const {
-  return engine_->messages(queue);
+  return engine().messages(queue);
 }
 
 const CostReport& World::costs() const {
-  return engine_->costs;
+  return engine().costs;
 }
 void World::set_machine(const Machine& machine) {
-  engine_->machine = machine;
+  engine().machine = machine;
 }
 const std::optional<Machine>& World::machine() const {
-  return engine_->machine;
+  return engine().machine;
 }
 
 OpenSuperstep::~OpenSuperstep() {
@@ -196,9 +211,9 @@ bool OpenSuperstep::poll() {
 
 void OpenSuperstep::close() {
   if (!engine_) return;
-  Engine& engine = *std::exchange(engine_, nullptr);
-  engine.advance(true);
-  engine.finish_sync();
+  const std::shared_ptr<Engine> engine = std::exchange(engine_, nullptr);
+  engine->advance(true);
+  engine->finish_sync();
 }
 
 }  // namespace bsp2::bsplib

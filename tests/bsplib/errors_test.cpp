@@ -259,6 +259,39 @@ TEST_F(Agreed, SomeRanksMakeAQueue) {
       Errc::mixed_collectives, culprit, "queues");
 }
 
+TEST_F(Agreed, SomeRanksCloseAQueue) {
+  expect_agreed(
+      [](World& world) {
+        std::optional<Queue<int>> queue(std::in_place, world);
+        world.sync();
+        if (world.pid() == last(world)) queue.reset();
+        world.sync();
+      },
+      Errc::mixed_collectives, culprit, "Not all ranks have the same number of queues");
+}
+
+TEST_F(Agreed, RanksCloseDifferentQueues) {
+  expect_agreed(
+      [](World& world) {
+        std::optional<Queue<int>> one(std::in_place, world), other(std::in_place, world);
+        world.sync();
+        (world.pid() == last(world) ? one : other).reset();
+        world.sync();
+      },
+      Errc::mixed_collectives, culprit, "gave them back alike");
+}
+
+TEST(AgreedAlways, QueueThatWasClosed) {
+  expect_agreed(
+      [](World& world) {
+        const std::uint32_t queue = world.new_queue();
+        world.close_queue(queue);
+        if (world.pid() == last(world)) world.close_queue(queue);
+        world.sync();
+      },
+      Errc::bad_argument, ranks() - 1, "close_queue: There is no such queue");
+}
+
 TEST_F(Agreed, SomeRanksEndEarly) {
   expect_agreed(
       [](World& world) {

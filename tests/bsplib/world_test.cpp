@@ -4,6 +4,7 @@
 #include <atomic>
 #include <boost/mpi/communicator.hpp>
 #include <functional>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -52,6 +53,97 @@ TEST(WorldTest, MovesAndClosesOnce) {
   b.close();
   b.close();
   EXPECT_THROW(b.sync(), Error);
+}
+
+/// What belongs to a world does not care where the object is that the program has of it.
+TEST(WorldTest, MovesWithWhatBelongsToIt) {
+  std::vector<World> worlds;
+  worlds.emplace_back();
+  Array<int> array(worlds[0], 10);
+  std::vector<int> memory(10);
+  Registered<int> registered(worlds[0], memory);
+  Queue<int> queue(worlds[0]);
+  Collectives<int> all(worlds[0]);
+  worlds[0].sync();
+  for (int i = 0; i < 5; ++i) {  // of small and of large memory, a run among them
+    array.put(next(worlds[0]), 10 * i, static_cast<std::size_t>(i));
+    registered.put(next(worlds[0]), 20 * i, static_cast<std::size_t>(i));
+    queue.send(next(worlds[0]), i);
+    World elsewhere = std::move(worlds.back());
+    EXPECT_THROW(worlds[0].sync(), Error) << "it is not here any more";
+    worlds.clear();
+    worlds.push_back(std::move(elsewhere));
+  }
+  {
+    OpenSuperstep open = worlds[0].open();
+    World elsewhere = std::move(worlds[0]);
+    open.close();
+    worlds[0] = std::move(elsewhere);
+  }
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(array[static_cast<std::size_t>(i)], 10 * i);
+    EXPECT_EQ(memory[static_cast<std::size_t>(i)], 20 * i);
+  }
+  EXPECT_EQ(queue.size(), 5U);
+  EXPECT_EQ(all.reduce(1, std::plus<>()), worlds[0].nprocs());
+}
+
+TEST(WorldTest, EndsBeforeWhatBelongsToIt) {
+  std::optional<Array<int>> array;
+  std::optional<Queue<int>> queue;
+  {
+    World world;
+    array.emplace(world, 10);
+    queue.emplace(world);
+    world.sync();
+  }
+  for (const auto& call : std::vector<std::function<void()>>{
+           [&] { array->put(0, 1, 0); }, [&] { queue->send(0, 1); }, [&] { Collectives<int> all(queue->world()); }}) {
+    try {
+      call();
+      ADD_FAILURE() << "the world has ended";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("The world has ended"), std::string::npos) << error.what();
+    }
+  }
+}
+
+TEST(WorldTest, AssignmentEndsTheWorldThatWasThere) {
+  World a, b;
+  Array<int> of_a(a, 1), of_b(b, 1);
+  a = std::move(b);
+  of_b.put(next(a), 7, 0);
+  EXPECT_THROW(of_a.put(next(a), 7, 0), Error);
+  a.sync();
+  EXPECT_EQ(of_b[0], 7);
+}
+
+TEST(WorldTest, NumbersAreGivenBack) {
+  World world;
+  for (int i = 0; i < 300; ++i) {
+    Array<int> array(world, 1);
+    Queue<int> queue(world), other(world);
+    Collectives<int> all(world);
+    EXPECT_LT(array.slot(), 4U) << i;
+    EXPECT_LT(queue.number(), 8U) << i;
+    EXPECT_EQ(queue.size(), 0U) << "what was sent to the queue that had the number";
+    EXPECT_EQ(all.reduce(1, std::plus<>()), world.nprocs());
+    Queue<int> moved = std::move(queue);
+    moved.send(next(world), i);
+    if (i % 3 == 0) continue;  // the message is lost with its queue
+    std::optional<Array<int>> second(std::in_place, world, 1);
+    std::optional<Queue<int>> third(std::in_place, world);
+    third->send(next(world), i);
+    if (i % 3 == 1) {
+      OpenSuperstep open = world.open();
+      second.reset();  // counts for the superstep after the open one
+      third.reset();
+    } else {
+      world.sync();
+      EXPECT_EQ(third->size(), 1U);
+    }
+    EXPECT_EQ(moved.size(), 1U);
+  }
 }
 
 TEST(Split, MakesWorldsOfEqualColor) {

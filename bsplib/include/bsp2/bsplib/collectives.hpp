@@ -21,22 +21,22 @@ namespace bsp2::bsplib {
 template <Sendable T>
 class Collectives {
  public:
-  explicit Collectives(World& world) : world_(&world), queue_(world) {}
+  explicit Collectives(World& world) : queue_(world) {}
 
   /// The root's value, on all ranks. One superstep, h = (p-1) n.
   T broadcast(const T& value, int root) {
     check(root, "broadcast");
-    if (world_->pid() == root) to_others(value);
+    if (world().pid() == root) to_others(value);
     sync(Call::broadcast, root);
-    return world_->pid() == root ? value : only(queue_.receive());
+    return world().pid() == root ? value : only(queue_.receive());
   }
 
   /// All values in the order of ranks, on the root; empty elsewhere. One superstep, h = (p-1) n.
   std::vector<T> gather(const T& value, int root) {
     check(root, "gather");
-    if (world_->pid() != root) queue_.send(root, value);
+    if (world().pid() != root) queue_.send(root, value);
     sync(Call::gather, root);
-    return world_->pid() == root ? in_order(value) : std::vector<T>();
+    return world().pid() == root ? in_order(value) : std::vector<T>();
   }
 
   /// All values in the order of ranks, on all ranks. One superstep, h = (p-1) n.
@@ -45,36 +45,38 @@ class Collectives {
   /// op over the values of all ranks, in their order, so it need not commute. One superstep, h = (p-1) n.
   template <class Op>
   T reduce(const T& value, Op op) {
-    return fold(collect(value, Call::reduce), op, static_cast<std::size_t>(world_->nprocs()));
+    return fold(collect(value, Call::reduce), op, static_cast<std::size_t>(world().nprocs()));
   }
 
   /// op over the values of ranks 0..pid (inclusive scan). One superstep, h = (p-1) n.
   template <class Op>
   T scan(const T& value, Op op) {
-    for (int pid = world_->pid() + 1; pid < world_->nprocs(); ++pid) queue_.send(pid, value);
+    for (int pid = world().pid() + 1; pid < world().nprocs(); ++pid) queue_.send(pid, value);
     sync(Call::scan);
     auto values = received();
     values.push_back(value);
-    return fold(std::move(values), op, static_cast<std::size_t>(world_->pid()) + 1);
+    return fold(std::move(values), op, static_cast<std::size_t>(world().pid()) + 1);
   }
 
   /// Value i goes to rank i; the result holds what rank i sent at i. One superstep, h = (p-1) n.
   std::vector<T> all_to_all(std::span<const T> values) {
-    if (values.size() != static_cast<std::size_t>(world_->nprocs()))
-      world_->fail("all_to_all: " + std::to_string(values.size()) + " values for " +
-                   std::to_string(world_->nprocs()) + " ranks");
-    for (int pid = 0; pid < world_->nprocs(); ++pid)
-      if (pid != world_->pid()) queue_.send(pid, values[static_cast<std::size_t>(pid)]);
+    if (values.size() != static_cast<std::size_t>(world().nprocs()))
+      world().fail("all_to_all: " + std::to_string(values.size()) + " values for " +
+                   std::to_string(world().nprocs()) + " ranks");
+    for (int pid = 0; pid < world().nprocs(); ++pid)
+      if (pid != world().pid()) queue_.send(pid, values[static_cast<std::size_t>(pid)]);
     sync(Call::all_to_all);
-    return in_order(values[static_cast<std::size_t>(world_->pid())]);
+    return in_order(values[static_cast<std::size_t>(world().pid())]);
   }
 
  private:
   using Received = typename Queue<T>::Received;
   using Call = detail::Call;
 
+  World& world() { return queue_.world(); }
+
   /// All ranks must be in this function, on this queue, with this root.
-  void sync(Call::Function function, int root = 0) { world_->sync({function, queue_.number(), root}); }
+  void sync(Call::Function function, int root = 0) { world().sync({function, queue_.number(), root}); }
 
   std::vector<T> collect(const T& value, Call::Function function) {
     to_others(value);
@@ -83,13 +85,13 @@ class Collectives {
   }
 
   void check(int root, const char* what) {
-    if (root < 0 || root >= world_->nprocs())
-      world_->fail(std::string(what) + ": there is no rank " + std::to_string(root));
+    if (root < 0 || root >= world().nprocs())
+      world().fail(std::string(what) + ": there is no rank " + std::to_string(root));
   }
 
   void to_others(const T& value) {
-    for (int pid = 0; pid < world_->nprocs(); ++pid)
-      if (pid != world_->pid()) queue_.send(pid, value);
+    for (int pid = 0; pid < world().nprocs(); ++pid)
+      if (pid != world().pid()) queue_.send(pid, value);
   }
 
   static T only(std::vector<Received> all) { return std::move(all.at(0).value); }
@@ -102,7 +104,7 @@ class Collectives {
 
   std::vector<T> in_order(const T& mine) {
     auto values = received();
-    values.insert(values.begin() + world_->pid(), mine);
+    values.insert(values.begin() + world().pid(), mine);
     return values;
   }
 
@@ -113,7 +115,6 @@ class Collectives {
     return result;
   }
 
-  World* world_;
   Queue<T> queue_;
 };
 

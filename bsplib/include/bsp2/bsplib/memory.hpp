@@ -19,7 +19,7 @@ class Distributed {
  public:
   World::Slot slot() const { return slot_; }
   std::size_t size(int pid) const {
-    return world_->size_of(slot_, pid) / sizeof(T);
+    return world_.size_of(slot_, pid) / sizeof(T);
   }  ///< known after the next sync
 
   /// Writes to rank pid from element `first` on; reads the values now.
@@ -39,32 +39,21 @@ class Distributed {
   /// Unbuffered: values and target must be left alone until the sync is over.
   void hpput(int pid, std::span<const T> values, std::size_t first) {
     const std::size_t offset = offset_of(pid, first), bytes = values.size_bytes();
-    if (BSP2_RARELY(!runs_.hpput(pid, values.data(), slot_, offset, bytes)))
-      world_->start_hpput(pid, values.data(), slot_, offset, bytes);
+    if (BSP2_RARELY(!world_.runs_.hpput(pid, values.data(), slot_, offset, bytes)))
+      world_.start_hpput(pid, values.data(), slot_, offset, bytes);
   }
   void hpget(int pid, std::size_t first, std::span<T> target) {
     const std::size_t offset = offset_of(pid, first), bytes = target.size_bytes();
-    if (BSP2_RARELY(!runs_.hpget(pid, slot_, offset, target.data(), bytes)))
-      world_->start_hpget(pid, slot_, offset, target.data(), bytes);
+    if (BSP2_RARELY(!world_.runs_.hpget(pid, slot_, offset, target.data(), bytes)))
+      world_.start_hpget(pid, slot_, offset, target.data(), bytes);
   }
 
  protected:
-  Distributed(World& world, World::Slot slot) : world_(&world), runs_(world.runs_), slot_(slot) {}
-  Distributed(Distributed&& other) noexcept
-      : world_(std::exchange(other.world_, nullptr)),
-        runs_(std::exchange(other.runs_, {})),
-        slot_(other.slot_) {}
+  Distributed(World& world, World::Slot slot) : world_(World::Alias{}, world), slot_(slot) {}
+  Distributed(Distributed&&) noexcept = default;
   Distributed& operator=(Distributed&&) = delete;
   /// Takes the registration back at the next sync.
-  ~Distributed() {
-    if (!world_) return;
-    try {
-      world_->pop_slot(slot_);
-    } catch (const std::exception&) {
-      // The world is dead or over, and the registration with it.
-    }
-  }
-  World& world() const { return *world_; }
+  ~Distributed() { world_.give_back_slot(slot_); }
   /// All ranks make it of the same type.
   static World& declared(World& world) {
     world.declare<T>();
@@ -76,20 +65,19 @@ class Distributed {
   std::size_t offset_of(int pid, std::size_t index) const {
     if constexpr (sizeof(T) > 1)
       if (BSP2_RARELY(index > static_cast<std::size_t>(-1) / sizeof(T)))
-        world_->reject_index(pid, index, size(pid));
+        world_.reject_index(pid, index, size(pid));
     return index * sizeof(T);
   }
   void put_bytes(int pid, const T* values, std::size_t offset, std::size_t bytes) {
-    if (BSP2_RARELY(!runs_.put(pid, values, slot_, offset, bytes)))
-      world_->start_put(pid, values, slot_, offset, bytes);
+    if (BSP2_RARELY(!world_.runs_.put(pid, values, slot_, offset, bytes)))
+      world_.start_put(pid, values, slot_, offset, bytes);
   }
   void get_bytes(int pid, std::size_t offset, T* target, std::size_t bytes) {
-    if (BSP2_RARELY(!runs_.get(pid, slot_, offset, target, bytes)))
-      world_->start_get(pid, slot_, offset, target, bytes);
+    if (BSP2_RARELY(!world_.runs_.get(pid, slot_, offset, target, bytes)))
+      world_.start_get(pid, slot_, offset, target, bytes);
   }
 
-  World* world_;
-  detail::Runs runs_;  ///< those of the world, a step nearer
+  World world_;
   World::Slot slot_;
 };
 

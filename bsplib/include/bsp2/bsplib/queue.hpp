@@ -45,12 +45,30 @@ T read_archive(std::span<const std::byte> bytes) {
   return value;
 }
 
+/// The number of a queue as long as it lives. It is given back at the sync after that.
+class QueueNumber {
+ public:
+  explicit QueueNumber(World& world) : world_(World::Alias{}, world), number_(world.new_queue()) {}
+  QueueNumber(QueueNumber&&) noexcept = default;
+  QueueNumber& operator=(QueueNumber&&) = delete;
+  ~QueueNumber() { world_.give_back_queue(number_); }
+
+  World& world() { return world_; }
+  const World& world() const { return world_; }
+  std::uint32_t number() const { return number_; }
+
+ private:
+  World world_;
+  std::uint32_t number_;
+};
+
 }  // namespace detail
 
 /// A queue of messages of one type. Messages sent in a superstep are there after its sync, and only until the
 /// next.
 ///
-/// Construction is collective. Thread rule and errors: as World.
+/// Construction and destruction are collective. A queue can be moved, but not copied. Thread rule and errors: as
+/// World.
 template <Sendable T>
 class Queue {
  public:
@@ -59,25 +77,26 @@ class Queue {
     T value;
   };
 
-  explicit Queue(World& world) : world_(&world), number_(world.new_queue()) { world.declare<T>(); }
+  explicit Queue(World& world) : number_(world) { world.declare<T>(); }
 
   /// Sends a copy. @throws Error if there is no such rank; what Boost.Serialization throws.
   void send(int pid, const T& value) {
     if constexpr (Travels<T>) {
-      world_->send(number_, pid, {}, std::as_bytes(std::span<const T>(&value, 1)));
+      number_.world().send(number(), pid, {}, std::as_bytes(std::span<const T>(&value, 1)));
     } else {
       detail::write_archive(bytes_, value);
-      world_->send(number_, pid, {}, std::as_bytes(std::span<const char>(bytes_)));
+      number_.world().send(number(), pid, {}, std::as_bytes(std::span<const char>(bytes_)));
     }
   }
 
-  std::uint32_t number() const { return number_; }  ///< equal on all ranks
-  std::size_t size() const { return world_->messages(number_).size(); }
+  World& world() { return number_.world(); }
+  std::uint32_t number() const { return number_.number(); }  ///< equal on all ranks
+  std::size_t size() const { return number_.world().messages(number()).size(); }
 
   /// What arrived at the last sync, in the order of the senders' ranks, and of one sender in the order sent.
   /// @throws Error (local) if a rank sent values of another size; what Boost.Serialization throws.
   std::vector<Received> receive() const {
-    const auto messages = world_->messages(number_);
+    const auto messages = number_.world().messages(number());
     std::vector<Received> all;
     all.reserve(messages.size());
     for (const Message& message : messages) all.push_back({message.source, decode(message)});
@@ -89,7 +108,7 @@ class Queue {
     if constexpr (Travels<T>) {
       std::array<std::byte, sizeof(T)> bytes;
       if (message.payload.size() != sizeof(T))
-        throw Error(Errc::misuse, message.source, world_->superstep(), "receive",
+        throw Error(Errc::misuse, message.source, number_.world().superstep(), "receive",
                     "A message of " + std::to_string(message.payload.size()) + " bytes is no value of " +
                         std::to_string(sizeof(T)) + " bytes: the queues of the ranks differ in their types");
       std::memcpy(bytes.data(), message.payload.data(), sizeof(T));
@@ -99,8 +118,7 @@ class Queue {
     }
   }
 
-  World* world_;
-  std::uint32_t number_;
+  detail::QueueNumber number_;
   std::vector<char> bytes_;
 };
 

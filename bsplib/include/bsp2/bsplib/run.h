@@ -50,15 +50,16 @@ struct bsp2_reference_run {
   const void* name;
   size_t next;
   size_t end;
-  size_t origin; /* address in the memory of this rank that offset 0 would have */
+  const char* origin; /* where offset 0 would be in the memory of this rank */
   size_t first;  /* where it began in the registration */
   unsigned slot;
   unsigned pieced; /* whether it began with a small call */
 } BSP2_LINE;
 
+/* Tables by rank. One a kind: the fields are then near the start of what a loop works on, its instructions shorter. */
 struct bsp2_runs {
-  struct bsp2_put_run put;
-  struct bsp2_reference_run hpput, get, hpget;
+  struct bsp2_put_run* put;
+  struct bsp2_reference_run *hpput, *get, *hpget;
 };
 
 /* Whether there are bytes, and all are before the end; from <= end. The end is that of memory, so a size known to be
@@ -84,13 +85,14 @@ BSP2_INLINE bsp2_word bsp2_word_at(const void* source) {
 #define BSP2_COPY_WORD(place, source) BSP2_COPY(place, source, 8)
 #endif
 
-/* Both return whether the call is done. another: not zero if the call names other memory than the run; zero, too, if the
- * caller has compared that. A call costs about three cycles. Comparisons joined by | are one branch instead of several,
- * which helps the longer of the two. */
-BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t another, size_t offset, const void* source,
-                                  size_t bytes) {
+/* Both return whether the call is done. held, named: what tells the memory of the run and that of the call. A call costs
+ * about three cycles. Comparisons joined by | are one branch instead of several, which helps the longer of the two; the
+ * shorter one wants this order of them, and the difference of pointers, which is the same throughout a loop. */
+BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t held, size_t named, size_t offset,
+                                  const void* source, size_t bytes) {
   char* place;
-  if ((another | (offset ^ run->next)) != 0 || !bsp2_fits(offset, bytes, run->end)) return 0;
+  if (BSP2_RARELY(((held ^ named) | (offset ^ run->next)) != 0)) return 0;
+  if (BSP2_RARELY(!bsp2_fits(offset, bytes, run->end))) return 0;
   place = (char*)(run->origin + offset);
   BSP2_SOON_WRITTEN(place[1024]);
   if (bytes == 8) {
@@ -102,14 +104,22 @@ BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t another, size
   return 1;
 }
 
-BSP2_INLINE int bsp2_continue_reference(struct bsp2_reference_run* run, size_t another, size_t offset,
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Warray-bounds" /* where offset 0 would be is not always memory of the program */
+#endif
+BSP2_INLINE int bsp2_continue_reference(struct bsp2_reference_run* run, size_t held, size_t named, size_t offset,
                                         const void* local, size_t bytes) {
-  if (another != 0 || offset != run->next || (size_t)local - offset != run->origin ||
-      !bsp2_fits(offset, bytes, run->end))
-    return 0;
+  if (BSP2_RARELY(offset != run->next)) return 0;
+  if (BSP2_RARELY(held != named)) return 0;
+  if (BSP2_RARELY((const char*)local - offset != run->origin)) return 0;
+  if (BSP2_RARELY(!bsp2_fits(offset, bytes, run->end))) return 0;
   run->next = offset + bytes;
   return 1;
 }
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
 #ifdef __cplusplus
 }

@@ -68,36 +68,36 @@ std::uint64_t type_hash() {
 
 class Engine;
 
-/// The runs of a world, for calls that may continue one: these return whether they did.
+/// The runs of a world, for calls that may continue one: these return whether they did. They live as long as its
+/// engine.
 class Runs {
  public:
   Runs() = default;
-  Runs(std::shared_ptr<bsp2_runs[]> by_rank, int nprocs)
-      : by_rank_(std::move(by_rank)), nprocs_(static_cast<unsigned>(nprocs)) {}
+  Runs(const bsp2_runs& by_rank, int nprocs) : by_rank_(by_rank), nprocs_(static_cast<unsigned>(nprocs)) {}
 
   bool put(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
     if (!exists(pid)) return false;
-    bsp2_put_run& run = by_rank_[pid].put;
-    return bsp2_continue_put(&run, run.slot ^ target, offset, source, bytes) != 0;
+    bsp2_put_run& run = by_rank_.put[pid];
+    return bsp2_continue_put(&run, run.slot, target, offset, source, bytes) != 0;
   }
   bool hpput(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
-    return exists(pid) && continues(by_rank_[pid].hpput, target, offset, source, bytes);
+    return exists(pid) && continues(by_rank_.hpput[pid], target, offset, source, bytes);
   }
   bool get(int pid, std::uint32_t source, std::size_t offset, const void* target, std::size_t bytes) const {
-    return exists(pid) && continues(by_rank_[pid].get, source, offset, target, bytes);
+    return exists(pid) && continues(by_rank_.get[pid], source, offset, target, bytes);
   }
   bool hpget(int pid, std::uint32_t source, std::size_t offset, const void* target, std::size_t bytes) const {
-    return exists(pid) && continues(by_rank_[pid].hpget, source, offset, target, bytes);
+    return exists(pid) && continues(by_rank_.hpget[pid], source, offset, target, bytes);
   }
 
  private:
   bool exists(int pid) const { return static_cast<unsigned>(pid) < nprocs_; }
   static bool continues(bsp2_reference_run& run, std::uint32_t slot, std::size_t offset, const void* local,
                         std::size_t bytes) {
-    return bsp2_continue_reference(&run, run.slot ^ slot, offset, local, bytes) != 0;
+    return bsp2_continue_reference(&run, run.slot, slot, offset, local, bytes) != 0;
   }
 
-  std::shared_ptr<bsp2_runs[]> by_rank_;  ///< the engine's
+  bsp2_runs by_rank_{};
   unsigned nprocs_ = 0;
 };
 
@@ -105,7 +105,9 @@ class Runs {
 
 template <Travels T>
 class Distributed;
-
+namespace detail {
+class QueueNumber;
+}
 /// The ranks of a communicator as a BSP computer. There is no global state: worlds are independent of each
 /// other.
 ///
@@ -124,7 +126,8 @@ class World {
   /// As close(), but does not throw. While an exception leaves the scope, it tells the other ranks that this
   /// one failed, so that they do not wait for it.
   ~World();
-  /// Not while arrays, registrations or queues of this world live: they refer to this object.
+  /// Arrays, registrations, queues and an open superstep go on with the world wherever it moves; an
+  /// assignment ends the world that was here before. Those that outlive their world find that it has ended.
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
 
@@ -210,6 +213,8 @@ class World {
   std::size_t received_tagsize() const;  ///< of the messages received
   /// Opens one more queue. Collective; takes effect at once.
   std::uint32_t new_queue();
+  /// Ends a queue at the next sync; later ones may have its number. Collective.
+  void close_queue(std::uint32_t queue);
   void send(std::uint32_t queue, int pid, std::span<const std::byte> tag, std::span<const std::byte> payload);
   /// What arrived for a queue at the last sync, in the order of the ranks (queue 0: descending) and of their
   /// calls.
@@ -225,17 +230,27 @@ class World {
  private:
   template <Travels T>
   friend class Distributed;
+  friend class detail::QueueNumber;
 
-  explicit World(std::unique_ptr<detail::Engine> engine);
+  explicit World(std::shared_ptr<detail::Engine> engine);
+  /// For what belongs to the world: the same one, wherever the object moves that the program has of it.
+  struct Alias {};
+  World(Alias, const World& other) : runs_(other.runs_), engine_(other.engine_), owns_(false) {}
+  detail::Engine& engine() const;
+  /// For destructors: as pop_slot and close_queue, but does nothing in a world that is dead or over. In an open
+  /// superstep it counts for the next one.
+  void give_back_slot(Slot slot) noexcept;
+  void give_back_queue(std::uint32_t queue) noexcept;
   void declare_type(std::uint64_t hash);
-  [[noreturn]] void reject_index(int pid, std::size_t index, std::size_t size);
+  [[noreturn]] void reject_index(int pid, std::size_t index, std::size_t size) const;
   void start_put(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
   void start_get(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
   void start_hpput(int pid, const void* source, Slot target, std::size_t offset, std::size_t bytes);
   void start_hpget(int pid, Slot source, std::size_t offset, void* target, std::size_t bytes);
 
   detail::Runs runs_;
-  std::unique_ptr<detail::Engine> engine_;
+  std::shared_ptr<detail::Engine> engine_;  ///< shared with what belongs to the world
+  bool owns_ = true;                        ///< ends the world in its destructor
 };
 
 /// A superstep that is ending while its ranks compute. Between open() and close() no communication may be
@@ -255,8 +270,8 @@ class OpenSuperstep {
 
  private:
   friend class World;
-  explicit OpenSuperstep(detail::Engine& engine) : engine_(&engine) {}
-  detail::Engine* engine_;
+  explicit OpenSuperstep(std::shared_ptr<detail::Engine> engine) : engine_(std::move(engine)) {}
+  std::shared_ptr<detail::Engine> engine_;  ///< the world's; it may move meanwhile
 };
 
 /// Runs a program on a world; whatever exception leaves it on one rank ends it on all, with one agreed Error.
