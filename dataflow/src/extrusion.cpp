@@ -159,7 +159,7 @@ Expression extrude_outline(const LinearExtrusion& e, const Outline& outline) {
   std::uint64_t edges = 0;
   for (const auto& path : outline) edges += path.size();
   if (slices * edges > most_slice_edges)
-    throw Error("linear_extrude: " + std::to_string(slices) + " slices of an outline of " + std::to_string(edges) + " edges; the limit is " +
+    throw Error("linear_extrude: the number of slices is " + std::to_string(slices) + ", the number of edges in each " + std::to_string(edges) + "; the limit is " +
                 std::to_string(most_slice_edges) + " edges in all: give fewer slices or a larger $fs");
   // A mesh for each slice: it costs caps, but the mesh that a cell has to look at is small.
   std::vector<Expression> all;

@@ -2,16 +2,14 @@
 
 #include <array>
 #include <filesystem>
-#include <functional>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
-#include "csg_scanner.hpp"
+#include "csg_arguments.hpp"
 #include "node_pool.hpp"
 
 namespace bsp2::model {
@@ -72,28 +70,6 @@ NodeKind node_kind(std::string_view name);
 /// Why a node of kind `unknown` cannot be read, with a hint.
 std::string why_not(std::string_view name);
 
-/// The arguments of one node, by name or by place.
-class Arguments {
- public:
-  Arguments(std::span<const Argument> arguments, std::span<const Value> tape)
-      : arguments_(arguments), tape_(tape) {}
-  /// The value named `name`, else the positional one at `place` (< 0: none), else null. The last of several
-  /// counts.
-  [[nodiscard]] const Value* find(std::string_view name, int place = -1) const;
-  /// The number of that name; `missing` if there is none or if it is no number.
-  [[nodiscard]] double number(std::string_view name, int place, double missing) const;
-  /// The string of that name; `missing` if there is none.
-  [[nodiscard]] std::string string(std::string_view name, int place, std::string_view missing) const;
-  [[nodiscard]] bool flag(std::string_view name, int place) const;
-  [[nodiscard]] std::span<const Argument> all() const { return arguments_; }
-
- private:
-  std::span<const Argument> arguments_;
-  std::span<const Value> tape_;
-};
-
-using Warn = std::function<void(std::string)>;
-
 /// A polyhedron whose faces bound no solid. What that means depends on where it stands.
 class HollowPolyhedron : public Error {
  public:
@@ -128,9 +104,6 @@ std::optional<Construct> read_construct(NodeKind kind, const Arguments& argument
 
 /// Dimension of the operands that such a node takes: 2, 3, or 0 for that of its first child.
 int operand_dimension(NodeKind kind);
-
-/// `$fn`, `$fa`, `$fs`: what is no number counts as 0, as in OpenSCAD.
-Resolution resolution_of(const Arguments& arguments);
 
 /// Whether one name is the other with a slip of one letter, or of two next to each other.
 bool resembles(std::string_view a, std::string_view b);

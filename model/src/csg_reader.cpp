@@ -402,6 +402,9 @@ Expression Reader::construction_of(const Frame& frame, int dimension, std::span<
   constructs_.pop_back();
   const int result = is_extrusion(frame.kind) ? 3 : frame.kind == NodeKind::projection ? 2 : dimension;
   if (frame.kind == NodeKind::minkowski) {
+    const auto is_empty = [&](const Expression& operand) { return pool_.is_empty(operand); };
+    // OpenSCAD 2021.01 passes over empty solids. In the plane it does so only if the first child and one more are something.
+    if (dimension == 2 && operands.size() > 1 && (is_empty(operands[0]) || std::all_of(operands.begin() + 1, operands.end(), is_empty))) return pool_.empty(2);
     Expression sum = pool_.empty(result);
     for (const Expression& operand : operands) {
       if (pool_.is_empty(operand)) continue;

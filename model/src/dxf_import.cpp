@@ -14,7 +14,8 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-constexpr double join_distance = 0.001;
+/// All points lie on a grid, and what is next to a point of the grid that is taken moves there: so OpenSCAD joins lines.
+constexpr double grid = 0x1p-10;
 
 constexpr std::size_t most_lines = 10'000'000;
 
@@ -68,7 +69,7 @@ std::vector<Entity> read_entities(const std::filesystem::path& path) {
 /// Joins lines to paths.
 class Joiner {
  public:
-  explicit Joiner(const Resolution& resolution) : resolution_(resolution) {}
+  explicit Joiner(const DrawingFrame& frame, const Resolution& resolution) : frame_(frame), resolution_(resolution) {}
 
   void add(const Entity& e) {
     const auto values = [&](int code) {
@@ -76,24 +77,29 @@ class Joiner {
       return found == e.numbers.end() ? std::vector<double>() : found->second;
     };
     block_ = e.block.empty() ? nullptr : &blocks_[e.block];
+    // A block has its own frame, until it is inserted.
+    const double scale = block_ == nullptr ? frame_.scale : 1;
+    const auto placed = [&](double x, double y) { return block_ == nullptr ? Point{(x - frame_.origin[0]) * scale, (y - frame_.origin[1]) * scale} : Point{x, y}; };
+    const auto centre = [&] { return placed(e.number(10), e.number(20)); };
     if (e.type == "LINE") {
-      line({e.number(10), e.number(20)}, {e.number(11), e.number(21)});
+      line(centre(), placed(e.number(11), e.number(21)));
     } else if (e.type == "CIRCLE") {
-      arc({e.number(10), e.number(20)}, e.number(40), 0, 360);
+      arc(centre(), e.number(40) * scale, 0, 360);
     } else if (e.type == "ARC") {
       const double start = e.number(50);
       double end = e.number(51);
       if (start > end) end += 360 * std::ceil((start - end) / 360);
-      arc({e.number(10), e.number(20)}, e.number(40), start, end - start);
+      arc(centre(), e.number(40) * scale, start, end - start);
     } else if (e.type == "ELLIPSE") {
-      ellipse(e);
+      ellipse(e, centre(), scale);
     } else if (e.type == "INSERT") {
-      insert(e);
+      insert(e, centre(), scale);
     } else if (e.type == "LWPOLYLINE") {
       const auto x = values(10), y = values(20);
       const std::size_t n = std::min(x.size(), y.size());
-      for (std::size_t i = 1; i < n; ++i) line({x[i - 1], y[i - 1]}, {x[i], y[i]});
-      if (n > 1 && std::fmod(std::trunc(std::fabs(e.number(70))), 2) == 1) line({x[n - 1], y[n - 1]}, {x[0], y[0]});
+      const auto at = [&](std::size_t i) { return placed(x[i], y[i]); };
+      for (std::size_t i = 1; i < n; ++i) line(at(i - 1), at(i));
+      if (n > 1 && std::fmod(std::trunc(std::fabs(e.number(70))), 2) == 1) line(at(n - 1), at(0));
     }
   }
 
@@ -129,62 +135,72 @@ class Joiner {
 
  private:
   using Line = std::array<Point, 2>;
+  static constexpr std::uint32_t no_point = ~std::uint32_t{0};
+  DrawingFrame frame_;
   Resolution resolution_;
   std::map<std::string, std::vector<Line>> blocks_;
   std::vector<Line>* block_ = nullptr;  // where lines go instead of into the drawing
   std::size_t lines_made_ = 0;
   std::vector<Point> points_;
   std::vector<std::array<std::uint32_t, 2>> lines_;
-  std::map<std::array<std::int64_t, 2>, std::vector<std::uint32_t>> squares_;  // points by squares of the join distance
+  std::map<std::array<std::int64_t, 2>, std::uint32_t> taken_;  // points by their place on the grid; those of blocks stand for none
 
   std::uint32_t other_end(std::uint32_t line, std::uint32_t end) const { return lines_[line][lines_[line][0] == end ? 1 : 0]; }
 
-  std::uint32_t point(const Point& p) {
-    const auto column = static_cast<std::int64_t>(std::floor(p[0] / join_distance)), row = static_cast<std::int64_t>(std::floor(p[1] / join_distance));
-    for (std::int64_t i = column - 1; i <= column + 1; ++i)
-      for (std::int64_t j = row - 1; j <= row + 1; ++j)
-        if (const auto found = squares_.find({i, j}); found != squares_.end())
-          for (const std::uint32_t n : found->second)
-            if (std::hypot(points_[n][0] - p[0], points_[n][1] - p[1]) <= join_distance) return n;
-    points_.push_back(p);
-    squares_[{column, row}].push_back(static_cast<std::uint32_t>(points_.size() - 1));
-    return static_cast<std::uint32_t>(points_.size() - 1);
+  /// The place on the grid of a point: its own, or one next to it that is taken, the nearest first.
+  std::array<std::int64_t, 2> place(const Point& p) {
+    constexpr std::array<std::array<int, 2>, 9> near{{{0, 0}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
+    const auto column = static_cast<std::int64_t>(std::round(p[0] / grid)), row = static_cast<std::int64_t>(std::round(p[1] / grid));
+    for (const auto& [i, j] : near)
+      if (taken_.contains({column + i, row + j})) return {column + i, row + j};
+    taken_.emplace(std::array{column, row}, no_point);
+    return {column, row};
+  }
+
+  static Point position(const std::array<std::int64_t, 2>& place) { return {static_cast<double>(place[0]) * grid, static_cast<double>(place[1]) * grid}; }
+
+  std::uint32_t point(const std::array<std::int64_t, 2>& place) {
+    std::uint32_t& index = taken_[place];
+    if (index != no_point) return index;
+    points_.push_back(position(place));
+    return index = static_cast<std::uint32_t>(points_.size() - 1);
   }
 
   void line(const Point& p, const Point& q) {
     if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(q[0]) || !std::isfinite(q[1])) return;
     if (std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(q[0]), std::fabs(q[1])}) > 1e12) return;
     if (++lines_made_ > most_lines) throw Error("import: a DXF drawing of more than 10 million lines");
+    const auto p_place = place(p), q_place = place(q);
     if (block_ != nullptr) {
-      block_->push_back({p, q});
+      block_->push_back({position(p_place), position(q_place)});
       return;
     }
-    const std::uint32_t a = point(p), b = point(q);
+    const std::uint32_t a = point(p_place), b = point(q_place);
     if (a != b) lines_.push_back({a, b});
   }
 
   /// Codes 41 and 42: the first and the last angle, in radians from the major axis; 40: the minor axis as a share of it.
-  void ellipse(const Entity& e) {
-    const double x = e.number(11), y = e.number(21), start = e.number(41), full = 2 * std::numbers::pi;
+  void ellipse(const Entity& e, const Point& centre, double scale) {
+    const double x = e.number(11) * scale, y = e.number(21) * scale, start = e.number(41), full = 2 * std::numbers::pi;
     double sweep = e.number(42) - start;
     if (sweep < 0) sweep += full * std::ceil(-sweep / full);
     const double sides = std::ceil(side_count(std::hypot(x, y), resolution_) * sweep / full);
     if (!(sides >= 1 && sides <= max_sides)) return;
     const auto at = [&](double i) {
       const double angle = start + sweep * i / sides, c = std::cos(angle), s = e.number(40) * std::sin(angle);
-      return Point{e.number(10) + c * x - s * y, e.number(20) + c * y + s * x};
+      return Point{centre[0] + c * x - s * y, centre[1] + c * y + s * x};
     };
     for (double i = 0; i < sides; ++i) line(at(i), at(i + 1));
   }
 
   /// A block, scaled by codes 41 and 42, turned by 50 degrees, and moved.
-  void insert(const Entity& e) {
+  void insert(const Entity& e, const Point& at, double scale) {
     const auto found = blocks_.find(e.name);
     if (found == blocks_.end()) return;
     const double c = cosine(e.number(50)), s = sine(e.number(50));
     const auto placed = [&](const Point& p) {
-      const double x = p[0] * e.number(41, 1), y = p[1] * e.number(42, 1);
-      return Point{e.number(10) + c * x - s * y, e.number(20) + s * x + c * y};
+      const double x = p[0] * e.number(41, 1) * scale, y = p[1] * e.number(42, 1) * scale;
+      return Point{at[0] + c * x - s * y, at[1] + s * x + c * y};
     };
     for (const Line& copied : std::vector(found->second)) line(placed(copied[0]), placed(copied[1]));  // a copy: a block may insert itself
   }
@@ -203,8 +219,8 @@ class Joiner {
 
 }  // namespace
 
-PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const Resolution& resolution) {
-  Joiner joiner(resolution);
+PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution) {
+  Joiner joiner(frame, resolution);
   for (const Entity& entity : read_entities(path))
     if (layer.empty() || entity.layer == layer || !entity.block.empty()) joiner.add(entity);
   return joiner.run();

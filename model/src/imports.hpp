@@ -51,16 +51,24 @@ struct PlaneDrawing {
   FaceCycles paths;
 };
 
-/// The paths of a DXF drawing's lines, arcs, circles, ellipses, polylines (bulges are passed over) and inserted blocks; ends within 0.001 of each other meet, open paths are
-/// closed by a straight line, as in OpenSCAD.
+/// Where the drawing lies: its point `origin` becomes 0, lengths are multiplied by `scale`.
+struct DrawingFrame {
+  std::array<double, 2> origin{};
+  double scale = 1;
+};
+
+/// The paths of a DXF drawing's lines, arcs, circles, ellipses, polylines (bulges are passed over) and inserted blocks. As in OpenSCAD their points
+/// lie on a grid of 2^-10, ends next to each other on it meet, and open paths are closed by a straight line.
 /// @param layer only what is on this layer; empty: everything.
 /// @throws bsp2::Error if the file cannot be read.
-PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const Resolution& resolution);
+PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution);
 
 /// The areas of an SVG drawing's paths, rectangles, circles, ellipses, polygons and lines, one drawing a shape, in millimetres
 /// with y upwards. As in OpenSCAD 2021.01: a line (a path whose ends are apart, a polyline) has the width of its stroke, areas
 /// have no strokes; text and <use> are passed over.
+/// @param dpi units of a length without unit in an inch; 72 if it is no positive number.
+/// @param center whether the middle of what is drawn is moved to the origin.
 /// @throws bsp2::Error if the file cannot be read.
-std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution);
+std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, bool center);
 
 }  // namespace bsp2::model

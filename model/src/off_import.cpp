@@ -30,7 +30,7 @@ ImportedMesh import_off(std::string_view bytes, const std::filesystem::path& pat
   text.end_line();  // after the number of edges, which nobody needs
   // A point takes 6 bytes, a face 2.
   if (points > text.bytes_left() / 6 || faces > text.bytes_left() / 2)
-    text.fail(std::to_string(points) + " points and " + std::to_string(faces) + " faces are more than the file holds; it is cut off");
+    text.fail("the numbers of points and faces are " + std::to_string(points) + " and " + std::to_string(faces) + ", more than the file holds; it is cut off");
   ImportedMesh mesh;
   mesh.points.reserve(points);
   for (std::size_t i = 0; i < points; ++i) {

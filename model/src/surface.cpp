@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csetjmp>
+#include <cstdio>
 #include <fstream>
+#include <limits>
+#include <memory>
+#include <new>
 #include <sstream>
 
 #include "bsp2/geometry/error.hpp"
@@ -16,6 +21,7 @@ constexpr std::size_t most_heights = 20'000'000;
 struct Heights {
   std::size_t rows = 0, columns = 0;
   std::vector<double> values;  // row by row, the first one at y = 0
+  double lowest = 0;           // of those that are given
 };
 
 /// One row a line; missing values are 0, lines that begin with # say nothing.
@@ -31,38 +37,98 @@ Heights read_text(const std::filesystem::path& path) {
     for (std::string word; words >> word;) {
       char* end = nullptr;
       row.push_back(std::strtod(word.c_str(), &end));
-      if (end == word.c_str() || !std::isfinite(row.back())) throw Error("surface: " + path.string() + " holds '" + word.substr(0, 40) + "', which is no height");
+      if (*end != '\0' || !std::isfinite(row.back())) throw Error("surface: " + path.string() + " holds '" + word.substr(0, 40) + "', which is no height");
     }
     heights.columns = std::max(heights.columns, row.size());
   }
   heights.rows = rows.size();
   if (heights.rows * heights.columns > most_heights) throw Error("surface: " + path.string() + " has more than 20 million heights");
+  heights.lowest = std::numeric_limits<double>::infinity();
   for (auto& row : rows) {
+    heights.lowest = std::min(heights.lowest, *std::min_element(row.begin(), row.end()));
     row.resize(heights.columns);
     heights.values.insert(heights.values.end(), row.begin(), row.end());
   }
   return heights;
 }
 
-/// Grey values from 0 to 100, the lowest row of the picture at y = 0.
-Heights read_png(const std::filesystem::path& path, bool invert) {
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  if (png_image_begin_read_from_file(&image, path.c_str()) == 0) throw Error("surface: " + path.string() + " cannot be read: " + image.message);
-  Heights heights{image.height, image.width, {}};
-  if (heights.rows * heights.columns > most_heights) {
-    png_image_free(&image);
-    throw Error("surface: " + path.string() + " has more than 20 million pixels");
+/// The pixels of a PNG file as they stand in it, eight bits a channel: red, green, blue, opacity. Gamma makes no difference.
+class PngFile {
+ public:
+  explicit PngFile(const std::filesystem::path& path) : path_(path), file_(std::fopen(path.c_str(), "rb"), std::fclose) {
+    if (!file_) throw Error("surface: " + path.string() + " cannot be read");
+    png_ = png_create_read_struct(
+        PNG_LIBPNG_VER_STRING, this,
+        [](png_structp png, png_const_charp text) {
+          static_cast<PngFile*>(png_get_error_ptr(png))->message_ = text;
+          png_longjmp(png, 1);
+        },
+        [](png_structp, png_const_charp) {});
+    if (png_ != nullptr) info_ = png_create_info_struct(png_);
+    if (info_ == nullptr) throw std::bad_alloc();
   }
-  image.format = PNG_FORMAT_RGBA;
-  std::vector<png_byte> pixels(PNG_IMAGE_SIZE(image));
-  if (png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr) == 0) throw Error("surface: " + path.string() + " cannot be read: " + image.message);
+  ~PngFile() { png_destroy_read_struct(&png_, &info_, nullptr); }
+  PngFile(const PngFile&) = delete;
+  PngFile& operator=(const PngFile&) = delete;
+
+  void read() {
+    if (!read_header()) fail();
+    if (std::uint64_t{width} * height > most_heights) throw Error("surface: " + path_.string() + " has more than 20 million pixels");
+    pixels.resize(std::size_t{4} * width * height);
+    rows_.resize(height);
+    for (std::size_t y = 0; y < height; ++y) rows_[y] = pixels.data() + std::size_t{4} * width * y;
+    if (!read_rows()) fail();
+  }
+
+  png_uint_32 width = 0, height = 0;
+  std::vector<png_byte> pixels;  // row by row from the top
+
+ private:
+  std::filesystem::path path_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+  png_structp png_ = nullptr;
+  png_infop info_ = nullptr;
+  std::vector<png_bytep> rows_;
+  std::string message_;
+
+  [[noreturn]] void fail() const { throw Error("surface: " + path_.string() + " cannot be read: " + message_); }
+
+  // libpng comes back from an error by a long jump, so these two hold nothing that has to be destroyed.
+  bool read_header() {
+    if (setjmp(png_jmpbuf(png_)) != 0) return false;
+    png_init_io(png_, file_.get());
+    png_read_info(png_, info_);
+    width = png_get_image_width(png_, info_), height = png_get_image_height(png_, info_);
+    png_set_expand(png_);
+    png_set_strip_16(png_);
+    png_set_gray_to_rgb(png_);
+    png_set_add_alpha(png_, 255, PNG_FILLER_AFTER);
+    png_set_interlace_handling(png_);
+    png_read_update_info(png_, info_);
+    return true;
+  }
+  bool read_rows() {
+    if (setjmp(png_jmpbuf(png_)) != 0) return false;
+    png_read_image(png_, rows_.data());
+    png_read_end(png_, nullptr);
+    return true;
+  }
+};
+
+/// Grey values from 0 to 100, the lowest row of the picture at y = 0. `invert` means 1 minus the value from 0 to 255, as in OpenSCAD:
+/// the landscape lies below 0.
+Heights read_png(const std::filesystem::path& path, bool invert) {
+  PngFile file(path);
+  file.read();
+  Heights heights{file.height, file.width, {}};
+  heights.values.reserve(heights.rows * heights.columns);
   for (std::size_t y = heights.rows; y-- > 0;)
     for (std::size_t x = 0; x < heights.columns; ++x) {
-      const png_byte* pixel = pixels.data() + 4 * (y * heights.columns + x);
-      const double grey = (0.2126 * pixel[0] + 0.7152 * pixel[1] + 0.0722 * pixel[2]) / 255;
-      heights.values.push_back(100 * (invert ? 1 - grey : grey));
+      const png_byte* pixel = file.pixels.data() + 4 * (y * heights.columns + x);
+      const double grey = 0.2126 * pixel[0] + 0.7152 * pixel[1] + 0.0722 * pixel[2];
+      heights.values.push_back(100.0 / 255 * (invert ? 1 - grey : grey));
     }
+  heights.lowest = *std::min_element(heights.values.begin(), heights.values.end());
   return heights;
 }
 
@@ -76,7 +142,7 @@ ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool
   if (heights.rows < 2 || heights.columns < 2) return mesh;
   const auto rows = static_cast<std::uint32_t>(heights.rows), columns = static_cast<std::uint32_t>(heights.columns);
   const double left = center ? -0.5 * (columns - 1) : 0, front = center ? -0.5 * (rows - 1) : 0;
-  const double base = std::min(0.0, *std::min_element(heights.values.begin(), heights.values.end()) - 1);
+  const double base = std::min(0.0, heights.lowest - 1);
   const auto height = [&](std::uint32_t x, std::uint32_t y) { return heights.values[std::size_t{y} * columns + x]; };
   const auto add = [&](double x, double y, double z) {
     mesh.points.push_back({left + x, front + y, z});

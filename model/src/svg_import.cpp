@@ -4,21 +4,21 @@
 #include <algorithm>
 #include <clipper.hpp>
 #include <cmath>
-#include <sstream>
-#include <cstdlib>
 #include <memory>
 #include <numbers>
+#include <optional>
+#include <sstream>
 
 #include "bsp2/geometry/error.hpp"
 #include "imports.hpp"
+#include "svg_shapes.hpp"
 
-// Scalable Vector Graphics 1.1, as far as OpenSCAD 2021.01 reads it: the areas of shapes; curves have 20 chords.
+// Scalable Vector Graphics 1.1, as far as OpenSCAD 2021.01 reads it: the areas of shapes.
 
 namespace bsp2::model {
 namespace {
 
-using Point = std::array<double, 2>;
-constexpr int chords = 20;
+using svg::Point;
 
 /// The affine map (x, y) -> (a x + c y + e, b x + d y + f), as SVG writes it.
 struct Map {
@@ -29,70 +29,11 @@ struct Map {
   }
 };
 
-std::string attribute(const xmlNode* node, const char* name) {
-  const std::unique_ptr<xmlChar, void (*)(void*)> value(xmlGetProp(node, reinterpret_cast<const xmlChar*>(name)), [](void* p) { xmlFree(p); });
-  return value ? reinterpret_cast<const char*>(value.get()) : "";
-}
-
-/// Reads numbers that are separated by spaces, commas, or nothing but a sign.
-class Numbers {
- public:
-  explicit Numbers(const std::string& text) : at_(text.c_str()) {}
-  void skip() {
-    while (*at_ == ' ' || *at_ == ',' || *at_ == '\t' || *at_ == '\n' || *at_ == '\r') ++at_;
-  }
-  bool next(double& x) {
-    skip();
-    const bool starts = (*at_ >= '0' && *at_ <= '9') || *at_ == '-' || *at_ == '+' || *at_ == '.';
-    char* end = nullptr;
-    x = starts ? std::strtod(at_, &end) : 0;
-    if (end == nullptr || end == at_ || !std::isfinite(x)) return false;
-    at_ = end;
-    return true;
-  }
-  /// The flag of an arc: one digit, which the next number may follow at once.
-  bool flag(double& x) {
-    skip();
-    if (*at_ != '0' && *at_ != '1') return false;
-    x = *at_++ - '0';
-    return true;
-  }
-  char command() {
-    skip();
-    return (*at_ >= 'a' && *at_ <= 'z') || (*at_ >= 'A' && *at_ <= 'Z') ? *at_++ : '\0';
-  }
-  [[nodiscard]] std::string rest() const { return at_; }
-
- private:
-  const char* at_;
-};
-
-std::vector<double> numbers_of(const std::string& text) {
-  Numbers numbers(text);
-  std::vector<double> all;
-  for (double x = 0; numbers.next(x);) all.push_back(x);
-  return all;
-}
-
-/// A length in millimetres, those without unit at `dpi`; 0 for percentages and what is no length.
-double length_of(const std::string& text, double dpi) {
-  Numbers numbers(text);
-  double x = 0;
-  if (!numbers.next(x)) return 0;
-  const std::string unit = numbers.rest();
-  if (unit.starts_with("mm")) return x;
-  if (unit.starts_with("cm")) return 10 * x;
-  if (unit.starts_with("in")) return 25.4 * x;
-  if (unit.starts_with("pt")) return 25.4 / 72 * x;
-  if (unit.starts_with("pc")) return 25.4 / 6 * x;
-  return unit.starts_with("%") ? 0 : 25.4 / dpi * x;
-}
-
 Map map_of(std::string text) {
   Map map;
   for (std::size_t open = 0; (open = text.find('(')) != std::string::npos;) {
     const std::size_t close = std::min(text.find(')', open), text.size());
-    const auto v = numbers_of(text.substr(open + 1, close - open - 1));
+    const auto v = svg::numbers_of(text.substr(open + 1, close - open - 1));
     const auto at = [&](std::size_t i, double missing) { return i < v.size() ? v[i] : missing; };
     const std::string name = text.substr(0, open);
     const auto is = [&](const char* what) { return name.find(what) != std::string::npos; };
@@ -112,186 +53,6 @@ Map map_of(std::string text) {
   return map;
 }
 
-/// The paths of one shape, in its own frame.
-class Pen {
- public:
-  std::vector<std::vector<Point>> paths;
-
-  void draw(const std::string& data) {
-    Numbers numbers(data);
-    char command = '\0';
-    for (;;) {
-      if (const char c = numbers.command(); c != '\0')
-        command = c;
-      else if (command == '\0' || command == 'z' || command == 'Z')
-        return;
-      if (!step(numbers, command)) return;
-      if (command == 'm') command = 'l';
-      if (command == 'M') command = 'L';
-    }
-  }
-
- private:
-  Point at_{}, control_{};
-  char last_ = '\0';  // kind of the last command: c, q, or another
-
-  void to(const Point& p) {
-    if (paths.empty()) paths.push_back({at_});
-    paths.back().push_back(p);
-    at_ = p;
-  }
-
-  bool point(Numbers& numbers, bool relative, Point& p) const {
-    if (!numbers.next(p[0]) || !numbers.next(p[1])) return false;
-    if (relative) p = {p[0] + at_[0], p[1] + at_[1]};
-    return true;
-  }
-  [[nodiscard]] Point reflected(char kind) const { return last_ == kind ? Point{2 * at_[0] - control_[0], 2 * at_[1] - control_[1]} : at_; }
-
-  void cubic(const Point& c1, const Point& c2, const Point& end) {
-    const Point from = at_;
-    for (int i = 1; i <= chords; ++i) {
-      const double t = static_cast<double>(i) / chords, s = 1 - t;
-      Point p;
-      for (int k = 0; k < 2; ++k) p[k] = s * s * s * from[k] + 3 * s * s * t * c1[k] + 3 * s * t * t * c2[k] + t * t * t * end[k];
-      to(p);
-    }
-    control_ = c2;
-  }
-  void quadratic(const Point& c, const Point& end) {
-    const Point from = at_;
-    for (int i = 1; i <= chords; ++i) {
-      const double t = static_cast<double>(i) / chords, s = 1 - t;
-      to({s * s * from[0] + 2 * s * t * c[0] + t * t * end[0], s * s * from[1] + 2 * s * t * c[1] + t * t * end[1]});
-    }
-    control_ = c;
-  }
-
-  /// An arc of an ellipse between two points: SVG 1.1, appendix F.6.5.
-  void arc(double rx, double ry, double turn, bool large, bool sweep, const Point& end) {
-    rx = std::fabs(rx), ry = std::fabs(ry);
-    if (rx == 0 || ry == 0 || end == at_) return to(end);
-    const double c = cosine(turn), s = sine(turn), dx = (at_[0] - end[0]) / 2, dy = (at_[1] - end[1]) / 2;
-    const double x = c * dx + s * dy, y = c * dy - s * dx, d = x * x / (rx * rx) + y * y / (ry * ry);
-    if (d > 1) rx *= std::sqrt(d), ry *= std::sqrt(d);
-    const double across = rx * rx * y * y + ry * ry * x * x;
-    double t = std::sqrt(std::max(0.0, rx * rx * ry * ry - across) / across);
-    if (large == sweep) t = -t;
-    const double u = t * rx * y / ry, v = -t * ry * x / rx;
-    const Point centre{c * u - s * v + (at_[0] + end[0]) / 2, s * u + c * v + (at_[1] + end[1]) / 2};
-    const double start = std::atan2((y - v) / ry, (x - u) / rx);
-    double angle = std::atan2((-y - v) / ry, (-x - u) / rx) - start;
-    if (sweep && angle < 0) angle += 2 * std::numbers::pi;
-    if (!sweep && angle > 0) angle -= 2 * std::numbers::pi;
-    const int steps = static_cast<int>(std::fabs(angle) * 10 / std::numbers::pi + 4);
-    for (int i = 1; i < steps; ++i) {
-      const double phi = start + angle * i / steps, p = rx * std::cos(phi), q = ry * std::sin(phi);
-      to({c * p - s * q + centre[0], s * p + c * q + centre[1]});
-    }
-    to(end);
-  }
-
-  bool step(Numbers& numbers, char command) {
-    const bool relative = command >= 'a';
-    const char kind = static_cast<char>(relative ? command : command - 'A' + 'a');
-    Point p, q, r;
-    double x = 0;
-    switch (kind) {
-      case 'm':
-        if (!point(numbers, relative, p)) return false;
-        paths.push_back({p});
-        at_ = p;
-        break;
-      case 'l':
-        if (!point(numbers, relative, p)) return false;
-        to(p);
-        break;
-      case 'h':
-        if (!numbers.next(x)) return false;
-        to({relative ? at_[0] + x : x, at_[1]});
-        break;
-      case 'v':
-        if (!numbers.next(x)) return false;
-        to({at_[0], relative ? at_[1] + x : x});
-        break;
-      case 'c':
-        if (!point(numbers, relative, p) || !point(numbers, relative, q) || !point(numbers, relative, r)) return false;
-        cubic(p, q, r);
-        break;
-      case 's':
-        if (!point(numbers, relative, q) || !point(numbers, relative, r)) return false;
-        cubic(reflected('c'), q, r);
-        break;
-      case 'q':
-        if (!point(numbers, relative, p) || !point(numbers, relative, q)) return false;
-        quadratic(p, q);
-        break;
-      case 't':
-        if (!point(numbers, relative, q)) return false;
-        quadratic(reflected('q'), q);
-        break;
-      case 'a': {
-        double rx = 0, ry = 0, turn = 0, large = 0, sweep = 0;
-        if (!numbers.next(rx) || !numbers.next(ry) || !numbers.next(turn) || !numbers.flag(large) || !numbers.flag(sweep) || !point(numbers, relative, p)) return false;
-        arc(rx, ry, turn, large != 0, sweep != 0, p);
-        break;
-      }
-      case 'z':
-        if (!paths.empty()) {
-          at_ = paths.back().front();
-          paths.back().push_back(at_);
-          paths.push_back({at_});
-        }
-        break;
-      default:
-        return false;
-    }
-    last_ = kind == 's' ? 'c' : kind == 't' ? 'q' : kind;
-    return true;
-  }
-};
-
-std::vector<Point> ellipse(double x, double y, double rx, double ry, const Resolution& resolution) {
-  std::vector<Point> path;
-  const double sides = side_count(std::max(rx, ry), resolution);
-  if (!(rx > 0 && ry > 0) || !(sides <= max_sides)) return path;
-  for (int i = 0; i < static_cast<int>(sides); ++i) path.push_back({x + rx * cosine(360.0 * i / sides), y + ry * sine(360.0 * i / sides)});
-  return path;
-}
-
-std::vector<Point> points_of(const xmlNode* node) {
-  const auto v = numbers_of(attribute(node, "points"));
-  std::vector<Point> path;
-  for (std::size_t i = 0; i + 1 < v.size(); i += 2) path.push_back({v[i], v[i + 1]});
-  return path;
-}
-
-std::vector<Point> closed(std::vector<Point> path) {
-  if (!path.empty()) path.push_back(path[0]);
-  return path;
-}
-
-/// The paths of an element that is a shape.
-std::vector<std::vector<Point>> shape_of(const xmlNode* node, const std::string& name, const Resolution& resolution) {
-  const auto number = [&](const char* key) { return std::strtod(attribute(node, key).c_str(), nullptr); };
-  if (name == "path") {
-    Pen pen;
-    pen.draw(attribute(node, "d"));
-    return pen.paths;
-  }
-  if (name == "line") return {{{number("x1"), number("y1")}, {number("x2"), number("y2")}}};
-  if (name == "polyline") return {points_of(node)};
-  if (name == "rect") {
-    const double x = number("x"), y = number("y"), w = number("width"), h = number("height");
-    if (!(w > 0 && h > 0)) return {};
-    return {closed({{x, y}, {x + w, y}, {x + w, y + h}, {x, y + h}})};
-  }
-  if (name == "circle") return {closed(ellipse(number("cx"), number("cy"), number("r"), number("r"), resolution))};
-  if (name == "ellipse") return {closed(ellipse(number("cx"), number("cy"), number("rx"), number("ry"), resolution))};
-  if (name == "polygon") return {closed(points_of(node))};
-  return {};
-}
-
 /// Whether a path is a line with a width rather than an area: OpenSCAD asks whether its ends are apart.
 bool is_line(const std::vector<Point>& path) {
   return std::hypot(path.back()[0] - path[0][0], path.back()[1] - path[0][1]) > 0.1;
@@ -299,7 +60,7 @@ bool is_line(const std::vector<Point>& path) {
 
 /// What an element says about its strokes, itself or in its style; it inherits nothing, as in OpenSCAD.
 std::string stroke_property(const xmlNode* node, const std::string& key) {
-  std::istringstream style(attribute(node, "style"));
+  std::istringstream style(svg::attribute(node, "style"));
   for (std::string property; std::getline(style, property, ';');) {
     const auto colon = property.find(':');
     const auto first = property.find_first_not_of(" \t\r\n");
@@ -307,14 +68,14 @@ std::string stroke_property(const xmlNode* node, const std::string& key) {
     const auto value = property.find_first_not_of(" \t", colon + 1);
     return value == std::string::npos ? "" : property.substr(value);
   }
-  return attribute(node, key.c_str());
+  return svg::attribute(node, key.c_str());
 }
 
 /// The area of a line with a width, on OpenSCAD's grid of 1e-4 units: its joins are mitres and its caps squares, if nothing else
 /// is said.
 std::vector<std::vector<Point>> stroke_of(const xmlNode* node, const std::vector<Point>& line) {
   constexpr double grid = 1e4, largest = 1e12;
-  const double given = std::strtod(stroke_property(node, "stroke-width").c_str(), nullptr), width = given >= 0.01 && given < largest ? given : 1;
+  const double given = svg::user_units(stroke_property(node, "stroke-width")), width = given >= 0.01 && given < largest ? given : 1;
   const std::string cap = stroke_property(node, "stroke-linecap"), join = stroke_property(node, "stroke-linejoin");
   ClipperLib::Path scaled;
   for (const Point& p : line) {
@@ -334,21 +95,67 @@ std::vector<std::vector<Point>> stroke_of(const xmlNode* node, const std::vector
   return paths;
 }
 
-/// From the drawing's units to millimetres, y upwards from the lower edge of the page.
-Map page_of(const xmlNode* root, double dpi) {
-  const auto box = numbers_of(attribute(root, "viewBox"));
-  double width = length_of(attribute(root, "width"), dpi), height = length_of(attribute(root, "height"), dpi);
-  const bool has_box = box.size() == 4 && box[2] > 0 && box[3] > 0;
-  const double unit = 25.4 / dpi;
-  if (width == 0) width = has_box ? box[2] * unit : 0;
-  if (height == 0) height = has_box ? box[3] * unit : 0;
-  const double sx = has_box ? width / box[2] : unit, sy = has_box ? height / box[3] : unit;
-  return {sx, 0, 0, -sy, has_box ? -box[0] * sx : 0, height + (has_box ? box[1] * sy : 0)};
+/// Width or height of the page in millimetres. Percentages and what is missing take it from the view box.
+double page_length(const xmlNode* svg, const char* name, double box, bool has_box, double dpi) {
+  const std::optional<svg::Length> length = svg::read_length(svg::attribute(svg, name));
+  if (!length || length->number < 0) return has_box ? box * 25.4 / dpi : 0;
+  const double unit = svg::millimetres_in(length->unit, dpi);
+  if (unit == 0) return has_box ? box : 0;
+  return length->number * unit;
+}
+
+/// How the drawing lies on its page, y upwards. As in OpenSCAD the last `svg` element counts, without a view box a unit is a
+/// millimetre, and the lower edge of the view box moves the drawing the wrong way.
+struct Page {
+  double sx = 1, sy = 1;
+  Point box{}, align{};
+  double height = 0;
+
+  void read(const xmlNode* svg, double dpi) {
+    const auto v = svg::numbers_of(svg::attribute(svg, "viewBox"));
+    const bool has_box = v.size() == 4 && v[2] > 0 && v[3] > 0;
+    const double width = page_length(svg, "width", has_box ? v[2] : 0, has_box, dpi);
+    height = page_length(svg, "height", has_box ? v[3] : 0, has_box, dpi);
+    if (!has_box) return;
+    box = {v[0], v[1]};
+    sx = width / v[2], sy = height / v[3];
+    const std::string aspect = svg::attribute(svg, "preserveAspectRatio");
+    if (aspect.find("none") != std::string::npos) return;
+    sx = sy = aspect.find("slice") != std::string::npos ? std::max(sx, sy) : std::min(sx, sy);
+    const auto aligned = [&](char axis, double room) {
+      const auto at = aspect.find(axis);
+      const std::string where = at == std::string::npos ? "" : aspect.substr(at + 1, 3);
+      return where == "Min" ? 0 : where == "Max" ? room : room / 2;
+    };
+    align = {aligned('x', width - sx * v[2]), aligned('Y', height - sy * v[3])};
+  }
+
+  /// @param centre of what is drawn, if it is to lie at the origin.
+  [[nodiscard]] Map map(const std::optional<Point>& centre) const {
+    if (centre) return {sx, 0, 0, -sy, -sx * (box[0] + (*centre)[0]), -sy * (box[1] - (*centre)[1])};
+    return {sx, 0, 0, -sy, align[0] - sx * box[0], height - align[1] - sy * box[1]};
+  }
+};
+
+/// Moves all drawings from their own units to the page.
+void place(std::vector<PlaneDrawing>& drawings, const Page& page, bool center) {
+  std::optional<Point> centre;
+  if (center && !drawings.empty()) {
+    Point low = drawings[0].points[0], high = low;
+    for (const PlaneDrawing& drawing : drawings)
+      for (const Point& p : drawing.points)
+        for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
+    centre = Point{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+  }
+  const Map map = page.map(centre);
+  for (PlaneDrawing& drawing : drawings)
+    for (Point& p : drawing.points) p = map(p);
 }
 
 }  // namespace
 
-std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, const Resolution& resolution) {
+std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, bool center) {
+  if (!(dpi >= 0.001)) dpi = 72;
   const std::unique_ptr<xmlDoc, void (*)(xmlDoc*)> document(
       xmlReadFile(path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING), xmlFreeDoc);
   const xmlNode* root = document ? xmlDocGetRootElement(document.get()) : nullptr;
@@ -358,13 +165,15 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
     Map map;
   };
   std::vector<PlaneDrawing> shapes;
-  std::vector<Visit> stack{{root, page_of(root, dpi)}};
+  std::vector<Visit> stack{{root, {}}};
+  Page page;
   while (!stack.empty()) {
     const Visit visit = stack.back();
     stack.pop_back();
     const std::string name = reinterpret_cast<const char*>(visit.node->name);
-    if (name == "defs" || name == "symbol" || name == "clipPath" || name == "mask") continue;
-    const Map map = visit.map.after(map_of(attribute(visit.node, "transform")));
+    if (name == "defs") continue;
+    if (name == "svg") page.read(visit.node, dpi);
+    const Map map = visit.map.after(map_of(svg::attribute(visit.node, "transform")));
     PlaneDrawing drawing;
     const auto add = [&](const std::vector<Point>& points) {
       for (const Point& p : points) {
@@ -373,7 +182,7 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
       }
       drawing.paths.end_face();
     };
-    for (const auto& points : shape_of(visit.node, name, resolution)) {
+    for (const auto& points : svg::shape_of(visit.node, name)) {
       if (points.size() >= 2 && (name == "polyline" || is_line(points))) {
         for (const auto& area : stroke_of(visit.node, points)) add(area);
       } else if (points.size() >= 3) {
@@ -385,6 +194,11 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
     for (const xmlNode* child = visit.node->last; child != nullptr; child = child->prev)
       if (child->type == XML_ELEMENT_NODE) stack.push_back({child, map});
   }
+  place(shapes, page, center);
+  const auto is_lost = [](const PlaneDrawing& drawing) {
+    return !std::all_of(drawing.points.begin(), drawing.points.end(), [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });
+  };
+  std::erase_if(shapes, is_lost);
   return shapes;
 }
 

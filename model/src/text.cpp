@@ -137,7 +137,7 @@ std::vector<GlyphOutline> text_outlines(const std::string& text, const TextStyle
   if (FT_Init_FreeType(&raw_library) != 0) throw Error("text: FreeType does not start");
   const Library library(raw_library);
   const Face face = find_face(library.get(), style.font, warn);
-  if (!(style.size > 0) || FT_Set_Char_Size(face.get(), 0, static_cast<FT_F26Dot6>(char_size), dots_per_inch, dots_per_inch) != 0) return {};
+  if (style.size == 0 || FT_Set_Char_Size(face.get(), 0, static_cast<FT_F26Dot6>(char_size), dots_per_inch, dots_per_inch) != 0) return {};
 
   const Font font(hb_ft_font_create(face.get(), nullptr));
   const Buffer buffer(hb_buffer_create());

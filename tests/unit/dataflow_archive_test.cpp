@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "dataflow_oracle.hpp"
 
 namespace bsp2::dataflow {
@@ -116,6 +118,21 @@ TEST(Archive, RefusesTruncatedBytes) {
   const std::string bytes = to_bytes(frontier);
   Frontier back;
   EXPECT_ANY_THROW(from_bytes(std::span(bytes).first(bytes.size() / 2), back));
+}
+
+TEST(Archive, RefusesALengthBeyondItsEndBeforeItTakesMemory) {
+  Frontier frontier;
+  frontier.nodes.resize(100);
+  std::string bytes = to_bytes(frontier);
+  const std::uint64_t length = 100, large = std::uint64_t{1} << 28, largest = ~std::uint64_t{0};
+  const auto at = bytes.find(std::string(reinterpret_cast<const char*>(&length), sizeof length));
+  ASSERT_NE(at, std::string::npos);
+  for (const std::uint64_t damaged : {large, largest}) {
+    std::memcpy(bytes.data() + at, &damaged, sizeof damaged);
+    Frontier back;
+    EXPECT_THROW(from_bytes(std::span<const char>(bytes), back), boost::archive::archive_exception);
+    EXPECT_LT(back.nodes.capacity(), bytes.size());
+  }
 }
 
 }  // namespace

@@ -215,6 +215,29 @@ TEST_F(Import, ReadsHeights) {
   EXPECT_THROW(imported("surface(file = \"a.png\");"), Error);
 }
 
+/// Pictures of 2 x 2 pixels: one of 16 bits a pixel in grey, one in colours. Volumes as OpenSCAD 2021.01 gives them.
+TEST_F(Import, ReadsPictures) {
+  const std::string_view grey(
+        "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x02\x00\x00\x00\x02\x10\x00\x00\x00\x00\x07\x4d\x8e"
+        "\xbb\x00\x00\x00\x12\x49\x44\x41\x54\x78\xda\x63\x60\x98\xf9\x9f\x91\xa1\xe1\x9f\x03\x03\x00\x11\x4b\x03\x58\x3e\x2d\x39\x1a\x00"
+        "\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82",
+        75);
+  const std::string_view colours(
+        "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x02\x00\x00\x00\x02\x08\x02\x00\x00\x00\xfd\xd4\x9a"
+        "\x73\x00\x00\x00\x15\x49\x44\x41\x54\x78\xda\x63\xe0\x12\x91\x3b\x91\x62\xc4\xf0\x9f\x01\x08\xfe\x03\x00\x16\xa7\x03\x99\x14\x5a"
+        "\x10\x2c\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82",
+        78);
+  write("grey.png", std::string(grey));
+  write("colours.png", std::string(colours));
+  EXPECT_NEAR(imported("surface(file = \"grey.png\");"), 44.82352, 1e-4);
+  EXPECT_NEAR(imported("surface(file = \"grey.png\", invert = true);"), 57.17663, 1e-3);
+  EXPECT_NEAR(imported("surface(file = \"colours.png\");"), 20.47747, 1e-4);
+  write("colours.png", std::string(colours.substr(0, 60)));
+  EXPECT_THROW(imported("surface(file = \"colours.png\");"), Error) << "cut off";
+  write("short.dat", "1 2 3\n5 6\n");
+  EXPECT_NEAR(imported("surface(file = \"short.dat\");"), 6.25, 1e-12) << "what is missing is 0 high, but does not lower the floor";
+}
+
 TEST_F(Import, ReadsDrawings) {
   const auto line = [](const std::string& layer, double x0, double y0, double x1, double y1) {
     std::ostringstream text;
@@ -244,7 +267,7 @@ TEST_F(Import, ReadsVectorGraphics) {
   EXPECT_NEAR(area("<rect x='1' y='1' width='4' height='2'/>"), 2, 1e-12) << "half a millimetre a unit";
   EXPECT_NEAR(area("<g transform='scale(2) translate(1, 1)'><rect width='4' height='2'/></g>"), 8, 1e-12);
   EXPECT_NEAR(area("<path d='M0 0h4v4H0zm1,1 2 0 0 2-2 0z'/>"), 3, 1e-12) << "a hole";
-  EXPECT_NEAR(area("<polygon points='0,0 4,0 4,4'/><circle cx='10' cy='10' r='2'/>", ", $fn = 4"), 2 + 2, 1e-12);
+  EXPECT_NEAR(area("<polygon points='0,0 4,0 4,4'/><circle cx='10' cy='10' r='2'/>", ", $fn = 4"), 2 + 20 * model::sine(9), 1e-12) << "40 sides, whatever $fn is";
   EXPECT_NEAR(area("<path d='M0 0 C 0 4 4 4 4 0 z'/>"), 9.6 / 4, 2e-2) << "the integral of y dx";
   EXPECT_NEAR(area("<path d='M-4 0 A 4 4 0 0 1 4 0 z'/>"), 28 * std::sin(std::numbers::pi / 14), 1e-9) << "14 chords of half a circle of radius 2";
   EXPECT_NEAR(area("<path d='M0 0 4 0 4 4'/>"), 2.25, 1e-12) << "a line 1 wide";

@@ -363,6 +363,43 @@ TEST(Csg, OnlyThePointsOfAHollowPolyhedronCountUnderAHull) {
   EXPECT_NE(between.warnings[0].find("is left out"), std::string::npos) << "a difference takes solids";
 }
 
+/// As OpenSCAD does: a point that no face names is no corner, and an index that names no point is passed over.
+TEST(Csg, PolyhedraHoldWhatTheirFacesName) {
+  const std::string tetrahedron = "polyhedron([[0,0,0],[1,0,0],[0,1,0],[0,0,1]], [[0,1,2],[0,3,1],[0,2,3],";
+  EXPECT_TRUE(parse(tetrahedron + "[1,3,2]]);").warnings.empty());
+  const auto one_warning = [](const Model& model, const char* text) {
+    ASSERT_EQ(model.warnings.size(), 1U);
+    EXPECT_NE(model.warnings[0].find(text), std::string::npos) << model.warnings[0];
+    EXPECT_TRUE(std::holds_alternative<Primitive>(model.expression.node().value));
+  };
+  one_warning(parse(tetrahedron + "[1,3,2,9]]);"), "face 3 of this polyhedron names point 9, but there are 4 points");
+  one_warning(parse(tetrahedron + "[1,3,2,-1]]);"), "face 3 of this polyhedron names point -1");
+  one_warning(parse(tetrahedron + "[1,3,2],7]);"), "face 4 of this polyhedron is no vector");
+  EXPECT_EQ(message(tetrahedron + "[1,3,9]]);").find("test.csg:1:1: this polyhedron is not closed"), 0U);
+  const Model hull = parse("hull() { polyhedron([[0,0,0],[1,0,0],[0,1,0],[0,0,1]], [[0,1,2]]); }");
+  EXPECT_EQ(hull.expression.node().parts, 1U);
+  ASSERT_EQ(hull.warnings.size(), 1U);
+}
+
+TEST(Csg, PolygonsTakePairsAndAnEmptyListOfPathsIsNone) {
+  EXPECT_TRUE(parse("polygon([[0,0],[4,0],[4,4]], paths = []);").warnings.empty());
+  EXPECT_EQ(parse("polygon([[0,0],[4,0],[4,4]], paths = []);").primitive_count, 1U);
+  EXPECT_EQ(parse("polygon([[0,0,1],[4,0,1],[4,4,1]]);").primitive_count, 0U);
+}
+
+/// OpenSCAD 2021.01 passes over empty solids everywhere, over empty areas only if the first child and one more are something.
+TEST(Csg, PlaneMinkowskiSumsOfNothingAreEmpty) {
+  const auto count = [](const std::string& children) { return parse("minkowski() { " + children + " }").primitive_count; };
+  EXPECT_EQ(count("square(2); circle(0);"), 0U);
+  EXPECT_EQ(count("circle(0); square(2); circle(1);"), 0U);
+  EXPECT_EQ(count("square(2); group();"), 0U);
+  EXPECT_EQ(count("square(2); circle(0); circle(1);"), 2U);
+  EXPECT_EQ(count("square(2); circle(1); group();"), 2U);
+  EXPECT_EQ(count("square(2);"), 1U);
+  EXPECT_EQ(count("cube(2); cube(0);"), 1U);
+  EXPECT_EQ(count("cube(0); cube(2);"), 1U);
+}
+
 TEST(Csg, PartsAreThePrimitivesOfTheSource) {
   const Model model = parse("square(1);\n%circle(1);\ngroup() { circle(0); polygon([[0,0],[2,0],[2,2],[1,1],[0,2]]); cube(1); }\n  hull() { square(2); circle(3); }");
   ASSERT_EQ(model.primitive_count, 4U);

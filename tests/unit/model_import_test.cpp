@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <string>
@@ -32,8 +34,52 @@ double svg_area(const std::string& elements) {
   const auto path = folder.path() / "drawing.svg";
   std::ofstream(path) << "<svg width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" << elements << "</svg>";
   double sum = 0;
-  for (const PlaneDrawing& drawing : import_svg(path, 72, {})) sum += area_of(drawing);
+  for (const PlaneDrawing& drawing : import_svg(path, 72, false)) sum += area_of(drawing);
   return sum;
+}
+
+using Box = std::array<double, 4>;
+
+/// Lowest and highest x and y of a rectangle from (10, 20) to (40, 60) in a drawing with these attributes.
+Box page_box(const std::string& attributes, double dpi = 72, bool center = false) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder.path() / "drawing.svg";
+  std::ofstream(path) << "<svg " << attributes << "><rect x=\"10\" y=\"20\" width=\"30\" height=\"40\"/></svg>";
+  Box box{1e9, 1e9, -1e9, -1e9};
+  for (const PlaneDrawing& drawing : import_svg(path, dpi, center))
+    for (const auto& p : drawing.points) box = {std::min(box[0], p[0]), std::min(box[1], p[1]), std::max(box[2], p[0]), std::max(box[3], p[1])};
+  return box;
+}
+
+void expect_box(const Box& a, const Box& b) {
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR(a[i], b[i], 1e-4) << "number " << i;
+}
+
+TEST(Svg, PageIsThatOfOpenScad) {
+  expect_box(page_box("width=\"100mm\" height=\"50mm\" viewBox=\"0 0 200 100\""), {5, 20, 20, 40});
+  expect_box(page_box("width=\"100mm\" height=\"50mm\""), {10, -10, 40, 30});
+  expect_box(page_box(""), {10, -60, 40, -20});
+  expect_box(page_box("viewBox=\"5 7 200 100\""), {1.76389, 11.6417, 12.3472, 25.7528});
+  expect_box(page_box("width=\"100\" height=\"50\" viewBox=\"0 0 200 200\""), {9.70139, 12.3472, 12.3472, 15.875});
+  expect_box(page_box("width=\"50%\" height=\"25%\" viewBox=\"5 7 200 100\""), {5, 33, 35, 73});
+  expect_box(page_box("width=\"10cm\" height=\"5pc\" viewBox=\"5 7 200 100\""), {29.8917, 6.98504, 36.2417, 15.4517});
+  expect_box(page_box("width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"xMaxYMax\""), {2.5, 16.5, 17.5, 36.5});
+  expect_box(page_box("width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"xMidYMin slice\""), {-45, 33, -15, 73});
+  expect_box(page_box("width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"none\""), {2.5, 33, 17.5, 73});
+  expect_box(page_box("viewBox=\"0 0 200 100\"", 300), {0.846667, 3.38667, 3.38667, 6.77333});
+  expect_box(page_box("width=\"100px\" height=\"50px\" viewBox=\"0 0 200 100\"", 300), {1.32292, 5.29167, 5.29167, 10.5833});
+  expect_box(page_box("width=\"100mm\" height=\"50mm\" viewBox=\"0 0 200 100\"", 72, true), {-7.5, -10, 7.5, 10});
+}
+
+TEST(Svg, RoundShapesHaveTheSidesOfOpenScad) {
+  EXPECT_NEAR(svg_area("<circle cx=\"50\" cy=\"50\" r=\"20\"/>"), 20 * 400 * sine(9), 1e-9);
+  EXPECT_NEAR(svg_area("<ellipse cx=\"50\" cy=\"50\" rx=\"20\" ry=\"10\"/>"), 20 * 200 * sine(9), 1e-9);
+  const double quarter = 1 - 4.5 * sine(10);  // what nine chords leave of the unit square outside of a quarter circle
+  const std::string rect = "<rect x=\"10\" y=\"20\" width=\"30\" height=\"40\" ";
+  EXPECT_NEAR(svg_area(rect + "rx=\"5\" ry=\"8\"/>"), 1200 - 4 * 40 * quarter, 1e-9);
+  EXPECT_NEAR(svg_area(rect + "rx=\"5\"/>"), 1200 - 4 * 25 * quarter, 1e-9);
+  EXPECT_NEAR(svg_area(rect + "ry=\"50\"/>"), 1200 - 4 * 300 * quarter, 1e-9) << "at most half the rectangle";
+  EXPECT_NEAR(svg_area("<rect width=\"30px\" height=\"1in\"/>"), 30 * 96, 1e-9) << "lengths with units";
 }
 
 TEST(Svg, LinesAreAsWideAsTheirStrokes) {
@@ -63,11 +109,22 @@ TEST(Dxf, BlocksAreInsertedAndBulgesPassedOver) {
          "0", "INSERT", "8", "0", "2", "B1", "10", "-10", "20", "5",                                                                    //
          "0", "ELLIPSE", "8", "0", "10", "0", "20", "-20", "11", "4", "21", "3", "40", "0.5", "41", "0", "42", "6.283185307",               //
          "0", "ENDSEC", "0", "EOF"});
-  // OpenSCAD gives 52.819: it moves points to a grid of 0.00095.
-  EXPECT_NEAR(area_of(import_dxf(path, "", {.fn = 24})), 12 + 2 + 12 * sine(15) * 5 * 2.5, 1e-6);
+  // OpenSCAD gives 52.819, since its points lie on a grid of 2^-10; the exact area is 52.823.
+  EXPECT_NEAR(area_of(import_dxf(path, "", {}, {.fn = 24})), 52.819, 1e-3);
   // An arc whose angles are far apart ends all the same.
   write({"0", "SECTION", "2", "ENTITIES", "0", "ARC", "10", "0", "20", "0", "40", "1", "50", "1e300", "51", "0", "0", "ENDSEC", "0", "EOF"});
-  EXPECT_EQ(import_dxf(path, "", {}).paths.size(), 0U);
+  EXPECT_EQ(import_dxf(path, "", {}, {}).paths.size(), 0U);
+}
+
+TEST(Dxf, ScaleAndOriginComeBeforeFacetsAndGrid) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder.path() / "drawing.dxf";
+  std::ofstream(path) << "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n3\n20\n4\n40\n5\n0\nENDSEC\n0\nEOF\n";
+  // Areas by OpenSCAD 2021.01, which prints six digits of each coordinate.
+  EXPECT_NEAR(area_of(import_dxf(path, "", {}, {})), 76.52706, 1e-4);
+  EXPECT_NEAR(area_of(import_dxf(path, "", {.scale = 10}, {})), 7796.744, 0.02);
+  EXPECT_NEAR(area_of(import_dxf(path, "", {.scale = 0.1}, {})), 0.5942673, 1e-6);
+  EXPECT_NEAR(area_of(import_dxf(path, "", {.origin = {1.23456, 2}, .scale = 10}, {.fa = 1, .fs = 1})), 7853.4517, 0.01);
 }
 
 }  // namespace

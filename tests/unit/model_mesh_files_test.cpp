@@ -277,12 +277,12 @@ TEST_F(MeshFile, ErrorsSayWhere) {
   EXPECT_EQ(message("m.stl", "solid x\nfacet\nouter loop\nvertex 1 2 3\nvertex 1 2 4\nendloop\n"), ":6: a facet of fewer than three corners");
   EXPECT_EQ(message("m.stl", "solid x\n"), ":2: expected 'facet' or 'endsolid', found the end of the file; it is cut off");
   std::string binary = stl_binary({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
-  EXPECT_EQ(message("m.stl", binary.substr(0, 130)), ": byte 80: 1 facets need 134 bytes, but the file has 130; it is cut off, or no STL file");
+  EXPECT_EQ(message("m.stl", binary.substr(0, 130)), ": byte 80: the number of facets is 1, which takes 134 bytes in all, but the file has 130; it is cut off, or no STL file");
   binary[84 + 12 + 4 + 2] = '\x80', binary[84 + 12 + 4 + 3] = '\x7F';
   EXPECT_EQ(message("m.stl", binary), ": byte 100: a coordinate of facet 0 is not finite");
   EXPECT_EQ(message("m.stl", "PK"), ": neither an STL text, which begins with 'solid', nor long enough for a binary STL file, which has a header of 84 bytes");
   EXPECT_EQ(message("m.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n"), ":4: face 0 names point 1, but there are 1, the first being 0");
-  EXPECT_EQ(message("m.off", "OFF\n1000000000 1 0\n0 0 0\n"), ":3: 1000000000 points and 1 faces are more than the file holds; it is cut off");
+  EXPECT_EQ(message("m.off", "OFF\n1000000000 1 0\n0 0 0\n"), ":3: the numbers of points and faces are 1000000000 and 1, more than the file holds; it is cut off");
   EXPECT_EQ(message("m.off", "4OFF\n1 1 0\n"), ":1: '4OFF' is not a mesh in three dimensions");
   EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 2 3\n"), ":2: a face names point 2, but there are 1 so far, the first being 1");
   EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 -2 3\n"), ":2: a face names point -2, but there are 1 so far, the first being 1");

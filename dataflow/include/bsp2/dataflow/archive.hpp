@@ -3,18 +3,23 @@
 #include <bit>
 #include <boost/archive/archive_exception.hpp>
 #include <boost/archive/binary_iarchive.hpp>
+#include <boost/archive/binary_iarchive_impl.hpp>
 #include <boost/archive/binary_oarchive.hpp>
+#include <boost/archive/impl/basic_binary_iarchive.ipp>
+#include <boost/archive/impl/basic_binary_iprimitive.ipp>
 #include <boost/iostreams/device/array.hpp>
 #include <boost/iostreams/device/back_inserter.hpp>
 #include <boost/iostreams/stream_buffer.hpp>
 #include <boost/serialization/array.hpp>
+#include <boost/serialization/array_optimization.hpp>
+#include <boost/serialization/collection_size_type.hpp>
 #include <boost/serialization/is_bitwise_serializable.hpp>
 #include <boost/serialization/level.hpp>
 #include <boost/serialization/split_free.hpp>
 #include <boost/serialization/tracking.hpp>
 #include <boost/serialization/vector.hpp>
 #include <span>
-#include <stdexcept>
+#include <streambuf>
 #include <string>
 
 #include "bsp2/dataflow/evaluate.hpp"
@@ -108,6 +113,25 @@ BOOST_CLASS_TRACKING(bsp2::dataflow::Frontier, boost::serialization::track_never
 
 namespace bsp2::dataflow {
 
+/// Boost's binary archive, but no length in it may be larger than what is left of the bytes: a damaged one would fill the memory.
+class InputArchive : public boost::archive::binary_iarchive_impl<InputArchive, char, std::char_traits<char>> {
+  using Base = boost::archive::binary_iarchive_impl<InputArchive, char, std::char_traits<char>>;
+
+ public:
+  explicit InputArchive(std::streambuf& bytes) : Base(bytes, boost::archive::no_header) { init(boost::archive::no_header); }
+
+  // The names are those that Boost looks for.
+  template <class T>
+  void load_override(T& value) {
+    Base::load_override(value);
+  }
+  void load_override(boost::serialization::collection_size_type& length) {
+    Base::load_override(length);
+    const auto left = m_sb.in_avail();
+    if (left < 0 || length > static_cast<std::size_t>(left)) throw boost::archive::archive_exception(boost::archive::archive_exception::input_stream_error);
+  }
+};
+
 /// An object as bytes; for the same version of the program on the same kind of machine.
 template <typename T>
 std::string to_bytes(const T& object) {
@@ -120,16 +144,14 @@ std::string to_bytes(const T& object) {
   return bytes;
 }
 
-/// The object back. @throws boost::archive::archive_exception or std::bad_alloc if the bytes are not those of a T.
+/// The object back. @throws boost::archive::archive_exception if the bytes are not those of a T.
 template <typename T>
 void from_bytes(std::span<const char> bytes, T& object) {
   boost::iostreams::stream_buffer<boost::iostreams::array_source> buffer(bytes.data(), bytes.size());
-  boost::archive::binary_iarchive archive(buffer, boost::archive::no_header);
-  try {
-    archive >> object;
-  } catch (const std::length_error&) {  // a vector of more elements than there can be
-    throw boost::archive::archive_exception(boost::archive::archive_exception::input_stream_error);
-  }
+  InputArchive archive(buffer);
+  archive >> object;
 }
 
 }  // namespace bsp2::dataflow
+
+BOOST_SERIALIZATION_USE_ARRAY_OPTIMIZATION(bsp2::dataflow::InputArchive)

@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cctype>
+
+#include "bsp2/geometry/error.hpp"
+#include "csg_primitive_nodes.hpp"
+#include "imports.hpp"
+#include "mesh_crossing.hpp"
+#include "polyhedron.hpp"
+
+namespace bsp2::model {
+namespace {
+
+std::string point_text(const Point3& p) {
+  std::string text = "(";
+  text += text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]);
+  return text += ")";
+}
+
+std::string crossing_text(const MeshCrossing& crossing) {
+  const auto& [a, b, c] = crossing.triangle;
+  return "the edge from " + point_text(crossing.edge[0]) + " to " + point_text(crossing.edge[1]) + " goes through the triangle " + point_text(a) + ", " + point_text(b) + ", " +
+         point_text(c);
+}
+
+/// The file that a node names.
+std::filesystem::path file_of(const std::string& node, const Arguments& arguments, const std::filesystem::path& folder) {
+  const std::string name = arguments.string("file", 0, "");
+  if (name.empty()) throw Error(node + ": it names no file");
+  const std::filesystem::path path = folder / name;
+  if (std::filesystem::is_directory(path)) throw Error(node + ": " + path.string() + " is a directory, not a file");
+  if (!std::filesystem::is_regular_file(path)) throw Error(node + ": there is no file " + path.string());
+  return path;
+}
+
+/// The scale of a linear_extrude that names a file is that of the drawing, too.
+DrawingFrame read_frame(const Arguments& arguments) {
+  DrawingFrame frame;
+  std::array<double, 2> scale{1, 1};
+  read_numbers(arguments.find("origin"), frame.origin);
+  read_numbers(arguments.find("scale"), scale);
+  frame.scale = scale[0] > 0 ? scale[0] : 1;
+  return frame;
+}
+
+}  // namespace
+
+Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
+  const std::filesystem::path path = file_of("import", arguments, folder);
+  std::string kind = path.extension().string();
+  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (kind == ".dxf") {
+    const PlaneDrawing drawing = import_dxf(path, arguments.string("layer", -1, ""), read_frame(arguments), resolution_of(arguments));
+    if (drawing.paths.size() == 0) warn("this import is empty: there is no path in " + path.string());
+    return pooled_polygon(drawing.points, drawing.paths, pool);
+  }
+  if (kind == ".svg") {
+    std::vector<Expression> shapes;
+    for (const PlaneDrawing& drawing : import_svg(path, arguments.number("dpi", -1, 72), arguments.flag("center", -1)))
+      shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
+    return pool.boolean(Operation::unite, 2, shapes, true);
+  }
+  if (!is_mesh_ending(kind))
+    throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
+  const ImportedMesh mesh = import_mesh(path);
+  std::optional<TriangleMesh> closed;
+  try {
+    closed = repaired_mesh(mesh.points, mesh.faces, Holes::cap, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
+  } catch (const Error& error) {
+    throw Error("import of " + path.string() + ": " + error.what());
+  }
+  if (closed) {
+    if (const auto crossing = self_crossing(*closed))
+      warn("the mesh of " + path.string() + " crosses itself: " + crossing_text(*crossing) + ". What its faces wind around counts as inside");
+    return pool.primitive(std::move(*closed), 3);
+  }
+  warn("this import is empty: the faces of " + path.string() + " enclose nothing");
+  return pool.empty(3);
+}
+
+Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
+  const ImportedMesh mesh = import_surface(file_of("surface", arguments, folder), arguments.flag("center", 1), arguments.flag("invert", 2));
+  if (std::optional<TriangleMesh> closed = closed_mesh(mesh.points, mesh.faces)) return pool.primitive(std::move(*closed), 3);
+  warn("this surface is empty: it takes two rows and two columns of heights");
+  return pool.empty(3);
+}
+
+}  // namespace bsp2::model

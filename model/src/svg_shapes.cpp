@@ -1,0 +1,293 @@
+#include "svg_shapes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+
+#include "bsp2/model/tessellation.hpp"
+
+namespace bsp2::model::svg {
+namespace {
+
+constexpr int chords = 20;
+
+/// Reads numbers that are separated by spaces, commas, or nothing but a sign.
+class Numbers {
+ public:
+  explicit Numbers(const std::string& text) : at_(text.c_str()) {}
+  void skip() {
+    while (*at_ == ' ' || *at_ == ',' || *at_ == '\t' || *at_ == '\n' || *at_ == '\r') ++at_;
+  }
+  bool next(double& x) {
+    skip();
+    const bool starts = (*at_ >= '0' && *at_ <= '9') || *at_ == '-' || *at_ == '+' || *at_ == '.';
+    char* end = nullptr;
+    x = starts ? std::strtod(at_, &end) : 0;
+    if (end == nullptr || end == at_ || !std::isfinite(x)) return false;
+    at_ = end;
+    return true;
+  }
+  /// The flag of an arc: one digit, which the next number may follow at once.
+  bool flag(double& x) {
+    skip();
+    if (*at_ != '0' && *at_ != '1') return false;
+    x = *at_++ - '0';
+    return true;
+  }
+  char command() {
+    skip();
+    return (*at_ >= 'a' && *at_ <= 'z') || (*at_ >= 'A' && *at_ <= 'Z') ? *at_++ : '\0';
+  }
+  [[nodiscard]] std::string rest() const { return at_; }
+
+ private:
+  const char* at_;
+};
+
+/// The paths of one shape, in its own frame.
+class Pen {
+ public:
+  std::vector<std::vector<Point>> paths;
+
+  void move(const Point& p) {
+    paths.push_back({p});
+    at_ = p;
+  }
+  void line(const Point& p) { to(p); }
+  /// A quarter of an ellipse, clockwise as the drawing is seen.
+  void quarter(double rx, double ry, const Point& end) { arc(rx, ry, 0, false, true, end); }
+
+  void draw(const std::string& data) {
+    Numbers numbers(data);
+    char command = '\0';
+    for (;;) {
+      if (const char c = numbers.command(); c != '\0')
+        command = c;
+      else if (command == '\0' || command == 'z' || command == 'Z')
+        return;
+      if (!step(numbers, command)) return;
+      if (command == 'm') command = 'l';
+      if (command == 'M') command = 'L';
+    }
+  }
+
+ private:
+  Point at_{}, control_{};
+  char last_ = '\0';  // kind of the last command: c, q, or another
+
+  void to(const Point& p) {
+    if (paths.empty()) paths.push_back({at_});
+    paths.back().push_back(p);
+    at_ = p;
+  }
+
+  bool point(Numbers& numbers, bool relative, Point& p) const {
+    if (!numbers.next(p[0]) || !numbers.next(p[1])) return false;
+    if (relative) p = {p[0] + at_[0], p[1] + at_[1]};
+    return true;
+  }
+  [[nodiscard]] Point reflected(char kind) const { return last_ == kind ? Point{2 * at_[0] - control_[0], 2 * at_[1] - control_[1]} : at_; }
+
+  void cubic(const Point& c1, const Point& c2, const Point& end) {
+    const Point from = at_;
+    for (int i = 1; i <= chords; ++i) {
+      const double t = static_cast<double>(i) / chords, s = 1 - t;
+      Point p;
+      for (int k = 0; k < 2; ++k) p[k] = s * s * s * from[k] + 3 * s * s * t * c1[k] + 3 * s * t * t * c2[k] + t * t * t * end[k];
+      to(p);
+    }
+    control_ = c2;
+  }
+  void quadratic(const Point& c, const Point& end) {
+    const Point from = at_;
+    for (int i = 1; i <= chords; ++i) {
+      const double t = static_cast<double>(i) / chords, s = 1 - t;
+      to({s * s * from[0] + 2 * s * t * c[0] + t * t * end[0], s * s * from[1] + 2 * s * t * c[1] + t * t * end[1]});
+    }
+    control_ = c;
+  }
+
+  /// An arc of an ellipse between two points: SVG 1.1, appendix F.6.5.
+  void arc(double rx, double ry, double turn, bool large, bool sweep, const Point& end) {
+    rx = std::fabs(rx), ry = std::fabs(ry);
+    if (rx == 0 || ry == 0 || end == at_) return to(end);
+    const double c = cosine(turn), s = sine(turn), dx = (at_[0] - end[0]) / 2, dy = (at_[1] - end[1]) / 2;
+    const double x = c * dx + s * dy, y = c * dy - s * dx, d = x * x / (rx * rx) + y * y / (ry * ry);
+    if (d > 1) rx *= std::sqrt(d), ry *= std::sqrt(d);
+    const double across = rx * rx * y * y + ry * ry * x * x;
+    double t = std::sqrt(std::max(0.0, rx * rx * ry * ry - across) / across);
+    if (large == sweep) t = -t;
+    const double u = t * rx * y / ry, v = -t * ry * x / rx;
+    const Point centre{c * u - s * v + (at_[0] + end[0]) / 2, s * u + c * v + (at_[1] + end[1]) / 2};
+    const double start = std::atan2((y - v) / ry, (x - u) / rx);
+    double angle = std::atan2((-y - v) / ry, (-x - u) / rx) - start;
+    if (sweep && angle < 0) angle += 2 * std::numbers::pi;
+    if (!sweep && angle > 0) angle -= 2 * std::numbers::pi;
+    const int steps = static_cast<int>(std::fabs(angle) * 10 / std::numbers::pi + 4);
+    for (int i = 1; i < steps; ++i) {
+      const double phi = start + angle * i / steps, p = rx * std::cos(phi), q = ry * std::sin(phi);
+      to({c * p - s * q + centre[0], s * p + c * q + centre[1]});
+    }
+    to(end);
+  }
+
+  bool step(Numbers& numbers, char command) {
+    const bool relative = command >= 'a';
+    const char kind = static_cast<char>(relative ? command : command - 'A' + 'a');
+    Point p, q, r;
+    double x = 0;
+    switch (kind) {
+      case 'm':
+        if (!point(numbers, relative, p)) return false;
+        move(p);
+        break;
+      case 'l':
+        if (!point(numbers, relative, p)) return false;
+        to(p);
+        break;
+      case 'h':
+        if (!numbers.next(x)) return false;
+        to({relative ? at_[0] + x : x, at_[1]});
+        break;
+      case 'v':
+        if (!numbers.next(x)) return false;
+        to({at_[0], relative ? at_[1] + x : x});
+        break;
+      case 'c':
+        if (!point(numbers, relative, p) || !point(numbers, relative, q) || !point(numbers, relative, r)) return false;
+        cubic(p, q, r);
+        break;
+      case 's':
+        if (!point(numbers, relative, q) || !point(numbers, relative, r)) return false;
+        cubic(reflected('c'), q, r);
+        break;
+      case 'q':
+        if (!point(numbers, relative, p) || !point(numbers, relative, q)) return false;
+        quadratic(p, q);
+        break;
+      case 't':
+        if (!point(numbers, relative, q)) return false;
+        quadratic(reflected('q'), q);
+        break;
+      case 'a': {
+        double rx = 0, ry = 0, turn = 0, large = 0, sweep = 0;
+        if (!numbers.next(rx) || !numbers.next(ry) || !numbers.next(turn) || !numbers.flag(large) || !numbers.flag(sweep) || !point(numbers, relative, p)) return false;
+        arc(rx, ry, turn, large != 0, sweep != 0, p);
+        break;
+      }
+      case 'z':
+        if (!paths.empty()) {
+          at_ = paths.back().front();
+          paths.back().push_back(at_);
+          paths.push_back({at_});
+        }
+        break;
+      default:
+        return false;
+    }
+    last_ = kind == 's' ? 'c' : kind == 't' ? 'q' : kind;
+    return true;
+  }
+};
+
+std::vector<Point> ellipse(double x, double y, double rx, double ry) {
+  constexpr int sides = 40;
+  std::vector<Point> path;
+  if (!(rx > 0 && ry > 0)) return path;
+  for (int i = 0; i < sides; ++i) path.push_back({x + rx * cosine(360.0 * i / sides), y + ry * sine(360.0 * i / sides)});
+  return path;
+}
+
+std::vector<Point> points_of(const xmlNode* node) {
+  const auto v = numbers_of(attribute(node, "points"));
+  std::vector<Point> path;
+  for (std::size_t i = 0; i + 1 < v.size(); i += 2) path.push_back({v[i], v[i + 1]});
+  return path;
+}
+
+std::vector<Point> closed(std::vector<Point> path) {
+  if (!path.empty()) path.push_back(path[0]);
+  return path;
+}
+
+/// A rectangle whose corners may be quarters of an ellipse; of two radii one may be missing.
+std::vector<Point> rectangle(double x, double y, double w, double h, double rx, double ry) {
+  if (!(rx > 0)) rx = ry;
+  if (!(ry > 0)) ry = rx;
+  if (!(rx > 0)) return closed({{x, y}, {x + w, y}, {x + w, y + h}, {x, y + h}});
+  rx = std::min(rx, w / 2), ry = std::min(ry, h / 2);
+  Pen pen;
+  pen.move({x + rx, y});
+  pen.line({x + w - rx, y});
+  pen.quarter(rx, ry, {x + w, y + ry});
+  pen.line({x + w, y + h - ry});
+  pen.quarter(rx, ry, {x + w - rx, y + h});
+  pen.line({x + rx, y + h});
+  pen.quarter(rx, ry, {x, y + h - ry});
+  pen.line({x, y + ry});
+  pen.quarter(rx, ry, {x + rx, y});
+  return std::move(pen.paths[0]);
+}
+
+}  // namespace
+
+std::string attribute(const xmlNode* node, const char* name) {
+  const std::unique_ptr<xmlChar, void (*)(void*)> value(xmlGetProp(node, reinterpret_cast<const xmlChar*>(name)), [](void* p) { xmlFree(p); });
+  return value ? reinterpret_cast<const char*>(value.get()) : "";
+}
+
+std::vector<double> numbers_of(const std::string& text) {
+  Numbers numbers(text);
+  std::vector<double> all;
+  for (double x = 0; numbers.next(x);) all.push_back(x);
+  return all;
+}
+
+std::optional<Length> read_length(const std::string& text) {
+  Numbers numbers(text);
+  Length length;
+  if (!numbers.next(length.number)) return std::nullopt;
+  length.unit = numbers.rest();
+  length.unit.erase(length.unit.find_last_not_of(" \t\r\n") + 1);
+  return length;
+}
+
+double millimetres_in(const std::string& unit, double dpi) {
+  if (unit.empty()) return 25.4 / dpi;
+  if (unit == "px") return 25.4 / 96;
+  if (unit == "mm") return 1;
+  if (unit == "cm") return 10;
+  if (unit == "in") return 25.4;
+  if (unit == "pt") return 25.4 / 72;
+  return unit == "pc" ? 25.4 / 6 : 0;
+}
+
+double user_units(const std::string& text) {
+  const std::optional<Length> length = read_length(text);
+  if (!length) return 0;
+  return length->unit.empty() ? length->number : length->number * millimetres_in(length->unit, 96) * 96 / 25.4;
+}
+
+std::vector<std::vector<Point>> shape_of(const xmlNode* node, const std::string& name) {
+  const auto number = [&](const char* key) { return user_units(attribute(node, key)); };
+  if (name == "path") {
+    Pen pen;
+    pen.draw(attribute(node, "d"));
+    return pen.paths;
+  }
+  if (name == "line") return {{{number("x1"), number("y1")}, {number("x2"), number("y2")}}};
+  if (name == "polyline") return {points_of(node)};
+  if (name == "rect") {
+    const double x = number("x"), y = number("y"), w = number("width"), h = number("height");
+    if (!(w > 0 && h > 0)) return {};
+    return {rectangle(x, y, w, h, number("rx"), number("ry"))};
+  }
+  if (name == "circle") return {closed(ellipse(number("cx"), number("cy"), number("r"), number("r")))};
+  if (name == "ellipse") return {closed(ellipse(number("cx"), number("cy"), number("rx"), number("ry")))};
+  if (name == "polygon") return {closed(points_of(node))};
+  return {};
+}
+
+}  // namespace bsp2::model::svg
