@@ -10,25 +10,25 @@ namespace bsp2::dataflow {
 
 template <int D>
 CellExtent<D>::CellExtent(const geometry::Cell<D>& cell) : Box<D>(Box<D>::empty()) {
-  auto& lower = this->lower;
-  auto& upper = this->upper;
+  auto& low = this->lower;
+  auto& high = this->upper;
   centre.fill(0);
   double error = 0;
   const auto vertices = cell.vertices();
   for (const auto& vertex : vertices) {
     error = std::max(error, vertex.error);
     for (int i = 0; i < D; ++i) {
-      lower[i] = std::min(lower[i], vertex.x[i]);
-      upper[i] = std::max(upper[i], vertex.x[i]);
+      low[i] = std::min(low[i], vertex.x[i]);
+      high[i] = std::max(high[i], vertex.x[i]);
       centre[i] += vertex.x[i];
     }
   }
   for (int i = 0; i < D; ++i) {
     centre[i] /= static_cast<double>(vertices.size());
-    lower[i] -= error;
-    upper[i] += error;
-    middle[i] = (lower[i] + upper[i]) / 2;
-    half[i] = (upper[i] - lower[i]) / 2 * (1 + 0x1p-40);
+    low[i] -= error;
+    high[i] += error;
+    middle[i] = (low[i] + high[i]) / 2;
+    half[i] = (high[i] - low[i]) / 2 * (1 + 0x1p-40);
   }
   double square = 0;
   for (const auto& vertex : vertices) {

@@ -278,18 +278,40 @@ bool Localizer<D>::choose_median(std::span<const Word> program, Cut& cut) {
   return false;
 }
 
-/// Cuts along the operand with the fewest undecided half-spaces or facets, as its producer advises.
+/// The undecided half-spaces of an operand that is a list of them; none of any other.
+template <int D>
+std::span<const geometry::OrientedHyperplane> Localizer<D>::listed_planes(const Word* leaf) const {
+  const Producer<D>& producer = network_->producers[leaf[2]];
+  if (producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return {};
+  return ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
+}
+
+/// How far the cell's centre is outside of an operand with listed half-spaces; negative inside, infinite for any other operand.
+template <int D>
+double Localizer<D>::centre_outside(const Word* leaf) const {
+  double furthest = -std::numeric_limits<double>::infinity();
+  const auto planes = listed_planes(leaf);
+  for (const auto plane : planes) {
+    const double value = view_.table().rounded(plane.id()).at(view_.extent().centre);
+    furthest = std::max(furthest, plane.flipped() ? -value : value);
+  }
+  return planes.empty() ? -furthest : furthest;
+}
+
+/// Cuts along the operand with the fewest undecided half-spaces or facets, as its producer advises. Of many that all cover the
+/// cell, so that no cut goes between them, along the one that the centre is deepest inside: it takes the largest bite, and the
+/// rest comes apart. In the order of the source, N cubes rotated about one axis would be N^2 cells instead of about N^1.3.
 template <int D>
 void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
+  const bool many = active_.size() > many_operands;
   const Word* best = nullptr;
-  std::size_t fewest = std::numeric_limits<std::size_t>::max();
+  std::pair<double, std::size_t> least;
   for (const std::uint32_t at : active_) {
     const Word* leaf = program.data() + at;
-    const std::size_t count = undecided(leaf);
-    if (count < fewest) {
-      fewest = count;
-      best = leaf;
-    }
+    const std::pair key(many ? centre_outside(leaf) : 0, undecided(leaf));
+    if (best != nullptr && !(key < least)) continue;
+    least = key;
+    best = leaf;
   }
   const Advice advice = with_producer(best, [&](const auto& process) { return process.advise(best, view_); });
   const auto is_out_if = [&](Label label) {
@@ -308,9 +330,7 @@ void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
 template <int D>
 void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const {
   const Word* const leaf = program.data() + active_.front();
-  const Producer<D>& producer = network_->producers[leaf[2]];
-  if (producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return;
-  const auto planes = ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
+  const auto planes = listed_planes(leaf);
   if (planes.size() < 2 || planes.size() > ConvexProducer<D>::many_planes) return;
   const bool negated = (leaf[0] & Program::negated) != 0;
   const Answer inside{Label::in, static_cast<std::int32_t>(leaf[2])}, outside{Label::out};

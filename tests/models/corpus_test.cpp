@@ -108,7 +108,9 @@ TEST(Corpus, ContentAndBoundsOfFilesWithAllNodes) {
 TEST(Corpus, TheTowerOfPisa) {
   const auto file = shared() / "corpus" / "csg" / "pyplasm__pisa.csg";
   if (shared().empty() || !std::filesystem::exists(file)) GTEST_SKIP() << "no corpus at hand";
-  EXPECT_NEAR(run_file(file).in_volume, 7067.46, 0.02);
+  // The reference, 7067.46, has a tolerance. Exactly: the sum of its slabs by a mesh kernel of the last digit (docs/corpus.md).
+  EXPECT_NEAR(run_file(file, 2, 0).in_volume, 7067.4545447, 1e-10 * 7067);
+  EXPECT_NEAR(run_file(file).in_volume, 7067.4545447, 2e-9 * 7067);  // faces that nearly coincide are moved
 }
 
 /// The seashell is one mesh that overlaps itself. The manifest has the signed volume of its skin, in which

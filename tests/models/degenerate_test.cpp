@@ -133,13 +133,42 @@ TEST(DegenerateModel, CubesTurnedAboutTheirCommonAxis) {
     for (int k = 0; k < n; ++k) cubes.push_back(turn(std::numbers::pi / 2 * k / n, cube(1, true)));
     const double low = std::numbers::pi / 4 * (1 - 1.0 / n), high = std::numbers::pi / 4;
     const double area = n * (std::tan(high) - std::tan(low));  // 8 N integrals of r^2 / 2
-    EXPECT_NEAR(evaluate(unite(cubes)).volume(), area, 1e-9) << n << " cubes";
+    const Solid united = evaluate(unite(cubes));
+    EXPECT_NEAR(united.volume(), area, 1e-9) << n << " cubes";
+    EXPECT_LE(united.cells(), 5 * std::pow(n, 1.5)) << n << " cubes";
+    EXPECT_GT(thinnest(united), 1e-6) << n << " cubes";
     EXPECT_NEAR(evaluate(unite(cubes), 0).volume(), area, 1e-13 * n) << n << " cubes";
     // Their intersection is the regular polygon of 4 N sides around the circle of radius 1/2.
     EXPECT_NEAR(evaluate(intersect(cubes)).volume(), 4 * n * 0.25 * std::tan(std::numbers::pi / (4 * n)),
                 1e-9)
         << n << " cubes";
   }
+}
+
+TEST(DegenerateModel, CubesTurnedAboutAnyAxes) {
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  dataflow::Random random(seed);
+  std::vector<Expression> cubes;
+  for (int k = 0; k < 12; ++k) {
+    Expression turned = cube(1, true);
+    for (int turns = 0; turns < 3; ++turns)  // about z, and with the axes exchanged
+      turned = model::transform(std::vector<double>{0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1}, turn(uniform(random, 0, 6.3), turned));
+    cubes.push_back(turned);
+  }
+  const Expression all = unite(cubes);
+  const Solid merged = evaluate(all), exact = evaluate(all, 0);
+  EXPECT_NEAR(merged.volume(), exact.volume(), 1e-8);
+  EXPECT_LT(gap(merged), 1e-9);
+  int inside = 0;
+  constexpr int samples = 4000;
+  for (int k = 0; k < samples; ++k) {
+    dataflow::Point x;
+    for (int i = 0; i < 3; ++i) x.push_back(uniform(random, -0.9, 0.9));
+    inside += dataflow::where(all, x, 0).inside;
+  }
+  const double box = 1.8 * 1.8 * 1.8;
+  EXPECT_NEAR(exact.volume(), inside * box / samples, 6 * box / (2 * std::sqrt(samples)));
 }
 
 TEST(DegenerateModel, CubesShiftedByLessThanTheTolerance) {

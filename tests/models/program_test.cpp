@@ -59,7 +59,8 @@ TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
   expect_refused("cube(size=[1,2,3])", ":1:");
   expect_refused("group() { cube(size=[1,2,", ":1:");
   expect_refused("\x93\x01\xff garbage", ":1:1:");
-  expect_refused("warp() { circle(r = 1); }", "warp");
+  expect_refused("cube();\n  warp() { circle(r = 1); }", ":2:3: there is no node 'warp'");
+  expect_refused("polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);", "the edge from point 1 (1, 0, 0) to point 2");
   expect_refused("cylinder($fn = 1e9, h = 1, r1 = 1, r2 = 1);", "limit");
   std::string huge = "cube();";
   for (int i = 0; i < 3; ++i) huge = "multmatrix([[1e200,0,0,0],[0,1e200,0,0],[0,0,1e200,0],[0,0,0,1]]) {" + huge + "}";
@@ -68,7 +69,9 @@ TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
 
 TEST_F(Program, RefusesBadPathsAndOptions) {
   EXPECT_EQ(start("run " + (folder_.path() / "missing.csg").string()).code, 2);
-  EXPECT_EQ(start("run " + folder_.path().string()).code, 2);
+  const Ended folder = start("run " + folder_.path().string());
+  EXPECT_EQ(folder.code, 2);
+  EXPECT_NE(folder.text.find("is a directory"), std::string::npos) << folder.text;
   const std::string good = model("cube(size = [1, 2, 3]);");
   EXPECT_EQ(start("run " + good + " --bogus").code, 2);
   EXPECT_EQ(start("run " + good + " --threads minus").code, 2);
@@ -95,6 +98,13 @@ TEST_F(Program, HoldsTheTowerInLittleMemory) {
   EXPECT_LT(json["peak_rss_bytes"].get<double>(), 60e6 + 500 * json["cells"]["in"].get<double>());
 }
 #endif
+
+TEST_F(Program, PrintsTheShareOfExactPredicates) {
+  const Ended ended = start("run " + std::string(BSP2_SOURCE_DIR) + "/examples/mechanical_piece.csg --stats");
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_NE(ended.text.find("exact fallbacks"), std::string::npos) << ended.text;
+  EXPECT_NE(ended.text.find("% of the predicates)"), std::string::npos) << ended.text;
+}
 
 /// What is drawn, exported and asked of a snapshot is what the run would have written.
 TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <set>
 
 #include "bsp2/dataflow/localizer.hpp"
 #include "bsp2/dataflow/round_producer.hpp"
@@ -13,6 +12,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
 #include "dataflow_oracle.hpp"
+#include "intervals.hpp"
 #include "producer_stream.hpp"
 
 namespace bsp2::dataflow {
@@ -21,39 +21,6 @@ namespace {
 using geometry::Label;
 
 double ball_volume(int d) { return std::pow(std::numbers::pi, d / 2.0) / std::tgamma(d / 2.0 + 1); }
-
-struct Interval {
-  double in, fuzzy;
-  std::uint64_t cells;
-  [[nodiscard]] double high() const { return in + fuzzy; }
-};
-
-template <int D>
-Interval interval(const Evaluation<D>& evaluation) {
-  return {evaluation.totals.in.value().volume(), evaluation.totals.fuzzy.value().volume(), evaluation.totals.in_cells + evaluation.totals.fuzzy_cells};
-}
-
-EvaluateOptions down_to(unsigned level) {
-  EvaluateOptions options;
-  options.level = level;
-  return options;
-}
-EvaluateOptions thinner_than(double tolerance) {
-  EvaluateOptions options;
-  options.tolerance = tolerance;
-  return options;
-}
-
-template <int D>
-Interval volume_interval(const model::Expression& e, const EvaluateOptions& options) {
-  const Network<D> network = compile<D>(e, {});
-  return interval(evaluate(network, partition(network, 0).regions, options, {}));
-}
-
-void expect_contains(const Interval& interval, double truth) {
-  EXPECT_LE(interval.in, truth * (1 + 1e-12));
-  EXPECT_GE(interval.high(), truth * (1 - 1e-12));
-}
 
 /// At each level of the BSP tree the interval holds the truth, and lies in that of the level before.
 template <int D>
@@ -265,23 +232,6 @@ TEST(Curved, ToleranceLeavesNoPolyhedronUndecided) {
     }
 }
 
-template <int D>
-void expect_same_digest(const model::Expression& e, EvaluateOptions options, unsigned depth) {
-  const Network<D> network = compile<D>(e, {});
-  std::set<std::string> digests;
-  std::uint64_t cells = 0;
-  for (const unsigned threads : {1U, 2U, 4U})
-    for (const Order order : {Order::depth, Order::priority}) {
-      options.threads = threads;
-      options.order = order;
-      const auto evaluation = evaluate(network, partition(network, depth).regions, options, {});
-      digests.insert(evaluation.totals.digest.hex());
-      cells = evaluation.totals.in_cells + evaluation.totals.fuzzy_cells;
-    }
-  EXPECT_EQ(digests.size(), 1U);
-  EXPECT_GT(cells, 10U);
-}
-
 TEST(Curved, CellsDoNotDependOnThreadsAndOrder) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -298,9 +248,9 @@ template <int D>
 void check_stream(const model::Expression& e, unsigned deepest, Random& random) {
   const Network<D> network = compile<D>(e, {});
   if constexpr (D == 3)
-    if (!network.tori.empty()) return check_stream_of<D>(e, network, TorusProducer(network, network.producers[0]), deepest, random);
+    if (!network.tori.empty()) return check_stream_of<D>(network, TorusProducer(network, network.producers[0]), deepest, truth_of(e), random);
   ASSERT_EQ(network.rounds.size(), 1U);
-  check_stream_of<D>(e, network, RoundProducer<D>(network, network.producers[0]), deepest, random);
+  check_stream_of<D>(network, RoundProducer<D>(network, network.producers[0]), deepest, truth_of(e), random);
 }
 
 TEST(TorusProducer, EmitsAStreamOfRefinements) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "cell_samples.hpp"
 #include "dataflow_oracle.hpp"
 
 namespace bsp2::dataflow {
@@ -15,21 +16,6 @@ using geometry::CellBatch;
 using geometry::Label;
 
 constexpr Real margin = 1e-7L;
-
-/// A random mix of a cell's corners.
-Point point_in(const CellBatch& batch, std::size_t cell, Random& random) {
-  const auto corners = batch.cell_points(cell);
-  const auto d = static_cast<std::size_t>(batch.dimension);
-  Point x(d, 0);
-  Real sum = 0;
-  for (std::size_t k = 0; k < corners.size() / d; ++k) {
-    const Real weight = -std::log(uniform(random, 1e-9, 1));
-    sum += weight;
-    for (std::size_t i = 0; i < d; ++i) x[i] += weight * corners[k * d + i];
-  }
-  for (Real& coordinate : x) coordinate /= sum;
-  return x;
-}
 
 /// Signed distance of the furthest facet: negative inside.
 template <int D>

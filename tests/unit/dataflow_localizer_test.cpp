@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "bsp2/dataflow/localizer.hpp"
+#include "cell_samples.hpp"
 #include "dataflow_oracle.hpp"
 
 namespace bsp2::dataflow {
@@ -118,17 +119,6 @@ Stream<D> refine(const model::Expression& e, Random& random, std::uint64_t most 
   std::vector<Token> stack;
   stack.push_back({geometry::root_cell(network.table), network.program});
   Stream<D> result;
-  const auto point_in = [&](const Cell<D>& cell) {
-    Point x(D, 0);
-    Real sum = 0;
-    for (const auto& vertex : cell.vertices()) {
-      const Real weight = -std::log(uniform(random, 1e-9, 1));
-      sum += weight;
-      for (std::size_t i = 0; i < D; ++i) x[i] += weight * vertex.x[i];
-    }
-    for (Real& coordinate : x) coordinate /= sum;
-    return x;
-  };
   while (!stack.empty()) {
     const Token token = std::move(stack.back());
     stack.pop_back();
@@ -139,7 +129,7 @@ Stream<D> refine(const model::Expression& e, Random& random, std::uint64_t most 
     EXPECT_EQ(localizer.fire(token.program, token.cell, again, other).label, answer.label);
     if (answer.label != Label::fuzzy) {
       EXPECT_EQ(answer.label == Label::out ? answer.part : geometry::no_part, geometry::no_part);
-      const Where truth = where(e, point_in(token.cell), 1e-7L);
+      const Where truth = where(e, point_in(token.cell, random), 1e-7L);
       EXPECT_TRUE(truth.doubtful || (answer.label == Label::in) == truth.inside);
       (answer.label == Label::in ? result.in : result.out)++;
       if (answer.label == Label::in) result.volume += writer.measure(token.cell).volume();

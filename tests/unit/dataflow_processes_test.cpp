@@ -14,6 +14,7 @@
 #include "bsp2/dataflow/localizer.hpp"
 #include "bsp2/dataflow/mesh_producer.hpp"
 #include "bsp2/dataflow/transformer.hpp"
+#include "cell_samples.hpp"
 #include "dataflow_oracle.hpp"
 
 namespace bsp2::dataflow {
@@ -31,20 +32,6 @@ struct Refinement {
   double volume = 0;
   Point inside;  // a point of the cell
 };
-
-/// A random mix of a cell's vertices.
-template <int D>
-Point point_in(const Cell<D>& cell, Random& random) {
-  Point x(D, 0);
-  Real sum = 0;
-  for (const auto& vertex : cell.vertices()) {
-    const Real weight = -std::log(uniform(random, 1e-9, 1));
-    sum += weight;
-    for (std::size_t i = 0; i < D; ++i) x[i] += weight * vertex.x[i];
-  }
-  for (Real& coordinate : x) coordinate /= sum;
-  return x;
-}
 
 /// Drives a producer alone over the root cell and returns the stream that it emits.
 template <int D, ProducerProcess<D> P>

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
-#include <set>
 
 #include "bsp2/dataflow/localizer.hpp"
 #include "bsp2/dataflow/spline_producer.hpp"
@@ -14,6 +13,8 @@
 #include "bsp2/geometry/point_query.hpp"
 #include "bsp2/model/csg.hpp"
 #include "dataflow_oracle.hpp"
+#include "intervals.hpp"
+#include "producer_stream.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -23,35 +24,6 @@ using model::Expression;
 using model::SubdivisionSurface;
 using Piece = model::Spline::Piece;
 constexpr double pi = std::numbers::pi;
-
-EvaluateOptions down_to(unsigned level) {
-  EvaluateOptions options;
-  options.level = level;
-  return options;
-}
-EvaluateOptions thinner_than(double tolerance) {
-  EvaluateOptions options;
-  options.tolerance = tolerance;
-  return options;
-}
-
-struct Interval {
-  double in, fuzzy;
-  std::uint64_t cells;
-  [[nodiscard]] double high() const { return in + fuzzy; }
-};
-
-template <int D>
-Interval volume_interval(const Expression& e, const EvaluateOptions& options) {
-  const Network<D> network = compile<D>(e, {});
-  const auto totals = evaluate(network, partition(network, 0).regions, options, {}).totals;
-  return {totals.in.value().volume(), totals.fuzzy.value().volume(), totals.in_cells + totals.fuzzy_cells};
-}
-
-void expect_contains(const Interval& interval, double truth) {
-  EXPECT_LE(interval.in, truth * (1 + 1e-12));
-  EXPECT_GE(interval.high(), truth * (1 - 1e-12));
-}
 
 // --- splines by their basis functions, as an oracle ------------------------------------------------------------------
 
@@ -551,87 +523,27 @@ TEST_F(Subdivision, LoopSurfacesHoldTheirPointsAndBoundTheirVolume) {
 
 TEST(SplineSolids, CellsDoNotDependOnThreadsAndOrder) {
   const Expression solid = model::subtract({model::spline(3, {nurbs_sphere(1)}), model::cuboid({1, 2, 3})});
-  for (const auto& [given, depth] : {std::pair(down_to(10), 0U), std::pair(thinner_than(0.2), 2U)}) {
-    std::set<std::string> digests;
-    for (const unsigned threads : {1U, 2U, 4U})
-      for (const Order order : {Order::depth, Order::priority}) {
-        const Network<3> network = compile<3>(solid, {});  // anew: its patches are halved by this run
-        EvaluateOptions options = given;
-        options.threads = threads;
-        options.order = order;
-        digests.insert(evaluate(network, partition(network, depth).regions, options, {}).totals.digest.hex());
-      }
-    EXPECT_EQ(digests.size(), 1U);
-  }
+  expect_same_digest<3>(solid, down_to(10), 0);
+  expect_same_digest<3>(solid, thinner_than(0.2), 2);
 }
 
-/// Drives the producer alone: each output cell refines the one it replaces; `label` knows what is IN.
+/// `distance_inside`: of a point from the boundary, negative outside.
 template <int D>
-void check_stream(const Expression& e, unsigned deepest, const std::function<double(const std::array<double, D>&)>& distance_inside, Random& random) {
+void check_stream(const Expression& e, unsigned deepest, const std::function<Real(const Point&)>& distance_inside, Random& random) {
   const Network<D> network = compile<D>(e, {});
   ASSERT_EQ(network.splines.size(), 1U);
-  const SplineProducer<D> producer(network, network.producers[0]);
-  geometry::Splitter<D> splitter(network.table);
-  geometry::CellWriter<D> writer(network.table);
-  CellView<D> view(splitter);
-  struct Item {
-    geometry::Cell<D> cell;
-    std::vector<Word> state;
-    unsigned level;
+  const auto truth = [&](const Point& x) {
+    const Real inside = distance_inside(x);
+    return Where{inside > 0, std::fabs(inside) < 1e-12L};
   };
-  std::vector<Item> stack;
-  stack.push_back({geometry::root_cell(network.table), {Program::kind_leaf | Program::whole, Program::header, 0}, 0});
-  const double whole = writer.measure(stack[0].cell).volume();
-  double decided = 0, fuzzy = 0;
-  while (!stack.empty()) {
-    const Item at = std::move(stack.back());
-    stack.pop_back();
-    view.look_at(at.cell);
-    std::vector<Word> left;
-    const Label label = producer.ask(at.state.data(), view, left);
-    const double volume = writer.measure(at.cell).volume();
-    if (label != Label::fuzzy) {
-      decided += volume;
-      std::array<double, D> x{};
-      double total = 0;
-      for (const auto& vertex : at.cell.vertices()) {
-        const double weight = -std::log(uniform(random, 1e-9, 1));
-        total += weight;
-        for (std::size_t i = 0; i < D; ++i) x[i] += weight * vertex.x[i];
-      }
-      for (double& c : x) c /= total;
-      const double inside = distance_inside(x);
-      ASSERT_TRUE(std::fabs(inside) < 1e-12 || (inside > 0) == (label == Label::in));
-      continue;
-    }
-    left[1] = static_cast<Word>(left.size());
-    ASSERT_GT(producer.undecided(left.data()), 0U);
-    const Advice advice = at.level < deepest ? producer.advise(left.data(), view) : Advice{.plane = {}, .none = true};
-    if (advice.none) {  // slivers where hyperplanes of several patches nearly meet
-      ASSERT_TRUE(at.level == deepest || view.extent().radius < 1e-6) << at.level << " " << view.extent().radius;
-      fuzzy += volume;
-      continue;
-    }
-    ASSERT_EQ(splitter.classify(at.cell, advice.plane.id()), geometry::Position::crossing);
-    Item negative{{}, left, at.level + 1}, positive{{}, left, at.level + 1};
-    splitter.split(at.cell, advice.plane.id(), &negative.cell, &positive.cell);
-    ASSERT_NEAR(writer.measure(negative.cell).volume() + writer.measure(positive.cell).volume(), volume, 1e-12 * whole) << "the halves are not the cell";
-    if (advice.beyond_is_out) {
-      std::vector<Word> unused;
-      view.look_at(advice.plane.flipped() ? negative.cell : positive.cell);
-      ASSERT_EQ(producer.ask(left.data(), view, unused), Label::out);
-    }
-    stack.push_back(std::move(negative));
-    stack.push_back(std::move(positive));
-  }
-  EXPECT_NEAR(decided + fuzzy, whole, 1e-10 * whole);
+  check_stream_of<D>(network, SplineProducer<D>(network, network.producers[0]), deepest, truth, random);
 }
 
 TEST(SplineProducer, EmitsAStreamOfRefinements) {
   Random random(new_seed());
-  check_stream<2>(model::spline(2, {nurbs_circle(1)}), 14, [](const std::array<double, 2>& x) { return 1 - std::hypot(x[0], x[1]); }, random);
-  check_stream<3>(model::spline(3, {nurbs_sphere(1)}), 12, [](const std::array<double, 3>& x) { return 1 - std::hypot(x[0], x[1], x[2]); }, random);
-  check_stream<3>(model::spline(3, {random_piece<3>(random, {3}, {5}, true)}), 12, [](const std::array<double, 3>&) { return -1.0; }, random);
+  check_stream<2>(model::spline(2, {nurbs_circle(1)}), 14, [](const Point& x) { return 1 - std::hypot(x[0], x[1]); }, random);
+  check_stream<3>(model::spline(3, {nurbs_sphere(1)}), 12, [](const Point& x) { return 1 - std::hypot(x[0], x[1], x[2]); }, random);
+  check_stream<3>(model::spline(3, {random_piece<3>(random, {3}, {5}, true)}), 12, [](const Point&) { return Real{-1}; }, random);
 }
 
 TEST(SplineSolids, CsgHasNodesForThem) {

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -12,13 +11,19 @@
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/dataflow/process.hpp"
 #include "bsp2/geometry/measures.hpp"
-#include "dataflow_oracle.hpp"
+#include "cell_samples.hpp"
 
 namespace bsp2::dataflow {
 
-/// Drives the producer alone: each output cell refines the one it replaces, and its labels are true.
-template <int D, typename P>
-void check_stream_of(const model::Expression& e, const Network<D>& network, const P& producer, unsigned deepest, Random& random) {
+/// Where points are, by the membership of the expression.
+inline auto truth_of(const model::Expression& e) {
+  return [e](const Point& x) { return where(e, x, 1e-12L); };
+}
+
+/// Drives the producer alone: each output cell refines the one it replaces, and its labels are true, as `truth` (of a point,
+/// a Where) tells.
+template <int D, typename P, typename Truth>
+void check_stream_of(const Network<D>& network, const P& producer, unsigned deepest, const Truth& truth, Random& random) {
   geometry::Splitter<D> splitter(network.table);
   geometry::CellWriter<D> writer(network.table);
   CellView<D> view(splitter);
@@ -31,17 +36,6 @@ void check_stream_of(const model::Expression& e, const Network<D>& network, cons
   stack.push_back({geometry::root_cell(network.table), {Program::kind_leaf | Program::whole, Program::header, 0}, 0});
   const double whole = writer.measure(stack[0].cell).volume();
   double decided = 0, fuzzy = 0;
-  const auto sample = [&](const geometry::Cell<D>& cell) {
-    Point x(D, 0);
-    Real sum = 0;
-    for (const auto& vertex : cell.vertices()) {
-      const Real weight = -std::log(uniform(random, 1e-9, 1));
-      sum += weight;
-      for (std::size_t i = 0; i < D; ++i) x[i] += weight * vertex.x[i];
-    }
-    for (Real& c : x) c /= sum;
-    return where(e, x, 1e-12L);
-  };
   while (!stack.empty()) {
     const Item at = std::move(stack.back());
     stack.pop_back();
@@ -52,8 +46,8 @@ void check_stream_of(const model::Expression& e, const Network<D>& network, cons
     if (label != geometry::Label::fuzzy) {
       decided += volume;
       for (int i = 0; i < 3; ++i) {
-        const Where truth = sample(at.cell);
-        ASSERT_TRUE(truth.doubtful || truth.inside == (label == geometry::Label::in));
+        const Where there = truth(point_in(at.cell, random));
+        ASSERT_TRUE(there.doubtful || there.inside == (label == geometry::Label::in));
       }
       continue;
     }

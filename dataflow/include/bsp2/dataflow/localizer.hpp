@@ -75,6 +75,8 @@ class Localizer {
   std::array<int, D> axes_between_operands(std::span<const Word> program);
   bool choose_median(std::span<const Word> program, Cut& cut);
   bool take_middle_candidate(Cut& cut);
+  [[nodiscard]] std::span<const geometry::OrientedHyperplane> listed_planes(const Word* leaf) const;
+  [[nodiscard]] double centre_outside(const Word* leaf) const;
   void choose_operand(std::span<const Word> program, Cut& cut);
   void offer_clipping(std::span<const Word> program, Cut& cut) const;
   Answer answer_if(const Word*& at, const Answer& leaf) const;

@@ -1,0 +1,141 @@
+#pragma once
+
+// The workers of one evaluation, and what they share. Private to evaluate.cpp, worker.cpp, joins.cpp and assembling.cpp.
+
+#include <pthread.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "bounded_queue.hpp"
+#include "bsp2/dataflow/evaluate.hpp"
+#include "bsp2/dataflow/localizer.hpp"
+#include "bsp2/geometry/clipper.hpp"
+#include "bsp2/geometry/splitter.hpp"
+#include "tokens.hpp"
+#include "work_deque.hpp"
+
+namespace bsp2::dataflow {
+
+/// What the workers of one evaluation share.
+template <int D>
+class Crew;
+
+/// One pthread of the crew with everything that is its own.
+template <int D>
+class Worker {
+ public:
+  Worker(Crew<D>& crew, std::uint32_t index);
+  void start();
+  void join();
+  void run();
+  void add(Token<D>* token);
+
+  WorkDeque<Token<D>> deque;
+  Totals<D> totals;
+  std::deque<RecordedNode> nodes;  // grows without copying
+  std::uint64_t emitted = 0;
+  std::atomic<std::uint64_t> decided{0};        // share of the space, in units of 2^-60
+  std::atomic<std::uint64_t> decided_cells{0};  // for progress
+  std::uint32_t index;
+
+ private:
+  Crew<D>& crew_;
+  /// A cut of a chain: its hyperplane, and what is beyond it.
+  struct Piece {
+    geometry::OrientedHyperplane plane;
+    geometry::Cell<D> cell;
+  };
+
+  geometry::Splitter<D> splitter_;
+  geometry::Clipper<D> clipper_;
+  Localizer<D> localizer_;
+  geometry::CellWriter<D> writer_;
+  Pool<Token<D>> tokens_;
+  Pool<Join<D>> joins_;
+  std::shared_ptr<Refinement> batch_;
+  std::vector<Word> program_;
+  std::vector<Piece> pieces_;
+  std::vector<geometry::Hyperplane<D>> rounded_;  // of the planes of a chain that are left
+  std::vector<geometry::OrientedHyperplane> left_;
+  pthread_t thread_{};
+
+  void work();
+  Token<D>* next();
+  Token<D>* process(Token<D>* token);
+  Token<D>* split(Token<D>* token, const typename Localizer<D>::Cut& cut);
+  [[nodiscard]] bool may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const;
+  Token<D>* clip(Token<D>* token, const typename Localizer<D>::Cut& cut);
+  bool cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest);
+  std::int64_t settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut);
+  Token<D>* unfold(Token<D>* token);
+  Token<D>* give(Token<D>* token, Outcome<D> outcome);
+  Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
+  void cut(const geometry::Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<geometry::Cell<D>, 2>& halves);
+  [[nodiscard]] bool needs_cell(const Frontier::Node& node) const;
+  void finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome);
+  Outcome<D> combine(Join<D>& join);
+  Outcome<D> suspend(Join<D>& join);
+  std::int64_t settle(Outcome<D>& outcome, std::uint32_t region);
+  std::int64_t emit(Outcome<D>& outcome, std::uint32_t region);
+  void count(const Outcome<D>& outcome, const geometry::Moments<D>& moments);
+  void flush();
+  void count_decided(std::uint16_t level);
+};
+
+template <int D>
+class Crew {
+ public:
+  Crew(const Network<D>& network_, const EvaluateOptions& options_)
+      : network(network_), options(options_), codes(std::max(1u, options_.threads)) {
+    for (std::uint32_t i = 0; i < std::max(1u, options.threads); ++i) workers.push_back(std::make_unique<Worker<D>>(*this, i));
+  }
+
+  const Network<D>& network;
+  const EvaluateOptions& options;
+  const TreeCodes codes;
+  std::vector<std::unique_ptr<Worker<D>>> workers;
+  BoundedQueue<std::shared_ptr<const Refinement>> queue{64};
+  Pool<Token<D>> first_tokens;
+  std::atomic<std::size_t> open_regions{0};
+  std::atomic<unsigned> running{0};
+  std::atomic<std::uint64_t> emitted{0};  // counted where there is a limit
+  std::atomic<bool> stop{false};   // leave the rest as it is
+  std::atomic<bool> fired{false};  // something has been done: no step, however short, does nothing but unfold frontiers
+  std::atomic<bool> abort{false};  // leave everything: an exception was thrown
+  std::vector<std::int64_t> region_codes;     // by place among the regions at hand
+  std::vector<std::uint32_t> region_numbers;  // likewise
+  std::vector<Outcome<D>> suspended;          // likewise: what is suspended of it
+  std::vector<UnfoldedFrontier> frontiers;    // likewise: of a region that was begun before
+  // Tokens in order of priority; unused when depth first.
+  std::mutex heap_mutex;
+  struct Priority {
+    double key;
+    Token<D>* token;
+    bool operator<(const Priority& other) const { return key < other.key; }
+  };
+  std::vector<Priority> heap;
+
+  void fail() {
+    const std::lock_guard lock(failure_mutex_);
+    if (!failure_) failure_ = std::current_exception();
+    abort = true;
+    queue.close();
+  }
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::mutex failure_mutex_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace bsp2::dataflow

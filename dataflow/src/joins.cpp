@@ -1,0 +1,258 @@
+// What a worker does with outcomes: the halves of a split come together in its join, whole cells are given back, decided ones
+// are counted and go to the consumers, and frontiers become joins and tokens again.
+#include <algorithm>
+#include <limits>
+
+#include "bsp2/geometry/dimensions.hpp"
+#include "crew.hpp"
+
+namespace bsp2::dataflow {
+
+using geometry::Cell;
+using geometry::CellBatch;
+using geometry::Label;
+
+namespace {
+
+constexpr std::size_t cells_per_batch = 512;
+
+/// At most the integrals over the cell of min(x_i x_j, 0), from its box.
+template <int D>
+geometry::Moments<D> below_zero(const Cell<D>& cell, const geometry::Moments<D>& moments) {
+  const CellExtent<D> extent(cell);
+  const auto bounds = [&](int i) { return i == 0 ? std::array{1.0, 1.0} : std::array{extent.lower[i - 1], extent.upper[i - 1]}; };
+  geometry::Moments<D> below;
+  for (int i = 0; i <= D; ++i)
+    for (int j = i + 1; j <= D; ++j) {  // squares are not below 0
+      double least = std::numeric_limits<double>::infinity(), most = -least;
+      for (const double x : bounds(i))
+        for (const double y : bounds(j)) {
+          least = std::min(least, x * y);
+          most = std::max(most, x * y);
+        }
+      const int at = geometry::Moments<D>::index(i, j);
+      if (least < 0) below.integral[at] = most <= 0 ? moments.integral[at] : least * moments.volume();
+    }
+  return below;
+}
+
+}  // namespace
+
+template <int D>
+bool Worker<D>::needs_cell(const Frontier::Node& node) const {
+  if (node.kind == Frontier::Kind::emitted || node.kind == Frontier::Kind::elsewhere) return false;
+  return node.kind != Frontier::Kind::held || node.label != Label::out || crew_.options.keep_out;
+}
+
+/// Takes one node of a frontier up again: a split becomes a join and its halves, what is decided goes where it would have
+/// gone. @return a token to go on with, or null.
+template <int D>
+Token<D>* Worker<D>::unfold(Token<D>* token) {
+  const UnfoldedFrontier& frontier = crew_.frontiers[token->region];
+  const Frontier::Node& node = frontier.node(token->restored);
+  if (node.kind != Frontier::Kind::split) {
+    Outcome<D> outcome;
+    outcome.level = token->level;
+    if (node.kind == Frontier::Kind::elsewhere && crew_.options.suspend) {
+      outcome.form = Form::suspended_token;
+      outcome.divided = node.value != 0;
+      outcome.token = token;
+      finish(token->parent, token->side, token->region, std::move(outcome));
+      return nullptr;
+    }
+    if (node.kind == Frontier::Kind::held) {
+      outcome.label = node.label;
+      outcome.part = node.value;
+      outcome.cell = std::move(token->cell);
+    } else {
+      outcome.form = Form::subtree;
+      if (node.kind == Frontier::Kind::emitted && node.value != geometry::BspTree::empty_leaf)
+        outcome.tree = node.value < 0 ? crew_.codes.cell(crew_.codes.earlier(), static_cast<std::uint32_t>(~node.value) - 1)
+                                      : crew_.codes.node(crew_.codes.earlier(), static_cast<std::uint32_t>(node.value));
+    }
+    token->restored = Token<D>::not_restored;
+    return give(token, std::move(outcome));
+  }
+  const auto hyperplane = static_cast<geometry::HyperplaneId>(node.value);
+  const std::array<std::uint32_t, 2> children{frontier.negative(token->restored), frontier.positive(token->restored)};
+  Join<D>* join = join_of(*token, hyperplane);
+  std::array<Cell<D>, 2> halves;
+  cut(token->cell, hyperplane, {needs_cell(frontier.node(children[0])), needs_cell(frontier.node(children[1]))}, halves);
+  join->cell = std::move(token->cell);
+  Token<D>* other = tokens_.take();
+  other->cell = std::move(halves[1]);
+  other->parent = join;
+  other->region = token->region;
+  other->restored = children[1];
+  other->level = static_cast<std::uint16_t>(token->level + 1);
+  other->side = 1;
+  token->cell = std::move(halves[0]);
+  token->parent = join;
+  token->restored = children[0];
+  token->level = other->level;
+  token->side = 0;
+  // What needs no cell is done at once: no order can be told of it.
+  if (!needs_cell(frontier.node(children[1])))
+    unfold(other);
+  else
+    add(other);
+  if (!needs_cell(frontier.node(children[0]))) return unfold(token);
+  if (crew_.options.order == Order::depth) return token;
+  add(token);
+  return nullptr;
+}
+
+/// Hands an outcome to the split it came from; whoever brings the second half goes on with the whole.
+template <int D>
+void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome) {
+  while (parent != nullptr) {
+    parent->outcomes[side] = std::move(outcome);
+    if (parent->pending.fetch_sub(1, std::memory_order_acq_rel) == 2) return;
+    Join<D>* const join = parent;
+    outcome = combine(*join);
+    side = join->side;
+    parent = join->parent;
+    if (outcome.form == Form::suspended_join) continue;
+    for (Outcome<D>& done : join->outcomes) done = {};
+    join->cell = {};
+    joins_.give(join);
+  }
+  if (outcome.is_suspended())
+    crew_.suspended[region] = std::move(outcome);
+  else
+    crew_.region_codes[region] = settle(outcome, region);
+  crew_.open_regions.fetch_sub(1, std::memory_order_acq_rel);
+}
+
+/// Two halves of one label are given back as one cell; others are emitted and become a node of the BSP tree.
+template <int D>
+Outcome<D> Worker<D>::combine(Join<D>& join) {
+  auto& [a, b] = join.outcomes;
+  if (a.is_suspended() || b.is_suspended()) return suspend(join);
+  Outcome<D> whole;
+  whole.level = join.level;
+  if (a.form == Form::cell && b.form == Form::cell && a.label == b.label && a.label != Label::fuzzy) {
+    bool same = a.part == b.part;
+    whole.part = a.part;
+    if (!same) {  // a primitive that contains one half may contain both
+      for (const std::int32_t part : {std::min(a.part, b.part), std::max(a.part, b.part)})
+        if (!same && part >= 0 && localizer_.contains(crew_.network.producers[part], join.cell)) {
+          same = true;
+          whole.part = part;
+        }
+    }
+    if (same) {
+      whole.label = a.label;
+      whole.cell = std::move(join.cell);
+      return whole;
+    }
+  }
+  const std::int64_t negative = settle(a, join.region), positive = settle(b, join.region);
+  whole.form = Form::subtree;
+  if (crew_.options.record_tree) {
+    whole.tree = crew_.codes.node(index, nodes.size());
+    nodes.push_back({join.hyperplane, {negative, positive}});
+  }
+  return whole;
+}
+
+/// A split of which a half is suspended waits with it. The other half is held, unless it is certain already that the cell
+/// will not be given back whole.
+template <int D>
+Outcome<D> Worker<D>::suspend(Join<D>& join) {
+  Outcome<D> whole;
+  whole.form = Form::suspended_join;
+  whole.level = join.level;
+  whole.join = &join;
+  for (const Outcome<D>& half : join.outcomes) whole.divided = whole.divided || half.divided || half.form == Form::subtree;
+  if (whole.divided)
+    for (Outcome<D>& half : join.outcomes)
+      if (half.form == Form::cell) half.tree = settle(half, join.region);
+  if (join.parent != nullptr) join.cell = {};  // will be built again
+  return whole;
+}
+
+/// Emits what is still a cell. @return the code of the cell or the subtree.
+template <int D>
+std::int64_t Worker<D>::settle(Outcome<D>& outcome, std::uint32_t region) {
+  if (outcome.form == Form::subtree) return outcome.tree;
+  const std::int64_t code = emit(outcome, region);
+  outcome.form = Form::subtree;
+  outcome.cell = {};
+  return code;
+}
+
+/// Counts a decided cell and, if it is kept, sends it to the consumers. @return its code in the tree.
+template <int D>
+std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
+  const EvaluateOptions& options = crew_.options;
+  const bool kept = outcome.label == Label::in ? options.keep_in : outcome.label == Label::fuzzy ? options.keep_fuzzy : options.keep_out;
+  if (outcome.label == Label::out && !kept) return 0;
+  if (!kept) {
+    count(outcome, writer_.measure(outcome.cell));
+    return 0;
+  }
+  if (batch_ == nullptr) {
+    batch_ = std::make_shared<Refinement>();
+    batch_->worker = index;
+    batch_->first = emitted;
+  }
+  CellBatch& cells = batch_->cells;
+  count(outcome, writer_.append(outcome.cell, cells));
+  cells.label.push_back(outcome.label);
+  cells.part.push_back(outcome.part >= 0 ? crew_.network.producers[outcome.part].part : outcome.part);
+  cells.region.push_back(crew_.region_numbers[region]);
+  cells.level.push_back(outcome.level);
+  totals.digest.add(cells, cells.size() - 1);
+  const std::uint64_t number = emitted++;
+  decided_cells.store(emitted, std::memory_order_relaxed);
+  if (options.cells && crew_.emitted.fetch_add(1, std::memory_order_relaxed) + 1 >= *options.cells) crew_.stop = true;
+  if (cells.size() >= cells_per_batch) flush();
+  return crew_.codes.cell(index, number);
+}
+
+template <int D>
+void Worker<D>::count(const Outcome<D>& outcome, const geometry::Moments<D>& moments) {
+  totals.level = std::max<unsigned>(totals.level, outcome.level);
+  if (outcome.label == Label::fuzzy) {
+    ++totals.fuzzy_cells;
+    totals.fuzzy.add(moments);
+    totals.fuzzy_below.add(below_zero(outcome.cell, moments));
+  } else if (outcome.label == Label::out) {
+    ++totals.out_cells;
+  } else {
+    ++totals.in_cells;
+    totals.in.add(moments);
+    for (const auto& vertex : outcome.cell.vertices())
+      for (int i = 0; i < D; ++i) {
+        totals.lower[i] = std::min(totals.lower[i], vertex.x[i]);
+        totals.upper[i] = std::max(totals.upper[i], vertex.x[i]);
+      }
+  }
+}
+
+template <int D>
+void Worker<D>::flush() {
+  if (batch_ != nullptr && !batch_->cells.empty()) {
+    batch_->cells.shrink_to_fit();
+    crew_.queue.push(std::move(batch_));
+  }
+  batch_ = nullptr;
+}
+
+template <int D>
+void Worker<D>::count_decided(std::uint16_t level) {
+  if (level < 60) decided.fetch_add((std::uint64_t{1} << 60) >> level, std::memory_order_relaxed);
+}
+
+#define BSP2_INSTANTIATE(D)                                                             \
+  template Token<D>* Worker<D>::unfold(Token<D>*);                                      \
+  template void Worker<D>::finish(Join<D>*, std::uint8_t, std::uint32_t, Outcome<D>);   \
+  template std::int64_t Worker<D>::settle(Outcome<D>&, std::uint32_t);                  \
+  template std::int64_t Worker<D>::emit(Outcome<D>&, std::uint32_t);                    \
+  template void Worker<D>::flush();                                                     \
+  template void Worker<D>::count_decided(std::uint16_t);
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,313 @@
+// What a worker does with tokens: takes one, fires it, splits its cell. What becomes of the halves is in joins.cpp.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <thread>
+
+#include "bsp2/geometry/dimensions.hpp"
+#include "crew.hpp"
+#include "large_stack.hpp"
+
+namespace bsp2::dataflow {
+
+using geometry::Cell;
+using geometry::Label;
+
+template <int D>
+Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
+    : totals(crew.network.table.radius(), crew.network.table.width()), index(index_), crew_(crew), splitter_(crew.network.table), clipper_(splitter_),
+      localizer_(crew.network, splitter_), writer_(crew.network.table) {
+  totals.reset_bounds();
+  localizer_.set_tolerance(crew.options.tolerance.value_or(0));
+}
+
+template <int D>
+void Worker<D>::start() {
+  const auto body = [](void* self) -> void* {
+    static_cast<Worker*>(self)->run();
+    return nullptr;
+  };
+  thread_ = start_on_large_stack(body, this);
+}
+
+template <int D>
+void Worker<D>::join() {
+  pthread_join(thread_, nullptr);
+}
+
+template <int D>
+void Worker<D>::run() {
+  try {
+    work();
+    flush();
+  } catch (...) {
+    crew_.fail();
+  }
+  totals.counts = splitter_.counts();
+  if (crew_.running.fetch_sub(1) == 1) crew_.queue.nudge();
+}
+
+template <int D>
+void Worker<D>::work() {
+  unsigned idle = 0;
+  while (crew_.open_regions.load(std::memory_order_acquire) != 0 && !crew_.abort.load(std::memory_order_relaxed)) {
+    Token<D>* token = next();
+    if (token == nullptr) {
+      if (++idle < 64)
+        std::this_thread::yield();
+      else
+        std::this_thread::sleep_for(std::chrono::microseconds(50));
+      continue;
+    }
+    idle = 0;
+    while (token != nullptr && !crew_.abort.load(std::memory_order_relaxed)) token = process(token);
+  }
+}
+
+template <int D>
+void Worker<D>::add(Token<D>* token) {
+  if (crew_.options.order == Order::depth) return deque.push(token);
+  const CellExtent<D> extent(token->cell);
+  double key = extent.radius;
+  if (!crew_.options.eye.empty()) {
+    double square = 0;
+    for (std::size_t i = 0; i < D; ++i) square += (extent.centre[i] - crew_.options.eye[i]) * (extent.centre[i] - crew_.options.eye[i]);
+    key /= std::max(std::sqrt(square), extent.radius);
+  }
+  const std::lock_guard lock(crew_.heap_mutex);
+  crew_.heap.push_back({key, token});
+  std::push_heap(crew_.heap.begin(), crew_.heap.end());
+}
+
+template <int D>
+Token<D>* Worker<D>::next() {
+  if (crew_.options.order == Order::priority) {
+    const std::lock_guard lock(crew_.heap_mutex);
+    if (crew_.heap.empty()) return nullptr;
+    std::pop_heap(crew_.heap.begin(), crew_.heap.end());
+    Token<D>* token = crew_.heap.back().token;
+    crew_.heap.pop_back();
+    return token;
+  }
+  if (Token<D>* own = deque.pop()) return own;
+  for (std::size_t i = 1; i < crew_.workers.size(); ++i)
+    if (Token<D>* stolen = crew_.workers[(index + i) % crew_.workers.size()]->deque.steal()) return stolen;
+  return nullptr;
+}
+
+/// Fires one token. @return a token to go on with, or null.
+template <int D>
+Token<D>* Worker<D>::process(Token<D>* token) {
+  Outcome<D> outcome;
+  outcome.level = token->level;
+  const bool stop = crew_.stop.load(std::memory_order_relaxed);
+  if (token->restored != Token<D>::not_restored && !(stop && crew_.options.suspend)) {
+    if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token) return unfold(token);
+    const auto program = crew_.frontiers[token->region].program(token->restored);
+    token->program.assign(program.begin(), program.end());
+    token->restored = Token<D>::not_restored;
+  }
+  bool left = stop;
+  if (!left) {
+    typename Localizer<D>::Cut cut;
+    const bool deep = crew_.options.level && token->level >= *crew_.options.level;
+    // What is not cut again is looked at closely, unless it may be taken up again later.
+    const bool final = deep && !crew_.options.suspend;
+    const Answer answer = final ? localizer_.decide(token->program, token->cell, program_) : localizer_.fire(token->program, token->cell, program_, cut);
+    if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
+    left = answer.label == Label::fuzzy;
+    if (left && !deep && !cut.none) {
+      std::swap(token->program, program_);
+      return may_clip(*token, cut) ? clip(token, cut) : split(token, cut);
+    }
+    outcome.label = answer.label;
+    outcome.part = answer.part;
+  }
+  if (left && crew_.options.suspend) {
+    outcome.form = Form::suspended_token;
+    outcome.token = token;
+    finish(token->parent, token->side, token->region, std::move(outcome));
+    return nullptr;
+  }
+  if (left) outcome.label = Label::fuzzy;
+  outcome.cell = std::move(token->cell);
+  return give(token, std::move(outcome));
+}
+
+/// The end of a token. @return null.
+template <int D>
+Token<D>* Worker<D>::give(Token<D>* token, Outcome<D> outcome) {
+  count_decided(token->level);
+  finish(token->parent, token->side, token->region, std::move(outcome));
+  tokens_.give(token);
+  return nullptr;
+}
+
+/// A join in the place of a token.
+template <int D>
+Join<D>* Worker<D>::join_of(const Token<D>& token, geometry::HyperplaneId hyperplane) {
+  if (token.level == std::numeric_limits<std::uint16_t>::max()) throw std::length_error("the BSP tree is more than 65535 levels deep");
+  Join<D>* join = joins_.take();
+  join->parent = token.parent;
+  join->region = token.region;
+  join->level = token.level;
+  join->side = token.side;
+  join->hyperplane = hyperplane;
+  join->pending.store(2, std::memory_order_relaxed);
+  return join;
+}
+
+template <int D>
+void Worker<D>::cut(const Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<Cell<D>, 2>& halves) {
+  if (splitter_.classify(cell, hyperplane) != geometry::Position::crossing) throw std::logic_error("a cut misses its cell");
+  splitter_.split(cell, hyperplane, built[0] ? &halves[0] : nullptr, built[1] ? &halves[1] : nullptr);
+}
+
+template <int D>
+Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& plane) {
+  const bool need_out = crew_.options.keep_out;
+  std::array<bool, 2> built{need_out || !plane.negative_is_out, need_out || !plane.positive_is_out};
+  Join<D>* join = join_of(*token, plane.hyperplane);
+  std::array<Cell<D>, 2> halves;
+  cut(token->cell, plane.hyperplane, built, halves);
+  join->cell = std::move(token->cell);
+  const auto level = static_cast<std::uint16_t>(token->level + 1);
+
+  if (built[0] && built[1]) {
+    Token<D>* other = tokens_.take();
+    other->program = token->program;
+    other->cell = std::move(halves[1]);
+    other->parent = join;
+    other->region = token->region;
+    other->level = level;
+    other->side = 1;
+    add(other);
+  } else {
+    Outcome<D> outside;
+    outside.level = level;
+    count_decided(level);
+    const std::uint8_t side = built[0] ? 1 : 0;
+    finish(join, side, token->region, std::move(outside));
+    if (!built[0] && !built[1]) {  // both halves are OUT
+      tokens_.give(token);
+      Outcome<D> second;
+      second.level = level;
+      count_decided(level);
+      finish(join, static_cast<std::uint8_t>(1 - side), join->region, std::move(second));
+      return nullptr;
+    }
+  }
+  const std::uint8_t mine = built[0] ? 0 : 1;
+  token->cell = std::move(halves[mine]);
+  token->parent = join;
+  token->level = level;
+  token->side = mine;
+  if (crew_.options.order == Order::depth) return token;
+  add(token);
+  return nullptr;
+}
+
+/// Whether all cuts along the last operand may be made at once.
+template <int D>
+bool Worker<D>::may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const {
+  const std::size_t deepest = token.level + cut.last_planes.size();
+  return !cut.last_planes.empty() && deepest <= crew_.options.level.value_or(std::numeric_limits<std::uint16_t>::max());
+}
+
+/// Cuts along the last operand until all is decided. The cells are those that `split` would find one by one.
+template <int D>
+Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut) {
+  const auto is_built = [&](const Answer& answer) { return answer.label != Label::out || crew_.options.keep_out; };
+  clipper_.load(token->cell);
+  Outcome<D> outcome;
+  outcome.level = token->level;
+  if (cut_along(cut.last_planes, is_built(cut.beyond))) {
+    outcome.form = Form::subtree;
+    outcome.tree = settle_pieces(*token, cut);
+    count_decided(token->level);
+    finish(token->parent, token->side, token->region, std::move(outcome));
+    token->cell = {};
+    tokens_.give(token);
+    return nullptr;
+  }
+  outcome.label = cut.beyond.label;  // nothing is inside: no cut was needed
+  outcome.part = cut.beyond.part;
+  outcome.cell = std::move(token->cell);
+  return give(token, std::move(outcome));
+}
+
+/// Clips the cell by the half-spaces, the one first that leaves most of it outside. @return whether anything is left.
+template <int D>
+bool Worker<D>::cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest) {
+  pieces_.clear();
+  left_.assign(planes.begin(), planes.end());
+  rounded_.clear();
+  for (const auto plane : planes) {
+    auto h = crew_.network.table.rounded(plane.id());
+    if (plane.flipped()) {
+      for (double& x : h.normal) x = -x;
+      h.offset = -h.offset;
+    }
+    rounded_.push_back(h);
+  }
+  bool moved = true;
+  std::array<double, D> centre{};
+  while (!left_.empty()) {
+    if (moved) centre = clipper_.centre();
+    std::size_t chosen = 0;
+    double furthest = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      const double value = rounded_[i].at(centre);
+      if (value > furthest) {
+        furthest = value;
+        chosen = i;
+      }
+    }
+    Cell<D> rest;
+    const auto where = clipper_.cut(left_[chosen], keep_rest ? &rest : nullptr);
+    if (where == geometry::Position::positive) return false;
+    moved = where == geometry::Position::crossing;
+    if (moved) pieces_.push_back({left_[chosen], std::move(rest)});
+    left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(chosen));  // the order stays: the first of equals is chosen
+    rounded_.erase(rounded_.begin() + static_cast<std::ptrdiff_t>(chosen));
+  }
+  return true;
+}
+
+/// Emits what a chain of cuts made. @return the code of its subtree.
+template <int D>
+std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut) {
+  Outcome<D> outcome;
+  outcome.label = cut.behind.label;
+  outcome.part = cut.behind.part;
+  outcome.level = static_cast<std::uint16_t>(token.level + pieces_.size());
+  if (outcome.label != Label::out || crew_.options.keep_out) outcome.cell = clipper_.cell();
+  std::int64_t tree = settle(outcome, token.region);
+  outcome.form = Form::cell;
+  outcome.label = cut.beyond.label;
+  outcome.part = cut.beyond.part;
+  for (std::size_t i = pieces_.size(); i-- > 0;) {
+    outcome.level = static_cast<std::uint16_t>(token.level + i + 1);
+    outcome.cell = std::move(pieces_[i].cell);
+    const std::int64_t beyond = emit(outcome, token.region);
+    if (!crew_.options.record_tree) continue;
+    const bool flipped = pieces_[i].plane.flipped();
+    nodes.push_back({pieces_[i].plane.id(), {flipped ? beyond : tree, flipped ? tree : beyond}});
+    tree = crew_.codes.node(index, nodes.size() - 1);
+  }
+  return tree;
+}
+
+#define BSP2_INSTANTIATE(D)                                    \
+  template Worker<D>::Worker(Crew<D>&, std::uint32_t);         \
+  template void Worker<D>::start();                            \
+  template void Worker<D>::join();                             \
+  template void Worker<D>::add(Token<D>*);                     \
+  template Join<D>* Worker<D>::join_of(const Token<D>&, geometry::HyperplaneId); \
+  template void Worker<D>::cut(const Cell<D>&, geometry::HyperplaneId, std::array<bool, 2>, std::array<Cell<D>, 2>&);
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::dataflow
