@@ -301,10 +301,15 @@ Handle file_access(std::int64_t given) {
   return access;
 }
 
-void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
-  const std::string superstep_names = lines(snapshot.head.superstep_name);
-  const std::vector<Share> share = shares(snapshot, writers);
-  // From here on all that may throw on one process alone is in the ArrayWriter's hands.
+/// What the writing needs besides the snapshot. From here on all that may throw on one process alone is in the
+/// ArrayWriter's hands: nearly every call of HDF5 is collective, to begin with the copy of a property list.
+struct Prepared {
+  std::string superstep_names;
+  std::vector<Share> share;
+};
+
+void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers, const Prepared& prepared) {
+  const auto& [superstep_names, share] = prepared;
   const Handle access = file_access(writers.file_access);
   Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
   ArrayWriter out(file, writers);
@@ -608,7 +613,9 @@ void write_snapshot(const fs::path& path, const Snapshot& snapshot, const Snapsh
     if (descriptor < 0) throw Failure(std::generic_category().message(errno));
     ::close(descriptor);
   });
-  together(path, writers, [&] { write_file(unfinished, snapshot, writers); });
+  Prepared prepared;
+  together(path, writers, [&] { prepared = {lines(snapshot.head.superstep_name), shares(snapshot, writers)}; });
+  together(path, writers, [&] { write_file(unfinished, snapshot, writers, prepared); });
   together(path, writers, [&] {
     if (writers.rank != 0) return;
     sync(unfinished, O_RDWR);

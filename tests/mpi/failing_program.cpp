@@ -2,8 +2,10 @@
 //   BSP2_FAIL_AT     a superstep
 //   BSP2_FAIL_RANK   on which rank
 //   BSP2_FAIL_HOW    user: bsp2::Error; ours: std::logic_error; worker: a worker thread runs out of memory;
+//                    busy: bsp2::Error, while all others are busy for a minute
 //                    main:N or worker:N: the N-th allocation, from there on, of the main thread or of workers fails
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
 #include <new>
@@ -42,10 +44,14 @@ int main(int argc, char** argv) {
   main_thread = std::this_thread::get_id();
   supersteps::Ranks ranks = supersteps::Ranks::launched();
   const std::string at = variable("BSP2_FAIL_AT"), how = variable("BSP2_FAIL_HOW");
+  if (how == "busy")
+    ranks.on_superstep = [=](const std::string& name, unsigned) {
+      if (name == at) std::this_thread::sleep_for(std::chrono::minutes(1));
+    };
   if (variable("BSP2_FAIL_RANK") == std::to_string(ranks.rank()))
     ranks.on_superstep = [=](const std::string& name, unsigned) {
       if (name != at) return;
-      if (how == "user") throw Error("injected mistake");
+      if (how == "user" || how == "busy") throw Error("injected mistake");
       if (how == "ours") throw std::logic_error("injected bug");
       const auto colon = how.find(':');
       if (colon == std::string::npos)
