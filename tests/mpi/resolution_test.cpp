@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <numeric>
 #include <random>
 #include <tuple>
 
@@ -106,6 +107,46 @@ TEST(Resolution, FindsTheSameSurfaceForAnyNumberOfRegions) {
     EXPECT_NEAR(result->report.boundary->area, whole.report.boundary->area, 1e-12 * whole.report.boundary->area);
     EXPECT_EQ(result->boundary->triangles.size(), whole.boundary->triangles.size());
   }
+}
+
+/// A block of n x n x n units with three square tunnels through each.
+std::string block(int n) {
+  const auto tunnel = [](const std::string& x, const std::string& y, const std::string& z, const std::string& size) {
+    return "multmatrix([[1,0,0," + x + "],[0,1,0," + y + "],[0,0,1," + z + "],[0,0,0,1]]) { cube(size=[" + size + "]); }\n";
+  };
+  const std::string length = std::to_string(n + 2), square = "0.5,0.5";
+  std::string text = "difference() { cube(size=[" + std::to_string(n) + "," + std::to_string(n) + "," + std::to_string(n) + "]);\n";
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const std::string a = std::to_string(i + 0.25), b = std::to_string(j + 0.25);
+      text += tunnel("-1", a, b, length + "," + square);
+      text += tunnel(a, "-1", b, "0.5," + length + ",0.5");
+      text += tunnel(a, b, "-1", square + "," + length);
+    }
+  return text + "}\n";
+}
+
+/// Twice as long, eight times the cells, but about four times the facets on the cuts: only these travel.
+TEST(Resolution, SendsFacetsOnCutsOnly) {
+  const testing::TemporaryFolder folder;
+  const fs::path model = folder.path() / "model.csg";
+  std::vector<double> cells, bytes;
+  for (const int n : {4, 8}) {
+    std::ofstream(model) << block(n);
+    RunOptions options = options_for(model, 16);
+    options.contacts = false;
+    const auto result = together(options);
+    if (!result) continue;
+    expect_closed(*result);
+    cells.push_back(static_cast<double>(result->report.in_cells));
+    for (const auto& record : result->report.supersteps)
+      if (record.name == "resolution" && record.step == 0) bytes.push_back(std::accumulate(record.bytes_sent.begin(), record.bytes_sent.end(), 0.0));
+    if (result->report.ranks == 1) bytes.clear();
+  }
+  if (bytes.empty()) return;
+  EXPECT_GT(cells[1], 5 * cells[0]);
+  EXPECT_GT(bytes[0], 0);
+  EXPECT_LT(bytes[1], 5 * bytes[0]);
 }
 
 /// Many small things in one corner, and a few elsewhere.
