@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <exception>
 #include <numeric>
 #include <span>
 #include <system_error>
@@ -22,7 +23,7 @@ using hdf5::check;
 using hdf5::Failure;
 using hdf5::Handle;
 
-constexpr auto format_name = "bsp2 snapshot";
+const std::string format_name = "bsp2 snapshot";
 constexpr std::int32_t format_version = 2;
 constexpr std::size_t slab = std::size_t{1} << 16;  // elements written at once, and of a chunk
 
@@ -35,15 +36,22 @@ struct Share {
 };
 
 /// Writes arrays together with the other writers.
+///
+/// What goes wrong here alone must not keep this process from the calls that are collective: the others would wait for it
+/// for ever. So a failure is kept, the rest is written without data, and `rethrow` comes when the file is closed.
 class ArrayWriter {
  public:
   ArrayWriter(hid_t file, const SnapshotWriters& writers) : file_(file), writers_(writers), transfer_(H5Pcreate(H5P_DATASET_XFER), H5Pclose) {
     if (writers.count > 1) check(H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE));
   }
 
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
   /// One array. @param share of its rows. @param fill called with `append(span)` to hand over our rows, in order.
   template <typename T, typename Fill>
-  void write(const std::string& name, const Share& share, std::size_t columns, const Fill& fill) {
+  void write(const char* name, const Share& share, std::size_t columns, const Fill& fill) {
     const std::array<hsize_t, 2> size{share.total, columns}, chunk{std::clamp<hsize_t>(share.total, 1, slab), columns};
     const int rank = columns == 1 ? 1 : 2;
     const Handle space(H5Screate_simple(rank, size.data(), nullptr), H5Sclose);
@@ -56,13 +64,14 @@ class ArrayWriter {
     }
     const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
     check(H5Pset_create_intermediate_group(links, 1));
-    const Handle dataset(H5Dcreate2(file_, name.c_str(), hdf5::file_type<T>(), space, links, creation, H5P_DEFAULT), H5Dclose);
+    const Handle dataset(H5Dcreate2(file_, name, hdf5::file_type<T>(), space, links, creation, H5P_DEFAULT), H5Dclose);
     if (share.total == 0) return;
 
     std::vector<T> buffer;
     hsize_t at = share.before, written = 0;
     std::uint64_t slabs = 0;
     const auto flush = [&] {
+      ++slabs;
       const std::array<hsize_t, 2> start{at, 0}, count{buffer.size() / columns, columns};
       const Handle memory(H5Screate_simple(rank, count.data(), nullptr), H5Sclose);
       const Handle target(H5Scopy(space), H5Sclose);
@@ -75,28 +84,31 @@ class ArrayWriter {
       check(H5Dwrite(dataset, hdf5::memory_type<T>(), memory, target, transfer_, buffer.data()));
       at += count[0];
       written += count[0];
-      ++slabs;
       buffer.clear();
     };
-    const std::size_t full = slab * columns;
-    buffer.reserve(std::min<std::size_t>(full, share.mine * columns));
-    fill([&](std::span<const T> values) {
-      while (!values.empty()) {
-        const std::size_t part = std::min(values.size(), full - buffer.size());
-        buffer.insert(buffer.end(), values.begin(), values.begin() + static_cast<std::ptrdiff_t>(part));
-        values = values.subspan(part);
-        if (buffer.size() == full) flush();
-      }
+    attempt([&] {
+      rethrow();  // one failed already: no more data
+      const std::size_t full = slab * columns;
+      buffer.reserve(std::min<std::size_t>(full, share.mine * columns));
+      fill([&](std::span<const T> values) {
+        while (!values.empty()) {
+          const std::size_t part = std::min(values.size(), full - buffer.size());
+          buffer.insert(buffer.end(), values.begin(), values.begin() + static_cast<std::ptrdiff_t>(part));
+          values = values.subspan(part);
+          if (buffer.size() == full) flush();
+        }
+      });
+      if (!buffer.empty()) flush();
+      if (written != share.mine) throw std::logic_error(std::string("a snapshot's array ") + name + " has not the length it was given");
     });
-    if (!buffer.empty()) flush();
-    if (written != share.mine) throw std::logic_error("a snapshot's array " + name + " has not the length it was given");
+    buffer.clear();
     // A collective write needs everybody as often as the one with the most data.
-    while (slabs < (share.largest + slab - 1) / slab) flush();
+    while (slabs < (share.largest + slab - 1) / slab) attempt(flush);
   }
 
   /// A list that the first writer has.
   template <typename T>
-  void write_head(const std::string& name, std::span<const T> values) {
+  void write_head(const char* name, std::span<const T> values) {
     const bool mine = writers_.rank == 0;
     write<T>(name, {mine ? 0 : values.size(), mine ? values.size() : 0, values.size(), values.size()}, 1, [&](const auto& append) {
       if (mine) append(values);
@@ -107,6 +119,16 @@ class ArrayWriter {
   hid_t file_;
   const SnapshotWriters& writers_;
   Handle transfer_;
+  std::exception_ptr failure_;  // the first one
+
+  template <typename Body>
+  void attempt(const Body& body) {
+    try {
+      body();
+    } catch (...) {
+      if (!failure_) failure_ = std::current_exception();
+    }
+  }
 };
 
 /// Lengths of everything this writer has, in one order.
@@ -157,12 +179,12 @@ Share offsets(Share share, int rank) {
 
 void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
   const auto column = [&]<typename T>(const char* name, const Share& rows, std::size_t columns, std::vector<T> CellBatch::*member) {
-    out.write<T>(std::string("cells/") + name, rows, columns, [&](const auto& append) {
+    out.write<T>(name, rows, columns, [&](const auto& append) {
       for (const auto& batch : snapshot.cells) append(std::span<const T>((*batch).*member));
     });
   };
   const auto offset = [&](const char* name, const Share& rows, std::uint64_t base, std::vector<std::uint32_t> CellBatch::*member) {
-    out.write<std::uint64_t>(std::string("cells/") + name, offsets(rows, rank), 1, [&](const auto& append) {
+    out.write<std::uint64_t>(name, offsets(rows, rank), 1, [&](const auto& append) {
       std::vector<std::uint64_t> ends;
       if (rank == 0) append(std::span<const std::uint64_t>(std::vector<std::uint64_t>{0}));
       for (const auto& batch : snapshot.cells) {
@@ -174,19 +196,19 @@ void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<S
       }
     });
   };
-  column("points", share[points], static_cast<std::size_t>(snapshot.head.dimension), &CellBatch::points);
-  offset("point_offset", share[cells], share[points].before, &CellBatch::point_offset);
-  offset("facet_offset", share[cells], share[facets].before, &CellBatch::facet_offset);
-  offset("facet_vertex_offset", share[facets], share[corners].before, &CellBatch::facet_vertex_offset);
-  column("facet_vertices", share[corners], 1, &CellBatch::facet_vertices);
-  column("facet_hyperplane", share[facets], 1, &CellBatch::facet_hyperplane);
+  column("cells/points", share[points], static_cast<std::size_t>(snapshot.head.dimension), &CellBatch::points);
+  offset("cells/point_offset", share[cells], share[points].before, &CellBatch::point_offset);
+  offset("cells/facet_offset", share[cells], share[facets].before, &CellBatch::facet_offset);
+  offset("cells/facet_vertex_offset", share[facets], share[corners].before, &CellBatch::facet_vertex_offset);
+  column("cells/facet_vertices", share[corners], 1, &CellBatch::facet_vertices);
+  column("cells/facet_hyperplane", share[facets], 1, &CellBatch::facet_hyperplane);
   out.write<std::uint8_t>("cells/label", share[cells], 1, [&](const auto& append) {
     for (const auto& batch : snapshot.cells) append(std::span(reinterpret_cast<const std::uint8_t*>(batch->label.data()), batch->size()));
   });
-  column("part", share[cells], 1, &CellBatch::part);
-  column("region", share[cells], 1, &CellBatch::region);
-  column("level", share[cells], 1, &CellBatch::level);
-  column("volume", share[cells], 1, &CellBatch::volume);
+  column("cells/part", share[cells], 1, &CellBatch::part);
+  column("cells/region", share[cells], 1, &CellBatch::region);
+  column("cells/level", share[cells], 1, &CellBatch::level);
+  column("cells/volume", share[cells], 1, &CellBatch::volume);
 }
 
 void write_tree(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share) {
@@ -203,15 +225,15 @@ void write_tree(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Sh
 
 void write_regions(ArrayWriter& out, const Snapshot& snapshot, const Share& share) {
   const auto column = [&]<typename T>(const char* name, T SnapshotRegion::*member) {
-    out.write<T>(std::string("regions/") + name, share, 1, [&](const auto& append) {
+    out.write<T>(name, share, 1, [&](const auto& append) {
       for (const SnapshotRegion& region : snapshot.regions) append(std::span<const T>(&(region.*member), 1));
     });
   };
-  column("number", &SnapshotRegion::number);
-  column("root", &SnapshotRegion::root);
-  column("cells", &SnapshotRegion::cells);
-  column("nodes", &SnapshotRegion::nodes);
-  column("hyperplanes", &SnapshotRegion::hyperplanes);
+  column("regions/number", &SnapshotRegion::number);
+  column("regions/root", &SnapshotRegion::root);
+  column("regions/cells", &SnapshotRegion::cells);
+  column("regions/nodes", &SnapshotRegion::nodes);
+  column("regions/hyperplanes", &SnapshotRegion::hyperplanes);
 }
 
 void write_frontier(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
@@ -229,9 +251,16 @@ void write_frontier(ArrayWriter& out, const Snapshot& snapshot, const std::vecto
   });
 }
 
-void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head) {
-  const auto number = [&](const char* name, auto value) { hdf5::write_attribute(file, name, value); };
-  number("format", std::string(format_name));
+/// One a line.
+std::string lines(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += word + '\n';
+  return text;
+}
+
+void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head, const std::string& superstep_names) {
+  const auto number = [&](const char* name, const auto& value) { hdf5::write_attribute(file, name, value); };
+  number("format", format_name);
   number("version", format_version);
   number("dimension", head.dimension);
   number("coincidence", head.coincidence);
@@ -253,9 +282,7 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head) {
   out.write_head<char>("totals", head.totals);
   out.write_head<std::uint32_t>("partition/hyperplane", head.partition_hyperplane);
   out.write_head<std::int32_t>("partition/children", head.partition_children);
-  std::string names;  // one a line
-  for (const std::string& name : head.superstep_name) names += name + '\n';
-  out.write_head<char>("supersteps/name", names);
+  out.write_head<char>("supersteps/name", superstep_names);
   out.write_head<std::uint32_t>("supersteps/step", head.superstep_step);
   out.write_head<std::uint32_t>("supersteps/rank", head.superstep_rank);
   out.write_head<double>("supersteps/seconds", head.superstep_seconds);
@@ -274,17 +301,30 @@ Handle file_access(std::int64_t given) {
   return access;
 }
 
-void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
-  const std::vector<Share> share = shares(snapshot, writers);
+/// What the writing needs besides the snapshot. From here on all that may throw on one process alone is in the
+/// ArrayWriter's hands: nearly every call of HDF5 is collective, to begin with the copy of a property list.
+struct Prepared {
+  std::string superstep_names;
+  std::vector<Share> share;
+};
+
+void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers, const Prepared& prepared) {
+  const auto& [superstep_names, share] = prepared;
   const Handle access = file_access(writers.file_access);
   Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
   ArrayWriter out(file, writers);
-  write_head(file, out, snapshot.head);
-  write_frontier(out, snapshot, share, writers.rank);
-  write_cells(out, snapshot, share, writers.rank);
-  write_tree(out, snapshot, share);
-  write_regions(out, snapshot, share[regions]);
-  file.close();
+  try {
+    write_head(file, out, snapshot.head, superstep_names);
+    write_frontier(out, snapshot, share, writers.rank);
+    write_cells(out, snapshot, share, writers.rank);
+    write_tree(out, snapshot, share);
+    write_regions(out, snapshot, share[regions]);
+    file.close();
+  } catch (const Failure&) {
+    out.rethrow();  // what failed first is the cause
+    throw;
+  }
+  out.rethrow();
 }
 
 /// To the disk, not only to the system's cache.
@@ -304,6 +344,15 @@ bool all_well(bool well, const SnapshotWriters& writers) {
   return true;
 }
 
+/// Whatever ends the writing, no unfinished file stays.
+struct LeavesNothing {
+  fs::path unfinished;  // empty: it is another one's
+  ~LeavesNothing() {
+    std::error_code ignored;
+    if (!unfinished.empty()) fs::remove(unfinished, ignored);
+  }
+};
+
 /// Runs a part of the writing on this process, then asks the others. @throws bsp2::Error on all if it failed on one.
 template <typename Body>
 void together(const fs::path& path, const SnapshotWriters& writers, const Body& body) {
@@ -315,8 +364,6 @@ void together(const fs::path& path, const SnapshotWriters& writers, const Body& 
     if (why.empty()) why = "it failed";
   }
   if (all_well(why.empty(), writers)) return;
-  std::error_code ignored;
-  if (writers.rank == 0) fs::remove(unfinished_name(path), ignored);
   throw Error("cannot write the snapshot '" + path.string() + "': " + (why.empty() ? "another process failed" : why) +
               "; the one before it, if any, is as it was");
 }
@@ -556,6 +603,7 @@ void check_snapshot_path(const fs::path& path) {
 void write_snapshot(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
   const hdf5::Silence silence;
   const fs::path unfinished = unfinished_name(path);
+  const LeavesNothing clean_up{writers.rank == 0 ? unfinished : fs::path()};
   together(path, writers, [&] {
     if (writers.rank != 0) return;
     std::error_code error;
@@ -565,7 +613,9 @@ void write_snapshot(const fs::path& path, const Snapshot& snapshot, const Snapsh
     if (descriptor < 0) throw Failure(std::generic_category().message(errno));
     ::close(descriptor);
   });
-  together(path, writers, [&] { write_file(unfinished, snapshot, writers); });
+  Prepared prepared;
+  together(path, writers, [&] { prepared = {lines(snapshot.head.superstep_name), shares(snapshot, writers)}; });
+  together(path, writers, [&] { write_file(unfinished, snapshot, writers, prepared); });
   together(path, writers, [&] {
     if (writers.rank != 0) return;
     sync(unfinished, O_RDWR);

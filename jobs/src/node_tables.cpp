@@ -28,17 +28,27 @@ NodeFigures sum_of(const std::vector<NodeFigures>& nodes) {
   for (const NodeFigures& node : nodes) {
     sum.cells += node.cells;
     sum.facets += node.facets;
+    sum.splits += node.splits;
+    sum.predicates += node.predicates;
     sum.seconds += node.seconds;
   }
   return sum;
 }
 
+/// Of a count: the most of a node over the mean.
+double imbalance(const std::vector<NodeFigures>& nodes, std::uint64_t NodeFigures::*count) {
+  std::uint64_t most = 0;
+  for (const NodeFigures& node : nodes) most = std::max(most, node.*count);
+  const auto sum = sum_of(nodes).*count;
+  return sum == 0 ? 1 : static_cast<double>(most) * static_cast<double>(nodes.size()) / static_cast<double>(sum);
+}
+
 /// Table 1, at the finest resolution.
 void print_run_times(std::ostream& out, const Resolved& finest) {
-  out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions << " regions\n\n  nodes     ";
+  out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions << " regions\n\n  nodes      ";
   for (const auto& nodes : finest.nodes) out << fmt::format("{:>9}", nodes.size());
   const auto row = [&](const char* name, auto value) {
-    out << fmt::format("\n  {:<10}", name);
+    out << fmt::format("\n  {:<11}", name);
     for (const auto& nodes : finest.nodes) out << fmt::format("{:>9.3f}", value(nodes));
   };
   row("max", [](const auto& nodes) { return sorted_seconds(nodes).back(); });
@@ -46,6 +56,12 @@ void print_run_times(std::ostream& out, const Resolved& finest) {
   row("min", [](const auto& nodes) { return sorted_seconds(nodes).front(); });
   row("sum", [](const auto& nodes) { return sum_of(nodes).seconds; });
   row("max/mean", [](const auto& nodes) { return sorted_seconds(nodes).back() * static_cast<double>(nodes.size()) / sum_of(nodes).seconds; });
+  const auto rows_of_count = [&](const char* name, std::uint64_t NodeFigures::*count, double unit) {
+    row(name, [=](const auto& nodes) { return static_cast<double>(sum_of(nodes).*count) / unit; });
+    row("max/mean", [=](const auto& nodes) { return imbalance(nodes, count); });
+  };
+  rows_of_count("10^3 splits", &NodeFigures::splits, 1e3);
+  rows_of_count("10^6 sides", &NodeFigures::predicates, 1e6);
   out << "\n\n";
 }
 
@@ -82,7 +98,9 @@ void print_nodes(std::ostream& out, const std::vector<Resolved>& measured, std::
 void print_tables(std::ostream& out, const std::vector<Resolved>& measured) {
   out << "Every node's figures are measured here, one node after the other, as on a\n"
          "cluster of such machines; nothing ran in parallel but the threads of a node.\n"
-         "2-cells are those of a node's boundary. Last row: sums of cells, mean seconds.\n\n";
+         "2-cells are those of a node's boundary. Last row: sums of cells, mean seconds.\n"
+         "Splits of cells, and questions on which side of a plane a point is, count the\n"
+         "work whatever else the machine does.\n\n";
   print_run_times(out, measured.back());
   for (std::size_t i = 0; i < measured.front().nodes.size(); ++i) print_nodes(out, measured, i);
 }

@@ -11,14 +11,14 @@ namespace bsp2::jobs {
 namespace {
 
 constexpr std::array watched{SIGINT, SIGTERM, SIGUSR1};
-std::atomic<bool> came, asked;
+std::atomic<bool> came, asked, speaks;
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no locks");
 
 /// As long as nobody has asked, nothing has been computed that could be saved.
 void remember(int) {
   if (!asked) {
     constexpr std::string_view text = "bsp2: interrupted before there was anything to save\n";
-    [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
+    if (speaks) [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
     _exit(interrupted_code);
   }
   came = true;
@@ -26,7 +26,8 @@ void remember(int) {
 
 }  // namespace
 
-SignalWatch::SignalWatch() {
+SignalWatch::SignalWatch(bool speaks_) {
+  speaks = speaks_;
   came = asked = false;
   struct sigaction action {};
   action.sa_handler = remember;

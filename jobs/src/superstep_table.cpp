@@ -48,8 +48,16 @@ std::string grouped(std::uint64_t number) {
 void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& records) {
   out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min", "median", "max", "h", "cells",
                      "seconds", "w+gh+l");
-  for (const SuperstepRecord& record : records)
-    if (!record.seconds.empty()) print_record(out, record);
+  double hidden = 0, waited = 0;  // on all ranks together
+  std::size_t ranks = 0;
+  for (const SuperstepRecord& record : records) {
+    if (record.seconds.empty()) continue;
+    print_record(out, record);
+    ranks = std::max(ranks, record.seconds.size());
+    hidden = std::accumulate(record.hidden_seconds.begin(), record.hidden_seconds.end(), hidden);
+    waited += std::accumulate(record.seconds.begin(), record.seconds.end(), 0.0) - std::accumulate(record.work_seconds.begin(), record.work_seconds.end(), 0.0);
+  }
+  if (ranks > 1) out << fmt::format("  main threads communicated {:.3f} s while workers computed, and waited {:.3f} s\n", hidden, waited);
 }
 
 std::string to_csv(const std::vector<SuperstepRecord>& records) {

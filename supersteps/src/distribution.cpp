@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <bit>
 #include <numeric>
+#include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "exchange.hpp"
@@ -23,7 +24,7 @@ struct Plan {
 };
 
 template <int D>
-Plan plan_of(const dataflow::Partition<D>& partition, int ranks) {
+Plan plan_of(const dataflow::Partition<D>& partition, int ranks, const std::vector<std::int32_t>& owner) {
   Plan plan;
   plan.root = partition.root;
   for (const auto& node : partition.nodes) {
@@ -32,7 +33,9 @@ Plan plan_of(const dataflow::Partition<D>& partition, int ranks) {
     plan.positive.push_back(node.positive);
   }
   plan.work = partition.work;
-  plan.owner = assign_regions(partition.work, ranks);
+  plan.owner = owner.empty() ? assign_regions(partition.work, ranks) : owner;
+  const bool is_valid = std::all_of(plan.owner.begin(), plan.owner.end(), [&](std::int32_t rank) { return rank >= 0 && rank < ranks; });
+  if (plan.owner.size() != partition.work.size() || !is_valid) throw std::invalid_argument("first_rank_of_region does not name a rank for each region");
   return plan;
 }
 
@@ -75,7 +78,7 @@ Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, 
   Plan plan;
   if (ranks.is_master()) {
     partition = dataflow::partition(network, depth_of(network, options));
-    plan = plan_of(partition, ranks.count());
+    plan = plan_of(partition, ranks.count(), options.first_rank_of_region);
   }
   broadcast(ranks, plan);
   const auto is_mine = [&](std::uint32_t region) { return plan.owner[region] == ranks.rank(); };

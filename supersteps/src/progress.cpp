@@ -240,12 +240,19 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
   io::Snapshot snapshot;
   snapshot.head = make_head(ranks, network, progress, options, source, complete, records);
   add_share(snapshot, progress);
-  const SharedFileAccess access(ranks);
   io::SnapshotWriters writers;
   writers.rank = ranks.rank();
   writers.count = ranks.count();
+  // HDF5's collective calls wait for ranks that have failed, ours do not. So before HDF5 has its turn an empty sync makes sure
+  // that all got as far as here.
+  writers.exchange = [&ranks](const std::vector<std::uint64_t>& numbers) {
+    auto all = all_gather(ranks, numbers);
+    ranks.sync();
+    return all;
+  };
+  ranks.sync();
+  const SharedFileAccess access(ranks);
   writers.file_access = access.id();
-  writers.exchange = [&ranks](const std::vector<std::uint64_t>& numbers) { return all_gather(ranks, numbers); };
   io::write_snapshot(*options.snapshot, snapshot, writers);
 }
 

@@ -7,8 +7,10 @@
 #include <array>
 #include <boost/mpi/environment.hpp>
 #include <chrono>
+#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <new>
 #include <optional>
 #include <thread>
@@ -56,13 +58,51 @@ std::string written(Culprit culprit, const std::string& superstep, const std::st
   return std::string(1, culprit).append(superstep).append("\n").append(text);
 }
 
+/// What the user reads: what went wrong, and where.
+std::string with_place(std::string text, const std::string& superstep, int rank) {
+  text.append(" (").append(superstep);
+  return text.append(superstep.empty() ? "rank " : ", rank ").append(std::to_string(rank)).append(")");
+}
+
+/// Ends all ranks if they do not agree on a failure in time: one may be busy for minutes with what it does alone, or wait in a
+/// call that the failure has made hopeless. The launcher does it; what is unfinished then stays, as after a kill.
+class LastResort {
+ public:
+  LastResort(std::string message, int code) : message_("bsp2: " + std::move(message) + "\n"), code_(code), thread_([this] { watch(); }) {}
+  ~LastResort() {
+    {
+      const std::lock_guard lock(mutex_);
+      over_ = true;
+    }
+    change_.notify_one();
+    thread_.join();
+  }
+  LastResort(const LastResort&) = delete;
+  LastResort& operator=(const LastResort&) = delete;
+
+ private:
+  static constexpr std::chrono::seconds patience{4};
+  std::string message_;
+  int code_;
+  std::mutex mutex_;
+  std::condition_variable change_;
+  bool over_ = false;
+  std::thread thread_;  // the last one: it uses the others
+
+  void watch() {
+    std::unique_lock lock(mutex_);
+    if (change_.wait_for(lock, patience, [this] { return over_; })) return;
+    [[maybe_unused]] const auto written = write(STDERR_FILENO, message_.data(), message_.size());
+    boost::mpi::environment::abort(code_);
+  }
+};
+
 [[noreturn]] void throw_agreed(const bsplib::Error& error) {
   const std::string& detail = error.detail();
   const auto end = detail.find('\n');
   if (error.code() != bsplib::Errc::exception || end == std::string::npos) throw Failure("internal error: " + std::string(error.what()));
   const std::string superstep = detail.substr(1, end - 1);
-  std::string text = detail.substr(end + 1).append(" (").append(superstep);
-  text.append(superstep.empty() ? "rank " : ", rank ").append(std::to_string(error.culprit())).append(")");
+  const std::string text = with_place(detail.substr(end + 1), superstep, error.culprit());
   if (detail[0] == Culprit::user) throw Error(text);
   throw Failure(text);
 }
@@ -177,6 +217,11 @@ class Ranks::Implementation {
   void supervised(const std::function<void()>& program) {
     const auto superstep = [this] { return entries_.empty() ? std::string() : entries_[current_].name; };
     const auto fail = [&](Culprit culprit, const char* text) {
+      std::optional<LastResort> last_resort;
+      try {
+        last_resort.emplace(with_place(text, superstep(), rank()), culprit == user ? 2 : 1);
+      } catch (...) {  // no memory, no threads: then without it
+      }
       open_.reset();
       world_->fail(written(culprit, superstep(), text));
     };

@@ -74,6 +74,8 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const dataflow::Pa
   NodeFigures figures;
   figures.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   figures.cells = evaluation.totals.in_cells + evaluation.totals.fuzzy_cells;
+  figures.splits = evaluation.totals.counts.splits;
+  figures.predicates = evaluation.totals.counts.predicates;
   if constexpr (D == 3) {
     Batches batches;
     for (const auto& refinement : keeper.take()) batches.emplace_back(refinement, &refinement->cells);

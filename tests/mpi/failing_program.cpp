@@ -1,7 +1,11 @@
 // The program bsp2, but it fails where the environment says:
 //   BSP2_FAIL_AT     a superstep
 //   BSP2_FAIL_RANK   on which rank
-//   BSP2_FAIL_HOW    user: bsp2::Error; ours: std::logic_error; worker: a worker thread runs out of memory
+//   BSP2_FAIL_HOW    user: bsp2::Error; ours: std::logic_error; worker: a worker thread runs out of memory;
+//                    busy: bsp2::Error, while all others are busy for a minute
+//                    main:N or worker:N: the N-th allocation, from there on, of the main thread or of workers fails
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <iostream>
 #include <new>
@@ -15,6 +19,7 @@ namespace {
 
 std::thread::id main_thread;
 bool workers_fail = false;
+std::atomic<long> main_allocations{-1}, worker_allocations{-1};  // until one fails; negative: none will
 
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
@@ -24,7 +29,10 @@ std::string variable(const char* name) {
 }  // namespace
 
 void* operator new(std::size_t size) {
-  if (workers_fail && std::this_thread::get_id() != main_thread) throw std::bad_alloc();
+  const bool is_main = std::this_thread::get_id() == main_thread;
+  if (workers_fail && !is_main) throw std::bad_alloc();
+  std::atomic<long>& left = is_main ? main_allocations : worker_allocations;
+  if (left >= 0 && left-- == 0) throw std::bad_alloc();
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
@@ -36,12 +44,20 @@ int main(int argc, char** argv) {
   main_thread = std::this_thread::get_id();
   supersteps::Ranks ranks = supersteps::Ranks::launched();
   const std::string at = variable("BSP2_FAIL_AT"), how = variable("BSP2_FAIL_HOW");
+  if (how == "busy")
+    ranks.on_superstep = [=](const std::string& name, unsigned) {
+      if (name == at) std::this_thread::sleep_for(std::chrono::minutes(1));
+    };
   if (variable("BSP2_FAIL_RANK") == std::to_string(ranks.rank()))
     ranks.on_superstep = [=](const std::string& name, unsigned) {
       if (name != at) return;
-      if (how == "user") throw Error("injected mistake");
+      if (how == "user" || how == "busy") throw Error("injected mistake");
       if (how == "ours") throw std::logic_error("injected bug");
-      workers_fail = true;
+      const auto colon = how.find(':');
+      if (colon == std::string::npos)
+        workers_fail = true;
+      else
+        (how.starts_with("main") ? main_allocations : worker_allocations) = std::atol(how.c_str() + colon + 1);
     };
   const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) { return supersteps::run(options, all); };
   return jobs::program({argv + 1, argv + argc}, std::cout, ranks, run);

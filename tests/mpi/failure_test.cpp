@@ -4,7 +4,9 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -19,13 +21,14 @@ namespace fs = std::filesystem;
 struct Ended {
   int code = 0;
   double seconds = 0;
+  std::string text;
   std::vector<std::string> messages;  // of bsp2, not of mpirun
 };
 
 Ended start(const std::string& environment, int ranks, const std::string& arguments) {
   const auto begin = std::chrono::steady_clock::now();
   const std::string command =
-      environment + " " + MPIEXEC + " --oversubscribe -n " + std::to_string(ranks) + " " + FAILING_PROGRAM + " " + arguments + " 2>&1";
+      environment + " timeout --kill-after=5 30 " + MPIEXEC + " --oversubscribe -n " + std::to_string(ranks) + " " + FAILING_PROGRAM + " " + arguments + " 2>&1";
   FILE* pipe = popen(command.c_str(), "r");
   std::string text;
   std::array<char, 4096> buffer;
@@ -33,6 +36,7 @@ Ended start(const std::string& environment, int ranks, const std::string& argume
   Ended ended;
   ended.code = WEXITSTATUS(pclose(pipe));
   ended.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  ended.text = text;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)
     if (line.starts_with("bsp2: ")) ended.messages.push_back(line);
@@ -54,9 +58,9 @@ class Failure : public testing::Test {
                      const std::string& collect = "file") {
     SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " + how);
     const std::string place = " (" + superstep + ", rank " + std::to_string(rank) + ")";
-    const std::string cause = how == "user" ? "injected mistake" : how == "ours" ? "internal error: injected bug" : "out of memory";
+    const std::string cause = how == "user" || how == "busy" ? "injected mistake" : how == "ours" ? "internal error: injected bug" : "out of memory";
     const Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect " + collect + " --threads 2 -o " + out());
-    EXPECT_EQ(ended.code, how == "user" ? 2 : 1);
+    EXPECT_EQ(ended.code, how == "user" || how == "busy" ? 2 : 1);
     EXPECT_EQ(ended.messages, std::vector<std::string>{"bsp2: " + cause + place});
     EXPECT_LT(ended.seconds, 10);
     EXPECT_FALSE(fs::exists(out() + "/report.json"));
@@ -75,10 +79,10 @@ TEST_F(Failure, EndsAllRanksInEverySuperstep) {
   }
 }
 
-/// Resolution is the master's, where all cells are collected.
 TEST_F(Failure, InTheResolutionEndsAllRanks) {
   const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
   for (const char* how : {"user", "worker"}) expect_agreed("resolution", 2, 0, how, model, "master");
+  for (const char* how : {"ours", "worker"}) expect_agreed("resolution", 3, 1, how, model, "file");
 }
 
 /// The other rank has much to compute: it must not finish that first.
@@ -93,6 +97,42 @@ TEST_F(Failure, OfAThreadEndsWhatTheOthersCompute) {
   file << "}\n";
   file.close();
   for (const int rank : {0, 1}) expect_agreed("computation", 2, rank, "worker", model);
+}
+
+/// Nobody waits for a rank that does not listen.
+TEST_F(Failure, EndsRanksThatAreBusyWithSomethingElse) {
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
+  expect_agreed("resolution", 2, 1, "busy", model);
+}
+
+/// Not where a superstep begins but anywhere in it, or in what comes after: in the middle of messages, of files, of threads.
+TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
+  const char* wanted = std::getenv("BSP2_FAILURES");
+  const int rounds = wanted != nullptr ? std::atoi(wanted) : 1;
+  const unsigned seed = wanted != nullptr ? std::random_device{}() : 1;
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int round = 0; round < rounds; ++round)
+    for (const std::string superstep : {"compilation", "broadcast", "distribution", "computation", "snapshot", "collection", "rendering", "resolution"}) {
+      const bool in_worker = superstep == "computation" || superstep == "resolution";
+      for (const std::string thread : {"main", "worker"}) {
+        if (thread == "worker" && !in_worker) continue;
+        const auto allocation = static_cast<int>(std::exp(std::uniform_real_distribution<double>(0, std::log(300.0))(random)));
+        const int ranks = 2 + static_cast<int>(random() % 2), rank = static_cast<int>(random() % static_cast<unsigned>(ranks));
+        const std::string how = thread + ":" + std::to_string(allocation);
+        SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " + how);
+        Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect file --threads 2 -o " + out());
+        EXPECT_EQ(ended.code, 1);
+        // Where the failure is one of the exchange itself the launcher ends all, and the master may say that it was.
+        std::erase_if(ended.messages, [](const std::string& line) { return line.find("interrupted before") != std::string::npos; });
+        ASSERT_EQ(ended.messages.size(), 1U) << ended.text;
+        EXPECT_TRUE(ended.messages[0].starts_with("bsp2: out of memory (")) << ended.messages[0];
+        EXPECT_TRUE(ended.messages[0].ends_with(", rank " + std::to_string(rank) + ")")) << ended.messages[0];
+        EXPECT_LT(ended.seconds, 10);
+        fs::remove_all(out());
+      }
+    }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <numeric>
 #include <random>
 #include <tuple>
 
@@ -108,11 +109,51 @@ TEST(Resolution, FindsTheSameSurfaceForAnyNumberOfRegions) {
   }
 }
 
+/// A block of n x n x n units with three square tunnels through each.
+std::string block(int n) {
+  const auto tunnel = [](const std::string& x, const std::string& y, const std::string& z, const std::string& size) {
+    return "multmatrix([[1,0,0," + x + "],[0,1,0," + y + "],[0,0,1," + z + "],[0,0,0,1]]) { cube(size=[" + size + "]); }\n";
+  };
+  const std::string length = std::to_string(n + 2), square = "0.5,0.5";
+  std::string text = "difference() { cube(size=[" + std::to_string(n) + "," + std::to_string(n) + "," + std::to_string(n) + "]);\n";
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      const std::string a = std::to_string(i + 0.25), b = std::to_string(j + 0.25);
+      text += tunnel("-1", a, b, length + "," + square);
+      text += tunnel(a, "-1", b, "0.5," + length + ",0.5");
+      text += tunnel(a, b, "-1", square + "," + length);
+    }
+  return text + "}\n";
+}
+
+/// Twice as long, eight times the cells, but about four times the facets on the cuts: only these travel.
+TEST(Resolution, SendsFacetsOnCutsOnly) {
+  const testing::TemporaryFolder folder;
+  const fs::path model = folder.path() / "model.csg";
+  std::vector<double> cells, bytes;
+  for (const int n : {4, 8}) {
+    std::ofstream(model) << block(n);
+    RunOptions options = options_for(model, 16);
+    options.contacts = false;
+    const auto result = together(options);
+    if (!result) continue;
+    expect_closed(*result);
+    cells.push_back(static_cast<double>(result->report.in_cells));
+    for (const auto& record : result->report.supersteps)
+      if (record.name == "resolution" && record.step == 0) bytes.push_back(std::accumulate(record.bytes_sent.begin(), record.bytes_sent.end(), 0.0));
+    if (result->report.ranks == 1) bytes.clear();
+  }
+  if (bytes.empty()) return;
+  EXPECT_GT(cells[1], 5 * cells[0]);
+  EXPECT_GT(bytes[0], 0);
+  EXPECT_LT(bytes[1], 5 * bytes[0]);
+}
+
 /// Many small things in one corner, and a few elsewhere.
-std::string crowded_corner(std::mt19937& random) {
+std::string crowded_corner(std::mt19937& random, int count = 500) {
   const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };
   std::string text = "cube(size=[100,90,80]);\n";
-  for (int i = 0; i < 500; ++i) {
+  for (int i = 0; i < count; ++i) {
     const bool in_corner = i % 10 != 0;
     text += "multmatrix([[1,0,0," + number(0, in_corner ? 12 : 100) + "],[0,1,0," + number(0, in_corner ? 12 : 90) + "],[0,0,1," + number(76, in_corner ? 82 : 90) + "],[0,0,0,1]])";
     text += " { sphere($fn=14,r=" + number(0.5, 2) + "); }\n";
@@ -140,6 +181,53 @@ TEST(Moving, LeavesTheResultAsItIs) {
     expect_same(*moved, *still);
     if (moved->report.ranks > 1) {
       EXPECT_NE(moved->rank_of_region, still->rank_of_region);
+    }
+  }
+}
+
+/// The regions with the most cells all to the last rank, the others to the others.
+std::vector<std::int32_t> one_rank_has_the_dear_ones(const RunResult& result) {
+  std::vector<std::pair<std::size_t, std::size_t>> regions(result.rank_of_region.size());  // cells, number
+  for (std::size_t i = 0; i < regions.size(); ++i) regions[i].second = i;
+  for (const auto& batch : result.mesh.batches)
+    for (const std::uint32_t region : batch->region) ++regions[region].first;
+  std::sort(regions.begin(), regions.end());
+  const auto ranks = static_cast<std::int32_t>(result.report.ranks);
+  std::vector<std::int32_t> owner(regions.size(), ranks - 1);
+  for (std::size_t i = 0; i < regions.size() / 2; ++i) owner[regions[i].second] = static_cast<std::int32_t>(i) % ranks;
+  return owner;
+}
+
+/// Without budget or steps: only a rank without work can end a round.
+TEST(Moving, IsBegunByARankThatHasNothingLeftToDo) {
+  const testing::TemporaryFolder folder;
+  std::mt19937 random(6);
+  const fs::path model = folder.path() / "model.csg";
+  std::ofstream(model) << crowded_corner(random, 1000);
+  RunOptions options = options_for(model, 64);
+  options.boundary = options.contacts = false;
+  options.collect = Collect::master;
+  options.move_after_seconds.reset();
+  const auto still = together(options);
+  if (still) options.first_rank_of_region = one_rank_has_the_dear_ones(*still);
+  std::uint64_t before = 0;  // cells that the last rank finds
+  for (const std::optional<double> move_after : {std::optional<double>(), std::optional(0.02)}) {
+    options.move_after_seconds = move_after;
+    const auto result = together(options);
+    if (!result) continue;
+    EXPECT_TRUE(result->report.complete);
+    EXPECT_EQ(result->report.digest, still->report.digest);
+    EXPECT_EQ(result->report.in_cells, still->report.in_cells);
+    EXPECT_EQ(result->report.in_volume, still->report.in_volume);
+    EXPECT_EQ(result->rank_of_region != options.first_rank_of_region, move_after && result->report.ranks > 1);
+    // What was given away is computed by whoever had nothing left.
+    std::vector<std::uint64_t> cells;
+    for (const auto& record : result->report.supersteps)
+      if (record.name == "computation") cells = record.cells;
+    if (move_after && result->report.ranks > 1) {
+      EXPECT_LT(cells.back(), 0.9 * static_cast<double>(before));
+    } else {
+      before = cells.back();
     }
   }
 }

@@ -89,6 +89,7 @@ TEST(Summary, FitsATerminalAndGroupsDigits) {
   print_summary(out, sample_report());
   print_stats(out, sample_report());
   EXPECT_NE(out.str().find("123,456,789 cells"), std::string::npos);
+  EXPECT_NE(out.str().find("communicated 0.125 s while workers computed, and waited 0.150 s"), std::string::npos) << out.str();
   EXPECT_NE(out.str().find("(0.5000 % of the predicates)"), std::string::npos);
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
@@ -98,13 +99,16 @@ TEST(Tables, FitATerminalAndAddUp) {
   std::vector<supersteps::Resolved> measured;
   for (const auto level : {std::optional(12U), std::optional(100U), std::optional<unsigned>()}) {
     supersteps::Resolved resolved{level, 128, {}};
-    for (const std::size_t nodes : {1U, 2U, 4U, 8U, 16U}) resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{123456, 65432, 12.5});
+    for (const std::size_t nodes : {1U, 2U, 4U, 8U, 16U}) resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{123456, 65432, 1000, 5000000, 12.5});
+    resolved.nodes.back().back().splits = 4000;
     measured.push_back(resolved);
   }
   std::ostringstream out;
   print_tables(out, measured);
   EXPECT_NE(out.str().find("Table 6: model resolution and run times, number of nodes n = 16"), std::string::npos);
   EXPECT_NE(out.str().find("246,912"), std::string::npos);  // of two nodes
+  // The last node of 16 makes four times as many splits as the others.
+  EXPECT_NE(out.str().find("10^3 splits    1.000    2.000    4.000    8.000   19.000\n  max/mean       1.000    1.000    1.000    1.000    3.368"), std::string::npos) << out.str();
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }

@@ -34,6 +34,8 @@ TEST(Tables, NodesShareTheCellsOfARun) {
   const RunReport report = run(options).report;
   for (const auto& nodes : finest) {
     EXPECT_EQ(sum(nodes, &NodeFigures::cells), report.in_cells);
+    EXPECT_EQ(sum(nodes, &NodeFigures::splits), report.splits);
+    EXPECT_EQ(sum(nodes, &NodeFigures::predicates), report.predicates);
     for (const NodeFigures& node : nodes) EXPECT_GE(node.seconds, 0);
   }
   EXPECT_EQ(report.in_cells, 8U);

@@ -11,7 +11,8 @@ inline constexpr int interrupted_code = 75;
 /// already the first one does, with the exit code `interrupted_code`.
 class SignalWatch {
  public:
-  SignalWatch();
+  /// @param speaks says on stderr that the first signal ended the program; of several ranks one is enough.
+  explicit SignalWatch(bool speaks = true);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;

@@ -53,6 +53,7 @@ struct RunOptions {
   std::function<bool()> interrupted;
   /// After this time a rank that has nothing left to do ends the step of the others, so that regions move to it; none: never.
   std::optional<double> move_after_seconds = 1.0;
+  std::vector<std::int32_t> first_rank_of_region;   ///< on the master: who begins with each region; empty: by estimated work
   Collect collect = Collect::automatic;
   bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3)
   bool contacts = false;  ///< and which of them touch, and where (likewise)

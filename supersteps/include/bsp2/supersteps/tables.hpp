@@ -12,6 +12,8 @@ namespace bsp2::supersteps {
 struct NodeFigures {
   std::uint64_t cells = 0;   ///< IN and FUZZY
   std::uint64_t facets = 0;  ///< 2-cells of their boundary: no other cell of the node covers them wholly; D = 3, else 0
+  /// Work that can be counted, whatever else the machine does: splits of cells, questions on which side points are.
+  std::uint64_t splits = 0, predicates = 0;
   double seconds = 0;
 };
 
