@@ -2,6 +2,7 @@
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "contact.hpp"
+#include "evaluate_options.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -9,15 +10,9 @@ namespace bsp2::supersteps {
 namespace {
 
 dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned threads, const Recorded& so_far) {
-  dataflow::EvaluateOptions evaluate;
-  evaluate.threads = threads;
+  dataflow::EvaluateOptions evaluate = limits_of(options, threads);
   evaluate.order = options.order == Order::priority ? dataflow::Order::priority : dataflow::Order::depth;
   evaluate.eye = options.eye;
-  evaluate.level = options.level;
-  evaluate.tolerance = options.tolerance;
-  evaluate.budget_seconds = options.budget_seconds;
-  evaluate.cells = options.cells;
-  evaluate.interrupted = options.interrupted;
   evaluate.suspend = true;
   evaluate.keep_in = options.keep_in;
   evaluate.keep_fuzzy = options.keep_fuzzy;

@@ -5,6 +5,7 @@
 
 #include "bsp2/dataflow/measure.hpp"
 #include "bsp2/geometry/dimensions.hpp"
+#include "evaluate_options.hpp"
 
 namespace bsp2::supersteps {
 
@@ -53,13 +54,8 @@ std::vector<const model::Named*> measured_in(const model::Expression& model) {
 }  // namespace
 
 std::vector<NamedMeasures> measuring(const model::Expression& model, const RunOptions& options, const RunReport& report) {
-  dataflow::EvaluateOptions how;
-  how.threads = report.threads;
-  how.level = options.level;
-  how.tolerance = report.tolerance;
-  how.budget_seconds = options.budget_seconds;
-  how.cells = options.cells;
-  how.interrupted = options.interrupted;
+  dataflow::EvaluateOptions how = limits_of(options, report.threads);
+  how.tolerance = report.tolerance;  // the one that was chosen where none was given
   std::vector<NamedMeasures> all;
   for (const model::Named* named : measured_in(model)) {
     NamedMeasures measures;

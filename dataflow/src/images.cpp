@@ -1,0 +1,227 @@
+// Shadows, sections and projective images of solids.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "any_constructs.hpp"
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/model/builder.hpp"
+#include "placed_parts.hpp"
+
+namespace bsp2::dataflow {
+
+using model::Expression;
+
+namespace {
+
+// --- sections --------------------------------------------------------------------------------------------------------------------
+
+/// The section of a placed ball or cylinder: x_axis depends either on one of its straight axes alone, or on its round ones.
+Expression section_of_round(const model::Section& section, const PlacedPrimitive& placed, const model::Round& round) {
+  const std::size_t d = size(placed.dimension), axes = d - round.lengths.size(), axis = size(section.axis);
+  const Affine map(d, placed.matrix);
+  std::vector<std::size_t> straight;
+  std::vector<Real> u(axes);
+  Real norm = 0;
+  for (std::size_t j = 0; j < d; ++j) {
+    const auto entry = static_cast<Real>(map.at(axis, j));
+    if (j < axes) {
+      u[j] = entry;
+      norm += entry * entry;
+    } else if (entry != 0) {
+      straight.push_back(j);
+    }
+  }
+  norm = std::sqrt(norm);
+  const Real rest = static_cast<Real>(section.at) - static_cast<Real>(map.at(axis, d));
+  if (straight.size() > 1 || (norm > 0 && !straight.empty()))
+    throw Error("section: it cuts a cylinder or cone at an angle; only sections across its axis and along it are known");
+  // The columns that stay, and where the one that goes is.
+  std::vector<std::vector<Real>> columns;
+  std::vector<Real> origin(d);
+  for (std::size_t i = 0; i < d; ++i) origin[i] = static_cast<Real>(map.at(i, d));
+  const auto column = [&](std::size_t j) {
+    std::vector<Real> entries(d);
+    for (std::size_t i = 0; i < d; ++i) entries[i] = static_cast<Real>(map.at(i, j));
+    return entries;
+  };
+  model::Round cut = round;
+  const int result = placed.dimension - 1;
+  double radius = round.bottom;
+  if (!straight.empty()) {
+    const std::size_t j = straight[0];
+    const Real y = rest / static_cast<Real>(map.at(axis, j));
+    if (y < 0 || y > static_cast<Real>(round.lengths[j - axes])) return Expression(result);
+    cut.lengths.erase(cut.lengths.begin() + static_cast<std::ptrdiff_t>(j - axes));
+    radius = static_cast<double>(static_cast<Real>(round.bottom) + (static_cast<Real>(round.top) - static_cast<Real>(round.bottom)) * y / static_cast<Real>(round.lengths[j - axes]));
+    for (std::size_t i = 0; i < d; ++i) origin[i] += static_cast<Real>(map.at(i, j)) * y;
+    for (std::size_t k = 0; k < d; ++k)
+      if (k != j) columns.push_back(column(k));
+  } else {
+    if (round.bottom != round.top) throw Error("section: it cuts a cone along its axis; only sections across the axis are known");
+    const Real y = rest / norm;
+    if (std::fabs(y) >= static_cast<Real>(radius)) return Expression(result);
+    radius = static_cast<double>(std::sqrt(static_cast<Real>(radius) * static_cast<Real>(radius) - y * y));
+    for (Real& entry : u) entry /= norm;
+    const std::vector<Real> turn = reflection_to(u);
+    for (std::size_t k = 0; k < axes; ++k) {
+      std::vector<Real> entries(d);
+      for (std::size_t i = 0; i < d; ++i)
+        for (std::size_t j = 0; j < axes; ++j) entries[i] += static_cast<Real>(map.at(i, j)) * turn[j * axes + k];
+      if (k + 1 < axes)
+        columns.push_back(entries);
+      else
+        for (std::size_t i = 0; i < d; ++i) origin[i] += entries[i] * y;
+    }
+    for (std::size_t k = axes; k < d; ++k) columns.push_back(column(k));
+  }
+  Affine image(d - 1);
+  for (std::size_t i = 0, row = 0; i < d; ++i) {
+    if (i == axis) continue;
+    for (std::size_t k = 0; k + 1 < d; ++k) image.at(row, k) = static_cast<double>(columns[k][i]);
+    image.at(row++, d - 1) = static_cast<double>(origin[i]);
+  }
+  return model::transform(image.entries, model::round_cylinder(result - static_cast<int>(cut.lengths.size()), radius, cut.lengths));
+}
+
+/// The section of a convex hull: the points on the hyperplane, and where segments between points of both sides cross it. A
+/// face that lies there counts.
+Expression section_of_hull(const model::Section& section, const Points& corners, int dimension) {
+  const std::size_t d = size(dimension), axis = size(section.axis), count = corners.size() / d;
+  double reach = std::fabs(section.at);
+  for (const double x : corners) reach = std::max(reach, std::fabs(x));
+  const double grid = reach * 0x1p-44;  // above the rounding of the points
+  std::vector<std::size_t> below, above;
+  Points cut;
+  const auto add = [&](std::size_t p, std::size_t q, Real t) {
+    for (std::size_t k = 0; k < d; ++k)
+      if (k != axis) cut.push_back(static_cast<double>(static_cast<Real>(corners[p * d + k]) + t * (static_cast<Real>(corners[q * d + k]) - static_cast<Real>(corners[p * d + k]))));
+  };
+  for (std::size_t p = 0; p < count; ++p) {
+    const double height = corners[p * d + axis] - section.at;
+    if (height > grid)
+      above.push_back(p);
+    else if (height < -grid)
+      below.push_back(p);
+    else
+      add(p, p, 0);
+  }
+  if (above.size() * below.size() > 4'000'000) throw Error("section: a convex part has too many corners; give it fewer sides");
+  for (const std::size_t p : below)
+    for (const std::size_t q : above) {
+      const Real low = static_cast<Real>(corners[p * d + axis]) - static_cast<Real>(section.at), high = static_cast<Real>(corners[q * d + axis]) - static_cast<Real>(section.at);
+      add(p, q, low / (low - high));
+    }
+  return model::convex_hull(dimension - 1, cut);
+}
+
+// --- projective maps -------------------------------------------------------------------------------------------------------------
+
+/// The images of points; nothing if one of them is not on the positive side of the plane at infinity.
+std::optional<Points> mapped(const std::vector<double>& matrix, const Points& points, std::size_t d) {
+  Points images;
+  for (std::size_t p = 0; p < points.size(); p += d) {
+    std::vector<Real> y(d + 1);
+    for (std::size_t i = 0; i <= d; ++i) {
+      y[i] = static_cast<Real>(matrix[i * (d + 1) + d]);
+      for (std::size_t j = 0; j < d; ++j) y[i] += static_cast<Real>(matrix[i * (d + 1) + j]) * static_cast<Real>(points[p + j]);
+    }
+    if (!(y[d] > 0)) return std::nullopt;
+    for (std::size_t i = 0; i < d; ++i) images.push_back(static_cast<double>(y[i] / y[d]));
+  }
+  return images;
+}
+
+/// The image of a placed ball, an ellipsoid, by its dual quadric; nothing if the plane at infinity meets it.
+std::optional<Expression> mapped_ball(const std::vector<double>& matrix, const PlacedPrimitive& ball) {
+  const std::size_t d = size(ball.dimension), n = d + 1;
+  const Affine place(d, ball.matrix);
+  std::vector<Real> h(n * n);
+  const auto radius = static_cast<Real>(ball_of(*ball.primitive)->bottom);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < n; ++k)
+      for (std::size_t j = 0; j < n; ++j) h[i * n + j] += static_cast<Real>(matrix[i * n + k]) * static_cast<Real>(place.at(k, j)) * (j < d ? radius : 1);
+  Real slope = 0;
+  for (std::size_t j = 0; j < d; ++j) slope += h[d * n + j] * h[d * n + j];
+  if (!(h[d * n + d] > 0) || !(h[d * n + d] * h[d * n + d] > slope)) return std::nullopt;
+  // C = H diag(1, ..., 1, -1) H^T; of an ellipsoid around m with square Q it is a multiple of [Q - m m^T, -m; -m^T, -1].
+  std::vector<Real> c(n * n);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      for (std::size_t k = 0; k < n; ++k) c[i * n + j] += h[i * n + k] * h[j * n + k] * (k < d ? 1 : -1);
+  const Real scale = -c[d * n + d];
+  std::vector<Real> centre(d), square(d * d);
+  for (std::size_t i = 0; i < d; ++i) centre[i] = -c[i * n + d] / scale;
+  for (std::size_t i = 0; i < d; ++i)
+    for (std::size_t j = 0; j < d; ++j) square[i * d + j] = c[i * n + j] / scale + centre[i] * centre[j];
+  return ellipsoid(centre, std::move(square));
+}
+
+}  // namespace
+
+Expression image_of(const model::Shadow& shadow, const std::vector<Expression>& operands, const ConstructContext& context) {
+  const std::size_t d = size(operands[0].dimension()), kept = shadow.axes.size();
+  const auto of_corners = [&](const Points& corners) {
+    Points flat;
+    for (std::size_t i = 0; i < corners.size(); i += d)
+      for (const int axis : shadow.axes) flat.push_back(corners[i + size(axis)]);
+    return model::convex_hull(static_cast<int>(kept), flat);
+  };
+  const auto of_ball = [&](const PlacedPrimitive& ball) {
+    const std::vector<Real> square = square_of(ball);
+    std::vector<Real> centre, flat;
+    for (const int i : shadow.axes) {
+      centre.push_back(static_cast<Real>(ball.matrix[size(i) * (d + 1) + d]));
+      for (const int j : shadow.axes) flat.push_back(square[size(i) * d + size(j)]);
+    }
+    return ellipsoid(centre, std::move(flat));
+  };
+  return distributed(operands[0], static_cast<int>(kept), context, of_corners, of_ball);
+}
+
+Expression image_of(const model::Section& section, const std::vector<Expression>& operands, const ConstructContext& context) {
+  return with_primitives_replaced(operands[0], operands[0].dimension() - 1, [&](const PlacedPrimitive& placed) {
+    if (const auto* round = std::get_if<model::Round>(placed.primitive)) return section_of_round(section, placed, *round);
+    if (std::holds_alternative<model::Torus>(*placed.primitive)) throw Error("section: that of a torus is not known");
+    std::vector<Expression> parts;
+    for_convex_parts(placed, context, [&](const Points& corners) { parts.push_back(section_of_hull(section, corners, placed.dimension)); });
+    return united(placed.dimension - 1, std::move(parts));
+  });
+}
+
+Expression image_of(const model::ProjectiveMap& map, const std::vector<Expression>& operands, const ConstructContext& context) {
+  const Expression operand = of_polytopes_and_balls(operands[0], context);
+  const std::size_t d = size(operand.dimension());
+  bool is_possible = true;
+  const Expression image = with_primitives_replaced(operand, operand.dimension(), [&](const PlacedPrimitive& placed) {
+    std::vector<Expression> parts;
+    if (ball_of(*placed.primitive) != nullptr) {
+      const auto mapped_one = mapped_ball(map.matrix, placed);
+      is_possible = is_possible && mapped_one;
+      if (mapped_one) parts.push_back(*mapped_one);
+    } else {
+      for_convex_parts(placed, context, [&](const Points& corners) {
+        const auto points = mapped(map.matrix, corners, d);
+        is_possible = is_possible && points;
+        if (points) parts.push_back(model::convex_hull(static_cast<int>(d), *points));
+      });
+    }
+    return united(static_cast<int>(d), std::move(parts));
+  });
+  if (is_possible) return image;
+  const char* const reason =
+      "projective: the plane at infinity meets the solid: the last row of the matrix has to give a value above 0 in all of it; cut away what is on the other "
+      "side, or change the sign of the matrix";
+  if (!operand.node().faceted) throw Error(reason);
+  // A primitive reaches too far; perhaps what is left of it does not.
+  std::vector<Expression> parts;
+  for (const Points& part : convex_parts(operand, context.options)) {
+    const auto points = mapped(map.matrix, part, d);
+    if (!points) throw Error(reason);
+    parts.push_back(model::convex_hull(static_cast<int>(d), *points));
+  }
+  return united(static_cast<int>(d), std::move(parts));
+}
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,116 @@
+#include "placed_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "bsp2/model/builder.hpp"
+
+namespace bsp2::dataflow {
+
+using model::Expression;
+using model::Node;
+
+bool is_empty(const model::Expression& solid) {
+  const auto* boolean = std::get_if<model::Boolean>(&solid.node().value);
+  return boolean != nullptr && boolean->children.empty();
+}
+
+Expression make(int dimension, Node::Value value) { return Expression(std::make_shared<Node>(dimension, std::move(value))); }
+
+Expression united(int dimension, std::vector<Expression> solids) {
+  std::erase_if(solids, [](const Expression& solid) { return solid.node().parts == 0; });
+  if (solids.empty()) return Expression(dimension);
+  return solids.size() == 1 ? solids[0] : model::unite(std::move(solids));
+}
+
+const model::Round* ball_of(const model::Primitive& primitive) {
+  const auto* round = std::get_if<model::Round>(&primitive);
+  return round != nullptr && round->lengths.empty() ? round : nullptr;
+}
+
+Expression moved(const Expression& solid, std::span<const double> by) {
+  Affine map(by.size());
+  for (std::size_t i = 0; i < by.size(); ++i) map.at(i, by.size()) = by[i];
+  return model::transform(map.entries, solid);
+}
+
+Expression ellipsoid(const std::vector<Real>& centre, std::vector<Real> square) {
+  const std::size_t d = centre.size();
+  Affine map(d);
+  for (std::size_t j = 0; j < d; ++j) {  // Cholesky
+    for (std::size_t i = j; i < d; ++i) {
+      Real sum = square[i * d + j];
+      for (std::size_t k = 0; k < j; ++k) sum -= static_cast<Real>(map.at(i, k)) * static_cast<Real>(map.at(j, k));
+      if (i == j && !(sum > 0)) return Expression(static_cast<int>(d));
+      map.at(i, j) = static_cast<double>(i == j ? std::sqrt(sum) : sum / static_cast<Real>(map.at(j, j)));
+    }
+    map.at(j, d) = static_cast<double>(centre[j]);
+  }
+  return model::transform(map.entries, model::ball(static_cast<int>(d), 1));
+}
+
+std::vector<Real> reflection_to(const std::vector<Real>& u) {
+  const std::size_t n = u.size();
+  std::vector<Real> v = u, matrix(n * n);
+  v[n - 1] -= 1;
+  Real square = 0;
+  for (const Real x : v) square += x * x;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j) matrix[i * n + j] = (i == j ? 1 : 0) - (square > 0 ? 2 * v[i] * v[j] / square : 0);
+  return matrix;
+}
+
+void for_convex_parts(const PlacedPrimitive& placed, const ConstructContext& context, const std::function<void(const Points&)>& use) {
+  const auto* mesh = std::get_if<model::TriangleMesh>(placed.primitive);
+  if (mesh == nullptr || mesh->convex) return use(placed.corners());
+  for (const Points& part : convex_parts(model::transform(placed.matrix, make(placed.dimension, *placed.primitive)), context.options)) use(part);
+}
+
+namespace {
+
+/// Whether a primitive has corners, or is a ball, for which most constructs are known.
+bool is_polytope_or_ball(const model::Primitive& primitive) {
+  return ball_of(primitive) != nullptr || !(std::holds_alternative<model::Round>(primitive) || std::holds_alternative<model::Torus>(primitive));
+}
+
+}  // namespace
+
+Expression of_polytopes_and_balls(const Expression& solid, const ConstructContext& context) {
+  bool all = true;
+  with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
+    all = all && is_polytope_or_ball(*placed.primitive);
+    return Expression(placed.dimension);
+  });
+  return all ? solid : context.faceted(solid);
+}
+
+Expression distributed(const Expression& operand, int dimension, const ConstructContext& context, const std::function<Expression(const Points&)>& make_image,
+                       const std::function<Expression(const PlacedPrimitive&)>& ball_image) {
+  std::vector<Expression> images;
+  if (!is_union(operand)) {
+    for (const Points& part : convex_parts(context.faceted(operand), context.options)) images.push_back(make_image(part));
+    return united(dimension, std::move(images));
+  }
+  with_primitives_replaced(of_polytopes_and_balls(operand, context), operand.dimension(), [&](const PlacedPrimitive& placed) {
+    if (ball_of(*placed.primitive) != nullptr)
+      images.push_back(ball_image(placed));
+    else
+      for_convex_parts(placed, context, [&](const Points& corners) { images.push_back(make_image(corners)); });
+    return Expression(placed.dimension);
+  });
+  return united(dimension, std::move(images));
+}
+
+std::vector<Real> square_of(const PlacedPrimitive& ball) {
+  const std::size_t d = size(ball.dimension);
+  const Affine map(d, ball.matrix);
+  const auto radius = static_cast<Real>(ball_of(*ball.primitive)->bottom);
+  std::vector<Real> square(d * d);
+  for (std::size_t i = 0; i < d; ++i)
+    for (std::size_t j = 0; j < d; ++j)
+      for (std::size_t k = 0; k < d; ++k) square[i * d + j] += static_cast<Real>(map.at(i, k)) * static_cast<Real>(map.at(j, k)) * radius * radius;
+  return square;
+}
+
+}  // namespace bsp2::dataflow

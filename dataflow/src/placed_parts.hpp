@@ -1,0 +1,70 @@
+#pragma once
+
+// What the constructs of any dimension (any_constructs.hpp) share: maps, and what is done to one placed primitive after the other.
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "any_constructs.hpp"
+#include "bsp2/model/builder.hpp"
+#include "nested.hpp"
+
+namespace bsp2::dataflow {
+
+using Real = long double;
+
+inline std::size_t size(int dimension) { return static_cast<std::size_t>(dimension); }
+
+model::Expression make(int dimension, model::Node::Value value);
+
+/// A union without the solids that are nothing.
+model::Expression united(int dimension, std::vector<model::Expression> solids);
+
+/// The ball that a primitive is, or null.
+const model::Round* ball_of(const model::Primitive& primitive);
+
+/// A (D+1) x (D+1) matrix, the identity at first.
+struct Affine {
+  std::size_t d;
+  std::vector<double> entries;
+  explicit Affine(std::size_t dimension) : d(dimension), entries((d + 1) * (d + 1)) {
+    for (std::size_t i = 0; i <= d; ++i) entries[i * (d + 2)] = 1;
+  }
+  Affine(std::size_t dimension, std::vector<double> given) : d(dimension), entries(std::move(given)) {}
+  double& at(std::size_t i, std::size_t j) { return entries[i * (d + 1) + j]; }
+  [[nodiscard]] double at(std::size_t i, std::size_t j) const { return entries[i * (d + 1) + j]; }
+};
+
+model::Expression moved(const model::Expression& solid, std::span<const double> by);
+
+struct AxisBox {
+  std::vector<double> lower, upper;
+  [[nodiscard]] std::vector<double> lengths() const {
+    std::vector<double> result;
+    for (std::size_t i = 0; i < lower.size(); ++i) result.push_back(upper[i] - lower[i]);
+    return result;
+  }
+};
+
+/// The ellipsoid around `centre` whose points are centre + L y, |y| <= 1, with L L^T = `square`.
+model::Expression ellipsoid(const std::vector<Real>& centre, std::vector<Real> square);
+
+/// A symmetric orthogonal matrix that maps the last unit vector to `u`, of length 1.
+std::vector<Real> reflection_to(const std::vector<Real>& u);
+
+/// Calls use(corners) for convex solids that make up the placed primitive together.
+void for_convex_parts(const PlacedPrimitive& placed, const ConstructContext& context, const std::function<void(const Points&)>& use);
+
+/// The solid, or with polyhedra in the place of what is round if there is anything round but balls in it.
+model::Expression of_polytopes_and_balls(const model::Expression& solid, const ConstructContext& context);
+
+/// A union of what `make_image` makes of the primitives of a union, else of the convex parts of the solid.
+/// @param make_image takes the corners of a convex solid; @param ball_image a placed ball.
+model::Expression distributed(const model::Expression& operand, int dimension, const ConstructContext& context, const std::function<model::Expression(const Points&)>& make_image,
+                              const std::function<model::Expression(const PlacedPrimitive&)>& ball_image);
+
+/// A A^T of the linear part of a placed ball, times its radius squared.
+std::vector<Real> square_of(const PlacedPrimitive& ball);
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,162 @@
+// Sums of solids with others: Minkowski sums, sweeps, growing and shrinking; and hulls.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "any_constructs.hpp"
+#include "bsp2/geometry/error.hpp"
+#include "bsp2/model/bounds.hpp"
+#include "bsp2/model/builder.hpp"
+#include "placed_parts.hpp"
+
+namespace bsp2::dataflow {
+
+using model::Expression;
+
+namespace {
+
+/// Points of a sum of two convex sets before its hull is taken: 1.2 GB of them in space.
+constexpr std::size_t most_sums = 50'000'000;
+
+Expression sum_of_parts(const std::vector<Points>& a, const std::vector<Points>& b, int dimension, const char* what) {
+  const std::size_t d = size(dimension);
+  std::vector<Expression> sums;
+  for (const Points& p : a)
+    for (const Points& q : b) {
+      if (q.size() / d > most_sums / (p.size() / d))
+        throw Error(std::string(what) + ": operands of " + std::to_string(p.size() / d) + " and " + std::to_string(q.size() / d) +
+                    " points have too many sums; give them fewer sides");
+      Points points;
+      points.reserve(p.size() * (q.size() / d));
+      for (std::size_t i = 0; i < p.size(); i += d)
+        for (std::size_t j = 0; j < q.size(); ++j) points.push_back(p[i + j % d] + q[j]);
+      sums.push_back(model::convex_hull(dimension, points));
+    }
+  return united(dimension, std::move(sums));
+}
+
+/// One convex primitive, wherever it is placed, without its colour: it is its own hull.
+std::optional<Expression> single_convex(const Expression& solid) {
+  std::vector<const model::Transform*> maps;
+  const Expression* at = &solid;
+  for (;;) {
+    const auto& value = at->node().value;
+    if (const auto* primitive = std::get_if<model::Primitive>(&value)) {
+      if (!is_convex(*primitive)) return std::nullopt;
+      break;
+    }
+    if (const auto* transform = std::get_if<model::Transform>(&value)) maps.push_back(transform);
+    const Expression* only = nullptr;
+    for (const Expression& child : at->node().children()) {
+      if (is_empty(child)) continue;
+      if (only != nullptr) return std::nullopt;
+      only = &child;
+    }
+    const auto* boolean = std::get_if<model::Boolean>(&value);
+    if (only == nullptr || (boolean != nullptr && boolean->operation != model::Operation::unite)) return std::nullopt;
+    at = only;
+  }
+  Expression result = *at;
+  for (std::size_t i = maps.size(); i-- > 0;) result = make(solid.dimension(), model::Transform{maps[i]->matrix, std::move(result)});
+  return result;
+}
+
+}  // namespace
+
+Expression image_of(const model::Sweep& sweep, const std::vector<Expression>& operands, const ConstructContext& context) {
+  const int dimension = operands[0].dimension();
+  const std::size_t d = size(dimension);
+  const auto along_path = [&](const auto& of_segment) {
+    std::vector<Expression> pieces;
+    for (std::size_t i = 0; i + 1 < sweep.path.size(); ++i) pieces.push_back(of_segment(sweep.path[i], sweep.path[i + 1]));
+    return united(dimension, std::move(pieces));
+  };
+  const auto of_corners = [&](const Points& corners) {
+    return along_path([&](const std::vector<double>& from, const std::vector<double>& to) {
+      Points both;
+      for (const auto* end : {&from, &to})
+        for (std::size_t i = 0; i < corners.size(); ++i) both.push_back(corners[i] + (*end)[i % d]);
+      return model::convex_hull(dimension, both);
+    });
+  };
+  // The sweep of a ball is a ball at each end and a cylinder between them, in the frame where it is a ball.
+  const auto of_ball = [&](const PlacedPrimitive& placed) {
+    const double radius = ball_of(*placed.primitive)->bottom;
+    const Expression ball = make(dimension, *placed.primitive);
+    return along_path([&](const std::vector<double>& from, const std::vector<double>& to) {
+      Affine start(d, placed.matrix);
+      for (std::size_t i = 0; i < d; ++i) start.at(i, d) += from[i];
+      std::vector<std::vector<Real>> rows(d, std::vector<Real>(d + 1));  // A y = to - from, by elimination
+      for (std::size_t i = 0; i < d; ++i) {
+        for (std::size_t j = 0; j < d; ++j) rows[i][j] = static_cast<Real>(start.at(i, j));
+        rows[i][d] = static_cast<Real>(to[i]) - static_cast<Real>(from[i]);
+      }
+      for (std::size_t k = 0; k < d; ++k) {
+        std::size_t pivot = k;
+        for (std::size_t i = k + 1; i < d; ++i)
+          if (std::fabs(rows[i][k]) > std::fabs(rows[pivot][k])) pivot = i;
+        std::swap(rows[k], rows[pivot]);
+        for (std::size_t i = 0; i < d; ++i) {
+          if (i == k) continue;
+          const Real factor = rows[i][k] / rows[k][k];
+          for (std::size_t j = k; j <= d; ++j) rows[i][j] -= factor * rows[k][j];
+        }
+      }
+      std::vector<Real> direction;
+      Real length = 0;
+      for (std::size_t k = 0; k < d; ++k) {
+        direction.push_back(rows[k][d] / rows[k][k]);
+        length += direction[k] * direction[k];
+      }
+      length = std::sqrt(length);
+      if (!(length > 0)) return model::transform(start.entries, ball);
+      Affine turn(d), end(d);
+      for (std::size_t k = 0; k < d; ++k) end.at(k, d) = static_cast<double>(direction[k]);
+      for (Real& x : direction) x /= length;
+      const std::vector<Real> reflection = reflection_to(direction);
+      for (std::size_t i = 0; i < d; ++i)
+        for (std::size_t j = 0; j < d; ++j) turn.at(i, j) = static_cast<double>(reflection[i * d + j]);
+      const double lengths[] = {static_cast<double>(length)};
+      return model::transform(start.entries, model::unite({ball, model::transform(end.entries, ball),
+                                                           model::transform(turn.entries, model::round_cylinder(dimension - 1, radius, lengths))}));
+    });
+  };
+  return distributed(operands[0], dimension, context, of_corners, of_ball);
+}
+
+Expression image_of(const model::MinkowskiSum&, const std::vector<Expression>& operands, const ConstructContext& context) {
+  return sum_of_parts(convex_parts(operands[0], context.options), convex_parts(operands[1], context.options), operands[0].dimension(), "minkowski");
+}
+
+Expression image_of(const model::Growth& growth, const std::vector<Expression>& operands, const ConstructContext& context) {
+  const Expression& operand = operands[0];
+  const int dimension = operand.dimension();
+  if (growth.distance == 0) return operand;
+  const double distance = std::fabs(growth.distance);
+  const std::vector<double> lengths(size(dimension), 2 * distance);
+  const Expression ball = growth.ball == model::Growth::Ball::cube ? model::cuboid(lengths, true) : model::ball_polytope(dimension, distance, growth.sides);
+  std::vector<Points> ball_parts = convex_parts(ball, context.options);
+  if (growth.distance > 0) return sum_of_parts(convex_parts(operand, context.options), ball_parts, dimension, "grow");
+  // What is near to the outside goes. The ball is turned round: a point goes where its ball meets the outside.
+  const model::Bounds bounds = model::bounds(operand);
+  if (bounds.is_empty()) return operand;
+  if (!bounds.is_finite()) throw Error("shrink: the solid has no bounds; intersect it with something that has");
+  AxisBox around{bounds.lower, bounds.upper};
+  for (std::size_t i = 0; i < around.lower.size(); ++i) {
+    around.lower[i] -= 2 * distance;
+    around.upper[i] += 2 * distance;
+  }
+  const Expression outside = model::subtract({moved(model::cuboid(around.lengths()), around.lower), operand});
+  for (Points& part : ball_parts)
+    for (double& x : part) x = -x;
+  return model::subtract({operand, sum_of_parts(convex_parts(outside, context.options), ball_parts, dimension, "shrink")});
+}
+
+Expression image_of(const model::Hull&, const std::vector<Expression>& operands, const ConstructContext& context) {
+  if (auto itself = single_convex(operands[0])) return *std::move(itself);
+  return model::convex_hull(operands[0].dimension(), spanning_points(operands[0], context.options));
+}
+
+}  // namespace bsp2::dataflow
