@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <queue>
 #include <string>
 
@@ -163,8 +164,22 @@ class Motorcycles {
     std::sort(all.begin(), all.end(), [&](std::size_t x, std::size_t y) { return std::pair(angle(x), x) < std::pair(angle(y), y); });
     all.erase(std::unique(all.begin(), all.end()), all.end());
     for (const std::size_t track : all) tracks_[track].end = std::min(tracks_[track].end, first.time);
-    for (std::size_t i = 0; is_new && i < all.size(); ++i)
-      launch(tracks_[all[(i + 1) % all.size()]].before, tracks_[all[i]].after, place, first.time);
+    for (std::size_t i = 0; is_new && i < all.size(); ++i) {
+      const std::size_t here = all[i], next = all[(i + 1) % all.size()];
+      if (part_angle(here, next) > 0) launch(tracks_[next].before, tracks_[here].after, place, first.time);
+    }
+  }
+
+  /// The angle of the wavefront's part between two tracks that meet, the second one counter-clockwise from the first; not positive if this part
+  /// is gone by now, as between the points of a regular star.
+  [[nodiscard]] double part_angle(std::size_t here, std::size_t next) const {
+    const auto angle = [](const Point& p) { return std::atan2(p[1], p[0]); };
+    const auto from = [&](std::size_t track) { return angle(-1.0 * tracks_[track].velocity); };
+    const auto turn = [](double a, double b) { return std::remainder(b - a, 2 * std::numbers::pi); };
+    double sector = turn(from(here), from(next));
+    if (sector <= 0) sector += 2 * std::numbers::pi;
+    const double first = turn(from(here), angle(edges_[tracks_[here].after].d)), last = turn(angle(-1.0 * edges_[tracks_[next].before].d), from(next));
+    return sector - first - last;
   }
 };
 

@@ -176,7 +176,8 @@ TEST(Text, HasTheMeasuresOfOpenScad) {
   EXPECT_NEAR(content("text(text = \"I\", size = 20);"), 4 * content("text(text = \"I\");"), 1e-9);
   EXPECT_NEAR(content("text(text = \"O\", $fn = 200);"), content("text(text = \"O\", $fn = 400);"), 1e-2);
   EXPECT_EQ(content("text(text = \"\");"), 0);
-  EXPECT_EQ(content("text(text = \"x\", size = -1);"), 0);
+  EXPECT_EQ(content("text(text = \"x\", size = 0);"), 0);
+  EXPECT_NEAR(content("text(text = \"I\", size = -10);"), content("text(text = \"I\");"), 1e-9) << "seen from behind, as OpenSCAD has it";
 }
 
 // --- imports --------------------------------------------------------------------------------------------------

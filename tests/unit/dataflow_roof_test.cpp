@@ -137,6 +137,21 @@ TEST(Roof, FollowsTheWavefrontOfStars) {
   }
 }
 
+/// All reflex corners of a regular star meet in its centre, where its points end: the roof is a pyramid.
+TEST(Roof, OverARegularStarIsAPyramid) {
+  for (const int points : {2, 3, 4, 5, 7, 12})
+    for (const double inner : {0.3, 0.5, 0.7}) {
+      Plane star;
+      for (int i = 0; i < 2 * points; ++i) {
+        const double angle = std::numbers::pi * i / points + 0.37, radius = i % 2 == 0 ? 10 : 10 * inner;
+        star.push_back({radius * std::cos(angle), radius * std::sin(angle)});
+      }
+      const double height = std::fabs(star[0][0] * star[1][1] - star[0][1] * star[1][0]) / std::hypot(star[1][0] - star[0][0], star[1][1] - star[0][1]);
+      const double volume = std::fabs(signed_area(star)) * height / 3;
+      EXPECT_NEAR(content<3>(straight_roof(model::polygon(star))), volume, 1e-9 * volume) << points << " points, inner radius " << inner;
+    }
+}
+
 TEST(Roof, StandsOnItsPlaneSolid) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
