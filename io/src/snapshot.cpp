@@ -45,6 +45,7 @@ class ArrayWriter {
     if (writers.count > 1) check(H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE));
   }
 
+  [[nodiscard]] bool has_failed() const { return failure_ != nullptr; }
   void rethrow() const {
     if (failure_) std::rethrow_exception(failure_);
   }
@@ -301,6 +302,14 @@ Handle file_access(std::int64_t given) {
   return access;
 }
 
+/// Whether all writers are well. Collective.
+bool all_well(bool well, const SnapshotWriters& writers) {
+  if (writers.count == 1) return well;
+  for (const auto& answer : writers.exchange({well ? 1U : 0U}))
+    if (answer.front() == 0) return false;
+  return true;
+}
+
 /// What the writing needs besides the snapshot. From here on all that may throw on one process alone is in the
 /// ArrayWriter's hands: nearly every call of HDF5 is collective, to begin with the copy of a property list.
 struct Prepared {
@@ -319,8 +328,14 @@ void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWr
     write_cells(out, snapshot, share, writers.rank);
     write_tree(out, snapshot, share);
     write_regions(out, snapshot, share[regions]);
-    file.close();
+    // To close a file together that could not be written, HDF5 takes different ways on the processes, and they wait for each
+    // other for ever. So it stays open.
+    if (writers.count > 1 && !all_well(!out.has_failed(), writers))
+      file.abandon();
+    else
+      file.close();
   } catch (const Failure&) {
+    if (writers.count > 1) file.abandon();
     out.rethrow();  // what failed first is the cause
     throw;
   }
@@ -334,14 +349,6 @@ void sync(const fs::path& path, int flags) {
   const int error = errno;
   if (descriptor >= 0) ::close(descriptor);
   if (!synced && error != EINVAL) throw Failure(std::generic_category().message(error));
-}
-
-/// Whether all writers are well. Collective.
-bool all_well(bool well, const SnapshotWriters& writers) {
-  if (writers.count == 1) return well;
-  for (const auto& answer : writers.exchange({well ? 1U : 0U}))
-    if (answer.front() == 0) return false;
-  return true;
 }
 
 /// Whatever ends the writing, no unfinished file stays.

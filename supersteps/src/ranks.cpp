@@ -68,7 +68,8 @@ std::string with_place(std::string text, const std::string& superstep, int rank)
 /// call that the failure has made hopeless. The launcher does it; what is unfinished then stays, as after a kill.
 class LastResort {
  public:
-  LastResort(std::string message, int code) : message_("bsp2: " + std::move(message) + "\n"), code_(code), thread_([this] { watch(); }) {}
+  /// @param message what it says then; empty: it has been said.
+  LastResort(const std::string& message, int code) : message_(message.empty() ? message : "bsp2: " + message + "\n"), code_(code), thread_([this] { watch(); }) {}
   ~LastResort() {
     {
       const std::lock_guard lock(mutex_);
@@ -114,7 +115,14 @@ class Ranks::Implementation {
   Implementation() = default;
   explicit Implementation(std::unique_ptr<boost::mpi::environment> environment)
       : environment_(std::move(environment)), world_(std::in_place), queue_(world_->new_queue()) {}
-  ~Implementation() { open_.reset(); }
+  /// After a failure, files that could not be written may keep MPI from its end.
+  ~Implementation() {
+    open_.reset();
+    if (failed_ == 0) return;
+    const LastResort last_resort("", failed_);
+    world_.reset();
+    environment_.reset();
+  }
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
 
@@ -126,6 +134,7 @@ class Ranks::Implementation {
     try {
       supervised(program);
     } catch (const bsplib::Error& error) {
+      failed_ = error.detail().starts_with(Culprit::user) ? 2 : 1;
       throw_agreed(error);
     }
   }
@@ -205,6 +214,7 @@ class Ranks::Implementation {
   std::uint32_t queue_ = 0;
   std::unique_ptr<bsplib::OpenSuperstep> open_;
   bool is_syncing_ = false;
+  int failed_ = 0;  // the exit code that all agreed on
   std::vector<Message> received_;
   std::vector<std::string> own_, delivered_;  // messages to itself do not travel
 

