@@ -132,23 +132,27 @@ bool Engine::travels_alone(const bsp2_reference_run& run, int pid) const {
          !staging_.has_room(bytes);
 }
 
+/// Another rank's memory of a registration, where we can reach it.
+std::byte* Engine::memory_of(Registry::Id slot, int pid) const {
+  const auto& memory = registry_.slot(slot).memory;
+  return pid == pid_ || memory.empty() ? nullptr : memory[static_cast<std::size_t>(pid)];
+}
+
 void Engine::end_hpput(int pid) {
   bsp2_reference_run& run = runs_of(pid).hpput;
   const std::size_t bytes = length(run);
   if (bytes == 0) return;
   const std::byte* source = local_part(run);
   if (bytes < wire::store_bytes && out(pid).put_again(run.slot, run.first, source, bytes)) return;
-  const Registry::Slot& target = registry_.slot(run.slot);
-  const auto rank = static_cast<std::size_t>(pid);
-  const bool reachable = !target.memory.empty() && target.memory[rank];
-  if (reachable && pid != pid_ && bytes >= wire::store_bytes) {
-    out(pid).store(source, target.memory[rank] + run.first, bytes);
+  std::byte* const target = memory_of(run.slot, pid);
+  if (target && bytes >= wire::store_bytes) {
+    out(pid).store(source, target + run.first, bytes);
   } else if (travels_alone(run, pid)) {
     out(pid).big_put(run.slot, run.first, source, bytes, wire::nowhere);
   } else if (bytes >= wire::stage_bytes) {
     stage_put(pid, source, run.slot, run.first, bytes);
   } else {
-    out(pid).put(run.slot, run.first, source, bytes, target.sizes[rank]);
+    out(pid).put(run.slot, run.first, source, bytes, registry_.slot(run.slot).sizes[static_cast<std::size_t>(pid)]);
   }
 }
 
@@ -179,7 +183,10 @@ void Engine::end_hpget(int pid) {
   if (run.slot == Registry::no_id) return;
   const std::size_t bytes = length(run);
   std::byte* target = local_part(run);
-  if (pid != pid_ && travels_alone(run, pid)) {
+  const std::byte* source = memory_of(run.slot, pid);
+  if (source && bytes >= wire::store_bytes) {
+    out(pid).read(source + run.first, target, bytes);
+  } else if (pid != pid_ && travels_alone(run, pid)) {
     out(pid).direct_get(run.slot, run.first, target, bytes);
   } else {
     out(pid).get(run.slot, run.first, target, bytes, run.end);

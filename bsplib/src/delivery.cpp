@@ -3,7 +3,7 @@
 //
 //   slots    every pair exchanges a slot; all ranks judge the headers
 //   streams  streams that are neither in a slot nor in shared staging memory arrive
-//   data     gets are answered from memory as it is now, unbuffered stores are written, big puts travel
+//   data     gets are answered from memory as it is now, unbuffered copies are made, big puts travel
 //   landed   results of gets are written, then puts in the order of ranks; messages are handed out; the next
 //   superstep
 #include <atomic>
@@ -90,7 +90,7 @@ bool Engine::advance(bool wait) {
     for (int rank = 0; rank < nprocs_; ++rank) in(rank).find_landings(registry_);
     if constexpr (defect == Defect::gets_after_puts) apply_puts();
     answer_gets();
-    write_stores();
+    copy_directly();
     exchange_data();
     phase_ = Phase::data;
   }
@@ -175,17 +175,18 @@ void Engine::answer(int rank) {
   }
 }
 
-/// Tells a rank that what we wrote into its memory is there.
+/// Tells a rank that what we copy to and from its memory is done.
 void Engine::notify(int rank, int tag) {
   std::atomic_thread_fence(std::memory_order_release);
   MPI_Isend(nullptr, 0, MPI_BYTE, rank, tag, comm_, &send_requests_.emplace_back());
 }
 
-/// Unbuffered puts into memory that we can reach. The other rank is in its sync, since its slot is here.
-void Engine::write_stores() {
+/// Unbuffered puts into and gets from memory that we can reach. The other rank is in its sync, since its slot is here,
+/// and stays there until it has our notice.
+void Engine::copy_directly() {
   for (int rank = 0; rank < nprocs_; ++rank) {
-    if (out(rank).stores.empty()) continue;
-    for (const auto& store : out(rank).stores) std::memcpy(store.target, store.source, store.size);
+    if (out(rank).copies.empty()) continue;
+    for (const auto& copy : out(rank).copies) std::memcpy(copy.target, copy.source, copy.size);
     notify(rank, wire::tag_notice);
   }
 }
@@ -205,7 +206,7 @@ void Engine::exchange_data() {
 }
 
 void Engine::exchange_data_with(int rank) {
-  if (header(rank).stores > 0)
+  if (header(rank).copies > 0)
     MPI_Irecv(nullptr, 0, MPI_BYTE, rank, wire::tag_notice, comm_, &requests_.emplace_back());
   for (auto& landing : in(rank).landings)
     receive(landing.aside ? landing.aside.get() : landing.target, landing.size, rank, wire::tag_data, comm_,
@@ -283,8 +284,8 @@ void Engine::account() {
     if (rank == pid_) continue;
     cost.messages_out += out(rank).count;
     cost.messages_in += h.messages;
-    bytes_out_ += out(rank).payload;
-    bytes_in_ += h.payload + out(rank).reply_bytes + out(rank).direct_bytes;
+    bytes_out_ += out(rank).payload + h.read_bytes;
+    bytes_in_ += h.payload + out(rank).reply_bytes + out(rank).direct_bytes + out(rank).read_bytes;
   }
   cost.bytes_out = bytes_out_;
   cost.bytes_in = bytes_in_;

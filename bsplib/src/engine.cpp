@@ -97,7 +97,8 @@ void Engine::fill_slots(Kind kind, std::uint64_t argument) {
       h.stream_bytes = box.stream_bytes();
       h.stream_where = box.where();
       h.contents = box.contents;
-      h.stores = static_cast<std::uint32_t>(box.stores.size());
+      h.copies = static_cast<std::uint32_t>(box.copies.size());
+      h.read_bytes = box.read_bytes;
       h.messages = box.count;
       h.payload = box.payload;
       h.reply_bytes = box.reply_bytes;

@@ -181,6 +181,7 @@ class Engine {
   bool travels_alone(const bsp2_reference_run& run, int pid) const;
   void end_hpput(int pid);
   void end_get(int pid);
+  [[nodiscard]] std::byte* memory_of(Registry::Id slot, int pid) const;
   void end_hpget(int pid);
   void end_runs(int pid);
 
@@ -190,7 +191,7 @@ class Engine {
   void answer_gets();
   void answer(int rank);
   void notify(int rank, int tag);
-  void write_stores();
+  void copy_directly();
   void exchange_data();
   void exchange_data_with(int rank);
   void write_gets();

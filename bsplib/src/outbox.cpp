@@ -79,8 +79,14 @@ void Outbox::direct_get(Registry::Id slot, std::size_t offset, std::byte* target
 }
 
 void Outbox::store(const void* source, std::byte* target, std::size_t bytes) {
-  stores.push_back({source, target, bytes});
+  copies.push_back({source, target, bytes});
   payload += bytes;
+  ++count;
+}
+
+void Outbox::read(const std::byte* source, std::byte* target, std::size_t bytes) {
+  copies.push_back({source, target, bytes});
+  read_bytes += bytes;
   ++count;
 }
 
@@ -94,9 +100,9 @@ void Outbox::reset() {
   data.clear();
   wanted.clear();
   wanted_direct.clear();
-  stores.clear();
+  copies.clear();
   contents = count = 0;
-  payload = reply_bytes = direct_bytes = 0;
+  payload = reply_bytes = direct_bytes = read_bytes = 0;
 }
 
 }  // namespace bsp2::bsplib

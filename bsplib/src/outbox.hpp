@@ -31,7 +31,7 @@ class Outbox {
     const std::byte* data;
     std::size_t size;
   };
-  struct Store {
+  struct Copy {
     const void* source;
     std::byte* target;
     std::size_t size;
@@ -55,7 +55,10 @@ class Outbox {
   }
   /// A get whose answer is a message of its own.
   void direct_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes);
+  /// A put into memory of the other rank that we can reach.
   void store(const void* source, std::byte* target, std::size_t bytes);
+  /// A get from such memory.
+  void read(const std::byte* source, std::byte* target, std::size_t bytes);
   void message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* payload,
                std::size_t bytes);
   void close_run();
@@ -71,11 +74,11 @@ class Outbox {
   std::vector<Piece> data;            ///< for messages of their own, in the order of their records
   std::vector<Wanted> wanted;         ///< what the gets of this stream will bring, in one reply
   std::vector<Wanted> wanted_direct;  ///< in messages of their own
-  std::vector<Store> stores;          ///< to be written straight into the other rank's memory
+  std::vector<Copy> copies;           ///< straight into and from the other rank's memory
   Staging::Block reply;               ///< where the reply will be
   std::uint32_t contents = 0, count = 0;
   std::uint64_t payload = 0;  ///< bytes of puts and messages
-  std::uint64_t reply_bytes = 0, direct_bytes = 0;
+  std::uint64_t reply_bytes = 0, direct_bytes = 0, read_bytes = 0;
 
  private:
   std::byte* append(std::size_t bytes) {

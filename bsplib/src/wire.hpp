@@ -59,9 +59,10 @@ struct Header {
   std::uint32_t contents = 0;
   std::uint64_t stream_bytes = 0;
   std::uint64_t stream_where = 0;
-  std::uint32_t stores = 0;  ///< puts written straight into the receiver's memory; a notice follows them
+  std::uint32_t copies = 0;  ///< puts and gets that the sender copies to and from the receiver's memory; a notice follows them
   std::uint32_t messages = 0;
   std::uint64_t payload = 0;
+  std::uint64_t read_bytes = 0;   ///< of the gets among the copies
   std::uint64_t reply_bytes = 0;  ///< that the gets of this stream want in one reply
   std::uint64_t reply_where = 0;  ///< in the sender's staging memory: where to write the reply; or `nowhere`
 };

@@ -133,6 +133,21 @@ TEST_P(Access, UnbufferedGetArrives) {
   EXPECT_EQ(got, values(previous(world)));
 }
 
+/// The others read while the owner is in its sync: what it writes right after is not seen.
+TEST_P(Access, UnbufferedGetsReadTheLayersMemoryInTime) {
+  Array<std::uint32_t> array(world, size());
+  std::vector<std::uint32_t> got(size()), expected(size());
+  for (std::uint32_t round = 0; round < 10; ++round) {
+    std::fill(array.begin(), array.end(), 100 * round + static_cast<std::uint32_t>(world.pid()));
+    array.hpget(previous(world), 0, got);
+    world.sync();
+    std::fill(array.begin(), array.end(), 77777);
+    std::fill(expected.begin(), expected.end(), 100 * round + static_cast<std::uint32_t>(previous(world)));
+    ASSERT_EQ(got, expected);
+    world.sync();
+  }
+}
+
 /// All ranks put to overlapping places of rank 0: the result is as if they had done so one after the other.
 TEST_P(Access, OverlappingPutsHaveTheResultOfTheirOrder) {
   const auto p = static_cast<std::size_t>(world.nprocs());
