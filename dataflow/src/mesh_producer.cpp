@@ -315,10 +315,11 @@ Advice MeshProducer::advise(const Word* leaf, CellView<3>& cell) const {
 
 namespace {
 
+constexpr double clearance = 0x1p-11;  // a share of the cell's length
+
 /// A cut across an axis at a corner's coordinate, or where the grid of cuts misses that and the model has no hyperplane there,
 /// well beyond: between the corner and a cut that misses it by a step of the grid lie cells thinner than anything in the model.
 HyperplaneId cut_beside_corner(const Network<3>& network, int axis, double value, double length) {
-  constexpr double clearance = 0x1p-11;  // a share of the cell's length
   const auto& table = network.table;
   const HyperplaneId id = network.axial_cut(axis, value);
   const bool is_there = id < table.size() || table.axis_value(axis, table.axis_position(axis, value)) == value;
@@ -348,6 +349,8 @@ std::optional<HyperplaneId> MeshProducer::median(const Word* leaf, CellView<3>& 
     const auto above = std::count_if(low.begin(), low.end(), [&](double x) { return x >= value; });
     // Progress on both sides, else a fan of facets around one point would be halved for ever.
     if (below * 5 < static_cast<std::ptrdiff_t>(count) || above * 5 < static_cast<std::ptrdiff_t>(count)) continue;
+    // Not again beside the same corner: cuts that come ever nearer to it leave ever thinner cells.
+    if (cell.extent().upper[axis] - value < 8 * clearance * cell.extent().length(axis)) continue;
     const HyperplaneId id = cut_beside_corner(network_, axis, value, cell.extent().length(axis));
     return cell.crosses(id) ? std::optional(id) : std::nullopt;
   }

@@ -305,6 +305,7 @@ std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Loca
   template void Worker<D>::start();                            \
   template void Worker<D>::join();                             \
   template void Worker<D>::add(Token<D>*);                     \
+  template Token<D>* Worker<D>::give(Token<D>*, Outcome<D>);   \
   template Join<D>* Worker<D>::join_of(const Token<D>&, geometry::HyperplaneId); \
   template void Worker<D>::cut(const Cell<D>&, geometry::HyperplaneId, std::array<bool, 2>, std::array<Cell<D>, 2>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

@@ -57,6 +57,8 @@ CLI::Validator positive_number() {
           "> 0"};
 }
 
+const CLI::Range some_cells(std::uint64_t{1}, std::uint64_t{1} << 62, "1 or more");
+
 constexpr auto work_group = "What is computed";
 
 /// What fixes the cells from the start.
@@ -112,7 +114,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min; with\n--snapshot: the time between two (30s)")
       ->type_name("TIME")
       ->group(group);
-  app.add_option("--cells", options.cells, "stop at about N cells")->type_name("N")->group(group);
+  app.add_option("--cells", options.cells, "stop at about N cells")->check(some_cells)->type_name("N")->group(group);
   app.add_option("--steps", options.steps, "end after N steps as long as --budget says")
       ->check(CLI::Range(1U, 1U << 30, "1 or more"))
       ->type_name("N")
@@ -330,7 +332,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_threads_option(*queue.run, command, work_group);
   add_threads_option(*queue.merge, command, work_group);
   queue.run->add_option("--budget", raw.budget, "divide a job that takes longer (60s)")->type_name("TIME")->group(work_group);
-  queue.run->add_option("--cells", command.options.cells, "divide a job that finds more cells than about N")->type_name("N")->group(work_group);
+  queue.run->add_option("--cells", command.options.cells, "divide a job that finds more cells than about N")->check(some_cells)->type_name("N")->group(work_group);
   add_output_options(*queue.merge, command, raw);
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);

@@ -1,5 +1,9 @@
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <system_error>
 
 #include "bsp2/geometry/error.hpp"
 #include "csg_primitive_nodes.hpp"
@@ -27,8 +31,11 @@ std::filesystem::path file_of(const std::string& node, const Arguments& argument
   const std::string name = arguments.string("file", 0, "");
   if (name.empty()) throw Error(node + ": it names no file");
   const std::filesystem::path path = folder / name;
-  if (std::filesystem::is_directory(path)) throw Error(node + ": " + path.string() + " is a directory, not a file");
-  if (!std::filesystem::is_regular_file(path)) throw Error(node + ": there is no file " + path.string());
+  std::error_code error;
+  const auto type = std::filesystem::status(path, error).type();
+  if (type == std::filesystem::file_type::directory) throw Error(node + ": " + path.string() + " is a directory, not a file");
+  if (type == std::filesystem::file_type::none) throw Error(node + ": " + path.string() + " cannot be read: " + error.message());
+  if (type != std::filesystem::file_type::regular) throw Error(node + ": there is no file " + path.string());
   return path;
 }
 

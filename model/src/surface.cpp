@@ -4,11 +4,14 @@
 #include <cmath>
 #include <csetjmp>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <memory>
 #include <new>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "bsp2/geometry/error.hpp"
 #include "imports.hpp"
@@ -31,7 +34,7 @@ Heights read_text(const std::filesystem::path& path) {
   std::vector<std::vector<double>> rows;
   Heights heights;
   for (std::string line; std::getline(file, line);) {
-    if (const auto first = line.find_first_not_of(" \t\r"); first == std::string::npos || line[first] == '#') continue;
+    if (const auto first = line.find_first_not_of(" \t\r\v\f"); first == std::string::npos || line[first] == '#') continue;
     auto& row = rows.emplace_back();
     std::istringstream words(line);
     for (std::string word; words >> word;) {
@@ -65,7 +68,9 @@ class PngFile {
         },
         [](png_structp, png_const_charp) {});
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
-    if (info_ == nullptr) throw std::bad_alloc();
+    if (info_ != nullptr) return;
+    png_destroy_read_struct(&png_, nullptr, nullptr);
+    throw std::bad_alloc();
   }
   ~PngFile() { png_destroy_read_struct(&png_, &info_, nullptr); }
   PngFile(const PngFile&) = delete;

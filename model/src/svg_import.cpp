@@ -82,7 +82,7 @@ std::vector<std::vector<Point>> stroke_of(const xmlNode* node, const std::vector
     if (!(std::fabs(p[0]) < largest && std::fabs(p[1]) < largest)) return {};
     scaled.emplace_back(static_cast<ClipperLib::cInt>(p[0] * grid), static_cast<ClipperLib::cInt>(p[1] * grid));
   }
-  ClipperLib::ClipperOffset clipper;
+  ClipperLib::ClipperOffset clipper(2.0, std::max(0.25, width * grid / 2 * 1e-9));  // arcs of any width have a bounded number of chords
   clipper.AddPath(scaled, join == "round" ? ClipperLib::jtRound : join == "bevel" ? ClipperLib::jtSquare : ClipperLib::jtMiter,
                   cap == "round" ? ClipperLib::etOpenRound : cap == "butt" ? ClipperLib::etOpenButt : ClipperLib::etOpenSquare);
   ClipperLib::Paths area;

@@ -115,6 +115,7 @@ class Pen {
     if (rx == 0 || ry == 0 || end == at_) return to(end);
     const double c = cosine(turn), s = sine(turn), dx = (at_[0] - end[0]) / 2, dy = (at_[1] - end[1]) / 2;
     const double x = c * dx + s * dy, y = c * dy - s * dx, d = x * x / (rx * rx) + y * y / (ry * ry);
+    if (!std::isfinite(d)) return to(end);
     if (d > 1) rx *= std::sqrt(d), ry *= std::sqrt(d);
     const double across = rx * rx * y * y + ry * ry * x * x;
     double t = std::sqrt(std::max(0.0, rx * rx * ry * ry - across) / across);

@@ -1,5 +1,6 @@
 #include "bsp2/supersteps/ranks.hpp"
 
+#include <mpi.h>
 #include <sched.h>
 #include <unistd.h>
 
@@ -69,7 +70,8 @@ std::string with_place(std::string text, const std::string& superstep, int rank)
 class LastResort {
  public:
   /// @param message what it says then; empty: it has been said.
-  LastResort(const std::string& message, int code) : message_(message.empty() ? message : "bsp2: " + message + "\n"), code_(code), thread_([this] { watch(); }) {}
+  LastResort(const std::string& message, int code, std::chrono::seconds patience)
+      : message_(message.empty() ? message : "bsp2: " + message + "\n"), code_(code), patience_(patience), thread_([this] { watch(); }) {}
   ~LastResort() {
     {
       const std::lock_guard lock(mutex_);
@@ -82,9 +84,9 @@ class LastResort {
   LastResort& operator=(const LastResort&) = delete;
 
  private:
-  static constexpr std::chrono::seconds patience{4};
   std::string message_;
   int code_;
+  std::chrono::seconds patience_;
   std::mutex mutex_;
   std::condition_variable change_;
   bool over_ = false;
@@ -92,11 +94,23 @@ class LastResort {
 
   void watch() {
     std::unique_lock lock(mutex_);
-    if (change_.wait_for(lock, patience, [this] { return over_; })) return;
+    if (change_.wait_for(lock, patience_, [this] { return over_; })) return;
     [[maybe_unused]] const auto written = write(STDERR_FILENO, message_.data(), message_.size());
-    boost::mpi::environment::abort(code_);
+    boost::mpi::environment::abort(code_);  // not by the thread that MPI allows, which is stuck in it: nothing else ends all
   }
 };
+
+/// Does a step that may never end; without a watch where there is no memory for its message or its thread.
+template <typename Message, typename Step>
+void watched(Message message, int code, std::chrono::seconds patience, Step step) {
+  std::optional<LastResort> last_resort;
+  try {
+    last_resort.emplace(message(), code, patience);
+  } catch (...) {
+  }
+  step();
+}
+constexpr std::chrono::seconds short_patience{4}, long_patience{60};
 
 [[noreturn]] void throw_agreed(const bsplib::Error& error) {
   const std::string& detail = error.detail();
@@ -115,13 +129,17 @@ class Ranks::Implementation {
   Implementation() = default;
   explicit Implementation(std::unique_ptr<boost::mpi::environment> environment)
       : environment_(std::move(environment)), world_(std::in_place), queue_(world_->new_queue()) {}
-  /// After a failure, files that could not be written may keep MPI from its end.
+  /// After a failure, files that could not be written may keep MPI from its end. First all have to be here: until then the master
+  /// may be about to say what went wrong.
   ~Implementation() {
     open_.reset();
     if (failed_ == 0) return;
-    const LastResort last_resort("", failed_);
-    world_.reset();
-    environment_.reset();
+    const auto said = [] { return std::string(); };
+    watched(said, failed_, long_patience, [] { MPI_Barrier(MPI_COMM_WORLD); });
+    watched(said, failed_, short_patience, [this] {
+      world_.reset();
+      environment_.reset();
+    });
   }
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
@@ -134,7 +152,7 @@ class Ranks::Implementation {
     try {
       supervised(program);
     } catch (const bsplib::Error& error) {
-      failed_ = error.detail().starts_with(Culprit::user) ? 2 : 1;
+      failed_ = error.code() == bsplib::Errc::exception && error.detail().starts_with(Culprit::user) ? 2 : 1;
       throw_agreed(error);
     }
   }
@@ -227,13 +245,11 @@ class Ranks::Implementation {
   void supervised(const std::function<void()>& program) {
     const auto superstep = [this] { return entries_.empty() ? std::string() : entries_[current_].name; };
     const auto fail = [&](Culprit culprit, const char* text) {
-      std::optional<LastResort> last_resort;
-      try {
-        last_resort.emplace(with_place(text, superstep(), rank()), culprit == user ? 2 : 1);
-      } catch (...) {  // no memory, no threads: then without it
-      }
-      open_.reset();
-      world_->fail(written(culprit, superstep(), text));
+      const auto message = [&] { return with_place(text, superstep(), rank()); };
+      watched(message, culprit == user ? 2 : 1, short_patience, [&] {
+        open_.reset();
+        world_->fail(written(culprit, superstep(), text));
+      });
     };
     try {
       program();

@@ -74,6 +74,7 @@ TEST_F(Program, RefusesBadPathsAndOptions) {
   EXPECT_NE(folder.text.find("is a directory"), std::string::npos) << folder.text;
   const std::string good = model("cube(size = [1, 2, 3]);");
   EXPECT_EQ(start("run " + good + " --bogus").code, 2);
+  EXPECT_EQ(start("run " + good + " --cells -5").code, 2);
   EXPECT_EQ(start("run " + good + " --threads minus").code, 2);
   EXPECT_EQ(start("run " + good + " -o " + good).code, 2);  // a file where the folder should be
   EXPECT_EQ(start("run").code, 2);

@@ -74,13 +74,17 @@ class Jobs : public testing::Test {
     for (const auto& entry : fs::directory_iterator(queue_ / "done")) count += entry.path().filename().string().starts_with(".") ? 0 : 1;
     return count;
   }
-  /// What a run takes on this machine, in this build.
+  /// What a run takes on this machine, in this build, at least.
   int milliseconds_of_run(const std::vector<std::string>& options) {
     std::vector<std::string> arguments{"run", model_, "--threads", "1"};
     arguments.insert(arguments.end(), options.begin(), options.end());
-    const auto start = std::chrono::steady_clock::now();
-    EXPECT_EQ(run(arguments).code, 0);
-    return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - start).count());
+    auto least = std::chrono::steady_clock::duration::max();
+    for (int time = 0; time < 3; ++time) {
+      const auto start = std::chrono::steady_clock::now();
+      EXPECT_EQ(run(arguments).code, 0);
+      least = std::min(least, std::chrono::steady_clock::now() - start);
+    }
+    return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(least).count());
   }
   /// The folder stays: a worker may be about to write into it.
   void drop_claims() const {

@@ -209,6 +209,8 @@ TEST_F(Import, ReadsHeights) {
   EXPECT_NEAR(imported("surface(file = \"a.dat\");"), 2, 1e-12);
   write("b.dat", "5 5 5\n5 9 5\n5 5 5\n");  // four cells of mean 6, each a quarter of its corners' mean and of itself
   EXPECT_NEAR(imported("surface(file = \"b.dat\", center = true);"), 4 * 6, 1e-12);
+  write("e.dat", "0 1\n \f\v\n1 2\n");  // a line without a height
+  EXPECT_NEAR(imported("surface(file = \"e.dat\");"), 2, 1e-12);
   write("c.dat", "1 2 3\n");
   EXPECT_EQ(imported("surface(file = \"c.dat\");"), 0);
   write("d.dat", "1 x\n");

@@ -231,7 +231,7 @@ TEST_F(Splines, PlacedSolidsHaveTheirVolume) {
   const Interval now = volume_interval<3>(torus, thinner_than(0.1));
   expect_contains(now, 2 * pi * pi * 2 * 0.25);
   EXPECT_GT(now.in, pi);
-  // Far from the origin coordinates are coarser.
+  // Far from the origin coordinates are coarser. Six cuts are for the ends of the region.
   const std::vector<double> far{1e-3, 0, 0, 1e4, 0, 1e-3, 0, -2e4, 0, 0, 1e-3, 3e4, 0, 0, 0, 1};
   const Interval small = volume_interval<3>(model::transform(far, model::spline(3, {nurbs_sphere(1)})), down_to(15));
   EXPECT_LE(small.in, 4e-9 * pi / 3 * (1 + 1e-6));
