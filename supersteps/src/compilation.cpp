@@ -58,7 +58,8 @@ void refuse_warnings(const std::vector<std::string>& warnings) {
 template <int D>
 void limit_refinement(const dataflow::Network<D>& network, RunOptions& options) {
   if (!network.is_round()) return;
-  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / 1000));
+  // Above three dimensions the number of cells grows too fast with the tolerance for more than a first look.
+  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / (D > 3 ? 16 : 1000)));
 }
 
 #define BSP2_STAGE(D)                                                              \

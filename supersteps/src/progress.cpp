@@ -53,7 +53,7 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
   const dataflow::Totals<D> totals = sum_totals(ranks, network, progress.totals);
   io::SnapshotHead head;
   if (ranks.is_master()) {
-    head.model = options.model.string();
+    head.model = std::filesystem::absolute(options.model).string();  // its imports are found from wherever the run goes on
     head.source = source.text;
     head.dimension = D;
     head.coincidence = options.coincidence;

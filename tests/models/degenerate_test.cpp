@@ -211,6 +211,25 @@ TEST(DegenerateModel, LeavesNoCellThinnerThanTheToleranceThatTheGeometryDoesNotH
   }
 }
 
+/// A star of two pyramids: the height of all corners at its rim is on no grid of cuts.
+TEST(DegenerateModel, CutsKeepAwayFromTheCornersOfMeshes) {
+  constexpr std::uint32_t rim = 120;
+  constexpr double height = 0.1234567, top = 5.1, bottom = -5.3, turn = 2 * std::numbers::pi / rim;
+  std::vector<std::array<double, 3>> points{{0, 0, top}, {0, 0, bottom}};
+  std::vector<std::vector<std::uint32_t>> faces;
+  for (std::uint32_t i = 0; i < rim; ++i) {
+    const double r = i % 2 == 0 ? 2 : 3;
+    points.push_back({r * std::cos(turn * i), r * std::sin(turn * i), height});
+    const std::uint32_t a = 2 + i, b = 2 + (i + 1) % rim;
+    faces.push_back({0, b, a});
+    faces.push_back({1, a, b});
+  }
+  const Solid solid = evaluate(model::polyhedron(points, faces));
+  EXPECT_NEAR(solid.volume(), rim * 0.5 * 2 * 3 * std::sin(turn) * (top - bottom) / 3, 1e-9);
+  EXPECT_GT(thinnest(solid), 1e-4);
+  EXPECT_LT(solid.cells(), 2 * rim * 4);
+}
+
 TEST(DegenerateModel, MeshesThatOverlapThemselvesCountOnce) {
   // Two cubes as one mesh, one in the other, or across it: winding number 2 is inside, and so is -1.
   const auto two = [](double shift, bool inverted) {
