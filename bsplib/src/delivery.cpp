@@ -65,6 +65,7 @@ void Engine::start_sync(const Call& call) {
 void Engine::open_sync() {
   check_usable("open");
   start_sync({});
+  for (auto& queue : queues_) queue.clear();  // what they refer to is overwritten from now on
 }
 
 void Engine::sync(const Call& call) {

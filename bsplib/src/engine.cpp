@@ -59,7 +59,10 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::
   begin_ = left_sync_ = MPI_Wtime();
 }
 
-Engine::~Engine() = default;
+/// Arrays hold the engine, so their memory outlives the end of the world, but not them.
+Engine::~Engine() {
+  free_released(true);
+}
 
 const Header& Engine::header(int rank) const {
   return *reinterpret_cast<const Header*>(slots_in_.data() +
@@ -234,7 +237,7 @@ void Engine::close() {
     for (int rank = 0; rank < nprocs_; ++rank) h = std::max(h, header(rank).previous_h);
     settle(costs.recent.back(), h);
   }
-  free_released(true);
+  for (auto& queue : queues_) queue.clear();  // their messages are in the staging memory
   staging_.release();
   if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
 }

@@ -95,8 +95,16 @@ TEST(WorldTest, EndsBeforeWhatBelongsToIt) {
     World world;
     array.emplace(world, 10);
     queue.emplace(world);
+    array->put(next(world), 5, 0);
+    queue->send(next(world), 1);
     world.sync();
+    EXPECT_EQ(queue->size(), 1U);
   }
+  EXPECT_EQ((*array)[0], 5) << "its memory is its own";
+  (*array)[9] = 7;
+  EXPECT_EQ(array->local().back(), 7);
+  EXPECT_EQ(queue->size(), 0U);
+  EXPECT_TRUE(queue->receive().empty());
   for (const auto& call : std::vector<std::function<void()>>{
            [&] { array->put(0, 1, 0); }, [&] { queue->send(0, 1); }, [&] { Collectives<int> all(queue->world()); }}) {
     try {

@@ -176,7 +176,8 @@ class World {
   void pop_reg(const void* address);
   void pop_slot(Slot slot);
   /// New zeroed memory, registered at once, which ranks of the same node write without a transfer; it begins
-  /// at a multiple of `memory_alignment`. Collective. It is freed at the sync after its pop.
+  /// at a multiple of `memory_alignment`. Collective. It is freed at the sync after its pop; what nobody popped,
+  /// when this object and all that belongs to the world are gone.
   std::pair<Slot, std::byte*> allocate(std::size_t bytes);
   std::size_t size_of(Slot slot, int pid) const;  ///< bytes that a rank registered
   /// The newest registration of an address that is in effect. @throws Error if there is none.
