@@ -77,6 +77,7 @@ void Engine::sync(const Call& call) {
 
 /// @return whether everything has arrived, or the superstep has failed.
 bool Engine::advance(bool wait) {
+  if (verdict_) return true;  // of a rank that has left: it does not wait
   if (phase_ == Phase::slots) {
     if (!complete(requests_, wait)) return false;
     std::atomic_thread_fence(std::memory_order_acquire);
@@ -105,6 +106,7 @@ bool Engine::advance(bool wait) {
 
 void Engine::finish_sync() {
   if (verdict_) throw *verdict_;  // fail() has ended an open superstep
+  if (phase_ == Phase::idle) return;  // the end of the world has
   if (pending_) raise(*pending_);
   write_gets();
   if constexpr (defect != Defect::gets_after_puts) apply_puts();

@@ -208,28 +208,35 @@ void Engine::relay(const Error& error) {
   tell();
 }
 
+/// The others count on the superstep that is open, and its slots are in use.
+void Engine::complete_open() {
+  if (phase_ == Phase::idle) return;
+  advance(true);
+  finish_sync();
+}
+
 /// Of what this rank was refused.
 void Engine::tell() {
   if (closed_) throw *rejected_;
-  if (phase_ != Phase::idle) {  // the others count on the superstep that is open
-    advance(true);
-    finish_sync();
-  }
+  complete_open();
   meet(Kind::error, 0);
   throw *rejected_;  // not reached: an exchange with an error in it is judged as one
 }
 
 void Engine::abandon() {
+  complete_open();
   if (!rejected_)
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception",
                       "The rank left its world by an exception");
   rejected_origin_ = wire::Origin::left;
   exchange(Kind::error, 0, false);
+  verdict_ = rejected_;  // what this rank still has of the world gets it, and waits for nobody
 }
 
 void Engine::close() {
   if (closed_) return;
   if (verdict_) throw *verdict_;
+  complete_open();
   meet(Kind::end, 0);
   closed_ = true;
   if (!costs.recent.empty()) {

@@ -1,9 +1,11 @@
 // Worlds: sub-worlds, opened supersteps, lifetimes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <boost/mpi/communicator.hpp>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -188,6 +190,33 @@ TEST(Open, CommunicationRunsWhileTheRankComputes) {
     }
     EXPECT_EQ(sum, 499500.0);
     EXPECT_EQ(array[size - 1], previous(world));
+  }
+}
+
+/// The open superstep comes first, with all its data, on ranks that opened it and on those that synchronize.
+TEST(Open, EndsWithItsWorld) {
+  for (const std::size_t staging : {std::size_t{0}, std::size_t{4} << 20}) {
+    for (int way = 0; way < 3; ++way) {
+      World other;
+      std::optional<World> world(std::in_place, MPI_COMM_WORLD, WorldOptions{.staging_bytes = staging});
+      Array<int> array(*world, 100000);
+      const std::vector<int> data(100000, 1 + world->pid());
+      const std::vector<int> expected(100000, 1 + previous(*world));
+      array.put(next(*world), data, 0);
+      std::unique_ptr<OpenSuperstep> open;
+      if (world->pid() % 2 == 0) {
+        open.reset(new OpenSuperstep(world->open()));
+      } else {
+        world->sync();
+      }
+      if (way == 0) world->close();
+      if (way == 1) world.reset();
+      if (way == 2) *world = std::move(other);
+      EXPECT_TRUE(std::ranges::equal(array.local(), expected)) << staging << ' ' << way;
+      if (!open) continue;
+      EXPECT_TRUE(open->poll());
+      EXPECT_NO_THROW(open->close());
+    }
   }
 }
 

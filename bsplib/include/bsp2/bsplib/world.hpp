@@ -147,7 +147,8 @@ class World {
   /// Begins the end of the superstep: communication runs while this rank goes on computing. Collective, as
   /// its close().
   [[nodiscard]] OpenSuperstep open();
-  /// Ends the world. Collective. @throws Error, agreed, if other ranks still synchronize.
+  /// Ends the world, after a superstep that is still open. Collective. @throws Error, agreed, if other ranks
+  /// still synchronize.
   void close();
 
   /// Tells all ranks that this one cannot go on; they get it from their next collective call. Does not
