@@ -10,6 +10,7 @@
 #include <climits>
 #include <cstring>
 
+#include "copy.hpp"
 #include "engine.hpp"
 
 namespace bsp2::bsplib::detail {
@@ -189,7 +190,7 @@ void Engine::notify(int rank, int tag) {
 void Engine::copy_directly() {
   for (int rank = 0; rank < nprocs_; ++rank) {
     if (out(rank).copies.empty()) continue;
-    for (const auto& copy : out(rank).copies) std::memcpy(copy.target, copy.source, copy.size);
+    for (const auto& copy : out(rank).copies) copy_bytes(copy.target, copy.source, copy.size);
     notify(rank, wire::tag_notice);
   }
 }
