@@ -98,7 +98,7 @@ class Engine {
     bsp2_reference_run& run = unbuffered ? runs_of(pid).hpget : runs_of(pid).get;
     if (run.slot != slot || bytes - 1 >= run.end || offset > run.end - bytes) return false;
     const std::size_t length = run.next - run.first;
-    if (length >= wire::stage_bytes) return false;
+    if (length >= (unbuffered ? wire::store_bytes : wire::stage_bytes)) return false;
     out(pid).get(slot, run.first, local_part(run), length, run.end);
     place_run(run, offset, target, bytes);
     return true;

@@ -142,7 +142,12 @@ TEST_P(Access, UnbufferedGetsReadTheLayersMemoryInTime) {
   std::vector<std::uint32_t> got(size()), expected(size());
   for (std::uint32_t round = 0; round < 10; ++round) {
     std::fill(array.begin(), array.end(), 100 * round + static_cast<std::uint32_t>(world.pid()));
-    array.hpget(previous(world), 0, got);
+    // In one access, or in several that do not continue each other.
+    const std::size_t piece = round % 2 == 0 ? size() : 2000;
+    for (std::size_t end = size(); end > 0; end -= std::min(piece, end)) {
+      const std::size_t begin = end - std::min(piece, end);
+      array.hpget(previous(world), begin, std::span(got).subspan(begin, end - begin));
+    }
     world.sync();
     std::fill(array.begin(), array.end(), 77777);
     std::fill(expected.begin(), expected.end(), 100 * round + static_cast<std::uint32_t>(previous(world)));
