@@ -93,8 +93,10 @@ TEST(WorldTest, MovesWithWhatBelongsToIt) {
 TEST(WorldTest, EndsBeforeWhatBelongsToIt) {
   std::optional<Array<int>> array;
   std::optional<Queue<int>> queue;
+  std::optional<Collectives<int>> all;
   {
     World world;
+    all.emplace(world);
     array.emplace(world, 10);
     queue.emplace(world);
     array->put(next(world), 5, 0);
@@ -108,7 +110,7 @@ TEST(WorldTest, EndsBeforeWhatBelongsToIt) {
   EXPECT_EQ(queue->size(), 0U);
   EXPECT_TRUE(queue->receive().empty());
   for (const auto& call : std::vector<std::function<void()>>{
-           [&] { array->put(0, 1, 0); }, [&] { queue->send(0, 1); }, [&] { Collectives<int> all(queue->world()); }}) {
+           [&] { array->put(0, 1, 0); }, [&] { queue->send(0, 1); }, [&] { all->all_gather(1); }}) {
     try {
       call();
       ADD_FAILURE() << "the world has ended";
