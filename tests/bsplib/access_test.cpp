@@ -244,6 +244,28 @@ TEST(ArrayTest, CopiesOfAllDistancesArrive) {
   }
 }
 
+/// Nor where a run goes on, though they have no address.
+TEST(ArrayTest, EmptyAccessesDoNothing) {
+  World world;
+  Array<int> array(world, 20), source(world, 20);
+  std::ranges::fill(source.local(), 7);
+  world.sync();
+  const std::vector<int> data(10, 5);
+  std::vector<int> got(10);
+  for (int i = 0; i < 3; ++i) {
+    array.hpput(next(world), std::span(data).subspan(static_cast<std::size_t>(i), 1), static_cast<std::size_t>(i));
+    array.hpput(next(world), std::span<const int>(), static_cast<std::size_t>(i) + 1);
+    source.hpget(next(world), static_cast<std::size_t>(i), std::span(got).subspan(static_cast<std::size_t>(i), 1));
+    source.hpget(next(world), static_cast<std::size_t>(i) + 1, std::span<int>());
+    source.get(next(world), static_cast<std::size_t>(i) + 1, std::span<int>());
+  }
+  world.sync();
+  std::vector<int> expected(20);
+  std::fill_n(expected.begin(), 3, 5);
+  EXPECT_TRUE(std::ranges::equal(array.local(), expected));
+  EXPECT_EQ(std::count(got.begin(), got.end(), 7), 3);
+}
+
 TEST(ArrayTest, PartsMayDifferInSizeAndMayBeEmpty) {
   World world;
   Array<int> array(world, static_cast<std::size_t>(world.pid()));
