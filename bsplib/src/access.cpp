@@ -1,6 +1,7 @@
 // What a superstep asks for: checked here, at the call, and put into the outboxes.
 #include <cstring>
 
+#include "copy.hpp"
 #include "engine.hpp"
 
 namespace bsp2::bsplib::detail {
@@ -84,7 +85,7 @@ void Engine::start_put(int pid, const void* source, Registry::Id slot, std::size
 void Engine::stage_put(int pid, const void* source, Registry::Id slot, std::size_t offset,
                        std::size_t bytes) {
   const Staging::Block block = staging_.allocate_data(bytes);
-  std::memcpy(block.data, source, bytes);
+  copy_bytes(block.data, static_cast<const std::byte*>(source), bytes);
   out(pid).big_put(slot, offset, block.data, bytes, staging_.peer(pid) ? block.where : wire::nowhere);
 }
 

@@ -10,6 +10,7 @@
 #include <climits>
 #include <cstring>
 
+#include "copy.hpp"
 #include "engine.hpp"
 
 namespace bsp2::bsplib::detail {
@@ -65,6 +66,7 @@ void Engine::start_sync(const Call& call) {
 void Engine::open_sync() {
   check_usable("open");
   start_sync({});
+  for (auto& queue : queues_) queue.clear();  // what they refer to is overwritten from now on
 }
 
 void Engine::sync(const Call& call) {
@@ -76,6 +78,7 @@ void Engine::sync(const Call& call) {
 
 /// @return whether everything has arrived, or the superstep has failed.
 bool Engine::advance(bool wait) {
+  if (verdict_) return true;  // of a rank that has left: it does not wait
   if (phase_ == Phase::slots) {
     if (!complete(requests_, wait)) return false;
     std::atomic_thread_fence(std::memory_order_acquire);
@@ -104,6 +107,7 @@ bool Engine::advance(bool wait) {
 
 void Engine::finish_sync() {
   if (verdict_) throw *verdict_;  // fail() has ended an open superstep
+  if (phase_ == Phase::idle) return;  // the end of the world has
   if (pending_) raise(*pending_);
   write_gets();
   if constexpr (defect != Defect::gets_after_puts) apply_puts();
@@ -186,7 +190,7 @@ void Engine::notify(int rank, int tag) {
 void Engine::copy_directly() {
   for (int rank = 0; rank < nprocs_; ++rank) {
     if (out(rank).copies.empty()) continue;
-    for (const auto& copy : out(rank).copies) std::memcpy(copy.target, copy.source, copy.size);
+    for (const auto& copy : out(rank).copies) copy_bytes(copy.target, copy.source, copy.size);
     notify(rank, wire::tag_notice);
   }
 }

@@ -59,7 +59,10 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::
   begin_ = left_sync_ = MPI_Wtime();
 }
 
-Engine::~Engine() = default;
+/// Arrays hold the engine, so their memory outlives the end of the world, but not them.
+Engine::~Engine() {
+  free_released(true);
+}
 
 const Header& Engine::header(int rank) const {
   return *reinterpret_cast<const Header*>(slots_in_.data() +
@@ -205,28 +208,35 @@ void Engine::relay(const Error& error) {
   tell();
 }
 
+/// The others count on the superstep that is open, and its slots are in use.
+void Engine::complete_open() {
+  if (phase_ == Phase::idle) return;
+  advance(true);
+  finish_sync();
+}
+
 /// Of what this rank was refused.
 void Engine::tell() {
   if (closed_) throw *rejected_;
-  if (phase_ != Phase::idle) {  // the others count on the superstep that is open
-    advance(true);
-    finish_sync();
-  }
+  complete_open();
   meet(Kind::error, 0);
   throw *rejected_;  // not reached: an exchange with an error in it is judged as one
 }
 
 void Engine::abandon() {
+  complete_open();
   if (!rejected_)
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception",
                       "The rank left its world by an exception");
   rejected_origin_ = wire::Origin::left;
   exchange(Kind::error, 0, false);
+  verdict_ = rejected_;  // what this rank still has of the world gets it, and waits for nobody
 }
 
 void Engine::close() {
   if (closed_) return;
   if (verdict_) throw *verdict_;
+  complete_open();
   meet(Kind::end, 0);
   closed_ = true;
   if (!costs.recent.empty()) {
@@ -234,7 +244,7 @@ void Engine::close() {
     for (int rank = 0; rank < nprocs_; ++rank) h = std::max(h, header(rank).previous_h);
     settle(costs.recent.back(), h);
   }
-  free_released(true);
+  for (auto& queue : queues_) queue.clear();  // their messages are in the staging memory
   staging_.release();
   if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
 }
@@ -268,12 +278,15 @@ std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   return {registry_.adopt(std::move(slot)), address};
 }
 
-/// Memory that the ranks of this node reach; null if there is not enough.
+/// Memory that the ranks of this node reach; null if there is not enough. It begins in a page where copies to and from
+/// large blocks of the heap, which begin 16 bytes into theirs, are fast both ways: see copy_bytes().
 std::byte* Engine::allocate_shared(Registry::Slot& slot, std::size_t bytes) {
   if (staging_.node() == MPI_COMM_NULL) return nullptr;
-  slot.shared = SharedMemory(staging_.node(), bytes);
+  slot.shared = SharedMemory(staging_.node(), bytes + alignment);
   if (slot.shared.empty()) return nullptr;
   slot.memory = parts_by_rank(comm_, staging_.node(), slot.shared);
+  for (std::byte*& part : slot.memory)
+    if (part) part += alignment;
   return slot.memory[static_cast<std::size_t>(pid_)];
 }
 

@@ -53,8 +53,9 @@ class Engine {
   [[noreturn]] void relay(const Error& error);
   void declare_type(std::uint64_t hash) { types_ = (types_ ^ hash) * 1099511628211U; }
   /// Tells the others that this rank has left, but does not wait for them: they may wait for it in another
-  /// world. The engine must live on, since MPI still reads it.
+  /// world. MPI still reads the engine, which must live on: `keep_alive`.
   void abandon();
+  std::shared_ptr<Engine> keep_alive;  ///< itself, a cycle on purpose
   std::shared_ptr<Engine> split(int color, int key);
 
   Registry::Id push_reg(const void* address, std::size_t bytes);
@@ -97,7 +98,7 @@ class Engine {
     bsp2_reference_run& run = unbuffered ? runs_of(pid).hpget : runs_of(pid).get;
     if (run.slot != slot || bytes - 1 >= run.end || offset > run.end - bytes) return false;
     const std::size_t length = run.next - run.first;
-    if (length >= wire::stage_bytes) return false;
+    if (length >= (unbuffered ? wire::store_bytes : wire::stage_bytes)) return false;
     out(pid).get(slot, run.first, local_part(run), length, run.end);
     place_run(run, offset, target, bytes);
     return true;
@@ -135,6 +136,7 @@ class Engine {
 
   // engine.cpp: the collective calls
   void start_sync(const Call& call);
+  void complete_open();
   [[noreturn]] void tell();
   void check_usable(const char* caller);
   void exchange(wire::Kind kind, std::uint64_t argument, bool wait);

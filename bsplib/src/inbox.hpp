@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -58,15 +57,6 @@ struct Inflow {
  private:
   void apply_big_put(const Registry& registry, const std::byte* place, std::size_t& landed);
 };
-
-/// Most of what is copied in small pieces are single words.
-inline void copy_bytes(std::byte* to, const std::byte* from, std::size_t bytes) {
-  if (bytes == 8) {
-    std::memcpy(to, from, 8);
-  } else {
-    std::memmove(to, from, bytes);  // a put to oneself may overlap its source
-  }
-}
 
 /// Marks the landings that overlap another write of this rank: those must wait for their turn.
 /// @param wanted memory that gets will write.

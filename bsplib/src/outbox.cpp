@@ -78,7 +78,7 @@ void Outbox::direct_get(Registry::Id slot, std::size_t offset, std::byte* target
   ++count;
 }
 
-void Outbox::store(const void* source, std::byte* target, std::size_t bytes) {
+void Outbox::store(const std::byte* source, std::byte* target, std::size_t bytes) {
   copies.push_back({source, target, bytes});
   payload += bytes;
   ++count;

@@ -32,7 +32,7 @@ class Outbox {
     std::size_t size;
   };
   struct Copy {
-    const void* source;
+    const std::byte* source;
     std::byte* target;
     std::size_t size;
   };
@@ -56,7 +56,7 @@ class Outbox {
   /// A get whose answer is a message of its own.
   void direct_get(Registry::Id slot, std::size_t offset, std::byte* target, std::size_t bytes);
   /// A put into memory of the other rank that we can reach.
-  void store(const void* source, std::byte* target, std::size_t bytes);
+  void store(const std::byte* source, std::byte* target, std::size_t bytes);
   /// A get from such memory.
   void read(const std::byte* source, std::byte* target, std::size_t bytes);
   void message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* payload,

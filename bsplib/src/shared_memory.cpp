@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <limits>
 #include <random>
@@ -87,8 +88,17 @@ bool leaves_room(int file, std::size_t bytes, std::size_t spare) {
   return unlimited || system.f_bavail >= bytes / system.f_frsize + spare / system.f_frsize;
 }
 
-/// Names that programs left behind which were killed while they made a segment: after a minute no rank comes to open it
-/// any more, and where one does, its node does without. Those of other users stay.
+/// Who makes a segment holds a lock on it as long as it has a name. The lock ends with its holder, also where that was
+/// killed.
+bool is_locked(const std::filesystem::path& path) {
+  const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) return true;  // that of another user, or gone
+  const bool locked = flock(file, LOCK_EX | LOCK_NB) != 0;
+  ::close(file);
+  return locked;
+}
+
+/// Names that programs left behind which were killed while they made a segment. A young one may be about to be locked.
 void remove_left_behind() {
   namespace fs = std::filesystem;
   std::error_code none;
@@ -97,19 +107,21 @@ void remove_left_behind() {
     std::error_code gone;
     if (!file->path().filename().string().starts_with(prefix)) continue;
     if (!fs::is_regular_file(file->symlink_status(gone))) continue;
-    if (file->last_write_time(gone) < old && !gone) fs::remove(file->path(), gone);
+    if (file->last_write_time(gone) < old && !gone && !is_locked(file->path())) fs::remove(file->path(), gone);
   }
 }
 
-/// A new segment; -1 and an empty name if there is none. The room is looked at before anybody takes of it:
+/// A new segment, locked; -1 and an empty name if there is none. The room is looked at before anybody takes of it:
 /// others must not find the file system full even for a moment.
-int create(Name& name, std::size_t bytes, std::size_t spare) {
+int create_now(Name& name, std::size_t bytes, std::size_t spare) {
   std::random_device random;
   const auto number = (std::uint64_t{random()} << 32U) | random();
   std::snprintf(name.data(), name.size(), "/%s%d-%016llx", prefix, static_cast<int>(getpid()),
                 static_cast<unsigned long long>(number));
-  remove_left_behind();
+  static const bool removed = (remove_left_behind(), true);  // once is enough
+  static_cast<void>(removed);
   const int file = shm_open(name.data(), O_CREAT | O_EXCL | O_RDWR, S_IRUSR | S_IWUSR);
+  if (file >= 0) flock(file, LOCK_SH);  // without it, too, the segment serves
   {
     const Turn turn;
     if (file >= 0 && leaves_room(file, bytes, spare) && take(file, bytes)) return file;
@@ -120,6 +132,16 @@ int create(Name& name, std::size_t bytes, std::size_t spare) {
   }
   name = {};
   return -1;
+}
+
+/// The others wait for the name, so nothing is thrown. Nothing that may throw follows the making of the file.
+int create(Name& name, std::size_t bytes, std::size_t spare) noexcept {
+  try {
+    return create_now(name, bytes, spare);
+  } catch (const std::exception&) {
+    name = {};
+    return -1;
+  }
 }
 
 std::byte* map(int file, std::size_t bytes) {

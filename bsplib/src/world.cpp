@@ -24,8 +24,8 @@ void leave(std::shared_ptr<Engine> engine) noexcept {
   if (!engine || engine->closed() || engine->failed()) return;
   try {
     if (std::uncaught_exceptions() > 0) {
+      engine->keep_alive = engine;
       engine->abandon();
-      static_cast<void>(new std::shared_ptr<Engine>(engine));  // it lives on, see abandon()
     } else {
       engine->close();
     }

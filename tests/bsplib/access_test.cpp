@@ -1,9 +1,12 @@
 // put, get, hpput and hpget of the typed interface, of all sizes, on both kinds of memory.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <complex>
 #include <cstdint>
 #include <numeric>
+#include <span>
 #include <vector>
 
 #include "bsp2/bsplib/memory.hpp"
@@ -139,7 +142,12 @@ TEST_P(Access, UnbufferedGetsReadTheLayersMemoryInTime) {
   std::vector<std::uint32_t> got(size()), expected(size());
   for (std::uint32_t round = 0; round < 10; ++round) {
     std::fill(array.begin(), array.end(), 100 * round + static_cast<std::uint32_t>(world.pid()));
-    array.hpget(previous(world), 0, got);
+    // In one access, or in several that do not continue each other.
+    const std::size_t piece = round % 2 == 0 ? size() : 2000;
+    for (std::size_t end = size(); end > 0; end -= std::min(piece, end)) {
+      const std::size_t begin = end - std::min(piece, end);
+      array.hpget(previous(world), begin, std::span(got).subspan(begin, end - begin));
+    }
     world.sync();
     std::fill(array.begin(), array.end(), 77777);
     std::fill(expected.begin(), expected.end(), 100 * round + static_cast<std::uint32_t>(previous(world)));
@@ -200,6 +208,62 @@ TEST(ArrayTest, MemoryIsAlignedWhateverTheSizes) {
     EXPECT_EQ(lines[1].x[0], 1.0 + previous(world));
     EXPECT_TRUE(std::equal(text.begin(), text.end(), odd.begin()));
   }
+}
+
+/// Distances within a page where copies go in pieces, and those around them: nothing is lost between pieces.
+TEST(ArrayTest, CopiesOfAllDistancesArrive) {
+  constexpr std::size_t page = 4096, most = 70000;
+  std::vector<char> memory(most + 2 * page);
+  const std::size_t begin = page - reinterpret_cast<std::uintptr_t>(memory.data()) % page + 16;
+  const std::span<char> local = std::span(memory).subspan(begin, most);
+  for (const std::size_t bytes : {std::size_t{0}, staging}) {
+    World world(MPI_COMM_WORLD, WorldOptions{.staging_bytes = bytes});
+    Array<char> put(world, most + 2 * page), hpput(world, most + 2 * page);
+    for (std::size_t at = 4010; at < 4085; at += 5) {
+      const std::size_t size = std::array{2100U, 5000U, 70000U}[at / 5 % 3];
+      const std::span<char> mine = local.first(size);
+      const auto value = [&](int pid, std::size_t i) {
+        return static_cast<char>(i + i / 1000 + at + 50U * static_cast<unsigned>(pid));
+      };
+      for (std::size_t i = 0; i < size; ++i) mine[i] = value(world.pid(), i);
+      std::ranges::fill(put.local(), 'p');
+      std::ranges::fill(hpput.local(), 'p');
+      world.sync();
+      put.put(next(world), mine, at);
+      hpput.hpput(next(world), mine, at);
+      world.sync();
+      std::vector<char> expected(put.size(), 'p');
+      for (std::size_t i = 0; i < size; ++i) expected[at + i] = value(previous(world), i);
+      ASSERT_TRUE(std::ranges::equal(put.local(), expected)) << at << ' ' << bytes;
+      ASSERT_TRUE(std::ranges::equal(hpput.local(), expected)) << at << ' ' << bytes;
+      std::ranges::fill(mine, 'g');
+      hpput.hpget(next(world), at, mine);
+      world.sync();
+      for (std::size_t i = 0; i < size; ++i) ASSERT_EQ(mine[i], value(world.pid(), i)) << at << ' ' << bytes;
+    }
+  }
+}
+
+/// Nor where a run goes on, though they have no address.
+TEST(ArrayTest, EmptyAccessesDoNothing) {
+  World world;
+  Array<int> array(world, 20), source(world, 20);
+  std::ranges::fill(source.local(), 7);
+  world.sync();
+  const std::vector<int> data(10, 5);
+  std::vector<int> got(10);
+  for (int i = 0; i < 3; ++i) {
+    array.hpput(next(world), std::span(data).subspan(static_cast<std::size_t>(i), 1), static_cast<std::size_t>(i));
+    array.hpput(next(world), std::span<const int>(), static_cast<std::size_t>(i) + 1);
+    source.hpget(next(world), static_cast<std::size_t>(i), std::span(got).subspan(static_cast<std::size_t>(i), 1));
+    source.hpget(next(world), static_cast<std::size_t>(i) + 1, std::span<int>());
+    source.get(next(world), static_cast<std::size_t>(i) + 1, std::span<int>());
+  }
+  world.sync();
+  std::vector<int> expected(20);
+  std::fill_n(expected.begin(), 3, 5);
+  EXPECT_TRUE(std::ranges::equal(array.local(), expected));
+  EXPECT_EQ(std::count(got.begin(), got.end(), 7), 3);
 }
 
 TEST(ArrayTest, PartsMayDifferInSizeAndMayBeEmpty) {

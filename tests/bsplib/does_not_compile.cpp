@@ -37,6 +37,10 @@ void check([[maybe_unused]] World& world) {
 #ifdef CASE_QUEUE_REFERENCE
   Queue<int&> queue(world);
 #endif
+#ifdef CASE_WORLD_OF_QUEUE
+  Queue<int> queue(world);
+  World taken = std::move(queue.world());
+#endif
 #ifdef CASE_ARRAY_OF_VECTOR
   std::vector<std::vector<int>> local(1);
   Registered<std::vector<int>> registered(world, local);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <boost/serialization/string.hpp>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -543,6 +544,38 @@ TEST_F(Agreed, WorldLeftByAnException) {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   EXPECT_NE(seen.find(rank == culprit ? "unsupervised" : "left its world by an exception"), std::string::npos)
       << seen;
+}
+
+/// The superstep that is open then is completed first: the others count on it.
+TEST_F(Agreed, WorldLeftByAnExceptionWithAnOpenSuperstep) {
+  std::unique_ptr<OpenSuperstep> open;
+  std::vector<int> memory(30000);
+  std::string seen;
+  try {
+    World world;
+    Registered<int> registered(world, memory);
+    world.sync();
+    registered.put(0, std::vector<int>(memory.size(), 5), 0);
+    if (world.pid() == last(world)) {
+      open.reset(new OpenSuperstep(world.open()));
+      throw std::runtime_error("unsupervised");
+    }
+    world.sync();
+    if (world.pid() == 0) {
+      EXPECT_EQ(memory, std::vector<int>(memory.size(), 5));
+    }
+    world.sync();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.culprit(), culprit);
+    seen = error.what();
+  } catch (const std::runtime_error& error) {
+    seen = error.what();
+  }
+  EXPECT_NE(seen.find(open ? "unsupervised" : "left its world by an exception"), std::string::npos) << seen;
+  if (open) {
+    EXPECT_TRUE(open->poll());
+    EXPECT_THROW(open->close(), Error);
+  }
 }
 
 }  // namespace

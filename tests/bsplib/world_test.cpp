@@ -1,9 +1,11 @@
 // Worlds: sub-worlds, opened supersteps, lifetimes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <boost/mpi/communicator.hpp>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <thread>
 #include <vector>
@@ -91,14 +93,24 @@ TEST(WorldTest, MovesWithWhatBelongsToIt) {
 TEST(WorldTest, EndsBeforeWhatBelongsToIt) {
   std::optional<Array<int>> array;
   std::optional<Queue<int>> queue;
+  std::optional<Collectives<int>> all;
   {
     World world;
+    all.emplace(world);
     array.emplace(world, 10);
     queue.emplace(world);
+    array->put(next(world), 5, 0);
+    queue->send(next(world), 1);
     world.sync();
+    EXPECT_EQ(queue->size(), 1U);
   }
+  EXPECT_EQ((*array)[0], 5) << "its memory is its own";
+  (*array)[9] = 7;
+  EXPECT_EQ(array->local().back(), 7);
+  EXPECT_EQ(queue->size(), 0U);
+  EXPECT_TRUE(queue->receive().empty());
   for (const auto& call : std::vector<std::function<void()>>{
-           [&] { array->put(0, 1, 0); }, [&] { queue->send(0, 1); }, [&] { Collectives<int> all(queue->world()); }}) {
+           [&] { array->put(0, 1, 0); }, [&] { queue->send(0, 1); }, [&] { all->all_gather(1); }}) {
     try {
       call();
       ADD_FAILURE() << "the world has ended";
@@ -180,6 +192,33 @@ TEST(Open, CommunicationRunsWhileTheRankComputes) {
     }
     EXPECT_EQ(sum, 499500.0);
     EXPECT_EQ(array[size - 1], previous(world));
+  }
+}
+
+/// The open superstep comes first, with all its data, on ranks that opened it and on those that synchronize.
+TEST(Open, EndsWithItsWorld) {
+  for (const std::size_t staging : {std::size_t{0}, std::size_t{4} << 20}) {
+    for (int way = 0; way < 3; ++way) {
+      World other;
+      std::optional<World> world(std::in_place, MPI_COMM_WORLD, WorldOptions{.staging_bytes = staging});
+      Array<int> array(*world, 100000);
+      const std::vector<int> data(100000, 1 + world->pid());
+      const std::vector<int> expected(100000, 1 + previous(*world));
+      array.put(next(*world), data, 0);
+      std::unique_ptr<OpenSuperstep> open;
+      if (world->pid() % 2 == 0) {
+        open.reset(new OpenSuperstep(world->open()));
+      } else {
+        world->sync();
+      }
+      if (way == 0) world->close();
+      if (way == 1) world.reset();
+      if (way == 2) *world = std::move(other);
+      EXPECT_TRUE(std::ranges::equal(array.local(), expected)) << staging << ' ' << way;
+      if (!open) continue;
+      EXPECT_TRUE(open->poll());
+      EXPECT_NO_THROW(open->close());
+    }
   }
 }
 

@@ -73,7 +73,7 @@ class Collectives {
   using Received = typename Queue<T>::Received;
   using Call = detail::Call;
 
-  World& world() { return queue_.world(); }
+  World& world() { return queue_.alias(); }
 
   /// All ranks must be in this function, on this queue, with this root.
   void sync(Call::Function function, int root = 0) { world().sync({function, queue_.number(), root}); }

@@ -100,7 +100,8 @@ class Registered : public Distributed<T> {
 /// zero bytes.
 ///
 /// Construction is collective and takes effect at once. Where ranks share a node, hpput writes into this
-/// memory without a transfer. The memory lives until the sync after the destruction.
+/// memory and hpget reads from it without a transfer. The memory lives until the sync after the destruction, also where the world
+/// ends before the array.
 template <Travels T>
 class Array : public Distributed<T> {
   static_assert(alignof(T) <= World::memory_alignment);

@@ -64,6 +64,9 @@ class QueueNumber {
 
 }  // namespace detail
 
+template <Sendable T>
+class Collectives;
+
 /// A queue of messages of one type. Messages sent in a superstep are there after its sync, and only until the
 /// next.
 ///
@@ -89,7 +92,7 @@ class Queue {
     }
   }
 
-  World& world() { return number_.world(); }
+  const World& world() const { return number_.world(); }
   std::uint32_t number() const { return number_.number(); }  ///< equal on all ranks
   std::size_t size() const { return number_.world().messages(number()).size(); }
 
@@ -104,6 +107,10 @@ class Queue {
   }
 
  private:
+  template <Sendable U>
+  friend class Collectives;
+
+  World& alias() { return number_.world(); }  ///< for Collectives, which synchronize; nobody may move it away
   T decode(const Message& message) const {
     if constexpr (Travels<T>) {
       std::array<std::byte, sizeof(T)> bytes;

@@ -104,22 +104,16 @@ BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t held, size_t 
   return 1;
 }
 
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Warray-bounds" /* where offset 0 would be is not always memory of the program */
-#endif
 BSP2_INLINE int bsp2_continue_reference(struct bsp2_reference_run* run, size_t held, size_t named, size_t offset,
                                         const void* local, size_t bytes) {
   if (BSP2_RARELY(offset != run->next)) return 0;
   if (BSP2_RARELY(held != named)) return 0;
-  if (BSP2_RARELY((const char*)local - offset != run->origin)) return 0;
+  /* As numbers: where offset 0 would be is not always memory of the program, and local may be NULL. */
+  if (BSP2_RARELY((size_t)local - offset != (size_t)run->origin)) return 0;
   if (BSP2_RARELY(!bsp2_fits(offset, bytes, run->end))) return 0;
   run->next = offset + bytes;
   return 1;
 }
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic pop
-#endif
 
 #ifdef __cplusplus
 }

@@ -147,7 +147,8 @@ class World {
   /// Begins the end of the superstep: communication runs while this rank goes on computing. Collective, as
   /// its close().
   [[nodiscard]] OpenSuperstep open();
-  /// Ends the world. Collective. @throws Error, agreed, if other ranks still synchronize.
+  /// Ends the world, after a superstep that is still open. Collective. @throws Error, agreed, if other ranks
+  /// still synchronize.
   void close();
 
   /// Tells all ranks that this one cannot go on; they get it from their next collective call. Does not
@@ -176,7 +177,8 @@ class World {
   void pop_reg(const void* address);
   void pop_slot(Slot slot);
   /// New zeroed memory, registered at once, which ranks of the same node write without a transfer; it begins
-  /// at a multiple of `memory_alignment`. Collective. It is freed at the sync after its pop.
+  /// at a multiple of `memory_alignment`. Collective. It is freed at the sync after its pop; what nobody popped,
+  /// when this object and all that belongs to the world are gone.
   std::pair<Slot, std::byte*> allocate(std::size_t bytes);
   std::size_t size_of(Slot slot, int pid) const;  ///< bytes that a rank registered
   /// The newest registration of an address that is in effect. @throws Error if there is none.
