@@ -63,7 +63,7 @@ class Failure : public testing::Test {
     const Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect " + collect + " --threads 2 -o " + out());
     EXPECT_EQ(ended.code, how == "user" || how == "busy" ? 2 : 1);
     EXPECT_EQ(ended.messages, std::vector<std::string>{"bsp2: " + cause + place});
-    EXPECT_LT(ended.seconds, 20);  // 10 on a quiet machine
+    EXPECT_LT(ended.seconds, 10);
     EXPECT_FALSE(fs::exists(out() + "/report.json"));
     if (fs::exists(out())) {
       for (const auto& entry : fs::directory_iterator(out())) EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry;
@@ -136,7 +136,7 @@ TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
         ASSERT_EQ(ended.messages.size(), 1U) << ended.text;
         EXPECT_TRUE(ended.messages[0].starts_with("bsp2: out of memory (")) << ended.messages[0];
         EXPECT_TRUE(ended.messages[0].ends_with(", rank " + std::to_string(rank) + ")")) << ended.messages[0];
-        EXPECT_LT(ended.seconds, 20);  // 10 on a quiet machine
+        EXPECT_LT(ended.seconds, 20);  // two ranks may fail one after the other, each with its patience
         fs::remove_all(out());
       }
     }
