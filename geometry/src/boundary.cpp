@@ -237,18 +237,27 @@ double TriangleSurface::volume() const {
 }
 
 bool TriangleSurface::is_closed() const {
-  std::vector<std::pair<std::uint64_t, bool>> edges;
-  edges.reserve(3 * triangles.size());
-  for (const auto& triangle : triangles)
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3];
-      if (from != to) edges.emplace_back(std::uint64_t{std::min(from, to)} << 32 | std::max(from, to), from < to);
+  // The sides by their lower end; one is written as its upper end and its direction.
+  std::vector<std::uint32_t> begin(points.size() + 1, 0);
+  const auto for_each_side = [&](const auto& see) {
+    for (const auto& triangle : triangles)
+      for (int k = 0; k < 3; ++k)
+        if (const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3]; from != to) see(std::min(from, to), std::max(from, to), from < to);
+  };
+  for_each_side([&](std::uint32_t low, std::uint32_t, bool) { ++begin[low + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  std::vector<std::pair<std::uint32_t, bool>> sides(begin.back());
+  for_each_side([&](std::uint32_t low, std::uint32_t high, bool upwards) { sides[next[low]++] = {high, upwards}; });
+  for (std::size_t low = 0; low < points.size(); ++low) {
+    const std::span at_low(sides.data() + begin[low], begin[low + 1] - begin[low]);
+    std::sort(at_low.begin(), at_low.end());
+    for (std::size_t i = 0; i < at_low.size();) {
+      const std::uint32_t high = at_low[i].first;
+      std::ptrdiff_t sum = 0;
+      for (; i < at_low.size() && at_low[i].first == high; ++i) sum += at_low[i].second ? 1 : -1;
+      if (sum != 0) return false;
     }
-  std::sort(edges.begin(), edges.end());
-  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
-    std::ptrdiff_t sum = 0;
-    for (; end < edges.size() && edges[end].first == edges[begin].first; ++end) sum += edges[end].second ? 1 : -1;
-    if (sum != 0) return false;
   }
   return true;
 }

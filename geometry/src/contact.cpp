@@ -191,12 +191,43 @@ struct FacetMatcher::Implementation {
     double extent = 0;
     for (int k = 0; k < 3; ++k) extent += facet.high[k] - facet.low[k];
     if (turn > extent * table.radius() * 0x1p-36) return false;  // a corner is off by 2^-42 of that at most
+    const double sine = turn_of_corner(facet);
+    return sine != 0 ? sine < 0 : exact_turn(facet) < 0;
+  }
+
+  /// The sine of the turn at the corner whose edges differ most in direction, from the normals alone: it knows nothing of how
+  /// close the corners are. Positive if the corners turn the right way round, 0 if rounding leaves that open.
+  double turn_of_corner(const Facet& facet) {
+    const auto corners = corners_of(facet);
+    const std::array<double, 3> n = outward_normal(oriented(plane, source(facet).positive));
+    double largest = 0, error = 0;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      // Along the edge on a, on the way that has the facet on its left, b rises.
+      const OrientedHyperplane on_a = corners[i].across, on_b = corners[i + 1 < corners.size() ? i + 1 : 0].across;
+      const std::array<double, 3> a = outward_normal(on_a), b = outward_normal(on_b);
+      const double sine = b[0] * (n[1] * a[2] - n[2] * a[1]) + b[1] * (n[2] * a[0] - n[0] * a[2]) + b[2] * (n[0] * a[1] - n[1] * a[0]);
+      if (std::fabs(sine) <= std::fabs(largest)) continue;
+      largest = sine;
+      error = table.rounded(on_a.id()).error + table.rounded(on_b.id()).error;
+    }
+    // A normal is off by its hyperplane's error at the rim of the model over the model's radius.
+    const double bound = 4 * (error + table.rounded(plane).error) / table.radius() + 0x1p-48;
+    return std::fabs(largest) > bound ? largest : 0;
+  }
+  std::array<double, 3> outward_normal(OrientedHyperplane outward) const {
+    auto normal = table.rounded(outward.id()).normal;
+    if (outward.flipped())
+      for (double& x : normal) x = -x;
+    return normal;
+  }
+
+  int exact_turn(const Facet& facet) {
     const auto corners = corners_of(facet);
     const std::size_t n = corners.size();
     const auto vertex = [&](std::size_t i) {
       return canonical_vertex(table, {plane, corners[(i + n - 1) % n].across.id(), corners[i].across.id()});
     };
-    return PlaneFrame(exact, oriented(plane, source(facet).positive)).orientation(vertex(0), vertex(1), vertex(2)) < 0;
+    return PlaneFrame(exact, oriented(plane, source(facet).positive)).orientation(vertex(0), vertex(1), vertex(2));
   }
 
   // --- facets that are equal ---

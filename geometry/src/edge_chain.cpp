@@ -130,56 +130,60 @@ bool EdgeSplitter::is_inside(const PointSet& points, const Segment& segment, std
          exact_.is_between(points, segment.from, point, segment.to);
 }
 
-namespace {
-
-/// Whether a segment meets a box.
-bool meets(const std::array<double, 3>& from, const std::array<double, 3>& to, const std::array<double, 3>& box_low,
-           const std::array<double, 3>& box_high, double margin) {
-  double low = 0, high = 1;  // shares of its length
-  for (int k = 0; k < 3; ++k) {
-    const double bottom = box_low[k] - margin, top = box_high[k] + margin, step = to[k] - from[k];
-    const double a = from[k] + low * step, b = from[k] + high * step;
-    if (std::max(a, b) < bottom || std::min(a, b) > top) return false;
-    if (step == 0) continue;
-    double enter = (bottom - from[k]) / step, leave = (top - from[k]) / step;
-    if (enter > leave) std::swap(enter, leave);
-    low = std::max(low, enter);
-    high = std::min(high, leave);
-    if (low > high) return false;
-  }
-  return true;
-}
-
-}  // namespace
-
-/// Follows the segments down a tree of boxes around ever fewer points.
-void EdgeSplitter::find(const PointSet& points, std::span<std::uint32_t> candidates, std::span<const std::uint32_t> segments, double margin) {
-  Box box{points.vertices[candidates[0]].x, points.vertices[candidates[0]].x};
-  for (const std::uint32_t point : candidates)
-    for (int k = 0; k < 3; ++k) {
-      box.low[k] = std::min(box.low[k], points.vertices[point].x[k]);
-      box.high[k] = std::max(box.high[k], points.vertices[point].x[k]);
-    }
-  std::vector<std::uint32_t> here;
-  for (const std::uint32_t number : segments) {
-    const Segment& segment = segments_[number];
-    if (meets(points.vertices[segment.from].x, points.vertices[segment.to].x, box.low, box.high, margin)) here.push_back(number);
-  }
-  if (here.empty()) return;
+/// Follows the segments down a k-d tree of the points: between two halves of the points, a piece that crosses the plane in
+/// the middle goes on as two pieces. The last pieces of `pieces_`, from `first` on, are those that may meet the candidates.
+void EdgeSplitter::find(const PointSet& points, std::span<Candidate> candidates, std::size_t first, double margin) {
+  const std::size_t end = pieces_.size();
+  if (first == end) return;
   if (candidates.size() <= few) {
-    for (const std::uint32_t number : here)
-      for (const std::uint32_t point : candidates)
-        if (is_inside(points, segments_[number], point)) inner_.emplace_back(number, point);
+    for (std::size_t i = first; i < end; ++i) {
+      const Segment& segment = segments_[pieces_[i].segment];
+      const auto &u = points.vertices[segment.from].x, &v = points.vertices[segment.to].x;
+      const auto is_beside = [&](const Candidate& candidate, int k) {
+        return candidate.x[k] < std::min(u[k], v[k]) - margin || candidate.x[k] > std::max(u[k], v[k]) + margin;
+      };
+      for (const Candidate& candidate : candidates)
+        if (!is_beside(candidate, 0) && !is_beside(candidate, 1) && !is_beside(candidate, 2) && is_inside(points, segment, candidate.point))
+          inner_.emplace_back(pieces_[i].segment, candidate.point);
+    }
     return;
   }
-  int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (box.high[k] - box.low[k] > box.high[axis] - box.low[axis]) axis = k;
+  const int axis = longest_axis(candidates);
   const std::size_t half = candidates.size() / 2;
   std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(half), candidates.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return points.vertices[a].x[axis] < points.vertices[b].x[axis]; });
-  find(points, candidates.first(half), here, margin);
-  find(points, candidates.subspan(half), here, margin);
+                   [axis](const Candidate& a, const Candidate& b) { return a.x[axis] < b.x[axis]; });
+  const double middle = candidates[half].x[axis];
+  for (const bool above : {false, true}) {
+    for (std::size_t i = first; i < end; ++i) keep_piece(points, pieces_[i], axis, above ? middle - margin : middle + margin, above);
+    find(points, above ? candidates.subspan(half) : candidates.first(half), end, margin);
+    pieces_.resize(end);
+  }
+}
+
+int EdgeSplitter::longest_axis(std::span<const Candidate> candidates) {
+  std::array<double, 3> low = candidates[0].x, high = low;
+  for (const Candidate& candidate : candidates)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], candidate.x[k]);
+      high[k] = std::max(high[k], candidate.x[k]);
+    }
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+  return axis;
+}
+
+/// Adds what of a piece is above or below a plane across an axis, if anything is. Shares are rounded by 2^-51 of a segment at
+/// most, for which the margin has room.
+void EdgeSplitter::keep_piece(const PointSet& points, Piece piece, int axis, double position, bool above) {
+  const Segment& segment = segments_[piece.segment];
+  const double from = points.vertices[segment.from].x[axis], step = points.vertices[segment.to].x[axis] - from;
+  const auto is_outside = [&](double share) { return above ? from + share * step < position : from + share * step > position; };
+  const bool low_is_outside = is_outside(piece.low), high_is_outside = is_outside(piece.high);
+  if (low_is_outside && high_is_outside) return;
+  if (low_is_outside) piece.low = std::clamp((position - from) / step, piece.low, piece.high);
+  if (high_is_outside) piece.high = std::clamp((position - from) / step, piece.low, piece.high);
+  pieces_.push_back(piece);
 }
 
 /// The points of each segment in order from its lower end.
@@ -198,19 +202,24 @@ void EdgeSplitter::sort_inner(const PointSet& points) {
 void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges) {
   if (edges.empty()) return;
   collect_segments(faces, edges);
-  std::vector<std::uint32_t> candidates;
+  std::vector<std::uint32_t> used;
   for (const Segment& segment : segments_) {
-    candidates.push_back(segment.from);
-    candidates.push_back(segment.to);
+    used.push_back(segment.from);
+    used.push_back(segment.to);
   }
-  std::sort(candidates.begin(), candidates.end());
-  candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
   double largest_error = 0;
-  for (const std::uint32_t point : candidates) largest_error = std::max(largest_error, points.vertices[point].error);
-  std::vector<std::uint32_t> all(segments_.size());
-  std::iota(all.begin(), all.end(), 0U);
+  std::vector<Candidate> candidates;
+  candidates.reserve(used.size());
+  for (const std::uint32_t point : used) {
+    candidates.push_back({points.vertices[point].x, point});
+    largest_error = std::max(largest_error, points.vertices[point].error);
+  }
+  pieces_.clear();
+  for (std::uint32_t i = 0; i < segments_.size(); ++i) pieces_.push_back({i, 0, 1});
   inner_.clear();
-  find(points, candidates, all, 8 * largest_error + 0x1p-48 * exact_.table().radius());
+  find(points, candidates, 0, 8 * largest_error + 0x1p-48 * exact_.table().radius());
   if (inner_.empty()) return;
   sort_inner(points);
 

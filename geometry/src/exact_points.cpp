@@ -108,7 +108,7 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
   }
   // By name where the keys agree: the order in which the points came shall not matter.
   std::sort(keys_.begin(), keys_.end(), [&](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first : sorted(points.vertices[a.second].hyperplanes) < sorted(points.vertices[b.second].hyperplanes);
+    return a.first != b.first ? a.first < b.first : points.vertices[a.second].hyperplanes < points.vertices[b.second].hyperplanes;
   });
   std::vector<std::uint32_t> map(points.size());
   const double slack = 0x1p-49 * table_.radius();
@@ -125,7 +125,7 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
       clusters_.push_back({i, none, key});
     }
     Cluster& cluster = clusters_[found];
-    if (sorted(vertex.hyperplanes) < sorted(points.vertices[cluster.point].hyperplanes)) cluster.point = i;
+    if (vertex.hyperplanes < points.vertices[cluster.point].hyperplanes) cluster.point = i;
     for (const HyperplaneId plane : points.planes_of(i))
       if (!is_known(cluster.known, plane)) {
         known_.push_back({plane, cluster.known});
@@ -134,6 +134,9 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
     map[i] = found;
   }
   PointSet result;
+  result.vertices.reserve(clusters_.size());
+  result.offset.reserve(clusters_.size() + 1);
+  result.planes.reserve(known_.size());
   for (const Cluster& cluster : clusters_) {
     const std::size_t begin = result.planes.size();
     for (std::uint32_t at = cluster.known; at != none; at = known_[at].next) result.planes.push_back(known_[at].plane);

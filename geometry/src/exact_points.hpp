@@ -10,7 +10,7 @@
 
 namespace bsp2::geometry {
 
-/// Points of E^3, each with the hyperplanes that are known to meet there (ascending; at least its own three).
+/// Points of E^3, each with the hyperplanes that are known to meet there (ascending; at least its own three). Vertices are canonical ones.
 ///
 /// Most questions whether a point is on a plane are answered by what is known; only the others ask the predicate.
 struct PointSet {

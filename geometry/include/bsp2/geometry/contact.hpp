@@ -63,7 +63,7 @@ struct FacetGrouping {
   static constexpr std::uint32_t left_out = ~0U;
 };
 
-/// Finds the facets of the IN cells of a mesh by group and hyperplane. Holds 20 bytes a facet; the table and the batches must
+/// Finds the facets of the IN cells of a mesh by group and hyperplane. Holds 32 bytes a facet and 4 a corner; the table and the batches must
 /// outlive it. Once made, any number of threads may read it. A cut that equals a primitive's hyperplane goes by the name of that one, in all that follows.
 class FacetIndex {
  public:
@@ -87,11 +87,13 @@ class FacetIndex {
     std::uint32_t group;
     HyperplaneId hyperplane;
     std::uint32_t batch, cell, facet;  // the facet counts through the batch
+    std::size_t first_across;
   };
   std::span<const std::shared_ptr<const CellBatch>> batches_;
   std::unique_ptr<AxisAliases<3>> aliases_;
   std::vector<std::uint64_t> first_cell_;  // of each batch
   std::vector<Entry> entries_;             // by group and hyperplane
+  std::vector<std::int32_t> across_;       // for each corner of a facet, the cell's facet beyond the edge that begins there, as the batch names it
   std::vector<std::size_t> begin_;
 };
 
