@@ -128,6 +128,7 @@ struct FacetMatcher::Implementation {
   std::vector<std::pair<std::uint32_t, HyperplaneId>> also_on;  // points, and hyperplanes beside their own
   std::vector<std::pair<std::uint64_t, std::uint32_t>> hashes;
   std::vector<int> signs;
+  std::array<std::vector<std::uint32_t>, 2> order, active;  // of the sweep: numbers in `facets`
   std::vector<ExactCorner> clipped, scratch;
 
   // The edges that are left.
@@ -310,8 +311,9 @@ struct FacetMatcher::Implementation {
     int axis = 0;
     for (int k = 1; k < 3; ++k)
       if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
-    std::array<std::vector<std::uint32_t>, 2> order, active;
     for (int side = 0; side < 2; ++side) {
+      order[side].clear();
+      active[side].clear();
       for (std::uint32_t i = 0; i < facets[side].size(); ++i) order[side].push_back(i);
       std::sort(order[side].begin(), order[side].end(),
                 [&](std::uint32_t a, std::uint32_t b) { return facets[side][a].low[axis] < facets[side][b].low[axis]; });

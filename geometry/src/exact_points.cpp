@@ -133,10 +133,8 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
       }
     map[i] = found;
   }
-  PointSet result;
-  result.vertices.reserve(clusters_.size());
-  result.offset.reserve(clusters_.size() + 1);
-  result.planes.reserve(known_.size());
+  PointSet& result = united_;
+  result.clear();
   for (const Cluster& cluster : clusters_) {
     const std::size_t begin = result.planes.size();
     for (std::uint32_t at = cluster.known; at != none; at = known_[at].next) result.planes.push_back(known_[at].plane);
@@ -144,7 +142,7 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
     result.vertices.push_back(points.vertices[cluster.point]);
     result.offset.push_back(static_cast<std::uint32_t>(result.planes.size()));
   }
-  points = std::move(result);
+  std::swap(points, result);
   return map;
 }
 

@@ -97,6 +97,7 @@ class ExactPoints {
   std::vector<std::pair<double, std::uint32_t>> keys_;
   std::vector<Cluster> clusters_;
   std::vector<Known> known_;
+  PointSet united_;  // keeps its memory from one call to the next
 
   bool equals(const PointSet& points, std::uint32_t point, const Cluster& cluster);
   bool is_known(std::uint32_t list, HyperplaneId plane) const;
