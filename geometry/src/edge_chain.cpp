@@ -130,37 +130,9 @@ bool EdgeSplitter::is_inside(const PointSet& points, const Segment& segment, std
          exact_.is_between(points, segment.from, point, segment.to);
 }
 
-/// Follows the segments down a k-d tree of the points: between two halves of the points, a piece that crosses the plane in
-/// the middle goes on as two pieces. The last pieces of `pieces_`, from `first` on, are those that may meet the candidates.
-void EdgeSplitter::find(const PointSet& points, std::span<Candidate> candidates, std::size_t first, double margin) {
-  const std::size_t end = pieces_.size();
-  if (first == end) return;
-  if (candidates.size() <= few) {
-    for (std::size_t i = first; i < end; ++i) {
-      const Segment& segment = segments_[pieces_[i].segment];
-      const auto &u = points.vertices[segment.from].x, &v = points.vertices[segment.to].x;
-      const auto is_beside = [&](const Candidate& candidate, int k) {
-        return candidate.x[k] < std::min(u[k], v[k]) - margin || candidate.x[k] > std::max(u[k], v[k]) + margin;
-      };
-      for (const Candidate& candidate : candidates)
-        if (!is_beside(candidate, 0) && !is_beside(candidate, 1) && !is_beside(candidate, 2) && is_inside(points, segment, candidate.point))
-          inner_.emplace_back(pieces_[i].segment, candidate.point);
-    }
-    return;
-  }
-  const int axis = longest_axis(candidates);
-  const std::size_t half = candidates.size() / 2;
-  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(half), candidates.end(),
-                   [axis](const Candidate& a, const Candidate& b) { return a.x[axis] < b.x[axis]; });
-  const double middle = candidates[half].x[axis];
-  for (const bool above : {false, true}) {
-    for (std::size_t i = first; i < end; ++i) keep_piece(points, pieces_[i], axis, above ? middle - margin : middle + margin, above);
-    find(points, above ? candidates.subspan(half) : candidates.first(half), end, margin);
-    pieces_.resize(end);
-  }
-}
-
-int EdgeSplitter::longest_axis(std::span<const Candidate> candidates) {
+/// Makes a k-d tree: the one in the middle parts those before it from those after it, along its axis.
+void EdgeSplitter::build(std::span<Candidate> candidates) {
+  if (candidates.size() <= few) return;
   std::array<double, 3> low = candidates[0].x, high = low;
   for (const Candidate& candidate : candidates)
     for (int k = 0; k < 3; ++k) {
@@ -170,20 +142,38 @@ int EdgeSplitter::longest_axis(std::span<const Candidate> candidates) {
   int axis = 0;
   for (int k = 1; k < 3; ++k)
     if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
-  return axis;
+  const std::size_t half = candidates.size() / 2;
+  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(half), candidates.end(),
+                   [axis](const Candidate& a, const Candidate& b) { return a.x[axis] < b.x[axis]; });
+  candidates[half].axis = axis;
+  build(candidates.first(half));
+  build(candidates.subspan(half + 1));
 }
 
-/// Adds what of a piece is above or below a plane across an axis, if anything is. Shares are rounded by 2^-51 of a segment at
-/// most, for which the margin has room.
-void EdgeSplitter::keep_piece(const PointSet& points, Piece piece, int axis, double position, bool above) {
-  const Segment& segment = segments_[piece.segment];
-  const double from = points.vertices[segment.from].x[axis], step = points.vertices[segment.to].x[axis] - from;
-  const auto is_outside = [&](double share) { return above ? from + share * step < position : from + share * step > position; };
-  const bool low_is_outside = is_outside(piece.low), high_is_outside = is_outside(piece.high);
-  if (low_is_outside && high_is_outside) return;
-  if (low_is_outside) piece.low = std::clamp((position - from) / step, piece.low, piece.high);
-  if (high_is_outside) piece.high = std::clamp((position - from) / step, piece.low, piece.high);
-  pieces_.push_back(piece);
+/// Follows a piece of a segment down the tree. Shares of its length are rounded by 2^-51 of it at most, for which the margin
+/// has room.
+void EdgeSplitter::find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates, double low, double high) {
+  const Segment& segment = segments_[number];
+  const auto &from = points.vertices[segment.from].x, &to = points.vertices[segment.to].x;
+  const auto test = [&](const Candidate& candidate) {
+    for (int k = 0; k < 3; ++k)
+      if (candidate.x[k] < std::min(from[k], to[k]) - margin_ || candidate.x[k] > std::max(from[k], to[k]) + margin_) return;
+    if (is_inside(points, segment, candidate.point)) inner_.emplace_back(number, candidate.point);
+  };
+  if (candidates.size() <= few) {
+    for (const Candidate& candidate : candidates) test(candidate);
+    return;
+  }
+  const std::size_t half = candidates.size() / 2;
+  const Candidate& middle = candidates[half];
+  test(middle);
+  const double start = from[middle.axis], step = to[middle.axis] - start;
+  const double at_low = start + low * step, at_high = start + high * step;
+  const auto share_at = [&](double position) { return std::clamp((position - start) / step, low, high); };
+  if (const double top = middle.x[middle.axis] + margin_; std::min(at_low, at_high) <= top)
+    find(points, number, candidates.first(half), at_low > top ? share_at(top) : low, at_high > top ? share_at(top) : high);
+  if (const double bottom = middle.x[middle.axis] - margin_; std::max(at_low, at_high) >= bottom)
+    find(points, number, candidates.subspan(half + 1), at_low < bottom ? share_at(bottom) : low, at_high < bottom ? share_at(bottom) : high);
 }
 
 /// The points of each segment in order from its lower end.
@@ -213,13 +203,13 @@ void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> fac
   std::vector<Candidate> candidates;
   candidates.reserve(used.size());
   for (const std::uint32_t point : used) {
-    candidates.push_back({points.vertices[point].x, point});
+    candidates.push_back({points.vertices[point].x, point, 0});
     largest_error = std::max(largest_error, points.vertices[point].error);
   }
-  pieces_.clear();
-  for (std::uint32_t i = 0; i < segments_.size(); ++i) pieces_.push_back({i, 0, 1});
+  margin_ = 8 * largest_error + 0x1p-48 * exact_.table().radius();
+  build(candidates);
   inner_.clear();
-  find(points, candidates, 0, 8 * largest_error + 0x1p-48 * exact_.table().radius());
+  for (std::uint32_t i = 0; i < segments_.size(); ++i) find(points, i, candidates, 0, 1);
   if (inner_.empty()) return;
   sort_inner(points);
 

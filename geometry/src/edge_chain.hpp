@@ -55,26 +55,21 @@ class EdgeSplitter {
     std::uint32_t from, to;  // from < to
     HyperplaneId plane, across;
   };
-  /// A point that may lie in a segment.
+  /// A point that may lie in a segment, in a k-d tree.
   struct Candidate {
     std::array<double, 3> x;
     std::uint32_t point;
-  };
-  /// A piece of a segment, between two shares of its length.
-  struct Piece {
-    std::uint32_t segment;
-    double low, high;
+    int axis;  ///< along which it parts the points before it from those after it
   };
 
   ExactPoints& exact_;
   std::vector<Segment> segments_;
-  std::vector<Piece> pieces_;  // a stack
+  double margin_ = 0;  // that covers all errors of points
   std::vector<std::pair<std::uint32_t, std::uint32_t>> inner_;  // segment, point inside it
 
   void collect_segments(std::span<const Skin::Face> faces, const EdgeChain& edges);
-  void find(const PointSet& points, std::span<Candidate> candidates, std::size_t first, double margin);
-  static int longest_axis(std::span<const Candidate> candidates);
-  void keep_piece(const PointSet& points, Piece piece, int axis, double position, bool above);
+  void build(std::span<Candidate> candidates);
+  void find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates, double low, double high);
   bool is_inside(const PointSet& points, const Segment& segment, std::uint32_t point);
   void sort_inner(const PointSet& points);
 };
