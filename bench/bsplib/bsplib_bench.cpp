@@ -139,10 +139,10 @@ struct Combinations {
   std::vector<std::byte> local = std::vector<std::byte>(16 * mebi, std::byte{1}), memory = local;
   Array<std::byte> array{world, 16 * mebi};
 
-  /// call(at, bytes) is inlined into the loop, as in a program.
-  template <class Call>
-  Step step(std::size_t total, std::size_t bytes, Call call) {
-    return [this, total, bytes, call] {
+  /// call(at, bytes) is inlined into the loop, as in a program; after() follows the sync.
+  template <class Call, class After>
+  Step step(std::size_t total, std::size_t bytes, Call call, After after) {
+    return [this, total, bytes, call, after] {
       const auto access = call;  // in local variables, as a program would have them
       const std::size_t end = total, step = bytes;
       if (step == 8) {
@@ -152,18 +152,24 @@ struct Combinations {
       }
       bsp_sync();
       world.sync();
+      after();
     };
   }
 
   template <class Call>
   void line(const char* name, std::size_t total, Call call) {
+    line(name, total, call, [] {});
+  }
+
+  template <class Call, class After>
+  void line(const char* name, std::size_t total, Call call, After after) {
     const auto put = [this](std::size_t at, std::size_t bytes) {
       bsp_put(bench.next, local.data() + at, memory.data(), static_cast<int>(at), static_cast<int>(bytes));
     };
-    std::vector<Step> steps{step(total, total, put)};
+    std::vector<Step> steps{step(total, total, put, [] {})};
     for (const std::size_t cut : cuts)
-      if (cut < total) steps.push_back(step(total, cut, call));
-    steps.push_back(step(total, total, call));
+      if (cut < total) steps.push_back(step(total, cut, call, after));
+    steps.push_back(step(total, total, call, after));
     const auto t = bench.typical(steps, total < mebi ? 10 : 1, total > mebi ? 20 : 1);
     if (bench.me != 0) return;
     std::printf("%8zu B, %-24s %10.2f ", total, name, 1e6 * t[0]);
@@ -213,8 +219,16 @@ struct Combinations {
       line("Array::hpget", total, [=, this](std::size_t at, std::size_t bytes) {
         array.hpget(to, at, std::span<std::byte>(mine + at, bytes));
       });
-      line("bsp_send", total,
-           [=](std::size_t at, std::size_t bytes) { bsp_send(to, nullptr, mine + at, as_int(bytes)); });
+      const auto send = [=](std::size_t at, std::size_t bytes) { bsp_send(to, nullptr, mine + at, as_int(bytes)); };
+      line("bsp_send", total, send);
+      line("bsp_send, bsp_move of all", total, send, [=] {
+        int size = 0;
+        std::byte* at = mine;
+        for (bsp_get_tag(&size, nullptr); size >= 0; bsp_get_tag(&size, nullptr)) {
+          bsp_move(at, size);
+          at += size;
+        }
+      });
     }
     bsp_pop_reg(memory.data());
     bsp_sync();

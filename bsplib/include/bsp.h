@@ -118,10 +118,12 @@ extern struct bsp2_put_run bsp2_classic_puts[BSP2_RUNS];
 extern struct bsp2_reference_run bsp2_classic_hpputs[BSP2_RUNS];
 extern struct bsp2_reference_run bsp2_classic_gets[BSP2_RUNS];
 extern struct bsp2_reference_run bsp2_classic_hpgets[BSP2_RUNS];
+extern struct bsp2_message_run bsp2_classic_sends[BSP2_RUNS];
+extern struct bsp2_messages bsp2_classic_messages;
 #endif
 
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(BSP2_NO_INLINE)
-/* A call that continues a run (run.h) is compiled into the program. Any other, and the address of a function, is that of
+/* A call that continues a run (run.h), or takes a message from one, is compiled into the program. Any other, and the address of a function, is that of
  * the library: the functions below only stand in for it. */
 #define BSP2_TEXT_OF(name) #name
 #define BSP2_TEXT(name) BSP2_TEXT_OF(name)
@@ -132,19 +134,32 @@ void bsp2_library_put(bsp_pid_t, const void*, const void*, bsp_size_t, bsp_size_
 void bsp2_library_hpput(bsp_pid_t, const void*, const void*, bsp_size_t, bsp_size_t) BSP2_LIBRARY(bsp_hpput);
 void bsp2_library_get(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) BSP2_LIBRARY(bsp_get);
 void bsp2_library_hpget(bsp_pid_t, const void*, bsp_size_t, void*, bsp_size_t) BSP2_LIBRARY(bsp_hpget);
+void bsp2_library_send(bsp_pid_t, const void*, const void*, bsp_size_t) BSP2_LIBRARY(bsp_send);
+void bsp2_library_get_tag(bsp_size_t*, void*) BSP2_LIBRARY(bsp_get_tag);
+void bsp2_library_move(void*, bsp_size_t) BSP2_LIBRARY(bsp_move);
+bsp_size_t bsp2_library_hpmove(void**, void**) BSP2_LIBRARY(bsp_hpmove);
 
 BSP2_STAND_IN void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
-                  !bsp2_continue_put(&bsp2_classic_puts[pid], (size_t)bsp2_classic_puts[pid].name, (size_t)dst,
-                                     (size_t)offset, src, (size_t)nbytes)))
+  struct bsp2_put_run* run = &bsp2_classic_puts[pid];
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS)) {
     bsp2_library_put(pid, src, dst, offset, nbytes);
+  } else if (BSP2_RARELY(!bsp2_continue_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))) {
+    if (!bsp2_scatter_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))
+      bsp2_library_put(pid, src, dst, offset, nbytes);
+  }
 }
 
+/* One that continues nothing is a put: the order among unbuffered ones is free. */
 BSP2_STAND_IN void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
-                  !bsp2_continue_reference(&bsp2_classic_hpputs[pid], (size_t)bsp2_classic_hpputs[pid].name,
-                                           (size_t)dst, (size_t)offset, src, (size_t)nbytes)))
+  struct bsp2_reference_run* run = &bsp2_classic_hpputs[pid];
+  struct bsp2_put_run* puts = &bsp2_classic_puts[pid];
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS)) {
     bsp2_library_hpput(pid, src, dst, offset, nbytes);
+  } else if (BSP2_RARELY(!bsp2_continue_reference(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))) {
+    if (run->first != run->next ||
+        !bsp2_scatter_put(puts, (size_t)puts->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))
+      bsp2_library_hpput(pid, src, dst, offset, nbytes);
+  }
 }
 
 BSP2_STAND_IN void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
@@ -159,6 +174,51 @@ BSP2_STAND_IN void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, 
                   !bsp2_continue_reference(&bsp2_classic_hpgets[pid], (size_t)bsp2_classic_hpgets[pid].name,
                                            (size_t)src, (size_t)offset, dst, (size_t)nbytes)))
     bsp2_library_hpget(pid, src, offset, dst, nbytes);
+}
+
+BSP2_STAND_IN void bsp_send(bsp_pid_t pid, const void* tag, const void* payload, bsp_size_t nbytes) {
+  if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS ||
+                  !bsp2_continue_messages(&bsp2_classic_sends[pid], tag, payload, (size_t)nbytes)))
+    bsp2_library_send(pid, tag, payload, nbytes);
+}
+
+/* The last message of each size is left to the library, which then looks for those of the next. */
+BSP2_STAND_IN void bsp_get_tag(bsp_size_t* status, void* tag) {
+  const struct bsp2_messages* queue = &bsp2_classic_messages;
+  if (BSP2_RARELY(queue->left < 2 || !status || (!tag && queue->tag > 0))) {
+    bsp2_library_get_tag(status, tag);
+  } else {
+    const char* place = queue->place;
+    const size_t tag_bytes = queue->tag;
+    *status = (bsp_size_t)queue->payload;
+    if (tag_bytes > 0) bsp2_copy_part((char*)tag, place, tag_bytes);
+  }
+}
+
+BSP2_STAND_IN void bsp_move(void* payload, bsp_size_t nbytes) {
+  struct bsp2_messages* queue = &bsp2_classic_messages;
+  if (BSP2_RARELY(queue->left < 2 || (size_t)nbytes != queue->payload || !payload)) {
+    bsp2_library_move(payload, nbytes);
+  } else {
+    const char* place = queue->place + bsp2_padded(queue->tag);
+    queue->place = place + bsp2_padded((size_t)nbytes);
+    --queue->left;
+    bsp2_copy_part((char*)payload, place, (size_t)nbytes);
+  }
+}
+
+BSP2_STAND_IN bsp_size_t bsp_hpmove(void** tag, void** payload) {
+  struct bsp2_messages* queue = &bsp2_classic_messages;
+  if (BSP2_RARELY(queue->left < 2 || !tag || !payload)) return bsp2_library_hpmove(tag, payload);
+  {
+    char* place = (char*)queue->place;
+    const size_t tag_room = bsp2_padded(queue->tag), bytes = queue->payload;
+    queue->place = place + tag_room + bsp2_padded(bytes);
+    --queue->left;
+    *tag = place;
+    *payload = place + tag_room;
+    return (bsp_size_t)bytes;
+  }
 }
 #endif
 

@@ -287,13 +287,18 @@ void Engine::close_queue(std::uint32_t queue) {
 
 void Engine::send(std::uint32_t queue, int pid, std::span<const std::byte> tag,
                   std::span<const std::byte> payload) {
+  const bool known = has_queue(queue);
+  if (known && exists(pid) && out(pid).message_again(queue, tag.data(), tag.size(), payload.data(), payload.size()))
+    return;
   Outbox& box = outbox(pid, "send");
-  if (!has_queue(queue)) reject(Errc::bad_argument, "send", "There is no such queue");
+  if (!known) reject(Errc::bad_argument, "send", "There is no such queue");
   box.message(queue, tag.data(), tag.size(), payload.data(), payload.size());
 }
 
-std::vector<Message>& Engine::messages(std::uint32_t queue) {
+std::span<const Message> Engine::messages(std::uint32_t queue) {
   if (!has_queue(queue)) reject(Errc::bad_argument, "messages", "There is no such queue");
+  if (queue == 0 && queues_[0].empty())
+    for (const MessageRun& run : first_queue_) run.append_to(queues_[0]);
   return queues_[queue];
 }
 

@@ -116,6 +116,7 @@ struct Api {
       world.hpput(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
     });
     name(&bsp2_runs::hpput, to, slot, dst);
+    name(&bsp2_runs::put, to, slot, dst);  // it was a put, if it is small
   }
 
   /// As put_again.
@@ -171,24 +172,25 @@ struct Api {
   }
 
   static void qsize(Nprocs* count, Size* bytes) {
-    auto& world = engine("bsp_qsize");
+    engine("bsp_qsize");
     constexpr bool bytes_wanted = std::is_signed_v<Size>;  // MulticoreBSP leaves it to the program
     if (!count || (bytes_wanted && !bytes))
       die("bsp_qsize", bytes_wanted ? "both arguments may not be NULL, nor may one"
                                     : "The first argument may not be NULL");
-    *count =
-        narrow<Nprocs>(world.messages(0).size() - state.next_message, "bsp_qsize", "The number of messages");
-    if (bytes) *bytes = narrow<Size>(state.bytes_left, "bsp_qsize", "The size of all messages");
+    const bsp2_messages& front = bsp2_classic_messages;
+    *count = narrow<Nprocs>(state.messages_behind + front.left, "bsp_qsize", "The number of messages");
+    if (bytes)
+      *bytes = narrow<Size>(state.bytes_behind + front.left * front.payload, "bsp_qsize", "The size of all messages");
   }
 
-  static const Message* front(detail::Engine& world) {
-    const auto& queue = world.messages(0);
-    return state.next_message < queue.size() ? &queue[state.next_message] : nullptr;
+  static const char* front_payload() {
+    return bsp2_classic_messages.place + bsp2_padded(bsp2_classic_messages.tag);
   }
 
-  static void drop_front(const Message& message) {
-    state.bytes_left -= message.payload.size();
-    ++state.next_message;
+  static void drop_front() {
+    bsp2_messages& front = bsp2_classic_messages;
+    front.place = front_payload() + bsp2_padded(front.payload);
+    if (--front.left == 0) next_messages();
   }
 
   static void get_tag(Size* status, void* tag) {
@@ -198,32 +200,31 @@ struct Api {
     if (!tag && bytes > 0)
       die("bsp_get_tag", "tag must point to a block of available memory of at least " +
                              std::to_string(bytes) + " bytes long");
-    const Message* message = front(world);
-    *status = message ? narrow<Size>(message->payload.size(), "bsp_get_tag", "The size of the message")
-                      : static_cast<Size>(-1);
-    if (message && bytes > 0) std::memcpy(tag, message->tag.data(), bytes);
+    const bsp2_messages& front = bsp2_classic_messages;
+    *status = front.left > 0 ? narrow<Size>(front.payload, "bsp_get_tag", "The size of the message")
+                             : static_cast<Size>(-1);
+    if (front.left > 0 && bytes > 0) std::memcpy(tag, front.place, bytes);
   }
 
   static void move(void* payload, Size bytes) {
-    auto& world = engine("bsp_move");
+    engine("bsp_move");
     if (negative(bytes)) die("bsp_move", "size argument may not be negative");
     if (!payload && bytes != 0) die("bsp_move", "payload may not be NULL if reception_nbytes is non-zero");
-    const Message* message = front(world);
-    if (!message) die("bsp_move", "Message queue was empty");
-    const std::size_t size = std::min(static_cast<std::size_t>(bytes), message->payload.size());
-    if (size > 0) std::memcpy(payload, message->payload.data(), size);
-    drop_front(*message);
+    if (bsp2_classic_messages.left == 0) die("bsp_move", "Message queue was empty");
+    const std::size_t size = std::min(static_cast<std::size_t>(bytes), bsp2_classic_messages.payload);
+    if (size > 0) std::memcpy(payload, front_payload(), size);
+    drop_front();
   }
 
   static Size hpmove(void** tag, void** payload) {
-    auto& world = engine("bsp_hpmove");
+    engine("bsp_hpmove");
     if (!tag || !payload) die("bsp_hpmove", "pointer arugments may not be NULL");
-    const Message* message = front(world);
-    if (!message) return static_cast<Size>(-1);
-    *tag = const_cast<std::byte*>(message->tag.data());
-    *payload = const_cast<std::byte*>(message->payload.data());
-    drop_front(*message);
-    return narrow<Size>(message->payload.size(), "bsp_hpmove", "The size of the message");
+    if (bsp2_classic_messages.left == 0) return static_cast<Size>(-1);
+    const auto size = narrow<Size>(bsp2_classic_messages.payload, "bsp_hpmove", "The size of the message");
+    *tag = const_cast<char*>(bsp2_classic_messages.place);
+    *payload = const_cast<char*>(front_payload());
+    drop_front();
+    return size;
   }
 };
 

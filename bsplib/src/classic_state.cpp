@@ -16,6 +16,8 @@ State state;
 extern "C" {
 bsp2_put_run bsp2_classic_puts[BSP2_RUNS];
 bsp2_reference_run bsp2_classic_hpputs[BSP2_RUNS], bsp2_classic_gets[BSP2_RUNS], bsp2_classic_hpgets[BSP2_RUNS];
+bsp2_message_run bsp2_classic_sends[BSP2_RUNS];
+bsp2_messages bsp2_classic_messages;
 }
 
 namespace bsp2::bsplib::classic {
@@ -162,7 +164,8 @@ void begin(long long maxprocs) {
     std::exit(EXIT_SUCCESS);
   }
   try {
-    const bsp2_runs room{bsp2_classic_puts, bsp2_classic_hpputs, bsp2_classic_gets, bsp2_classic_hpgets};
+    const bsp2_runs room{bsp2_classic_puts, bsp2_classic_hpputs, bsp2_classic_gets, bsp2_classic_hpgets,
+                         bsp2_classic_sends};
     state.engine = std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), room, BSP2_RUNS);
   } catch (const Error& error) {
     die("bsp_begin", error.where() + ": " + error.detail());
@@ -179,6 +182,7 @@ void end() {
     die(error);
   }
   state.with_runs = 0;
+  bsp2_classic_messages = {};
   state.engine.reset();
   state.ended = true;
 }
@@ -190,9 +194,24 @@ void sync() {
   } catch (const Error& error) {
     die(error);
   }
-  state.next_message = 0;
-  state.bytes_left = 0;
-  for (const Message& message : world.messages(0)) state.bytes_left += message.payload.size();
+  state.next_run = state.messages_behind = state.bytes_behind = 0;
+  for (const MessageRun& run : world.first_queue()) {
+    state.messages_behind += run.count;
+    state.bytes_behind += run.count * run.payload;
+  }
+  next_messages();
+}
+
+void next_messages() {
+  const auto& runs = state.engine->first_queue();
+  if (state.next_run == runs.size()) {
+    bsp2_classic_messages = {};
+    return;
+  }
+  const MessageRun& run = runs[state.next_run++];
+  bsp2_classic_messages = {reinterpret_cast<const char*>(run.place), run.count, run.payload, run.tag};
+  state.messages_behind -= run.count;
+  state.bytes_behind -= run.count * run.payload;
 }
 
 int nprocs() {

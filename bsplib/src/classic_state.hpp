@@ -30,9 +30,9 @@ struct State {
   std::array<Known, 16> known;
   std::uint64_t version = 0;
 
-  // The queue of messages.
-  std::size_t next_message = 0;
-  std::size_t bytes_left = 0;
+  // The queue of messages, behind those of one size at its front: these are in bsp2_classic_messages.
+  std::size_t next_run = 0;
+  std::size_t messages_behind = 0, bytes_behind = 0;
 };
 
 extern State state;
@@ -42,6 +42,8 @@ void begin(long long maxprocs);
 void end();
 void sync();
 int nprocs();
+/// Goes on to the messages of the next size.
+void next_messages();
 
 /// Ends all processes with an error of the layer; one process prints it.
 [[noreturn]] void die(const Error& error);

@@ -18,7 +18,8 @@ enum class Defect {
   early_tagsize,       ///< a new tag size takes effect at once
   early_registration,  ///< a registration takes effect at once
   puts_in_reverse,     ///< of overlapping puts the lowest rank wins
-  merge_wrongly        ///< neighbouring puts merge although a gap of a byte is between them
+  merge_wrongly,       ///< neighbouring puts merge although a gap of a byte is between them
+  lose_message         ///< the last of several messages in one record is lost
 };
 
 inline constexpr Defect defect = static_cast<Defect>(BSP2_BSPLIB_DEFECT);

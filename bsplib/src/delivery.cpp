@@ -66,7 +66,7 @@ void Engine::start_sync(const Call& call) {
 void Engine::open_sync() {
   check_usable("open");
   start_sync({});
-  for (auto& queue : queues_) queue.clear();  // what they refer to is overwritten from now on
+  clear_queues();  // what they refer to is overwritten from now on
 }
 
 void Engine::sync(const Call& call) {
@@ -248,10 +248,14 @@ void Engine::apply_puts() {
 
 /// Queue 0 is in descending order of ranks, which classic programs have come to expect; the others ascend.
 void Engine::deliver_messages() {
+  clear_queues();
+  for (int rank = nprocs_ - 1; rank >= 0; --rank) in(rank).deliver_to_first(rank, first_queue_);
+  for (int rank = 0; queues_.size() > 1 && rank < nprocs_; ++rank) in(rank).deliver_to_others(rank, queues_);
+}
+
+void Engine::clear_queues() {
+  first_queue_.clear();
   for (auto& queue : queues_) queue.clear();
-  for (int rank = nprocs_ - 1; rank >= 0; --rank) in(rank).deliver_messages(rank, true, queues_);
-  for (int rank = 0; queues_.size() > 1 && rank < nprocs_; ++rank)
-    in(rank).deliver_messages(rank, false, queues_);
 }
 
 void Engine::commit_registrations() {

@@ -32,14 +32,16 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::
   if (room_ranks < n) {
     own_puts_.resize(n);
     own_references_.resize(3 * n);
+    own_messages_.resize(n);
     bsp2_reference_run* references = own_references_.data();
-    runs_ = {own_puts_.data(), references, references + n, references + 2 * n};
+    runs_ = {own_puts_.data(), references, references + n, references + 2 * n, own_messages_.data()};
   }
   for (int rank = 0; rank < nprocs_; ++rank) {
     const RunsOf runs = runs_of(rank);
     runs.put = no_put_run;
     runs.hpput = runs.get = runs.hpget = no_reference_run;
-    out_.emplace_back(&staging_, &runs.put);
+    runs.send = no_message_run;
+    out_.emplace_back(&staging_, &runs.put, &runs.send);
   }
   in_.resize(n);
   slots_out_.resize(n * wire::slot_bytes);
@@ -244,7 +246,7 @@ void Engine::close() {
     for (int rank = 0; rank < nprocs_; ++rank) h = std::max(h, header(rank).previous_h);
     settle(costs.recent.back(), h);
   }
-  for (auto& queue : queues_) queue.clear();  // their messages are in the staging memory
+  clear_queues();  // their messages are in the staging memory
   staging_.release();
   if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
 }

@@ -110,7 +110,9 @@ class Engine {
   std::uint32_t new_queue();
   void close_queue(std::uint32_t queue);
   void send(std::uint32_t queue, int pid, std::span<const std::byte> tag, std::span<const std::byte> payload);
-  std::vector<Message>& messages(std::uint32_t queue);
+  std::span<const Message> messages(std::uint32_t queue);
+  /// What arrived for queue 0, messages of one size together.
+  const std::vector<MessageRun>& first_queue() const { return first_queue_; }
 
   CostReport costs;
   std::optional<Machine> machine;
@@ -199,6 +201,7 @@ class Engine {
   void write_gets();
   void apply_puts();
   void deliver_messages();
+  void clear_queues();
   void commit_registrations();
   void commit_queues();
   void account();
@@ -211,8 +214,11 @@ class Engine {
   struct RunsOf {
     bsp2_put_run& put;
     bsp2_reference_run &hpput, &get, &hpget;
+    bsp2_message_run& send;
   };
-  RunsOf runs_of(int rank) { return {runs_.put[rank], runs_.hpput[rank], runs_.get[rank], runs_.hpget[rank]}; }
+  RunsOf runs_of(int rank) {
+    return {runs_.put[rank], runs_.hpput[rank], runs_.get[rank], runs_.hpget[rank], runs_.send[rank]};
+  }
   Outbox& out(int rank) { return out_[static_cast<std::size_t>(rank)]; }
   Buffer& reply_out(int rank) { return replies_out_[static_cast<std::size_t>(rank)]; }
   Buffer& reply_in(int rank) { return replies_in_[static_cast<std::size_t>(rank)]; }
@@ -230,6 +236,7 @@ class Engine {
   Registry registry_;
   std::vector<bsp2_put_run> own_puts_;
   std::vector<bsp2_reference_run> own_references_;
+  std::vector<bsp2_message_run> own_messages_;
   bsp2_runs runs_;
   std::vector<Outbox> out_;
   std::vector<Inflow> in_;
@@ -237,7 +244,8 @@ class Engine {
   std::vector<MPI_Request> requests_, send_requests_;
   std::vector<Buffer> replies_out_, replies_in_;
   std::vector<std::pair<std::byte*, std::size_t>> wanted_;
-  std::vector<std::vector<Message>> queues_;
+  std::vector<MessageRun> first_queue_;
+  std::vector<std::vector<Message>> queues_;  ///< queue 0 is empty until somebody asks for its single messages
   std::vector<bool> queue_in_use_;  ///< by number
   std::vector<std::uint32_t> free_queues_, closed_queues_;  ///< to be given out again; at the next sync
   std::vector<Registry::Id> slots_later_;  ///< what was destroyed in an open superstep is given back in the next

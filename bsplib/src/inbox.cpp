@@ -36,13 +36,18 @@ std::size_t extent(const Record& record) {
   }
 }
 
-/// A put, a get or a message, from a short or a long record; or another record.
+/// A put, a get or messages, from a short or a long record; or another record.
 struct Item {
   Op op;
   Registry::Id target;
-  std::size_t offset, size;
-  const std::byte* place;  ///< of the record
-  const std::byte* data;   ///< of a put or message
+  std::size_t offset, size;  ///< of messages: that of a payload, and that of a tag
+  const std::byte* place;    ///< of the record
+  const std::byte* data;     ///< of a put or messages
+  std::size_t count = 1;     ///< of messages
+  MessageRun messages(int source) const {
+    const std::size_t lost = defect == Defect::lose_message && count > 1 ? 1 : 0;
+    return {source, count - lost, data, size, offset};
+  }
 };
 
 /// visit(item): records in their order.
@@ -57,9 +62,9 @@ inline void for_each_record(const std::byte* stream, std::size_t size, Visit&& v
     } else if (brief.op() == Op::short_get) {
       visit(Item{Op::get, brief.target(), brief.offset, brief.size(), at, nullptr});
       at += sizeof brief;
-    } else if (brief.op() == Op::short_message) {
-      visit(Item{Op::message, brief.target(), brief.offset, brief.size(), at, at + sizeof brief});
-      at += sizeof brief + wire::padded(brief.size()) + wire::padded(brief.offset);
+    } else if (brief.op() == Op::short_messages) {
+      visit(Item{Op::message, brief.target(), brief.payload(), brief.size(), at, at + sizeof brief, brief.count()});
+      at += sizeof brief + brief.count() * (wire::padded(brief.size()) + wire::padded(brief.payload()));
     } else {
       const auto record = load<Record>(at);
       const std::size_t bytes = record.op() == Op::get ? load<wire::Get>(at).size : record.size();
@@ -115,16 +120,28 @@ void Inflow::find_landings(const Registry& registry) {
   });
 }
 
-void Inflow::deliver_messages(int source, bool to_first, std::vector<std::vector<Message>>& queues) const {
+void MessageRun::append_to(std::vector<Message>& messages) const {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::byte* at = place + i * stride();
+    messages.push_back({source, {at, tag}, {at + wire::padded(tag), payload}});
+  }
+}
+
+void Inflow::deliver_to_first(int source, std::vector<MessageRun>& queue) const {
   if (!(contents & wire::has_messages)) return;
-  const std::size_t before = queues[0].size();
+  const std::size_t before = queue.size();
   for_each_record(stream, size, [&](const Item& item) {
-    if (item.op != Op::message || (item.target == 0) != to_first) return;
-    const auto* payload = item.data + wire::padded(item.size);
-    queues[item.target].push_back({source, {item.data, item.size}, {payload, item.offset}});
+    if (item.op == Op::message && item.target == 0) queue.push_back(item.messages(source));
   });
   if constexpr (defect == Defect::swap_messages)
-    if (to_first && queues[0].size() > before + 1) std::swap(queues[0][before], queues[0][before + 1]);
+    if (queue.size() > before + 1) std::swap(queue[before], queue[before + 1]);
+}
+
+void Inflow::deliver_to_others(int source, std::vector<std::vector<Message>>& queues) const {
+  if (!(contents & wire::has_messages)) return;
+  for_each_record(stream, size, [&](const Item& item) {
+    if (item.op == Op::message && item.target != 0) item.messages(source).append_to(queues[item.target]);
+  });
 }
 
 void Inflow::answer_gets(const Registry& registry, std::byte* reply) {

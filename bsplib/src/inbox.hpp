@@ -22,6 +22,17 @@ class Buffer {
   std::size_t capacity_ = 0;
 };
 
+/// Messages of one size that a rank sent one after the other. They are where it staged them, or where they were received.
+struct MessageRun {
+  int source = 0;
+  std::size_t count = 0;
+  const std::byte* place = nullptr;  ///< of the first: tag and payload, both padded to 8 bytes
+  std::size_t tag = 0, payload = 0;  ///< bytes
+
+  std::size_t stride() const { return wire::padded(tag) + wire::padded(payload); }
+  void append_to(std::vector<Message>& messages) const;
+};
+
 /// What one rank sent us in a superstep, while it is being delivered.
 struct Inflow {
   const std::byte* stream = nullptr;
@@ -50,8 +61,9 @@ struct Inflow {
   void answer_gets(const Registry& registry, std::byte* reply);
   /// Writes the puts of the stream, in its order.
   void apply_puts(const Registry& registry);
-  /// Appends the messages of the stream to their queues: those for queue 0, or those for the others.
-  void deliver_messages(int source, bool to_first, std::vector<std::vector<Message>>& queues) const;
+  /// Appends the messages of the stream to their queues: those for queue 0, and those for the others.
+  void deliver_to_first(int source, std::vector<MessageRun>& queue) const;
+  void deliver_to_others(int source, std::vector<std::vector<Message>>& queues) const;
   void clear();
 
  private:

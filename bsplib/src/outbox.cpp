@@ -20,7 +20,7 @@ void Outbox::grow(std::size_t needed) {
 /// The run goes on in a larger stream, if it only ended for want of room there.
 bool Outbox::prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes) {
   if (slot != run_->slot) return false;
-  if (run_->end != 0) end_run();
+  settle();
   if (offset != last_ || bytes > limit_ - offset || last_ - first_ + bytes > longest_run) return false;
   make_room(wire::padded(bytes) + 8);
   open_run();
@@ -43,8 +43,13 @@ void Outbox::put(Registry::Id slot, std::size_t offset, const void* source, std:
 }
 
 void Outbox::close_run() {
+  if (messages_in_run_ > 0) {
+    end_messages();
+    *messages_ = no_message_run;
+    messages_in_run_ = 0;
+  }
   if (run_->slot == Registry::no_id) return;
-  if (run_->end != 0) end_run();
+  settle();
   *run_ = no_put_run;
   limit_ = 0;
 }

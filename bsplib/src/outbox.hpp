@@ -16,15 +16,16 @@
 namespace bsp2::bsplib {
 
 /// No run is open.
-inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id};
+inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id, 0, 0, 0, 0};
 inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id, 0};
+inline constexpr bsp2_message_run no_message_run{nullptr, nullptr, 0, 0};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
 ///
 /// The newest put stays open as a run (run.h): puts that continue where it ends only append their bytes. So a
-/// loop of small puts over neighbouring elements costs little more than one large put. Any other record
-/// closes the run.
+/// loop of small puts over neighbouring elements costs little more than one large put. Messages of one size are
+/// a run, too: one record. Any other record closes the run.
 class Outbox {
  public:
   struct Piece {
@@ -41,7 +42,8 @@ class Outbox {
     std::size_t size;
   };
 
-  Outbox(Staging* staging, bsp2_put_run* run) : staging_(staging), run_(run) {}
+  Outbox(Staging* staging, bsp2_put_run* run, bsp2_message_run* messages)
+      : staging_(staging), run_(run), messages_(messages) {}
 
   /// A small put that needs no checks but these: it goes to the same registration as the newest one.
   bool put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes);
@@ -61,6 +63,12 @@ class Outbox {
   void read(const std::byte* source, std::byte* target, std::size_t bytes);
   void message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* payload,
                std::size_t bytes);
+  /// One more of the queue and the sizes of the newest message.
+  bool message_again(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* bytes_at,
+                     std::size_t bytes) {
+    return queue == queue_ && tag_bytes == messages_->tag &&
+           bsp2_continue_messages(messages_, tag, bytes_at, bytes) != 0;
+  }
   void close_run();
   /// No record follows: gives back memory that was reserved for more.
   void finish() { staging_->shrink(block_, size_); }
@@ -82,7 +90,7 @@ class Outbox {
 
  private:
   std::byte* append(std::size_t bytes) {
-    if (run_->slot != Registry::no_id) close_run();
+    if (run_->slot != Registry::no_id || messages_in_run_ > 0) close_run();
     make_room(bytes);
     return block_.data + std::exchange(size_, size_ + bytes);
   }
@@ -97,6 +105,13 @@ class Outbox {
   bool prolong_run(Registry::Id slot, std::size_t offset, std::size_t bytes);
   void open_run();
   void end_run();
+  void open_scattered();
+  void end_scattered();
+  /// Takes in what went past this object.
+  void settle() { run_->end != 0 ? end_run() : end_scattered(); }
+  void open_messages();
+  void end_messages();
+  bool prolong_messages(std::uint32_t queue, std::size_t tag_bytes, std::size_t bytes);
   void write_head(std::byte* place, std::size_t offset, std::size_t bytes) const;
   void write_put(std::size_t offset, const void* source, std::size_t bytes);
 
@@ -116,8 +131,14 @@ class Outbox {
   std::size_t size_ = 0, reserve_ = 0;
   std::size_t peak_ = 0;  ///< of the last streams, fading; private memory is taken at once in this size
   // The newest put. As long as it has a slot, puts to the same registration need few checks; as long as it
-  // has a `next`, it is continued without this object, which is told at its end.
+  // has a `next`, it is continued without this object, which is told at its end. As long as it has a `ceiling`, others
+  // follow it without this object.
   bsp2_put_run* run_;
+  // The newest message: continued without this object as long as it has a `next`.
+  bsp2_message_run* messages_;
+  std::uint32_t queue_ = 0;           ///< of the messages
+  std::size_t messages_at_ = 0;       ///< where their record begins
+  std::size_t messages_in_run_ = 0;   ///< 0: no messages end the stream
   std::size_t first_ = 0, last_ = 0;         ///< where it begins and ends in the registration
   std::size_t limit_ = 0;                    ///< size of the registration
   std::size_t head_ = sizeof(wire::Record);  ///< size of its record without the data
@@ -130,6 +151,28 @@ inline void Outbox::open_run() {
   run_->origin = reinterpret_cast<std::uintptr_t>(block_.data + end) - last_;
   run_->next = last_;
   run_->end = last_ + std::min({limit_ - last_, block_.capacity - end, longest_run - bytes});
+}
+
+/// Puts of single words may follow, each a record of 16 bytes.
+inline void Outbox::open_scattered() {
+  if (head_ != sizeof(wire::Short) || limit_ < 8) return;
+  run_->origin = reinterpret_cast<std::uintptr_t>(block_.data + size_);
+  run_->head = wire::Short::pack(wire::Op::short_put, 8, run_->slot);
+  run_->last = last_;
+  run_->limit = limit_ - 7;
+  run_->ceiling = reinterpret_cast<std::uintptr_t>(block_.data + block_.capacity) - 15;
+}
+
+inline void Outbox::end_scattered() {
+  if (run_->ceiling == 0) return;
+  const std::size_t bytes = run_->origin - reinterpret_cast<std::uintptr_t>(block_.data + size_);
+  run_->origin = run_->ceiling = 0;
+  if (bytes == 0) return;
+  size_ += bytes;
+  payload += bytes / 2;
+  count += static_cast<std::uint32_t>(bytes / 16);
+  last_ = run_->last;
+  first_ = last_ - 8;
 }
 
 /// Brings the newest record up to date with its run, and the end of the stream, too.
@@ -163,6 +206,7 @@ inline void Outbox::write_put(std::size_t offset, const void* source, std::size_
   last_ = offset + bytes;
   payload += bytes;
   ++count;
+  if (bytes == 8) open_scattered();
 }
 
 inline void Outbox::want(std::byte* target, std::size_t bytes) {
@@ -182,15 +226,50 @@ inline bool Outbox::short_get(Registry::Id slot, std::size_t offset, std::byte* 
   return true;
 }
 
+/// The newest message may be followed by others of its size, within the stream and what a record can count.
+inline void Outbox::open_messages() {
+  const std::size_t begin = messages_at_ + sizeof(wire::Short);
+  const std::size_t all = wire::padded(messages_->tag) + wire::padded(messages_->payload);
+  messages_->next = reinterpret_cast<char*>(block_.data + size_);
+  messages_->end = reinterpret_cast<char*>(block_.data + std::min(block_.capacity, begin + wire::Short::most_messages * all));
+}
+
+/// Brings their record up to date, and the end of the stream, too.
+inline void Outbox::end_messages() {
+  if (!messages_->next) return;
+  const std::size_t bytes = static_cast<std::size_t>(messages_->next - reinterpret_cast<char*>(block_.data + size_));
+  messages_->next = messages_->end = nullptr;
+  if (bytes == 0) return;
+  const std::size_t more = bytes / (wire::padded(messages_->tag) + wire::padded(messages_->payload));
+  size_ += bytes;
+  messages_in_run_ += more;
+  payload += more * (messages_->tag + messages_->payload);
+  count += static_cast<std::uint32_t>(more);
+  const auto record = wire::Short::messages(queue_, messages_->tag, messages_->payload, messages_in_run_);
+  std::memcpy(block_.data + messages_at_, &record, sizeof record);
+}
+
+/// The record goes on in a larger stream.
+inline bool Outbox::prolong_messages(std::uint32_t queue, std::size_t tag_bytes, std::size_t bytes) {
+  if (messages_in_run_ == 0 || queue != queue_ || tag_bytes != messages_->tag || bytes != messages_->payload)
+    return false;
+  end_messages();
+  if (messages_in_run_ == wire::Short::most_messages) return false;
+  make_room(wire::padded(tag_bytes) + wire::padded(bytes));
+  open_messages();
+  return true;
+}
+
 inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
                             const std::byte* bytes_at, std::size_t bytes) {
+  if (prolong_messages(queue, tag_bytes, bytes) && message_again(queue, tag, tag_bytes, bytes_at, bytes)) return;
   const bool is_short = wire::Short::can_carry(queue, tag_bytes, bytes);
   const std::size_t head = is_short ? sizeof(wire::Short) : sizeof(wire::Record);
   std::byte* place = append(head + wire::padded(tag_bytes) + wire::padded(bytes));
+  const auto at = static_cast<std::size_t>(place - block_.data);
   BSP2_SOON_WRITTEN(place[1024]);
   if (is_short) {
-    const wire::Short record{static_cast<std::uint32_t>(bytes),
-                             wire::Short::pack(wire::Op::short_message, tag_bytes, queue)};
+    const auto record = wire::Short::messages(queue, tag_bytes, bytes, 1);
     std::memcpy(place, &record, sizeof record);
   } else {
     const wire::Record record{queue, wire::Record::pack(wire::Op::message, tag_bytes), bytes};
@@ -202,11 +281,18 @@ inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size
   contents |= wire::has_messages;
   payload += bytes + tag_bytes;
   ++count;
+  if (!is_short || bytes + tag_bytes == 0) return;
+  queue_ = queue;
+  messages_at_ = at;
+  messages_in_run_ = 1;
+  messages_->tag = tag_bytes;
+  messages_->payload = bytes;
+  open_messages();
 }
 
 inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {
   if (slot != run_->slot || bytes - 1 >= limit_ || offset > limit_ - bytes) return false;
-  if (run_->end != 0) end_run();
+  settle();
   if constexpr (defect == Defect::merge_wrongly)
     if (offset == last_ + 1) --offset;
   if (offset == last_) {

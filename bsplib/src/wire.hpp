@@ -70,7 +70,7 @@ static_assert(sizeof(Header) <= 144);
 inline constexpr std::size_t inline_bytes = slot_bytes - sizeof(Header);
 
 /// Records are 8-byte aligned; the data of put and message follows its record, padded to 8 bytes.
-enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4, short_put = 5, short_get = 6, short_message = 7 };
+enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4, short_put = 5, short_get = 6, short_messages = 7 };
 inline constexpr std::size_t max_inline_size = (std::size_t{1} << 28) - 8;
 
 struct Record {
@@ -85,13 +85,16 @@ struct Record {
 };
 static_assert(sizeof(Record) == 16);
 
-/// A put, a get or a message that fits in fewer bits: most do. Its op is where that of a Record is.
+/// A put or a get that fits in fewer bits: most do. Also messages with tags and payloads of one size, one after the other.
+/// Its op is where that of a Record is.
 struct Short {
   static constexpr std::uint32_t target_limit = 1U << 14U;
   static constexpr std::size_t reach = std::size_t{1} << 32U;  ///< registrations up to this size
 
-  std::uint32_t offset;  ///< of a message, the size of its payload
-  std::uint32_t bits;    ///< op, 14 bits of the size (of a message, that of its tag), 14 bits of the target
+  static constexpr std::size_t most_messages = (1U << 16U) - 1;
+
+  std::uint32_t offset;  ///< of messages, the size of a payload in the low 16 bits, and their number above
+  std::uint32_t bits;    ///< op, 14 bits of the size (of messages, that of a tag), 14 bits of the target
   Op op() const { return static_cast<Op>(bits & 15U); }
   std::size_t size() const { return bits >> 4U & (target_limit - 1); }
   std::uint32_t target() const { return bits >> 18U; }
@@ -102,8 +105,13 @@ struct Short {
     return target < target_limit && registered <= reach;
   }
   static bool can_carry(std::uint32_t queue, std::size_t tag_size, std::size_t payload) {
-    return queue < target_limit && tag_size < target_limit && payload < reach;
+    return queue < target_limit && tag_size < target_limit && payload < std::size_t{1} << 16U;
   }
+  static Short messages(std::uint32_t queue, std::size_t tag_size, std::size_t payload, std::size_t count) {
+    return {static_cast<std::uint32_t>(count << 16U | payload), pack(Op::short_messages, tag_size, queue)};
+  }
+  std::size_t payload() const { return offset & 0xffffU; }
+  std::size_t count() const { return offset >> 16U; }
 };
 static_assert(sizeof(Short) == 8 && stage_bytes <= Short::target_limit);
 

@@ -70,6 +70,19 @@ static void accesses(int me, int p) {
   if (is("put_beyond") && me == p - 1) bsp_put(0, two, &value, 0, 8);
   if (is("put_negative")) bsp_put(0, two, &value, -4, 4);
   if (is("put_null")) bsp_put(0, two, NULL, 0, 4);
+  if (strstr(wanted, "_after_word")) { /* what the first one began may not let the second one through */
+    static double words[4];
+    double* all = words;
+    bsp_push_reg(words, sizeof words);
+    bsp_sync();
+    bsp_put(0, words, words, 16, 8);
+    bsp_put(0, words, words, 0, 8);
+    if (is("put_null_after_word")) bsp_put(0, NULL, words, 8, 8);
+    if (is("put_scattered_null_after_word")) bsp_put(0, NULL, words, 16, 8);
+    if (is("put_negative_after_word")) bsp_put(0, words, words, -8, 8);
+    if (is("put_beyond_after_word")) bsp_put(0, all, words, 25, 8);
+    if (is("put_nobody_after_word")) bsp_put(p, words, words, 24, 8);
+  }
   if (is("hpput_beyond")) bsp_hpput(0, two, &value, 1, 4);
   if (is("get_beyond")) bsp_get(0, &value, 4, two, 4);
   if (is("hpget_beyond")) bsp_hpget(0, &value, 0, two, 8);
@@ -85,6 +98,18 @@ static void messages(int me, int p) {
   if (is("tagsize_null")) bsp_set_tagsize(NULL);
   if (is("qsize_null")) bsp_qsize(NULL, NULL);
   if (is("send_nobody")) bsp_send(p, NULL, NULL, 0);
+  if (strstr(wanted, "_after_message")) {
+    bsp_send(me, NULL, &value, 4);
+    if (is("send_null_after_message")) bsp_send(me, NULL, NULL, 4);
+    if (is("send_negative_after_message")) bsp_send(me, NULL, &value, size - 3);
+    if (is("send_nobody_after_message")) bsp_send(-1, NULL, &value, 4);
+    bsp_send(me, NULL, &value, 4);
+    bsp_sync();
+    bsp_move(&value, 4);
+    if (is("move_null_after_message")) bsp_move(NULL, 4);
+    bsp_move(&value, 4);
+    if (is("move_after_message")) bsp_move(&value, 4);
+  }
   if (is("move_empty")) bsp_move(NULL, 0);
 }
 

@@ -163,6 +163,87 @@ static void test_many_small_puts(void) {
   bsp_sync();
 }
 
+/* More than one record of the layer can count, in three sizes, and taken in different ways. */
+static void test_many_messages(void) {
+  enum { n = 70000 };
+  bsp_size_t tag_size = sizeof(short), status, bytes;
+  bsp_nprocs_t count;
+  int i;
+  double got, *at;
+  short tag, *tag_at;
+  bsp_set_tagsize(&tag_size);
+  bsp_sync();
+  for (i = 0; i < n; ++i) {
+    double v = i + me;
+    tag = (short)(i % 1000);
+    bsp_send(next, &tag, &v, sizeof v);
+  }
+  tag = 7;
+  bsp_send(next, &tag, "abc", 3);
+  bsp_send(next, &tag, NULL, 0);
+  bsp_send(next, &tag, NULL, 0);
+  bsp_sync();
+  bsp_qsize(&count, &bytes);
+  CHECK((int)count == n + 3 && (size_t)bytes == n * sizeof(double) + 3);
+  for (i = 0; i < n; ++i) {
+    got = -1.0;
+    tag = -1;
+    bsp_get_tag(&status, &tag);
+    CHECK((size_t)status == sizeof got && tag == i % 1000);
+    if (i % 3 == 0) {
+      bsp_move(&got, sizeof got);
+    } else if (i % 3 == 1) {
+      CHECK((size_t)bsp_hpmove((void**)&tag_at, (void**)&at) == sizeof got);
+      CHECK(*tag_at == tag);
+      got = *at;
+    } else {
+      bsp_move(&got, 0); /* nothing of it */
+      CHECK(got == -1.0);
+      got = i + previous;
+    }
+    CHECK(got == i + previous);
+    if (i % 1000 == 0) {
+      bsp_qsize(&count, &bytes);
+      CHECK((int)count == n + 2 - i && (size_t)bytes == (size_t)(n - 1 - i) * sizeof got + 3);
+    }
+  }
+  bsp_get_tag(&status, &tag);
+  CHECK(status == 3 && tag == 7);
+  bsp_move(&got, 3);
+  bsp_move(NULL, 0);
+  bsp_qsize(&count, &bytes);
+  CHECK(count == 1 && bytes == 0);
+  tag_size = 0;
+  bsp_set_tagsize(&tag_size);
+  bsp_sync();
+}
+
+/* Single words, forwards with gaps, and backwards, where each continues none: the later one wins. */
+static void test_scattered_words(void) {
+  enum { n = 4000 };
+  static double x[2 * n], y[n];
+  const double before = -1.0;
+  int i;
+  bsp_push_reg(x, sizeof x);
+  bsp_push_reg(y, sizeof y);
+  bsp_sync();
+  for (i = n - 1; i >= 0; --i) {
+    double v = i + me;
+    bsp_put(next, &before, x, (bsp_size_t)(2 * i * sizeof v), sizeof v);
+    bsp_put(next, &v, x, (bsp_size_t)(2 * i * sizeof v), sizeof v);
+    v = 0.0;
+  }
+  for (i = 0; i < n; i += 2) {
+    x[2 * i + 1] = i - me;
+    bsp_hpput(next, &x[2 * i + 1], y, (bsp_size_t)(i * sizeof(double)), sizeof(double));
+  }
+  bsp_sync();
+  for (i = 0; i < n; ++i) CHECK(x[2 * i] == i + previous && y[i] == (i % 2 == 0 ? i - previous : 0.0));
+  bsp_pop_reg(y);
+  bsp_pop_reg(x);
+  bsp_sync();
+}
+
 int main(void) {
   bsp_begin(bsp_nprocs());
   me = (int)bsp_pid();
@@ -176,6 +257,8 @@ int main(void) {
   test_registrations_in_sequence();
   test_messages();
   test_many_small_puts();
+  test_many_messages();
+  test_scattered_words();
   bsp_end();
   return 0;
 }

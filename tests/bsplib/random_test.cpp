@@ -58,7 +58,7 @@ class Program {
   }
 
   void call(int q) {
-    switch (pick(9)) {
+    switch (pick(11)) {
       case 0:
       case 1:
         put(q);
@@ -80,6 +80,12 @@ class Program {
         break;
       case 7:
         send(q);
+        break;
+      case 8:
+        run_of_messages(q);
+        break;
+      case 9:
+        words(q);
         break;
       default:
         scribble(q, pick(ordinary_blocks));
@@ -154,6 +160,21 @@ class Program {
     }
   }
 
+  /// Puts of 8 bytes, buffered or not, that mostly do not continue each other.
+  void words(int q) {
+    const int t = pick(p_), source = pick(ordinary_blocks);
+    const bool unbuffered = pick(2) == 0;
+    const Place place = random_place(q, t);
+    for (int count = pick(10); count > 0; --count) {
+      if (unbuffered) {
+        hpput_to(q, t, 8);
+      } else if (place.size >= 8) {
+        put_bytes(q, t, place.known_as, place.offset + pick_size(place.size - 7), source,
+                  pick_size(model_.block(q, source).size() - 7), 8);
+      }
+    }
+  }
+
   void get_bytes(int q, int t, const Place& place, int target, std::size_t to) {
     model_.get(q, t, place.known_as, place.offset, target, to, place.size);
     if (q == me_)
@@ -182,22 +203,24 @@ class Program {
   }
 
   /// The part of t's hp_block that only q writes; each byte once a superstep.
-  bool hp_part(int q, int t, std::size_t& offset, std::size_t& size) {
+  bool hp_part(int q, int t, std::size_t& offset, std::size_t& size, std::size_t most = ~std::size_t{0}) {
     const std::size_t part = model_.block(t, hp_block).size() / at(p_);
     std::size_t& used = hp_used_[at(q * p_ + t)];
     const std::size_t gap = pick_size(3);
     if (used + gap >= part) return false;
     size = 1 + pick_size(part - used - gap);
     if (pick(2) == 0) size = std::min<std::size_t>(size, 16);
+    size = std::min(size, most);
     offset = at(q) * part + used + gap;
     used += gap + size;
     return true;
   }
 
-  void hpput(int q) {
-    const int t = pick(p_);
+  void hpput(int q) { hpput_to(q, pick(p_), ~std::size_t{0}); }
+
+  void hpput_to(int q, int t, std::size_t most) {
     std::size_t offset = 0, size = 0;
-    if (!model_.find(q, hp_block) || !hp_part(q, t, offset, size)) return;
+    if (!model_.find(q, hp_block) || !hp_part(q, t, offset, size, most)) return;
     const Bytes& source = model_.block(q, hp_source);
     model_.put(q, t, hp_block, offset,
                Bytes(source.begin() + diff(offset), source.begin() + diff(offset + size)));
@@ -230,10 +253,17 @@ class Program {
     return true;
   }
 
-  void send(int q) {
+  void send(int q) { send_to(q, pick(p_), pick(10) == 0 && big_ ? 50000U + pick_size(50000) : pick_size(40)); }
+
+  /// Of one size, now and then with another one between them.
+  void run_of_messages(int q) {
     const int t = pick(p_);
-    Message message{Bytes(model_.tag_size()),
-                    Bytes(pick(10) == 0 && big_ ? 50000U + pick_size(50000) : pick_size(40))};
+    const std::size_t size = pick_size(20);
+    for (int count = pick(big_ ? 400 : 20); count > 0; --count) send_to(q, t, pick(10) == 0 ? pick_size(20) : size);
+  }
+
+  void send_to(int q, int t, std::size_t size) {
+    Message message{Bytes(model_.tag_size()), Bytes(size)};
     for (auto& byte : message.tag) byte = static_cast<unsigned char>(random_());
     for (auto& byte : message.payload) byte = static_cast<unsigned char>(random_());
     if (q == me_)

@@ -1,8 +1,9 @@
-/* Runs: the newest put, hpput, get and hpget to a rank, as long as the next call can continue them.
+/* Runs: the newest put, hpput, get, hpget and message to a rank, as long as the next call can continue them.
  *
- * A loop over neighbouring places is one access in many calls. What continues a run is compiled into the
- * program, from here; everything else goes to the library, which ends the run and begins another one. Not an
- * interface for programs. */
+ * A loop over neighbouring places is one access in many calls, a loop over messages of one size is one record. What
+ * continues a run is compiled into the program, from here, and so is a put of one word that goes elsewhere in the same
+ * memory; everything else goes to the library, which ends the run and begins another one. Not an interface for
+ * programs. */
 #ifndef BSP2_BSPLIB_RUN_H
 #define BSP2_BSPLIB_RUN_H
 
@@ -41,8 +42,13 @@ struct bsp2_put_run {
   const void* name; /* the address by which a classic program knows the memory; NULL: none */
   size_t next;      /* where the run ends in the registration */
   size_t end;       /* how far it may go; 0: not at all, then next is 0, too */
-  size_t origin;    /* address in the stream that offset 0 would have */
+  size_t origin;    /* address in the stream that offset 0 would have; if `end` is 0, that of the next record */
   unsigned slot;    /* number of its registration; all ones: none */
+  /* Of puts of 8 bytes to the same registration that do not continue the newest one, as long as `end` is 0: */
+  unsigned head;  /* of their records, beside the offset */
+  size_t last;    /* where the newest put ends: one there begins a run */
+  size_t limit;   /* offsets are below this */
+  size_t ceiling; /* records begin below this address; 0: none can */
 } BSP2_LINE;
 
 /* Of the others: nothing is copied before the run ends, calls only prolong it. */
@@ -56,10 +62,28 @@ struct bsp2_reference_run {
   unsigned pieced; /* whether it began with a small call */
 } BSP2_LINE;
 
+/* Of messages to one queue with tags and payloads of one size: each call appends both to the stream. */
+struct bsp2_message_run {
+  char* next;
+  char* end;      /* of the room; NULL, as next: nothing continues it */
+  size_t payload; /* bytes, as in `tag` */
+  size_t tag;
+} BSP2_LINE;
+
 /* Tables by rank. One a kind: the fields are then near the start of what a loop works on, its instructions shorter. */
 struct bsp2_runs {
   struct bsp2_put_run* put;
   struct bsp2_reference_run *hpput, *get, *hpget;
+  struct bsp2_message_run* send;
+};
+
+/* The messages of one size at the front of the queue of a classic program. Tag and payload follow each other, both
+ * padded to 8 bytes. */
+struct bsp2_messages {
+  const char* place; /* of the first one */
+  size_t left;       /* how many there are; 0: the queue is empty */
+  size_t payload;
+  size_t tag;
 };
 
 /* Whether there are bytes, and all are before the end; from <= end. The end is that of memory, so a size known to be
@@ -85,6 +109,30 @@ BSP2_INLINE bsp2_word bsp2_word_at(const void* source) {
 #define BSP2_COPY_WORD(place, source) BSP2_COPY(place, source, 8)
 #endif
 
+/* Where the size is not known, the compiler must not conclude from a branch for one size that smaller memory is
+ * accessed, and warn the programmer of it. */
+#ifdef __GNUC__
+#define BSP2_HIDE(pointer) __asm__("" : "+r"(pointer))
+#define BSP2_IS_KNOWN(size) __builtin_constant_p(size)
+#else
+#define BSP2_HIDE(pointer) ((void)0)
+#define BSP2_IS_KNOWN(size) 1
+#endif
+
+BSP2_INLINE void bsp2_copy_part(char* place, const void* source, size_t bytes) {
+  if (!BSP2_IS_KNOWN(bytes)) {
+    BSP2_HIDE(place);
+    BSP2_HIDE(source);
+  }
+  if (bytes == 8) {
+    BSP2_COPY_WORD(place, source);
+  } else if (!BSP2_IS_KNOWN(bytes) && bytes == 4) {
+    BSP2_COPY(place, source, 4);
+  } else {
+    BSP2_COPY(place, source, bytes);
+  }
+}
+
 /* Both return whether the call is done. held, named: what tells the memory of the run and that of the call. A call costs
  * about three cycles. Comparisons joined by | are one branch instead of several, which helps the longer of the two; the
  * shorter one wants this order of them, and the difference of pointers, which is the same throughout a loop. */
@@ -93,14 +141,60 @@ BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t held, size_t 
   char* place;
   if (BSP2_RARELY(((held ^ named) | (offset ^ run->next)) != 0)) return 0;
   if (BSP2_RARELY(!bsp2_fits(offset, bytes, run->end))) return 0;
+  if (BSP2_RARELY(source == 0)) return 0;
   place = (char*)(run->origin + offset);
   BSP2_SOON_WRITTEN(place[1024]);
-  if (bytes == 8) {
-    BSP2_COPY_WORD(place, source);
-  } else {
-    BSP2_COPY(place, source, bytes);
-  }
+  bsp2_copy_part(place, source, bytes);
   run->next = offset + bytes;
+  return 1;
+}
+
+/* A put of one word elsewhere in the memory that the newest put goes to: a record of its own. */
+BSP2_INLINE int bsp2_scatter_put(struct bsp2_put_run* run, size_t held, size_t named, size_t offset,
+                                 const void* source, size_t bytes) {
+#ifdef __GNUC__
+  const size_t place = run->origin;
+  if (bytes != 8) return 0;
+  if (BSP2_RARELY(held != named)) return 0;
+  if (BSP2_RARELY(place >= run->ceiling)) return 0;
+  if (BSP2_RARELY(offset >= run->limit)) return 0;
+  if (BSP2_RARELY(offset == run->last)) return 0;
+  if (BSP2_RARELY(source == 0)) return 0;
+  if (!BSP2_IS_KNOWN(bytes)) BSP2_HIDE(source);
+  BSP2_SOON_WRITTEN(((char*)place)[1024]);
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+  *(bsp2_word*)place = (bsp2_word)run->head << 32 | offset;
+#else
+  *(bsp2_word*)place = (bsp2_word)offset << 32 | run->head;
+#endif
+  BSP2_COPY_WORD(place + 8, source);
+  run->origin = place + 16;
+  run->last = offset + 8;
+  return 1;
+#else
+  return 0; /* the library can do it, too */
+#endif
+}
+
+BSP2_INLINE size_t bsp2_padded(size_t bytes) {
+  return (bytes + 7) & ~(size_t)7;
+}
+
+/* The run goes on to the same queue. Messages without a byte, and mistakes, are the library's. */
+BSP2_INLINE int bsp2_continue_messages(struct bsp2_message_run* run, const void* tag, const void* payload,
+                                       size_t bytes) {
+  char* place = run->next;
+  const size_t tag_bytes = run->tag, tag_room = bsp2_padded(tag_bytes), all = tag_room + bsp2_padded(bytes);
+  if (BSP2_RARELY(bytes != run->payload)) return 0;
+  if (BSP2_RARELY(all - 1 >= (size_t)run->end - (size_t)place)) return 0;
+  if (BSP2_RARELY(payload == 0)) return 0;
+  BSP2_SOON_WRITTEN(place[1024]);
+  if (tag_bytes > 0) {
+    if (BSP2_RARELY(tag == 0)) return 0;
+    bsp2_copy_part(place, tag, tag_bytes);
+  }
+  bsp2_copy_part(place + tag_room, payload, bytes);
+  run->next = place + all;
   return 1;
 }
 

@@ -78,10 +78,15 @@ class Runs {
   bool put(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
     if (!exists(pid)) return false;
     bsp2_put_run& run = by_rank_.put[pid];
-    return bsp2_continue_put(&run, run.slot, target, offset, source, bytes) != 0;
+    return bsp2_continue_put(&run, run.slot, target, offset, source, bytes) != 0 ||
+           bsp2_scatter_put(&run, run.slot, target, offset, source, bytes) != 0;
   }
   bool hpput(int pid, const void* source, std::uint32_t target, std::size_t offset, std::size_t bytes) const {
-    return exists(pid) && continues(by_rank_.hpput[pid], target, offset, source, bytes);
+    if (!exists(pid)) return false;
+    bsp2_reference_run& run = by_rank_.hpput[pid];
+    if (continues(run, target, offset, source, bytes)) return true;
+    bsp2_put_run& puts = by_rank_.put[pid];
+    return run.first == run.next && bsp2_scatter_put(&puts, puts.slot, target, offset, source, bytes) != 0;
   }
   bool get(int pid, std::uint32_t source, std::size_t offset, const void* target, std::size_t bytes) const {
     return exists(pid) && continues(by_rank_.get[pid], source, offset, target, bytes);
