@@ -14,6 +14,7 @@
 #include "lathe_shape.hpp"
 #include "lowering.hpp"
 #include "mesh_shape.hpp"
+#include "preimage_shape.hpp"
 #include "resolve.hpp"
 #include "spline_shape.hpp"
 
@@ -43,8 +44,9 @@ struct Shape {
   std::optional<double> torus;  // its minor radius
   const model::Spline* spline = nullptr;         // its patches are placed, not its shape
   const model::SubdivisionSurface* subdivision = nullptr;
+  const model::Preimage* preimage = nullptr;
   [[nodiscard]] bool is_spline() const { return spline != nullptr || subdivision != nullptr; }
-  [[nodiscard]] bool is_round() const { return round || torus || is_spline(); }
+  [[nodiscard]] bool is_round() const { return round || torus || is_spline() || preimage != nullptr; }
 };
 
 /// x -> factors x + shift, axis by axis.
@@ -371,10 +373,19 @@ class Compiler {
     return shape;
   }
 
+  Shape<D> make_shape(const model::Preimage& preimage, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+    Shape<D> shape;
+    shape.preimage = &preimage;
+    std::copy_n(preimage.lower.begin(), D, shape.bounds.lower.begin());
+    std::copy_n(preimage.upper.begin(), D, shape.bounds.upper.begin());
+    return shape;
+  }
+
   void add_planes(Network<D>& network, const std::vector<Transformer<D>>& placements, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(covectors_);
     std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
+    std::map<std::size_t, PreimageFrame<D>> frames;  // by producer
     std::map<std::size_t, PlacedPatches<D>> patches;  // by producer
     std::uint32_t rounds = 0;
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
@@ -393,6 +404,10 @@ class Compiler {
         maps[i] = table.add_map(scaling<D>(factors, placed.placement.origin).matrix());
       } else if (matters && shape.is_round()) {
         maps[i] = table.add_map(placements[i].matrix());
+        if (shape.preimage != nullptr) {
+          const auto& frame = frames.emplace(i, PreimageFrame<D>(producer)).first->second;
+          frames.at(i).map = table.add_map(scaling<D>(frame.scale, frame.origin).matrix());
+        }
         if (table.orientation(maps[i]) != 0) {
           first = first.value_or(0);  // a ball has no half-spaces
           ++rounds;
@@ -415,6 +430,10 @@ class Compiler {
         const std::uint32_t ids = network.table.free_ids() / rounds--;
         if (shape.is_spline()) {
           add_spline(network, producer, std::move(patches.at(i)), maps[i], ids);
+          continue;
+        }
+        if (shape.preimage != nullptr) {
+          add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids);
           continue;
         }
         add_half_spaces(network, producer, own);
@@ -499,6 +518,15 @@ class Compiler {
     check_ids(tree->count(), ids);
     producer.spline = static_cast<std::int32_t>(network.splines.size());
     network.splines.push_back({tree, network.table.add_family(map, geometry::SharedFamily<D>(tree))});
+  }
+
+  void add_preimage(Network<D>& network, Producer<D>& producer, const model::Preimage& preimage, std::uint32_t map, const PreimageFrame<D>& frame, std::uint32_t ids) {
+    HyperplaneTable<D>& table = network.table;
+    auto placed = place_preimage<D>(preimage, table.map(map).inverse(table.radius()), frame, ids);
+    check_ids(placed.planes->count(), ids);
+    producer.preimage = static_cast<std::int32_t>(network.preimages.size());
+    placed.first = table.add_family(frame.map, geometry::SharedFamily<D>(placed.planes));
+    network.preimages.push_back(std::move(placed));
   }
 
   std::size_t flat_count_ = 0;

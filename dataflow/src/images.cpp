@@ -6,6 +6,7 @@
 
 #include "any_constructs.hpp"
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/model/bounds.hpp"
 #include "bsp2/model/builder.hpp"
 #include "placed_parts.hpp"
 
@@ -16,6 +17,116 @@ using model::Expression;
 namespace {
 
 // --- sections --------------------------------------------------------------------------------------------------------------------
+
+/// Rows of the map from a section's space to the own space of what is placed there, constants last: the inverse of the placement.
+std::vector<std::vector<Real>> rows_into_primitive(const model::Section& section, const PlacedPrimitive& placed) {
+  const std::size_t d = size(placed.dimension), axis = size(section.axis);
+  const Affine map(d, placed.matrix);
+  std::vector<std::vector<Real>> rows(d, std::vector<Real>(2 * d + 1));  // of the linear part, the unit matrix, the translation
+  for (std::size_t i = 0; i < d; ++i) {
+    for (std::size_t j = 0; j < d; ++j) rows[i][j] = static_cast<Real>(map.at(i, j));
+    rows[i][d + i] = 1;
+    rows[i][2 * d] = -static_cast<Real>(map.at(i, d));
+  }
+  for (std::size_t k = 0; k < d; ++k) {  // Gauss and Jordan
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < d; ++i)
+      if (std::fabs(rows[i][k]) > std::fabs(rows[pivot][k])) pivot = i;
+    std::swap(rows[k], rows[pivot]);
+    const Real factor = rows[k][k];
+    for (Real& x : rows[k]) x /= factor;
+    for (std::size_t i = 0; i < d; ++i) {
+      if (i == k || rows[i][k] == 0) continue;
+      const Real times = rows[i][k];
+      for (std::size_t j = 0; j <= 2 * d; ++j) rows[i][j] -= times * rows[k][j];
+    }
+  }
+  std::vector<std::vector<Real>> result;
+  for (const auto& row : rows) {
+    auto& entries = result.emplace_back();
+    for (std::size_t j = 0; j < d; ++j)
+      if (j != axis) entries.push_back(row[d + j]);
+    entries.push_back(row[2 * d] + row[d + axis] * static_cast<Real>(section.at));
+  }
+  return result;
+}
+
+/// The points of a box at which low <= row . x <= high, the row's constant last: a parallelepiped, and more room along all other axes. Nothing if
+/// the row is constant and out of range, everything (no expression) if it is within.
+std::optional<Expression> slab(const std::vector<Real>& row, Real low, Real high, const AxisBox& room) {
+  const std::size_t d = row.size() - 1;
+  std::size_t along = 0;
+  Real reach = std::fabs(row[d]);
+  for (std::size_t i = 0; i < d; ++i) {
+    if (std::fabs(row[i]) > std::fabs(row[along])) along = i;
+    reach += std::fabs(row[i]) * std::max(std::fabs(static_cast<Real>(room.lower[i])), std::fabs(static_cast<Real>(room.upper[i])));
+  }
+  if (std::fabs(row[along]) * static_cast<Real>(room.upper[along] - room.lower[along]) <= 0x1p-48L * reach) {
+    if (row[d] < low || row[d] > high) return Expression(static_cast<int>(d));
+    return std::nullopt;
+  }
+  std::vector<double> lengths = room.lengths();
+  lengths[along] = static_cast<double>(high - low);
+  Affine map(d);
+  Real constant = low - row[d];
+  for (std::size_t i = 0; i < d; ++i) {
+    if (i == along) continue;
+    map.at(i, d) = room.lower[i];
+    map.at(along, i) = static_cast<double>(-row[i] / row[along]);
+    constant -= row[i] * static_cast<Real>(room.lower[i]);
+  }
+  map.at(along, along) = static_cast<double>(1 / row[along]);
+  map.at(along, d) = static_cast<double>(constant / row[along]);
+  return model::transform(map.entries, model::cuboid(lengths));
+}
+
+/// The section of any curved solid: the points that the section's space takes into it.
+Expression section_of_curved(const model::Section& section, const PlacedPrimitive& placed) {
+  const int dimension = placed.dimension - 1;
+  const std::size_t axis = size(section.axis);
+  model::Bounds bounds = model::bounds(model::transform(placed.matrix, make(placed.dimension, *placed.primitive)));
+  if (section.at < bounds.lower[axis] || section.at > bounds.upper[axis]) return Expression(dimension);
+  bounds.lower.erase(bounds.lower.begin() + static_cast<std::ptrdiff_t>(axis));
+  bounds.upper.erase(bounds.upper.begin() + static_cast<std::ptrdiff_t>(axis));
+  std::vector<std::vector<Real>> rows = rows_into_primitive(section, placed);
+  model::Preimage preimage{{}, placed.dimension, {}, bounds.lower, bounds.upper};
+  std::vector<Expression> parts;
+  if (const auto* inner = std::get_if<model::Preimage>(placed.primitive)) {
+    preimage.solid = inner->solid;
+    preimage.dimension = inner->dimension;
+    const std::size_t from = rows.size();
+    std::vector<std::vector<Real>> whole;
+    for (std::size_t i = 0; i < inner->map.size(); i += from + 1) {
+      auto& row = whole.emplace_back(rows[0].size());
+      row.back() = static_cast<Real>(inner->map[i + from]);
+      for (std::size_t j = 0; j < from; ++j)
+        for (std::size_t k = 0; k < row.size(); ++k) row[k] += static_cast<Real>(inner->map[i + j]) * rows[j][k];
+    }
+    rows = std::move(whole);
+  } else if (const auto* round = std::get_if<model::Round>(placed.primitive)) {
+    preimage.solid = *round;
+    AxisBox room{bounds.lower, bounds.upper};
+    for (std::size_t i = 0; i < room.lower.size(); ++i) {
+      const double side = (room.upper[i] - room.lower[i]) / 8;
+      room.lower[i] -= side;
+      room.upper[i] += side;
+    }
+    const std::size_t axes = rows.size() - round->lengths.size();
+    for (std::size_t j = axes; j < rows.size(); ++j)
+      if (auto between = slab(rows[j], 0, static_cast<Real>(round->lengths[j - axes]), room)) parts.push_back(*std::move(between));
+  } else if (const auto* torus = std::get_if<model::Torus>(placed.primitive)) {
+    preimage.solid = *torus;
+  } else if (const auto* spline = std::get_if<model::Spline>(placed.primitive)) {
+    preimage.solid = *spline;
+  } else {
+    preimage.solid = std::get<model::SubdivisionSurface>(*placed.primitive);
+  }
+  if (std::any_of(parts.begin(), parts.end(), is_empty)) return Expression(dimension);
+  for (const auto& row : rows)
+    for (const Real x : row) preimage.map.push_back(static_cast<double>(x));
+  parts.insert(parts.begin(), make(dimension, std::move(preimage)));
+  return parts.size() == 1 ? parts[0] : model::intersect(std::move(parts));
+}
 
 /// The section of a placed ball or cylinder: x_axis depends either on one of its straight axes alone, or on its round ones.
 Expression section_of_round(const model::Section& section, const PlacedPrimitive& placed, const model::Round& round) {
@@ -36,7 +147,7 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
   norm = std::sqrt(norm);
   const Real rest = static_cast<Real>(section.at) - static_cast<Real>(map.at(axis, d));
   if (straight.size() > 1 || (norm > 0 && !straight.empty()))
-    throw Error("section: it cuts a cylinder or cone at an angle; only sections across its axis and along it are known");
+    return section_of_curved(section, placed);
   // The columns that stay, and where the one that goes is.
   std::vector<std::vector<Real>> columns;
   std::vector<Real> origin(d);
@@ -51,6 +162,7 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
   double radius = round.bottom;
   if (!straight.empty()) {
     const std::size_t j = straight[0];
+    if (round.bottom != round.top && j > axes) return section_of_curved(section, placed);  // along the axis of a cone's prism
     const Real y = rest / static_cast<Real>(map.at(axis, j));
     if (y < 0 || y > static_cast<Real>(round.lengths[j - axes])) return Expression(result);
     cut.lengths.erase(cut.lengths.begin() + static_cast<std::ptrdiff_t>(j - axes));
@@ -59,7 +171,7 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
     for (std::size_t k = 0; k < d; ++k)
       if (k != j) columns.push_back(column(k));
   } else {
-    if (round.bottom != round.top) throw Error("section: it cuts a cone along its axis; only sections across the axis are known");
+    if (round.bottom != round.top) return section_of_curved(section, placed);
     const Real y = rest / norm;
     if (std::fabs(y) >= static_cast<Real>(radius)) return Expression(result);
     radius = static_cast<double>(std::sqrt(static_cast<Real>(radius) * static_cast<Real>(radius) - y * y));
@@ -183,7 +295,7 @@ Expression image_of(const model::Shadow& shadow, const std::vector<Expression>& 
 Expression image_of(const model::Section& section, const std::vector<Expression>& operands, const ConstructContext& context) {
   return with_primitives_replaced(operands[0], operands[0].dimension() - 1, [&](const PlacedPrimitive& placed) {
     if (const auto* round = std::get_if<model::Round>(placed.primitive)) return section_of_round(section, placed, *round);
-    if (std::holds_alternative<model::Torus>(*placed.primitive)) throw Error("section: that of a torus is not known");
+    if (model::is_curved(*placed.primitive)) return section_of_curved(section, placed);
     std::vector<Expression> parts;
     for_convex_parts(placed, context, [&](const Points& corners) { parts.push_back(section_of_hull(section, corners, placed.dimension)); });
     return united(placed.dimension - 1, std::move(parts));

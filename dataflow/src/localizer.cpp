@@ -1,12 +1,14 @@
 #include "bsp2/dataflow/localizer.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "bsp2/dataflow/combiner.hpp"
 #include "bsp2/dataflow/convex_producer.hpp"
 #include "bsp2/dataflow/lathe_producer.hpp"
 #include "bsp2/dataflow/mesh_producer.hpp"
+#include "bsp2/dataflow/preimage_producer.hpp"
 #include "bsp2/dataflow/round_producer.hpp"
 #include "bsp2/dataflow/spline_producer.hpp"
 #include "bsp2/dataflow/torus_producer.hpp"
@@ -55,13 +57,33 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   return answer;
 }
 
-/// Whether the cell is thinner than the tolerance, measured across its facets.
+template <int D>
+void Localizer<D>::set_view(std::span<const double> eye, double angle) {
+  std::copy_n(eye.begin(), D, eye_.begin());
+  angle_ = angle;
+}
+
+/// What counts as thin in the cell at hand: the tolerance, or what is seen so small from the nearest point of the cell's box.
+template <int D>
+double Localizer<D>::thin() const {
+  if (!(angle_ > 0)) return tolerance_;
+  double square = 0;
+  for (int axis = 0; axis < D; ++axis) {
+    const double away = std::max({view_.extent().lower[axis] - eye_[axis], eye_[axis] - view_.extent().upper[axis], 0.0});
+    square += away * away;
+  }
+  return std::max(tolerance_, angle_ * std::sqrt(square));
+}
+
+/// Whether the cell is thinner than that, measured across its facets.
 template <int D>
 bool Localizer<D>::is_thin() const {
-  if (!(tolerance_ > 0) || !network_->is_round()) return false;
+  if (!network_->is_round()) return false;
+  const double thin = this->thin();
+  if (!(thin > 0)) return false;
   for (int axis = 0; axis < D; ++axis)
-    if (view_.extent().length(axis) < tolerance_) return true;
-  return view_.thickness() < tolerance_;
+    if (view_.extent().length(axis) < thin) return true;
+  return view_.thickness() < thin;
 }
 
 /// Leaves to choose from only what ends by itself, and splines that end within the cell.
@@ -70,7 +92,7 @@ void Localizer<D>::leave_round_operands(std::span<const Word> program) {
   std::erase_if(active_, [&](std::uint32_t at) {
     const Producer<D>& producer = network_->producers[program[at + 2]];
     if (producer.spline >= 0) return !SplineProducer<D>(*network_, producer).end(program.data() + at, view_);
-    return producer.torus >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
+    return producer.torus >= 0 || producer.preimage >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
   });
 }
 
@@ -158,6 +180,7 @@ auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
     if (producer.torus >= 0) return use(TorusProducer(*network_, producer));
   }
   if (producer.spline >= 0) return use(SplineProducer<D>(*network_, producer));
+  if (producer.preimage >= 0) return use(PreimageProducer<D>(*network_, producer));
   if (producer.round >= 0) return use(RoundProducer<D>(*network_, producer));
   return use(ConvexProducer<D>(*network_, producer));
 }
@@ -174,7 +197,7 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
       return LatheProducer(*network_, producer).ask(whole, view_, unused) == Label::in;
     }
   }
-  if (producer.torus >= 0 || producer.spline >= 0) return false;
+  if (producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0) return false;
   if (producer.round >= 0) {
     const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
     std::vector<Word> unused;
@@ -282,7 +305,7 @@ bool Localizer<D>::choose_median(std::span<const Word> program, Cut& cut) {
 template <int D>
 std::span<const geometry::OrientedHyperplane> Localizer<D>::listed_planes(const Word* leaf) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if (producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return {};
+  if (producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return {};
   return ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
 }
 

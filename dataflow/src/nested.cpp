@@ -111,6 +111,11 @@ void visit_corners(const model::SubdivisionSurface&, Add&&) {
   throw std::logic_error("subdivision surfaces are refused before their corners are asked for");
 }
 
+template <int D, typename Add>
+void visit_corners(const model::Preimage&, Add&&) {
+  throw std::logic_error("prisms and sections of curved solids are refused before their corners are asked for");
+}
+
 template <std::size_t D>
 Points flat(const std::vector<std::array<double, D>>& points) {
   Points numbers;

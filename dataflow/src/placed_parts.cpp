@@ -71,7 +71,7 @@ namespace {
 
 /// Whether a primitive has corners, or is a ball, for which most constructs are known.
 bool is_polytope_or_ball(const model::Primitive& primitive) {
-  return ball_of(primitive) != nullptr || !(std::holds_alternative<model::Round>(primitive) || std::holds_alternative<model::Torus>(primitive));
+  return ball_of(primitive) != nullptr || !model::is_curved(primitive);
 }
 
 }  // namespace

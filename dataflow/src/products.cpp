@@ -53,7 +53,6 @@ class Prism {
     return make(dimension_ + 1, prism);
   }
   Expression operator()(const model::Round& round) const {
-    if (round.bottom != round.top) throw Error("product: a cone has none; a pyramid of many sides has one: cylinder() without --curved");
     model::Round prism = round;
     prism.lengths.push_back(length_);
     if (dimension_ >= 3) prism.sides = 0;
@@ -68,9 +67,10 @@ class Prism {
   }
   Expression operator()(const model::Lathe& lathe) const { return of_corners(lathe); }
   Expression operator()(const model::TriangleMesh& mesh) const { return of_corners(mesh); }
-  Expression operator()(const model::Torus&) const { throw Error("product: a torus has none"); }
-  Expression operator()(const model::Spline&) const { throw Error("product: a spline has none; a spline of one more parameter may do"); }
-  Expression operator()(const model::SubdivisionSurface&) const { throw Error("product: a subdivision surface has none"); }
+  Expression operator()(const model::Torus& torus) const { return of_preimage(itself(torus)); }
+  Expression operator()(const model::Spline& spline) const { return of_preimage(itself(spline)); }
+  Expression operator()(const model::SubdivisionSurface& surface) const { return of_preimage(itself(surface)); }
+  Expression operator()(const model::Preimage& preimage) const { return of_preimage(preimage); }
   Expression operator()(const model::Polytope& polytope) const {
     const std::size_t d = size(dimension_);
     model::Polytope prism;
@@ -94,6 +94,31 @@ class Prism {
   double length_;
   const ConstructContext& context_;
 
+  /// The solid as the preimage of itself under the identity.
+  template <typename Solid>
+  [[nodiscard]] model::Preimage itself(const Solid& solid) const {
+    const std::size_t d = size(dimension_);
+    const model::Bounds bounds = model::bounds(make(dimension_, solid));
+    model::Preimage preimage{solid, dimension_, std::vector<double>(d * (d + 1)), bounds.lower, bounds.upper};
+    for (std::size_t i = 0; i < d; ++i) preimage.map[i * (d + 2)] = 1;
+    return preimage;
+  }
+  /// The map does not look at the new axis; what lies beyond its ends is cut off.
+  [[nodiscard]] Expression of_preimage(model::Preimage preimage) const {
+    const std::size_t d = size(dimension_), rows = preimage.map.size() / (d + 1);
+    for (std::size_t i = rows; i-- > 0;) preimage.map.insert(preimage.map.begin() + static_cast<std::ptrdiff_t>(i * (d + 1) + d), 0.0);
+    AxisBox room{preimage.lower, preimage.upper};
+    for (std::size_t i = 0; i < d; ++i) {
+      const double side = (room.upper[i] - room.lower[i]) / 8;
+      room.lower[i] -= side;
+      room.upper[i] += side;
+    }
+    room.lower.push_back(0);
+    room.upper.push_back(length_);
+    preimage.lower.push_back(-length_ / 8);
+    preimage.upper.push_back(length_ * 1.125);
+    return model::intersect({make(dimension_ + 1, std::move(preimage)), moved(model::cuboid(room.lengths()), room.lower)});
+  }
   static void add_point(std::vector<double>& to, std::span<const double> first, double last) {
     to.insert(to.end(), first.begin(), first.end());
     to.push_back(last);

@@ -12,6 +12,7 @@
 #include "bsp2/model/bottom_up.hpp"
 #include "bsp2/model/builder.hpp"
 #include "extrusion.hpp"
+#include "faceting.hpp"
 #include "nested.hpp"
 #include "offset.hpp"
 #include "outline.hpp"
@@ -95,18 +96,11 @@ class Resolver {
   Expression faceted(const Expression& solid) {
     return faceted_.run(
         solid, [](const Expression& at) { return at.node().faceted ? std::optional(at) : std::nullopt; },
-        [](const Node& node, std::vector<Expression> images) -> Expression {
+        [this](const Node& node, std::vector<Expression> images) -> Expression {
           if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(node.dimension, Boolean{boolean->operation, std::move(images)});
           if (const auto* transform = std::get_if<Transform>(&node.value)) return make(node.dimension, Transform{transform->matrix, images[0]});
           if (!images.empty()) return images[0];  // a construct has the colour and the name around it
-          const auto& primitive = std::get<Primitive>(node.value);
-          if (std::holds_alternative<model::Torus>(primitive)) throw Error("a torus has no corners: hull, minkowski and the like cannot take it");
-          if (!std::holds_alternative<model::Round>(primitive))
-            throw Error("a spline or a subdivision surface has no corners: hull, minkowski and the like cannot take it");
-          const auto& round = std::get<model::Round>(primitive);
-          if (round.sides == 0) throw Error("a round solid of " + std::to_string(node.dimension) + " dimensions has no corners: hull, minkowski and the like cannot take it");
-          if (node.dimension == 2) return model::circle(round.bottom, round.sides);
-          return round.lengths.empty() ? model::sphere(round.bottom, round.sides) : model::cylinder(round.lengths[0], round.bottom, round.top, round.sides);
+          return faceted_primitive(std::get<Primitive>(node.value), node.dimension, options_);
         });
   }
 
@@ -170,7 +164,7 @@ class Resolver {
   Expression lifted(const Expression& solid) {
     return lifted_.run(
         solid, [](const Expression&) -> std::optional<Expression> { return std::nullopt; },
-        [](const Node& node, std::vector<Expression> images) -> Expression {
+        [this](const Node& node, std::vector<Expression> images) -> Expression {
           if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
             if (boolean->operation == model::Operation::complement) throw Error("linear_extrude: a complement has no bounds; intersect it with something");
             return make(3, Boolean{boolean->operation, std::move(images)});
@@ -180,16 +174,18 @@ class Resolver {
             return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
           }
           if (!images.empty()) return images[0];  // a construct has the colour and the name around it
-          return std::visit([](const auto& primitive) { return prism(primitive); }, std::get<Primitive>(node.value));
+          return std::visit([this](const auto& primitive) { return prism(primitive); }, std::get<Primitive>(node.value));
         });
   }
+  Expression unit_prism(const Primitive& primitive) { return construct_of(model::Product{}, {make(2, primitive), model::cuboid({1})}); }
   static Expression prism(const model::Cuboid& square) { return make(3, model::Cuboid{{square.size[0], square.size[1], 1}}); }
   static Expression prism(const model::RegularPolygon& circle) {
     return make(3, model::Lathe{circle.sides, {{circle.radius, 0}, {circle.radius, 1}}});
   }
   static Expression prism(const model::ConvexPolygon& polygon) { return make(3, polygon); }
   static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides}); }
-  static Expression prism(const model::Spline&) { throw Error("a spline curve cannot be extruded; a spline surface can say the same"); }
+  Expression prism(const model::Spline& spline) { return unit_prism(spline); }
+  Expression prism(const model::Preimage& section) { return unit_prism(section); }
   static Expression prism(const model::SubdivisionSurface&) { throw std::logic_error("a subdivision surface is no plane solid"); }
   static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
   static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }

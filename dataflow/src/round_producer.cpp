@@ -92,7 +92,7 @@ typename RoundProducer<D>::Vector RoundProducer<D>::in_frame(const Vector& x) co
 template <int D>
 double RoundProducer<D>::radius_at(const Vector& y) const {
   const Family& family = round_.family;
-  return family.bottom() == family.top() ? 1 : family.bottom() + (family.top() - family.bottom()) * y[D - 1];
+  return family.bottom() == family.top() ? 1 : family.bottom() + (family.top() - family.bottom()) * y[family.axes()];
 }
 
 /// The solid is convex: a cell whose vertices are inside is inside. So is what is beyond a tangent outside.
@@ -124,7 +124,7 @@ Label RoundProducer<D>::ask_vertices(const State& state, const CellView<D>& cell
       along += y[i] * towards[i];
     }
     // The sums are off by a few roundings of what they hold.
-    const double distance = std::sqrt(square), rounding = 0x1p-48 * (1 + distance + std::fabs(y[D - 1]));
+    const double distance = std::sqrt(square), rounding = 0x1p-48 * (1 + distance + std::fabs(y[std::min(axes, D - 1)]));
     inside = inside && distance + slack + rounding <= radius;
     outside = outside && along / length > radius + slack + rounding;
     if (!inside && !outside) return Label::fuzzy;

@@ -21,6 +21,7 @@ Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
       localizer_(crew.network, splitter_), writer_(crew.network.table) {
   totals.reset_bounds();
   localizer_.set_tolerance(crew.options.tolerance.value_or(0));
+  if (crew.options.angle) localizer_.set_view(crew.options.eye, *crew.options.angle);
 }
 
 template <int D>

@@ -26,7 +26,7 @@ std::uint64_t RoundFamily<D>::size_with(int axes, std::uint32_t levels) {
 template <int D>
 RoundFamily<D>::RoundFamily(int axes, double bottom, double top, std::uint64_t limit) : axes_(axes), bottom_(bottom), top_(top) {
   if (axes < 2 || axes > D) throw std::logic_error("a round solid has 2 to D round axes");
-  if (is_tapered() && (D != 3 || axes != 2)) throw std::logic_error("cones are three-dimensional");
+  if (is_tapered() && axes == D) throw std::logic_error("a cone has an axis");
   while (levels_ < most_levels && size_with(axes, levels_ + 1) <= limit) ++levels_;
   count_ = static_cast<std::uint32_t>(size_with(axes, levels_));
   radials_ = static_cast<std::uint32_t>(axes * (axes - 1)) * ((2U << levels_) + 1);
@@ -144,7 +144,7 @@ std::array<LocalInteger, D + 1> RoundFamily<D>::exact(std::uint32_t number) cons
   }
   const LocalInteger low = static_cast<std::int64_t>(std::ldexp(bottom_, 53)), high = static_cast<std::int64_t>(std::ldexp(top_, 53));
   for (int i = 0; i < D; ++i) covector[i] = LocalInteger(plane.normal[i]) << 53;
-  covector[D - 1] = LocalInteger(plane.offset) * (high - low);
+  covector[axes_] = LocalInteger(plane.offset) * (high - low);
   covector[D] = LocalInteger(plane.offset) * low;
   return covector;
 }
@@ -157,7 +157,7 @@ std::array<long double, D + 1> RoundFamily<D>::rounded(std::uint32_t number) con
   for (int i = 0; i < D; ++i) covector[i] = static_cast<long double>(plane.normal[i]);
   covector[D] = static_cast<long double>(plane.offset);
   if (!tapered) return covector;
-  covector[D - 1] = covector[D] * (static_cast<long double>(top_) - static_cast<long double>(bottom_));
+  covector[axes_] = covector[D] * (static_cast<long double>(top_) - static_cast<long double>(bottom_));
   covector[D] *= static_cast<long double>(bottom_);
   return covector;
 }

@@ -259,6 +259,9 @@ std::string lines(const std::vector<std::string>& words) {
   return text;
 }
 
+/// The coordinates of the eye are attributes; they are there only if there is an eye.
+std::string eye_attribute(std::size_t axis) { return "eye_" + std::to_string(axis + 1); }
+
 void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head, const std::string& superstep_names) {
   const auto number = [&](const char* name, const auto& value) { hdf5::write_attribute(file, name, value); };
   number("format", format_name);
@@ -267,6 +270,10 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head, const st
   number("coincidence", head.coincidence);
   number("curved", static_cast<std::uint32_t>(head.curved));
   number("tolerance", head.tolerance);
+  if (head.angle > 0) {
+    number("angle", head.angle);
+    for (std::size_t i = 0; i < head.eye.size(); ++i) number(eye_attribute(i).c_str(), head.eye[i]);
+  }
   number("level", head.level ? static_cast<std::int32_t>(*head.level) : std::int32_t{-1});
   number("keep", static_cast<std::uint32_t>(head.keep_in | head.keep_fuzzy << 1 | head.keep_out << 2));
   number("hyperplanes", head.hyperplanes);
@@ -384,6 +391,10 @@ SnapshotHead read_head(hid_t file) {
   head.coincidence = hdf5::read_attribute<double>(file, "coincidence");
   head.curved = hdf5::read_attribute<std::uint32_t>(file, "curved") != 0;
   head.tolerance = hdf5::read_attribute<double>(file, "tolerance");
+  if (H5Aexists(file, "angle") > 0) {
+    head.angle = hdf5::read_attribute<double>(file, "angle");
+    for (std::int32_t i = 0; i < head.dimension; ++i) head.eye.push_back(hdf5::read_attribute<double>(file, eye_attribute(static_cast<std::size_t>(i)).c_str()));
+  }
   const auto level = hdf5::read_attribute<std::int32_t>(file, "level");
   if (level >= 0) head.level = static_cast<std::uint32_t>(level);
   const auto keep = hdf5::read_attribute<std::uint32_t>(file, "keep");

@@ -57,6 +57,15 @@ CLI::Validator positive_number() {
           "> 0"};
 }
 
+CLI::Validator acute_angle() {
+  return {[](const std::string& text) -> std::string {
+            double value = 0;
+            if (CLI::detail::lexical_cast(text, value) && value > 0 && value < 90) return {};
+            return "must be an angle above 0 and below 90 degrees, not " + text;
+          },
+          "0 .. 90"};
+}
+
 const CLI::Range some_cells(std::uint64_t{1}, std::uint64_t{1} << 62, "1 or more");
 
 constexpr auto work_group = "What is computed";
@@ -118,6 +127,10 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_option("--steps", options.steps, "end after N steps as long as --budget says")
       ->check(CLI::Range(1U, 1U << 30, "1 or more"))
       ->type_name("N")
+      ->group(group);
+  app.add_option("--angle", options.angle, "or until FUZZY cells are seen thinner than this\nfrom --eye; 0.1 is three pixels of a picture of\n1000 that is 30 degrees wide")
+      ->check(acute_angle())
+      ->type_name("DEGREES")
       ->group(group);
   app.add_option("--order", raw.order, "which cell is refined next: depth, priority (the\nlargest) or view (what looks largest from --eye)")
       ->check(CLI::IsMember({"depth", "priority", "view"}))
@@ -182,12 +195,15 @@ void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& k
 bool is_only_shown(const Raw& raw) { return !raw.exported.empty() || !raw.rendered.empty() || !raw.points.empty(); }
 
 void set_pictures(RunCommand& command, const Raw& raw) {
-  command.view = picture_options(raw.view);
+  // An eye of other than three dimensions is not that of a picture.
+  PictureText view = raw.view;
+  if (!command.options.eye.empty() && command.options.eye.size() != 3) view.eye.clear();
+  command.view = picture_options(view);
   if (!raw.picture.empty()) command.picture = raw.picture;
   if (!raw.rendered.empty()) command.picture = raw.rendered;
   if (command.picture) command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
   if (!raw.frames.empty()) command.frames = raw.frames;
-  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() && raw.order != "view")
+  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() && command.options.eye.empty())
     throw Error("nothing is drawn: the options of pictures need --picture, --frames or -o DIR (see 'bsp2 run --help')");
   if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank) throw Error("--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
 }
@@ -214,10 +230,9 @@ void set_export(RunCommand& command, const std::filesystem::path& path) {
 RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
   if (raw.order == "priority" || raw.order == "view") command.options.order = supersteps::Order::priority;
-  if (raw.order == "view") {
-    const auto eye = picture_options(raw.view).eye;
-    if (!eye) throw Error("--order view: add --eye X,Y,Z, from where the model is looked at");
-    command.options.eye.assign(eye->begin(), eye->end());
+  if (raw.order == "view" || command.options.angle) {
+    if (raw.view.eye.empty()) throw Error(std::string(raw.order == "view" ? "--order view" : "--angle") + ": add --eye X,Y,Z, from where the model is looked at");
+    command.options.eye = eye_of(raw.view);
   }
   if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
   if (!raw.boundary.empty()) {

@@ -66,6 +66,12 @@ bool is_given(const PictureText& text) {
   return !text.eye.empty() || !text.look.empty() || !text.size.empty() || !text.shade.empty() || text.explode > 0 || text.edges;
 }
 
+std::vector<double> eye_of(const PictureText& text) {
+  std::vector<double> eye = numbers_in(text.eye, ',');
+  if (eye.empty()) throw Error("--eye: '" + text.eye + "' is no point; write as many numbers as the model has dimensions, for example --eye 30,-40,25");
+  return eye;
+}
+
 supersteps::PictureOptions picture_options(const PictureText& text) {
   supersteps::PictureOptions options;
   options.eye = point_of(text.eye, "--eye");

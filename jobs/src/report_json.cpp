@@ -57,6 +57,7 @@ std::string to_json(const supersteps::RunReport& report) {
   if (report.out_cells) json["cells"]["out"] = *report.out_cells;
   add_volume(json, report);
   if (report.tolerance) json["tolerance"] = *report.tolerance;
+  if (report.angle) json["view"] = {{"eye", report.eye}, {"angle", *report.angle}};
   add_moments(json, report);
   for (const auto& [part, name] : report.named_parts) json["parts"].push_back({{"part", part}, {"name", name}});
   for (const auto& measures : report.measures) json["measures"].push_back(named(measures));

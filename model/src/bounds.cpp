@@ -97,6 +97,7 @@ Range range_over(Row row, const Round& round) {
     Range range;
     for (const auto& [radius, z] : {std::pair(round.bottom, 0.0), std::pair(round.top, round.lengths[0])})
       for (const int sign : {-1, 1}) range.add(row[axes] * static_cast<Real>(z) + sign * across * static_cast<Real>(radius));
+    for (std::size_t i = axes + 1; i < row.size(); ++i) (row[i] < 0 ? range.low : range.high) += row[i] * static_cast<Real>(round.lengths[i - axes]);
     return range;
   }
   Range range{-across * static_cast<Real>(round.bottom), across * static_cast<Real>(round.bottom)};
@@ -136,6 +137,16 @@ Range range_over(Row row, const Spline& spline) {
 
 Range range_over(Row row, const SubdivisionSurface& surface) { return range_over(row, surface.points, row.size()); }
 
+Range range_over(Row row, const Preimage& preimage) {
+  Range range{0, 0};
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const Real a = row[i] * static_cast<Real>(preimage.lower[i]), b = row[i] * static_cast<Real>(preimage.upper[i]);
+    range.low += std::min(a, b);
+    range.high += std::max(a, b);
+  }
+  return range;
+}
+
 using Map = std::vector<Real>;  // (D+1) x (D+1)
 
 Map identity(std::size_t d) {
@@ -161,7 +172,8 @@ void set_outward(Bounds& bounds, std::size_t axis, Range range) {
 Bounds image(const Primitive& primitive, const Map& map, int dimension) {
   const auto d = static_cast<std::size_t>(dimension);
   Bounds result = nothing(dimension);
-  result.exact = !std::holds_alternative<Spline>(primitive) && !std::holds_alternative<SubdivisionSurface>(primitive);
+  result.exact = !std::holds_alternative<Spline>(primitive) && !std::holds_alternative<SubdivisionSurface>(primitive) &&
+                 !std::holds_alternative<Preimage>(primitive);
   for (std::size_t i = 0; i < d; ++i) {
     Range range = std::visit([&](const auto& shape) { return range_over(Row(map.data() + i * (d + 1), d), shape); }, primitive);
     const Real translation = map[i * (d + 1) + d];

@@ -8,6 +8,11 @@ namespace bsp2::model {
 Expression::Expression(int dimension)
     : node_(std::make_shared<Node>(dimension, Boolean{Operation::unite, {}})) {}
 
+bool is_curved(const Primitive& primitive) {
+  return std::holds_alternative<Round>(primitive) || std::holds_alternative<Torus>(primitive) || std::holds_alternative<Spline>(primitive) ||
+         std::holds_alternative<SubdivisionSurface>(primitive) || std::holds_alternative<Preimage>(primitive);
+}
+
 Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), faceted(true), parts(0), value(std::move(value_)) {
   constexpr std::uint64_t most = std::uint64_t{1} << 62;  // a graph may stand for more than anybody can count
   const auto add = [&](const Expression& child) {
@@ -21,8 +26,7 @@ Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true)
   } else if (std::holds_alternative<Construction>(value)) {
     resolved = false;
   } else if (const auto* primitive = std::get_if<Primitive>(&value)) {
-    faceted = !std::holds_alternative<Round>(*primitive) && !std::holds_alternative<Torus>(*primitive) &&
-              !std::holds_alternative<Spline>(*primitive) && !std::holds_alternative<SubdivisionSurface>(*primitive);
+    faceted = !is_curved(*primitive);
     parts = 1;
   }
 }

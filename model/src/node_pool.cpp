@@ -78,6 +78,11 @@ void add(Hash& hash, const SubdivisionSurface& surface) {
     for (const std::uint32_t corner : face) hash.add(std::uint64_t{corner});
 }
 
+void add(Hash& hash, const Preimage& preimage) {
+  std::visit([&](const auto& solid) { add(hash, solid); }, preimage.solid);
+  for (const double x : preimage.map) hash.add(x);
+}
+
 std::uint64_t hash_of(const Primitive& primitive) {
   Hash hash;
   hash.add(std::uint64_t{primitive.index()});

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "contact.hpp"
@@ -13,6 +14,7 @@ dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned t
   dataflow::EvaluateOptions evaluate = limits_of(options, threads);
   evaluate.order = options.order == Order::priority ? dataflow::Order::priority : dataflow::Order::depth;
   evaluate.eye = options.eye;
+  if (options.angle) evaluate.angle = *options.angle * std::numbers::pi / 180;
   evaluate.suspend = true;
   evaluate.keep_in = options.keep_in;
   evaluate.keep_fuzzy = options.keep_fuzzy;

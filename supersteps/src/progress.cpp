@@ -59,6 +59,10 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
     head.coincidence = options.coincidence;
     head.curved = options.curved;
     head.tolerance = options.tolerance.value_or(0);
+    if (options.angle) {
+      head.angle = *options.angle;
+      head.eye = options.eye;
+    }
     head.keep_in = options.keep_in;
     head.keep_fuzzy = options.keep_fuzzy;
     head.keep_out = options.keep_out;
@@ -295,6 +299,10 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   resumed.coincidence = head.coincidence;
   resumed.curved = head.curved;
   if (!options.tolerance && head.tolerance > 0) resumed.tolerance = head.tolerance;
+  if (!options.angle && head.angle > 0) {
+    resumed.angle = head.angle;
+    resumed.eye = head.eye;
+  }
   resumed.keep_in = head.keep_in;
   resumed.keep_fuzzy = head.keep_fuzzy;
   resumed.keep_out = head.keep_out;

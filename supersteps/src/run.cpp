@@ -228,7 +228,11 @@ template <int D>
 RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
   limit_refinement(network, options);
-  if (network.is_round()) report.tolerance = options.tolerance;
+  if (network.is_round()) {
+    report.tolerance = options.tolerance;
+    report.angle = options.angle;
+    report.eye = options.eye;
+  }
   report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
 
@@ -311,8 +315,9 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.ranks = static_cast<unsigned>(ranks.count());
   report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
   report.dimension = source.model.expression.dimension();
+  if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
   if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))
-    throw Error("--order view: the eye has " + std::to_string(options.eye.size()) + " coordinates, the model has " + std::to_string(report.dimension) + " dimensions");
+    throw Error("the eye has " + std::to_string(options.eye.size()) + " coordinates, the model has " + std::to_string(report.dimension) + " dimensions");
   report.primitives = source.model.primitive_count;
   report.warnings = source.warnings;
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());

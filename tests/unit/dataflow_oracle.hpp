@@ -113,6 +113,7 @@ inline Where where(const model::Torus& torus, const Point& x, Real margin) {
 }
 
 inline Where where(const model::Spline&, const Point&, Real) { throw std::logic_error("splines have tests of their own"); }
+inline Where where(const model::Preimage&, const Point&, Real) { throw std::logic_error("sections and prisms are asked for what they are made of"); }
 inline Where where(const model::SubdivisionSurface&, const Point&, Real) { throw std::logic_error("subdivision surfaces have tests of their own"); }
 
 inline Real dot(const std::array<Real, 3>& a, const std::array<Real, 3>& b) {
@@ -183,7 +184,7 @@ inline Where where(const model::Polytope& polytope, const Point& x, Real margin)
 }
 
 /// The preimage of a point under an affine map, by Gaussian elimination.
-inline Point preimage(const std::vector<double>& matrix, const Point& x) {
+inline Point inverse_image(const std::vector<double>& matrix, const Point& x) {
   const std::size_t d = x.size();
   std::vector<std::vector<Real>> m(d, std::vector<Real>(d + 1));
   for (std::size_t i = 0; i < d; ++i) {
@@ -211,7 +212,7 @@ inline Where where(const model::Expression& e, const Point& x, Real margin) {
   if (const auto* primitive = std::get_if<model::Primitive>(&e.node().value))
     return std::visit([&](const auto& shape) { return where(shape, x, margin); }, *primitive);
   if (const auto* transform = std::get_if<model::Transform>(&e.node().value))
-    return where(transform->child, preimage(transform->matrix, x), margin);
+    return where(transform->child, inverse_image(transform->matrix, x), margin);
   const auto& boolean = std::get<model::Boolean>(e.node().value);
   bool inside = boolean.operation == Operation::intersect, first = true, doubtful = false;
   for (const model::Expression& child : boolean.children) {

@@ -79,6 +79,17 @@ TEST(CommandLine, OptionsReachTheRun) {
   EXPECT_EQ(options.model, "a.csg");
 }
 
+/// The eye of --angle and --order view has any number of coordinates, and needs no picture.
+TEST(CommandLine, AnglesNeedAnEye) {
+  const auto options = parsed({"run", "a.csg", "--angle", "0.5", "--eye", "1,2,3,4"}).options;
+  EXPECT_EQ(options.angle, 0.5);
+  EXPECT_EQ(options.eye, (std::vector<double>{1, 2, 3, 4}));
+  EXPECT_EQ(parsed({"run", "a.csg", "--order", "view", "--eye", "1,2"}).options.eye, (std::vector<double>{1, 2}));
+  EXPECT_NE(message_for({"run", "a.csg", "--angle", "0.5"}).find("add --eye"), std::string::npos);
+  EXPECT_NE(message_for({"run", "a.csg", "--angle", "0.5", "--eye", "1,x"}).find("no point"), std::string::npos);
+  for (const char* bad : {"0", "90", "-1", "nan"}) EXPECT_NE(message_for({"run", "a.csg", "--eye", "1,2,3", "--angle", bad}), "") << bad;
+}
+
 TEST(CommandLine, PicturesHaveOneSetOfOptions) {
   for (const std::vector<std::string>& start :
        std::vector<std::vector<std::string>>{{"run", "a.csg", "--picture", "p.svg"}, {"resume", "a.h5", "--picture", "p.svg"}, {"render", "a.h5", "-o", "p.svg"}}) {

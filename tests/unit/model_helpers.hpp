@@ -76,6 +76,7 @@ inline double volume(const Torus& torus) { return 2 * std::numbers::pi * std::nu
 
 inline double volume(const Polytope& polytope) { return polytope.content; }
 inline double volume(const Spline&) { throw std::logic_error("no volume of a spline is known"); }
+inline double volume(const Preimage&) { throw std::logic_error("no volume of a preimage is known"); }
 inline double volume(const SubdivisionSurface&) { throw std::logic_error("no volume of a subdivision surface is known"); }
 
 /// Of a primitive, or of nothing.

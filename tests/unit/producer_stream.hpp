@@ -59,7 +59,7 @@ void check_stream_of(const Network<D>& network, const P& producer, unsigned deep
     }
     const Advice advice = producer.advise(left.data(), view);
     if (advice.none) {  // slivers where planes of several wedges nearly meet, by the rounding of chords and tangents
-      ASSERT_LT(view.extent().radius, 1e-6);
+      ASSERT_TRUE(view.extent().radius < 1e-6 || volume < 1e-12 * whole);  // of a prism they are as long as it is
       fuzzy += volume;
       continue;
     }

@@ -26,9 +26,10 @@ enum class Order : std::uint8_t {
 struct EvaluateOptions {
   unsigned threads = 1;
   Order order = Order::depth;
-  std::vector<double> eye;  ///< D numbers: with Order::priority, what looks largest from here is refined first; none: what is largest
+  std::vector<double> eye;  ///< D numbers: with Order::priority, what looks largest from here is refined first (none: what is largest); and see `angle`
   std::optional<unsigned> level;         ///< what is undecided so deep in the BSP tree is left
   std::optional<double> tolerance;       ///< what is undecided about round solids in cells thinner than this is left
+  std::optional<double> angle;           ///< likewise in cells that are seen thinner than this from `eye`, in radians
   std::optional<double> budget_seconds;  ///< what is undecided then is left
   std::optional<std::uint64_t> cells;    ///< likewise once so many cells are emitted
   std::function<bool()> interrupted;     ///< asked some fifty times a second by the calling thread: true ends the evaluation likewise

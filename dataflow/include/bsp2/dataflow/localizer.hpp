@@ -37,6 +37,8 @@ class Localizer {
 
   /// Cells thinner than this are not cut along round solids. 0: all are.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
+  /// Nor cells that are thinner than this angle, in radians, wherever in them one looks from the eye. @pre D coordinates.
+  void set_view(std::span<const double> eye, double angle);
 
   /// The same for a cell that will not be cut: FUZZY only if some producer really is undecided.
   Answer decide(std::span<const Word> program, const geometry::Cell<D>& cell, std::vector<Word>& out);
@@ -58,6 +60,8 @@ class Localizer {
   std::vector<std::uint32_t> active_;  // where the undecided leaves start in the simplified program
   std::vector<Word> second_pass_;
   double tolerance_ = 0;
+  std::array<double, D> eye_{};
+  double angle_ = 0;  // 0: there is no eye
   std::vector<std::pair<double, geometry::HyperplaneId>> candidates_;
   std::vector<double> bounds_, medians_;  // of the undecided operands along an axis
 
@@ -69,6 +73,7 @@ class Localizer {
   auto with_producer(const Word* leaf, Use&& use) const;
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
 
+  [[nodiscard]] double thin() const;
   [[nodiscard]] bool is_thin() const;
   void leave_round_operands(std::span<const Word> program);
   double share_after_median(std::span<const Word> program, int axis);

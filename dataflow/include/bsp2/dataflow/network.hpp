@@ -13,6 +13,7 @@
 #include "bsp2/dataflow/box.hpp"
 #include "bsp2/dataflow/lathe.hpp"
 #include "bsp2/dataflow/mesh.hpp"
+#include "bsp2/dataflow/preimage.hpp"
 #include "bsp2/dataflow/program.hpp"
 #include "bsp2/dataflow/round.hpp"
 #include "bsp2/dataflow/spline.hpp"
@@ -22,8 +23,8 @@
 namespace bsp2::dataflow {
 
 /// What the producers of a network are made of: one occurrence of a primitive, placed in the model. The box contains it,
-/// rounded outward. ConvexProducer, LatheProducer, MeshProducer, RoundProducer, TorusProducer and
-/// SplineProducer say how each kind answers.
+/// rounded outward. ConvexProducer, LatheProducer, MeshProducer, RoundProducer, TorusProducer,
+/// SplineProducer and PreimageProducer say how each kind answers.
 /// Source: the paper, section 4.1, "Producers".
 template <int D>
 struct Producer : Box<D> {
@@ -34,6 +35,7 @@ struct Producer : Box<D> {
   std::int32_t round = -1;                  ///< index into Network::rounds: round, the half-spaces are those of its box
   std::int32_t torus = -1;                  ///< index into Network::tori
   std::int32_t spline = -1;                 ///< index into Network::splines
+  std::int32_t preimage = -1;               ///< index into Network::preimages
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
 };
@@ -52,6 +54,7 @@ struct Network : Program {
   std::vector<Round<D>> rounds;
   std::vector<Torus> tori;    ///< D = 3 only
   std::vector<Spline<D>> splines;
+  std::vector<Preimage<D>> preimages;
   std::vector<Word> program;  ///< empty: the solid is empty
   std::vector<std::optional<model::Colour>> colours;  ///< of each part; empty where the model has none
   std::vector<std::pair<std::int32_t, std::string>> part_names;  ///< of the parts that have one
@@ -65,7 +68,7 @@ struct Network : Program {
   /// The cut across an axis at the last position of the table's grid that is <= value, or the model's hyperplane there.
   [[nodiscard]] geometry::HyperplaneId axial_cut(int axis, double value) const { return axial_planes.cut(table, axis, table.axis_position(axis, value)); }
   /// Whether it has solids that are refined without end.
-  [[nodiscard]] bool is_round() const { return !rounds.empty() || !tori.empty() || !splines.empty(); }
+  [[nodiscard]] bool is_round() const { return !rounds.empty() || !tori.empty() || !splines.empty() || !preimages.empty(); }
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {
     return {planes.data() + producer.first_plane, producer.plane_count};
   }

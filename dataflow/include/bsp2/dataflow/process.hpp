@@ -12,7 +12,7 @@
 /// split.
 ///
 ///   Producer     no input: ConvexProducer, LatheProducer, MeshProducer, RoundProducer, TorusProducer,
-///                SplineProducer. Asked about a cell, it says
+///                SplineProducer, PreimageProducer. Asked about a cell, it says
 ///                IN, OUT, or which hyperplane would help.
 ///   Transformer  one input: Transformer maps the hyperplanes of a producer, Complement exchanges IN and OUT.
 ///   Combiner     several inputs: Combiner folds the answers of its operands into one.

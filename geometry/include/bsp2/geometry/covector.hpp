@@ -10,7 +10,7 @@
 namespace bsp2::geometry {
 
 /// An oriented hyperplane in the frame of one primitive: exact integer coefficients, constant last; the negative side
-/// is inside. At most 216 bits a coefficient (64 above D = 3).
+/// is inside. At most 216 bits a coefficient (114 above D = 3).
 template <int D>
 struct Covector {
   std::array<LocalInteger, D + 1> exact;

@@ -24,7 +24,7 @@ using LocalInteger = FixedInteger<256>;
 ///
 /// With grid entries of 102 bits and local coefficients of 216 bits, a world normal has (D-1) 102 + 216 + 4 bits, a world
 /// constant D 102 + 216 + 6, and the predicate is a determinant of D normals and one constant: for D = 3, below 1840 bits.
-/// Above D = 3 there are no polyhedra and no cones, and local coefficients have 64 bits: for D = 6, below 4300.
+/// Above D = 3 there are no polyhedra, and local coefficients have at most 114 bits, those of cones: for D = 6, below 4570.
 template <int D>
 inline constexpr unsigned exact_bits = D <= 3 ? 1856 : 4608;
 

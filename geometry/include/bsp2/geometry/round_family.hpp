@@ -11,8 +11,8 @@ namespace bsp2::geometry {
 
 /// The hyperplanes that enclose a round solid level by level, each under a number, computed when asked for.
 ///
-/// The solid, in its frame: |(x_1 .. x_axes)| <= radius(x_D), where the radius is 1, or for a cone (D = 3) goes linearly from
-/// `bottom` at x_3 = 0 to `top` at 1. The directions around it are divided like the faces of a cube, and each face into a
+/// The solid, in its frame: |(x_1 .. x_axes)| <= radius, which is 1, or for a cone goes linearly from `bottom` to `top` where
+/// x_(axes+1) goes from 0 to 1. The directions around it are divided like the faces of a cube, and each face into a
 /// grid of 2^level wedges along each of its axes.
 ///
 /// A wedge w has a direction d of integers. Its *tangent* d.x = T radius has the whole solid on its negative side. Before its
@@ -23,7 +23,7 @@ template <int D>
 class RoundFamily {
  public:
   /// @param axes how many axes are round, 2 .. D. @param limit there are at most so many hyperplanes.
-  /// @pre bottom, top in [0, 1], not both 0; both 1 unless D = 3 and axes = 2.
+  /// @pre bottom, top in [0, 1], not both 0; both 1 if axes = D.
   RoundFamily(int axes, double bottom, double top, std::uint64_t limit);
 
   /// A wedge: the face of the cube (2 axis, plus 1 on the negative side), and its place in the grid of this level, along the

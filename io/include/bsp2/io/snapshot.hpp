@@ -22,6 +22,8 @@ struct SnapshotHead {
   bool curved = false;                 ///< how the source was read
   std::optional<std::uint32_t> level;  ///< at which cells are left
   double tolerance = 0;                ///< where round solids are left; 0: nowhere
+  double angle = 0;                    ///< likewise, as seen from `eye`, in degrees
+  std::vector<double> eye;             ///< D coordinates, or none
   bool keep_in = true, keep_fuzzy = true, keep_out = false;
   std::string hyperplanes;   ///< a digest of the compiled hyperplanes, to notice a program that compiles differently
   std::uint32_t steps = 0;   ///< computation supersteps so far

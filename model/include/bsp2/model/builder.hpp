@@ -92,7 +92,7 @@ Expression simplex(int dimension, double size = 1);
 Expression ball_polytope(int dimension, double radius, std::uint32_t sides);
 
 /// All (x_1, x_2, ...) with x_i in operand i: the Cartesian product, of as many dimensions as all together. Round solids stay
-/// round, but for cones and tori, which have no product above three dimensions.
+/// round; splines and subdivision surfaces have products if they are of the plane or of space.
 /// @throws bsp2::Error for more than six dimensions, and for no operands.
 Expression product(std::vector<Expression> operands);
 
@@ -105,7 +105,7 @@ Expression extrude(Expression operand, std::initializer_list<double> lengths, bo
 Expression embed(Expression operand, int dimension, double thickness);
 
 /// The shadow on the space of the axes `kept` (from 0, each once), in their order: all points that are in the operand for some
-/// value of the other coordinates. Exact for polytopes and balls; other round solids become polyhedra (D <= 3).
+/// value of the other coordinates. Exact for polytopes and balls; other round solids become polyhedra.
 Expression project(Expression operand, std::vector<int> kept);
 
 /// What the operand has in the hyperplane x_axis = at, as a solid of the other axes.
@@ -115,7 +115,7 @@ Expression section(Expression operand, int axis, double at);
 /// The solid has to be where c . x + d > 0: compilation throws bsp2::Error where the plane at infinity meets it.
 Expression projective(std::span<const double> matrix, Expression operand);
 
-/// All sums of a point of `a` and one of `b`. Round operands become polyhedra (D <= 3).
+/// All sums of a point of `a` and one of `b`. Round operands become polyhedra, coarse ones for D > 3.
 Expression minkowski(Expression a, Expression b);
 
 /// All points within `distance` of the operand in the maximum norm: its Minkowski sum with a cube. A negative distance

@@ -63,7 +63,8 @@ struct TriangleMesh {
 
 /// A truly round solid: |(x_1 .. x_K)| <= radius times the box [0, length] of each other axis, K = D - lengths.size().
 ///
-/// A ball (K = D), a cylinder, and for D = 3, K = 2 also a cone, whose radius goes linearly from `bottom` to `top`.
+/// A ball (K = D), a cylinder, or a cone times a box: its radius goes linearly from `bottom` to `top` along the axis after the
+/// round ones.
 struct Round {
   double bottom = 1, top = 1;   ///< >= 0, not both 0; equal but for cones
   std::vector<double> lengths;  ///< > 0; at most D - 2
@@ -112,7 +113,23 @@ struct SubdivisionSurface {
   friend bool operator==(const SubdivisionSurface&, const SubdivisionSurface&) = default;
 };
 
-using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus, Polytope, Spline, SubdivisionSurface>;
+/// The points x of E^D that the affine map A x + b takes into a curved solid of another space E^F: prisms over it (F < D) and its
+/// sections (F > D). Of a `Round` only |(y_1 .. y_K)| <= radius counts, not where it ends along its other axes.
+///
+/// It is only known within the box; whoever makes one has it intersected with something that lies in there, if it goes on outside.
+struct Preimage {
+  using Solid = std::variant<Round, Torus, Spline, SubdivisionSurface>;
+  Solid solid;
+  int dimension = 3;                  ///< F
+  std::vector<double> map;            ///< F x (D + 1), row-major: A b
+  std::vector<double> lower, upper;   ///< D coordinates each
+  friend bool operator==(const Preimage&, const Preimage&) = default;
+};
+
+using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus, Polytope, Spline, SubdivisionSurface, Preimage>;
+
+/// Whether it is refined without end: all but polytopes and meshes.
+bool is_curved(const Primitive& primitive);
 
 /// The sweep of a plane solid along `direction`, z_0 > 0; its image at the fraction t is turned by -twist * t degrees
 /// and scaled by 1 - (1 - scale) t.

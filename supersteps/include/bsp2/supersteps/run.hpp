@@ -38,9 +38,10 @@ struct RunOptions {
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
   bool curved = false;                      ///< spheres, cylinders and circles of the text are truly round
   Order order = Order::depth;
-  std::vector<double> eye;                  ///< D numbers: with Order::priority, what looks largest from here is refined first
+  std::vector<double> eye;                  ///< D numbers: with Order::priority, what looks largest from here is refined first; and see `angle`
   std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY
   std::optional<double> tolerance;          ///< round solids are refined until FUZZY cells are thinner than this
+  std::optional<double> angle;              ///< or until they are seen thinner than this from `eye`, in degrees
   std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
   std::optional<unsigned> steps;            ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
   std::optional<std::uint64_t> cells;       ///< a computation superstep ends at about this number of cells
@@ -108,6 +109,8 @@ struct RunReport : Measures {
   std::uint64_t in_cells = 0, fuzzy_cells = 0;
   std::optional<std::uint64_t> out_cells;    ///< when OUT cells are kept
   std::optional<double> tolerance;           ///< of round solids, given or chosen
+  std::optional<double> angle;               ///< likewise, given: as seen from `eye`, in degrees
+  std::vector<double> eye;
   std::vector<NamedPart> named_parts;        ///< in the order of their numbers
   std::vector<NamedMeasures> measures;       ///< on the master, in the order of the model
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none

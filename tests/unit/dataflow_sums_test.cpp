@@ -1,0 +1,145 @@
+// Minkowski sums, growing and shrinking, sweeps and hulls: volumes by formula.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "any_dimension.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+// --- sums ---------------------------------------------------------------------------------------------------------------------------------------
+
+/// Elementary symmetric polynomials: content of the faces of a box, by dimension.
+std::vector<double> elementary(const std::vector<double>& a) {
+  std::vector<double> e(a.size() + 1);
+  e[0] = 1;
+  for (const double x : a)
+    for (std::size_t k = a.size(); k > 0; --k) e[k] += x * e[k - 1];
+  return e;
+}
+
+/// Steiner: the volume of A + r B is a polynomial in r, for a box A and a cross-polytope B sum e_(D-k)(a) (2 r)^k / k!.
+TEST(AnyDimension, SumsHaveTheVolumesOfSteinersFormula) {
+  Seeded s;
+  for (int d = 1; d <= 5; ++d) {
+    const auto lengths = random_lengths(s.random, d);
+    const double r = uniform(s.random, 0.2, 1);
+    std::vector<double> points;
+    for (int i = 0; i < d; ++i)
+      for (const double sign : {-1.0, 1.0})
+        for (int j = 0; j < d; ++j) points.push_back(i == j ? sign * r : 0);
+    const auto e = elementary(lengths);
+    double expected = 0;
+    for (int k = 0; k <= d; ++k) expected += e[static_cast<std::size_t>(d - k)] * std::pow(2 * r, k) / std::tgamma(k + 1);
+    EXPECT_NEAR(volume_of(model::minkowski(model::cuboid(lengths), model::convex_hull(d, points))), expected, 1e-9 * expected) << d;
+    double cube = 1;
+    for (const double a : lengths) cube *= a + 2 * r;
+    EXPECT_NEAR(volume_of(model::grow(model::cuboid(lengths), r)), cube, 1e-9 * cube) << d;
+  }
+}
+
+/// Where a construct needs corners, round solids are inscribed polyhedra.
+TEST(AnyDimension, ConstructsTakePolyhedraForRoundSolids) {
+  const auto check = [](const Expression& e, double truth, double least) {
+    const double volume = volume_of(e);
+    EXPECT_LT(volume, truth);
+    EXPECT_GT(volume, least * truth);
+  };
+  check(model::construct(model::Hull{}, {model::round_cylinder(3, 1, {2})}), 8 * pi / 3, 0.9);
+  check(model::construct(model::Hull{}, {model::ball(4, 1)}), ball_volume(4), 0.6);
+  check(model::project(model::round_cylinder(3, 1, {2}), {0, 1, 2}), 4 * pi / 3, 0.9);
+  check(model::project(model::torus(20, 8), {0, 1}), pi * (28 * 28 - 12 * 12), 0.97);
+  check(model::sweep(model::torus(20, 8), {{0, 0, 0}, {0, 0, 1}}), 2 * pi * pi * 20 * 64 + pi * (28 * 28 - 12 * 12), 0.93);
+}
+
+/// With finer and finer polytopes in the place of the ball: V + S r + (pi / 4) B r^2 + 4/3 pi r^3 from below, B the length of all edges.
+TEST(AnyDimension, GrowingTendsToSteinersFormulaOfTheBall) {
+  const double a = 1, b = 2, c = 3, r = 0.5;
+  const double steiner = a * b * c + 2 * (a * b + b * c + c * a) * r + pi * (a + b + c) * r * r + 4 * pi / 3 * r * r * r;
+  double missing = steiner;
+  for (const std::uint32_t sides : {8U, 16U, 32U}) {
+    const double now = steiner - volume_of(model::grow_round(model::cuboid({a, b, c}), r, sides));
+    EXPECT_GT(now, 0);
+    EXPECT_LT(now, missing / 2.5);
+    missing = now;
+  }
+  EXPECT_LT(missing, 0.02 * steiner);
+}
+
+TEST(AnyDimension, ShrinkingUndoesGrowingOfConvexSolids) {
+  Seeded s;
+  for (int d = 1; d <= 4; ++d) {
+    const auto lengths = random_lengths(s.random, d);
+    const auto grown = model::grow(model::cuboid(lengths), 0.2);
+    const double expected = volume_of(model::cuboid(lengths));
+    EXPECT_NEAR(volume_of(model::grow(grown, -0.2)), expected, 1e-9 * expected) << d;
+  }
+  const auto frame = model::subtract({model::cuboid({4, 4}, true), model::cuboid({2, 2}, true)});
+  EXPECT_NEAR(volume_of(model::grow(frame, -0.25)), 3.5 * 3.5 - 2.5 * 2.5, 1e-10);
+  EXPECT_NEAR(volume_of(model::grow(frame, 0.25)), 4.5 * 4.5 - 1.5 * 1.5, 1e-10);
+  EXPECT_EQ(volume_of(model::grow(frame, -0.75)), 0);
+}
+
+TEST(AnyDimension, SweptBallsStayRound) {
+  Seeded s;
+  for (int d = 2; d <= 4; ++d) {
+    std::vector<double> from, to;
+    double square = 0;
+    for (int i = 0; i < d; ++i) {
+      from.push_back(uniform(s.random, -1, 1));
+      to.push_back(uniform(s.random, -1, 1));
+      square += (to.back() - from.back()) * (to.back() - from.back());
+    }
+    const double r = 0.5, truth = ball_volume(d) * std::pow(r, d) + ball_volume(d - 1) * std::pow(r, d - 1) * std::sqrt(square);
+    expect_contains(volume_interval(model::sweep(model::ball(d, r), {from, to}), d == 4 ? 0.1 : 0.02), truth, d == 4 ? 0.9 : 0.2);
+  }
+  // In the frame of the ball, a point is in the sweep if it is near to the segment.
+  const auto matrix = free_matrix(s.random, 3, 1);
+  const auto swept = model::sweep(model::transform(matrix, model::ball(3, 0.7)), {{0, 0, 0}, {1, 1, 2}});
+  check_labels<3>(swept, 0.1, s.random, [&](const Point& x, Real margin) {
+    const Point y = inverse_image(matrix, x), z = inverse_image(matrix, {x[0] - 1, x[1] - 1, x[2] - 2});
+    Point v(3);
+    Real along = 0, length = 0, distance = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      v[i] = y[i] - z[i];  // the segment, from 0
+      along += v[i] * y[i];
+      length += v[i] * v[i];
+    }
+    const Real t = std::clamp(along / length, Real{0}, Real{1});
+    for (std::size_t i = 0; i < 3; ++i) distance += (y[i] - t * v[i]) * (y[i] - t * v[i]);
+    distance = std::sqrt(distance) - 0.7L;
+    return Where{distance < 0, std::fabs(distance) < margin};
+  });
+}
+
+TEST(AnyDimension, SweptPolytopesAreHulls) {
+  // A box along a vector v: its volume and, for each axis, the face across it times |v_i|.
+  Seeded s;
+  for (int d = 2; d <= 5; ++d) {
+    const auto a = random_lengths(s.random, d);
+    std::vector<double> from(static_cast<std::size_t>(d)), v;
+    double volume = 1, expected = 0;
+    for (const double x : a) {
+      volume *= x;
+      v.push_back(uniform(s.random, -2, 2));
+    }
+    expected = volume;
+    for (std::size_t i = 0; i < a.size(); ++i) expected += volume / a[i] * std::fabs(v[i]);
+    EXPECT_NEAR(volume_of(model::sweep(model::cuboid(a), {from, v})), expected, 1e-9 * expected) << d;
+  }
+}
+
+TEST(AnyDimension, HullsInAnyDimension) {
+  for (int d = 1; d <= 5; ++d) {  // a simplex and its mirror image: the cross-polytope
+    std::vector<double> mirror = identity_matrix(d);
+    for (int i = 0; i < d; ++i) mirror[static_cast<std::size_t>(i * (d + 2))] = -1;
+    const auto both = model::unite({model::simplex(d, 1), model::transform(mirror, model::simplex(d, 1))});
+    EXPECT_NEAR(volume_of(model::construct(model::Hull{}, {both})), std::pow(2, d) / std::tgamma(d + 1), 1e-10) << d;
+  }
+}
+
+}  // namespace
+}  // namespace bsp2::dataflow
