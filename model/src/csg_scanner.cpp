@@ -186,8 +186,8 @@ void Scanner::scalar(std::vector<Value>& tape) {
     tape.push_back({Value::number, 0, 1, number()});
   } else {
     at_ = before;
-    fail("expected a value, found " + here() +
-         (is_letter(c) ? "; a .csg file holds numbers, not names" : ""));
+    if (is_letter(c)) throw SyntaxError{offset(), "expected a value, found " + here() + "; a .csg file holds numbers, not names", true};
+    fail("expected a value, found " + here());
   }
 }
 

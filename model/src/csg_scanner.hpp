@@ -12,6 +12,7 @@ namespace bsp2::model {
 struct SyntaxError {
   std::size_t offset;
   std::string text;
+  bool is_source = false;  ///< what stands there is a name: OpenSCAD's own language has those
 };
 
 /// Turns byte offsets into "line:column" (from 1, columns in UTF-8 characters). Fast if the offsets ascend.
