@@ -43,7 +43,7 @@ Scanner::Scanner(std::string_view text) : begin_(text.data()), at_(begin_), end_
   if (text.starts_with("\xEF\xBB\xBF")) at_ += 3;  // a byte order mark
 }
 
-void Scanner::skip_space() {
+void Scanner::skip_more_space() {
   while (at_ != end_) {
     if (is_space(*at_)) {
       ++at_;
