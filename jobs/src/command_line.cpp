@@ -303,7 +303,9 @@ double parse_seconds(const std::string& text) {
 
 std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arguments, std::ostream& out) {
   if (!arguments.empty() && !arguments.front().starts_with('-') && std::find(commands.begin(), commands.end(), arguments.front()) == commands.end()) {
-    throw Error("unknown command '" + arguments.front() + "' (see 'bsp2 --help')");
+    const std::string& word = arguments.front();
+    const bool is_model = word.ends_with(".csg") || word.ends_with(".scad");
+    throw Error("unknown command '" + word + "' (" + (is_model ? "did you mean 'bsp2 run " + word + "'? See" : "see") + " 'bsp2 --help')");
   }
   RunCommand command;
   Raw raw;

@@ -324,7 +324,7 @@ Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Exp
 
 std::vector<double> read_square_matrix(const Arguments& arguments) {
   const Value* rows = arguments.find("m", 0);
-  if (!rows || rows->kind != Value::vector) return {};
+  if (!rows || rows->kind != Value::vector || rows->size == 3 || rows->size == 4) return {};
   std::vector<double> matrix;
   const Value* row = rows + 1;
   for (std::uint32_t i = 0; i < rows->size; row += row->span, ++i) {

@@ -32,7 +32,8 @@ AnyNode read_any_node(NodeKind kind, const Arguments& arguments);
 /// @throws bsp2::Error without a position, for operands of dimensions that it cannot take.
 Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Expression> operands, NodePool& pool);
 
-/// The square matrix of a multmatrix node, row-major; empty if it is not square.
+/// The square matrix of a multmatrix node, row-major; empty if it is not square, or for children of two or three dimensions,
+/// whose matrix OpenSCAD reads in its own way.
 std::vector<double> read_square_matrix(const Arguments& arguments);
 
 }  // namespace bsp2::model

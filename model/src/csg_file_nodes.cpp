@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -14,18 +13,6 @@
 namespace bsp2::model {
 namespace {
 
-std::string point_text(const Point3& p) {
-  std::string text = "(";
-  text += text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]);
-  return text += ")";
-}
-
-std::string crossing_text(const MeshCrossing& crossing) {
-  const auto& [a, b, c] = crossing.triangle;
-  return "the edge from " + point_text(crossing.edge[0]) + " to " + point_text(crossing.edge[1]) + " goes through the triangle " + point_text(a) + ", " + point_text(b) + ", " +
-         point_text(c);
-}
-
 /// The file that a node names.
 std::filesystem::path file_of(const std::string& node, const Arguments& arguments, const std::filesystem::path& folder) {
   const std::string name = arguments.string("file", 0, "");
@@ -35,7 +22,8 @@ std::filesystem::path file_of(const std::string& node, const Arguments& argument
   const auto type = std::filesystem::status(path, error).type();
   if (type == std::filesystem::file_type::directory) throw Error(node + ": " + path.string() + " is a directory, not a file");
   if (type == std::filesystem::file_type::none) throw Error(node + ": " + path.string() + " cannot be read: " + error.message());
-  if (type != std::filesystem::file_type::regular) throw Error(node + ": there is no file " + path.string());
+  if (type != std::filesystem::file_type::regular)
+    throw Error(node + ": there is no file " + path.string() + (name.find('\\') == std::string::npos ? "" : "; here it is '/' that stands between the names of folders"));
   return path;
 }
 
@@ -53,8 +41,7 @@ DrawingFrame read_frame(const Arguments& arguments) {
 
 Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
   const std::filesystem::path path = file_of("import", arguments, folder);
-  std::string kind = path.extension().string();
-  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string kind = lower_ending(path);
   if (kind == ".dxf") {
     const PlaneDrawing drawing = import_dxf(path, arguments.string("layer", -1, ""), read_frame(arguments), resolution_of(arguments));
     if (drawing.paths.size() == 0) warn("this import is empty: there is no path in " + path.string());
@@ -77,7 +64,7 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   }
   if (closed) {
     if (const auto crossing = self_crossing(*closed))
-      warn("the mesh of " + path.string() + " crosses itself: " + crossing_text(*crossing) + ". What its faces wind around counts as inside");
+      warn("the mesh of " + path.string() + " crosses itself: " + text_of(*crossing) + ". What its faces wind around counts as inside");
     return pool.primitive(std::move(*closed), 3);
   }
   warn("this import is empty: the faces of " + path.string() + " enclose nothing");

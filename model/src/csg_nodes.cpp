@@ -68,9 +68,8 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"subdivision", NodeKind::subdivision},
 };
 
-constexpr std::string_view source_words[] = {"translate", "rotate",   "scale",  "mirror", "module",
-                                             "function",  "for",      "if",     "let",    "use",
-                                             "include",   "children", "assert", "each"};
+constexpr std::string_view source_words[] = {"translate", "rotate", "scale", "mirror", "module", "function", "for", "if",
+                                             "else",      "let",    "use",   "include", "children", "assert", "each"};
 
 bool contains(std::span<const std::string_view> names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -89,6 +88,12 @@ bool resembles(std::string_view a, std::string_view b) {
   return i == a.size() || a.substr(i + 1) == b.substr(i + 1);
 }
 
+bool is_source_at(std::string_view text, std::size_t offset, std::string_view node) {
+  if (contains(source_words, node)) return true;
+  // Assignments, expressions and ranges: none of them stands in a .csg file.
+  return !node.empty() && offset < text.size() && std::string_view("=+-*/%^:?<>").find(text[offset]) != std::string_view::npos;
+}
+
 NodeKind node_kind(std::string_view name) {
   for (const auto& [known, kind] : kinds)
     if (known == name) return kind;
@@ -98,7 +103,7 @@ NodeKind node_kind(std::string_view name) {
 std::string why_not(std::string_view name) {
   const std::string quoted = "'" + std::string(name.substr(0, 60)) + "'";
   if (contains(source_words, name))
-    return quoted + " is OpenSCAD source, not .csg; convert it: openscad -o model.csg model.scad";
+    return quoted + " is no node of a .csg file" + std::string(source_hint);
   std::string text = "there is no node " + quoted;
   for (const auto& entry : kinds)
     if (resembles(name, entry.first)) return text + "; did you mean '" + std::string(entry.first) + "'?";

@@ -67,6 +67,10 @@ enum class NodeKind : std::uint8_t {
 };
 
 NodeKind node_kind(std::string_view name);
+/// What to do with a text in OpenSCAD's own language.
+inline constexpr std::string_view source_hint = "; if this is OpenSCAD's own language, name the file .scad, and the program openscad will translate it";
+/// Whether what the reader cannot read there, after the name `node`, looks like OpenSCAD's own language.
+bool is_source_at(std::string_view text, std::size_t offset, std::string_view node);
 /// Why a node of kind `unknown` cannot be read, with a hint.
 std::string why_not(std::string_view name);
 

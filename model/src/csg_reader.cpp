@@ -29,7 +29,7 @@ class Reader {
     try {
       return read_nodes();
     } catch (const SyntaxError& error) {
-      throw Error(located(error));
+      throw Error(located(error) + (error.is_source || is_source_at(text_, error.offset, reading_) ? std::string(source_hint) : ""));
     }
   }
 
@@ -97,6 +97,7 @@ class Reader {
   const std::filesystem::path folder_;  // what names of files are relative to
   CsgOptions options_;
   Scanner scanner_;
+  std::string_view reading_;  // the name of the last node that was begun
   LineFinder lines_;
   NodePool pool_;
   std::vector<Frame> frames_{Frame{.name = "the file"}};  // which is a group
@@ -113,6 +114,7 @@ class Reader {
   std::vector<std::optional<Colour>> colours_;    // of the color frames
   std::vector<Construct> constructs_;             // of the frames from hull to roof
   std::vector<SyntaxError> problems_, warnings_;
+  std::vector<Model::Polyhedron> polyhedra_;
   std::optional<SyntaxError> left_out_;  // the first open polyhedron that takes part
   std::size_t warnings_left_out_ = 0;
   bool root_tagged_ = false;
@@ -125,6 +127,7 @@ class Reader {
 
 Model Reader::read_nodes() {
   bool any = false;
+  if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) scanner_.fail("this text is UTF-16; save it as UTF-8");
   for (scanner_.skip_space(); !scanner_.at_end(); scanner_.skip_space(), any = true) {
     if (scanner_.peek() == '}') {
       if (frames_.size() == 1) scanner_.fail("this '}' closes nothing");
@@ -171,6 +174,7 @@ void Reader::modifiers(Frame& frame) {
   root_tagged_ = frame.is_root = true;
   frame.absence = Absence::none;
   warnings_.clear();  // of what is not in the tree now
+  polyhedra_.clear();
   left_out_.reset();
   warnings_left_out_ = 0;
 }
@@ -185,6 +189,7 @@ Reader::Frame Reader::header() {
   frame.offset = scanner_.offset();
   frame.name = scanner_.identifier();
   if (frame.name.empty()) scanner_.fail("expected a node, found " + scanner_.here());
+  reading_ = frame.name;
   frame.kind = node_kind(frame.name);
   frame.first_operand = operands_.size();
   frame.first_place = places_.size();
@@ -235,6 +240,7 @@ void Reader::interpret(Frame& frame) {
         } catch (const HollowPolyhedron& polyhedron) {
           made = solid_of_hollow(frame, polyhedron);
         }
+        if (frame.kind == NodeKind::polyhedron && !pool_.is_empty(made) && !only_points_count(frame)) polyhedra_.push_back({frame.offset, made});
         operands_.push_back(std::move(made));
         operand_places_.push_back(places_.size());
         if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
@@ -459,7 +465,7 @@ Model Reader::result() {
   Model model;
   if (!root_tagged_ && top.problem == none) model.expression = solid_of(top);
   const std::size_t problem = root_tagged_ ? root_.problem : top.problem;
-  if (problem != none) throw SyntaxError(problems_[problem]);
+  if (problem != none) throw Error(located(problems_[problem]));
   if (root_tagged_) {
     model.expression = root_solid_;
     model.part_offsets = std::move(root_places_);
@@ -470,6 +476,7 @@ Model Reader::result() {
   if (left_out_ && pool_.is_empty(model.expression)) throw SyntaxError{left_out_->offset, left_out_->text + ", and nothing else is left of the model"};
   model.primitive_count = model.part_offsets.size();
   model.construct_offsets = std::move(constructs_at_);
+  model.polyhedra = std::move(polyhedra_);
   if (model.expression.dimension() == 0) model.expression = pool_.empty(3);
   for (const SyntaxError& warning : warnings_) model.warnings.push_back(located(warning));
   if (warnings_left_out_ > 0)
@@ -488,7 +495,7 @@ Model parse_csg(std::string_view text, const std::string& name, const CsgOptions
 }
 
 Model read_csg(const std::filesystem::path& path, const CsgOptions& options) {
-  return parse_csg(read_text(path), path.string(), options);
+  return parse_csg(read_model_text(path), path.string(), options);
 }
 
 }  // namespace bsp2::model

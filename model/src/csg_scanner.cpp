@@ -43,7 +43,7 @@ Scanner::Scanner(std::string_view text) : begin_(text.data()), at_(begin_), end_
   if (text.starts_with("\xEF\xBB\xBF")) at_ += 3;  // a byte order mark
 }
 
-void Scanner::skip_space() {
+void Scanner::skip_more_space() {
   while (at_ != end_) {
     if (is_space(*at_)) {
       ++at_;
@@ -186,8 +186,8 @@ void Scanner::scalar(std::vector<Value>& tape) {
     tape.push_back({Value::number, 0, 1, number()});
   } else {
     at_ = before;
-    fail("expected a value, found " + here() +
-         (is_letter(c) ? "; a .csg file holds numbers, not names" : ""));
+    if (is_letter(c)) throw SyntaxError{offset(), "expected a value, found " + here() + "; a .csg file holds numbers, not names", true};
+    fail("expected a value, found " + here());
   }
 }
 

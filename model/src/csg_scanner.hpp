@@ -12,6 +12,7 @@ namespace bsp2::model {
 struct SyntaxError {
   std::size_t offset;
   std::string text;
+  bool is_source = false;  ///< what stands there is a name: OpenSCAD's own language has those
 };
 
 /// Turns byte offsets into "line:column" (from 1, columns in UTF-8 characters). Fast if the offsets ascend.
@@ -50,8 +51,11 @@ class Scanner {
  public:
   explicit Scanner(std::string_view text);
 
-  /// Skips white space and comments.
-  void skip_space();
+  /// Skips white space and comments. Most often there is none or one space: this is asked for several times a number.
+  void skip_space() {
+    if (at_ != end_ && *at_ == ' ') ++at_;
+    if (at_ != end_ && (static_cast<unsigned char>(*at_) <= ' ' || *at_ == '/')) skip_more_space();
+  }
   [[nodiscard]] bool at_end() const { return at_ == end_; }
   [[nodiscard]] char peek() const { return at_ == end_ ? '\0' : *at_; }
   [[nodiscard]] std::size_t offset() const { return static_cast<std::size_t>(at_ - begin_); }
@@ -73,6 +77,7 @@ class Scanner {
   double slow_number();
   void string();
   void block_comment();
+  void skip_more_space();
 
   const char *begin_, *at_, *end_;
   std::vector<std::uint32_t> open_;  // vectors that are being read

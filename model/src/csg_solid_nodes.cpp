@@ -96,7 +96,9 @@ Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, 
     return pool.transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1}, round);
   }
   const std::uint32_t sides = checked_sides(widest, arguments, false);
-  return pool.adopt(cylinder(height, bottom, top, sides, arguments.flag("center", 3)));
+  const bool center = arguments.flag("center", 3);
+  const double low = center ? -height / 2 : 0, high = center ? height / 2 : height;
+  return low < high ? pool.primitive(Lathe{sides, {{bottom, low}, {top, high}}}, 3) : pool.empty(3);
 }
 
 Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const Warn& warn) {

@@ -23,6 +23,9 @@ struct ImportedMesh {
   void add_face(std::span<const std::uint32_t> corners);
 };
 
+/// The ending of a file's name (with its dot) in small letters.
+std::string lower_ending(const std::filesystem::path& path);
+
 /// Whether import_mesh reads files with this ending (with its dot, in small letters).
 bool is_mesh_ending(std::string_view ending);
 

@@ -4,9 +4,15 @@
 #include <cstdint>
 #include <map>
 #include <numeric>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
+
+#include "bsp2/model/csg.hpp"
+#include "csg_arguments.hpp"
+#include "csg_scanner.hpp"
+#include "polyhedron.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -143,8 +149,39 @@ class CrossingFinder {
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t, int>, std::uint32_t> hits_;
 };
 
+std::string point_text(const Point3& p) {
+  std::string text = "(";
+  text += text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]);
+  return text += ")";
+}
+
 }  // namespace
 
 std::optional<MeshCrossing> self_crossing(const TriangleMesh& mesh) { return CrossingFinder(mesh).run(); }
+
+std::string text_of(const MeshCrossing& crossing) {
+  const auto& [a, b, c] = crossing.triangle;
+  return "the edge from " + point_text(crossing.edge[0]) + " to " + point_text(crossing.edge[1]) + " goes through the triangle " + point_text(a) + ", " + point_text(b) + ", " +
+         point_text(c);
+}
+
+std::vector<std::string> crossing_warnings(const Model& model, std::string_view text, const std::string& name) {
+  constexpr std::size_t most = 100;
+  std::vector<std::string> warnings;
+  std::set<const Node*> seen;
+  LineFinder lines(text);
+  for (const auto& [offset, solid] : model.polyhedra) {
+    if (warnings.size() == most) break;
+    const Node& node = solid.node();
+    const auto* shape = std::get_if<Primitive>(&node.value);
+    const auto* mesh = shape ? std::get_if<TriangleMesh>(shape) : nullptr;
+    if (!mesh || !seen.insert(&node).second) continue;
+    if (const auto crossing = self_crossing(*mesh))
+      warnings.push_back(name + ":" + lines.at(offset) + ": this polyhedron crosses itself: " + text_of(*crossing) +
+                         ". A point counts once, however often the faces wind around it; the volume that the faces sum up to, " + text_of(signed_volume(mesh->points, mesh->triangles)) +
+                         ", may count it several times");
+  }
+  return warnings;
+}
 
 }  // namespace bsp2::model

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <optional>
+#include <string>
 
 #include "bsp2/model/expression.hpp"
 #include "predicates.hpp"
@@ -19,5 +20,8 @@ struct MeshCrossing {
 /// An edge crosses where its ends lie clearly (beyond rounding) on both sides of a triangle that it hits, or of both
 /// triangles at an edge that it hits. Time: n log n for n triangles of a mesh that is no heap of them.
 std::optional<MeshCrossing> self_crossing(const TriangleMesh& mesh);
+
+/// "the edge from (x, y, z) to ... goes through the triangle ..."
+std::string text_of(const MeshCrossing& crossing);
 
 }  // namespace bsp2::model

@@ -184,21 +184,6 @@ std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCy
   return triangles;
 }
 
-double volume(const std::vector<Point3>& points, const std::vector<Triangle>& triangles) {
-  double sum = 0;
-  if (triangles.empty()) return 0;
-  const Point3& o = points[triangles[0][0]];
-  for (const Triangle& t : triangles) {
-    Point3 e[3];
-    for (int i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k) e[i][k] = points[t[i]][k] - o[k];
-    sum += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
-           e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
-           e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
-  }
-  return sum / 6;
-}
-
 /// Keeps the points in use, in their order.
 TriangleMesh compact(const std::vector<Point3>& points, std::vector<Triangle> triangles) {
   std::vector<std::uint32_t> id(points.size());
@@ -225,12 +210,27 @@ std::optional<TriangleMesh> mesh_of(const std::vector<Point3>& points, std::vect
   if (triangles.empty()) return std::nullopt;
   if (const auto open = open_edges(as_faces(triangles)); !open.empty()) throw_open(points, open);
   // Wound the wrong way round as a whole: the solid is the same, so turn it.
-  if (volume(points, triangles) < 0)
+  if (signed_volume(points, triangles) < 0)
     for (Triangle& triangle : triangles) std::swap(triangle[1], triangle[2]);
   return compact(points, std::move(triangles));
 }
 
 }  // namespace
+
+double signed_volume(const std::vector<Point3>& points, const std::vector<Triangle>& triangles) {
+  double sum = 0;
+  if (triangles.empty()) return 0;
+  const Point3& o = points[triangles[0][0]];
+  for (const Triangle& t : triangles) {
+    Point3 e[3];
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) e[i][k] = points[t[i]][k] - o[k];
+    sum += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
+           e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+           e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+  }
+  return sum / 6;
+}
 
 std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const FaceCycles& faces) {
   check_input(points, faces);

@@ -11,6 +11,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
+#include "imports.hpp"
 
 extern char** environ;
 
@@ -69,7 +70,7 @@ std::vector<std::string> lines_of(const std::filesystem::path& path, std::initia
 
 }  // namespace
 
-bool is_scad(const std::filesystem::path& path) { return path.extension() == ".scad"; }
+bool is_scad(const std::filesystem::path& path) { return lower_ending(path) == ".scad"; }
 
 ModelText convert_scad(const std::filesystem::path& path) {
   const std::string name = path.string();

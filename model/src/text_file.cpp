@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -6,8 +8,15 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
+#include "imports.hpp"
 
 namespace bsp2::model {
+
+std::string lower_ending(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
 
 std::string read_text(const std::filesystem::path& path) {
   const std::string name = path.string();
@@ -29,6 +38,13 @@ std::string read_text(const std::filesystem::path& path) {
   }
   if (std::ferror(file.get())) throw Error(name + ": cannot be read: " + std::strerror(errno));
   if (text.empty()) throw Error(name + ": is empty, so it holds no model");
+  return text;
+}
+
+std::string read_model_text(const std::filesystem::path& path) {
+  std::string text = read_text(path);
+  if (const std::string ending = lower_ending(path); is_mesh_ending(ending) || ending == ".dxf" || ending == ".svg")
+    throw Error(path.string() + ": is no model but something that a model imports; write import(file = \"" + path.filename().string() + "\"); into a .csg file and run that");
   return text;
 }
 

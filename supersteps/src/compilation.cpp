@@ -17,9 +17,10 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
     source.text = std::move(translated.text);
     source.warnings = std::move(translated.warnings);
   } else {
-    source.text = model::read_text(options.model);
+    source.text = model::read_model_text(options.model);
   }
   source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
+  for (std::string& warning : model::crossing_warnings(source.model, source.text, source_name(options))) source.warnings.push_back(std::move(warning));
   return source;
 }
 

@@ -12,6 +12,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
+#include "csg_nodes.hpp"
 #include "model_helpers.hpp"
 
 namespace bsp2::model {
@@ -294,6 +295,7 @@ TEST(Csg, ReadsNumbersToTheNearestDouble) {
 }
 
 TEST(Csg, ErrorsSayWhere) {
+  const std::string source(source_hint);
   EXPECT_EQ(message("cube();\n\n  warp(size = [1, 1]);"),
             "test.csg:3:3: there is no node 'warp'");
   EXPECT_EQ(message("group() {\n\tcubee(); }"),
@@ -304,12 +306,18 @@ TEST(Csg, ErrorsSayWhere) {
             "test.csg:1:19: expected ';' or '{' after 'cube(...)', found 'x'");
   EXPECT_EQ(
       message("translate([1, 2, 3]) {}"),
-      "test.csg:1:1: 'translate' is OpenSCAD source, not .csg; convert it: openscad -o model.csg model.scad");
+      "test.csg:1:1: 'translate' is no node of a .csg file" + source);
+  EXPECT_EQ(message("module a() { cube(); }"), "test.csg:1:8: expected '(' after the name of a node, found 'a'" + source);
+  EXPECT_EQ(message("for (i = [0:3]) cube();"), "test.csg:1:12: expected ',' or ']' in a vector, found ':'" + source);
+  EXPECT_EQ(message("x = 5; cube(x);"), "test.csg:1:3: expected '(' after the name of a node, found '='" + source);
+  EXPECT_EQ(message("cube(2 / 3);"), "test.csg:1:8: expected ',' or ')' in the arguments, found '/'" + source);
+  EXPECT_EQ(message("translate([1, 2, 3]) cube();"), "test.csg:1:22: expected ';' or '{' after 'translate(...)', found 'cube'" + source);
+  EXPECT_EQ(message("\xFF\xFE" "c\1u\1"), "test.csg:1:1: this text is UTF-16; save it as UTF-8");
   EXPECT_EQ(message("union() {\n group() {\n"),
             "test.csg:3:1: the text ends inside 'group' of 2:2; a '}' is missing, or the file is cut off");
   EXPECT_EQ(message("cube(); }"), "test.csg:1:9: this '}' closes nothing");
   EXPECT_EQ(message("cube(size = abc);"),
-            "test.csg:1:13: expected a value, found 'abc'; a .csg file holds numbers, not names");
+            "test.csg:1:13: expected a value, found 'abc'; a .csg file holds numbers, not names" + source);
   EXPECT_EQ(message("cube(1.2.3);"), "test.csg:1:6: this is not a number");
   EXPECT_EQ(message("\x7F"
                     "ELF"),
@@ -349,6 +357,30 @@ TEST(Csg, OpenPolyhedraAreLeftOutWithAWarning) {
 }
 
 /// A hull takes the points of what is no solid, like OpenSCAD: also those of a plane polygon.
+TEST(Csg, PolyhedraThatCrossThemselvesAreToldOf) {
+  // Two cubes of side 2, whose volumes sum up to 16; the second one begins at (x, x, x).
+  const auto two = [](double x) {
+    std::string points, faces;
+    for (int i = 0; i < 16; ++i) {
+      const double at = i < 8 ? 0 : x;
+      for (int k = 0; k < 3; ++k) points += (k == 0 ? "[" : "") + std::to_string(at + (i >> k & 1) * 2) + (k == 2 ? "]," : ",");
+    }
+    for (int first : {0, 8})
+      for (const auto& [a, b, c, d] : {std::array{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}})
+        faces += "[" + std::to_string(first + a) + "," + std::to_string(first + b) + "," + std::to_string(first + c) + "," + std::to_string(first + d) + "],";
+    return "polyhedron(points = [" + points + "], faces = [" + faces + "]);";
+  };
+  const auto warnings = [](const std::string& text) { return crossing_warnings(parse(text), text, "test.csg"); };
+  const std::vector<std::string> told = warnings("cube(); \n " + two(1) + two(1));
+  ASSERT_EQ(told.size(), 1U) << "equal ones once";
+  EXPECT_TRUE(told[0].starts_with("test.csg:2:2: this polyhedron crosses itself: the edge from (")) << told[0];
+  EXPECT_NE(told[0].find("the volume that the faces sum up to, 16,"), std::string::npos) << told[0];
+  EXPECT_EQ(warnings(two(1) + two(1.5)).size(), 2U);
+  EXPECT_TRUE(warnings(two(3) + two(2)).empty()) << "apart, and touching";
+  EXPECT_TRUE(warnings("hull() { " + two(1) + " } %" + two(1) + " *" + two(1)).empty()) << "none of them is a solid by itself";
+  EXPECT_TRUE(warnings(two(1) + " !cube();").empty());
+}
+
 TEST(Csg, OnlyThePointsOfAHollowPolyhedronCountUnderAHull) {
   const std::string square = "polyhedron(points = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], faces = [[0,1,2,3]]);";
   const std::string lifted = "multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]) { color([1,0,0]) { " + square + " } }";

@@ -21,7 +21,20 @@ struct Model {
   std::vector<std::size_t> part_offsets;
   /// Where each construct (a Construction in `expression`) stands first.
   std::unordered_map<const Node*, std::size_t> construct_offsets;
+  /// A `polyhedron` of the text that is a solid by itself, and where it stands.
+  struct Polyhedron {
+    std::size_t offset;
+    Expression solid;
+  };
+  std::vector<Polyhedron> polyhedra;  ///< in source order
 };
+
+/// A warning, "name:line:column: ...", for each `polyhedron` whose faces cross each other: where, and what they sum up to, which
+/// is not the volume of the solid. Equal ones are told of once, the first hundred of all.
+///
+/// Time: n log n for n triangles, more than it takes to read them.
+/// @param text the one that the model was read from, under that name.
+std::vector<std::string> crossing_warnings(const Model& model, std::string_view text, const std::string& name);
 
 /// "name:line:column" of a byte of the text that was read under that name.
 std::string place_in(std::string_view text, const std::string& name, std::size_t offset);
@@ -60,5 +73,7 @@ ModelText convert_scad(const std::filesystem::path& path);
 
 /// The whole text of a model file. @throws bsp2::Error if it is missing, a directory, not readable or empty.
 std::string read_text(const std::filesystem::path& path);
+/// The same. @throws bsp2::Error also if it is a mesh or a drawing, by its name: those are imported.
+std::string read_model_text(const std::filesystem::path& path);
 
 }  // namespace bsp2::model
