@@ -95,8 +95,14 @@ void check_folder(const fs::path& path) {
   if (!fs::is_directory(existing, error)) {
     throw Error("cannot write to the folder '" + path.string() + "': '" + existing.string() + "' is a file");
   }
-  if (::access(existing.c_str(), W_OK | X_OK) != 0)
-    fail("cannot write to the folder", existing, last_error());
+  // Rights do not tell all: a file system may be read only, full, or none for users, as /proc.
+  std::string name = (existing / ".bsp2-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) {
+    const std::error_code why = last_error();
+    if (existing == path) fail("cannot write to the folder", path, why);
+    throw Error("cannot make the folder '" + path.string() + "': nothing can be written in '" + existing.string() + "' (" + why.message() + ")");
+  }
+  ::rmdir(name.c_str());
 }
 
 TemporaryDirectory::TemporaryDirectory(const fs::path& parent) {

@@ -38,7 +38,8 @@ struct Share {
 /// Writes arrays together with the other writers.
 ///
 /// What goes wrong here alone must not keep this process from the calls that are collective: the others would wait for it
-/// for ever. So a failure is kept, the rest is written without data, and `rethrow` comes when the file is closed.
+/// for ever. So a failure is kept, the rest is written without data, and `rethrow` comes when the file is closed. But after a
+/// failure of HDF5 itself the processes are in different places of it, and no call brings them together: that is thrown at once.
 class ArrayWriter {
  public:
   ArrayWriter(hid_t file, const SnapshotWriters& writers) : file_(file), writers_(writers), transfer_(H5Pcreate(H5P_DATASET_XFER), H5Pclose) {
@@ -65,7 +66,7 @@ class ArrayWriter {
     }
     const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
     check(H5Pset_create_intermediate_group(links, 1));
-    const Handle dataset(H5Dcreate2(file_, name, hdf5::file_type<T>(), space, links, creation, H5P_DEFAULT), H5Dclose);
+    Handle dataset(H5Dcreate2(file_, name, hdf5::file_type<T>(), space, links, creation, H5P_DEFAULT), H5Dclose);
     if (share.total == 0) return;
 
     std::vector<T> buffer;
@@ -82,7 +83,12 @@ class ArrayWriter {
       } else {
         check(H5Sselect_hyperslab(target, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
       }
-      check(H5Dwrite(dataset, hdf5::memory_type<T>(), memory, target, transfer_, buffer.data()));
+      try {
+        check(H5Dwrite(dataset, hdf5::memory_type<T>(), memory, target, transfer_, buffer.data()));
+      } catch (const Failure&) {
+        if (writers_.count > 1) dataset.abandon();  // to close it may be to wait for the others
+        throw;
+      }
       at += count[0];
       written += count[0];
       buffer.clear();
@@ -126,6 +132,9 @@ class ArrayWriter {
   void attempt(const Body& body) {
     try {
       body();
+    } catch (const Failure&) {
+      if (writers_.count > 1) throw;
+      if (!failure_) failure_ = std::current_exception();
     } catch (...) {
       if (!failure_) failure_ = std::current_exception();
     }
@@ -317,6 +326,43 @@ bool all_well(bool well, const SnapshotWriters& writers) {
   return true;
 }
 
+/// MPI-IO does not tell why a write failed, so the system is asked again: a write behind what is there fails likewise.
+/// @return its reason; empty if that write succeeds.
+std::string reason_of_failed_write(const fs::path& file) {
+  const std::vector<char> bytes(std::size_t{1} << 20);
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  ssize_t written = descriptor < 0 ? -1 : 0;
+  for (std::size_t left = bytes.size(); left > 0 && written >= 0; left -= static_cast<std::size_t>(std::max<ssize_t>(0, written)))
+    written = ::write(descriptor, bytes.data(), left);
+  const std::string reason = written < 0 ? std::generic_category().message(errno) : "";
+  if (descriptor >= 0) ::close(descriptor);
+  return reason;
+}
+
+/// What the file will take, rather a little more: chunks are whole, and HDF5 has its own data.
+std::uint64_t bytes_of(const std::vector<Share>& share, std::size_t dimension) {
+  const auto d = static_cast<std::uint64_t>(dimension);
+  const auto array = [&](Count kind, std::uint64_t size) {
+    const std::uint64_t rows = share[kind].total, chunk = std::clamp<std::uint64_t>(rows, 1, slab);
+    return (rows + chunk - 1) / chunk * chunk * size;
+  };
+  std::uint64_t bytes = array(points, 8 * d) + array(corners, 2) + array(frontier, 20) + array(archived, 1) + array(regions, 20);
+  for (const std::uint64_t size : {8, 8, 1, 4, 4, 2, 8}) bytes += array(cells, size);
+  for (const std::uint64_t size : {8, 4}) bytes += array(facets, size);
+  for (const std::uint64_t size : {8, 4}) bytes += array(nodes, size);
+  bytes += array(hyperplanes, 4) + array(hyperplanes, 8 * (d + 1));
+  return bytes + bytes / 64 + (std::uint64_t{1} << 16);
+}
+
+/// Several writers that run into the end of a disk leave HDF5 in states from which it cannot find back together: better not to
+/// begin. @throws Failure if there is not enough room.
+void check_room(const fs::path& folder, std::uint64_t bytes) {
+  std::error_code error;
+  const fs::space_info space = fs::space(folder, error);
+  if (error || space.available >= bytes) return;
+  throw Failure("No space left on device: " + std::to_string(bytes) + " bytes are needed, " + std::to_string(space.available) + " are free");
+}
+
 /// What the writing needs besides the snapshot. From here on all that may throw on one process alone is in the
 /// ArrayWriter's hands: nearly every call of HDF5 is collective, to begin with the copy of a property list.
 struct Prepared {
@@ -341,7 +387,7 @@ void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWr
       file.abandon();
     else
       file.close();
-  } catch (const Failure&) {
+  } catch (...) {
     if (writers.count > 1) file.abandon();
     out.rethrow();  // what failed first is the cause
     throw;
@@ -367,6 +413,10 @@ struct LeavesNothing {
   }
 };
 
+[[noreturn]] void refuse(const fs::path& path, const std::string& why) {
+  throw Error("cannot write the snapshot '" + path.string() + "': " + why + "; the one before it, if any, is as it was");
+}
+
 /// Runs a part of the writing on this process, then asks the others. @throws bsp2::Error on all if it failed on one.
 template <typename Body>
 void together(const fs::path& path, const SnapshotWriters& writers, const Body& body) {
@@ -377,9 +427,21 @@ void together(const fs::path& path, const SnapshotWriters& writers, const Body& 
     why = failure.what();
     if (why.empty()) why = "it failed";
   }
-  if (all_well(why.empty(), writers)) return;
-  throw Error("cannot write the snapshot '" + path.string() + "': " + (why.empty() ? "another process failed" : why) +
-              "; the one before it, if any, is as it was");
+  if (!all_well(why.empty(), writers)) refuse(path, why.empty() ? "another process failed" : why);
+}
+
+/// The part in which HDF5 is collective. Where it fails on one process alone, the others may wait in it for ever, so nobody
+/// waits for them: whoever runs all processes has to end them.
+void write_together(const fs::path& path, const fs::path& unfinished, const Snapshot& snapshot, const SnapshotWriters& writers, const Prepared& prepared) {
+  if (writers.count == 1) return together(path, writers, [&] { write_file(unfinished, snapshot, writers, prepared); });
+  try {
+    write_file(unfinished, snapshot, writers, prepared);
+  } catch (const Failure& failure) {
+    const std::string reason = reason_of_failed_write(unfinished);
+    std::error_code ignored;
+    fs::remove(unfinished, ignored);
+    refuse(path, reason.empty() ? failure.what() : reason);
+  }
 }
 
 // --- Reading ---
@@ -633,7 +695,10 @@ void write_snapshot(const fs::path& path, const Snapshot& snapshot, const Snapsh
   });
   Prepared prepared;
   together(path, writers, [&] { prepared = {lines(snapshot.head.superstep_name), shares(snapshot, writers)}; });
-  together(path, writers, [&] { write_file(unfinished, snapshot, writers, prepared); });
+  together(path, writers, [&] {
+    if (writers.rank == 0) check_room(folder_of(path), bytes_of(prepared.share, static_cast<std::size_t>(snapshot.head.dimension)));
+  });
+  write_together(path, unfinished, snapshot, writers, prepared);
   together(path, writers, [&] {
     if (writers.rank != 0) return;
     sync(unfinished, O_RDWR);

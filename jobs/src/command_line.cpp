@@ -168,7 +168,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
 }
 
 void add_tables_options(CLI::App& app, RunCommand& command) {
-  app.add_option("MODEL", command.options.model, "the model: a .csg file")->required()->type_name("");
+  app.add_option("MODEL", command.options.model, "the model: a .csg or .scad file")->required()->type_name("");
   command.tables = {1, 2, 4, 8, 16};
   app.add_option("--regions", command.tables, "numbers of nodes (default: 1,2,4,8,16)")
       ->delimiter(',')

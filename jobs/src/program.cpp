@@ -57,7 +57,7 @@ int queue_command(const RunCommand& command, std::ostream& out) {
   }
   Queue queue(command.queue->folder);
   if (command.queue->action == QueueCommand::Action::status) {
-    print_status(out, queue);
+    print_status(out, queue, command.queue->all);
     return 0;
   }
   const SignalWatch watch;

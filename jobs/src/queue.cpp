@@ -237,7 +237,7 @@ void join_jobs(Queue& queue, bool partial, const fs::path& snapshot) {
   supersteps::join_portions(queue.plan(), portions, snapshot);
 }
 
-void print_status(std::ostream& out, Queue& queue) {
+void print_status(std::ostream& out, Queue& queue, bool all) {
   const std::vector<Job> jobs = queue.jobs();
   std::map<std::string, std::size_t> counts;
   std::string rows;
@@ -250,13 +250,15 @@ void print_status(std::ostream& out, Queue& queue) {
     ++counts[state];
     cells += job.result.cells;
     if (job.state == Job::State::finished) done += job.work;
+    if (!all && job.state != Job::State::claimed) continue;
     rows += fmt::format("  {:<16} {:>6.2f} % {:<9} {:>12} {:>10} {:>9}  {}\n", job.name, 100 * job.work, state, has_result ? grouped(job.result.cells) : "",
                         has_result && job.result.undecided > 0 ? grouped(job.result.undecided) : "", has_result ? fmt::format("{:.1f} s", job.result.seconds) : "", claim ? claim->owner : "");
   }
   std::string summary;
   for (const auto& [state, count] : counts) summary += fmt::format("{}{} {}", summary.empty() ? "" : ", ", count, state);
-  out << fmt::format("{}: {} jobs: {}; {:.0f} % of the estimated work, {} IN cells\n\n", queue.folder().string(), jobs.size(), summary, 100 * done, grouped(cells));
-  out << fmt::format("  {:<16} {:>8} {:<9} {:>12} {:>10} {:>9}  {}\n", "job", "work", "state", "IN cells", "undecided", "time", "where") << rows;
+  out << fmt::format("{}: {} jobs: {}; {:.0f} % of the estimated work, {} IN cells\n", queue.folder().string(), jobs.size(), summary, 100 * done, grouped(cells));
+  if (rows.empty()) return;
+  out << fmt::format("\n  {:<16} {:>8} {:<9} {:>12} {:>10} {:>9}  {}\n", "job", "work", "state", "IN cells", "undecided", "time", "where") << rows;
 }
 
 }  // namespace bsp2::jobs

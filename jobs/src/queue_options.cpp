@@ -35,6 +35,7 @@ QueueCommands add_queue_commands(CLI::App& app, RunCommand& command) {
       ->check(CLI::Range(1.0, 1e6, "1 .. 1000000"))
       ->type_name("SECONDS")
       ->capture_default_str();
+  commands.status->add_flag("--all", queue.all, "a line for each job, not only for those at work");
   commands.merge->add_flag("--partial", queue.partial, "what is missing stays FUZZY");
   return commands;
 }

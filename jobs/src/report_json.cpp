@@ -13,6 +13,7 @@ Json superstep(const supersteps::SuperstepRecord& record) {
           {"seconds", record.seconds},
           {"work_seconds", record.work_seconds},
           {"hidden_seconds", record.hidden_seconds},
+          {"hidden_bytes", record.hidden_bytes},
           {"bytes_sent", record.bytes_sent},
           {"bytes_received", record.bytes_received},
           {"cells", record.cells},

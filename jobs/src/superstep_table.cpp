@@ -29,8 +29,10 @@ void print_record(std::ostream& out, const SuperstepRecord& record) {
   std::uint64_t h = 0;
   for (const auto* bytes : {&record.bytes_sent, &record.bytes_received})
     for (const std::uint64_t value : *bytes) h = std::max(h, value);
-  out << fmt::format("  {:<12}{:>4}{:>8.3f}{:>8.3f}{:>8.3f}{:>10}{:>11}{:>8.3f}{:>8.3f}\n", record.name, record.step, *least,
-                     median(record.work_seconds), *most, bytes_text(h),
+  const std::uint64_t hidden = record.hidden_bytes.empty() ? 0 : *std::max_element(record.hidden_bytes.begin(), record.hidden_bytes.end());
+  const std::string share = hidden > 0 && h > 0 ? fmt::format("{:.0f} %", 100 * static_cast<double>(std::min(h, hidden)) / static_cast<double>(h)) : "";
+  out << fmt::format("  {:<12}{:>4}{:>8.3f}{:>8.3f}{:>8.3f}{:>10}{:>7}{:>11}{:>8.3f}{:>8.3f}\n", record.name, record.step, *least,
+                     median(record.work_seconds), *most, bytes_text(h), share,
                      grouped(std::accumulate(record.cells.begin(), record.cells.end(), std::uint64_t{0})),
                      *std::max_element(record.seconds.begin(), record.seconds.end()), record.predicted_seconds);
 }
@@ -46,7 +48,7 @@ std::string grouped(std::uint64_t number) {
 }
 
 void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& records) {
-  out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min", "median", "max", "h", "cells",
+  out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>7}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min", "median", "max", "h", "hidden", "cells",
                      "seconds", "w+gh+l");
   double hidden = 0, waited = 0;  // on all ranks together
   std::size_t ranks = 0;
@@ -61,12 +63,12 @@ void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& rec
 }
 
 std::string to_csv(const std::vector<SuperstepRecord>& records) {
-  std::string text = "superstep,step,rank,seconds,work_seconds,hidden_seconds,bytes_sent,bytes_received,cells,predicted_seconds\n";
+  std::string text = "superstep,step,rank,seconds,work_seconds,hidden_seconds,bytes_sent,bytes_received,hidden_bytes,cells,predicted_seconds\n";
   for (const SuperstepRecord& record : records)
     for (std::size_t rank = 0; rank < record.seconds.size(); ++rank)
-      text += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank, record.seconds[rank], record.work_seconds[rank],
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank, record.seconds[rank], record.work_seconds[rank],
                           record.hidden_seconds[rank],
-                          record.bytes_sent[rank], record.bytes_received[rank], record.cells[rank], record.predicted_seconds);
+                          record.bytes_sent[rank], record.bytes_received[rank], record.hidden_bytes[rank], record.cells[rank], record.predicted_seconds);
   return text;
 }
 

@@ -24,11 +24,12 @@ using geometry::CellBatch;
 /// All of a region's mesh but its cells.
 struct Forest {
   std::uint32_t& region;
+  std::uint32_t& cells;
   BspTree& tree;
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & region & tree.dimension & tree.root & tree.nodes & tree.ids & tree.hyperplanes;
+    archive & region & cells & tree.dimension & tree.root & tree.nodes & tree.ids & tree.hyperplanes;
   }
 };
 
@@ -39,7 +40,7 @@ void send(Ranks& ranks, int to, RegionMesh mesh) {
     ranks.send(to, std::string(1, 'c') + dataflow::to_bytes(*batch));
     batch = nullptr;
   }
-  ranks.send(to, std::string(1, 'r') + dataflow::to_bytes(Forest{mesh.region, mesh.tree}));
+  ranks.send(to, std::string(1, 'r') + dataflow::to_bytes(Forest{mesh.region, mesh.cells, mesh.tree}));
 }
 
 bool receive(std::string_view message, RegionMesh& mesh) {
@@ -47,11 +48,10 @@ bool receive(std::string_view message, RegionMesh& mesh) {
   if (message.front() == 'c') {
     const auto batch = std::make_shared<CellBatch>();
     dataflow::from_bytes(bytes, *batch);
-    mesh.cells += static_cast<std::uint32_t>(batch->size());
     mesh.batches.push_back(batch);
     return false;
   }
-  Forest forest{mesh.region, mesh.tree};
+  Forest forest{mesh.region, mesh.cells, mesh.tree};
   dataflow::from_bytes(bytes, forest);
   return true;
 }
@@ -98,11 +98,32 @@ Collect decide(Ranks& ranks, const RegionMeshes& meshes, Collect how) {
 
 }  // namespace
 
-bool collection(Ranks& ranks, RegionMeshes& meshes, Collect how) {
+namespace {
+
+/// The meshes get the cells that have gone ahead of them. @throws std::logic_error if some are missing.
+void take_cells(RegionMeshes& meshes, RegionCells cells) {
+  for (auto& [number, mesh] : meshes) {
+    mesh.batches = std::move(cells[number]);
+    std::uint64_t count = 0;
+    for (const auto& batch : mesh.batches) count += batch->size();
+    if (count != mesh.cells) throw std::logic_error("of region " + std::to_string(number) + " " + std::to_string(count) + " cells came, not " + std::to_string(mesh.cells));
+  }
+}
+
+}  // namespace
+
+bool collection(Ranks& ranks, RegionMeshes& meshes, Collect how, CellStream* stream) {
   if (ranks.count() == 1) return true;
   how = decide(ranks, meshes, how);
+  const bool is_streamed = stream != nullptr && !stream->is_abandoned() && how != Collect::file;
+  RegionCells cells;
+  if (is_streamed) {
+    for (auto& [number, mesh] : meshes) mesh.batches.clear();
+    cells = stream->finish();
+  }
   if (how == Collect::master) to_master(ranks, meshes);
   if (how == Collect::tree) up_a_tree(ranks, meshes);
+  if (is_streamed && ranks.is_master()) take_cells(meshes, std::move(cells));
   return how != Collect::file;
 }
 

@@ -30,11 +30,12 @@ dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned t
 template <int D>
 Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
                                     const RunOptions& options, unsigned threads, const Recorded& so_far,
-                                    std::optional<std::uint64_t> quota, std::span<dataflow::Consumer* const> consumers) {
+                                    std::optional<std::uint64_t> quota, CellStream* stream, std::span<dataflow::Consumer* const> consumers) {
   double share = 0;  // of space
   for (const auto& region : regions) share += std::ldexp(1.0, -int{region.level});
-  Contact contact(ranks, share, {options.move_after_seconds, options.cells}, options.on_progress);
+  Contact contact(ranks, share, {options.move_after_seconds, options.cells}, options.on_progress, stream);
   std::vector<dataflow::Consumer*> all(consumers.begin(), consumers.end());
+  if (stream != nullptr) all.push_back(stream);
   all.push_back(&contact);
   dataflow::EvaluateOptions evaluate = evaluate_options(options, threads, so_far);
   evaluate.cells = quota;
@@ -52,7 +53,7 @@ dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span
 
 #define BSP2_STAGE(D)                                                                                                            \
   template Computed<D> computation<D>(Ranks&, const dataflow::Network<D>&, std::vector<dataflow::Region<D>>,                     \
-                                      const RunOptions&, unsigned, const Recorded&, std::optional<std::uint64_t>,                \
+                                      const RunOptions&, unsigned, const Recorded&, std::optional<std::uint64_t>, CellStream*,   \
                                       std::span<dataflow::Consumer* const>);                                                     \
   template dataflow::Evaluation<D> picturing<D>(const dataflow::Network<D>&, std::span<const dataflow::Region<D>>, const RunOptions&, \
                                                 unsigned, const Recorded&, std::span<dataflow::Consumer* const>);

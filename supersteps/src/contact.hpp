@@ -5,14 +5,16 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "bsp2/dataflow/consumer.hpp"
 #include "bsp2/supersteps/ranks.hpp"
+#include "cell_stream.hpp"
 
 namespace bsp2::supersteps {
 
 /// Keeps the ranks in touch while their workers compute: several times a second all tell how far they are. So a failure of
-/// one rank is known to the others soon, and the master shows the progress of all.
+/// one rank is known to the others soon, the master shows the progress of all, and cells go to where they are wanted.
 ///
 /// A sync begins here and is completed some calls later; nobody waits for it before its own work is done.
 class Contact : public dataflow::Consumer {
@@ -25,8 +27,9 @@ class Contact : public dataflow::Consumer {
   };
 
   /// @param share of space that this rank computes, as `progress` counts it.
-  /// @param report told the progress of all ranks, on the master.
-  Contact(Ranks& ranks, double share, const Limits& limits, Report report) : ranks_(ranks), share_(share), limits_(limits), report_(std::move(report)) {}
+  /// @param report told the progress of all ranks, on the master. @param stream whose cells travel along; may be null.
+  Contact(Ranks& ranks, double share, const Limits& limits, Report report, CellStream* stream)
+      : ranks_(ranks), share_(share), limits_(limits), report_(std::move(report)), stream_(stream) {}
 
   void consume(const std::shared_ptr<const dataflow::Refinement>&) override {}
   void progress(double done, std::uint64_t cells) override;
@@ -45,19 +48,24 @@ class Contact : public dataflow::Consumer {
     double done = 0;                ///< likewise, in all
     std::uint64_t cells = 0;
     bool finished = false;
+    bool passed_on = false;         ///< cells come with this that have still some way to go
+    bool full = false;              ///< the stream, on the master
   };
 
   Ranks& ranks_;
   double share_;
   Limits limits_;
   Report report_;
+  CellStream* stream_;
   Clock::time_point start_ = Clock::now();
   std::optional<double> done_at_first_;
   Status mine_;
-  bool all_finished_ = false, is_over_ = false, shall_move_ = false;
+  bool all_done_ = false, is_over_ = false, shall_move_ = false;
 
   void tell();
   void listen();
+  /// What the ranks say of themselves; the other messages are the stream's.
+  [[nodiscard]] std::vector<Status> take_messages();
 };
 
 }  // namespace bsp2::supersteps

@@ -167,7 +167,7 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
     std::vector<dataflow::Consumer*> consumers{&keeper};
     const std::vector<std::uint32_t> numbers = progress.region_numbers();
     const Recorded before = recorded(progress.meshes);
-    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads, before, options.cells, consumers).evaluation;
+    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads, before, options.cells, nullptr, consumers).evaluation;
     progress.add(numbers, evaluation, before, keeper);
     progress.partition.regions = std::move(evaluation.unfinished);
     stopped = evaluation.stopped && tokens_of(progress.partition.regions) > 0;

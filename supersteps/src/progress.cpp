@@ -148,6 +148,7 @@ std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head) {
     record.seconds.push_back(head.superstep_seconds[row]);
     record.work_seconds.push_back(head.superstep_work_seconds[row]);
     record.hidden_seconds.push_back(0);
+    record.hidden_bytes.push_back(0);
     record.bytes_sent.push_back(head.superstep_bytes_sent[row]);
     record.bytes_received.push_back(head.superstep_bytes_received[row]);
     record.cells.push_back(head.superstep_cells[row]);
@@ -219,9 +220,15 @@ dataflow::Partition<D> partition_of(const io::SnapshotHead& head) {
 }
 
 template <int D>
-void Progress<D>::add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper) {
+void Progress<D>::add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper,
+                      CellStream* stream) {
   totals += evaluation.totals;
-  if (keeps_cells) divide<D>(evaluation, regions, before, keeper.take(), meshes);
+  if (!keeps_cells) return;
+  const Dealing dealing = divide_trees<D>(evaluation, regions, before, meshes);
+  RegionCells cells;
+  if (stream == nullptr || stream->holds_here()) cells = divide_cells(dealing, keeper.take());
+  if (stream == nullptr || stream->keeps()) append(meshes, cells);
+  if (stream != nullptr) stream->deal(dealing, cells);
 }
 
 template <int D>

@@ -23,8 +23,9 @@ struct Progress {
   unsigned steps = 0;                ///< computation supersteps
 
   /// Takes in what an evaluation has found. @param regions the numbers of its regions.
-  /// @param before what it counted from: `recorded(meshes)`.
-  void add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper);
+  /// @param before what it counted from: `recorded(meshes)`. @param stream that sends its cells to the master; may be null.
+  void add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper,
+           CellStream* stream = nullptr);
   [[nodiscard]] std::vector<std::uint32_t> region_numbers() const;
 };
 

@@ -33,10 +33,11 @@ struct Entry {
   unsigned step = 0;
   double seconds = 0, waited = 0, hidden = 0;
   std::uint64_t bytes_sent = 0, bytes_received = 0, syncs = 0, cells = 0;
+  std::uint64_t hidden_sent = 0, hidden_received = 0;
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & name & step & seconds & waited & hidden & bytes_sent & bytes_received & syncs & cells;
+    archive & name & step & seconds & waited & hidden & bytes_sent & bytes_received & syncs & cells & hidden_sent & hidden_received;
   }
 };
 
@@ -70,7 +71,7 @@ std::string with_place(std::string text, const std::string& superstep, int rank)
 class LastResort {
  public:
   /// @param message what it says then; empty: it has been said.
-  LastResort(const std::string& message, int code, std::chrono::seconds patience)
+  LastResort(const std::string& message, int code, std::chrono::milliseconds patience)
       : message_(message.empty() ? message : "bsp2: " + message + "\n"), code_(code), patience_(patience), thread_([this] { watch(); }) {}
   ~LastResort() {
     {
@@ -86,7 +87,7 @@ class LastResort {
  private:
   std::string message_;
   int code_;
-  std::chrono::seconds patience_;
+  std::chrono::milliseconds patience_;
   std::mutex mutex_;
   std::condition_variable change_;
   bool over_ = false;
@@ -102,7 +103,7 @@ class LastResort {
 
 /// Does a step that may never end; without a watch where there is no memory for its message or its thread.
 template <typename Message, typename Step>
-void watched(Message message, int code, std::chrono::seconds patience, Step step) {
+void watched(Message message, int code, std::chrono::milliseconds patience, Step step) {
   std::optional<LastResort> last_resort;
   try {
     last_resort.emplace(message(), code, patience);
@@ -111,6 +112,9 @@ void watched(Message message, int code, std::chrono::seconds patience, Step step
   step();
 }
 constexpr std::chrono::seconds short_patience{4}, long_patience{60};
+
+/// Where several ranks fail at once, the first that speaks shall have ended the others before they do.
+std::chrono::milliseconds staggered(std::chrono::milliseconds patience, int rank) { return patience + std::chrono::milliseconds(300) * std::min(rank, 8); }
 
 [[noreturn]] void throw_agreed(const bsplib::Error& error) {
   const std::string& detail = error.detail();
@@ -176,6 +180,7 @@ class Ranks::Implementation {
   [[nodiscard]] std::optional<bsplib::Machine> machine() const { return world_ ? world_->machine() : std::nullopt; }
 
   void send(int to, std::string_view bytes) {
+    if (to != rank()) unsent_ += bytes.size();
     if (to == rank())
       own_.emplace_back(bytes);
     else if (!world_)
@@ -188,10 +193,17 @@ class Ranks::Implementation {
     received_.clear();
     delivered_ = std::move(own_);
     own_.clear();
+    sent_ = std::exchange(unsent_, 0);
     if (world_) open_.reset(new bsplib::OpenSuperstep(world_->open()));
     is_syncing_ = true;
   }
   void hide(double seconds) { hidden_ += seconds; }
+  /// The sync has begun, or ended, while workers compute.
+  void hide_sent() { hidden_sent_ += sent_; }
+  void hide_received() {
+    for (const Message& message : received_)
+      if (message.source != rank()) hidden_received_ += message.bytes.size();
+  }
 
   bool try_sync() {
     if (world_) {
@@ -240,13 +252,15 @@ class Ranks::Implementation {
   std::size_t current_ = 0;
   Clock::time_point first_ = Clock::now(), begun_ = first_;
   double waited_ = 0, hidden_ = 0;
+  std::uint64_t unsent_ = 0, sent_ = 0;  // bytes for others: for the next sync, and of the last one
+  std::uint64_t hidden_sent_ = 0, hidden_received_ = 0;
   std::uint64_t bytes_sent_ = 0, bytes_received_ = 0, syncs_ = 0;  // up to the entry at hand
 
   void supervised(const std::function<void()>& program) {
     const auto superstep = [this] { return entries_.empty() ? std::string() : entries_[current_].name; };
     const auto fail = [&](Culprit culprit, const char* text) {
       const auto message = [&] { return with_place(text, superstep(), rank()); };
-      watched(message, culprit == user ? 2 : 1, short_patience, [&] {
+      watched(message, culprit == user ? 2 : 1, staggered(short_patience, rank()), [&] {
         open_.reset();
         world_->fail(written(culprit, superstep(), text));
       });
@@ -277,12 +291,15 @@ class Ranks::Implementation {
       entry.seconds += seconds_since(begun_);
       entry.waited += waited_;
       entry.hidden += hidden_;
+      entry.hidden_sent += hidden_sent_;
+      entry.hidden_received += hidden_received_;
       entry.bytes_sent += costs.bytes_out - bytes_sent_;
       entry.bytes_received += costs.bytes_in - bytes_received_;
       entry.syncs += costs.supersteps - syncs_;
     }
     begun_ = Clock::now();
     waited_ = hidden_ = 0;
+    hidden_sent_ = hidden_received_ = 0;
     bytes_sent_ = costs.bytes_out;
     bytes_received_ = costs.bytes_in;
     syncs_ = costs.supersteps;
@@ -329,7 +346,7 @@ std::vector<SuperstepRecord> Ranks::records() {
     SuperstepRecord& record = records.emplace_back();
     record.name = all.front()[i].name;
     record.step = all.front()[i].step;
-    std::uint64_t h = 0, syncs = 0;
+    std::uint64_t h = 0, hidden_h = 0, syncs = 0;
     for (const auto& entries : all) {
       const Entry& entry = entries.at(i);
       record.seconds.push_back(entry.seconds);
@@ -339,11 +356,14 @@ std::vector<SuperstepRecord> Ranks::records() {
       record.bytes_received.push_back(entry.bytes_received);
       record.cells.push_back(entry.cells);
       h = std::max({h, entry.bytes_sent, entry.bytes_received});
+      record.hidden_bytes.push_back(std::max(entry.hidden_sent, entry.hidden_received));
+      hidden_h = std::min(h, std::max(hidden_h, record.hidden_bytes.back()));
       syncs = std::max(syncs, entry.syncs);
     }
     record.predicted_seconds = *std::max_element(record.work_seconds.begin(), record.work_seconds.end());
     if (const auto machine = implementation_->machine())
-      record.predicted_seconds += machine->g * static_cast<double>(h) + machine->l * static_cast<double>(syncs);
+      record.predicted_seconds = std::max(record.predicted_seconds, machine->g * static_cast<double>(hidden_h)) + machine->g * static_cast<double>(h - hidden_h) +
+                                 machine->l * static_cast<double>(syncs);
   }
   return records;
 }
@@ -359,14 +379,17 @@ void Ranks::wait() { implementation_->wait(); }
 void Ranks::begin_sync() {
   const auto start = Clock::now();
   implementation_->begin_sync();
+  implementation_->hide_sent();
   implementation_->hide(seconds_since(start));
 }
 bool Ranks::try_sync() {
   const auto start = Clock::now();
   const bool done = implementation_->try_sync();
+  if (done) implementation_->hide_received();
   implementation_->hide(seconds_since(start));
   return done;
 }
+void Ranks::hide(double seconds) { implementation_->hide(seconds); }
 bool Ranks::is_syncing() const { return implementation_->is_syncing(); }
 const std::vector<Ranks::Message>& Ranks::received() const { return implementation_->received(); }
 

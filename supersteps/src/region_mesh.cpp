@@ -28,34 +28,36 @@ class CellSource {
     }
   }
 
-  /// Copies cells, as many of the wanted ones that follow each other at a time as lie in one batch.
-  void copy(std::span<const std::uint64_t> numbers, RegionMesh& mesh, int dimension) {
+  /// Copies the cells of one region, as many at a time as lie in one batch.
+  std::vector<std::shared_ptr<const CellBatch>> copy(std::span<const Dealing::Run> runs, int dimension) {
+    std::vector<std::shared_ptr<const CellBatch>> batches;
     std::shared_ptr<CellBatch> batch;
     const auto close = [&] {
       if (!batch) return;
       batch->shrink_to_fit();
-      mesh.batches.push_back(std::move(batch));
+      batches.push_back(std::move(batch));
       batch = nullptr;
     };
-    for (std::size_t i = 0; i < numbers.size();) {
-      if (!batch) {
-        batch = std::make_shared<CellBatch>();
-        batch->dimension = dimension;
+    for (Dealing::Run run : runs)
+      while (run.count > 0) {
+        if (!batch) {
+          batch = std::make_shared<CellBatch>();
+          batch->dimension = dimension;
+        }
+        const auto source = static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), run.first) - first_.begin()) - 1;
+        const std::uint64_t cell = run.first - first_.at(source);
+        if (!refinements_[source] || cell >= refinements_[source]->cells.size()) throw std::out_of_range("cells are dealt that do not exist");
+        const CellBatch& from = refinements_[source]->cells;
+        const std::uint64_t count = std::min({run.count, from.size() - cell, std::uint64_t{cells_of_a_batch - batch->size()}});
+        batch->append(from, cell, count);
+        run.first += count;
+        run.count -= count;
+        left_[source] -= std::min(count, left_[source]);
+        if (left_[source] == 0) give_back(source);
+        if (batch->size() == cells_of_a_batch) close();
       }
-      const auto source = static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), numbers[i]) - first_.begin()) - 1;
-      const CellBatch& from = refinements_.at(source)->cells;
-      const std::size_t cell = numbers[i] - first_[source];
-      const std::size_t most = std::min(from.size() - cell, cells_of_a_batch - batch->size());
-      std::size_t count = 1;
-      while (count < most && i + count < numbers.size() && numbers[i + count] == numbers[i] + count) ++count;
-      batch->append(from, cell, count);
-      i += count;
-      left_[source] -= count;
-      if (left_[source] == 0) give_back(source);
-      if (batch->size() == cells_of_a_batch) close();
-    }
     close();
-    mesh.cells += static_cast<std::uint32_t>(numbers.size());
+    return batches;
   }
 
  private:
@@ -148,6 +150,18 @@ class Grafter {
 
 }  // namespace
 
+void Dealing::add(std::uint32_t number, std::span<const std::uint64_t> cells) {
+  const std::size_t before = runs.size();
+  for (const std::uint64_t cell : cells) {
+    if (runs.size() > before && runs.back().first + runs.back().count == cell)
+      ++runs.back().count;
+    else
+      runs.push_back({cell, 1});
+  }
+  region.push_back(number);
+  end.push_back(runs.size());
+}
+
 Recorded recorded(const RegionMeshes& meshes) {
   Recorded most;
   for (const auto& [number, mesh] : meshes) {
@@ -174,9 +188,9 @@ void shrink_to_fit(BspTree& tree) {
 }  // namespace
 
 template <int D>
-void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before,
-            std::vector<std::shared_ptr<const dataflow::Refinement>> refinements, RegionMeshes& meshes) {
-  CellSource source(std::move(refinements));
+Dealing divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before, RegionMeshes& meshes) {
+  Dealing dealing;
+  dealing.dimension = D;
   Grafter grafter(evaluation.tree, before);
   auto unfinished = evaluation.unfinished.begin();
   for (std::size_t i = 0; i < regions.size(); ++i) {
@@ -192,9 +206,33 @@ void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> 
       mesh.tree.root = grafter.graft(evaluation.region_roots[i]);
     }
     shrink_to_fit(mesh.tree);
-    source.copy(grafter.cells(), mesh, D);
+    mesh.cells += static_cast<std::uint32_t>(grafter.cells().size());
+    dealing.add(regions[i], grafter.cells());
   }
   evaluation.tree = {};
+  return dealing;
+}
+
+RegionCells divide_cells(const Dealing& dealing, std::vector<std::shared_ptr<const dataflow::Refinement>> refinements) {
+  CellSource source(std::move(refinements));
+  RegionCells cells;
+  std::uint64_t begin = 0;
+  for (std::size_t i = 0; i < dealing.region.size(); begin = dealing.end[i++])
+    cells[dealing.region[i]] = source.copy(std::span(dealing.runs).subspan(begin, dealing.end[i] - begin), dealing.dimension);
+  return cells;
+}
+
+void append(RegionMeshes& meshes, const RegionCells& cells) {
+  for (const auto& [region, batches] : cells) {
+    auto& all = meshes.at(region).batches;
+    all.insert(all.end(), batches.begin(), batches.end());
+  }
+}
+
+template <int D>
+void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before,
+            std::vector<std::shared_ptr<const dataflow::Refinement>> refinements, RegionMeshes& meshes) {
+  append(meshes, divide_cells(divide_trees<D>(evaluation, regions, before, meshes), std::move(refinements)));
 }
 
 std::int32_t shifted(std::int32_t child, std::uint64_t nodes, std::uint64_t cells) {
@@ -254,6 +292,7 @@ Part join(RegionMeshes meshes, int dimension, std::size_t region_count) {
 }
 
 #define BSP2_STAGE(D)                                                                                                \
+  template Dealing divide_trees<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>, const Recorded&, RegionMeshes&); \
   template void divide<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>, const Recorded&,                 \
                           std::vector<std::shared_ptr<const dataflow::Refinement>>, RegionMeshes&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)

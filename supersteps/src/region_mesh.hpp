@@ -17,7 +17,7 @@ namespace bsp2::supersteps {
 struct RegionMesh {
   std::uint32_t region = 0;
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  // shared: the result's mesh holds the same ones
-  std::uint32_t cells = 0;  ///< in the batches
+  std::uint32_t cells = 0;  ///< of the tree; in the batches, if these have not gone ahead to the master (CellStream)
   /// Leaf k >= 1 is cell k - 1. Its root is that of the region, and an empty leaf while the region is unfinished: then the
   /// roots of the trees in it are known to the region's frontier.
   geometry::BspTree tree;
@@ -52,10 +52,38 @@ class Keeper : public dataflow::Consumer {
   std::vector<std::shared_ptr<const dataflow::Refinement>> refinements_;  // shared with other consumers
 };
 
-/// Deals the cells and trees that an evaluation has found out to its regions, each in the order of its tree. In the
-/// frontiers of what is unfinished the roots of emitted subtrees are renumbered accordingly.
+/// Which cells of an evaluation each of its regions has, in the order of the region's tree.
+struct Dealing {
+  /// Cells that follow each other in the evaluation, where they are counted in the order of Keeper::take.
+  struct Run {
+    std::uint64_t first = 0, count = 0;
+  };
+  int dimension = 3;
+  std::vector<std::uint32_t> region;
+  std::vector<std::uint64_t> end;  ///< of each region's runs
+  std::vector<Run> runs;
+  void add(std::uint32_t number, std::span<const std::uint64_t> cells);
+};
+
+/// Cells by the number of the region.
+using RegionCells = std::map<std::uint32_t, std::vector<std::shared_ptr<const geometry::CellBatch>>>;  // shared as in RegionMesh
+
+/// Deals the trees that an evaluation has found out to its regions. In the frontiers of what is unfinished the roots of emitted
+/// subtrees are renumbered accordingly.
 /// @param regions numbers of the regions that were evaluated, in their order. @param before what the evaluation counted from.
-/// @param refinements its cells, in order. @param meshes those of the regions; entries are added where there are none.
+/// @param meshes those of the regions, whose cells are counted; entries are added where there are none.
+/// @return which cells are theirs.
+template <int D>
+Dealing divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before, RegionMeshes& meshes);
+
+/// The cells of an evaluation region by region. @param refinements all of them, in order.
+/// @throws std::out_of_range if the dealing is of another evaluation.
+RegionCells divide_cells(const Dealing& dealing, std::vector<std::shared_ptr<const dataflow::Refinement>> refinements);
+
+/// Appends cells to the meshes of their regions.
+void append(RegionMeshes& meshes, const RegionCells& cells);
+
+/// Deals trees and cells out to the regions.
 template <int D>
 void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before,
             std::vector<std::shared_ptr<const dataflow::Refinement>> refinements, RegionMeshes& meshes);

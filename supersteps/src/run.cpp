@@ -96,16 +96,16 @@ RunOptions options_of_step(const RunOptions& options, std::uint64_t cells, doubl
 /// One round of a computation superstep: what it decides becomes progress, what is left stays in it.
 template <int D>
 Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads,
-                    std::optional<std::uint64_t> quota) {
+                    std::optional<std::uint64_t> quota, CellStream* stream) {
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
-  if (options.collect_cells) consumers.push_back(&keeper);
+  if (options.collect_cells && (stream == nullptr || stream->holds_here())) consumers.push_back(&keeper);
   const std::vector<std::uint32_t> numbers = progress.region_numbers();
   const Recorded before = recorded(progress.meshes);
-  auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, before, quota, consumers);
+  auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, before, quota, stream, consumers);
   ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells + computed.evaluation.totals.out_cells);
   malloc_trim(0);  // what the workers held: the next supersteps need other sizes
-  progress.add(numbers, computed.evaluation, before, keeper);
+  progress.add(numbers, computed.evaluation, before, keeper, stream);
   progress.partition.regions = std::move(computed.evaluation.unfinished);
   return computed;
 }
@@ -139,7 +139,7 @@ Rounds ask_all(Ranks& ranks, const Rounds& mine) {
 /// all together have: then regions move.
 template <int D>
 bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region, const RunOptions& options,
-             unsigned threads) {
+             unsigned threads, CellStream* stream) {
   const auto start = Clock::now();
   const std::uint64_t cells_before = finished_cells(progress);
   ++progress.steps;
@@ -147,7 +147,7 @@ bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& pro
   for (auto active = static_cast<unsigned>(ranks.count());;) {
     std::optional<std::uint64_t> quota;
     if (round.cells) quota = std::max<std::uint64_t>(1, (*round.cells + active - 1) / active);
-    const auto computed = compute(ranks, network, progress, round, threads, quota);
+    const auto computed = compute(ranks, network, progress, round, threads, quota, stream);
     const bool stopped = computed.evaluation.stopped;
     if (ranks.count() == 1 || (!computed.shall_move && !options.cells)) return stopped;
     const bool unfinished = stopped && !progress.partition.regions.empty();
@@ -164,22 +164,32 @@ bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& pro
 
 /// What is left becomes FUZZY cells: the end of a run.
 template <int D>
-void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads) {
+void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads, CellStream* stream) {
   if (progress.partition.regions.empty()) return;
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
   if (options.collect_cells) consumers.push_back(&keeper);
+  if (stream != nullptr) consumers.push_back(stream);
   const Recorded before = recorded(progress.meshes);
   auto evaluation = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
-  progress.add(progress.region_numbers(), evaluation, before, keeper);
+  progress.add(progress.region_numbers(), evaluation, before, keeper, stream);
+}
+
+/// Cells go to the master while they are computed, if they are wanted there.
+std::unique_ptr<CellStream> stream_of(Ranks& ranks, const RunOptions& options, RegionMeshes& meshes) {
+  if (ranks.count() == 1 || !options.collect_cells || options.collect == Collect::file) return nullptr;
+  const bool keeps = options.collect == Collect::automatic || options.snapshot || options.on_frame || options.boundary || options.contacts;
+  auto stream = std::make_unique<CellStream>(ranks, options.collect, keeps);
+  stream->begin(meshes);
+  return stream;
 }
 
 /// Brings the cells to where they are wanted, and joins the trees above them. Collective.
 template <int D>
 RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, RegionMeshes meshes, Collect collect,
-                    std::size_t regions) {
+                    std::size_t regions, CellStream* stream = nullptr) {
   RunResult result;
-  result.is_collected = collection(ranks, meshes, collect);
+  result.is_collected = collection(ranks, meshes, collect, stream);
   Part part = join(std::move(meshes), D, regions);
   malloc_trim(0);  // the regions' own trees
   ranks.count_cells(part.cells);
@@ -240,13 +250,15 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
   report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
   progress.keeps_cells = options.collect_cells;
+  const std::unique_ptr<CellStream> streamed = stream_of(ranks, options, progress.meshes);
+  CellStream* const stream = streamed.get();
 
   double snapshot_seconds = 0;
   StepEnd end{.stopped = true, .cells = finished_cells(progress), .last = options.steps == 0U};
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
     if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
-    const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, end.cells, snapshot_seconds), report.threads);
+    const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, end.cells, snapshot_seconds), report.threads, stream);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     if (options.snapshot) {
       auto records = report.earlier;
@@ -260,21 +272,26 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   }
 
   ranks.begin("collection");
-  draw_rest(network, progress, options, report.threads);
+  // What is left is made again to be drawn, which may take as long as it took: too long for who interrupts.
+  if (!end.interrupted) draw_rest(network, progress, options, report.threads, stream);
   fill(report, network, sum_totals(ranks, network, progress.totals), options);
   report.complete = !end.stopped;
   report.interrupted = end.interrupted;
   RunResult result;
+  if (end.interrupted) {
+    result.report = std::move(report);
+    return result;
+  }
   CellShare to_glue;
   if (options.collect_cells) {
     if (options.boundary || options.contacts) to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
-    result = collected(ranks, network, progress.partition, std::move(progress.meshes), options.collect, rank_of_region.size());
+    result = collected(ranks, network, progress.partition, std::move(progress.meshes), options.collect, rank_of_region.size(), stream);
   }
   add_looks(result, network, rank_of_region);
 
   if (!options.points.empty() && result.is_collected && ranks.is_master()) result.answers = querying<D>(network.table, result, options.points, report.threads);
   result.report = std::move(report);
-  if (options.on_cells && !end.interrupted) {
+  if (options.on_cells) {
     options.on_cells(result);
     result.mesh.batches.clear();
     result.tree = geometry::BspTree{.dimension = D};

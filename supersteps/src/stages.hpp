@@ -9,6 +9,7 @@
 #include "bsp2/dataflow/partition.hpp"
 #include "bsp2/model/csg.hpp"
 #include "bsp2/supersteps/run.hpp"
+#include "cell_stream.hpp"
 #include "region_mesh.hpp"
 
 /// The supersteps, one file each; `run.cpp` has the loop. All are collective.
@@ -74,10 +75,12 @@ struct Computed {
 /// and a rank that has nothing left to do may end the step.
 /// @param so_far what the new tree is numbered from.
 /// @param quota this rank stops at so many cells; options.cells is for all ranks together.
+/// @param stream whose cells travel meanwhile; may be null.
 /// Source: the paper, section 4.2, "Computation".
 template <int D>
 Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions, const RunOptions& options,
-                        unsigned threads, const Recorded& so_far, std::optional<std::uint64_t> quota, std::span<dataflow::Consumer* const> consumers);
+                        unsigned threads, const Recorded& so_far, std::optional<std::uint64_t> quota, CellStream* stream,
+                        std::span<dataflow::Consumer* const> consumers);
 
 /// The picture of what is left, for the report and the outputs: FUZZY where it is undecided. Each rank draws its own regions.
 template <int D>
@@ -85,10 +88,11 @@ dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span
                                   unsigned threads, const Recorded& so_far, std::span<dataflow::Consumer* const> consumers);
 
 /// Collection: brings the cells of all ranks to the master, or leaves them where they are. Cost: h = bytes of all cells that
-/// the master receives; with `tree`, half of them at a time.
+/// the master receives, or of what the stream has not brought there before; with `tree`, half of them at a time.
+/// @param stream what it brought becomes the meshes'; may be null.
 /// @return whether the master has all cells; the other ranks then have none.
 /// Source: the paper, section 4.2, "Collection" and the hierarchical architecture.
-bool collection(Ranks& ranks, RegionMeshes& meshes, Collect how);
+bool collection(Ranks& ranks, RegionMeshes& meshes, Collect how, CellStream* stream = nullptr);
 
 /// Sends a region's mesh, batch by batch. @see receive
 void send(Ranks& ranks, int to, RegionMesh mesh);

@@ -526,20 +526,28 @@ TEST_F(Agreed, WorldThatIsLeftTellsWhichCallWasWrong) {
                 std::to_string(culprit) + ", superstep 0)");
 }
 
+/// What a body says that leaves its world by an exception: its own on the culprit, the world's on the others.
+template <typename Body>
+std::string message_of_left_world(const Body& body) {
+  try {
+    body();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.culprit(), culprit);
+    return error.what();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
 /// A world that is left by an exception nobody supervises: the others must not wait for it.
 TEST_F(Agreed, WorldLeftByAnException) {
-  std::string seen;
-  try {
+  const std::string seen = message_of_left_world([] {
     World world;
     world.sync();
     if (world.pid() == last(world)) throw std::runtime_error("unsupervised");
     world.sync();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.culprit(), culprit);
-    seen = error.what();
-  } catch (const std::runtime_error& error) {
-    seen = error.what();
-  }
+  });
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   EXPECT_NE(seen.find(rank == culprit ? "unsupervised" : "left its world by an exception"), std::string::npos)
@@ -550,8 +558,7 @@ TEST_F(Agreed, WorldLeftByAnException) {
 TEST_F(Agreed, WorldLeftByAnExceptionWithAnOpenSuperstep) {
   std::unique_ptr<OpenSuperstep> open;
   std::vector<int> memory(30000);
-  std::string seen;
-  try {
+  const std::string seen = message_of_left_world([&] {
     World world;
     Registered<int> registered(world, memory);
     world.sync();
@@ -565,12 +572,7 @@ TEST_F(Agreed, WorldLeftByAnExceptionWithAnOpenSuperstep) {
       EXPECT_EQ(memory, std::vector<int>(memory.size(), 5));
     }
     world.sync();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.culprit(), culprit);
-    seen = error.what();
-  } catch (const std::runtime_error& error) {
-    seen = error.what();
-  }
+  });
   EXPECT_NE(seen.find(open ? "unsupervised" : "left its world by an exception"), std::string::npos) << seen;
   if (open) {
     EXPECT_TRUE(open->poll());

@@ -109,6 +109,9 @@ TEST_F(Jobs, GiveWhatARunGives) {
   expect_merged(options);
   const Ended status = run({"jobs", "status", queue_.string()});
   EXPECT_NE(status.text.find("16 finished; 100 %"), std::string::npos) << status.text;
+  EXPECT_EQ(std::count(status.text.begin(), status.text.end(), '\n'), 1) << status.text;
+  const Ended all = run({"jobs", "status", queue_.string(), "--all"});
+  EXPECT_EQ(std::count(all.text.begin(), all.text.end(), '\n'), 1 + 2 + 16) << all.text;
 }
 
 /// Also at a level, with OUT cells: joins across jobs, FUZZY cells, and the BSP tree that the picture is drawn with.

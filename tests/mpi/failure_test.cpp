@@ -106,6 +106,28 @@ TEST_F(Failure, EndsRanksThatAreBusyWithSomethingElse) {
   expect_agreed("resolution", 2, 1, "busy", model);
 }
 
+/// MPI-IO says of a disk that is full only that a write failed, or never ends. Nothing half written is left, and the old snapshot is.
+TEST_F(Failure, OfAFullDiskNamesTheFileAndTheReason) {
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "menger_sponge.csg", disk = folder_.path() / "disk";
+  const std::string snapshot = (disk / "run.h5").string(), arguments = "run " + model.string() + " --regions 16 --threads 1 --snapshot " + snapshot;
+  fs::create_directory(disk);
+  // 140 kB are needed.
+  for (const std::string size : {"40k", "132k"}) {
+    const std::string mount = "mount -t tmpfs -o size=" + size + " none " + disk.string();
+    if (std::system(("unshare -m " + mount + " 2>/dev/null").c_str()) != 0) GTEST_SKIP() << "no file system can be mounted here";
+    for (const int ranks : {1, 2, 3}) {
+      SCOPED_TRACE(size + ", " + std::to_string(ranks) + " ranks");
+      const Ended ended = start("unshare -m bash -c '" + mount + " && \"$@\"; code=$?; ls -A " + disk.string() + "; exit $code' - env", ranks, arguments);
+      EXPECT_EQ(ended.code, 2) << ended.text;
+      ASSERT_EQ(ended.messages.size(), 1U) << ended.text;
+      EXPECT_TRUE(ended.messages[0].starts_with("bsp2: cannot write the snapshot '" + snapshot + "': No space left on device")) << ended.messages[0];
+      EXPECT_LT(ended.seconds, 15);
+      EXPECT_EQ(ended.text.find("\nrun.h5"), std::string::npos) << ended.text;
+      EXPECT_EQ(ended.text.find("\n.run.h5"), std::string::npos) << ended.text;
+    }
+  }
+}
+
 /// Not where a superstep begins but anywhere in it, or in what comes after: in the middle of messages, of files, of threads.
 TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
   const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";

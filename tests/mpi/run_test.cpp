@@ -185,6 +185,62 @@ TEST(Run, CollectsTheSameCellsAndDrawsTheSamePictureEveryWay) {
   }
 }
 
+/// Cells travel while others are computed, in rounds between which regions move, kept where they were found or not. One rank
+/// begins with everything. What the master then has is one whole: all cells, and a tree that finds them.
+TEST(Run, CollectsWhileItComputes) {
+  RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "leaning_tower.csg", 16, 1);
+  options.collect_cells = true;
+  const RunResult alone = run(options);
+  const std::string picture = render(alone.mesh, alone.tree, {.width = 200, .height = 300});
+  for (const bool keeps : {false, true}) {
+    SCOPED_TRACE(keeps);
+    options.collect = keeps ? Collect::master : Collect::tree;
+    options.contacts = keeps;
+    options.move_after_seconds = 0.1;
+    Ranks ranks = Ranks::launched();
+    options.first_rank_of_region.assign(16, ranks.count() - 1);
+    RunResult result;
+    ranks.together([&] { result = run(options, ranks); });
+    if (!ranks.is_master()) {
+      EXPECT_TRUE(result.mesh.batches.empty());
+      continue;
+    }
+    EXPECT_EQ(result.report.digest, alone.report.digest);
+    EXPECT_EQ(digest_of(result.mesh), alone.report.digest);
+    EXPECT_TRUE(render(result.mesh, result.tree, {.width = 200, .height = 300}) == picture);
+    // They come with the computation; afterwards only the trees do.
+    std::uint64_t of_others = 0, came = 0, later = 0;
+    for (const SuperstepRecord& record : result.report.supersteps) {
+      if (record.name == "computation") {
+        of_others += std::accumulate(record.cells.begin() + 1, record.cells.end(), std::uint64_t{0});
+        came += record.bytes_received[0];
+      }
+      if (record.name == "collection") later += record.bytes_received[0];
+    }
+    EXPECT_GE(came, 200 * of_others);
+    EXPECT_LE(later, 12 * result.tree.nodes.size() + 4 * result.tree.ids.size() + 8 * result.tree.hyperplanes.size() + 100000);
+  }
+}
+
+/// Steps that end in the middle, also before any region is finished: what is left is drawn and travels at the end.
+TEST(Run, CollectsWhatIsLeftToo) {
+  RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "leaning_tower.csg", 16, 1);
+  options.collect_cells = true;
+  options.cells = 3000;
+  for (const Collect collect : {Collect::automatic, Collect::master, Collect::tree}) {
+    SCOPED_TRACE(static_cast<int>(collect));
+    options.collect = collect;
+    options.order = collect == Collect::tree ? Order::priority : Order::depth;
+    Ranks ranks = Ranks::launched();
+    RunResult result;
+    ranks.together([&] { result = run(options, ranks); });
+    if (!ranks.is_master()) continue;
+    EXPECT_FALSE(result.report.complete);
+    EXPECT_GT(result.report.fuzzy_cells, 0U);
+    EXPECT_EQ(digest_of(result.mesh), result.report.digest);
+  }
+}
+
 /// Whatever the camera, the format and who draws.
 TEST(Run, DrawsTheSamePictureInEveryFashion) {
   RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg", 16, 1);

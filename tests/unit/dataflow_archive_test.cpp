@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/serialization/string.hpp>
 #include <cstring>
 
 #include "dataflow_oracle.hpp"
@@ -132,6 +133,23 @@ TEST(Archive, RefusesALengthBeyondItsEndBeforeItTakesMemory) {
     Frontier back;
     EXPECT_THROW(from_bytes(std::span<const char>(bytes), back), boost::archive::archive_exception);
     EXPECT_LT(back.nodes.capacity(), bytes.size());
+  }
+}
+
+TEST(Archive, RefusesATextBeyondItsEndBeforeItTakesMemory) {
+  const std::vector<std::string> texts{"", "abc", std::string(1000, 'x')};
+  std::string bytes = to_bytes(texts);
+  std::vector<std::string> back;
+  from_bytes(bytes, back);
+  EXPECT_EQ(back, texts);
+  const std::uint64_t length = 1000, large = std::uint64_t{1} << 28, largest = ~std::uint64_t{0};
+  const auto at = bytes.find(std::string(reinterpret_cast<const char*>(&length), sizeof length));
+  ASSERT_NE(at, std::string::npos);
+  for (const std::uint64_t damaged : {large, largest}) {
+    std::memcpy(bytes.data() + at, &damaged, sizeof damaged);
+    std::vector<std::string> wrong;
+    EXPECT_THROW(from_bytes(std::span<const char>(bytes), wrong), boost::archive::archive_exception);
+    for (const std::string& text : wrong) EXPECT_LT(text.capacity(), bytes.size());
   }
 }
 

@@ -80,6 +80,14 @@ TEST_F(File, DirectoriesAreMadeButNotOverFiles) {
   }
 }
 
+/// Rights alone would allow it, at least to root.
+TEST_F(File, ChecksAFolderByWritingThere) {
+  const auto message = message_of([] { check_folder("/proc/bsp2_output"); });
+  EXPECT_TRUE(message.starts_with("cannot make the folder '/proc/bsp2_output': ")) << message;
+  check_folder(folder.path());
+  EXPECT_EQ(entries(), 0);
+}
+
 TEST_F(File, TemporaryDirectoryVanishesWithItsContent) {
   {
     const TemporaryDirectory scratch(folder.path());

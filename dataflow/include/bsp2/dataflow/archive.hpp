@@ -127,6 +127,18 @@ class InputArchive : public boost::archive::binary_iarchive_impl<InputArchive, c
   }
   void load_override(boost::serialization::collection_size_type& length) {
     Base::load_override(length);
+    check(length);
+  }
+  void load_override(std::string& text) {
+    std::size_t length = 0;
+    this->load(length);
+    check(length);
+    text.resize(length);
+    if (length > 0) this->load_binary(text.data(), length);
+  }
+
+ private:
+  void check(std::size_t length) {
     const auto left = m_sb.in_avail();
     if (left < 0 || length > static_cast<std::size_t>(left)) throw boost::archive::archive_exception(boost::archive::archive_exception::input_stream_error);
   }

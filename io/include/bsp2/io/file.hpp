@@ -15,7 +15,8 @@ void write_file(const std::filesystem::path& path, std::string_view bytes);
 /// is.
 void make_folder(const std::filesystem::path& path);
 
-/// Would `make_folder` and files in it succeed? Asked before a long run, to fail early; makes nothing.
+/// Would `make_folder` and files in it succeed? Asked before a long run, to fail early; leaves nothing: it
+/// tries with a folder that it removes.
 /// @throws bsp2::Error if not.
 void check_folder(const std::filesystem::path& path);
 

@@ -27,6 +27,7 @@ struct QueueCommand {
   std::filesystem::path folder;
   std::optional<std::uint32_t> job;  ///< run: this one, and what it is divided into
   bool until_empty = false;          ///< run: then all others too
+  bool all = false;                  ///< status: a line a job
   double lease_seconds = 120;        ///< run: a claim that nobody touched for so long is lost
   bool partial = false;              ///< merge: what is missing is FUZZY
 };
@@ -77,6 +78,6 @@ bool work_on(Queue& queue, const QueueCommand& command, const supersteps::RunOpt
 void join_jobs(Queue& queue, bool partial, const std::filesystem::path& snapshot);
 
 /// `bsp2 jobs status`, in 80 columns but for names.
-void print_status(std::ostream& out, Queue& queue);
+void print_status(std::ostream& out, Queue& queue, bool all);
 
 }  // namespace bsp2::jobs

@@ -18,7 +18,8 @@ struct SuperstepRecord {
   std::vector<double> work_seconds;  ///< without the time in which the rank only waited for others; w is the longest
   std::vector<double> hidden_seconds;  ///< that the main thread communicated while workers computed; not in snapshots
   std::vector<std::uint64_t> bytes_sent, bytes_received, cells;
-  double predicted_seconds = 0.0;  ///< w + g h + l; h is the largest of bytes sent and received
+  std::vector<std::uint64_t> hidden_bytes;  ///< sent or received, whichever is more, while workers computed; not in snapshots
+  double predicted_seconds = 0.0;  ///< w + g h + l; h is the largest of bytes sent and received. Of w and what is hidden of g h, the longer one
 };
 
 /// The text of an error of ours that all ranks agreed on.
@@ -84,6 +85,8 @@ class Ranks {
   /// Completes the sync that was begun.
   void wait();
   [[nodiscard]] bool is_syncing() const;
+  /// Time that the main thread spent with messages while workers computed, besides that of the sync itself.
+  void hide(double seconds);
   /// In the order of the ranks, and of one rank in the order sent.
   [[nodiscard]] const std::vector<Message>& received() const;
 

@@ -50,7 +50,8 @@ struct RunOptions {
   bool collect_cells = true;                ///< false: only measures, no mesh is held
   std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
   std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence, curved and keep are its own
-  /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is.
+  /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is. The result
+  /// has no cells then, and its report counts those that are finished.
   std::function<bool()> interrupted;
   /// After this time a rank that has nothing left to do ends the step of the others, so that regions move to it; none: never.
   std::optional<double> move_after_seconds = 1.0;
