@@ -528,7 +528,7 @@ TEST_F(Agreed, WorldThatIsLeftTellsWhichCallWasWrong) {
 
 /// What a body says that leaves its world by an exception: its own on the culprit, the world's on the others.
 template <typename Body>
-std::string message_of_left_world(const Body& body) {
+std::string message_of_left_world(int culprit, const Body& body) {
   try {
     body();
   } catch (const Error& error) {
@@ -542,7 +542,7 @@ std::string message_of_left_world(const Body& body) {
 
 /// A world that is left by an exception nobody supervises: the others must not wait for it.
 TEST_F(Agreed, WorldLeftByAnException) {
-  const std::string seen = message_of_left_world([] {
+  const std::string seen = message_of_left_world(culprit, [] {
     World world;
     world.sync();
     if (world.pid() == last(world)) throw std::runtime_error("unsupervised");
@@ -558,7 +558,7 @@ TEST_F(Agreed, WorldLeftByAnException) {
 TEST_F(Agreed, WorldLeftByAnExceptionWithAnOpenSuperstep) {
   std::unique_ptr<OpenSuperstep> open;
   std::vector<int> memory(30000);
-  const std::string seen = message_of_left_world([&] {
+  const std::string seen = message_of_left_world(culprit, [&] {
     World world;
     Registered<int> registered(world, memory);
     world.sync();
