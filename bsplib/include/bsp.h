@@ -140,24 +140,26 @@ void bsp2_library_move(void*, bsp_size_t) BSP2_LIBRARY(bsp_move);
 bsp_size_t bsp2_library_hpmove(void**, void**) BSP2_LIBRARY(bsp_hpmove);
 
 BSP2_STAND_IN void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  struct bsp2_put_run* run = &bsp2_classic_puts[pid];
   if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS)) {
     bsp2_library_put(pid, src, dst, offset, nbytes);
-  } else if (BSP2_RARELY(!bsp2_continue_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))) {
-    if (!bsp2_scatter_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))
+  } else {
+    struct bsp2_put_run* run = &bsp2_classic_puts[pid];
+    if (BSP2_RARELY(!bsp2_continue_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes)) &&
+        !bsp2_scatter_put(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))
       bsp2_library_put(pid, src, dst, offset, nbytes);
   }
 }
 
 /* One that continues nothing is a put: the order among unbuffered ones is free. */
 BSP2_STAND_IN void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes) {
-  struct bsp2_reference_run* run = &bsp2_classic_hpputs[pid];
-  struct bsp2_put_run* puts = &bsp2_classic_puts[pid];
   if (BSP2_RARELY((unsigned)pid >= BSP2_RUNS)) {
     bsp2_library_hpput(pid, src, dst, offset, nbytes);
-  } else if (BSP2_RARELY(!bsp2_continue_reference(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))) {
-    if (run->first != run->next ||
-        !bsp2_scatter_put(puts, (size_t)puts->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes))
+  } else {
+    struct bsp2_reference_run* run = &bsp2_classic_hpputs[pid];
+    struct bsp2_put_run* puts = &bsp2_classic_puts[pid];
+    if (BSP2_RARELY(!bsp2_continue_reference(run, (size_t)run->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes)) &&
+        (run->first != run->next ||
+         !bsp2_scatter_put(puts, (size_t)puts->name, (size_t)dst, (size_t)offset, src, (size_t)nbytes)))
       bsp2_library_hpput(pid, src, dst, offset, nbytes);
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "bsp2/dataflow/combiner.hpp"
 #include "bsp2/dataflow/convex_producer.hpp"
@@ -59,6 +60,7 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
 
 template <int D>
 void Localizer<D>::set_view(std::span<const double> eye, double angle) {
+  if (eye.size() != D) throw std::logic_error("an eye needs as many coordinates as the model has dimensions");
   std::copy_n(eye.begin(), D, eye_.begin());
   angle_ = angle;
 }

@@ -340,8 +340,8 @@ std::string reason_of_failed_write(const fs::path& file) {
 }
 
 /// What the file will take, rather a little more: chunks are whole, and HDF5 has its own data.
-std::uint64_t bytes_of(const std::vector<Share>& share, std::size_t dimension) {
-  const auto d = static_cast<std::uint64_t>(dimension);
+std::uint64_t bytes_of(const std::vector<Share>& share, const SnapshotHead& head) {
+  const auto d = static_cast<std::uint64_t>(head.dimension);
   const auto array = [&](Count kind, std::uint64_t size) {
     const std::uint64_t rows = share[kind].total, chunk = std::clamp<std::uint64_t>(rows, 1, slab);
     return (rows + chunk - 1) / chunk * chunk * size;
@@ -351,6 +351,8 @@ std::uint64_t bytes_of(const std::vector<Share>& share, std::size_t dimension) {
   for (const std::uint64_t size : {8, 4}) bytes += array(facets, size);
   for (const std::uint64_t size : {8, 4}) bytes += array(nodes, size);
   bytes += array(hyperplanes, 4) + array(hyperplanes, 8 * (d + 1));
+  bytes += head.source.size() + head.model.size() + head.totals.size() + head.partition_hyperplane.size() * 12;
+  for (const std::string& name : head.superstep_name) bytes += name.size() + 1 + 56;  // a row of the table of supersteps
   return bytes + bytes / 64 + (std::uint64_t{1} << 16);
 }
 
@@ -436,6 +438,7 @@ void write_together(const fs::path& path, const fs::path& unfinished, const Snap
   if (writers.count == 1) return together(path, writers, [&] { write_file(unfinished, snapshot, writers, prepared); });
   try {
     write_file(unfinished, snapshot, writers, prepared);
+    together(path, writers, [] {});  // nobody goes on to the file's name before all have closed it
   } catch (const Failure& failure) {
     const std::string reason = reason_of_failed_write(unfinished);
     std::error_code ignored;
@@ -689,14 +692,14 @@ void write_snapshot(const fs::path& path, const Snapshot& snapshot, const Snapsh
     std::error_code error;
     fs::create_directories(folder_of(path), error);
     // What HDF5 would say about a missing folder or a missing right is not for users.
-    const int descriptor = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+    const int descriptor = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (descriptor < 0) throw Failure(std::generic_category().message(errno));
     ::close(descriptor);
   });
   Prepared prepared;
   together(path, writers, [&] { prepared = {lines(snapshot.head.superstep_name), shares(snapshot, writers)}; });
   together(path, writers, [&] {
-    if (writers.rank == 0) check_room(folder_of(path), bytes_of(prepared.share, static_cast<std::size_t>(snapshot.head.dimension)));
+    if (writers.rank == 0) check_room(folder_of(path), bytes_of(prepared.share, snapshot.head));
   });
   write_together(path, unfinished, snapshot, writers, prepared);
   together(path, writers, [&] {

@@ -42,6 +42,10 @@ RunOptions options_of(const io::SnapshotHead& head) {
   options.curved = head.curved;
   options.level = head.level;
   if (head.tolerance > 0) options.tolerance = head.tolerance;
+  if (head.angle > 0) {
+    options.angle = head.angle;
+    options.eye = head.eye;
+  }
   options.keep_in = head.keep_in;
   options.keep_fuzzy = head.keep_fuzzy;
   options.keep_out = head.keep_out;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <boost/serialization/string.hpp>
+#include <boost/serialization/vector.hpp>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
@@ -15,7 +16,7 @@
 namespace boost::serialization {
 template <class Archive>
 void serialize(Archive& archive, bsp2::io::SnapshotHead& head, unsigned) {
-  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.tolerance & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
+  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.tolerance & head.angle & head.eye & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
   archive & head.complete & head.in_cells & head.out_cells & head.in_volume & head.digest & head.totals & head.partition_root;
   archive & head.partition_hyperplane & head.partition_children & head.superstep_name & head.superstep_step & head.superstep_rank;
   archive & head.superstep_seconds & head.superstep_work_seconds & head.superstep_predicted_seconds;
@@ -308,7 +309,7 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   if (!options.tolerance && head.tolerance > 0) resumed.tolerance = head.tolerance;
   if (!options.angle && head.angle > 0) {
     resumed.angle = head.angle;
-    resumed.eye = head.eye;
+    if (options.eye.empty()) resumed.eye = head.eye;
   }
   resumed.keep_in = head.keep_in;
   resumed.keep_fuzzy = head.keep_fuzzy;

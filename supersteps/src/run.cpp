@@ -268,7 +268,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
       save_progress(ranks, network, progress, options, source, !end.stopped, records);
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     }
-    if (options.on_frame) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
+    if (options.on_frame && !end.interrupted) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
   }
 
   ranks.begin("collection");

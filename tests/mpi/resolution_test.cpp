@@ -308,5 +308,39 @@ TEST(Resume, GoesOnFromASnapshotWithTheCellsLeftWhereTheyAre) {
   expect_same(*resumed, *whole);
 }
 
+/// The angle and the eye are in the snapshot: attributes that all ranks write together.
+TEST(Resume, KeepsTheAngleAndTheEyeOfTheRun) {
+  RunOptions options = options_for(example("mechanical_piece"), 8);
+  options.collect = Collect::file;
+  options.boundary = options.contacts = false;
+  options.curved = true;
+  options.tolerance = 0.2;
+  options.angle = 1;
+  options.eye = {60, -40, 30};
+  const auto whole = together(options);
+  const testing::TemporaryFolder folder;
+  std::string name = folder.path() / "run.h5";
+  {
+    Ranks ranks = Ranks::launched();
+    ranks.together([&] { broadcast(ranks, name); });
+  }
+  RunOptions part = options;
+  part.snapshot = name;
+  part.level = 6;
+  together(part);
+  RunOptions rest = options_for(example("mechanical_piece"), 8);
+  rest.collect = Collect::file;
+  rest.boundary = rest.contacts = false;
+  rest.resume = name;
+  rest.level = 1000;
+  const auto resumed = together(rest);
+  if (!resumed) return;
+  EXPECT_EQ(resumed->report.angle, options.angle);
+  EXPECT_EQ(resumed->report.eye, options.eye);
+  EXPECT_EQ(resumed->report.in_cells, whole->report.in_cells);
+  EXPECT_EQ(resumed->report.fuzzy_cells, whole->report.fuzzy_cells);
+  EXPECT_EQ(resumed->report.digest, whole->report.digest);
+}
+
 }  // namespace
 }  // namespace bsp2::supersteps

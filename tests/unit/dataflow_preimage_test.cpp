@@ -159,7 +159,7 @@ template <int D, typename Truth>
 void check_first_producer(const Expression& e, unsigned deepest, Random& random, Truth&& truth) {
   const Network<D> network = compile<D>(e, {});
   ASSERT_GE(network.producers[0].preimage, 0);
-  check_stream_of<D>(network, PreimageProducer<D>(network, network.producers[0]), deepest, truth, random);
+  check_stream_of<D>(network, PreimageProducer<D>(network, network.producers[0]), deepest, truth, random, true);
 }
 
 TEST(PreimageProducer, EmitsAStreamOfRefinements) {

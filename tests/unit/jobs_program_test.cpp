@@ -33,7 +33,7 @@ supersteps::RunReport sample_report() {
   report.lower = {-1e9, 0, 0};
   report.upper = {1.0 / 7, 1, 1};
   report.digest = "00ff";
-  report.supersteps = {{"computation", 3, {0.5, 0.25}, {0.4, 0.2}, {0.125, 0}, {1, 2}, {3, 4}, {5, 6}, 0.75}};
+  report.supersteps = {{"computation", 3, {0.5, 0.25}, {0.4, 0.2}, {0.125, 0}, {1, 2}, {3, 4}, {5, 6}, {1, 0}, 0.75}};
   report.predicates = 1000;
   report.exact_fallbacks = 5;
   report.seconds = 2;

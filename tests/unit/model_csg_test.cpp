@@ -356,7 +356,6 @@ TEST(Csg, OpenPolyhedraAreLeftOutWithAWarning) {
   EXPECT_EQ(message("cube(1); !" + open), "test.csg:1:11: " + nothing);
 }
 
-/// A hull takes the points of what is no solid, like OpenSCAD: also those of a plane polygon.
 TEST(Csg, PolyhedraThatCrossThemselvesAreToldOf) {
   // Two cubes of side 2, whose volumes sum up to 16; the second one begins at (x, x, x).
   const auto two = [](double x) {
@@ -381,6 +380,7 @@ TEST(Csg, PolyhedraThatCrossThemselvesAreToldOf) {
   EXPECT_TRUE(warnings(two(1) + " !cube();").empty());
 }
 
+/// A hull takes the points of what is no solid, like OpenSCAD: also those of a plane polygon.
 TEST(Csg, OnlyThePointsOfAHollowPolyhedronCountUnderAHull) {
   const std::string square = "polyhedron(points = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], faces = [[0,1,2,3]]);";
   const std::string lifted = "multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]) { color([1,0,0]) { " + square + " } }";
