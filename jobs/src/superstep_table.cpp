@@ -24,15 +24,24 @@ double median(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
 }
 
-void print_record(std::ostream& out, const SuperstepRecord& record) {
-  const auto [least, most] = std::minmax_element(record.work_seconds.begin(), record.work_seconds.end());
+/// The largest h-relation of a rank.
+std::uint64_t h_of(const SuperstepRecord& record) {
   std::uint64_t h = 0;
   for (const auto* bytes : {&record.bytes_sent, &record.bytes_received})
     for (const std::uint64_t value : *bytes) h = std::max(h, value);
+  return h;
+}
+
+/// What of it travelled while workers computed.
+std::uint64_t hidden_of(const SuperstepRecord& record) {
   const std::uint64_t hidden = record.hidden_bytes.empty() ? 0 : *std::max_element(record.hidden_bytes.begin(), record.hidden_bytes.end());
-  const std::string share = hidden > 0 && h > 0 ? fmt::format("{:.0f} %", 100 * static_cast<double>(std::min(h, hidden)) / static_cast<double>(h)) : "";
-  out << fmt::format("  {:<12}{:>4}{:>8.3f}{:>8.3f}{:>8.3f}{:>10}{:>7}{:>11}{:>8.3f}{:>8.3f}\n", record.name, record.step, *least,
-                     median(record.work_seconds), *most, bytes_text(h), share,
+  return std::min(hidden, h_of(record));
+}
+
+void print_record(std::ostream& out, const SuperstepRecord& record) {
+  const auto [least, most] = std::minmax_element(record.work_seconds.begin(), record.work_seconds.end());
+  out << fmt::format("  {:<12}{:>4}{:>8.3f}{:>8.3f}{:>8.3f}{:>10}{:>11}{:>8.3f}{:>8.3f}\n", record.name, record.step, *least,
+                     median(record.work_seconds), *most, bytes_text(h_of(record)),
                      grouped(std::accumulate(record.cells.begin(), record.cells.end(), std::uint64_t{0})),
                      *std::max_element(record.seconds.begin(), record.seconds.end()), record.predicted_seconds);
 }
@@ -48,18 +57,22 @@ std::string grouped(std::uint64_t number) {
 }
 
 void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& records) {
-  out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>7}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min", "median", "max", "h", "hidden", "cells",
-                     "seconds", "w+gh+l");
+  out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min", "median", "max", "h", "cells", "seconds",
+                     "w+gh+l");
   double hidden = 0, waited = 0;  // on all ranks together
+  std::uint64_t h = 0, hidden_h = 0;
   std::size_t ranks = 0;
   for (const SuperstepRecord& record : records) {
     if (record.seconds.empty()) continue;
     print_record(out, record);
+    h += h_of(record);
+    hidden_h += hidden_of(record);
     ranks = std::max(ranks, record.seconds.size());
     hidden = std::accumulate(record.hidden_seconds.begin(), record.hidden_seconds.end(), hidden);
     waited += std::accumulate(record.seconds.begin(), record.seconds.end(), 0.0) - std::accumulate(record.work_seconds.begin(), record.work_seconds.end(), 0.0);
   }
   if (ranks > 1) out << fmt::format("  main threads communicated {:.3f} s while workers computed, and waited {:.3f} s\n", hidden, waited);
+  if (hidden_h > 0) out << fmt::format("  of all h, {}, {:.0f} % was hidden behind their work\n", bytes_text(h), 100 * static_cast<double>(hidden_h) / static_cast<double>(h));
 }
 
 std::string to_csv(const std::vector<SuperstepRecord>& records) {

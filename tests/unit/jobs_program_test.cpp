@@ -90,6 +90,7 @@ TEST(Summary, FitsATerminalAndGroupsDigits) {
   print_stats(out, sample_report());
   EXPECT_NE(out.str().find("123,456,789 cells"), std::string::npos);
   EXPECT_NE(out.str().find("communicated 0.125 s while workers computed, and waited 0.150 s"), std::string::npos) << out.str();
+  EXPECT_NE(out.str().find("of all h, 4 B, 25 % was hidden behind their work"), std::string::npos) << out.str();
   EXPECT_NE(out.str().find("(0.5000 % of the predicates)"), std::string::npos);
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
