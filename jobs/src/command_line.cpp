@@ -128,7 +128,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->check(CLI::Range(1U, 1U << 30, "1 or more"))
       ->type_name("N")
       ->group(group);
-  app.add_option("--angle", options.angle, "or until FUZZY cells are seen thinner than this\nfrom --eye; 0.1 is three pixels of a picture of\n1000 that is 30 degrees wide")
+  app.add_option("--angle", options.angle, "stop where FUZZY cells are seen thinner than this\nfrom --eye; 0.1 is three pixels of a picture of\n1000 that is 30 degrees wide")
       ->check(acute_angle())
       ->type_name("DEGREES")
       ->group(group);
@@ -276,14 +276,16 @@ RunCommand finished(RunCommand command, const Raw& raw) {
 constexpr std::array commands{"run", "resume", "info", "export", "render", "query", "tables", "jobs"};
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
-  const auto parsed = app.get_subcommands();
-  const std::string hint = parsed.empty() ? " (see 'bsp2 --help')" : " (see 'bsp2 " + parsed.front()->get_name() + " --help')";
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError)) {
-    std::string first = error.what();  // "The following arguments were not expected: a b"
-    first = first.substr(first.find(": ") + 2);
-    throw Error("unknown option or argument '" + first + "'" + hint);
+  const CLI::App* innermost = &app;
+  std::string name = "bsp2";
+  for (auto parsed = app.get_subcommands(); !parsed.empty(); parsed = innermost->get_subcommands()) {
+    innermost = parsed.front();
+    name += " " + innermost->get_name();
   }
-  if (parsed.empty()) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
+  const std::string hint = " (see '" + name + " --help')";
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError))
+    if (const auto unknown = app.remaining(true); !unknown.empty()) throw Error("unknown option or argument '" + unknown.front() + "'" + hint);
+  if (innermost == &app) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
   throw Error(error.what() + hint);
 }
 

@@ -18,9 +18,12 @@ void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
   line("model", head.model);
   line("dimension", std::to_string(head.dimension));
   line("coincidence", fmt::format("{}", head.coincidence));
+  if (head.curved) line("curved", "spheres, cylinders and cones are round");
+  if (head.tolerance > 0) line("tolerance", fmt::format("{}", head.tolerance));
+  if (head.angle > 0) line("angle", fmt::format("{} degrees, seen from ({})", head.angle, fmt::join(head.eye, ", ")));
   if (head.level) line("level", std::to_string(*head.level));
   line("keep", fmt::format("{}{}{}", head.keep_in ? "in " : "", head.keep_fuzzy ? "fuzzy " : "", head.keep_out ? "out" : ""));
-  line("regions", fmt::format("{}, {} of them unfinished", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size()));
+  line("regions", fmt::format("{}, {} of them {}", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size(), head.complete ? "with cells that stay FUZZY" : "unfinished"));
   line("steps", std::to_string(head.steps));
   line("IN cells", fmt::format("{} finished, volume {:.12g}", head.in_cells, head.in_volume));
   if (head.keep_out) line("OUT cells", fmt::format("{} finished", head.out_cells));
