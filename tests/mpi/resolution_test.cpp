@@ -282,16 +282,20 @@ TEST(Run, CountsTheCellsOfAllRanksTogether) {
   EXPECT_LE(result->report.in_cells, 4500U);
 }
 
+/// The name of a snapshot in the master's folder, the same on all ranks. Collective.
+std::string snapshot_in(const testing::TemporaryFolder& folder) {
+  std::string name = folder.path() / "run.h5";
+  Ranks ranks = Ranks::launched();
+  ranks.together([&] { broadcast(ranks, name); });
+  return name;
+}
+
 TEST(Resume, GoesOnFromASnapshotWithTheCellsLeftWhereTheyAre) {
   RunOptions options = options_for(example("mechanical_piece"), 16);
   options.collect = Collect::file;
   const auto whole = together(options);
   const testing::TemporaryFolder folder;
-  std::string name = folder.path() / "run.h5";
-  {
-    Ranks ranks = Ranks::launched();
-    ranks.together([&] { broadcast(ranks, name); });
-  }
+  const std::string name = snapshot_in(folder);
   RunOptions part = options;
   part.boundary = part.contacts = false;
   part.snapshot = name;
@@ -319,11 +323,7 @@ TEST(Resume, KeepsTheAngleAndTheEyeOfTheRun) {
   options.eye = {60, -40, 30};
   const auto whole = together(options);
   const testing::TemporaryFolder folder;
-  std::string name = folder.path() / "run.h5";
-  {
-    Ranks ranks = Ranks::launched();
-    ranks.together([&] { broadcast(ranks, name); });
-  }
+  const std::string name = snapshot_in(folder);
   RunOptions part = options;
   part.snapshot = name;
   part.level = 6;
