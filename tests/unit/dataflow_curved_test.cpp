@@ -71,6 +71,41 @@ TEST(Curved, TheFuzzyLayerShrinksFourfoldALevel) {
   check_rate<4>(1, 2);
 }
 
+/// x1 >= x2 >= ... >= xD >= 0, as a simplex far larger than the ball. Images of it under signs and permutations of the axes fill
+/// the space 2^D D! times over, and map the ball to itself: each holds the same share of it.
+template <int D>
+model::Expression chamber() {
+  std::vector<double> matrix((D + 1) * (D + 1), 0.0);
+  for (int row = 0; row < D; ++row)
+    for (int column = row; column < D; ++column) matrix[static_cast<std::size_t>(row * (D + 1) + column)] = 16;
+  matrix.back() = 1;
+  return model::transform(matrix, model::simplex(D, 1));
+}
+
+/// As check_rate, in one of the chambers, where few cells of many levels are.
+template <int D>
+void check_rate_in_chamber(int first, int last) {
+  SCOPED_TRACE(testing::Message() << "D=" << D);
+  const double chambers = std::pow(2, D) * std::tgamma(D + 1);
+  const auto part = model::intersect({model::ball(D, 1), chamber<D>()});
+  double before = 0;
+  for (int level = first; level <= last; ++level) {
+    const double thickness = layer(D, level);
+    const Interval now = volume_interval<D>(part, thinner_than(thickness * 1.0001));
+    expect_contains(now, ball_volume(D) / chambers);
+    EXPECT_LE(now.fuzzy * chambers, D * ball_volume(D) * thickness * std::pow(1 + thickness, D)) << "level " << level;
+    if (level > first) { EXPECT_LT(now.fuzzy, before * 0.32) << "level " << level; }
+    before = now.fuzzy;
+  }
+}
+
+TEST(Curved, TheFuzzyLayerShrinksFourfoldALevelInChambers) {
+  check_rate_in_chamber<3>(1, 5);
+  check_rate_in_chamber<4>(1, 4);
+  check_rate_in_chamber<5>(1, 3);
+  check_rate_in_chamber<6>(1, 3);
+}
+
 TEST(Curved, CylindersAndConesLieInTheirIntervals) {
   const double pi = std::numbers::pi;
   check_levels<3>(model::round_cylinder(2, 2, {3}), 12 * pi, {0, 4, 8, 12, 16});
