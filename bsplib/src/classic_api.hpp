@@ -79,15 +79,21 @@ struct Api {
     bsp2_put_run* run = run_of(&bsp2_runs::put, to);
     if (!run || run->name != dst || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
-    return bsp2_continue_put(run, 0, 0, at, src, size) ||
+    return bsp2_continue_put(run, 0, 0, at, src, size) || bsp2_scatter_put(run, 0, 0, at, src, size) ||
            state.engine->put_again(static_cast<int>(to), src, run->slot, at, size);
+  }
+
+  static bool scatter_hpput(const bsp2_reference_run& run, Pid to, const void* dst, std::size_t at, const void* src,
+                            std::size_t size) {
+    bsp2_put_run& puts = *run_of(&bsp2_runs::put, to);
+    return run.first == run.next && puts.name == dst && bsp2_scatter_put(&puts, 0, 0, at, src, size);
   }
 
   static bool hpput_again(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
     bsp2_reference_run* run = run_of(&bsp2_runs::hpput, to);
     if (!run || run->name != dst || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
-    return bsp2_continue_reference(run, 0, 0, at, src, size) ||
+    return bsp2_continue_reference(run, 0, 0, at, src, size) || scatter_hpput(*run, to, dst, at, src, size) ||
            state.engine->hpput_again(static_cast<int>(to), src, run->slot, at, size);
   }
 
