@@ -7,6 +7,7 @@
 
 #include "bsp.h"
 #include "classic_state.hpp"
+#include "copy.hpp"
 
 /// The functions of BSPlib for one dialect, that is, for its types of process numbers and sizes.
 ///
@@ -212,7 +213,7 @@ struct Api {
     if (!payload && bytes != 0) die("bsp_move", "payload may not be NULL if reception_nbytes is non-zero");
     if (bsp2_classic_messages.left == 0) die("bsp_move", "Message queue was empty");
     const std::size_t size = std::min(static_cast<std::size_t>(bytes), bsp2_classic_messages.payload);
-    if (size > 0) std::memcpy(payload, front_payload(), size);
+    if (size > 0) copy_bytes(static_cast<std::byte*>(payload), reinterpret_cast<const std::byte*>(front_payload()), size);
     drop_front();
   }
 

@@ -95,13 +95,6 @@ bool travels_alone(const wire::BigPut& put, bool own) {
 
 }  // namespace
 
-void copy_in_pieces(std::byte* to, const std::byte* from, std::size_t bytes) {
-  std::size_t piece = 1024;
-  asm volatile("" : "+r"(piece));  // the compiler does not know it any more
-  for (; bytes > piece; to += piece, from += piece, bytes -= piece) std::memcpy(to, from, piece);
-  std::memcpy(to, from, bytes);
-}
-
 std::byte* Buffer::room(std::size_t bytes) {
   if (bytes > capacity_) {
     capacity_ = std::max(bytes, 2 * capacity_);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bsp2/bsplib/world.hpp"
+#include "copy.hpp"
 #include "defect.hpp"
 #include "registry.hpp"
 #include "staging.hpp"
@@ -115,15 +116,6 @@ class Outbox {
   void write_head(std::byte* place, std::size_t offset, std::size_t bytes) const;
   void write_put(std::size_t offset, const void* source, std::size_t bytes);
 
-  /// Most of what is copied in small pieces are single words.
-  static void copy_small(std::byte* to, const void* from, std::size_t bytes) {
-    if (bytes == 8) {
-      std::memcpy(to, from, 8);
-    } else if (bytes > 0) {
-      std::memcpy(to, from, bytes);
-    }
-  }
-
   static constexpr std::size_t longest_run = wire::stage_bytes - 1;
 
   Staging* staging_;
@@ -200,7 +192,7 @@ inline void Outbox::write_put(std::size_t offset, const void* source, std::size_
   std::byte* place = block_.data + size_;
   BSP2_SOON_WRITTEN(place[1024]);
   write_head(place, offset, bytes);
-  copy_small(place + head_, source, bytes);
+  copy_bytes(place + head_, static_cast<const std::byte*>(source), bytes);
   size_ += head_ + wire::padded(bytes);
   first_ = offset;
   last_ = offset + bytes;
@@ -276,8 +268,8 @@ inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size
     std::memcpy(place, &record, sizeof record);
   }
   place += head;
-  copy_small(place, tag, tag_bytes);
-  copy_small(place + wire::padded(tag_bytes), bytes_at, bytes);
+  if (tag_bytes > 0) copy_bytes(place, tag, tag_bytes);
+  if (bytes > 0) copy_bytes(place + wire::padded(tag_bytes), bytes_at, bytes);
   contents |= wire::has_messages;
   payload += bytes + tag_bytes;
   ++count;

@@ -49,13 +49,13 @@ std::optional<Construct> read_rotate_extrude(const Arguments& arguments, const W
 }
 
 Construct read_offset(const Arguments& arguments) {
-  Offset offset;
+  Offset offset{.distance = 1};  // if no number says another
   offset.resolution = resolution_of(arguments);
   if (const Value* r = arguments.find("r", 0); r && r->kind == Value::number) {
     offset.distance = r->as_number;
     checked_sides(std::fabs(offset.distance), arguments, false);
-  } else {
-    offset.distance = arguments.number("delta", -1, 1);
+  } else if (const Value* delta = arguments.find("delta", -1); delta && delta->kind == Value::number) {
+    offset.distance = delta->as_number;
     offset.join = arguments.flag("chamfer", -1) ? Offset::Join::square : Offset::Join::mitre;
   }
   if (!std::isfinite(offset.distance)) throw Error("offset: the distance is not finite");

@@ -10,18 +10,55 @@
 namespace bsp2::model {
 namespace {
 
+Point3 cross(const Point3& p, const Point3& q, const Point3& apex) {
+  Point3 product{};
+  for (int k = 0; k < 3; ++k) {
+    const int l = (k + 1) % 3, m = (k + 2) % 3;
+    product[k] = (p[l] - apex[l]) * (q[m] - apex[m]) - (p[m] - apex[m]) * (q[l] - apex[l]);
+  }
+  return product;
+}
+
 /// Twice the area vector of a cycle, by Newell's sum about its first point.
 Point3 area_vector(const std::vector<Point3>& points, std::span<const std::uint32_t> cycle) {
   Point3 sum{};
-  const Point3& o = points[cycle[0]];
   for (std::size_t i = 1; i + 1 < cycle.size(); ++i) {
-    const Point3 &p = points[cycle[i]], &q = points[cycle[i + 1]];
-    for (int k = 0; k < 3; ++k) {
-      const int l = (k + 1) % 3, m = (k + 2) % 3;
-      sum[k] += (p[l] - o[l]) * (q[m] - o[m]) - (p[m] - o[m]) * (q[l] - o[l]);
-    }
+    const Point3 part = cross(points[cycle[i]], points[cycle[i + 1]], points[cycle[0]]);
+    for (int k = 0; k < 3; ++k) sum[k] += part[k];
   }
   return sum;
+}
+
+int largest(const Point3& vector) {
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::fabs(vector[k]) > std::fabs(vector[axis])) axis = k;
+  return axis;
+}
+
+/// Across the largest triangle over the longest extent of a face. OpenSCAD projects along this axis, which decides how a steep face
+/// that is not planar is cut.
+int axis_of_largest_triangle(const std::vector<Point3>& points, std::span<const std::uint32_t> cycle) {
+  std::array<const Point3*, 3> low, high;
+  low.fill(&points[cycle[0]]);
+  high.fill(&points[cycle[0]]);
+  Point3 extent{};
+  for (int k = 0; k < 3; ++k) {
+    for (const std::uint32_t vertex : cycle) {
+      if (points[vertex][k] < (*low[k])[k]) low[k] = &points[vertex];
+      if (points[vertex][k] > (*high[k])[k]) high[k] = &points[vertex];
+    }
+    extent[k] = (*high[k])[k] - (*low[k])[k];
+  }
+  const int longest = largest(extent);
+  Point3 normal{};
+  double most = 0;
+  for (const std::uint32_t vertex : cycle) {
+    const Point3 candidate = cross(*low[longest], points[vertex], *high[longest]);
+    const double length = candidate[0] * candidate[0] + candidate[1] * candidate[1] + candidate[2] * candidate[2];
+    if (length > most) most = length, normal = candidate;
+  }
+  return largest(normal);
 }
 
 double dot(const Point2& a, const Point2& b, const Point2& apex) {
@@ -32,14 +69,19 @@ double cross(const Point2& a, const Point2& b, const Point2& apex) {
   return (a.u - apex.u) * (b.v - apex.v) - (a.v - apex.v) * (b.u - apex.u);
 }
 
-/// How far the angles at b and d of the quadrilateral a b c d exceed 180 degrees together (a sine): > 0 says
-/// that the diagonal b d is better than a c. Ties and noise count as no excess.
-bool prefers_other_diagonal(const Point2& a, const Point2& b, const Point2& c, const Point2& d) {
+/// By how much the angles at b and d of the quadrilateral a b c d exceed 180 degrees together: if they do, the diagonal b d is better
+/// than a c. If they do so by less than `indifference`, the diagonal that is there stays.
+double excess_of_angles(const Point2& a, const Point2& b, const Point2& c, const Point2& d) {
   const double sine_b = cross(c, a, b), cosine_b = dot(c, a, b);
   const double sine_d = cross(a, c, d), cosine_d = dot(a, c, d);
-  const double excess = -(sine_b * cosine_d + cosine_b * sine_d);
-  const double scale = std::fabs(sine_b * cosine_d) + std::fabs(cosine_b * sine_d);
-  return excess > 1e-9 * scale;
+  return std::atan2(-(sine_b * cosine_d + cosine_b * sine_d), sine_b * sine_d - cosine_b * cosine_d);
+}
+
+constexpr double indifference = 0.01;  // OpenSCAD's
+
+/// The order of the sweep.
+bool is_before(const Point2& a, const Point2& b) {
+  return a.u < b.u || (a.u == b.u && a.v < b.v);
 }
 
 std::uint64_t directed(std::uint32_t from, std::uint32_t to) {
@@ -56,43 +98,81 @@ void Triangulator::triangulate(std::span<const std::uint32_t> cycle, std::vector
     triangles.push_back({cycle[0], cycle[1], cycle[2]});
     return;
   }
-  project(cycle);
-  if (cycle.size() == 4 && add_quadrilateral(triangles)) return;
+  const Point3 area = area_vector(points_, cycle);
+  project(cycle, axis_of_largest_triangle(points_, cycle), area);
+  bool convex = is_convex();
+  if (!convex && !is_arrowhead()) {  // a face that is far from planar may even cross itself there
+    project(cycle, largest(area), area);
+    convex = is_convex();
+  }
+  if (convex && cycle.size() == 4) {
+    add_convex_quadrilateral(triangles);
+    return;
+  }
   const std::size_t first = triangles.size();
-  clip_ears(triangles);
+  convex ? zip_chains(triangles) : clip_ears(triangles);
   flip_edges(std::span(triangles).subspan(first));
 }
 
-void Triangulator::project(std::span<const std::uint32_t> cycle) {
-  const Point3 normal = area_vector(points_, cycle);
-  int axis = 0;
-  for (int k = 1; k < 3; ++k)
-    if (std::fabs(normal[k]) > std::fabs(normal[axis])) axis = k;
-  int u = (axis + 1) % 3, v = (axis + 2) % 3;
-  if (normal[axis] < 0) std::swap(u, v);
+void Triangulator::project(std::span<const std::uint32_t> cycle, int axis, const Point3& area) {
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  const double side = area[axis] < 0 ? -1 : 1;
   const auto size = static_cast<std::uint32_t>(cycle.size());
   corners_.resize(size);
   for (std::uint32_t i = 0; i < size; ++i) {
     const Point3& p = points_[cycle[i]];
-    corners_[i] = {{p[u], p[v]}, cycle[i], i == 0 ? size - 1 : i - 1, i + 1 == size ? 0 : i + 1, false};
+    corners_[i] = {{p[u], side * p[v]}, cycle[i], i == 0 ? size - 1 : i - 1, i + 1 == size ? 0 : i + 1, false};
   }
 }
 
-/// The common case, without lists. @return false if it takes more care.
-bool Triangulator::add_quadrilateral(std::vector<Triangle>& triangles) const {
+/// Strictly, and once around: where it turns from right to left it does so once.
+bool Triangulator::is_convex() const {
+  int turns = 0;
+  for (const Corner& c : corners_) {
+    const Corner &before = corners_[c.previous], &after = corners_[c.next];
+    if (orientation(before.at, c.at, after.at) <= 0) return false;
+    turns += is_before(c.at, before.at) != is_before(after.at, c.at) ? 1 : 0;
+  }
+  return turns == 2;
+}
+
+/// A quadrilateral with one reflex corner. It has but one diagonal.
+bool Triangulator::is_arrowhead() const {
+  if (corners_.size() != 4) return false;
+  const auto reflex = [this](const Corner& c) { return orientation(corners_[c.previous].at, c.at, corners_[c.next].at) <= 0; };
+  return std::count_if(corners_.begin(), corners_.end(), reflex) == 1;
+}
+
+/// The common case, without lists. A planar rectangle is cut alike from both sides: two that coincide cancel.
+void Triangulator::add_convex_quadrilateral(std::vector<Triangle>& triangles) const {
   const auto& c = corners_;
-  std::array<bool, 4> convex{};
-  for (int i = 0; i < 4; ++i) convex[i] = orientation(c[(i + 3) % 4].at, c[i].at, c[(i + 1) % 4].at) > 0;
-  const bool first = convex[1] && convex[3], second = convex[0] && convex[2];
-  if (!first && !second) return false;
-  const bool other = !first || (second && prefers_other_diagonal(c[0].at, c[1].at, c[2].at, c[3].at));
   const std::uint32_t a = c[0].vertex, b = c[1].vertex, e = c[2].vertex, d = c[3].vertex;
-  if (other) {
+  double excess = excess_of_angles(c[0].at, c[1].at, c[2].at, c[3].at);
+  if (std::fabs(excess) < indifference) {
+    if (orientation(points_[a], points_[b], points_[e], points_[d]) != 0) return zip_chains(triangles);
+    excess = std::min(points_[b], points_[d]) < std::min(points_[a], points_[e]) ? 1 : -1;
+  }
+  if (excess > 0) {
     triangles.insert(triangles.end(), {{b, e, d}, {b, d, a}});
   } else {
     triangles.insert(triangles.end(), {{a, b, e}, {a, e, d}});
   }
-  return true;
+}
+
+/// Two chains lead from the last corner to the first one. Each corner, from last to first, forms a triangle with the newest corner of
+/// either chain. So triangulates OpenSCAD, before its flips: it matters where these have no preference, as in rectangles.
+void Triangulator::zip_chains(std::vector<Triangle>& triangles) const {
+  const auto last = static_cast<std::uint32_t>(
+      std::max_element(corners_.begin(), corners_.end(), [](const Corner& a, const Corner& b) { return is_before(a.at, b.at); }) -
+      corners_.begin());
+  std::uint32_t upper = last, lower = last;  // the upper chain goes on with the cycle, the lower one against it
+  for (std::size_t left = corners_.size() - 1; left > 0; --left) {
+    const std::uint32_t above = corners_[upper].next, below = corners_[lower].previous;
+    const bool is_upper = is_before(corners_[below].at, corners_[above].at);
+    const std::uint32_t corner = is_upper ? above : below;
+    if (upper != lower) triangles.push_back({corners_[lower].vertex, corners_[upper].vertex, corners_[corner].vertex});
+    (is_upper ? upper : lower) = corner;
+  }
 }
 
 void Triangulator::update(std::uint32_t corner) {
@@ -232,7 +312,7 @@ void Triangulator::flip_edges(std::span<Triangle> triangles) const {
         halves.contains(directed(right, left)))
       continue;
     const Point2 &a = position[from], &b = position[right], &c = position[to], &d = position[left];
-    if (orientation(b, c, d) <= 0 || orientation(d, a, b) <= 0 || !prefers_other_diagonal(a, b, c, d))
+    if (orientation(b, c, d) <= 0 || orientation(d, a, b) <= 0 || excess_of_angles(a, b, c, d) < indifference)
       continue;
     halves.erase(directed(from, to));
     halves.erase(directed(to, from));

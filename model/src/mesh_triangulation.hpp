@@ -11,9 +11,9 @@ namespace bsp2::model {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Cuts faces into triangles: ears of the face projected along its largest axis, then flips towards
-/// Delaunay's choice, so that the answer for a face that is not quite planar does not depend on where its
-/// cycle starts.
+/// Cuts faces into triangles: a sweep over a convex face projected along its largest axis, ears of any other one, then flips towards
+/// Delaunay's choice. So the answer for a face that is not quite planar does not depend on where its cycle starts, and is that
+/// of OpenSCAD; but if the face is not convex and has more than three corners on a circle, it may be another one.
 ///
 /// Whatever the face looks like (non-convex, touching or even crossing itself), the directed edges of the
 /// triangles add up to those of the cycle: a closed mesh stays closed. Every comparison of positions is
@@ -33,8 +33,11 @@ class Triangulator {
   };
   enum Rule { clean, touching, flat, any };  ///< how little is asked of an ear, the more the less
 
-  void project(std::span<const std::uint32_t> cycle);
-  bool add_quadrilateral(std::vector<Triangle>& triangles) const;
+  void project(std::span<const std::uint32_t> cycle, int axis, const Point3& area);
+  [[nodiscard]] bool is_convex() const;
+  [[nodiscard]] bool is_arrowhead() const;
+  void add_convex_quadrilateral(std::vector<Triangle>& triangles) const;
+  void zip_chains(std::vector<Triangle>& triangles) const;
   void clip_ears(std::vector<Triangle>& triangles);
   void flip_edges(std::span<Triangle> triangles) const;
   [[nodiscard]] bool is_ear(std::uint32_t tip, Rule rule) const;

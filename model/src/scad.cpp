@@ -86,7 +86,9 @@ ModelText convert_scad(const std::filesystem::path& path) {
                   path.filename().string());
     throw Error(name + ": 'openscad' cannot be started: " + error.code().message());
   }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || !std::filesystem::exists(made)) {
+  // An assertion that fails leaves no node, and no exit code either.
+  const auto is_empty = [&] { return read_text(made).find('(') == std::string::npos && !lines_of(output, {"ERROR"}).empty(); };
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || !std::filesystem::exists(made) || is_empty()) {
     std::string why;
     for (const std::string& line : lines_of(output, {"ERROR", "Can't", "Parser", "TRACE", "WARNING"})) why += (why.empty() ? "" : "; ") + line;
     if (why.empty()) why = WIFSIGNALED(status) ? "it was ended by signal " + std::to_string(WTERMSIG(status)) : "exit code " + std::to_string(WEXITSTATUS(status));

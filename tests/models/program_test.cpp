@@ -217,6 +217,9 @@ TEST_F(Scad, IsAnErrorIfOpenscadFails) {
   EXPECT_EQ(failed.code, 2) << failed.text;
   EXPECT_NE(failed.text.find("openscad failed: ERROR: no such thing"), std::string::npos) << failed.text;
   EXPECT_EQ(start_with("exit 0").code, 2) << "nothing is written";
+  const Ended asserted = start_with("echo 'ERROR: Assertion failed'; echo > \"$2\"");
+  EXPECT_EQ(asserted.code, 2) << asserted.text;
+  EXPECT_NE(asserted.text.find("openscad failed: ERROR: Assertion failed"), std::string::npos) << asserted.text;
   EXPECT_EQ(start_with("kill -9 $$").code, 2);
   const std::string before = std::getenv("PATH");
   std::ofstream(folder_.path() / "m.scad") << "cube();";

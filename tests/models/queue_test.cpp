@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "listening.hpp"
 #include "temporary_folder.hpp"
 
 namespace {
@@ -182,6 +183,7 @@ TEST_F(Jobs, ASignalKeepsWhatWasFound) {
   const std::vector<std::string> options{"--regions", "1"};
   split(options);
   const pid_t child = start(worker());
+  bsp2::testing::wait_for_handler(child, SIGUSR1);
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   kill(child, SIGUSR1);
   const Ended ended = wait(child);

@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "listening.hpp"
 #include "temporary_folder.hpp"
 
 namespace {
@@ -127,6 +128,7 @@ TEST_F(Session, SignalsEndTheStepWithASnapshot) {
     const int signal = signals.front();
     fs::remove(snapshot_);
     const pid_t child = start({"run", model_, "--threads", "1", "--order", "priority", "--snapshot", snapshot_.string(), "-o", (folder_.path() / "out").string()});
+    bsp2::testing::wait_for_handler(child, signal);
     std::this_thread::sleep_for(delay);
     kill(child, signal);
     const Ended ended = wait(child);

@@ -379,6 +379,8 @@ TEST(RotateExtrude, AFullTurnBeginsAtMinusX) {
 TEST(Offset, AgreesWithOpenScadAndWithSteiner) {
   EXPECT_NEAR(content("offset(r = 1, $fn = 16) { square(2); }"), 15.0615, 1e-4);
   EXPECT_NEAR(content("offset(delta = 1) { square(2); }"), 16, 1e-9);
+  EXPECT_NEAR(content("offset() { square(2); }"), 14, 1e-9);
+  EXPECT_NEAR(content("offset(chamfer = true) { square(2); }"), 14, 1e-9);
   EXPECT_NEAR(content("offset(delta = 1, chamfer = true) { square(2); }"), 15.3137, 1e-4);
   EXPECT_NEAR(content("offset(r = -0.5) { square([4, 3]); }"), 6, 1e-9);
   EXPECT_EQ(content("offset(r = -2) { square([4, 3]); }"), 0);

@@ -165,6 +165,44 @@ TEST(Polyhedron, NonConvexFacesKeepTheVolume) {
   }
 }
 
+/// Volumes by OpenSCAD 2021.01: one corner of the top, then of a side, of a box 2 x 2 x 2 is moved out by 1; a regular hexagonal prism with
+/// one corner raised by 1/2. The corners of these faces lie on a circle, so no diagonal is Delaunay's choice.
+TEST(Polyhedron, UnevenFacesAreCutAsByOpenScad) {
+  const auto moved = [](Faces faces, std::size_t corner, int axis, double by) {
+    faces.points[corner][static_cast<std::size_t>(axis)] += by;
+    return std::fabs(volume(mesh_of(faces.solid())));
+  };
+  const Faces cube = prism({{0, 0}, {2, 0}, {2, 2}, {0, 2}}, 2);
+  const std::array<std::array<double, 2>, 4> top{{{4, 26.0 / 3}, {5, 28.0 / 3}, {6, 26.0 / 3}, {7, 28.0 / 3}}};
+  for (const auto& [corner, expected] : top) EXPECT_NEAR(moved(cube, static_cast<std::size_t>(corner), 2, 1), expected, 1e-12) << corner;
+  const std::array<std::array<double, 2>, 4> side{{{1, 26.0 / 3}, {2, 28.0 / 3}, {5, 28.0 / 3}, {6, 26.0 / 3}}};
+  for (const auto& [corner, expected] : side) EXPECT_NEAR(moved(cube, static_cast<std::size_t>(corner), 0, 1), expected, 1e-12) << corner;
+  std::vector<std::array<double, 2>> hexagon;
+  for (int i = 0; i < 6; ++i) hexagon.push_back({std::cos(std::numbers::pi * i / 3), std::sin(std::numbers::pi * i / 3)});
+  EXPECT_NEAR(moved(prism(hexagon, 2), 7, 2, 0.5), 5.412658773652743, 1e-6);
+}
+
+TEST(Polyhedron, UnevenFacesDoNotDependOnWhereTheyStart) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int round = 0; round < 300; ++round) {
+    // On a circle, some turned and stretched.
+    std::vector<std::array<double, 2>> polygon;
+    const int n = 4 + static_cast<int>(random() % 9);
+    const double turn = round % 3 == 0 ? 0 : unit(random), stretch = round % 2 == 0 ? 1 : 1 + unit(random);
+    for (int i = 0; i < n; ++i) polygon.push_back({stretch * std::cos(turn + 2 * std::numbers::pi * i / n), std::sin(turn + 2 * std::numbers::pi * i / n)});
+    Faces faces = prism(polygon, 2);
+    for (int i = 0; i < n; ++i) faces.points[static_cast<std::size_t>(n + i)][2] += 0.25 * static_cast<double>(random() % 4);
+    const double first = volume(mesh_of(faces.solid()));
+    for (int start = 1; start < n; ++start) {
+      std::rotate(faces.faces.back().begin(), faces.faces.back().begin() + 1, faces.faces.back().end());
+      EXPECT_NEAR(volume(mesh_of(faces.solid())), first, 1e-12) << n << " corners, from " << start;
+    }
+  }
+}
+
 TEST(Polyhedron, TriangulationHasNoFlippedTriangleInAPlane) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);

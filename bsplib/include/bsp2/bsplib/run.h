@@ -119,6 +119,9 @@ BSP2_INLINE bsp2_word bsp2_word_at(const void* source) {
 #define BSP2_IS_KNOWN(size) 1
 #endif
 
+/* In the library: for 2 KiB and more, where memcpy is slow for some places (copy.hpp). */
+void bsp2_copy_much(char* place, const void* source, size_t bytes);
+
 BSP2_INLINE void bsp2_copy_part(char* place, const void* source, size_t bytes) {
   if (!BSP2_IS_KNOWN(bytes)) {
     BSP2_HIDE(place);
@@ -128,6 +131,8 @@ BSP2_INLINE void bsp2_copy_part(char* place, const void* source, size_t bytes) {
     BSP2_COPY_WORD(place, source);
   } else if (!BSP2_IS_KNOWN(bytes) && bytes == 4) {
     BSP2_COPY(place, source, 4);
+  } else if (bytes >= 2048) {
+    bsp2_copy_much(place, source, bytes);
   } else {
     BSP2_COPY(place, source, bytes);
   }
