@@ -49,8 +49,13 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   }
   if (kind == ".svg") {
     std::vector<Expression> shapes;
-    for (const PlaneDrawing& drawing : import_svg(path, arguments.number("dpi", -1, 72), arguments.flag("center", -1)))
-      shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
+    const SvgSelection selection{arguments.string("id", -1, ""), arguments.string("layer", -1, "")};
+    const auto drawings = import_svg(path, arguments.number("dpi", -1, 72), arguments.flag("center", -1), selection);
+    if (!drawings) {
+      warn("this import is empty: there is no " + selection.text() + " in " + path.string());
+      return pool.empty(2);
+    }
+    for (const PlaneDrawing& drawing : *drawings) shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
     return pool.boolean(Operation::unite, 2, shapes, true);
   }
   if (!is_mesh_ending(kind))

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "colour_names.hpp"
 #include "csg_any_nodes.hpp"
 #include "csg_primitive_nodes.hpp"
 #include "csg_spline_nodes.hpp"
@@ -156,8 +157,20 @@ std::array<double, 16> read_matrix(const Arguments& arguments) {
   return matrix;
 }
 
-std::optional<Colour> read_colour(const Arguments& arguments) {
+std::optional<Colour> read_colour(const Arguments& arguments, const Warn& warn) {
   const Value* channels = arguments.find("c", 0);
+  if (channels && channels->kind == Value::text) {
+    const std::string name = arguments.string("c", 0, "");
+    std::optional<Colour> colour = colour_named(name);
+    if (!colour) {
+      warn("'" + name.substr(0, 60) + "' is no colour: it is no name that CSS knows, nor #rgb, #rgba, #rrggbb or #rrggbbaa");
+      return std::nullopt;
+    }
+    const double alpha = arguments.number("alpha", 1, (*colour)[3]);
+    if (!(alpha >= 0)) return std::nullopt;
+    (*colour)[3] = std::min(alpha, 1.0);
+    return colour;
+  }
   if (!channels || channels->kind != Value::vector || channels->size < 3 || channels->size > 4 || channels->span != channels->size + 1) return std::nullopt;
   Colour colour{0, 0, 0, arguments.number("alpha", 1, 1)};
   for (std::uint32_t i = 0; i < channels->size; ++i) {

@@ -92,8 +92,8 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::
 /// The 4 x 4 matrix of a multmatrix node, row-major.
 std::array<double, 16> read_matrix(const Arguments& arguments);
 
-/// The colour of a color node; nothing if it is none.
-std::optional<Colour> read_colour(const Arguments& arguments);
+/// The colour of a color node: numbers, or a name as CSS has them, and `alpha`; nothing if it is none.
+std::optional<Colour> read_colour(const Arguments& arguments, const Warn& warn);
 
 /// What it does to solids of a dimension: 2 takes the rows and columns of x, y and the translation.
 /// @return the affine matrix; empty if the solids vanish.

@@ -50,6 +50,8 @@ Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& w
                size[2].kind == Value::number) {
       x = size[1].as_number;
       y = size[2].as_number;
+    } else if (size->kind != Value::undefined) {
+      warn("the size of this square is neither a number nor a vector of two numbers; it is taken to be [1, 1]");
     }
   }
   if (!finite({x, y}) || x <= 0 || y <= 0) {

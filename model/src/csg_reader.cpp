@@ -210,7 +210,7 @@ void Reader::interpret(Frame& frame) {
       matrices_.push_back({read_matrix(arguments), read_square_matrix(arguments)});
       break;
     case NodeKind::color:
-      colours_.push_back(read_colour(arguments));
+      colours_.push_back(read_colour(arguments, warn));
       break;
     case NodeKind::group:
     case NodeKind::difference:

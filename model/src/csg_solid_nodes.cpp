@@ -10,17 +10,20 @@
 namespace bsp2::model {
 namespace {
 
-std::array<double, 3> cube_size(const Value* size) {
-  if (!size) return {1, 1, 1};
-  if (size->kind == Value::number) return {size->as_number, size->as_number, size->as_number};
-  // As OpenSCAD: a vector of two or three numbers, the third being 0 if it is missing; else the default.
-  if (size->kind != Value::vector || size->size < 2 || size->size > 3 || size->span != size->size + 1)
-    return {1, 1, 1};
-  std::array<double, 3> result{};
-  for (std::uint32_t i = 0; i < size->size; ++i) {
-    if (size[i + 1].kind != Value::number) return {1, 1, 1};
-    result[i] = size[i + 1].as_number;
+/// As OpenSCAD: a vector of three numbers; from the first that is no number on, and where it is no such vector, lengths are 1.
+std::array<double, 3> cube_size(const Value* size, const Warn& warn) {
+  std::array<double, 3> result{1, 1, 1};
+  if (!size || size->kind == Value::undefined) return result;
+  if (size->kind == Value::number) {
+    result.fill(size->as_number);
+    return result;
   }
+  std::uint32_t i = 0;
+  if (size->kind == Value::vector && size->size == 3)
+    for (const Value* at = size + 1; i < 3 && at->kind == Value::number; at += at->span) result[i++] = at->as_number;
+  if (i < 3)
+    warn("the size of this cube is neither a number nor a vector of three numbers; it is taken to be [" + text_of(result[0]) + ", " + text_of(result[1]) + ", " +
+         text_of(result[2]) + "]");
   return result;
 }
 
@@ -57,7 +60,7 @@ std::vector<Point3> corners_of(const std::vector<Point3>& points, const FaceCycl
 }  // namespace
 
 Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& warn) {
-  const auto [x, y, z] = cube_size(arguments.find("size", 0));
+  const auto [x, y, z] = cube_size(arguments.find("size", 0), warn);
   if (!finite({x, y, z}) || x <= 0 || y <= 0 || z <= 0) {
     if (!(x == 0 || y == 0 || z == 0))
       warn("this cube is empty: its size is [" + text_of(x) + ", " + text_of(y) + ", " + text_of(z) + "]");

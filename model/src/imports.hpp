@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -66,12 +67,22 @@ struct DrawingFrame {
 /// @throws bsp2::Error if the file cannot be read.
 PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution);
 
+/// What is wanted of an SVG drawing, with what is in it; empty names: everything.
+struct SvgSelection {
+  std::string id;     ///< of an element
+  std::string layer;  ///< the label of a layer of Inkscape; where there is none of that label, the id of a group
+
+  /// "element with the id '...'", "layer '...'"
+  [[nodiscard]] std::string text() const;
+};
+
 /// The areas of an SVG drawing's paths, rectangles, circles, ellipses, polygons and lines, one drawing a shape, in millimetres
 /// with y upwards. As in OpenSCAD 2021.01: a line (a path whose ends are apart, a polyline) has the width of its stroke, areas
 /// have no strokes; text and <use> are passed over.
 /// @param dpi units of a length without unit in an inch; 72 if it is no positive number.
-/// @param center whether the middle of what is drawn is moved to the origin.
+/// @param center whether the middle of what is drawn (of the selection) is moved to the origin.
+/// @return nothing if there is nothing of that name.
 /// @throws bsp2::Error if the file cannot be read.
-std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, bool center);
+std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection = {});
 
 }  // namespace bsp2::model

@@ -1,101 +1,34 @@
 #include "mesh_crossing.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <map>
-#include <numeric>
 #include <set>
-#include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "box_tree.hpp"
 #include "bsp2/model/csg.hpp"
 #include "csg_arguments.hpp"
 #include "csg_scanner.hpp"
+#include "mesh_line.hpp"
 #include "polyhedron.hpp"
 
 namespace bsp2::model {
 namespace {
 
-struct Box {
-  Point3 low, high;
-  [[nodiscard]] bool meets(const Box& other) const {
-    for (std::size_t k = 0; k < 3; ++k)
-      if (low[k] > other.high[k] || other.low[k] > high[k]) return false;
-    return true;
-  }
-  void unite(const Box& other) {
-    for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], other.low[k]), high[k] = std::max(high[k], other.high[k]);
-  }
-};
-
-/// A tree over boxes, halved at the median along the longest axis. Node i has the children 2 i + 1 and 2 i + 2.
-class BoxTree {
- public:
-  explicit BoxTree(std::vector<Box> boxes) : boxes_(std::move(boxes)), order_(boxes_.size()) {
-    std::iota(order_.begin(), order_.end(), 0u);
-    if (!boxes_.empty()) build(0, order_);
-  }
-
-  /// Calls visit(i) for the boxes that meet this one until it answers true. @return whether it did.
-  template <typename Visit>
-  bool visit_meeting(const Box& box, Visit&& visit) const {
-    std::vector<std::pair<std::size_t, std::span<const std::uint32_t>>> open{{0, order_}};
-    while (!open.empty()) {
-      const auto [node, items] = open.back();
-      open.pop_back();
-      if (items.empty() || !nodes_[node].meets(box)) continue;
-      if (items.size() <= leaf) {
-        for (const std::uint32_t i : items)
-          if (boxes_[i].meets(box) && visit(i)) return true;
-        continue;
-      }
-      open.emplace_back(2 * node + 1, items.first(items.size() / 2));
-      open.emplace_back(2 * node + 2, items.subspan(items.size() / 2));
-    }
-    return false;
-  }
-
- private:
-  static constexpr std::size_t leaf = 4;
-
-  void build(std::size_t node, std::span<std::uint32_t> items) {  // depth: log2 of the number of boxes
-    if (node >= nodes_.size()) nodes_.resize(node + 1);
-    Box all = boxes_[items[0]];
-    for (const std::uint32_t i : items) all.unite(boxes_[i]);
-    nodes_[node] = all;
-    if (items.size() <= leaf) return;
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < 3; ++k)
-      if (all.high[k] - all.low[k] > all.high[axis] - all.low[axis]) axis = k;
-    const std::size_t half = items.size() / 2;
-    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return boxes_[a].low[axis] + boxes_[a].high[axis] < boxes_[b].low[axis] + boxes_[b].high[axis];
-    });
-    build(2 * node + 1, items.first(half));
-    build(2 * node + 2, items.subspan(half));
-  }
-
-  std::vector<Box> boxes_, nodes_;
-  std::vector<std::uint32_t> order_;
-};
+using Corners = std::array<std::uint32_t, 3>;
 
 class CrossingFinder {
  public:
-  explicit CrossingFinder(const TriangleMesh& mesh) : mesh_(mesh) {}
+  explicit CrossingFinder(const TriangleMesh& mesh) : mesh_(mesh), tree_(triangle_boxes(mesh)) {}
 
   std::optional<MeshCrossing> run() {
-    std::vector<Box> boxes;
-    boxes.reserve(mesh_.triangles.size());
-    for (const auto& [a, b, c] : mesh_.triangles) {
-      Box box{mesh_.points[a], mesh_.points[a]};
-      box.unite({mesh_.points[b], mesh_.points[b]});
-      box.unite({mesh_.points[c], mesh_.points[c]});
-      boxes.push_back(box);
-    }
-    const BoxTree tree(boxes);
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
-      if (tree.visit_meeting(boxes[t], [&](std::uint32_t other) { return other != t && edges_cross(other, t); })) return found_;
+      if (tree_.visit_meeting(tree_[t], [&](std::uint32_t other) { return other != t && (edges_cross(other, t) || (other < t && overlaps(other, t))); })) return found_;
     return std::nullopt;
   }
 
@@ -132,7 +65,7 @@ class CrossingFinder {
     if (positive > 0 && negative > 0) return false;
     if (positive + negative < 2) return false;  // through a corner
     if (positive + negative == 2 && !crosses_neighbour(p, q, triangle, on, *side_p)) return false;
-    found_ = {{at[p], at[q]}, {a, b, c}};
+    found_ = {{a, b, c}, {at[p], at[q]}};
     return true;
   }
 
@@ -144,7 +77,94 @@ class CrossingFinder {
     return !is_new && seen->second != triangle;
   }
 
+  /// Whether two triangles in one plane have inner points in common where the mesh winds around one side by two times more than
+  /// around the other.
+  bool overlaps(std::uint32_t one, std::uint32_t other) {
+    const auto &s = mesh_.triangles[one], &t = mesh_.triangles[other];
+    const auto& at = mesh_.points;
+    if (is_clearly_apart(s, t)) return false;
+    const int axis = axis_across(s);
+    std::array<Point2, 3> p, q;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = along(axis, at[s[k]]), q[k] = along(axis, at[t[k]]);
+    const int side = orientation(p[0], p[1], p[2]);
+    if (side == 0 || orientation(q[0], q[1], q[2]) != side) return false;
+    if (are_parted(p, q, side) || are_parted(q, p, side) || !are_coplanar(mesh_, one, other)) return false;
+    const auto middle = common_point(p, q, side);
+    if (!middle || std::abs(times_covered(*middle, axis, one)) < 2) return false;
+    found_ = {{at[t[0]], at[t[1]], at[t[2]]}, {at[s[0]], at[s[1]], at[s[2]]}};
+    return true;
+  }
+
+  /// Whether a corner of t lies beside the plane of s, where doubles tell for sure.
+  [[nodiscard]] bool is_clearly_apart(const Corners& s, const Corners& t) const {
+    const auto& at = mesh_.points;
+    return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+      if (std::find(s.begin(), s.end(), v) != s.end()) return false;
+      const auto side = quick_orientation(at[s[0]], at[s[1]], at[s[2]], at[v]);
+      return side && *side != 0;
+    });
+  }
+
+  /// The axis that is closest to the triangle's normal.
+  [[nodiscard]] int axis_across(const Corners& t) const {
+    const auto &a = mesh_.points[t[0]], &b = mesh_.points[t[1]], &c = mesh_.points[t[2]];
+    int axis = 0;
+    double largest = -1;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+      const double normal = std::fabs((b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l]));
+      if (normal > largest) largest = normal, axis = static_cast<int>(k);
+    }
+    return axis;
+  }
+
+  /// Whether an edge of one triangle parts them. @param side how both are wound.
+  static bool are_parted(const std::array<Point2, 3>& p, const std::array<Point2, 3>& q, int side) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (std::all_of(q.begin(), q.end(), [&](const Point2& v) { return side * orientation(p[k], p[(k + 1) % 3], v) <= 0; })) return true;
+    return false;
+  }
+
+  /// A point strictly inside both: about the middle of what they share, which is clipped in rounded arithmetic.
+  static std::optional<Point2> common_point(const std::array<Point2, 3>& p, const std::array<Point2, 3>& q, int side) {
+    std::vector<Point2> shared(p.begin(), p.end());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Point2 &a = q[k], &b = q[(k + 1) % 3];
+      const auto depth = [&](const Point2& v) { return side * ((b.u - a.u) * (v.v - a.v) - (b.v - a.v) * (v.u - a.u)); };
+      std::vector<Point2> rest;
+      for (std::size_t i = 0; i < shared.size(); ++i) {
+        const Point2 &from = shared[i], &to = shared[(i + 1) % shared.size()];
+        const double x = depth(from), y = depth(to);
+        if (x >= 0) rest.push_back(from);
+        if ((x > 0 && y < 0) || (x < 0 && y > 0)) rest.push_back({from.u + x / (x - y) * (to.u - from.u), from.v + x / (x - y) * (to.v - from.v)});
+      }
+      shared = std::move(rest);
+    }
+    if (shared.size() < 3) return std::nullopt;
+    Point2 middle{0, 0};
+    for (const Point2& v : shared) middle.u += v.u / static_cast<double>(shared.size()), middle.v += v.v / static_cast<double>(shared.size());
+    for (const auto& triangle : {p, q})
+      for (std::size_t k = 0; k < 3; ++k)
+        if (side * orientation(triangle[k], triangle[(k + 1) % 3], middle) <= 0) return std::nullopt;
+    return middle;
+  }
+
+  /// How many triangles in the plane of this one cover the point, those wound in opposite ways cancelling each other.
+  [[nodiscard]] int times_covered(const Point2& at, int axis, std::uint32_t triangle) const {
+    const auto k = static_cast<std::size_t>(axis);
+    Box3 line = tree_[triangle];
+    line.low[(k + 1) % 3] = line.high[(k + 1) % 3] = at.u;
+    line.low[(k + 2) % 3] = line.high[(k + 2) % 3] = at.v;
+    int times = 0;
+    tree_.visit_meeting(line, [&](std::uint32_t other) {
+      if (other == triangle || are_coplanar(mesh_, triangle, other)) times += meets(mesh_, other, axis, at);
+      return false;
+    });
+    return times;
+  }
+
   const TriangleMesh& mesh_;
+  const BoxTree tree_;
   std::optional<MeshCrossing> found_;
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t, int>, std::uint32_t> hits_;
 };
@@ -160,9 +180,14 @@ std::string point_text(const Point3& p) {
 std::optional<MeshCrossing> self_crossing(const TriangleMesh& mesh) { return CrossingFinder(mesh).run(); }
 
 std::string text_of(const MeshCrossing& crossing) {
-  const auto& [a, b, c] = crossing.triangle;
-  return "the edge from " + point_text(crossing.edge[0]) + " to " + point_text(crossing.edge[1]) + " goes through the triangle " + point_text(a) + ", " + point_text(b) + ", " +
-         point_text(c);
+  const auto list = [](const auto& points) {
+    std::string text;
+    for (const Point3& p : points) text += (text.empty() ? "" : ", ") + point_text(p);
+    return text;
+  };
+  if (crossing.other.size() == 2)
+    return "the edge from " + point_text(crossing.other[0]) + " to " + point_text(crossing.other[1]) + " goes through the triangle " + list(crossing.triangle);
+  return "the triangle " + list(crossing.other) + " and the triangle " + list(crossing.triangle) + " cover each other in part, wound alike in one plane";
 }
 
 std::vector<std::string> crossing_warnings(const Model& model, std::string_view text, const std::string& name) {

@@ -4,29 +4,13 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <tuple>
 #include <utility>
 
+#include "disjoint_sets.hpp"
+
 namespace bsp2::model {
 namespace {
-
-/// Sets of points that belong together.
-class Groups {
- public:
-  explicit Groups(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0u); }
-  std::uint32_t of(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = of(a), b = of(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 FaceCycles select(const FaceCycles& faces, const std::vector<bool>& dropped, const std::vector<bool>& reversed) {
   FaceCycles result;
@@ -86,7 +70,7 @@ bool is_sheet(const std::vector<Point3>& points, const std::vector<Triangle>& pa
 
 }  // namespace
 
-FaceCycles without_duplicates(const FaceCycles& faces, std::size_t& dropped) {
+FaceCycles without_duplicates(const FaceCycles& faces, std::size_t& dropped, std::size_t* first) {
   std::vector<std::pair<std::vector<std::uint32_t>, std::size_t>> cycles;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = faces[f];
@@ -99,6 +83,7 @@ FaceCycles without_duplicates(const FaceCycles& faces, std::size_t& dropped) {
   dropped = 0;
   for (std::size_t i = 1; i < cycles.size(); ++i)
     if (cycles[i].first == cycles[i - 1].first) drop[cycles[i].second] = true, ++dropped;
+  if (first != nullptr) *first = static_cast<std::size_t>(std::find(drop.begin(), drop.end(), true) - drop.begin());
   return select(faces, drop, std::vector<bool>(faces.size()));
 }
 
@@ -149,7 +134,7 @@ FaceCycles consistently_wound(const FaceCycles& faces, std::size_t& turned) {
 }
 
 FaceCycles capped(std::vector<Point3>& points, const FaceCycles& faces, const std::vector<OpenEdge>& open) {
-  Groups rims(points.size());
+  DisjointSets rims(points.size());
   for (const OpenEdge& edge : open) rims.join(edge.a, edge.b);
   struct Sum {
     Point3 sum{};
@@ -192,7 +177,7 @@ double winding_number(const std::vector<Point3>& points, const std::vector<Trian
 
 std::vector<Triangle> without_sheets(const std::vector<Point3>& points, const std::vector<Triangle>& triangles, std::uint32_t first_apex,
                                      std::size_t& left_out) {
-  Groups groups(points.size());
+  DisjointSets groups(points.size());
   for (const Triangle& triangle : triangles) groups.join(triangle[0], triangle[1]), groups.join(triangle[0], triangle[2]);
   std::map<std::uint32_t, std::vector<Triangle>> parts;
   for (const Triangle& triangle : triangles) parts[groups.of(triangle[0])].push_back(triangle);

@@ -9,8 +9,9 @@
 /// What can be done about faces that are no boundary of a solid.
 namespace bsp2::model {
 
-/// Drops all but one of faces that go through the same points in the same direction. @param dropped gets how many.
-FaceCycles without_duplicates(const FaceCycles& faces, std::size_t& dropped);
+/// Drops all but one of faces that go through the same points in the same direction. @param dropped gets how many, `first`
+/// the first of them.
+FaceCycles without_duplicates(const FaceCycles& faces, std::size_t& dropped, std::size_t* first = nullptr);
 
 /// Turns faces so that neighbours go through the edge between them in opposite directions, where exactly two faces share
 /// it; of each connected part the smaller share is turned. @param turned gets how many.

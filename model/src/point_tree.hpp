@@ -4,13 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "box_tree.hpp"
 #include "predicates.hpp"
 
 namespace bsp2::model {
-
-struct Box3 {
-  Point3 low, high;
-};
 
 /// A balanced tree over points, to find those near a segment without looking at all of them.
 class PointTree {

@@ -13,6 +13,7 @@
 #include "bsp2/model/builder.hpp"
 #include "convex_hull.hpp"
 #include "mesh_repair.hpp"
+#include "mesh_shells.hpp"
 #include "mesh_triangulation.hpp"
 
 namespace bsp2::model {
@@ -129,7 +130,8 @@ std::vector<Triangle> triangulated(const std::vector<Point3>& points, const Face
 }
 
 /// Removes pairs of equal triangles wound in opposite ways: they bound nothing together.
-void cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
+/// @return whether some triangle is there more often than that takes away.
+bool cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
   struct Key {
     std::uint32_t low, high;  // the corners beside the smallest one
     bool even;
@@ -148,7 +150,7 @@ void cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
   std::vector<Key> keys(triangles.size());
   for (std::uint32_t i = 0; i < triangles.size(); ++i) keys[ends[*std::min_element(triangles[i].begin(), triangles[i].end())]++] = key_of(i);
   std::vector<bool> dropped(triangles.size());
-  bool any = false;
+  bool any = false, is_repeated = false;
   for (std::size_t corner = 0, from = 0; corner < points; from = ends[corner++]) {
     const std::span<Key> own(keys.data() + from, ends[corner] - from);
     std::sort(own.begin(), own.end(), [](const Key& a, const Key& b) { return std::tie(a.low, a.high, a.even, a.index) < std::tie(b.low, b.high, b.even, b.index); });
@@ -156,22 +158,25 @@ void cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
       while (end < own.size() && own[end].low == own[begin].low && own[end].high == own[begin].high) ++end;
       std::size_t middle = begin;
       while (middle < end && !own[middle].even) ++middle;
+      is_repeated |= std::max(middle - begin, end - middle) > std::min(middle - begin, end - middle) + 1;
       for (std::size_t k = 0; k < std::min(middle - begin, end - middle); ++k) any = dropped[own[begin + k].index] = dropped[own[middle + k].index] = true;
     }
   }
-  if (!any) return;
+  if (!any) return is_repeated;
   std::size_t size = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i)
     if (!dropped[i]) triangles[size++] = triangles[i];
   triangles.resize(size);
+  return is_repeated;
 }
 
 /// Triangles without any that is flat, as far as that keeps the mesh closed.
-/// @param has_flat whether there may be a flat one among the faces.
-std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces, bool has_flat = false) {
+/// @param has_flat whether there may be a flat one among the faces. @param is_repeated gets whether some triangle is there twice.
+std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces, bool has_flat = false, bool* is_repeated = nullptr) {
   std::vector<Triangle> triangles = triangulated(points, faces);
   if (triangles.size() != faces.size()) has_flat = true;  // of those that faces of more corners were cut into
-  cancel_opposite(points.size(), triangles);
+  const bool repeated = cancel_opposite(points.size(), triangles);
+  if (is_repeated != nullptr) *is_repeated = repeated;
   for (int round = 0; round < 4 && has_flat; ++round) {
     faces = without_degenerate(points, as_faces(triangles));
     if (faces.size() == triangles.size()) break;
@@ -209,10 +214,43 @@ namespace {
 std::optional<TriangleMesh> mesh_of(const std::vector<Point3>& points, std::vector<Triangle> triangles) {
   if (triangles.empty()) return std::nullopt;
   if (const auto open = open_edges(as_faces(triangles)); !open.empty()) throw_open(points, open);
-  // Wound the wrong way round as a whole: the solid is the same, so turn it.
-  if (signed_volume(points, triangles) < 0)
-    for (Triangle& triangle : triangles) std::swap(triangle[1], triangle[2]);
   return compact(points, std::move(triangles));
+}
+
+/// Wound the wrong way round as a whole: the solid is the same, so turn it.
+std::optional<TriangleMesh> outward(std::optional<TriangleMesh> mesh) {
+  if (mesh && signed_volume(mesh->points, mesh->triangles) < 0)
+    for (Triangle& triangle : mesh->triangles) std::swap(triangle[1], triangle[2]);
+  return mesh;
+}
+
+/// Faces of a file that are closed as they stand: each of them once, if they are closed then as well.
+std::vector<Triangle> single_triangles(const std::vector<Point3>& points, const FaceCycles& solid, const std::function<void(std::string)>& warn) {
+  bool is_repeated = false;
+  std::vector<Triangle> triangles = closed_triangles(points, solid, false, &is_repeated);
+  if (!is_repeated) return triangles;
+  std::size_t count = 0, first = 0;
+  const FaceCycles once = without_duplicates(solid, count, &first);
+  if (count == 0 || !open_edges(once).empty()) return triangles;  // where it covers itself that is told later
+  std::string face;
+  for (const std::uint32_t corner : solid[first]) face += (face.empty() ? "" : ", ") + text_of(points[corner]);
+  warn("made of faces that are there more than once, the first of them " + face + ". Repaired: " +
+       counted(count, "face that was there already is", "faces that were there already are") + " left out");
+  return closed_triangles(points, once);
+}
+
+/// The mesh of a file, whose shells all have their solid inside.
+std::optional<TriangleMesh> with_turned_shells(std::optional<TriangleMesh> mesh, const std::function<void(std::string)>& warn) {
+  if (!mesh) return mesh;
+  const ShellFaults faults = turn_shells(*mesh);
+  const std::string all = counted(faults.shells, "shell", "shells");
+  if (faults.turned > 0)
+    warn("inside out: the shell with the corner " + text_of(faults.turned_at) + ". Repaired: " + std::to_string(faults.turned) + " of " + all +
+         (faults.turned == 1 ? " is turned" : " are turned"));
+  if (faults.nested > 0)
+    warn("wound around more than once: the shell with the corner " + text_of(faults.nested_at) + " lies in another one and is wound like it, so it is no cavity but counts as inside. That holds for " +
+         std::to_string(faults.nested) + " of " + all);
+  return mesh;
 }
 
 }  // namespace
@@ -237,14 +275,17 @@ std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const
   const FaceCycles cycles = oriented(points, faces);
   const auto solid = closed(points, cycles);
   if (!solid) throw_open(points, open_edges(cycles));
-  return mesh_of(points, closed_triangles(points, *solid));
+  return outward(mesh_of(points, closed_triangles(points, *solid)));
 }
 
 std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces, Holes holes,
                                           const std::function<void(std::string)>& warn) {
   check_input(given, faces);
   FaceCycles cycles = oriented(given, faces);
-  if (const auto solid = closed(given, cycles)) return mesh_of(given, closed_triangles(given, *solid));
+  const auto finished = [&](std::optional<TriangleMesh> mesh) {
+    return holes == Holes::cap ? with_turned_shells(std::move(mesh), warn) : outward(std::move(mesh));
+  };
+  if (const auto solid = closed(given, cycles)) return finished(mesh_of(given, holes == Holes::cap ? single_triangles(given, *solid, warn) : closed_triangles(given, *solid)));
   const std::string what = text_of(given, open_edges(cycles));
   std::vector<std::string> repairs;
   const auto told = [&](const std::string& last) {
@@ -257,14 +298,14 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   const FaceCycles once = without_duplicates(cycles, count);
   if (count > 0) {
     const std::string repair = counted(count, "face that was there already is", "faces that were there already are") + " left out";
-    if (const auto solid = closed(given, once)) return told(repair), mesh_of(given, closed_triangles(given, *solid));
+    if (const auto solid = closed(given, once)) return told(repair), finished(mesh_of(given, closed_triangles(given, *solid)));
     repairs.push_back(repair);
     cycles = once;
   }
   const FaceCycles wound = consistently_wound(cycles, count);
   if (count > 0 && open_edges(wound).size() < open_edges(cycles).size()) {
     const std::string repair = counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") + " turned";
-    if (const auto solid = closed(given, wound)) return told(repair), mesh_of(given, closed_triangles(given, *solid));
+    if (const auto solid = closed(given, wound)) return told(repair), finished(mesh_of(given, closed_triangles(given, *solid)));
     repairs.push_back(repair);
     cycles = wound;
   }
@@ -277,7 +318,7 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   std::string last = counted(open.size(), "open edge is", "open edges are") + " closed by caps";
   if (count > 0) last += ", " + counted(count, "part that is", "parts that are") + " an open sheet and encloses nothing is left out";
   told(last);
-  return mesh_of(points, triangles);
+  return finished(mesh_of(points, triangles));
 }
 
 std::optional<TriangleMesh> spanned_mesh(const std::vector<Point3>& points) {

@@ -31,7 +31,11 @@ enum class Holes : std::uint8_t {
 /// The same, of faces that need not be the boundary of a solid: equal faces count once, faces wound unlike their neighbours
 /// are turned, holes are capped, and sheets, which enclose nothing, are left out (generalized winding numbers decide); in this
 /// order and only as far as it takes.
-/// @param warn is told of each repair, and where the first open edge was.
+///
+/// With Holes::cap the faces may also be closed and still bound no solid: those that are all there several times count once, and
+/// shells that are inside out are turned (mesh_shells.hpp); without it only the mesh as a whole is.
+/// @param warn is told of each repair, and where the first open edge was ("not closed: ...", "inside out: ..."); with Holes::refuse
+/// not of a mesh that is turned as a whole, as OpenSCAD does not speak of that either.
 /// @throws OpenMesh "not closed: the edge from point ..." if holes are left that may not be capped.
 std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& points, const FaceCycles& faces, Holes holes,
                                           const std::function<void(std::string)>& warn);

@@ -1,7 +1,9 @@
 #include "predicates.hpp"
 
+#include <algorithm>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 
@@ -49,6 +51,32 @@ std::optional<int> quick_orientation(const Point2& a, const Point2& b, const Poi
   return sign(std::fma(au, bv, -p) - std::fma(av, bu, -q));
 }
 
+/// -1, 0 or 1 by integers of 128 bits, where the coordinates are multiples of one power of two that are not too many.
+std::optional<int> integer_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
+  double difference[3][3], largest = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (!exact_difference(a[k], d[k], difference[0][k]) || !exact_difference(b[k], d[k], difference[1][k]) || !exact_difference(c[k], d[k], difference[2][k])) return std::nullopt;
+    for (const auto& row : difference) largest = std::max(largest, std::fabs(row[k]));
+  }
+  if (largest == 0) return 0;
+  if (!(largest > 1e-280 && largest < 1e280)) return std::nullopt;
+  const double scale = std::ldexp(1.0, 39 - std::ilogb(largest));  // then all are below 2^40, minors below 2^81, the sum below 2^124
+  std::int64_t m[3][3];
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double scaled = difference[i][k] * scale;
+      m[i][k] = static_cast<std::int64_t>(scaled);
+      if (static_cast<double>(m[i][k]) != scaled || (scaled == 0) != (difference[i][k] == 0)) return std::nullopt;
+    }
+  __extension__ using Wide = __int128;
+  Wide determinant = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, n = (k + 2) % 3;
+    determinant += m[0][k] * (Wide{m[1][l]} * m[2][n] - Wide{m[1][n]} * m[2][l]);
+  }
+  return determinant > 0 ? -1 : determinant < 0 ? 1 : 0;
+}
+
 }  // namespace
 
 int orientation(const Point2& a, const Point2& b, const Point2& c) {
@@ -74,6 +102,7 @@ std::optional<int> quick_orientation(const Point3& a, const Point3& b, const Poi
 
 int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
   if (const std::optional<int> quick = quick_orientation(a, b, c, d)) return *quick;
+  if (const std::optional<int> quick = integer_orientation(a, b, c, d)) return *quick;
   using Rational = boost::multiprecision::cpp_rational;
   std::array<Rational, 3> u, v, w;
   for (std::size_t k = 0; k < 3; ++k) {

@@ -152,9 +152,46 @@ void place(std::vector<PlaneDrawing>& drawings, const Page& page, bool center) {
     for (Point& p : drawing.points) p = map(p);
 }
 
+/// Which elements are wanted, with what is in them.
+class Selector {
+ public:
+  Selector(const SvgSelection& wanted, const xmlNode* root) : wanted_(wanted) {
+    if (wanted.layer.empty()) return;
+    std::vector<const xmlNode*> stack{root};
+    while (!stack.empty() && !has_layer_) {
+      const xmlNode* node = stack.back();
+      stack.pop_back();
+      has_layer_ = is_labelled(node);
+      for (const xmlNode* child = node->children; child != nullptr; child = child->next)
+        if (child->type == XML_ELEMENT_NODE) stack.push_back(child);
+    }
+  }
+
+  [[nodiscard]] bool is_layer(const xmlNode* node) const {
+    if (wanted_.layer.empty()) return true;
+    return has_layer_ ? is_labelled(node) : is_group(node) && svg::attribute(node, "id") == wanted_.layer;
+  }
+  [[nodiscard]] bool is_named(const xmlNode* node) const { return wanted_.id.empty() || svg::attribute(node, "id") == wanted_.id; }
+
+ private:
+  static bool is_group(const xmlNode* node) { return xmlStrEqual(node->name, reinterpret_cast<const xmlChar*>("g")) != 0; }
+  /// Inkscape's layers.
+  [[nodiscard]] bool is_labelled(const xmlNode* node) const {
+    return is_group(node) && svg::attribute(node, "groupmode") == "layer" && svg::attribute(node, "label") == wanted_.layer;
+  }
+
+  const SvgSelection& wanted_;
+  bool has_layer_ = false;
+};
+
 }  // namespace
 
-std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double dpi, bool center) {
+std::string SvgSelection::text() const {
+  const std::string element = "element with the id '" + id + "'", group = "layer '" + layer + "'";
+  return id.empty() ? group : layer.empty() ? element : element + " in a " + group;
+}
+
+std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection) {
   if (!(dpi >= 0.001)) dpi = 72;
   const std::unique_ptr<xmlDoc, void (*)(xmlDoc*)> document(
       xmlReadFile(path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING), xmlFreeDoc);
@@ -163,7 +200,10 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
   struct Visit {
     const xmlNode* node;
     Map map;
+    bool is_in_layer = false, is_wanted = false;
   };
+  const Selector selector(selection, root);
+  bool is_there = false;
   std::vector<PlaneDrawing> shapes;
   std::vector<Visit> stack{{root, {}}};
   Page page;
@@ -174,6 +214,9 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
     if (name == "defs") continue;
     if (name == "svg") page.read(visit.node, dpi);
     const Map map = visit.map.after(map_of(svg::attribute(visit.node, "transform")));
+    const bool is_in_layer = visit.is_in_layer || selector.is_layer(visit.node);
+    const bool is_wanted = visit.is_wanted || (is_in_layer && selector.is_named(visit.node));
+    is_there |= is_wanted;
     PlaneDrawing drawing;
     const auto add = [&](const std::vector<Point>& points) {
       for (const Point& p : points) {
@@ -182,7 +225,7 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
       }
       drawing.paths.end_face();
     };
-    for (const auto& points : svg::shape_of(visit.node, name)) {
+    for (const auto& points : is_wanted ? svg::shape_of(visit.node, name) : std::vector<std::vector<Point>>{}) {
       if (points.size() >= 2 && (name == "polyline" || is_line(points))) {
         for (const auto& area : stroke_of(visit.node, points)) add(area);
       } else if (points.size() >= 3) {
@@ -192,8 +235,9 @@ std::vector<PlaneDrawing> import_svg(const std::filesystem::path& path, double d
     const bool is_finite = std::all_of(drawing.points.begin(), drawing.points.end(), [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });
     if (!drawing.points.empty() && is_finite) shapes.push_back(std::move(drawing));
     for (const xmlNode* child = visit.node->last; child != nullptr; child = child->prev)
-      if (child->type == XML_ELEMENT_NODE) stack.push_back({child, map});
+      if (child->type == XML_ELEMENT_NODE) stack.push_back({child, map, is_in_layer, is_wanted});
   }
+  if (!is_there) return std::nullopt;
   place(shapes, page, center);
   const auto is_lost = [](const PlaneDrawing& drawing) {
     return !std::all_of(drawing.points.begin(), drawing.points.end(), [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });

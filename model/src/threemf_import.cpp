@@ -186,6 +186,11 @@ class PackageReader {
     return instance;
   }
 
+  static double determinant(const Placement& m) {
+    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+  }
+
+  /// A mirror image has its outside outside.
   void add(const Object& object, const Placement& placement, ImportedMesh& mesh) const {
     if (!mesh.points.empty() && std::max(mesh.faces.size() + object.triangles.size(), mesh.points.size() + object.points.size()) > most_copied)
       throw Error(path_.string() + ": its objects have more than " + std::to_string(most_copied) + " triangles or points together");
@@ -198,7 +203,9 @@ class PackageReader {
       }
       mesh.add_point(placed);
     }
-    for (const auto& [a, b, c] : object.triangles) mesh.add_face(std::array{first + a, first + b, first + c});
+    const bool is_mirrored = determinant(placement) < 0;
+    for (const auto& [a, b, c] : object.triangles)
+      mesh.add_face(is_mirrored ? std::array{first + a, first + c, first + b} : std::array{first + a, first + b, first + c});
   }
 
   ZipFile zip_;

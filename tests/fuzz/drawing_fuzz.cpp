@@ -8,8 +8,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return -1;
   try {
     if (data[0] == '<') {
-      for (const auto& drawing : bsp2::model::import_svg(bsp2::fuzzing::file_of(data, size, ".svg"), 72, false))
-        bsp2::model::convex_pieces(drawing.points, drawing.paths);
+      const auto drawings = bsp2::model::import_svg(bsp2::fuzzing::file_of(data, size, ".svg"), 72, false);
+      for (const auto& drawing : *drawings) bsp2::model::convex_pieces(drawing.points, drawing.paths);
     } else {
       const auto drawing = bsp2::model::import_dxf(bsp2::fuzzing::file_of(data, size, ".dxf"), "", {}, {});
       bsp2::model::convex_pieces(drawing.points, drawing.paths);

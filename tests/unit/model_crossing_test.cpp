@@ -60,7 +60,7 @@ TEST(Crossing, IsFoundWhereAnEdgeGoesThroughATriangle) {
     const auto found = self_crossing(mesh);
     ASSERT_EQ(found.has_value(), expected) << "round " << round;
     if (found) {
-      EXPECT_TRUE(goes_through(found->edge[0], found->edge[1], found->triangle[0], found->triangle[1], found->triangle[2]));
+      EXPECT_TRUE(found->other.size() == 2 && goes_through(found->other[0], found->other[1], found->triangle[0], found->triangle[1], found->triangle[2]));
     }
     crossing += expected;
   }

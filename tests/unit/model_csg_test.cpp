@@ -264,6 +264,23 @@ TEST(Csg, ArgumentsHaveOpenScadsDefaults) {
   EXPECT_EQ(meaning("cube([1, -inf, 1]);"), "empty");
   EXPECT_EQ(meaning("sphere(r = -nan);"), "empty");
   EXPECT_EQ(meaning("cylinder(h = 1, r1 = 1, r2 = -1);"), "empty");
+  EXPECT_EQ(meaning("color(\"Red\") cube();"), meaning("color([1, 0, 0, 1]) cube();"));
+  EXPECT_EQ(meaning("color(\"yellowgreen\", 0.5) cube();"), meaning("color(\"#9acd32\", alpha = 0.5) cube();"));
+  EXPECT_EQ(meaning("color(\"#f08\") cube();"), meaning("color(\"#FF0088\") cube();"));
+  EXPECT_EQ(meaning("color(\"#f083\") cube();"), meaning("color(\"#ff008833\") cube();"));
+  EXPECT_EQ(meaning("color(\"transparent\") cube();"), meaning("color([0, 0, 0, 0]) cube();"));
+  for (const std::string none : {"reds", "", "#", "#ff", "#ff000", "#ff00zz", "#ff0088ff0", "yellowgreenx"}) {
+    EXPECT_EQ(meaning("color(\"" + none + "\") cube();"), meaning("cube();")) << none;
+    EXPECT_EQ(parse("color(\"" + none + "\") cube();").warnings.size(), 1U) << none;
+  }
+  // OpenSCAD reads numbers up to the first that is none.
+  for (const auto& [size, taken] : {std::pair("[2, 3]", "[1, 1, 1]"), {"[\"a\", 5, 6]", "[1, 1, 1]"}, {"[2, 3, undef]", "[2, 3, 1]"}, {"[2, [3], 4]", "[2, 1, 1]"}, {"true", "[1, 1, 1]"}}) {
+    const std::string given = std::string("cube(size = ") + size + ");";
+    EXPECT_EQ(meaning(given), meaning(std::string("cube(") + taken + ");")) << given;
+    EXPECT_EQ(parse(given).warnings.size(), 1U) << given;
+  }
+  EXPECT_EQ(parse(" square([2, true]);").warnings,
+            (std::vector<std::string>{"test.csg:1:2: the size of this square is neither a number nor a vector of two numbers; it is taken to be [1, 1]"}));
   EXPECT_EQ(parse("sphere(r = -1);").warnings,
             (std::vector<std::string>{"test.csg:1:1: this sphere is empty: its radius is -1"}));
 }

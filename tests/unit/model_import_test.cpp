@@ -6,7 +6,9 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "imports.hpp"
 #include "temporary_folder.hpp"
@@ -34,7 +36,8 @@ double svg_area(const std::string& elements) {
   const auto path = folder.path() / "drawing.svg";
   std::ofstream(path) << "<svg width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" << elements << "</svg>";
   double sum = 0;
-  for (const PlaneDrawing& drawing : import_svg(path, 72, false)) sum += area_of(drawing);
+  const auto drawings = import_svg(path, 72, false);
+  for (const PlaneDrawing& drawing : *drawings) sum += area_of(drawing);
   return sum;
 }
 
@@ -46,7 +49,8 @@ Box page_box(const std::string& attributes, double dpi = 72, bool center = false
   const auto path = folder.path() / "drawing.svg";
   std::ofstream(path) << "<svg " << attributes << "><rect x=\"10\" y=\"20\" width=\"30\" height=\"40\"/></svg>";
   Box box{1e9, 1e9, -1e9, -1e9};
-  for (const PlaneDrawing& drawing : import_svg(path, dpi, center))
+  const auto drawings = import_svg(path, dpi, center);
+  for (const PlaneDrawing& drawing : *drawings)
     for (const auto& p : drawing.points) box = {std::min(box[0], p[0]), std::min(box[1], p[1]), std::max(box[2], p[0]), std::max(box[3], p[1])};
   return box;
 }
@@ -93,6 +97,78 @@ TEST(Svg, LinesAreAsWideAsTheirStrokes) {
   EXPECT_NEAR(svg_area("<g stroke-width=\"2\">" + line + "/></g>"), 21, 1e-9) << "not inherited";
   EXPECT_NEAR(svg_area("<path d=\"M10 10 L30 10 L30 30 Z\" style=\"stroke-width:2\" fill=\"none\"/>"), 200, 1e-9) << "an area has no stroke";
   EXPECT_EQ(svg_area("<defs><rect id=\"a\" width=\"3\" height=\"2\"/></defs><use href=\"#a\"/>"), 0);
+}
+
+/// Random trees of groups: what is wanted, by a walk of its own.
+TEST(Svg, ElementsAndLayersAreSelected) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  const testing::TemporaryFolder folder;
+  const auto path = folder.path() / "drawing.svg";
+  const std::vector<std::string> names{"", "a", "b", "c", "d"};
+  for (int round = 0; round < 60; ++round) {
+    const SvgSelection wanted{names[random() % 4], names[random() % 4]};
+    std::string text;
+    bool any_label = false;
+    struct Group {
+      std::string id, label;
+      bool is_layer;
+      bool is_group = true;
+    };
+    std::vector<Group> groups;  // from the root to here
+    struct Rect {
+      std::vector<Group> above;
+      std::string id;
+      double area;
+    };
+    std::vector<Rect> rects;
+    const auto attribute = [](const std::string& name, const std::string& value) { return value.empty() ? "" : " " + name + "=\"" + value + "\""; };
+    for (int i = 0; i < 25; ++i) {
+      if (random() % 3 == 0 && !groups.empty()) {
+        groups.pop_back();
+        text += "</g>";
+      } else if (random() % 2 == 0) {
+        const Group group{names[random() % 5], names[random() % 5], random() % 2 == 0};
+        groups.push_back(group);
+        any_label |= group.is_layer && group.label == wanted.layer;
+        text += "<g" + attribute("id", group.id) + attribute("inkscape:label", group.label) + (group.is_layer ? " inkscape:groupmode=\"layer\">" : ">");
+      } else {
+        const double width = 1 + static_cast<double>(random() % 1000);
+        rects.push_back({groups, names[random() % 5], width});
+        text += "<rect" + attribute("id", rects.back().id) + " width=\"" + std::to_string(static_cast<int>(width)) + "\" height=\"1\"/>";
+      }
+    }
+    for (; !groups.empty(); groups.pop_back()) text += "</g>";
+    std::ofstream(path) << "<svg xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" << text << "</svg>";
+
+    const auto is_layer = [&](const Group& group) { return any_label ? group.is_layer && group.label == wanted.layer : group.is_group && group.id == wanted.layer; };
+    double expected = 0;
+    bool is_there = wanted.id.empty() && wanted.layer.empty();
+    const auto look = [&](const std::vector<Group>& chain, double area) {  // whether one in the chain is named and in a layer
+      bool in_layer = wanted.layer.empty(), is_wanted = in_layer && wanted.id.empty();
+      for (const Group& group : chain) {
+        in_layer |= is_layer(group);
+        is_wanted |= in_layer && (wanted.id.empty() || group.id == wanted.id);
+      }
+      is_there |= is_wanted;
+      if (is_wanted) expected += area;
+    };
+    for (const Rect& rect : rects) {
+      auto chain = rect.above;
+      chain.push_back({rect.id, "", false, false});
+      look(chain, rect.area);
+    }
+    const auto drawings = import_svg(path, 72, false, wanted);
+    if (!drawings) {
+      EXPECT_EQ(expected, 0) << text;
+      EXPECT_FALSE(is_there) << text;
+      continue;
+    }
+    double sum = 0;
+    for (const PlaneDrawing& drawing : *drawings) sum += area_of(drawing);
+    EXPECT_NEAR(sum, expected, 1e-9) << wanted.text() << " of " << text;
+  }
 }
 
 TEST(Dxf, BlocksAreInsertedAndBulgesPassedOver) {

@@ -317,6 +317,18 @@ TEST_F(MeshFile, PackagesPutObjectsTogether) {
   EXPECT_EQ(high, 12) << "x, doubled and moved, is y in the end";
 }
 
+TEST_F(MeshFile, MirrorImagesInPackagesAreNotInsideOut) {
+  const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  const std::string items = "<item objectid=\"1\" transform=\"-2 0 0 0 1 0 0 0 1 10 0 0\"/><item objectid=\"1\" transform=\"0 1 0 1 0 0 0 0 1 20 0 0\"/><item objectid=\"1\"/>";
+  ASSERT_EQ(message("a.3mf", package(object_3mf(unit, 1), items)), "no error");
+  const ImportedMesh mesh = import_mesh(folder_.path() / "a.3mf");
+  std::vector<std::string> warnings;
+  const auto repaired = repaired_mesh(mesh.points, mesh.faces, Holes::cap, [&](const std::string& text) { warnings.push_back(text); });
+  ASSERT_TRUE(repaired.has_value());
+  EXPECT_TRUE(warnings.empty()) << warnings[0];
+  EXPECT_NEAR(volume(*repaired), 4 / 6.0, 1e-12);
+}
+
 /// Objects of two objects each, 40 times over: 2^40 of them.
 TEST_F(MeshFile, PackagesCannotFillTheMemory) {
   std::string resources = object_3mf({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}}, 1);

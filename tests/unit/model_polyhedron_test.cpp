@@ -507,6 +507,39 @@ TEST(Repair, MakesAPrismAgain) {
   }
 }
 
+/// Closed faces that bound no solid: prisms inside out, and ones of which every face is there several times.
+TEST(Repair, NamesClosedMeshesThatAreInsideOutOrThereTwice) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  for (int round = 0; round < 100; ++round) {
+    Faces faces = prism(random_star(random, 4 + static_cast<int>(random() % 20)), 2);
+    const double expected = volume(*repaired(faces).mesh);
+    const std::size_t own = faces.faces.size();
+    std::string said = "inside out: the shell with the corner (";
+    if (round % 2 == 0) {
+      faces.reverse();
+    } else {
+      said = "Repaired: " + std::to_string(2 * own) + " faces that were there already are left out";
+      for (std::size_t i = 0; i < 2 * own; ++i) {
+        faces.faces.push_back(faces.faces[i % own]);
+        std::rotate(faces.faces.back().begin(), faces.faces.back().begin() + 1, faces.faces.back().end());
+      }
+      std::shuffle(faces.faces.begin(), faces.faces.end(), random);
+    }
+    const Repaired result = repaired(faces);
+    ASSERT_EQ(result.warnings.size(), 1U) << said;
+    EXPECT_NE(result.warnings[0].find(said), std::string::npos) << result.warnings[0];
+    ASSERT_TRUE(result.mesh.has_value());
+    EXPECT_NEAR(volume(*result.mesh), expected, 1e-12 * expected);
+    if (round % 2 == 0) {
+      const Repaired quiet = repaired(faces, Holes::refuse);
+      EXPECT_TRUE(quiet.warnings.empty()) << "OpenSCAD does not speak of a polyhedron that is inside out";
+      EXPECT_NEAR(volume(*quiet.mesh), expected, 1e-12 * expected);
+    }
+  }
+}
+
 TEST(Repair, RefusesHolesOnly) {
   Faces open = box({0, 0, 0}, {1, 1, 1}), turned = open, doubled = open;
   open.faces.pop_back();

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
+#include <cstdint>
 #include <random>
 
 #include "predicates.hpp"
@@ -49,6 +51,42 @@ TEST(Predicates, OrientationSurvivesUnderflowAndOverflow) {
   EXPECT_EQ(orientation({0, 0}, {tiny, tiny}, {2 * tiny, 2 * tiny}), 0);
   EXPECT_EQ(orientation({0, 0}, {large, 0}, {0, large}), 1);
   EXPECT_EQ(orientation({0, 0}, {0, large}, {large, 0}), -1);
+}
+
+/// Points of a plane through random points, on grids of any size: beside the sum in integers where that fits.
+TEST(Predicates, OrientationIsExactNearPlanes) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  int in_plane = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    const int bits = 2 + static_cast<int>(random() % 16);  // 2 to 17: differences below 2^19, so the sum fits in 64 bits
+    const auto coordinate = [&] { return static_cast<std::int64_t>(random() % (1U << bits)); };
+    std::array<std::array<std::int64_t, 3>, 4> p;
+    for (auto& point : p)
+      for (auto& x : point) x = coordinate();
+    if (round % 2 == 0)
+      for (std::size_t k = 0; k < 3; ++k) p[3][k] = p[1][k] + p[2][k] - p[0][k];  // a parallelogram
+    if (round % 4 == 0) p[3][random() % 3] += static_cast<std::int64_t>(random() % 3) - 1;
+    std::int64_t sum = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+      sum += (p[0][k] - p[3][k]) * ((p[1][l] - p[3][l]) * (p[2][m] - p[3][m]) - (p[1][m] - p[3][m]) * (p[2][l] - p[3][l]));
+    }
+    const double unit = std::ldexp(1.0, static_cast<int>(random() % 400) - 200);
+    std::array<Point3, 4> q;
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t k = 0; k < 3; ++k) q[i][k] = unit * static_cast<double>(p[i][k]);
+    const int expected = sum > 0 ? -1 : sum < 0 ? 1 : 0;
+    ASSERT_EQ(orientation(q[0], q[1], q[2], q[3]), expected) << "round " << round;
+    in_plane += expected == 0;
+  }
+  EXPECT_GT(in_plane, 5000);
+  // A difference that is too small beside the others for integers.
+  const double tiny = 1e-200;
+  EXPECT_EQ(orientation(Point3{0, 0, 0}, Point3{1e200, 0, 0}, Point3{0, 1, 0}, Point3{0, 0, tiny}), 1);
+  EXPECT_EQ(orientation(Point3{0, 0, 0}, Point3{1e200, 0, 0}, Point3{0, 1e-200, 0}, Point3{0, 0, -1e-250}), -1);
+  EXPECT_EQ(orientation(Point3{0, 0, 0}, Point3{1e200, 0, 0}, Point3{0, 1e-200, 0}, Point3{5, 7e-200, 0}), 0);
 }
 
 TEST(Predicates, InsideSegmentExcludesTheEnds) {

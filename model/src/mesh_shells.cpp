@@ -1,0 +1,226 @@
+#include "mesh_shells.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "box_tree.hpp"
+#include "disjoint_sets.hpp"
+#include "mesh_line.hpp"
+#include "polyhedron.hpp"
+
+namespace bsp2::model {
+namespace {
+
+/// A triangle at an edge.
+struct Use {
+  std::uint32_t high;  ///< the edge's larger end
+  std::uint32_t triangle;
+  int direction;  ///< 1 = from the smaller end to the larger one
+};
+
+/// Calls visit(uses) for each edge.
+template <typename Visit>
+void for_each_edge(const TriangleMesh& mesh, Visit&& visit) {
+  // Sorted by the smaller end, by counting; then the few edges of each of these ends.
+  std::vector<std::uint32_t> ends(mesh.points.size() + 1);
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) ++ends[std::min(t[k], t[(k + 1) % 3]) + std::size_t{1}];
+  std::partial_sum(ends.begin(), ends.end(), ends.begin());
+  std::vector<Use> uses(ends.back());
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto from = mesh.triangles[i][k], to = mesh.triangles[i][(k + 1) % 3];
+      uses[ends[std::min(from, to)]++] = {std::max(from, to), i, from < to ? 1 : -1};
+    }
+  for (std::size_t low = 0, begin = 0; low < mesh.points.size(); begin = ends[low++]) {
+    const std::span<Use> own(uses.data() + begin, ends[low] - begin);
+    std::sort(own.begin(), own.end(), [](const Use& x, const Use& y) { return std::pair(x.high, x.triangle) < std::pair(y.high, y.triangle); });
+    for (std::size_t first = 0, last = 0; first < own.size(); first = last) {
+      while (last < own.size() && own[last].high == own[first].high) ++last;
+      visit(own.subspan(first, last - first));
+    }
+  }
+}
+
+/// The shells beside a triangle, on the inner side of its own shell.
+struct Beside {
+  int own = 0;                                             ///< how often the shell winds around what is there
+  std::vector<std::pair<std::uint32_t, int>> containers;  ///< other shells, and how often they do
+};
+
+class ShellTurner {
+ public:
+  explicit ShellTurner(TriangleMesh& mesh, Shells shells) : mesh_(mesh), shells_(std::move(shells)), tree_(triangle_boxes(mesh)) {
+    group();
+    find_containers();
+  }
+
+  ShellFaults run() {
+    std::vector<std::uint32_t> order(shells_.count);  // those around a shell come before it
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return beside_[a].containers.size() < beside_[b].containers.size(); });
+    std::vector<bool> turned(shells_.count), nested(shells_.count);
+    for (const std::uint32_t shell : order) {
+      const Beside& beside = beside_[shell];
+      int around = 0;
+      std::uint32_t parent = shell;  // the innermost one around it
+      for (const auto& [other, winding] : beside.containers) {
+        around += turned[other] ? -winding : winding;
+        if (parent == shell || beside_[other].containers.size() > beside_[parent].containers.size()) parent = other;
+      }
+      if (around == 0) turned[shell] = beside.own < 0;
+      if (around == 1 && beside.own > 0) (turned[parent] ? turned : nested)[shell] = true;
+    }
+    return apply(turned, nested);
+  }
+
+ private:
+  /// The triangles and the box of each shell.
+  void group() {
+    ends_.resize(shells_.count + std::size_t{1});
+    for (const std::uint32_t shell : shells_.of) ++ends_[shell + std::size_t{1}];
+    std::partial_sum(ends_.begin(), ends_.end(), ends_.begin());
+    triangles_.resize(shells_.of.size());
+    std::vector<std::size_t> at(ends_.begin(), ends_.end() - 1);
+    for (std::uint32_t i = 0; i < shells_.of.size(); ++i) triangles_[at[shells_.of[i]]++] = i;
+    for (std::uint32_t shell = 0; shell < shells_.count; ++shell) {
+      Box3 box = tree_[triangles_[ends_[shell]]];
+      for (const std::uint32_t i : triangles_of(shell)) box.unite(tree_[i]);
+      shell_boxes_.push_back(box);
+    }
+  }
+
+  [[nodiscard]] std::span<const std::uint32_t> triangles_of(std::uint32_t shell) const {
+    return {triangles_.data() + ends_[shell], ends_[shell + std::size_t{1}] - ends_[shell]};
+  }
+
+  void find_containers() {
+    // Near all corners of a small shell, so that one that reaches out of another is not taken to lie in it; near some of a large one.
+    constexpr std::size_t all_lines = 100'000, fewest = 3, most = 36;
+    const std::size_t samples = std::clamp(all_lines / shells_.count, fewest, most);
+    beside_.resize(shells_.count);
+    for (std::uint32_t shell = 0; shell < shells_.count; ++shell) {
+      const auto own = triangles_of(shell);
+      const std::size_t corners = 3 * own.size(), attempts = std::min(corners, 2 * most);
+      std::vector<Beside> seen;
+      for (std::size_t i = 0; i < attempts && seen.size() < samples; ++i) {
+        const std::size_t corner = i * corners / attempts;
+        Beside beside = beside_of(own[corner / 3], corner % 3);
+        if (beside.own == 0) continue;
+        seen.push_back(std::move(beside));
+        if (seen.back().containers.empty()) break;  // it lies in no other one
+      }
+      if (!seen.empty()) beside_[shell] = agreed(seen);
+    }
+  }
+
+  /// What all samples say.
+  static Beside agreed(const std::vector<Beside>& seen) {
+    Beside result = seen.front();
+    for (const Beside& other : seen) {
+      if (other.own != result.own) result.own = 0;
+      std::erase_if(result.containers, [&](const auto& container) { return std::find(other.containers.begin(), other.containers.end(), container) == other.containers.end(); });
+    }
+    return result;
+  }
+
+  /// By the line through the triangle near this corner; own = 0 if that does not tell.
+  [[nodiscard]] Beside beside_of(std::uint32_t triangle, std::size_t corner) const {
+    constexpr int axis = 2;
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const auto at = point_near(mesh_, triangle, corner, axis);
+    if (!at) return {};
+    const std::uint32_t shell = shells_.of[triangle];
+    struct Winding {
+      std::uint32_t shell;
+      int above, below;  ///< of what the triangle parts
+    };
+    std::vector<Winding> windings{{shell, 0, 0}};
+    tree_.visit_meeting({{at->u, at->v, -infinity}, {at->u, at->v, infinity}}, [&](std::uint32_t i) {
+      const std::uint32_t other = shells_.of[i];
+      if (other != shell && !shell_boxes_[other].contains(shell_boxes_[shell])) return false;
+      const int direction = meets(mesh_, i, axis, *at);
+      const int place = direction == 0 ? -1 : i == triangle ? 0 : compare_heights(mesh_, i, triangle, axis, *at);
+      if (place < 0) return false;
+      auto found = std::find_if(windings.begin(), windings.end(), [&](const Winding& w) { return w.shell == other; });
+      if (found == windings.end()) found = windings.insert(windings.end(), {other, 0, 0});
+      found->below += direction;
+      if (place > 0) found->above += direction;
+      return false;
+    });
+    const bool is_above = std::abs(windings[0].above) > std::abs(windings[0].below);
+    if (std::abs(windings[0].above) == std::abs(windings[0].below)) return {};
+    Beside result;
+    for (const Winding& winding : windings) {
+      const int times = is_above ? winding.above : winding.below;
+      if (winding.shell == shell)
+        result.own = times;
+      else if (times != 0)
+        result.containers.emplace_back(winding.shell, times);
+    }
+    return result;
+  }
+
+  ShellFaults apply(const std::vector<bool>& turned, const std::vector<bool>& nested) {
+    ShellFaults faults{shells_.count};
+    for (std::uint32_t shell = 0; shell < shells_.count; ++shell) {
+      const Point3& corner = mesh_.points[mesh_.triangles[triangles_of(shell).front()][0]];
+      if (nested[shell] && faults.nested++ == 0) faults.nested_at = corner;
+      if (!turned[shell]) continue;
+      if (faults.turned++ == 0) faults.turned_at = corner;
+      for (const std::uint32_t i : triangles_of(shell)) std::swap(mesh_.triangles[i][1], mesh_.triangles[i][2]);
+    }
+    return faults;
+  }
+
+  TriangleMesh& mesh_;
+  const Shells shells_;
+  const BoxTree tree_;
+  std::vector<std::size_t> ends_;
+  std::vector<std::uint32_t> triangles_;
+  std::vector<Box3> shell_boxes_;
+  std::vector<Beside> beside_;
+};
+
+}  // namespace
+
+Shells shells_of(const TriangleMesh& mesh) {
+  DisjointSets sets(mesh.triangles.size());
+  for_each_edge(mesh, [&](std::span<const Use> uses) {
+    if (uses.size() == 2) sets.join(uses[0].triangle, uses[1].triangle);
+  });
+  // Where more than two triangles meet: what is closed there already stays by itself.
+  for_each_edge(mesh, [&](std::span<Use> uses) {
+    if (uses.size() <= 2) return;
+    std::sort(uses.begin(), uses.end(), [&](const Use& x, const Use& y) { return sets.of(x.triangle) < sets.of(y.triangle); });
+    std::vector<std::uint32_t> open;
+    for (std::size_t first = 0, last = 0; first < uses.size(); first = last) {
+      int excess = 0;
+      for (; last < uses.size() && sets.of(uses[last].triangle) == sets.of(uses[first].triangle); ++last) excess += uses[last].direction;
+      if (excess != 0) open.push_back(uses[first].triangle);
+    }
+    for (const std::uint32_t triangle : open) sets.join(open.front(), triangle);
+  });
+  Shells shells;
+  shells.of.resize(mesh.triangles.size());
+  for (std::uint32_t i = 0; i < shells.of.size(); ++i) shells.of[i] = sets.of(i) == i ? shells.count++ : shells.of[sets.of(i)];
+  return shells;
+}
+
+ShellFaults turn_shells(TriangleMesh& mesh) {
+  Shells shells = shells_of(mesh);
+  if (shells.count > 1) return ShellTurner(mesh, std::move(shells)).run();
+  ShellFaults faults{shells.count};
+  if (signed_volume(mesh.points, mesh.triangles) < 0) {
+    faults.turned = 1;
+    faults.turned_at = mesh.points[mesh.triangles[0][0]];
+    for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
+  }
+  return faults;
+}
+
+}  // namespace bsp2::model
