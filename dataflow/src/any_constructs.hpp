@@ -12,6 +12,9 @@ namespace bsp2::dataflow {
 /// Nothing at all, and not only a solid that turns out so.
 bool is_empty(const model::Expression& solid);
 
+/// Whether a solid reaches to infinity: all primitives are bounded, so far outside of them it is everywhere, or nowhere.
+bool is_unbounded(const model::Expression& solid);
+
 struct ConstructContext {
   const CompileOptions& options;
   std::function<model::Expression(const model::Expression&)> faceted;  ///< the same with polyhedra in the place of what is round

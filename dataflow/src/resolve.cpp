@@ -111,6 +111,8 @@ class Resolver {
     const std::size_t before = warnings_.size();
     try {
       const auto& construct = std::get<Construction>(node.value).construct;
+      if (const char* name = bounded_operands(construct); name != nullptr && std::any_of(images.begin(), images.end(), is_unbounded))
+        throw Error(std::string(name) + ": the solid has no bounds; intersect it with something that has");
       if (!takes_round(construct))
         for (Expression& operand : images) operand = faceted(operand);
       Expression image = std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
@@ -119,6 +121,28 @@ class Resolver {
     } catch (const Error& error) {
       throw Error(place + error.what());
     }
+  }
+
+  /// The name of a construct that goes by the points of its operands, so that these have to be bounded; null for one that does not.
+  static const char* bounded_operands(const model::Construct& construct) {
+    struct Name {
+      const char* operator()(const model::LinearExtrusion&) const { return "linear_extrude"; }
+      const char* operator()(const model::RotateExtrusion&) const { return "rotate_extrude"; }
+      const char* operator()(const model::Offset&) const { return "offset"; }
+      const char* operator()(const model::Hull&) const { return "hull"; }
+      const char* operator()(const model::MinkowskiSum&) const { return "minkowski"; }
+      const char* operator()(const model::Projection&) const { return "projection"; }
+      const char* operator()(const model::Resize&) const { return "resize"; }
+      const char* operator()(const model::Fill&) const { return "fill"; }
+      const char* operator()(const model::Roof&) const { return "roof"; }
+      const char* operator()(const model::Product&) const { return nullptr; }  // asks for more: see there
+      const char* operator()(const model::Shadow&) const { return "project"; }
+      const char* operator()(const model::Section&) const { return nullptr; }        // goes through the expression
+      const char* operator()(const model::ProjectiveMap&) const { return nullptr; }  // likewise
+      const char* operator()(const model::Sweep&) const { return "sweep"; }
+      const char* operator()(const model::Growth& growth) const { return growth.distance == 0 ? nullptr : growth.distance > 0 ? "grow" : "shrink"; }
+    };
+    return std::visit(Name{}, construct);
   }
 
   /// Whether it knows what to do with round solids.
@@ -160,15 +184,12 @@ class Resolver {
     });
   }
 
-  /// The product of a plane solid with the interval [0, 1]: every primitive becomes a prism, all else stays.
+  /// The product of a bounded plane solid with the interval [0, 1]: every primitive becomes a prism, all else stays.
   Expression lifted(const Expression& solid) {
     return lifted_.run(
         solid, [](const Expression&) -> std::optional<Expression> { return std::nullopt; },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
-          if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
-            if (boolean->operation == model::Operation::complement) throw Error("linear_extrude: a complement has no bounds; intersect it with something");
-            return make(3, Boolean{boolean->operation, std::move(images)});
-          }
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(3, Boolean{boolean->operation, std::move(images)});
           if (const auto* transform = std::get_if<Transform>(&node.value)) {
             const auto& m = transform->matrix;
             return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});

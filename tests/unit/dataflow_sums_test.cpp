@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "any_dimension.hpp"
+#include "bsp2/geometry/error.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -81,6 +82,50 @@ TEST(AnyDimension, ShrinkingUndoesGrowingOfConvexSolids) {
   EXPECT_NEAR(volume_of(model::grow(frame, -0.25)), 3.5 * 3.5 - 2.5 * 2.5, 1e-10);
   EXPECT_NEAR(volume_of(model::grow(frame, 0.25)), 4.5 * 4.5 - 1.5 * 1.5, 1e-10);
   EXPECT_EQ(volume_of(model::grow(frame, -0.75)), 0);
+}
+
+/// What goes by the points of a solid cannot take one that reaches to infinity, and says so; whether it does is a matter of the whole solid.
+TEST(AnyDimension, UnboundedOperandsAreRefused) {
+  const auto box = model::cuboid({2, 2, 2}), small = model::cuboid({1, 1, 1});
+  const auto square = model::cuboid({2, 2}), unit = model::cuboid({1, 1});
+  const auto refused = [](const auto& make, const Expression& operand, const std::string& name) {
+    try {
+      volume_interval(make(operand));
+      ADD_FAILURE() << name << " takes a solid without bounds";
+    } catch (const Error& error) {
+      EXPECT_EQ(std::string(error.what()), name + ": the solid has no bounds; intersect it with something that has");
+    }
+  };
+  const auto in_room = [](const Expression& e) { return model::intersect({model::cuboid(std::vector<double>(static_cast<std::size_t>(e.dimension()), 10), true), e}); };
+  const auto of = [](const model::Construct& what) { return [what](const Expression& e) { return model::construct(what, {e}); }; };
+  const std::vector<Expression> unbounded_solids{model::complement(box), model::unite({small, model::complement(box)}),
+                                                 model::subtract({model::complement(box), small}), model::symmetric_difference({small, model::complement(box)})};
+  for (const Expression& unbounded : unbounded_solids) {
+    refused([&](const Expression& e) { return in_room(model::minkowski(e, small)); }, unbounded, "minkowski");
+    refused([&](const Expression& e) { return in_room(model::minkowski(small, e)); }, unbounded, "minkowski");
+    refused([&](const Expression& e) { return in_room(model::grow(e, 0.5)); }, unbounded, "grow");
+    refused([&](const Expression& e) { return in_room(model::grow(e, -0.5)); }, unbounded, "shrink");
+    refused([&](const Expression& e) { return in_room(model::sweep(e, {{0, 0, 0}, {1, 0, 0}})); }, unbounded, "sweep");
+    refused([&](const Expression& e) { return in_room(of(model::Hull{})(e)); }, unbounded, "hull");
+    refused([&](const Expression& e) { return in_room(model::project(e, {0, 1})); }, unbounded, "project");
+    refused(of(model::Projection{}), unbounded, "projection");
+    refused(of(model::Resize{{1, 1, 1}, {}}), unbounded, "resize");
+  }
+  const auto plane = model::complement(square);
+  refused(of(model::LinearExtrusion{}), plane, "linear_extrude");
+  refused(of(model::LinearExtrusion{.scale = {0.5, 0.5}}), plane, "linear_extrude");
+  refused(of(model::RotateExtrusion{}), plane, "rotate_extrude");
+  refused(of(model::Offset{.distance = 1}), plane, "offset");
+  refused(of(model::Fill{}), plane, "fill");
+  refused(of(model::Roof{}), plane, "roof");
+  // Complements in bounded solids are no matter.
+  for (const auto& bounded : {model::intersect({box, model::complement(small)}), model::symmetric_difference({model::complement(small), model::complement(box)})}) {
+    EXPECT_NEAR(volume_of(bounded), 7, 1e-12);
+    EXPECT_NEAR(volume_of(model::grow(bounded, 0.5)), 26, 1e-10);
+    EXPECT_NEAR(volume_of(model::project(bounded, {0, 1})), 4, 1e-12);
+    EXPECT_NEAR(volume_of(model::construct(model::Hull{}, {bounded})), 7 + 1.0 / 6 * 5, 1e-10);
+  }
+  EXPECT_NEAR(volume_of(of(model::LinearExtrusion{.direction = {0, 0, 2}})(model::intersect({square, model::complement(unit)}))), 6, 1e-12);
 }
 
 TEST(AnyDimension, SweptBallsStayRound) {
