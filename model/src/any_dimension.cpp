@@ -168,12 +168,14 @@ Expression ball_polytope(int dimension, double radius, std::uint32_t sides) {
   if (dimension == 1) return ball(1, radius);
   if (dimension == 2) return circle(radius, sides);
   if (dimension == 3) return sphere(radius, sides);
-  const auto steps = std::max<std::int64_t>(1, sides / 4);
+  // So few at least that sums end in seconds, and so many that they are not boxes: 80 corners in four dimensions, 42 in five, in six those of the axes.
+  const auto least = dimension == 4 ? 2 : dimension == 5 ? 1 : 0;
+  const auto steps = sides < 8 ? least : std::max<std::int64_t>(least, sides / 4);
   if (std::pow(static_cast<double>(steps + 1), dimension) - std::pow(static_cast<double>(steps - 1), dimension) > 20000)
     throw Error("ball_polytope: " + std::to_string(sides) + " sides in " + std::to_string(dimension) + " dimensions are more than 20,000 corners");
   std::vector<double> points;
   std::vector<std::int64_t> at(static_cast<std::size_t>(dimension), 0);
-  for (bool more = true; more;) {  // all points of the grid, of which those on the cube's surface count
+  for (bool more = steps > 0; more;) {  // all points of the grid, of which those on the cube's surface count
     if (std::any_of(at.begin(), at.end(), [&](std::int64_t k) { return k == 0 || k == steps; })) {
       double square = 0;
       for (const std::int64_t k : at) square += std::pow(static_cast<double>(2 * k - steps), 2);
@@ -183,6 +185,12 @@ Expression ball_polytope(int dimension, double radius, std::uint32_t sides) {
     while (digit < at.size() && ++at[digit] > steps) at[digit++] = 0;
     more = digit < at.size();
   }
+  // The directions of the axes, which an even grid has: so the faces of a box move by the radius when the polytope is added.
+  for (std::size_t i = 0; (steps == 0 || steps % 2 == 1) && i < at.size(); ++i)
+    for (const double sign : {-radius, radius}) {
+      points.resize(points.size() + at.size());
+      points[points.size() - at.size() + i] = sign;
+    }
   return convex_hull(dimension, points);
 }
 

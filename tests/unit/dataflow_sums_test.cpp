@@ -70,6 +70,24 @@ TEST(AnyDimension, GrowingTendsToSteinersFormulaOfTheBall) {
   EXPECT_LT(missing, 0.02 * steiner);
 }
 
+/// Also at the default resolution, which says five sides for a small distance: faces move by r, so it is above the sum with the cross-polytope.
+TEST(AnyDimension, GrowingMovesTheFacesOfBoxesByTheDistance) {
+  for (const std::uint32_t sides : {5U}) {
+    const double r = 0.25;
+    const auto grown = model::grow_round(model::cuboid({1, 2, 1, 1}), r, sides);
+    const auto e = elementary({1, 2, 1, 1});
+    double cross = 0, ball = 0;
+    for (int k = 0; k <= 4; ++k) {
+      cross += e[static_cast<std::size_t>(4 - k)] * std::pow(2 * r, k) / std::tgamma(k + 1);
+      ball += e[static_cast<std::size_t>(4 - k)] * ball_volume(k) * std::pow(r, k);
+    }
+    const double volume = volume_of(grown);
+    EXPECT_GT(volume, cross);
+    EXPECT_LT(volume, ball);
+    for (int axis = 0; axis < 4; ++axis) EXPECT_NEAR(volume_of(model::project(grown, {axis})), (axis == 1 ? 2 : 1) + 2 * r, 1e-10);
+  }
+}
+
 TEST(AnyDimension, ShrinkingUndoesGrowingOfConvexSolids) {
   Seeded s;
   for (int d = 1; d <= 4; ++d) {

@@ -87,7 +87,8 @@ Expression simplex(int dimension, std::span<const double> points);
 Expression simplex(int dimension, double size = 1);
 
 /// A polytope inscribed to the ball: the interval, the regular polygon, OpenSCAD's sphere; above three dimensions the hull of
-/// the directions to the grid points of a cube, whose great circles through the axes have about `sides` corners.
+/// the directions to the grid points of a cube, whose great circles through the axes have about `sides` corners, and of those of
+/// the axes; at least 80 corners in four dimensions, 42 in five, 12 in six.
 /// @throws bsp2::Error for more than 20,000 corners above three dimensions.
 Expression ball_polytope(int dimension, double radius, std::uint32_t sides);
 
