@@ -81,7 +81,7 @@ class Compiler {
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
       producers.push_back(producer);
     }
-    check_sizes(placements, reach);
+    for (std::size_t i = 0; i < placements.size(); ++i) at_its_place(producers[i].part, [&] { check_size(placements[i], reach); });
     Box<D> box = bounds_of(lowered_, producers);
     if (box.is_empty()) return empty_network();
     const bool bounded = box.is_finite();
@@ -112,15 +112,24 @@ class Compiler {
   std::vector<std::uint32_t> shape_of_;  // of each occurrence
 
   /// Second moments are fifth powers of lengths, and all must stay far from the limits of a double.
-  static void check_sizes(const std::vector<Transformer<D>>& placements, double reach) {
-    for (const Transformer<D>& placement : placements)
-      for (const auto& row : placement.matrix())
-        for (const Quad entry : row) {
-          const auto size = std::fabs(static_cast<long double>(entry));
-          if (!(size <= 1e40L)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
-          if (size > 0x1p20L * static_cast<long double>(reach))
-            throw Error("a primitive is modelled more than a million times its reach away from where its matrices put it; model it nearer to the origin");
-        }
+  static void check_size(const Transformer<D>& placement, double reach) {
+    for (const auto& row : placement.matrix())
+      for (const Quad entry : row) {
+        const auto size = std::fabs(static_cast<long double>(entry));
+        if (!(size <= 1e40L)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+        if (size > 0x1p20L * static_cast<long double>(reach))
+          throw Error("a primitive is modelled more than a million times its reach away from where its matrices put it; model it nearer to the origin");
+      }
+  }
+
+  /// Errors in `work` get the place of the part.
+  template <typename Work>
+  void at_its_place(std::int32_t part, Work&& work) const {
+    try {
+      work();
+    } catch (const Error& error) {
+      throw Error((options_.place_of_part ? options_.place_of_part(part) : "") + error.what());
+    }
   }
 
   /// The grid must resolve the solid, however far its largest primitive reaches. A solid that is almost nothing, such as
@@ -433,7 +442,7 @@ class Compiler {
           continue;
         }
         if (shape.preimage != nullptr) {
-          add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids);
+          at_its_place(producer.part, [&] { add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids); });
           continue;
         }
         add_half_spaces(network, producer, own);

@@ -267,7 +267,7 @@ void for_each_cell(const std::vector<geometry::CellBatch>& batches, Visit&& visi
 
 template <int D>
 std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options) {
-  const Network<D> network = compile<D>(solid, options);
+  const Network<D> network = compile<D>(solid, {.coincidence = options.coincidence});  // without places: its parts are numbered by themselves
   if (network.program.empty()) return {};
   std::vector<Region<D>> regions(1);
   regions[0].cell = geometry::root_cell<D>(network.table);

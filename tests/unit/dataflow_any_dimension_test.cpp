@@ -246,5 +246,24 @@ TEST(AnyDimension, ErrorsOfConstructsHaveTheirPlace) {
   }
 }
 
+/// So have those that only compilation finds.
+TEST(AnyDimension, ErrorsOfPrimitivesHaveTheirPlace) {
+  const std::string surface = "subdivision(points = [[0,0,0,0],[1,0,0,0],[0,1,0,0],[0,0,1,1]], faces = [[0,2,1],[0,1,3],[1,2,3],[2,0,3]]);";
+  const auto error_of = [](const std::string& text) -> std::string {
+    const auto model = model::parse_csg(text, "t.csg");
+    CompileOptions options;
+    options.place_of_part = [&](std::int32_t part) { return model::place_in(text, "t.csg", model.part_offsets.at(static_cast<std::size_t>(part))) + ": "; };
+    try {
+      model.expression.dimension() == 3 ? void(compile<3>(model.expression, options)) : void(compile<5>(model.expression, options));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error_of("cuboid([1, 1, 1]);\nsection(axis = 1, at = 0.5)\n " + surface), "t.csg:3:2: only subdivision surfaces of space have products and sections");
+  EXPECT_EQ(error_of("extrude(h = 1) " + surface), "t.csg:1:16: only subdivision surfaces of space have products and sections");
+  EXPECT_EQ(error_of("cuboid([1, 1, 1]);\ncuboid([1e300, 1, 1]);").find("t.csg:2:1: the model is too large"), 0U);
+}
+
 }  // namespace
 }  // namespace bsp2::dataflow
