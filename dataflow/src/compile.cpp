@@ -45,6 +45,7 @@ struct Shape {
   const model::Spline* spline = nullptr;         // its patches are placed, not its shape
   const model::SubdivisionSurface* subdivision = nullptr;
   const model::Preimage* preimage = nullptr;
+  bool undecided = false;
   [[nodiscard]] bool is_spline() const { return spline != nullptr || subdivision != nullptr; }
   [[nodiscard]] bool is_round() const { return round || torus || is_spline() || preimage != nullptr; }
 };
@@ -76,6 +77,7 @@ class Compiler {
       placements.push_back(occurrence.placement.after(shape.frame));
       Producer<D> producer;
       producer.part = occurrence.part;
+      producer.undecided = shape.undecided;
       static_cast<Box<D>&>(producer) = shape.round ? placements.back().image_of_round(shape.round->axes)
                                        : shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
@@ -323,6 +325,7 @@ class Compiler {
   Shape<D> make_shape(const model::Polytope& polytope, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
     Shape<D> shape;
     const auto frame = frame_of(polytope);
+    shape.undecided = polytope.undecided;
     shape.frame = scaling<D>(frame.first, frame.second);
     std::vector<geometry::Covector<D>> covectors;
     for (std::size_t at = 0; at < polytope.half_spaces.size(); at += D + 1) {

@@ -95,20 +95,24 @@ void for_convex_parts(const PlacedPrimitive& placed, const ConstructContext& con
 
 namespace {
 
-/// Whether a primitive has corners, or is a ball, for which most constructs are known.
 bool is_polytope_or_ball(const model::Primitive& primitive) {
-  return ball_of(primitive) != nullptr || !model::is_curved(primitive);
+  const auto* polytope = std::get_if<model::Polytope>(&primitive);
+  return ball_of(primitive) != nullptr || (!model::is_curved(primitive) && (polytope == nullptr || !polytope->undecided));
 }
 
 }  // namespace
 
-Expression of_polytopes_and_balls(const Expression& solid, const ConstructContext& context) {
+bool is_of_polytopes_and_balls(const Expression& solid) {
   bool all = true;
   with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
     all = all && is_polytope_or_ball(*placed.primitive);
     return Expression(placed.dimension);
   });
-  return all ? solid : context.faceted(solid);
+  return all;
+}
+
+Expression of_polytopes_and_balls(const Expression& solid, const ConstructContext& context) {
+  return is_of_polytopes_and_balls(solid) ? solid : context.faceted(solid);
 }
 
 Expression distributed(const Expression& operand, int dimension, const ConstructContext& context, const std::function<Expression(const Points&)>& make_image,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -132,6 +133,23 @@ Expression convex_hull(int dimension, std::span<const double> points) {
   if (points.empty()) return Expression(dimension);
   auto polytope = hull_polytope(dimension, points);
   return polytope ? make(dimension, std::move(*polytope)) : Expression(dimension);
+}
+
+Expression undecided_hull(int dimension, std::span<const double> points) {
+  require_dimension(dimension, "undecided_hull");
+  require_finite(points, "undecided_hull");
+  if (points.size() % static_cast<std::size_t>(dimension) != 0) throw Error("undecided_hull: there is a point with other than " + std::to_string(dimension) + " coordinates");
+  if (points.empty()) return Expression(dimension);
+  std::optional<Polytope> polytope;
+  if (dimension == 1) {
+    const auto [low, high] = std::minmax_element(points.begin(), points.end());
+    if (*low < *high) polytope = Polytope{{*low, *high}, {-1, *low, 1, -*high}, *high - *low};
+  } else {
+    polytope = hull_polytope(dimension, points);
+  }
+  if (!polytope) return Expression(dimension);
+  polytope->undecided = true;
+  return make(dimension, *std::move(polytope));
 }
 
 Expression simplex(int dimension, std::span<const double> points) {
