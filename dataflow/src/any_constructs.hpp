@@ -12,6 +12,15 @@ namespace bsp2::dataflow {
 /// Nothing at all, and not only a solid that turns out so.
 bool is_empty(const model::Expression& solid);
 
+/// Whether a solid reaches to infinity: all primitives are bounded, so far outside of them it is everywhere, or nowhere.
+bool is_unbounded(const model::Expression& solid);
+
+/// Whether it is one convex primitive, polytope or round, wherever it is placed: its own hull.
+bool is_convex_primitive(const model::Expression& solid);
+
+/// Whether all primitives have corners, or are balls, for which most constructs are known.
+bool is_of_polytopes_and_balls(const model::Expression& solid);
+
 struct ConstructContext {
   const CompileOptions& options;
   std::function<model::Expression(const model::Expression&)> faceted;  ///< the same with polyhedra in the place of what is round

@@ -45,6 +45,7 @@ struct Shape {
   const model::Spline* spline = nullptr;         // its patches are placed, not its shape
   const model::SubdivisionSurface* subdivision = nullptr;
   const model::Preimage* preimage = nullptr;
+  bool undecided = false;
   [[nodiscard]] bool is_spline() const { return spline != nullptr || subdivision != nullptr; }
   [[nodiscard]] bool is_round() const { return round || torus || is_spline() || preimage != nullptr; }
 };
@@ -76,12 +77,13 @@ class Compiler {
       placements.push_back(occurrence.placement.after(shape.frame));
       Producer<D> producer;
       producer.part = occurrence.part;
+      producer.undecided = shape.undecided;
       static_cast<Box<D>&>(producer) = shape.round ? placements.back().image_of_round(shape.round->axes)
                                        : shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
       producers.push_back(producer);
     }
-    check_sizes(placements, reach);
+    for (std::size_t i = 0; i < placements.size(); ++i) at_its_place(producers[i].part, [&] { check_size(placements[i], reach); });
     Box<D> box = bounds_of(lowered_, producers);
     if (box.is_empty()) return empty_network();
     const bool bounded = box.is_finite();
@@ -112,15 +114,24 @@ class Compiler {
   std::vector<std::uint32_t> shape_of_;  // of each occurrence
 
   /// Second moments are fifth powers of lengths, and all must stay far from the limits of a double.
-  static void check_sizes(const std::vector<Transformer<D>>& placements, double reach) {
-    for (const Transformer<D>& placement : placements)
-      for (const auto& row : placement.matrix())
-        for (const Quad entry : row) {
-          const auto size = std::fabs(static_cast<long double>(entry));
-          if (!(size <= 1e40L)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
-          if (size > 0x1p20L * static_cast<long double>(reach))
-            throw Error("a primitive is modelled more than a million times its reach away from where its matrices put it; model it nearer to the origin");
-        }
+  static void check_size(const Transformer<D>& placement, double reach) {
+    for (const auto& row : placement.matrix())
+      for (const Quad entry : row) {
+        const auto size = std::fabs(static_cast<long double>(entry));
+        if (!(size <= 1e40L)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+        if (size > 0x1p20L * static_cast<long double>(reach))
+          throw Error("a primitive is modelled more than a million times its reach away from where its matrices put it; model it nearer to the origin");
+      }
+  }
+
+  /// Errors in `work` get the place of the part.
+  template <typename Work>
+  void at_its_place(std::int32_t part, Work&& work) const {
+    try {
+      work();
+    } catch (const Error& error) {
+      throw Error((options_.place_of_part ? options_.place_of_part(part) : "") + error.what());
+    }
   }
 
   /// The grid must resolve the solid, however far its largest primitive reaches. A solid that is almost nothing, such as
@@ -314,6 +325,7 @@ class Compiler {
   Shape<D> make_shape(const model::Polytope& polytope, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
     Shape<D> shape;
     const auto frame = frame_of(polytope);
+    shape.undecided = polytope.undecided;
     shape.frame = scaling<D>(frame.first, frame.second);
     std::vector<geometry::Covector<D>> covectors;
     for (std::size_t at = 0; at < polytope.half_spaces.size(); at += D + 1) {
@@ -433,7 +445,7 @@ class Compiler {
           continue;
         }
         if (shape.preimage != nullptr) {
-          add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids);
+          at_its_place(producer.part, [&] { add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids); });
           continue;
         }
         add_half_spaces(network, producer, own);

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <numbers>
 #include <vector>
 
 #include "bsp2/geometry/covector.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
-#include "bsp2/model/tessellation.hpp"
 #include "nested.hpp"
 #include "placed_parts.hpp"
 
@@ -18,11 +19,36 @@ namespace {
 
 using model::Expression;
 
+constexpr double surely = 1 + 1e-9;  // what is around stays so after rounding
+
+std::uint32_t corners_around(std::uint32_t fineness, int axes) {
+  if (fineness != 0) return fineness;
+  return axes == 2 ? 128 : axes == 3 ? 64 : axes == 4 ? 12 : 8;
+}
+
+/// The radius of the largest ball around the origin in the hull of points.
+double radius_inside(int dimension, const Points& points) {
+  const Expression hull = model::undecided_hull(dimension, points);
+  const auto& half_spaces = std::get<model::Polytope>(std::get<model::Primitive>(hull.node().value)).half_spaces;
+  const std::size_t d = size(dimension);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < half_spaces.size(); i += d + 1) {
+    double square = 0;
+    for (std::size_t k = 0; k < d; ++k) square += half_spaces[i + k] * half_spaces[i + k];
+    least = std::min(least, -half_spaces[i + d] / std::sqrt(square));
+  }
+  return least;
+}
+
 /// The hull of a ball's corners at both ends of each other axis.
-Expression of_corners(const model::Round& round, int dimension, const CompileOptions& options) {
+Expression of_corners(const model::Round& round, int dimension, const CompileOptions& options, Facets facets) {
   const int axes = dimension - static_cast<int>(round.lengths.size());
   const std::size_t d = size(dimension), ball_axes = size(axes);
-  const Points ball = spanning_points(model::ball_polytope(axes, 1, axes > 3 ? 8 : 16), options);
+  Points ball = spanning_points(model::ball_polytope(axes, 1, corners_around(round.fineness, axes)), options);
+  if (facets == Facets::around) {
+    const double factor = surely / radius_inside(axes, ball);
+    for (double& x : ball) x *= factor;
+  }
   Points corners;
   for (std::size_t end = 0; end < std::size_t{1} << round.lengths.size(); ++end)
     for (std::size_t at = 0; at < ball.size(); at += ball_axes) {
@@ -33,15 +59,23 @@ Expression of_corners(const model::Round& round, int dimension, const CompileOpt
   return model::convex_hull(dimension, corners);
 }
 
-std::uint32_t corners_around(double radius) { return static_cast<std::uint32_t>(std::min(model::side_count(radius, model::Resolution{}), double{model::max_sides})); }
-
-/// Segments around the axis, each the hull of two polygons across the tube.
-Expression of_segments(const model::Torus& torus) {
-  const std::uint32_t around = corners_around(torus.major + torus.minor), across = corners_around(torus.minor);
+/// Segments around the axis, each the hull of two polygons across the tube. At an angle in between, a segment has the polygon with its distances
+/// from the axis times c, cos(h) <= c <= 1, h half the angle of the segment.
+///
+/// Those inside are inscribed to the circle of radius r - R (1 - cos h) / (1 + cos h) around 2 R / (1 + cos h), so that at no c they leave the
+/// tube; those around it hold the tube and what it is times 1 / cos h.
+Expression of_segments(const model::Torus& torus, Facets facets) {
+  const std::uint32_t around = corners_around(torus.fineness, 3), across = around;
+  const bool outside = facets == Facets::around;
   const auto direction = [](std::uint32_t corner, std::uint32_t count) {
     const auto [c, s] = geometry::corner_direction(corner % count, count);
     return std::pair(std::ldexp(static_cast<double>(c), -53), std::ldexp(static_cast<double>(s), -53));
   };
+  const double half = std::cos(std::numbers::pi / around);
+  const double middle = outside ? torus.major : torus.major * 2 / (1 + half);
+  const double minor = outside ? surely * torus.minor / std::cos(std::numbers::pi / across) : torus.minor - surely * torus.major * (1 - half) / (1 + half);
+  const double reach = outside ? surely * (torus.major + minor) * (1 / half - 1) : 0;
+  if (minor <= 0) return Expression(3);  // too thin for so few segments
   std::vector<Expression> segments;
   for (std::uint32_t i = 0; i < around; ++i) {
     PointSet<3> corners;
@@ -49,8 +83,9 @@ Expression of_segments(const model::Torus& torus) {
       for (std::uint32_t j = 0; j < across; ++j) {
         const auto [c, s] = direction(end, around);
         const auto [out, up] = direction(j, across);
-        const double rho = torus.major + torus.minor * out;
-        corners.push_back({rho * c, rho * s, torus.minor * up});
+        const double rho = middle + minor * out;
+        corners.push_back({rho * c, rho * s, minor * up});
+        if (outside) corners.push_back({(rho + reach) * c, (rho + reach) * s, minor * up});
       }
     segments.push_back(model::convex_hull(corners));
   }
@@ -59,13 +94,13 @@ Expression of_segments(const model::Torus& torus) {
 
 }  // namespace
 
-Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options) {
-  if (const auto* torus = std::get_if<model::Torus>(&primitive)) return of_segments(*torus);
+Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
+  if (const auto* torus = std::get_if<model::Torus>(&primitive)) return of_segments(*torus, facets);
   if (std::holds_alternative<model::Preimage>(primitive))
     throw Error("a section or product of a torus, cone or spline has no corners: hull, minkowski and the like cannot take it");
   const auto* round = std::get_if<model::Round>(&primitive);
   if (round == nullptr) throw Error("a spline or a subdivision surface has no corners: hull, minkowski and the like cannot take it");
-  if (round->sides == 0) return of_corners(*round, dimension, options);
+  if (round->sides == 0) return of_corners(*round, dimension, options, facets);
   if (dimension == 2) return model::circle(round->bottom, round->sides);
   return round->lengths.empty() ? model::sphere(round->bottom, round->sides) : model::cylinder(round->lengths[0], round->bottom, round->top, round->sides);
 }

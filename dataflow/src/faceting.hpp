@@ -1,13 +1,22 @@
 #pragma once
 
+#include <cstdint>
+
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/model/expression.hpp"
 
 namespace bsp2::dataflow {
 
-/// A polyhedron, or several, in the place of a curved primitive, for constructs that need corners: inscribed, with as many corners around
-/// as OpenSCAD gives what has its size. Above three dimensions they are coarse: circles have 16 corners, those of balls of four and more dimensions 8.
+/// Which polytopes take the place of a truly round solid.
+enum class Facets : std::uint8_t {
+  inside,  ///< inscribed
+  around   ///< circumscribed
+};
+
+/// A polyhedron, or several, in the place of a curved primitive, for constructs that need corners. Circles have as many corners as the primitive
+/// says; else 128 in the plane, 64 in space and 12 and 8 above.
+/// What reads as OpenSCAD's (Round::sides) has its polyhedra, on either side.
 /// @throws bsp2::Error for what has no such polyhedron: splines, subdivision surfaces, and sections and prisms of curved solids.
-model::Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options);
+model::Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets = Facets::inside);
 
 }  // namespace bsp2::dataflow

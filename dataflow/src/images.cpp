@@ -8,6 +8,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/bounds.hpp"
 #include "bsp2/model/builder.hpp"
+#include "enclosure.hpp"
 #include "placed_parts.hpp"
 
 namespace bsp2::dataflow {
@@ -298,7 +299,9 @@ Expression image_of(const model::Section& section, const std::vector<Expression>
     if (model::is_curved(*placed.primitive)) return section_of_curved(section, placed);
     std::vector<Expression> parts;
     for_convex_parts(placed, context, [&](const Points& corners) { parts.push_back(section_of_hull(section, corners, placed.dimension)); });
-    return united(placed.dimension - 1, std::move(parts));
+    const auto* polytope = std::get_if<model::Polytope>(placed.primitive);
+    const Expression cut = united(placed.dimension - 1, std::move(parts));
+    return polytope != nullptr && polytope->undecided ? undecided(cut, context.options) : cut;
   });
 }
 

@@ -54,7 +54,7 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   cut.none = active_.empty();
   if (cut.none || (active_.size() > many_operands && choose_median(out, cut))) return answer;
   choose_operand(out, cut);
-  if (is_last) offer_clipping(out, cut);
+  if (is_last && !stays_undecided_) offer_clipping(out, cut);
   return answer;
 }
 
@@ -108,6 +108,7 @@ template <int D>
 Answer Localizer<D>::localize(std::span<const Word> program, std::vector<Word>& out, bool quick) {
   out.clear();
   active_.clear();
+  stays_undecided_ = false;
   view_.be_quick(quick);
   if (program.empty()) return {Label::out};
   const Word* at = program.data();
@@ -165,6 +166,12 @@ Answer Localizer<D>::visit_leaf(const Word*& at, std::vector<Word>& out) {
       active_.push_back(static_cast<std::uint32_t>(begin));
       return {Label::fuzzy};
     }
+    if (label == Label::in && producer.undecided) {  // no cut will tell more
+      out.resize(begin);
+      out.insert(out.end(), {leaf[0] & ~Program::whole, Program::header, leaf[2]});
+      stays_undecided_ = true;
+      return {Label::fuzzy};
+    }
     out.resize(begin);
   }
   const Answer answer{label, label == Label::in ? static_cast<std::int32_t>(leaf[2]) : geometry::no_part};
@@ -189,7 +196,7 @@ auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
 
 template <int D>
 bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
-  if (producer.mesh >= 0 || producer.is_empty()) return false;
+  if (producer.mesh >= 0 || producer.is_empty() || producer.undecided) return false;
   view_.look_at(cell);
   view_.be_quick(false);
   if constexpr (D == 3) {
@@ -307,7 +314,7 @@ bool Localizer<D>::choose_median(std::span<const Word> program, Cut& cut) {
 template <int D>
 std::span<const geometry::OrientedHyperplane> Localizer<D>::listed_planes(const Word* leaf) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if (producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return {};
+  if (producer.undecided || producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return {};
   return ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
 }
 
@@ -344,7 +351,7 @@ void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
     return label_if(at, best, label) == Label::out;
   };
   const bool beyond_is_out = advice.beyond_is_out && is_out_if(Label::out);
-  const bool behind_is_out = advice.behind_is_in && is_out_if(Label::in);
+  const bool behind_is_out = advice.behind_is_in && !network_->producers[best[2]].undecided && is_out_if(Label::in);
   cut.none = advice.none;
   cut.hyperplane = advice.plane.id();
   cut.positive_is_out = advice.plane.flipped() ? behind_is_out : beyond_is_out;

@@ -267,7 +267,7 @@ void for_each_cell(const std::vector<geometry::CellBatch>& batches, Visit&& visi
 
 template <int D>
 std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options) {
-  const Network<D> network = compile<D>(solid, options);
+  const Network<D> network = compile<D>(solid, {.coincidence = options.coincidence});  // without places: its parts are numbered by themselves
   if (network.program.empty()) return {};
   std::vector<Region<D>> regions(1);
   regions[0].cell = geometry::root_cell<D>(network.table);
@@ -329,8 +329,8 @@ model::Expression replaced(const model::Expression& solid, int dimension, const 
     std::size_t end;
     std::vector<model::Expression> operands;
   };
-  const auto substitute = [&](const Occurrence<D>& occurrence) {
-    PlacedPrimitive placed{occurrence.primitive, D, {}, [&occurrence] { return flat(placed_corners(occurrence)); }};
+  const auto substitute = [&](const Occurrence<D>& occurrence, bool negated, bool both) {
+    PlacedPrimitive placed{occurrence.primitive, D, {}, negated, both, [&occurrence] { return flat(placed_corners(occurrence)); }};
     for (const auto& row : occurrence.placement.matrix())
       for (const Quad entry : row) placed.matrix.push_back(static_cast<double>(entry));
     placed.matrix.resize((D + 1) * (D + 1));
@@ -342,8 +342,10 @@ model::Expression replaced(const model::Expression& solid, int dimension, const 
     const Word* word = lowered.program.data() + at;
     const Word kind = word[0] & Net::kind_mask;
     if (kind == Net::kind_leaf) {
-      model::Expression made = substitute(lowered.occurrences[word[2]]);
-      if ((word[0] & Net::negated) != 0) made = model::complement(std::move(made));
+      const bool negated = (word[0] & Net::negated) != 0;
+      const bool both = std::any_of(open.begin(), open.end(), [](const Open& around) { return around.kind == Net::kind_differ; });
+      model::Expression made = substitute(lowered.occurrences[word[2]], negated, both);
+      if (negated) made = model::complement(std::move(made));
       open.back().operands.push_back(std::move(made));
       at += word[1];
     } else {

@@ -39,6 +39,8 @@ struct PlacedPrimitive {
   const model::Primitive* primitive;
   int dimension;
   std::vector<double> matrix;     ///< (D+1) x (D+1), row-major
+  bool negated = false;           ///< what is in it is not in the solid
+  bool both = false;              ///< it is an operand of a symmetric difference: negated or not by turns
   std::function<Points()> corners;  ///< of the placed primitive, if it has any
 };
 

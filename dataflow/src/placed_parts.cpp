@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
+#include "bsp2/model/bottom_up.hpp"
 #include "bsp2/model/builder.hpp"
 
 namespace bsp2::dataflow {
@@ -14,6 +16,30 @@ using model::Node;
 bool is_empty(const model::Expression& solid) {
   const auto* boolean = std::get_if<model::Boolean>(&solid.node().value);
   return boolean != nullptr && boolean->children.empty();
+}
+
+bool is_unbounded(const model::Expression& solid) {
+  using model::Operation;
+  return model::BottomUp<bool>().run(
+      solid, [](const Expression&) -> std::optional<bool> { return std::nullopt; },
+      [](const Node& node, std::vector<bool>&& children) {
+        const auto* boolean = std::get_if<model::Boolean>(&node.value);
+        if (boolean == nullptr) return !children.empty() && children[0];  // a primitive, or the only child
+        const bool any = std::find(children.begin(), children.end(), true) != children.end();
+        switch (boolean->operation) {
+          case Operation::unite:
+            return any;
+          case Operation::intersect:
+            return std::find(children.begin(), children.end(), false) == children.end();
+          case Operation::subtract:
+            return children[0] && std::find(children.begin() + 1, children.end(), true) == children.end();
+          case Operation::symmetric_difference:
+            return std::count(children.begin(), children.end(), true) % 2 == 1;
+          case Operation::complement:
+            return !children[0];
+        }
+        return false;
+      });
 }
 
 Expression make(int dimension, Node::Value value) { return Expression(std::make_shared<Node>(dimension, std::move(value))); }
@@ -69,20 +95,24 @@ void for_convex_parts(const PlacedPrimitive& placed, const ConstructContext& con
 
 namespace {
 
-/// Whether a primitive has corners, or is a ball, for which most constructs are known.
 bool is_polytope_or_ball(const model::Primitive& primitive) {
-  return ball_of(primitive) != nullptr || !model::is_curved(primitive);
+  const auto* polytope = std::get_if<model::Polytope>(&primitive);
+  return ball_of(primitive) != nullptr || (!model::is_curved(primitive) && (polytope == nullptr || !polytope->undecided));
 }
 
 }  // namespace
 
-Expression of_polytopes_and_balls(const Expression& solid, const ConstructContext& context) {
+bool is_of_polytopes_and_balls(const Expression& solid) {
   bool all = true;
   with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
     all = all && is_polytope_or_ball(*placed.primitive);
     return Expression(placed.dimension);
   });
-  return all ? solid : context.faceted(solid);
+  return all;
+}
+
+Expression of_polytopes_and_balls(const Expression& solid, const ConstructContext& context) {
+  return is_of_polytopes_and_balls(solid) ? solid : context.faceted(solid);
 }
 
 Expression distributed(const Expression& operand, int dimension, const ConstructContext& context, const std::function<Expression(const Points&)>& make_image,

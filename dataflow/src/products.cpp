@@ -86,6 +86,7 @@ class Prism {
       prism.half_spaces.push_back(sign < 0 ? 0 : -length_);
     }
     prism.content = polytope.content * length_;
+    prism.undecided = polytope.undecided;
     return make(dimension_ + 1, std::move(prism));
   }
 

@@ -11,6 +11,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/bottom_up.hpp"
 #include "bsp2/model/builder.hpp"
+#include "enclosure.hpp"
 #include "extrusion.hpp"
 #include "faceting.hpp"
 #include "nested.hpp"
@@ -111,14 +112,76 @@ class Resolver {
     const std::size_t before = warnings_.size();
     try {
       const auto& construct = std::get<Construction>(node.value).construct;
-      if (!takes_round(construct))
-        for (Expression& operand : images) operand = faceted(operand);
-      Expression image = std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
+      if (const char* name = bounded_operands(construct); name != nullptr && std::any_of(images.begin(), images.end(), is_unbounded))
+        throw Error(std::string(name) + ": the solid has no bounds; intersect it with something that has");
+      Expression image = !passes_on(construct) && std::any_of(images.begin(), images.end(), is_only_enclosed) ? enclosed_image_of(construct, images) : image_of(construct, images);
       for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place);
       return image;
     } catch (const Error& error) {
       throw Error(place + error.what());
     }
+  }
+
+  Expression image_of(const model::Construct& construct, std::vector<Expression> images) {
+    if (!takes_round(construct))
+      for (Expression& operand : images) operand = faceted(operand);
+    return std::visit([&](const auto& what) { return construct_of(what, images); }, construct);
+  }
+
+  /// What it makes of operands that it cannot take as they are.
+  Expression enclosed_image_of(const model::Construct& construct, const std::vector<Expression>& operands) {
+    if (takes_these(construct, operands)) return std::visit([&](const auto& what) { return construct_of(what, operands); }, construct);
+    const auto image_with = [&](Facets facets) {
+      std::vector<Expression> polytopes;
+      for (const Expression& operand : operands) polytopes.push_back(with_facets(operand, facets, options_));
+      return image_of(construct, std::move(polytopes));
+    };
+    if (is_monotone(construct)) return between(image_with(Facets::inside), image_with(Facets::around), options_);
+    warnings_.push_back(std::string(bounded_operands(construct)) + ": what is round in it is taken as polyhedra in it, with 128 corners to a circle of the plane and 64 in space, or as many as its $fn says");
+    return image_with(Facets::inside);
+  }
+
+  /// Whether it makes of a larger solid a larger one, up to nothing but rounding.
+  static bool is_monotone(const model::Construct& construct) {
+    return std::holds_alternative<model::Hull>(construct) || std::holds_alternative<model::MinkowskiSum>(construct) || std::holds_alternative<model::Shadow>(construct) ||
+           std::holds_alternative<model::ProjectiveMap>(construct) || std::holds_alternative<model::Sweep>(construct) || std::holds_alternative<model::Growth>(construct);
+  }
+
+  /// Whether it goes through the expression, so that what is round stays so.
+  static bool passes_on(const model::Construct& construct) {
+    if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct)) return extrusion->is_straight();
+    if (const auto* growth = std::get_if<model::Growth>(&construct)) return growth->distance == 0;
+    return std::holds_alternative<model::Product>(construct) || std::holds_alternative<model::Section>(construct);
+  }
+
+  /// Whether it knows the image of all that is round in its operands.
+  static bool takes_these(const model::Construct& construct, const std::vector<Expression>& operands) {
+    if (std::holds_alternative<model::Hull>(construct)) return is_convex_primitive(operands[0]);
+    if (std::holds_alternative<model::ProjectiveMap>(construct)) return is_of_polytopes_and_balls(operands[0]);
+    if (std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Sweep>(construct)) return is_union(operands[0]) && is_of_polytopes_and_balls(operands[0]);
+    return false;
+  }
+
+  /// The name of a construct that goes by the points of its operands, so that these have to be bounded; null for one that does not.
+  static const char* bounded_operands(const model::Construct& construct) {
+    struct Name {
+      const char* operator()(const model::LinearExtrusion&) const { return "linear_extrude"; }
+      const char* operator()(const model::RotateExtrusion&) const { return "rotate_extrude"; }
+      const char* operator()(const model::Offset&) const { return "offset"; }
+      const char* operator()(const model::Hull&) const { return "hull"; }
+      const char* operator()(const model::MinkowskiSum&) const { return "minkowski"; }
+      const char* operator()(const model::Projection&) const { return "projection"; }
+      const char* operator()(const model::Resize&) const { return "resize"; }
+      const char* operator()(const model::Fill&) const { return "fill"; }
+      const char* operator()(const model::Roof&) const { return "roof"; }
+      const char* operator()(const model::Product&) const { return nullptr; }  // asks for more: see there
+      const char* operator()(const model::Shadow&) const { return "project"; }
+      const char* operator()(const model::Section&) const { return nullptr; }        // goes through the expression
+      const char* operator()(const model::ProjectiveMap&) const { return nullptr; }  // likewise
+      const char* operator()(const model::Sweep&) const { return "sweep"; }
+      const char* operator()(const model::Growth& growth) const { return growth.distance == 0 ? nullptr : growth.distance > 0 ? "grow" : "shrink"; }
+    };
+    return std::visit(Name{}, construct);
   }
 
   /// Whether it knows what to do with round solids.
@@ -160,15 +223,12 @@ class Resolver {
     });
   }
 
-  /// The product of a plane solid with the interval [0, 1]: every primitive becomes a prism, all else stays.
+  /// The product of a bounded plane solid with the interval [0, 1]: every primitive becomes a prism, all else stays.
   Expression lifted(const Expression& solid) {
     return lifted_.run(
         solid, [](const Expression&) -> std::optional<Expression> { return std::nullopt; },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
-          if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
-            if (boolean->operation == model::Operation::complement) throw Error("linear_extrude: a complement has no bounds; intersect it with something");
-            return make(3, Boolean{boolean->operation, std::move(images)});
-          }
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(3, Boolean{boolean->operation, std::move(images)});
           if (const auto* transform = std::get_if<Transform>(&node.value)) {
             const auto& m = transform->matrix;
             return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
@@ -183,13 +243,13 @@ class Resolver {
     return make(3, model::Lathe{circle.sides, {{circle.radius, 0}, {circle.radius, 1}}});
   }
   static Expression prism(const model::ConvexPolygon& polygon) { return make(3, polygon); }
-  static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides}); }
+  static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides, disk.fineness}); }
   Expression prism(const model::Spline& spline) { return unit_prism(spline); }
   Expression prism(const model::Preimage& section) { return unit_prism(section); }
   static Expression prism(const model::SubdivisionSurface&) { throw std::logic_error("a subdivision surface is no plane solid"); }
   static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
   static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
-  static Expression prism(const model::Polytope&) { throw std::logic_error("a polytope is no plane solid"); }
+  Expression prism(const model::Polytope& shadow) { return unit_prism(shadow); }
   static Expression prism(const model::TriangleMesh&) { throw std::logic_error("a mesh is no plane solid"); }
 
   Expression construct_of(const model::RotateExtrusion& extrusion, const std::vector<Expression>& operands) {

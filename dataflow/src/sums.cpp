@@ -44,7 +44,9 @@ std::optional<Expression> single_convex(const Expression& solid) {
   for (;;) {
     const auto& value = at->node().value;
     if (const auto* primitive = std::get_if<model::Primitive>(&value)) {
-      if (!is_convex(*primitive)) return std::nullopt;
+      const auto* polytope = std::get_if<model::Polytope>(primitive);
+      const bool round = std::holds_alternative<model::Round>(*primitive);
+      if (!is_convex(*primitive) || (model::is_curved(*primitive) && !round) || (polytope != nullptr && polytope->undecided)) return std::nullopt;
       break;
     }
     if (const auto* transform = std::get_if<model::Transform>(&value)) maps.push_back(transform);
@@ -153,6 +155,8 @@ Expression image_of(const model::Growth& growth, const std::vector<Expression>& 
     for (double& x : part) x = -x;
   return model::subtract({operand, sum_of_parts(convex_parts(outside, context.options), ball_parts, dimension, "shrink")});
 }
+
+bool is_convex_primitive(const Expression& solid) { return single_convex(solid).has_value(); }
 
 Expression image_of(const model::Hull&, const std::vector<Expression>& operands, const ConstructContext& context) {
   if (auto itself = single_convex(operands[0])) return *std::move(itself);

@@ -204,7 +204,8 @@ void set_pictures(RunCommand& command, const Raw& raw) {
   if (command.picture) command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
   if (!raw.frames.empty()) command.frames = raw.frames;
   if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() && command.options.eye.empty())
-    throw Error("nothing is drawn: the options of pictures need --picture, --frames or -o DIR (see 'bsp2 run --help')");
+    throw Error(std::string("nothing is drawn: the options of pictures need --picture, --frames or -o DIR") +
+                (raw.view.eye.empty() ? "" : "; what is refined from an --eye needs --angle or --order view") + " (see 'bsp2 run --help')");
   if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank) throw Error("--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -134,6 +135,23 @@ Expression convex_hull(int dimension, std::span<const double> points) {
   return polytope ? make(dimension, std::move(*polytope)) : Expression(dimension);
 }
 
+Expression undecided_hull(int dimension, std::span<const double> points) {
+  require_dimension(dimension, "undecided_hull");
+  require_finite(points, "undecided_hull");
+  if (points.size() % static_cast<std::size_t>(dimension) != 0) throw Error("undecided_hull: there is a point with other than " + std::to_string(dimension) + " coordinates");
+  if (points.empty()) return Expression(dimension);
+  std::optional<Polytope> polytope;
+  if (dimension == 1) {
+    const auto [low, high] = std::minmax_element(points.begin(), points.end());
+    if (*low < *high) polytope = Polytope{{*low, *high}, {-1, *low, 1, -*high}, *high - *low};
+  } else {
+    polytope = hull_polytope(dimension, points);
+  }
+  if (!polytope) return Expression(dimension);
+  polytope->undecided = true;
+  return make(dimension, *std::move(polytope));
+}
+
 Expression simplex(int dimension, std::span<const double> points) {
   require_dimension(dimension, "simplex");
   if (points.size() != static_cast<std::size_t>((dimension + 1) * dimension))
@@ -168,12 +186,14 @@ Expression ball_polytope(int dimension, double radius, std::uint32_t sides) {
   if (dimension == 1) return ball(1, radius);
   if (dimension == 2) return circle(radius, sides);
   if (dimension == 3) return sphere(radius, sides);
-  const auto steps = std::max<std::int64_t>(1, sides / 4);
+  // So few at least that sums end in seconds, and so many that they are not boxes: 80 corners in four dimensions, 42 in five, in six those of the axes.
+  const auto least = dimension == 4 ? 2 : dimension == 5 ? 1 : 0;
+  const auto steps = sides < 8 ? least : std::max<std::int64_t>(least, sides / 4);
   if (std::pow(static_cast<double>(steps + 1), dimension) - std::pow(static_cast<double>(steps - 1), dimension) > 20000)
     throw Error("ball_polytope: " + std::to_string(sides) + " sides in " + std::to_string(dimension) + " dimensions are more than 20,000 corners");
   std::vector<double> points;
   std::vector<std::int64_t> at(static_cast<std::size_t>(dimension), 0);
-  for (bool more = true; more;) {  // all points of the grid, of which those on the cube's surface count
+  for (bool more = steps > 0; more;) {  // all points of the grid, of which those on the cube's surface count
     if (std::any_of(at.begin(), at.end(), [&](std::int64_t k) { return k == 0 || k == steps; })) {
       double square = 0;
       for (const std::int64_t k : at) square += std::pow(static_cast<double>(2 * k - steps), 2);
@@ -183,6 +203,12 @@ Expression ball_polytope(int dimension, double radius, std::uint32_t sides) {
     while (digit < at.size() && ++at[digit] > steps) at[digit++] = 0;
     more = digit < at.size();
   }
+  // The directions of the axes, which an even grid has: so the faces of a box move by the radius when the polytope is added.
+  for (std::size_t i = 0; (steps == 0 || steps % 2 == 1) && i < at.size(); ++i)
+    for (const double sign : {-radius, radius}) {
+      points.resize(points.size() + at.size());
+      points[points.size() - at.size() + i] = sign;
+    }
   return convex_hull(dimension, points);
 }
 

@@ -29,6 +29,10 @@ void require_sides(std::uint32_t sides, const char* what) {
                 std::to_string(max_sides));
 }
 
+void require_fineness(std::uint32_t fineness, const char* what) {
+  if (fineness != 0) require_sides(fineness, what);
+}
+
 int common_dimension(const std::vector<Expression>& operands, const char* what) {
   for (const Expression& operand : operands)
     if (operand.dimension() != operands.front().dimension())
@@ -95,22 +99,14 @@ Expression sphere(double radius, std::uint32_t sides) {
   return make(3, std::move(lathe));
 }
 
-namespace {
-
-/// The default resolution of .csg, for constructs that need corners.
-std::uint32_t default_sides(double radius) {
-  return static_cast<std::uint32_t>(std::min(side_count(radius, Resolution{}), double{max_sides}));
-}
-
-}  // namespace
-
-Expression round_cylinder(int dimension, double radius, std::span<const double> lengths) {
+Expression round_cylinder(int dimension, double radius, std::span<const double> lengths, std::uint32_t fineness) {
   const int all = dimension + static_cast<int>(lengths.size());
   if (dimension < 1 || all > 6) throw Error("ball: " + std::to_string(all) + " dimensions; it takes 1 to 6");
   require_finite({&radius, 1}, "ball");
   require_finite(lengths, "ball");
+  require_fineness(fineness, "ball");
   if (radius <= 0 || std::any_of(lengths.begin(), lengths.end(), [](double length) { return length <= 0; })) return Expression(all);
-  if (dimension > 1) return make(all, Round{radius, radius, {lengths.begin(), lengths.end()}, all <= 3 ? default_sides(radius) : 0});
+  if (dimension > 1) return make(all, Round{radius, radius, {lengths.begin(), lengths.end()}, 0, fineness});
   std::vector<double> size{2 * radius}, matrix(static_cast<std::size_t>((all + 1) * (all + 1)));
   size.insert(size.end(), lengths.begin(), lengths.end());
   for (int i = 0; i <= all; ++i) matrix[static_cast<std::size_t>(i * (all + 2))] = 1;
@@ -118,27 +114,29 @@ Expression round_cylinder(int dimension, double radius, std::span<const double> 
   return make(all, Transform{std::move(matrix), make(all, Cuboid{std::move(size)})});
 }
 
-Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths) {
-  return round_cylinder(dimension, radius, std::span<const double>(lengths.begin(), lengths.size()));
+Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths, std::uint32_t fineness) {
+  return round_cylinder(dimension, radius, std::span<const double>(lengths.begin(), lengths.size()), fineness);
 }
 
-Expression ball(int dimension, double radius) {
-  return round_cylinder(dimension, radius, std::span<const double>());
+Expression ball(int dimension, double radius, std::uint32_t fineness) {
+  return round_cylinder(dimension, radius, std::span<const double>(), fineness);
 }
 
-Expression cone(double height, double radius_bottom, double radius_top) {
+Expression cone(double height, double radius_bottom, double radius_top, std::uint32_t fineness) {
   const double numbers[] = {height, radius_bottom, radius_top};
   require_finite(numbers, "cone");
+  require_fineness(fineness, "cone");
   if (radius_bottom < 0 || radius_top < 0 || (radius_bottom == 0 && radius_top == 0) || height <= 0) return Expression(3);
-  return make(3, Round{radius_bottom, radius_top, {height}, default_sides(std::max(radius_bottom, radius_top))});
+  return make(3, Round{radius_bottom, radius_top, {height}, 0, fineness});
 }
 
-Expression torus(double major, double minor) {
+Expression torus(double major, double minor, std::uint32_t fineness) {
   const double numbers[] = {major, minor};
   require_finite(numbers, "torus");
+  require_fineness(fineness, "torus");
   if (major <= 0 || minor <= 0) return Expression(3);
   if (minor > major) throw Error("torus: the tube's radius " + std::to_string(minor) + " is larger than that of its circle, " + std::to_string(major));
-  return make(3, Torus{major, minor});
+  return make(3, Torus{major, minor, fineness});
 }
 
 Expression circle(double radius, std::uint32_t sides) {

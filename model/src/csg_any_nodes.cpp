@@ -37,10 +37,10 @@ const std::vector<Signature>& signatures() {
       {NodeKind::simplex, "simplex", {"dimension", "size", "points"}},
       {NodeKind::polytope, "polytope", {"points"}},
       {NodeKind::cuboid, "cuboid", {"size", "center"}},
-      {NodeKind::ball, "ball", {"dimension", "r", "d"}},
-      {NodeKind::d_cylinder, "d_cylinder", {"dimension", "r", "h", "d", "center"}},
-      {NodeKind::cone, "cone", {"h", "r1", "r2", "center"}},
-      {NodeKind::torus, "torus", {"R", "r"}},
+      {NodeKind::ball, "ball", {"dimension", "r", "d", "$fn"}},
+      {NodeKind::d_cylinder, "d_cylinder", {"dimension", "r", "h", "d", "center", "$fn"}},
+      {NodeKind::cone, "cone", {"h", "r1", "r2", "center", "$fn"}},
+      {NodeKind::torus, "torus", {"R", "r", "$fn"}},
   };
   return all;
 }
@@ -151,6 +151,13 @@ double radius_of(const Strict& arguments) {
   return arguments.has("d") ? arguments.number("d") / 2 : arguments.number("r", 1);
 }
 
+/// How finely it is enclosed where corners are needed; 0 if nobody says.
+std::uint32_t fineness_of(const Strict& arguments) {
+  const double sides = arguments.number("$fn", 0);
+  if (sides != std::trunc(sides) || sides < 0 || (sides > 0 && sides < 3) || sides > 1000) arguments.fail("'$fn' is a whole number from 3 to 1000, or 0");
+  return static_cast<std::uint32_t>(sides);
+}
+
 std::vector<double> flattened(const std::vector<std::vector<double>>& lists) {
   std::vector<double> flat;
   for (const auto& list : lists) flat.insert(flat.end(), list.begin(), list.end());
@@ -186,21 +193,21 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
       return cuboid(size, arguments.flag("center"));
     }
     case NodeKind::ball:
-      return ball(arguments.dimension(3), radius_of(arguments));
+      return ball(arguments.dimension(3), radius_of(arguments), fineness_of(arguments));
     case NodeKind::d_cylinder: {
       const std::vector<double> lengths = arguments.has("h") ? arguments.numbers("h") : std::vector<double>{1};
       const int d = arguments.dimension(3), axes = d - static_cast<int>(lengths.size());
       if (axes < 1) arguments.fail("has " + std::to_string(lengths.size()) + " lengths in " + std::to_string(d) + " dimensions; one axis at least has to be round");
-      const Expression solid = round_cylinder(axes, radius_of(arguments), lengths);
+      const Expression solid = round_cylinder(axes, radius_of(arguments), lengths, fineness_of(arguments));
       return arguments.flag("center") ? centred(solid, lengths) : solid;
     }
     case NodeKind::cone: {
       const double length[] = {arguments.number("h", 1)};
-      const Expression solid = cone(length[0], arguments.number("r1", 1), arguments.number("r2", 0));
+      const Expression solid = cone(length[0], arguments.number("r1", 1), arguments.number("r2", 0), fineness_of(arguments));
       return arguments.flag("center") ? centred(solid, length) : solid;
     }
     default:
-      return torus(arguments.number("R", 2), arguments.number("r", 1));
+      return torus(arguments.number("R", 2), arguments.number("r", 1), fineness_of(arguments));
   }
 }
 

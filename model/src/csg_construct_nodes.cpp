@@ -126,4 +126,17 @@ int operand_dimension(NodeKind kind) {
   }
 }
 
+std::string advice_for_dimension(NodeKind kind) {
+  switch (kind) {
+    case NodeKind::offset:
+      return "; grow and shrink take any dimension";
+    case NodeKind::linear_extrude:
+      return "; extrude takes any dimension";
+    case NodeKind::projection:
+      return "; project and section take any dimension";
+    default:
+      return "; extrude, embed, project and section change the dimension";
+  }
+}
+
 }  // namespace bsp2::model

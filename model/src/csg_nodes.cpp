@@ -65,7 +65,7 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"torus", NodeKind::torus},
     {"bezier", NodeKind::bezier},
     {"bspline", NodeKind::bspline},
-    {"nurbs", NodeKind::bspline},
+    {"nurbs", NodeKind::nurbs},
     {"subdivision", NodeKind::subdivision},
 };
 
@@ -135,6 +135,7 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::
       return make_surface(arguments, folder, pool, warn);
     case NodeKind::bezier:
     case NodeKind::bspline:
+    case NodeKind::nurbs:
     case NodeKind::subdivision:
       return make_spline_node(kind, arguments, pool);
     default:

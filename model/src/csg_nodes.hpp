@@ -55,6 +55,7 @@ enum class NodeKind : std::uint8_t {
   surface,
   bezier,
   bspline,
+  nurbs,
   subdivision,
   simplex,
   polytope,
@@ -108,6 +109,8 @@ std::optional<Construct> read_construct(NodeKind kind, const Arguments& argument
 
 /// Dimension of the operands that such a node takes: 2, 3, or 0 for that of its first child.
 int operand_dimension(NodeKind kind);
+/// Which nodes do the same to solids of other dimensions, to end a message with.
+std::string advice_for_dimension(NodeKind kind);
 
 /// Whether one name is the other with a slip of one letter, or of two next to each other.
 bool resembles(std::string_view a, std::string_view b);

@@ -7,6 +7,7 @@
 #include "csg_any_nodes.hpp"
 #include "csg_nodes.hpp"
 #include "csg_scanner.hpp"
+#include "csg_spline_nodes.hpp"
 #include "node_pool.hpp"
 #include "polyhedron.hpp"
 
@@ -47,6 +48,7 @@ class Reader {
     bool is_root = false;    ///< tagged by !
     bool vanishes = false;   ///< a construct that leaves nothing
     bool is_bare = false;    ///< has no braces, so it ends with its one child
+    bool is_own = false;     ///< it is, or holds, a node that OpenSCAD does not have
     std::size_t offset = 0;  ///< of the name
     std::string_view name;
     std::size_t first_operand = 0;  ///< its children's solids are operands_[first_operand..]
@@ -191,6 +193,7 @@ Reader::Frame Reader::header() {
   if (frame.name.empty()) scanner_.fail("expected a node, found " + scanner_.here());
   reading_ = frame.name;
   frame.kind = node_kind(frame.name);
+  frame.is_own = is_any_node(frame.kind) || is_spline_node(frame.kind);
   frame.first_operand = operands_.size();
   frame.first_place = places_.size();
   scanner_.arguments(arguments_, tape_);
@@ -303,7 +306,11 @@ int Reader::settle_dimension(Frame& frame) {
   std::vector<std::size_t> dropped;
   for (auto at = begin; at != operands_.end(); ++at) {
     if (at->dimension() == 0 || at->dimension() == dimension) continue;
-    if (const int other = at->dimension(); (other != 2 && other != 3) || (dimension != 2 && dimension != 3))
+    const int other = at->dimension();
+    if (operand_dimension(frame.kind) != 0 && (other > 3 || other < 2 || (frame.kind == NodeKind::offset && frame.is_own)))
+      note(frame, "'" + std::string(frame.name) + "' takes children of " + std::to_string(dimension) + " dimensions, not of " + std::to_string(other) +
+                      advice_for_dimension(frame.kind));
+    else if ((other != 2 && other != 3) || (dimension != 2 && dimension != 3))
       note(frame, "'" + std::string(frame.name) + "' has children of " + std::to_string(dimension) + " and " + std::to_string(other) +
                       " dimensions; extrude, embed and project change the dimension");
     if (!pool_.is_empty(*at)) dropped.push_back(static_cast<std::size_t>(at - operands_.begin()));
@@ -455,6 +462,7 @@ void Reader::complete(const Frame& frame, Expression solid) {
     return;
   }
   Frame& parent = frames_.back();
+  parent.is_own = parent.is_own || frame.is_own;
   if (parent.problem == none) parent.problem = frame.problem;
   operands_.push_back(std::move(solid));
   operand_places_.push_back(frame.first_place);

@@ -12,7 +12,7 @@
 namespace bsp2::model {
 namespace {
 
-constexpr std::size_t most_dimensions = 3;  // of what the reader takes
+constexpr std::size_t most_dimensions = NodePool::most_dimensions;
 
 void check_names(const Arguments& arguments, const char* node, std::initializer_list<std::string_view> known) {
   for (const Argument& argument : arguments.all()) {
@@ -63,8 +63,8 @@ struct ControlNet {
   std::vector<double> points;       // with weights
 };
 
-ControlNet control_net(const Arguments& arguments, const std::string& node) {
-  const Value* points = arguments.find("points", node == "bspline" ? 1 : 0);
+ControlNet control_net(const Arguments& arguments, const std::string& node, int position) {
+  const Value* points = arguments.find("points", position);
   if (!points) throw Error(node + ": needs the argument 'points'");
   Grid grid = grid_of(points, node + ": 'points'");
   ControlNet net;
@@ -102,9 +102,9 @@ auto by_parameter(const Value* value, std::size_t parameters, const std::string&
 }
 
 /// Goes on from the last points to the first ones again, along a parameter.
-void close_net(ControlNet& net, std::size_t parameter, std::size_t degree) {
+void close_net(ControlNet& net, std::size_t parameter, std::size_t degree, const std::string& node) {
   const std::size_t count = net.counts[parameter], stride = static_cast<std::size_t>(net.dimension) + 1;
-  if (count < degree) throw Error("bspline: a closed one of degree " + std::to_string(degree) + " takes at least as many points");
+  if (count < degree) throw Error(node + ": a closed one of degree " + std::to_string(degree) + " takes at least as many points");
   std::size_t inner = stride, outer = 1;
   for (std::size_t j = 0; j < net.counts.size(); ++j) (j < parameter ? outer : inner) *= j == parameter ? 1 : net.counts[j];
   std::vector<double> points;
@@ -117,8 +117,8 @@ void close_net(ControlNet& net, std::size_t parameter, std::size_t degree) {
   net.counts[parameter] += degree;
 }
 
-std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& net) {
-  const std::string what = "bspline: 'knots'";
+std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& net, const std::string& node) {
+  const std::string what = node + ": 'knots'";
   std::vector<std::vector<double>> knots;
   if (given->kind == Value::vector && given->size > 0 && given[1].kind != Value::vector) {
     knots.push_back(grid_of(given, what).numbers);
@@ -136,48 +136,49 @@ std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& 
 
 Expression make_bezier(const Arguments& arguments) {
   check_names(arguments, "bezier", {"points", "weights"});
-  ControlNet net = control_net(arguments, "bezier");
+  ControlNet net = control_net(arguments, "bezier", 0);
   std::vector<std::uint32_t> degrees;
   for (const std::size_t count : net.counts) degrees.push_back(static_cast<std::uint32_t>(count - 1));
   return bezier(net.dimension, std::move(degrees), std::move(net.points));
 }
 
-Expression make_bspline(const Arguments& arguments) {
-  check_names(arguments, "bspline", {"degree", "points", "knots", "weights", "closed"});
-  ControlNet net = control_net(arguments, "bspline");
+/// @param node as it stands in the text: bspline or nurbs.
+Expression make_bspline(const Arguments& arguments, const std::string& node) {
+  check_names(arguments, node.c_str(), {"degree", "points", "knots", "weights", "closed"});
+  ControlNet net = control_net(arguments, node, 1);
   const std::size_t parameters = net.counts.size();
   Spline::Piece piece;
   piece.degrees.assign(parameters, 3);
   if (const Value* degree = arguments.find("degree", 0))
-    piece.degrees = by_parameter(degree, parameters, "bspline: 'degree'", [](const Value* value) {
+    piece.degrees = by_parameter(degree, parameters, node + ": 'degree'", [&](const Value* value) {
       if (value->kind != Value::number || !(value->as_number >= 1 && value->as_number <= 15) || value->as_number != std::trunc(value->as_number))
-        throw Error("bspline: a degree is a whole number from 1 to 15");
+        throw Error(node + ": a degree is a whole number from 1 to 15");
       return static_cast<std::uint32_t>(value->as_number);
     });
   std::vector<std::uint8_t> closed(parameters, 0);
   if (const Value* value = arguments.find("closed"))
-    closed = by_parameter(value, parameters, "bspline: 'closed'", [](const Value* each) {
-      if (each->kind != Value::boolean) throw Error("bspline: 'closed' is true or false");
+    closed = by_parameter(value, parameters, node + ": 'closed'", [&](const Value* each) {
+      if (each->kind != Value::boolean) throw Error(node + ": 'closed' is true or false");
       return static_cast<std::uint8_t>(each->as_number != 0);
     });
   const Value* knots = arguments.find("knots");
-  if (knots && std::find(closed.begin(), closed.end(), 1) != closed.end()) throw Error("bspline: 'closed' goes with equal distances between knots; leave out 'knots', or 'closed'");
+  if (knots && std::find(closed.begin(), closed.end(), 1) != closed.end()) throw Error(node + ": 'closed' goes with equal distances between knots; leave out 'knots', or 'closed'");
   for (std::size_t j = 0; j < parameters; ++j) {
     if (closed[j] != 0) {
-      close_net(net, j, piece.degrees[j]);
+      close_net(net, j, piece.degrees[j], node);
       std::vector<double>& uniform = piece.knots.emplace_back();
       for (std::size_t i = 0; i < net.counts[j] + piece.degrees[j] + 1; ++i) uniform.push_back(static_cast<double>(i));
     } else {
       if (net.counts[j] < piece.degrees[j] + std::size_t{1})
-        throw Error("bspline: " + std::to_string(net.counts[j]) + " points; degree " + std::to_string(piece.degrees[j]) + " takes at least " + std::to_string(piece.degrees[j] + 1));
+        throw Error(node + ": " + std::to_string(net.counts[j]) + " points; degree " + std::to_string(piece.degrees[j]) + " takes at least " + std::to_string(piece.degrees[j] + 1));
       piece.knots.push_back(clamped_knots(piece.degrees[j], net.counts[j]));
     }
   }
   if (knots) {
-    piece.knots = knots_of(knots, net);
+    piece.knots = knots_of(knots, net, node);
     for (std::size_t j = 0; j < parameters; ++j)
       if (piece.knots[j].size() != net.counts[j] + piece.degrees[j] + 1)
-        throw Error("bspline: " + std::to_string(piece.knots[j].size()) + " knots; " + std::to_string(net.counts[j]) + " points of degree " +
+        throw Error(node + ": " + std::to_string(piece.knots[j].size()) + " knots; " + std::to_string(net.counts[j]) + " points of degree " +
                     std::to_string(piece.degrees[j]) + " take " + std::to_string(net.counts[j] + piece.degrees[j] + 1));
   }
   piece.points = std::move(net.points);
@@ -210,8 +211,19 @@ Expression make_subdivision(const Arguments& arguments) {
 
 }  // namespace
 
+bool is_spline_node(NodeKind kind) { return kind == NodeKind::bezier || kind == NodeKind::bspline || kind == NodeKind::nurbs || kind == NodeKind::subdivision; }
+
 Expression make_spline_node(NodeKind kind, const Arguments& arguments, NodePool& pool) {
-  return pool.adopt(kind == NodeKind::bezier ? make_bezier(arguments) : kind == NodeKind::bspline ? make_bspline(arguments) : make_subdivision(arguments));
+  switch (kind) {
+    case NodeKind::bezier:
+      return pool.adopt(make_bezier(arguments));
+    case NodeKind::bspline:
+      return pool.adopt(make_bspline(arguments, "bspline"));
+    case NodeKind::nurbs:
+      return pool.adopt(make_bspline(arguments, "nurbs"));
+    default:
+      return pool.adopt(make_subdivision(arguments));
+  }
 }
 
 }  // namespace bsp2::model

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "any_dimension.hpp"
+#include "bsp2/model/bounds.hpp"
 #include "bsp2/dataflow/convex_producer.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
@@ -40,15 +41,17 @@ TEST(AnyDimension, HullsOfPointsHaveTheContentOfTheirCells) {
   }
 }
 
-/// Inscribed, and nearer the finer they are.
+/// Inscribed, nearer the finer they are, and reaching the ball on the axes.
 TEST(AnyDimension, BallPolytopesTendToTheBall) {
   for (int d = 4; d <= 5; ++d) {
     double before = 0;
-    for (const std::uint32_t sides : {4U, 8U}) {
-      const double volume = std::get<model::Polytope>(std::get<model::Primitive>(model::ball_polytope(d, 1, sides).node().value)).content;
+    for (const std::uint32_t sides : {4U, d == 4 ? 12U : 8U}) {
+      const Expression polytope = model::ball_polytope(d, 1, sides);
+      const double volume = std::get<model::Polytope>(std::get<model::Primitive>(polytope.node().value)).content;
       EXPECT_LT(volume, ball_volume(d));
-      EXPECT_GT(volume, before * 1.3);
+      EXPECT_GT(volume, before * 1.1);
       before = volume;
+      for (const auto& ends = model::bounds(polytope); const double x : ends.lower) EXPECT_NEAR(x, -1, 1e-12);
     }
     EXPECT_GT(before, 0.55 * ball_volume(d));
   }
@@ -241,6 +244,25 @@ TEST(AnyDimension, ErrorsOfConstructsHaveTheirPlace) {
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()).find("t.csg:2:3: product: an operand has no bounds"), 0U) << error.what();
   }
+}
+
+/// So have those that only compilation finds.
+TEST(AnyDimension, ErrorsOfPrimitivesHaveTheirPlace) {
+  const std::string surface = "subdivision(points = [[0,0,0,0],[1,0,0,0],[0,1,0,0],[0,0,1,1]], faces = [[0,2,1],[0,1,3],[1,2,3],[2,0,3]]);";
+  const auto error_of = [](const std::string& text) -> std::string {
+    const auto model = model::parse_csg(text, "t.csg");
+    CompileOptions options;
+    options.place_of_part = [&](std::int32_t part) { return model::place_in(text, "t.csg", model.part_offsets.at(static_cast<std::size_t>(part))) + ": "; };
+    try {
+      model.expression.dimension() == 3 ? void(compile<3>(model.expression, options)) : void(compile<5>(model.expression, options));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(error_of("cuboid([1, 1, 1]);\nsection(axis = 1, at = 0.5)\n " + surface), "t.csg:3:2: only subdivision surfaces of space have products and sections");
+  EXPECT_EQ(error_of("extrude(h = 1) " + surface), "t.csg:1:16: only subdivision surfaces of space have products and sections");
+  EXPECT_EQ(error_of("cuboid([1, 1, 1]);\ncuboid([1e300, 1, 1]);").find("t.csg:2:1: the model is too large"), 0U);
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <sstream>
+#include <string>
 
 #include "bsp2/dataflow/localizer.hpp"
 #include "bsp2/dataflow/spline_producer.hpp"
@@ -569,6 +571,61 @@ TEST(SplineSolids, CsgHasNodesForThem) {
                            "bezier(point = [[0,0],[1,1]]);", "bezier(points = [[0,0],[1,1]], weights = [1,-1]);", "subdivision(points = [[0,0,0],[1,0,0],[0,1,0]], faces = [[0,1,2]]);"})
     EXPECT_THROW(static_cast<void>(read(text)), Error) << text;
 }
+
+/// The piece as a node of the text form.
+template <int D>
+std::string text_of(const Piece& piece) {
+  std::ostringstream text;
+  text.precision(17);
+  std::vector<std::size_t> counts;
+  for (std::size_t j = 0; j < piece.degrees.size(); ++j) counts.push_back(piece.knots[j].size() - piece.degrees[j] - 1);
+  const auto list = [&](const auto& values) {
+    for (std::size_t i = 0; i < values.size(); ++i) text << (i == 0 ? "[" : ",") << values[i];
+    text << "]";
+  };
+  // Each control point, in as many lists as there are parameters.
+  const auto net = [&](const auto& write) {
+    const std::size_t all = piece.points.size() / (D + 1);
+    for (std::size_t p = 0; p < all; ++p) {
+      std::size_t inner = 1;
+      for (std::size_t j = counts.size(); j-- > 0;) text << (p % (inner *= counts[j]) == 0 ? "[" : "");
+      write(piece.points.data() + p * (D + 1));
+      inner = 1;
+      for (std::size_t j = counts.size(); j-- > 0;) text << ((p + 1) % (inner *= counts[j]) == 0 ? "]" : "");
+      text << (p + 1 < all ? "," : "");
+    }
+  };
+  text << "nurbs(degree = ";
+  list(piece.degrees);
+  text << ", points = ";
+  net([&](const double* point) { list(std::vector<double>(point, point + D)); });
+  text << ", weights = ";
+  net([&](const double* point) { text << point[D]; });
+  text << ", knots = [";
+  for (std::size_t j = 0; j < piece.knots.size(); ++j) {
+    text << (j == 0 ? "" : ",");
+    list(piece.knots[j]);
+  }
+  text << "]);";
+  return text.str();
+}
+
+template <int D>
+void check_text(const Piece& piece, Random& random, double tolerance) {
+  const Expression read = model::parse_csg(text_of<D>(piece), "test.csg", {}).expression;
+  ASSERT_EQ(read.dimension(), D);
+  EXPECT_EQ(std::get<model::Spline>(std::get<model::Primitive>(read.node().value)).pieces.front(), piece);
+  check_points<D>(read, points_of<D>(piece, 100'000, random), thinner_than(tolerance));
+}
+
+TEST_F(Splines, OfTheTextHoldAllPointsOfCurvesInFourAndFiveDimensions) {
+  check_text<4>(random_piece<4>(random, {3}, {7}, true), random, 0.25);
+  check_text<5>(random_piece<5>(random, {2}, {4}, false), random, 0.5);
+}
+
+TEST_F(Splines, OfTheTextHoldAllPointsOfSurfacesInFourDimensions) { check_text<4>(waved_piece<4>(random, {2, 2}, {4, 3}, true), random, 0.5); }
+
+TEST_F(Splines, OfTheTextHoldAllPointsOfSolidsInFourDimensions) { check_text<4>(waved_piece<4>(random, {2, 1, 2}, {3, 2, 3}, false), random, 0.5); }
 
 }  // namespace
 }  // namespace bsp2::dataflow

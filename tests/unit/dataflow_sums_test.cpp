@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "any_dimension.hpp"
+#include "bsp2/geometry/error.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -41,18 +42,58 @@ TEST(AnyDimension, SumsHaveTheVolumesOfSteinersFormula) {
   }
 }
 
-/// Where a construct needs corners, round solids are inscribed polyhedra.
-TEST(AnyDimension, ConstructsTakePolyhedraForRoundSolids) {
-  const auto check = [](const Expression& e, double truth, double least) {
-    const double volume = volume_of(e);
-    EXPECT_LT(volume, truth);
-    EXPECT_GT(volume, least * truth);
-  };
-  check(model::construct(model::Hull{}, {model::round_cylinder(3, 1, {2})}), 8 * pi / 3, 0.9);
-  check(model::construct(model::Hull{}, {model::ball(4, 1)}), ball_volume(4), 0.6);
-  check(model::project(model::round_cylinder(3, 1, {2}), {0, 1, 2}), 4 * pi / 3, 0.9);
-  check(model::project(model::torus(20, 8), {0, 1}), pi * (28 * 28 - 12 * 12), 0.97);
-  check(model::sweep(model::torus(20, 8), {{0, 0, 0}, {0, 0, 1}}), 2 * pi * pi * 20 * 64 + pi * (28 * 28 - 12 * 12), 0.93);
+Expression hull(std::vector<Expression> operands) { return model::construct(model::Hull{}, {model::unite(std::move(operands))}); }
+
+/// What four unit disks around (+-1/4, +-1/4) have in common: a unit disk, shrunk by 1/4 along the axes.
+const double four_disks = 2 * (std::asin(std::sqrt(15.0) / 4) - std::asin(0.25)) - std::sqrt(15.0) / 4 + 0.25;
+
+/// Where a construct needs corners, round solids are enclosed between polyhedra, and so is what comes out.
+TEST(AnyDimension, ConstructsEncloseWhatTheyMakeOfRoundSolids) {
+  const auto cube = model::cuboid({1, 1, 1});
+  const auto shifted = [](const Expression& e, double z) { return model::transform(std::vector<double>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, z, 0, 0, 0, 1}, e); };
+  expect_contains(volume_interval(model::minkowski(cube, model::ball(3, 1, 24))), 1 + 6 + 3 * pi + 4 * pi / 3, 0.06);
+  expect_contains(volume_interval(model::minkowski(model::cuboid({1, 1}), model::ball(2, 1))), 1 + 4 + pi, 0.002);
+  expect_contains(volume_interval(hull({model::ball(3, 1, 24), shifted(model::ball(3, 1, 24), 2)})), 4 * pi / 3 + 2 * pi, 0.06);  // a capsule
+  expect_contains(volume_interval(model::grow(model::ball(2, 1), -0.25)), four_disks, 0.002);
+  expect_contains(volume_interval(model::project(model::torus(2, 1, 24), {0, 1})), 8 * pi, 0.05);
+  expect_contains(volume_interval(model::project(model::round_cylinder(2, 1, {2}), {0, 2})), 4, 0.001);
+  expect_contains(volume_interval(model::sweep(model::torus(2, 1, 16), {{0, 0, 0}, {0, 0, 1}})), 4 * pi * pi + 8 * pi, 0.2);
+}
+
+/// A convex solid is its own hull, and stays as round as it is.
+TEST(AnyDimension, HullsOfRoundSolidsStayRound) {
+  expect_contains(volume_interval(hull({model::ball(3, 1)}), 0.05), 4 * pi / 3, 0.2);
+  expect_contains(volume_interval(hull({model::ball(4, 1)}), 0.2), ball_volume(4), 1);
+  expect_contains(volume_interval(hull({model::round_cylinder(2, 1, {2})}), 0.05), 2 * pi, 0.2);
+}
+
+/// What encloses goes on through other constructs, and complements exchange the sides.
+TEST(AnyDimension, WhatIsEnclosedStaysEnclosed) {
+  const auto square = model::cuboid({1, 1});
+  const auto round = model::minkowski(square, model::ball(2, 1));
+  const double area = 5 + pi;
+  expect_contains(volume_interval(model::minkowski(round, square)), 4 + 8 + pi, 0.002);
+  expect_contains(volume_interval(model::extrude(round, {2})), 2 * area, 0.002);
+  expect_contains(volume_interval(model::section(model::extrude(round, {2}), 2, 1)), area, 0.002);
+  expect_contains(volume_interval(model::subtract({model::cuboid({10, 10}, true), round})), 100 - area, 0.001);
+  expect_contains(volume_interval(hull({model::subtract({model::ball(2, 2), model::ball(2, 1)})})), 4 * pi, 0.01);
+  expect_contains(volume_interval(model::minkowski(model::subtract({model::cuboid({6, 6}, true), model::ball(2, 2)}), model::cuboid({1, 1}, true))),
+                  49 - 4 * four_disks, 0.002);
+}
+
+/// At points: what is IN is in the solid, what is OUT is not.
+TEST(AnyDimension, EnclosedSumsAndHullsHaveTrueLabels) {
+  Seeded s;
+  const auto sum = model::minkowski(model::cuboid({1, 2, 1}), model::ball(3, 1, 16));
+  check_labels<3>(sum, 0, s.random, [](const Point& x, Real margin) {
+    Real square = 0;
+    const Real size[] = {1, 2, 1};
+    for (std::size_t i = 0; i < 3; ++i) square += std::pow(std::max({-x[i], x[i] - size[i], Real{0}}), 2);
+    const Real distance = std::sqrt(square) - 1;
+    return Where{distance < 0, std::fabs(distance) < margin};
+  });
+  const auto ring = model::minkowski(model::torus(2, 0.5, 12), model::cuboid({0.5, 0.5, 0.5}));
+  EXPECT_GT(volume_interval(ring).in, pi * pi);  // more than the torus
 }
 
 /// With finer and finer polytopes in the place of the ball: V + S r + (pi / 4) B r^2 + 4/3 pi r^3 from below, B the length of all edges.
@@ -69,6 +110,24 @@ TEST(AnyDimension, GrowingTendsToSteinersFormulaOfTheBall) {
   EXPECT_LT(missing, 0.02 * steiner);
 }
 
+/// Also at the default resolution, which says five sides for a small distance: faces move by r, so it is above the sum with the cross-polytope.
+TEST(AnyDimension, GrowingMovesTheFacesOfBoxesByTheDistance) {
+  for (const std::uint32_t sides : {5U}) {
+    const double r = 0.25;
+    const auto grown = model::grow_round(model::cuboid({1, 2, 1, 1}), r, sides);
+    const auto e = elementary({1, 2, 1, 1});
+    double cross = 0, ball = 0;
+    for (int k = 0; k <= 4; ++k) {
+      cross += e[static_cast<std::size_t>(4 - k)] * std::pow(2 * r, k) / std::tgamma(k + 1);
+      ball += e[static_cast<std::size_t>(4 - k)] * ball_volume(k) * std::pow(r, k);
+    }
+    const double volume = volume_of(grown);
+    EXPECT_GT(volume, cross);
+    EXPECT_LT(volume, ball);
+    for (int axis = 0; axis < 4; ++axis) EXPECT_NEAR(volume_of(model::project(grown, {axis})), (axis == 1 ? 2 : 1) + 2 * r, 1e-10);
+  }
+}
+
 TEST(AnyDimension, ShrinkingUndoesGrowingOfConvexSolids) {
   Seeded s;
   for (int d = 1; d <= 4; ++d) {
@@ -81,6 +140,50 @@ TEST(AnyDimension, ShrinkingUndoesGrowingOfConvexSolids) {
   EXPECT_NEAR(volume_of(model::grow(frame, -0.25)), 3.5 * 3.5 - 2.5 * 2.5, 1e-10);
   EXPECT_NEAR(volume_of(model::grow(frame, 0.25)), 4.5 * 4.5 - 1.5 * 1.5, 1e-10);
   EXPECT_EQ(volume_of(model::grow(frame, -0.75)), 0);
+}
+
+/// What goes by the points of a solid cannot take one that reaches to infinity, and says so; whether it does is a matter of the whole solid.
+TEST(AnyDimension, UnboundedOperandsAreRefused) {
+  const auto box = model::cuboid({2, 2, 2}), small = model::cuboid({1, 1, 1});
+  const auto square = model::cuboid({2, 2}), unit = model::cuboid({1, 1});
+  const auto refused = [](const auto& make, const Expression& operand, const std::string& name) {
+    try {
+      volume_interval(make(operand));
+      ADD_FAILURE() << name << " takes a solid without bounds";
+    } catch (const Error& error) {
+      EXPECT_EQ(std::string(error.what()), name + ": the solid has no bounds; intersect it with something that has");
+    }
+  };
+  const auto in_room = [](const Expression& e) { return model::intersect({model::cuboid(std::vector<double>(static_cast<std::size_t>(e.dimension()), 10), true), e}); };
+  const auto of = [](const model::Construct& what) { return [what](const Expression& e) { return model::construct(what, {e}); }; };
+  const std::vector<Expression> unbounded_solids{model::complement(box), model::unite({small, model::complement(box)}),
+                                                 model::subtract({model::complement(box), small}), model::symmetric_difference({small, model::complement(box)})};
+  for (const Expression& unbounded : unbounded_solids) {
+    refused([&](const Expression& e) { return in_room(model::minkowski(e, small)); }, unbounded, "minkowski");
+    refused([&](const Expression& e) { return in_room(model::minkowski(small, e)); }, unbounded, "minkowski");
+    refused([&](const Expression& e) { return in_room(model::grow(e, 0.5)); }, unbounded, "grow");
+    refused([&](const Expression& e) { return in_room(model::grow(e, -0.5)); }, unbounded, "shrink");
+    refused([&](const Expression& e) { return in_room(model::sweep(e, {{0, 0, 0}, {1, 0, 0}})); }, unbounded, "sweep");
+    refused([&](const Expression& e) { return in_room(of(model::Hull{})(e)); }, unbounded, "hull");
+    refused([&](const Expression& e) { return in_room(model::project(e, {0, 1})); }, unbounded, "project");
+    refused(of(model::Projection{}), unbounded, "projection");
+    refused(of(model::Resize{{1, 1, 1}, {}}), unbounded, "resize");
+  }
+  const auto plane = model::complement(square);
+  refused(of(model::LinearExtrusion{}), plane, "linear_extrude");
+  refused(of(model::LinearExtrusion{.scale = {0.5, 0.5}}), plane, "linear_extrude");
+  refused(of(model::RotateExtrusion{}), plane, "rotate_extrude");
+  refused(of(model::Offset{.distance = 1}), plane, "offset");
+  refused(of(model::Fill{}), plane, "fill");
+  refused(of(model::Roof{}), plane, "roof");
+  // Complements in bounded solids are no matter.
+  for (const auto& bounded : {model::intersect({box, model::complement(small)}), model::symmetric_difference({model::complement(small), model::complement(box)})}) {
+    EXPECT_NEAR(volume_of(bounded), 7, 1e-12);
+    EXPECT_NEAR(volume_of(model::grow(bounded, 0.5)), 26, 1e-10);
+    EXPECT_NEAR(volume_of(model::project(bounded, {0, 1})), 4, 1e-12);
+    EXPECT_NEAR(volume_of(model::construct(model::Hull{}, {bounded})), 7 + 1.0 / 6 * 5, 1e-10);
+  }
+  EXPECT_NEAR(volume_of(of(model::LinearExtrusion{.direction = {0, 0, 2}})(model::intersect({square, model::complement(unit)}))), 6, 1e-12);
 }
 
 TEST(AnyDimension, SweptBallsStayRound) {

@@ -86,6 +86,7 @@ TEST(CommandLine, AnglesNeedAnEye) {
   EXPECT_EQ(options.eye, (std::vector<double>{1, 2, 3, 4}));
   EXPECT_EQ(parsed({"run", "a.csg", "--order", "view", "--eye", "1,2"}).options.eye, (std::vector<double>{1, 2}));
   EXPECT_NE(message_for({"run", "a.csg", "--angle", "0.5"}).find("add --eye"), std::string::npos);
+  EXPECT_NE(message_for({"run", "a.csg", "--eye", "1,2,3"}).find("needs --angle or --order view"), std::string::npos);
   EXPECT_NE(message_for({"run", "a.csg", "--angle", "0.5", "--eye", "1,x"}).find("no point"), std::string::npos);
   for (const char* bad : {"0", "90", "-1", "nan"}) EXPECT_NE(message_for({"run", "a.csg", "--eye", "1,2,3", "--angle", bad}), "") << bad;
 }

@@ -73,7 +73,8 @@ TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
       {"\n  ball(7);", "t.csg:2:3: ball: has 7 dimensions; 1 to 6 are possible"},
       {"ball(radius = 1);", "t.csg:1:1: ball: has no argument 'radius'; it takes dimension, r, d"},
       {"ball(r = 1, d = 2);", "has both 'r' and 'd'"},
-      {"ball(3, 1, 2, 4);", "takes at most 3 arguments"},
+      {"ball(3, 1, 2, 4, 5);", "takes at most 4 arguments"},
+      {"ball(3, $fn = 2);", "'$fn' is a whole number from 3"},
       {"ball(r = inf);", "'r' has to be a finite number"},
       {"ball(dimension = 2.5);", "whole number"},
       {"bal(3);", "there is no node 'bal'; did you mean 'ball'?"},
@@ -99,6 +100,15 @@ TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
       {"sweep(path = [[0, 0], [1, 1]]) ball(3);", "coordinates, the solid has 3 dimensions"},
       {"part() ball(3);", "needs a name"},
       {"union() { ball(3); ball(4); }", "t.csg:1:1: 'union' has children of 3 and 4 dimensions; extrude, embed and project"},
+      {"group() {\n offset(delta = 0.5) cuboid([1, 2, 3, 4]); }", "t.csg:2:2: 'offset' takes children of 2 dimensions, not of 4; grow and shrink"},
+      {"offset(r = 1) cuboid([1, 2, 3]);", "t.csg:1:1: 'offset' takes children of 2 dimensions, not of 3; grow and shrink"},
+      {"offset(r = 1) { square(1); intersection() { cube(1); ball(3); } }", "t.csg:1:1: 'offset' takes children of 2 dimensions, not of 3; grow and shrink"},
+      {"linear_extrude(1) ball(4);", "'linear_extrude' takes children of 2 dimensions, not of 4; extrude takes any"},
+      {"projection() ball(4);", "'projection' takes children of 3 dimensions, not of 4; project and section"},
+      {"nurbs(degree = 3, points = [[0, 0], [1, 1]]);", "t.csg:1:1: nurbs: 2 points"},
+      {"nurbs(points = [[1], [2]]);", "nurbs: points of 1 coordinates; it takes 2 to 6"},
+      {"nurbs(knot = [1]);", "nurbs: has no argument 'knot'"},
+      {"bspline(closed = 1, points = [[0, 0], [1, 1]]);", "bspline: 'closed' is true or false"},
       {"product(1) { ball(3); }", "takes at most 0 arguments; it takes none"},
   };
   for (const auto& [text, expected] : mistakes) EXPECT_NE(error_of(text).find(expected), std::string::npos) << text << "\n" << error_of(text);
@@ -127,6 +137,8 @@ TEST(AnyDimension, NothingStaysNothing) {
 TEST(AnyDimension, TheOldLanguageIsUntouched) {
   EXPECT_EQ(parse("union() { cube(1); square(1); }").warnings.size(), 1U);
   EXPECT_EQ(parse("offset(r = 1) cube(1);").primitive_count, 0U);
+  EXPECT_EQ(parse("offset(r = 1) cube(1);").warnings.size(), 1U);
+  EXPECT_EQ(parse("cuboid([1, 1]); offset(r = 1) { square(1); cube(1); }").primitive_count, 2U);
   EXPECT_EQ(parse("multmatrix([[1, 0, 0, 0, 7], [0, 1, 0, 0, 7], [0, 0, 1, 0, 7], [0, 0, 0, 1, 7], [0, 0, 0, 0, 1]]) cube(1);").primitive_count, 1U);
   EXPECT_EQ(parse("linear_extrude(1) square(1);").expression.dimension(), 3);
 }

@@ -57,7 +57,8 @@ class Localizer {
  private:
   const Network<D>* network_;
   CellView<D> view_;                   // of the cell at hand
-  std::vector<std::uint32_t> active_;  // where the undecided leaves start in the simplified program
+  std::vector<std::uint32_t> active_;  // where the undecided leaves start in the simplified program, but for those that stay so
+  bool stays_undecided_ = false;       // there may be leaves that do
   std::vector<Word> second_pass_;
   double tolerance_ = 0;
   std::array<double, D> eye_{};

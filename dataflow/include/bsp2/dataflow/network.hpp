@@ -36,6 +36,7 @@ struct Producer : Box<D> {
   std::int32_t torus = -1;                  ///< index into Network::tori
   std::int32_t spline = -1;                 ///< index into Network::splines
   std::int32_t preimage = -1;               ///< index into Network::preimages
+  bool undecided = false;                   ///< convex, and only its outside is known: inside it cells stay FUZZY
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
 };

@@ -26,18 +26,20 @@ Expression sphere(double radius, std::uint32_t sides);
 
 /// The truly round ball of dimension `dimension` (1: an interval, 2: a disk, ...) around the origin; docs/curved.md. A radius
 /// <= 0 gives the empty solid. @throws bsp2::Error for a dimension outside 1 .. 6.
-Expression ball(int dimension, double radius);
+/// @param fineness corners of the circles of the polytopes that enclose it in sums, hulls and the like, 3 or more; 0: the usual ones.
+Expression ball(int dimension, double radius, std::uint32_t fineness = 0);
 
 /// The ball of dimension `dimension` times the box [0, lengths]. With one length and dimension 2: the round cylinder.
-Expression round_cylinder(int dimension, double radius, std::span<const double> lengths);
-Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths);
+Expression round_cylinder(int dimension, double radius, std::span<const double> lengths, std::uint32_t fineness = 0);
+Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths, std::uint32_t fineness = 0);
 
 /// The truly round cone or frustum along +z from 0 to `height`, D = 3. Empty as `cylinder` is.
-Expression cone(double height, double radius_bottom, double radius_top);
+Expression cone(double height, double radius_bottom, double radius_top, std::uint32_t fineness = 0);
 
 /// The truly round torus around z: all points within `minor` of the circle of radius `major`. @throws bsp2::Error where
 /// minor > major. A radius <= 0 gives the empty solid.
-Expression torus(double major, double minor);
+/// @param fineness as of `ball`.
+Expression torus(double major, double minor, std::uint32_t fineness = 0);
 
 /// The tensor-product B-spline with these pieces, in E^D, D = 2 .. 6: curves, surfaces, ... of k < D parameters, or solids of
 /// D parameters, which count as their boundary. Weights other than 1 make it rational (NURBS).
@@ -81,13 +83,18 @@ Expression convex_hull(const std::vector<std::array<double, 3>>& points);
 /// @throws bsp2::Error for a dimension outside 1 .. 6, and for coordinates that are not finite or not a multiple of D.
 Expression convex_hull(int dimension, std::span<const double> points);
 
+/// The convex hull of points as a set of which only the outside is known: outside it is OUT, inside it stays FUZZY. What encloses a
+/// solid is the union of a polytope in it and such a one around it. Flat sets of points give the empty solid.
+Expression undecided_hull(int dimension, std::span<const double> points);
+
 /// The simplex with these dimension + 1 points as corners; flat ones give the empty solid.
 Expression simplex(int dimension, std::span<const double> points);
 /// The simplex of all x with x_i >= 0 and x_1 + ... + x_D <= size, exactly. A size <= 0 gives the empty solid.
 Expression simplex(int dimension, double size = 1);
 
 /// A polytope inscribed to the ball: the interval, the regular polygon, OpenSCAD's sphere; above three dimensions the hull of
-/// the directions to the grid points of a cube, whose great circles through the axes have about `sides` corners.
+/// the directions to the grid points of a cube, whose great circles through the axes have about `sides` corners, and of those of
+/// the axes; at least 80 corners in four dimensions, 42 in five, 12 in six.
 /// @throws bsp2::Error for more than 20,000 corners above three dimensions.
 Expression ball_polytope(int dimension, double radius, std::uint32_t sides);
 

@@ -68,13 +68,15 @@ struct TriangleMesh {
 struct Round {
   double bottom = 1, top = 1;   ///< >= 0, not both 0; equal but for cones
   std::vector<double> lengths;  ///< > 0; at most D - 2
-  std::uint32_t sides = 0;      ///< of the polygons that take its place where a construct needs corners; 0: nothing can
+  std::uint32_t sides = 0;      ///< of the polygons that take its place where a construct needs corners; 0: none can, it is enclosed
+  std::uint32_t fineness = 0;   ///< of the polytopes in it and around it that enclose it there: corners of a circle; 0: what is usual
   friend bool operator==(const Round&, const Round&) = default;
 };
 
 /// A truly round torus around z: the points within `minor` of the circle of radius `major` in z = 0. D = 3.
 struct Torus {
   double major = 2, minor = 1;  ///< > 0; minor <= major
+  std::uint32_t fineness = 0;   ///< as of a Round
   friend bool operator==(const Torus&, const Torus&) = default;
 };
 
@@ -85,6 +87,7 @@ struct Polytope {
   std::vector<double> corners;      ///< D coordinates each
   std::vector<double> half_spaces;  ///< D + 1 numbers each: normal . x + constant <= 0 inside, the constant last
   double content = 0;               ///< its D-dimensional volume, within rounding
+  bool undecided = false;           ///< only what is outside is known: cells inside stay FUZZY
   friend bool operator==(const Polytope&, const Polytope&) = default;
 };
 

@@ -1,0 +1,24 @@
+#pragma once
+
+#include "bsp2/dataflow/network.hpp"
+#include "bsp2/model/expression.hpp"
+#include "faceting.hpp"
+
+/// Constructs that need corners, of solids that have none: a truly round solid lies between a polytope in it and one around it. Sums, hulls, sweeps,
+/// shadows and projective maps are monotone, so what they make of the solid lies between what they make of these two; between them cells stay FUZZY.
+namespace bsp2::dataflow {
+
+/// Whether there is anything in it that a construct can only enclose: truly round, or enclosed already.
+bool is_only_enclosed(const model::Expression& solid);
+
+/// The solid with polytopes in the place of what is round, all of them such that nothing is left out (Facets::around), or nothing is added (Facets::inside).
+/// @throws bsp2::Error for a symmetric difference of what is round, and for curved solids without polytopes.
+model::Expression with_facets(const model::Expression& solid, Facets facets, const CompileOptions& options);
+
+/// What lies between two solids, as one: IN in the first, OUT outside of the second, FUZZY between.
+model::Expression between(const model::Expression& inside, const model::Expression& around, const CompileOptions& options);
+
+/// Parts of which only the outside is known, whose union is the solid.
+model::Expression undecided(const model::Expression& solid, const CompileOptions& options);
+
+}  // namespace bsp2::dataflow
