@@ -105,7 +105,7 @@ void add_threads_option(CLI::App& app, RunCommand& command, const char* group) {
 }
 
 void add_tolerance_option(CLI::App& app, RunCommand& command, const char* group) {
-  app.add_option("--tolerance", command.options.tolerance, "refine round solids until FUZZY cells are thinner\nthan this (default: a thousandth of the model,\na sixteenth in four dimensions and more)")
+  app.add_option("--tolerance", command.options.tolerance, "refine round solids until FUZZY cells are thinner\nthan this (default: a thousandth of the model,\na sixteenth in four dimensions, more above)")
       ->check(positive_number())
       ->type_name("H")
       ->group(group);

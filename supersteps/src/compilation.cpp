@@ -60,7 +60,8 @@ template <int D>
 void limit_refinement(const dataflow::Network<D>& network, RunOptions& options) {
   if (!network.is_round()) return;
   // Above three dimensions the number of cells grows too fast with the tolerance for more than a first look.
-  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / (D > 3 ? 16 : 1000)));
+  constexpr double share = D > 5 ? 4 : D > 4 ? 8 : D > 3 ? 16 : 1000;
+  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / share));
 }
 
 #define BSP2_STAGE(D)                                                              \
