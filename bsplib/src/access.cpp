@@ -1,4 +1,5 @@
 // What a superstep asks for: checked here, at the call, and put into the outboxes.
+#include <cstdint>
 #include <cstring>
 
 #include "copy.hpp"
@@ -205,6 +206,8 @@ void Engine::end_runs(int pid) {
 
 Registry::Id Engine::push_reg(const void* address, std::size_t bytes) {
   check_usable("push_reg");
+  if (bytes > static_cast<std::size_t>(PTRDIFF_MAX))
+    reject(Errc::bad_argument, "push_reg", "No memory has " + std::to_string(bytes) + " bytes; was the size negative?");
   return registry_.push(address, bytes);
 }
 

@@ -40,7 +40,7 @@ void bsp_sync(void) {
 
 void bsp_pop_reg(const void* address) {
   auto& world = classic::engine("bsp_pop_reg");
-  Dialect::guarded([&] { world.pop_reg(address); });
+  classic::guarded("bsp_pop_reg", [&] { world.pop_reg(address); });
 }
 
 }  // extern "C"

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -24,9 +25,10 @@ struct Api {
     return static_cast<int>(pid);
   }
 
-  static bool negative([[maybe_unused]] Size size) {
+  /// A size without sign that no object can have was a negative one, or the difference of the wrong two.
+  static bool negative(Size size) {
     if constexpr (std::is_signed_v<Size>) return size < 0;
-    return false;
+    return static_cast<std::size_t>(size) > static_cast<std::size_t>(PTRDIFF_MAX);
   }
 
   static void check_access(const char* function, Size offset, Size bytes) {
@@ -41,19 +43,10 @@ struct Api {
     return static_cast<To>(value);
   }
 
-  template <class Call>
-  static void guarded(Call&& call) {
-    try {
-      call();
-    } catch (const Error& error) {
-      die(error);
-    }
-  }
-
   static void push_reg(const void* address, Size bytes) {
     auto& world = engine("bsp_push_reg");
     if (negative(bytes)) die("bsp_push_reg", "The memory size was negative, which is illegal");
-    guarded([&] { world.push_reg(address, static_cast<std::size_t>(bytes)); });
+    guarded("bsp_push_reg", [&] { world.push_reg(address, static_cast<std::size_t>(bytes)); });
   }
 
   /// Null if there is no such process.
@@ -102,7 +95,7 @@ struct Api {
     if (bytes == 0) return;
     check_access("bsp_put", offset, bytes);
     const auto slot = slot_of(world, dst, "bsp_put");
-    guarded([&] {
+    guarded("bsp_put", [&] {
       world.put(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
     });
     name(&bsp2_runs::put, to, slot, dst);
@@ -119,7 +112,7 @@ struct Api {
     if (bytes == 0) return;
     check_access("bsp_hpput", offset, bytes);
     const auto slot = slot_of(world, dst, "bsp_hpput");
-    guarded([&] {
+    guarded("bsp_hpput", [&] {
       world.hpput(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
     });
     name(&bsp2_runs::hpput, to, slot, dst);
@@ -150,7 +143,7 @@ struct Api {
     if (bytes == 0) return;
     check_access(function, offset, bytes);
     const auto slot = slot_of(world, src, function);
-    guarded([&] {
+    guarded(function, [&] {
       world.get(pid(from), slot, static_cast<std::size_t>(offset), dst, static_cast<std::size_t>(bytes),
                 unbuffered);
     });
@@ -161,7 +154,7 @@ struct Api {
     auto& world = engine("bsp_set_tagsize");
     if (!bytes) die("bsp_set_tagsize", "NULL ptr as argument is now allowed: it must point to the tag size");
     if (negative(*bytes)) die("bsp_set_tagsize", "Tag size may not be negative");
-    guarded([&] { *bytes = static_cast<Size>(world.set_tagsize(static_cast<std::size_t>(*bytes))); });
+    guarded("bsp_set_tagsize", [&] { *bytes = static_cast<Size>(world.set_tagsize(static_cast<std::size_t>(*bytes))); });
   }
 
   static void send(Pid to, const void* tag, const void* payload, Size bytes) {
@@ -172,7 +165,7 @@ struct Api {
     if (negative(bytes)) die("bsp_send", "Payload size may not be negative");
     if (!payload && bytes != 0) die("bsp_send", "payload may not be NULL if its size is non-zero");
     if (!tag && world.tagsize() > 0) die("bsp_send", "tag may not be NULL if the tag size is non-zero");
-    guarded([&] {
+    guarded("bsp_send", [&] {
       world.send(0, pid(to), {static_cast<const std::byte*>(tag), world.tagsize()},
                  {static_cast<const std::byte*>(payload), static_cast<std::size_t>(bytes)});
     });

@@ -168,6 +168,7 @@ void begin(long long maxprocs) {
                          bsp2_classic_sends};
     state.engine = std::make_unique<detail::Engine>(part, WorldOptions::from_environment(), room, BSP2_RUNS);
   } catch (const Error& error) {
+    if (!error.own()) MPI_Barrier(MPI_COMM_WORLD);  // until the process that knows more ends all
     die("bsp_begin", error.where() + ": " + error.detail());
   }
   state.runs = state.engine->runs();
@@ -176,11 +177,7 @@ void begin(long long maxprocs) {
 
 void end() {
   detail::Engine& world = engine("bsp_end");
-  try {
-    world.close();
-  } catch (const Error& error) {
-    die(error);
-  }
+  guarded("bsp_end", [&] { world.close(); });
   state.with_runs = 0;
   bsp2_classic_messages = {};
   state.engine.reset();
@@ -189,11 +186,7 @@ void end() {
 
 void sync() {
   detail::Engine& world = engine("bsp_sync");
-  try {
-    world.sync({});
-  } catch (const Error& error) {
-    die(error);
-  }
+  guarded("bsp_sync", [&] { world.sync({}); });
   state.next_run = state.messages_behind = state.bytes_behind = 0;
   for (const MessageRun& run : world.first_queue()) {
     state.messages_behind += run.count;

@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <span>
+#include <stdexcept>
 #include <string>
 
 #include "bsp2/bsplib/world.hpp"
@@ -56,6 +58,20 @@ void next_messages();
 inline detail::Engine& engine(const char* function) {
   if (!state.engine) not_in_spmd(function);
   return *state.engine;
+}
+
+/// Calls the layer for a function of BSPlib. Its errors end all processes.
+template <class Call>
+void guarded(const char* function, Call&& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    die(error);
+  } catch (const std::bad_alloc&) {
+    die(function, "There is not enough memory");
+  } catch (const std::length_error&) {
+    die(function, "There is not enough memory");
+  }
 }
 
 World::Slot look_up(detail::Engine& engine, const void* address, const char* function);

@@ -1,6 +1,7 @@
 #include "engine.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -17,10 +18,30 @@ namespace {
 
 constexpr std::size_t alignment = World::memory_alignment;  // a page, where shared memory begins, has it
 
+/// What all ranks can do. Collective.
+WorldOptions agreed(MPI_Comm comm, WorldOptions options) {
+  int rank = 0, size = 0;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Comm_size(comm, &size);
+  std::array<unsigned long long, 2> least{options.staging_bytes, static_cast<unsigned long long>(size)};
+  if (options.unreadable) least[1] = static_cast<unsigned long long>(rank);
+  MPI_Allreduce(MPI_IN_PLACE, least.data(), 2, MPI_UNSIGNED_LONG_LONG, MPI_MIN, comm);
+  if (const int culprit = static_cast<int>(least[1]); culprit < size) {
+    std::array<char, 64> value{};
+    if (culprit == rank) options.unreadable->copy(value.data(), value.size() - 1);
+    MPI_Bcast(value.data(), static_cast<int>(value.size()), MPI_CHAR, culprit, comm);
+    throw Error(Errc::bad_argument, culprit, 0, "BSP2_STAGING_BYTES",
+                "'" + std::string(value.data()) + "' is not a number of bytes between 0 and " + std::to_string(WorldOptions::most_staging_bytes), true,
+                culprit == rank);
+  }
+  options.staging_bytes = least[0];
+  return options;
+}
+
 }  // namespace
 
 Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::size_t room_ranks)
-    : comm_(comm), options_(options), staging_(comm, options.staging_bytes), registry_([&] {
+    : comm_(comm), options_(agreed(comm, options)), staging_(comm, options_.staging_bytes), registry_([&] {
         int size = 0;
         MPI_Comm_size(comm, &size);
         return size;

@@ -38,14 +38,11 @@ void leave(std::shared_ptr<Engine> engine) noexcept {
 
 WorldOptions WorldOptions::from_environment() {
   WorldOptions options;
-  constexpr std::size_t most = std::size_t{1} << 40U;
   if (const char* bytes = std::getenv("BSP2_STAGING_BYTES")) {
     const char* end = bytes + std::strlen(bytes);
     const auto [rest, problem] = std::from_chars(bytes, end, options.staging_bytes);
-    if (problem != std::errc() || rest != end || options.staging_bytes > most)
-      throw Error(
-          Errc::bad_argument, 0, 0, "BSP2_STAGING_BYTES",
-          "'" + std::string(bytes) + "' is not a number of bytes between 0 and " + std::to_string(most));
+    if (problem != std::errc() || rest != end || options.staging_bytes > most_staging_bytes)
+      options.unreadable = bytes;
   }
   return options;
 }

@@ -4,9 +4,12 @@ add_executable(bsplib_classic_size_t classic_test.c)
 target_compile_definitions(bsplib_classic_size_t PRIVATE BSP2_MULTICORE_BSP)
 add_executable(bsplib_classic_init classic_init_test.c)
 add_executable(bsplib_classic_aborts classic_aborts.c)
+add_executable(bsplib_classic_aborts_size_t classic_aborts.c)
+target_compile_definitions(bsplib_classic_aborts_size_t PRIVATE BSP2_MULTICORE_BSP)
 add_executable(bsplib_classic_mcbsp classic_test.c)  # as a program of MulticoreBSP begins
 target_compile_options(bsplib_classic_mcbsp PRIVATE -include mcbsp.h)
-foreach(program bsplib_classic bsplib_classic_size_t bsplib_classic_mcbsp bsplib_classic_init bsplib_classic_aborts)
+foreach(program bsplib_classic bsplib_classic_size_t bsplib_classic_mcbsp bsplib_classic_init bsplib_classic_aborts
+        bsplib_classic_aborts_size_t)
   target_link_libraries(${program} PRIVATE bsp2::bsplib)
   target_compile_options(${program} PRIVATE -std=c99 -pedantic -Wall -Wextra)
 endforeach()
@@ -16,7 +19,9 @@ foreach(ranks 1 2 3 4)
   endforeach()
 endforeach()
 
-bsplib_run(bsplib.classic_mcbsp.2 RANKS 2 COMMAND bsplib_classic_mcbsp TIMEOUT 60)
+foreach(ranks 1 2 3 4)
+  bsplib_run(bsplib.classic_mcbsp.${ranks} RANKS ${ranks} COMMAND bsplib_classic_mcbsp TIMEOUT 60)
+endforeach()
 
 # bsplib_abort(<case> <message> ranks...): this case of classic_aborts.c ends with this message, soon.
 function(bsplib_abort case message)
@@ -73,3 +78,17 @@ bsplib_abort(send_nobody_after_message "bsp_send: The source process ID does not
 bsplib_abort(move_null_after_message "bsp_move: payload may not be NULL if reception_nbytes is non-zero" 2)
 bsplib_abort(move_after_message "bsp_move: Message queue was empty" 2)
 bsplib_abort(move_empty "bsp_move: Message queue was empty" 1 2)
+
+# Sizes without sign: what no memory can have is a mistake, too.
+function(bsplib_abort_size_t case message)
+  foreach(ranks ${ARGN})
+    bsplib_run(bsplib.abort_size_t.${case}.${ranks} RANKS ${ranks} COMMAND bsplib_classic_aborts_size_t ${case} FAILS "${message}"
+      TIMEOUT 30)
+  endforeach()
+endfunction()
+
+bsplib_abort_size_t(push_negative "bsp_push_reg: The memory size was negative" 1 2)
+bsplib_abort_size_t(put_negative "bsp_put: The offset was negative" 1 2)
+bsplib_abort_size_t(tagsize_negative "bsp_set_tagsize: Tag size may not be negative" 1)
+bsplib_abort_size_t(send_negative_after_message "bsp_send: Payload size may not be negative" 1 2 4)
+bsplib_abort_size_t(send_too_much "bsp_send: There is not enough memory .process [0-9], superstep 0" 1 2)

@@ -90,14 +90,17 @@ static void accesses(int me, int p) {
 }
 
 static void messages(int me, int p) {
-  int size = me;
+  bsp_size_t size = (bsp_size_t)me;
   if (is("tagsize_some") && me == 0) bsp_set_tagsize(&size);
   if (is("tagsize_differs")) bsp_set_tagsize(&size);
-  size = -1;
+  size = (bsp_size_t)-1;
   if (is("tagsize_negative")) bsp_set_tagsize(&size);
   if (is("tagsize_null")) bsp_set_tagsize(NULL);
   if (is("qsize_null")) bsp_qsize(NULL, NULL);
   if (is("send_nobody")) bsp_send(p, NULL, NULL, 0);
+#ifdef BSP2_MULTICORE_BSP
+  if (is("send_too_much")) bsp_send((bsp_pid_t)me, NULL, &value, (size_t)1 << 62);
+#endif
   if (strstr(wanted, "_after_message")) {
     bsp_send(me, NULL, &value, 4);
     if (is("send_null_after_message")) bsp_send(me, NULL, NULL, 4);

@@ -18,12 +18,18 @@
 namespace bsp2::bsplib {
 
 /// Types that can be messages: those whose bytes are their value, and objects that Boost.Serialization
-/// archives. Pointers, references and arrays are refused, they would arrive as something else.
+/// archives (also those of the first kind that have a public `serialize`). Pointers, references and arrays are refused, they would arrive as something else.
 template <class T>
 concept Sendable = Travels<T> ||
     (std::is_class_v<T> && !std::is_const_v<T> && std::default_initializable<T> && std::movable<T>);
 
 namespace detail {
+
+/// A class that says itself how it is archived: its bytes are not its value.
+template <class T>
+concept ArchivesItself = requires(T& value, boost::archive::binary_oarchive& archive) { value.serialize(archive, 0U); };
+template <class T>
+concept TravelsAsBytes = Travels<T> && !ArchivesItself<T>;
 
 constexpr unsigned archive_flags = boost::archive::no_header;
 
@@ -84,7 +90,7 @@ class Queue {
 
   /// Sends a copy. @throws Error if there is no such rank; what Boost.Serialization throws.
   void send(int pid, const T& value) {
-    if constexpr (Travels<T>) {
+    if constexpr (detail::TravelsAsBytes<T>) {
       number_.world().send(number(), pid, {}, std::as_bytes(std::span<const T>(&value, 1)));
     } else {
       detail::write_archive(bytes_, value);
@@ -112,7 +118,7 @@ class Queue {
 
   World& alias() { return number_.world(); }  ///< for Collectives, which synchronize; nobody may move it away
   T decode(const Message& message) const {
-    if constexpr (Travels<T>) {
+    if constexpr (detail::TravelsAsBytes<T>) {
       std::array<std::byte, sizeof(T)> bytes;
       if (message.payload.size() != sizeof(T))
         throw Error(Errc::misuse, message.source, number_.world().superstep(), "receive",

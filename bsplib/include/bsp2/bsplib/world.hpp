@@ -29,12 +29,16 @@ concept Travels = std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !s
 
 struct WorldOptions {
   /// Staging memory of a rank for the messages within a node, twice this much; what does not fit travels by
-  /// MPI.
+  /// MPI. Where ranks differ, the least of them counts.
   std::size_t staging_bytes = std::size_t{4} << 20;
   /// Supersteps whose cost is kept one by one.
   std::size_t kept_costs = 1024;
 
-  /// The defaults, or what the environment says: BSP2_STAGING_BYTES. @throws Error if that is not a number.
+  static constexpr std::size_t most_staging_bytes = std::size_t{1} << 40U;
+  /// BSP2_STAGING_BYTES, where it is no number: an error of all ranks of a world.
+  std::optional<std::string> unreadable;
+
+  /// The defaults, or what the environment says: BSP2_STAGING_BYTES.
   static WorldOptions from_environment();
 };
 
