@@ -53,12 +53,12 @@ Construct read_offset(const Arguments& arguments) {
   offset.resolution = resolution_of(arguments);
   if (const Value* r = arguments.find("r", 0); r && r->kind == Value::number) {
     offset.distance = r->as_number;
-    checked_sides(std::fabs(offset.distance), arguments, false);
   } else if (const Value* delta = arguments.find("delta", -1); delta && delta->kind == Value::number) {
     offset.distance = delta->as_number;
     offset.join = arguments.flag("chamfer", -1) ? Offset::Join::square : Offset::Join::mitre;
   }
   if (!std::isfinite(offset.distance)) throw Error("offset: the distance is not finite");
+  if (offset.join == Offset::Join::round) checked_sides(std::fabs(offset.distance), arguments, false);
   return offset;
 }
 

@@ -83,7 +83,7 @@ class CrossingFinder {
     const auto &s = mesh_.triangles[one], &t = mesh_.triangles[other];
     const auto& at = mesh_.points;
     if (is_clearly_apart(s, t)) return false;
-    const int axis = axis_across(s);
+    const int axis = axis_across(mesh_, s);
     std::array<Point2, 3> p, q;
     for (std::size_t k = 0; k < 3; ++k) p[k] = along(axis, at[s[k]]), q[k] = along(axis, at[t[k]]);
     const int side = orientation(p[0], p[1], p[2]);
@@ -103,19 +103,6 @@ class CrossingFinder {
       const auto side = quick_orientation(at[s[0]], at[s[1]], at[s[2]], at[v]);
       return side && *side != 0;
     });
-  }
-
-  /// The axis that is closest to the triangle's normal.
-  [[nodiscard]] int axis_across(const Corners& t) const {
-    const auto &a = mesh_.points[t[0]], &b = mesh_.points[t[1]], &c = mesh_.points[t[2]];
-    int axis = 0;
-    double largest = -1;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
-      const double normal = std::fabs((b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l]));
-      if (normal > largest) largest = normal, axis = static_cast<int>(k);
-    }
-    return axis;
   }
 
   /// Whether an edge of one triangle parts them. @param side how both are wound.

@@ -73,6 +73,18 @@ bool are_coplanar(const TriangleMesh& mesh, std::uint32_t t, std::uint32_t u) {
   });
 }
 
+int axis_across(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+  const auto &a = mesh.points[triangle[0]], &b = mesh.points[triangle[1]], &c = mesh.points[triangle[2]];
+  int axis = 0;
+  double largest = -1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    const double normal = std::fabs((b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l]));
+    if (normal > largest) largest = normal, axis = static_cast<int>(k);
+  }
+  return axis;
+}
+
 Point2 along(int axis, const Point3& p) {
   const auto k = static_cast<std::size_t>(axis);
   return {p[(k + 1) % 3], p[(k + 2) % 3]};

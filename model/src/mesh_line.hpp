@@ -19,6 +19,9 @@ bool are_coplanar(const TriangleMesh& mesh, std::uint32_t t, std::uint32_t u);
 /// The other two coordinates, so that counter-clockwise is seen from the far end of the axis.
 Point2 along(int axis, const Point3& p);
 
+/// The axis that a triangle is seen largest along.
+int axis_across(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
+
 /// A point of the triangle seen along the axis, near one of its corners, rounded; nothing if that is not strictly inside.
 std::optional<Point2> point_near(const TriangleMesh& mesh, std::uint32_t triangle, std::size_t corner, int axis);
 

@@ -130,17 +130,21 @@ class ShellTurner {
 
   /// By the line through the triangle near this corner; own = 0 if that does not tell.
   [[nodiscard]] Beside beside_of(std::uint32_t triangle, std::size_t corner) const {
-    constexpr int axis = 2;
-    constexpr double infinity = std::numeric_limits<double>::infinity();
+    const int axis = axis_across(mesh_, mesh_.triangles[triangle]);
     const auto at = point_near(mesh_, triangle, corner, axis);
     if (!at) return {};
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Point3 low{-infinity, -infinity, -infinity}, high{infinity, infinity, infinity};
+    const auto u = static_cast<std::size_t>(axis + 1) % 3, v = static_cast<std::size_t>(axis + 2) % 3;
+    low[u] = high[u] = at->u;
+    low[v] = high[v] = at->v;
     const std::uint32_t shell = shells_.of[triangle];
     struct Winding {
       std::uint32_t shell;
       int above, below;  ///< of what the triangle parts
     };
     std::vector<Winding> windings{{shell, 0, 0}};
-    tree_.visit_meeting({{at->u, at->v, -infinity}, {at->u, at->v, infinity}}, [&](std::uint32_t i) {
+    tree_.visit_meeting({low, high}, [&](std::uint32_t i) {
       const std::uint32_t other = shells_.of[i];
       if (other != shell && !shell_boxes_[other].contains(shell_boxes_[shell])) return false;
       const int direction = meets(mesh_, i, axis, *at);

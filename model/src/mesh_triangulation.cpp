@@ -312,7 +312,7 @@ void Triangulator::flip_edges(std::span<Triangle> triangles) const {
         halves.contains(directed(right, left)))
       continue;
     const Point2 &a = position[from], &b = position[right], &c = position[to], &d = position[left];
-    if (orientation(b, c, d) <= 0 || orientation(d, a, b) <= 0 || excess_of_angles(a, b, c, d) < indifference)
+    if (orientation(b, c, d) <= 0 || orientation(d, a, b) <= 0 || !(excess_of_angles(a, b, c, d) >= indifference))
       continue;
     halves.erase(directed(from, to));
     halves.erase(directed(to, from));

@@ -343,6 +343,9 @@ TEST(Csg, ErrorsSayWhere) {
   EXPECT_EQ(message("group() { sphere($fn = 1e9); }"),
             "test.csg:1:11: 1e+09 sides asked for ($fn = 1e+09, $fa = 12, $fs = 2, radius 1); the limit is "
             "1000000");
+  EXPECT_EQ(message("offset($fn = 1e9) { square(1); }"),
+            "test.csg:1:1: 1e+09 sides asked for ($fn = 1e+09, $fa = 12, $fs = 2, radius 1); the limit is "
+            "1000000");
   EXPECT_EQ(message("offset(r = 1, $fn = 1e9) { square(1); }"),
             "test.csg:1:1: 1e+09 sides asked for ($fn = 1e+09, $fa = 12, $fs = 2, radius 1); the limit is "
             "1000000");

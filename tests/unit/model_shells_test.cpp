@@ -176,6 +176,39 @@ TEST(Shells, SolidsThatShareAnEdgeOrAVertexAreTwo) {
   EXPECT_EQ(shells_of({}).count, 0U);
 }
 
+/// A column whose walls are cut into rings: nearly all of its triangles are parallel to one axis.
+void add_column(TriangleMesh& mesh, const Corner& low, std::uint32_t rings, std::size_t axis) {
+  const auto first = static_cast<std::uint32_t>(mesh.points.size());
+  for (std::uint32_t ring = 0; ring <= rings; ++ring)
+    for (const auto& [x, y] : std::to_array<std::array<int, 2>>({{0, 0}, {2, 0}, {2, 2}, {0, 2}})) {
+      const Point3 p{static_cast<double>(low[0] + x), static_cast<double>(low[1] + y), low[2] + 10.0 * ring / rings};
+      mesh.points.push_back({p[(3 - axis) % 3], p[(4 - axis) % 3], p[(5 - axis) % 3]});
+    }
+  for (std::uint32_t a = first; a < first + 4 * rings; a += 4)
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      const std::uint32_t j = (i + 1) % 4;
+      mesh.triangles.push_back({a + i, a + j, a + 4 + j});
+      mesh.triangles.push_back({a + i, a + 4 + j, a + 4 + i});
+    }
+  const std::uint32_t top = first + 4 * rings;
+  mesh.triangles.insert(mesh.triangles.end(), {{first, first + 2, first + 1}, {first, first + 3, first + 2}, {top, top + 1, top + 2}, {top, top + 2, top + 3}});
+}
+
+TEST(Shells, AreTurnedHoweverTheirWallsAreCut) {
+  for (const std::uint32_t rings : {1U, 30U, 200U})
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      TriangleMesh mesh;
+      add_column(mesh, {0, 0, 0}, rings, axis);
+      const std::size_t from = mesh.triangles.size();
+      add_column(mesh, {1, 1, 1}, rings, axis);
+      const TriangleMesh good = mesh;
+      turn(mesh, from);
+      const ShellFaults faults = turn_shells(mesh);
+      EXPECT_EQ(faults.turned, 1U) << rings << " rings along " << axis;
+      EXPECT_NEAR(volume(mesh), volume(good), 1e-9);
+    }
+}
+
 TEST(Shells, AShellIsTurnedByItselfHoweverThinItIs) {
   TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25, 0.25, 1e-300}}, {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}};
   add(mesh, {{3, 3, 3}, {4, 4, 4}}, false);
