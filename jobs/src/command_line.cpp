@@ -284,7 +284,8 @@ constexpr std::array commands{"run", "resume", "info", "export", "render", "quer
     name += " " + innermost->get_name();
   }
   const std::string hint = " (see '" + name + " --help')";
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError))
+  using CLI::ExitCodes;
+  if (const int code = error.get_exit_code(); code == static_cast<int>(ExitCodes::ExtrasError) || code == static_cast<int>(ExitCodes::RequiredError))
     if (const auto unknown = app.remaining(true); !unknown.empty()) throw Error("unknown option or argument '" + unknown.front() + "'" + hint);
   if (innermost == &app) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
   throw Error(error.what() + hint);

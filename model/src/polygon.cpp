@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "box_tree.hpp"
 #include "mesh_triangulation.hpp"
 
 namespace bsp2::model {
@@ -45,17 +46,18 @@ bool touch(const Plane& points, const std::array<std::uint32_t, 2>& e, const std
 bool is_simple(const Plane& points, std::span<const std::uint32_t> cycle) {
   const auto n = static_cast<std::uint32_t>(cycle.size());
   const auto edge = [&](std::uint32_t i) { return std::array{cycle[i], cycle[(i + 1) % n]}; };
-  const auto low = [&](std::uint32_t i) { return std::min(points[edge(i)[0]][0], points[edge(i)[1]][0]); };
-  const auto high = [&](std::uint32_t i) { return std::max(points[edge(i)[0]][0], points[edge(i)[1]][0]); };
-  std::vector<std::uint32_t> order(n), open;
-  for (std::uint32_t i = 0; i < n; ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return low(a) < low(b); });
-  for (const std::uint32_t i : order) {
-    std::erase_if(open, [&](std::uint32_t j) { return high(j) < low(i); });
-    for (const std::uint32_t j : open)
-      if ((i + 1) % n != j && (j + 1) % n != i && touch(points, edge(i), edge(j))) return false;
-    open.push_back(i);
+  std::vector<Box3> boxes(n);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const auto &p = points[edge(i)[0]], &q = points[edge(i)[1]];
+    boxes[i] = {{p[0], p[1], 0}, {p[0], p[1], 0}};
+    boxes[i].unite({{q[0], q[1], 0}, {q[0], q[1], 0}});
   }
+  const BoxTree tree(std::move(boxes));
+  const auto touches_another = [&](std::uint32_t i) {
+    return tree.visit_meeting(tree[i], [&](std::uint32_t j) { return j + 1 < i && (j + n != i + 1) && touch(points, edge(i), edge(j)); });
+  };
+  for (std::uint32_t i = 0; i < n; ++i)
+    if (touches_another(i)) return false;
   return true;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <clipper.hpp>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -19,6 +20,21 @@ namespace bsp2::model {
 namespace {
 
 using svg::Point;
+
+using Document = std::unique_ptr<xmlDoc, void (*)(xmlDoc*)>;
+
+/// @throws bsp2::Error with the line of the first fault.
+Document read_document(const std::filesystem::path& path) {
+  if (!std::ifstream(path)) throw Error("import: " + path.string() + " cannot be read");  // libxml2 would print its own line as well
+  const std::unique_ptr<xmlParserCtxt, void (*)(xmlParserCtxt*)> parser(xmlNewParserCtxt(), xmlFreeParserCtxt);
+  Document document(parser ? xmlCtxtReadFile(parser.get(), path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING) : nullptr, xmlFreeDoc);
+  if (document) return document;
+  const xmlError* fault = parser ? xmlCtxtGetLastError(parser.get()) : nullptr;
+  if (fault == nullptr || fault->domain == XML_FROM_IO) throw Error("import: " + path.string() + " cannot be read");
+  std::string why = fault->message != nullptr ? fault->message : "";
+  why.erase(why.find_last_not_of(" \t\r\n") + 1);
+  throw Error("import: " + path.string() + ":" + std::to_string(fault->line) + ": this is no XML: " + why);
+}
 
 /// The affine map (x, y) -> (a x + c y + e, b x + d y + f), as SVG writes it.
 struct Map {
@@ -193,10 +209,9 @@ std::string SvgSelection::text() const {
 
 std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection) {
   if (!(dpi >= 0.001)) dpi = 72;
-  const std::unique_ptr<xmlDoc, void (*)(xmlDoc*)> document(
-      xmlReadFile(path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING), xmlFreeDoc);
-  const xmlNode* root = document ? xmlDocGetRootElement(document.get()) : nullptr;
-  if (root == nullptr || !xmlStrEqual(root->name, reinterpret_cast<const xmlChar*>("svg"))) throw Error("import: " + path.string() + " is no SVG file that can be read");
+  const Document document = read_document(path);
+  const xmlNode* root = xmlDocGetRootElement(document.get());
+  if (root == nullptr || !xmlStrEqual(root->name, reinterpret_cast<const xmlChar*>("svg"))) throw Error("import: " + path.string() + " is no SVG file: its outermost element is not 'svg'");
   struct Visit {
     const xmlNode* node;
     Map map;

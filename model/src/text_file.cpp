@@ -45,6 +45,8 @@ std::string read_model_text(const std::filesystem::path& path) {
   std::string text = read_text(path);
   if (const std::string ending = lower_ending(path); is_mesh_ending(ending) || ending == ".dxf" || ending == ".svg")
     throw Error(path.string() + ": is no model but something that a model imports; write import(file = \"" + path.filename().string() + "\"); into a .csg file and run that");
+  if (text.starts_with("\x89HDF"))
+    throw Error(path.string() + ": is a snapshot, not a model; 'bsp2 info' tells what it holds, 'bsp2 resume' goes on with it, 'bsp2 export' writes its mesh");
   return text;
 }
 

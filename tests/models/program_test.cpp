@@ -72,7 +72,11 @@ TEST_F(Program, RefusesBadPathsAndOptions) {
   const Ended folder = start("run " + folder_.path().string());
   EXPECT_EQ(folder.code, 2);
   EXPECT_NE(folder.text.find("is a directory"), std::string::npos) << folder.text;
-  const std::string good = model("cube(size = [1, 2, 3]);");
+  const std::string good = model("cube(size = [1, 2, 3]);"), snapshot = (folder_.path() / "run.h5").string();
+  EXPECT_EQ(start("run " + good + " --snapshot " + snapshot).code, 0);
+  const Ended resumed = start("run " + snapshot);
+  EXPECT_EQ(resumed.code, 2);
+  EXPECT_NE(resumed.text.find("run.h5: is a snapshot, not a model; 'bsp2 info'"), std::string::npos) << resumed.text;
   EXPECT_EQ(start("run " + good + " --bogus").code, 2);
   EXPECT_EQ(start("run " + good + " --cells -5").code, 2);
   EXPECT_EQ(start("run " + good + " --threads minus").code, 2);

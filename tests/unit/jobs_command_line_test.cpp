@@ -170,6 +170,8 @@ TEST(CommandLine, TablesHaveNodesAndLevels) {
 TEST(CommandLine, MistakesAreExplainedWithAHint) {
   EXPECT_EQ(message_for({"run", "a.csg", "--frobnicate"}),
             "unknown option or argument '--frobnicate' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "-x"}), "unknown option or argument '-x' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run"}), "MODEL is required (see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"fly"}), "unknown command 'fly' (see 'bsp2 --help')");
   EXPECT_NE(message_for({}).find("a command is required"), std::string::npos);
   for (const std::vector<std::string>& bad :

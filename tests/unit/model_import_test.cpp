@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/geometry/error.hpp"
 #include "imports.hpp"
 #include "temporary_folder.hpp"
 
@@ -168,6 +169,32 @@ TEST(Svg, ElementsAndLayersAreSelected) {
     double sum = 0;
     for (const PlaneDrawing& drawing : *drawings) sum += area_of(drawing);
     EXPECT_NEAR(sum, expected, 1e-9) << wanted.text() << " of " << text;
+  }
+}
+
+TEST(Svg, FaultsAreToldWithTheirLine) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder.path() / "drawing.svg";
+  const auto fault_of = [&](const std::string& text) -> std::string {
+    std::ofstream(path) << text;
+    try {
+      import_svg(path, 72, false);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(fault_of("<svg>\n<g>\n<rect width=\"1\"").find("import: " + path.string() + ":3: this is no XML: "), 0u);
+  EXPECT_EQ(fault_of("<svg>\n<g>\n\n</svg>").find("import: " + path.string() + ":4: this is no XML: "), 0u);
+  EXPECT_EQ(fault_of("").find("import: " + path.string() + ":1: this is no XML: "), 0u);
+  EXPECT_EQ(fault_of("<html/>"), "import: " + path.string() + " is no SVG file: its outermost element is not 'svg'");
+  EXPECT_EQ(fault_of("<svg/>"), "");
+  std::filesystem::remove(path);
+  try {
+    import_svg(path, 72, false);
+    FAIL() << "a file that is not there was read";
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()), "import: " + path.string() + " cannot be read");
   }
 }
 
