@@ -100,8 +100,9 @@ Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& war
   if (!finite({style.size, style.spacing})) throw Error("text: size or spacing is not finite");
   // Curves of letters are short: an eighth of the segments of a circle of the text's size.
   style.segments = static_cast<std::uint32_t>(std::max(std::floor(checked_sides(style.size, arguments, false) / 8.0) + 1, 2.0));
-  std::vector<Expression> glyphs;
-  for (const GlyphOutline& glyph : text_outlines(arguments.string("text", 0, ""), style, warn)) {
+  const TextOutlines outlines = text_outlines(arguments.string("text", 0, ""), style, warn);
+  std::vector<Expression> glyphs, letters;
+  for (const GlyphOutline& glyph : outlines.glyphs) {
     FaceCycles paths;
     for (std::uint32_t i = 0, end = 0; const std::uint32_t length : glyph.path_lengths) {
       for (end = i + length; i < end; ++i) paths.corners.push_back(i);
@@ -109,7 +110,8 @@ Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& war
     }
     glyphs.push_back(pooled_polygon(glyph.points, paths, pool));
   }
-  return pool.boolean(Operation::unite, 2, glyphs, true);
+  for (const auto& [glyph, at] : outlines.placed) letters.push_back(pool.transform({1, 0, at[0], 0, 1, at[1], 0, 0, 1}, glyphs[glyph]));
+  return pool.boolean(Operation::unite, 2, letters, true);
 }
 
 }  // namespace bsp2::model

@@ -9,6 +9,7 @@
 #include <hb.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 
 #include "bsp2/geometry/error.hpp"
@@ -67,14 +68,13 @@ Face find_face(FT_Library library, const std::string& name, const std::function<
 /// Collects the paths that FreeType walks, curves as chords.
 struct Pen {
   GlyphOutline* glyph;
-  std::array<double, 2> origin;
   std::uint32_t segments;
   double size;
   FT_Vector at{};
   std::uint32_t length = 0;
 
   void add(double x, double y) {
-    glyph->points.push_back({size * (x / outline_unit + origin[0]), size * (y / outline_unit + origin[1])});
+    glyph->points.push_back({size * (x / outline_unit), size * (y / outline_unit)});
     ++length;
   }
   void end_path() {
@@ -120,6 +120,17 @@ struct Extent {
   double width = 0, ascent = 0, descent = 0;
 };
 
+/// No points for a glyph without an outline.
+GlyphOutline outline_of(FT_GlyphRec_& glyph, const TextStyle& style) {
+  GlyphOutline outline;
+  if (glyph.format != FT_GLYPH_FORMAT_OUTLINE) return outline;
+  Pen pen{&outline, style.segments, style.size};
+  const FT_Outline_Funcs functions{Pen::move_to, Pen::line_to, Pen::conic_to, Pen::cubic_to, 0, 0};
+  FT_Outline_Decompose(&reinterpret_cast<FT_OutlineGlyphRec_&>(glyph).outline, &functions, &pen);
+  pen.end_path();
+  return outline;
+}
+
 std::array<double, 2> aligned(const TextStyle& style, const Extent& extent) {
   std::array<double, 2> origin{};
   if (style.horizontal == "right") origin[0] = -extent.width;
@@ -132,7 +143,7 @@ std::array<double, 2> aligned(const TextStyle& style, const Extent& extent) {
 
 }  // namespace
 
-std::vector<GlyphOutline> text_outlines(const std::string& text, const TextStyle& style, const std::function<void(std::string)>& warn) {
+TextOutlines text_outlines(const std::string& text, const TextStyle& style, const std::function<void(std::string)>& warn) {
   FT_Library raw_library = nullptr;
   if (FT_Init_FreeType(&raw_library) != 0) throw Error("text: FreeType does not start");
   const Library library(raw_library);
@@ -174,18 +185,13 @@ std::vector<GlyphOutline> text_outlines(const std::string& text, const TextStyle
 
   const std::array<double, 2> origin = aligned(style, extent);
   std::array<double, 2> pen_at{};
-  std::vector<GlyphOutline> outlines;
-  FT_Outline_Funcs functions{Pen::move_to, Pen::line_to, Pen::conic_to, Pen::cubic_to, 0, 0};
+  TextOutlines outlines;
+  std::map<hb_codepoint_t, std::uint32_t> known;
   for (const auto& [glyph, i] : glyphs) {
-    if (glyph->format == FT_GLYPH_FORMAT_OUTLINE) {
-      GlyphOutline outline;
-      Pen pen{&outline,
-              {origin[0] + pen_at[0] + place[i].x_offset / advance_unit, origin[1] + pen_at[1] + place[i].y_offset / advance_unit},
-              style.segments, style.size};
-      FT_Outline_Decompose(&reinterpret_cast<FT_OutlineGlyph>(glyph.get())->outline, &functions, &pen);
-      pen.end_path();
-      if (!outline.points.empty()) outlines.push_back(std::move(outline));
-    }
+    const auto [seen, is_new] = known.try_emplace(info[i].codepoint, static_cast<std::uint32_t>(outlines.glyphs.size()));
+    if (is_new) outlines.glyphs.push_back(outline_of(*glyph, style));
+    const std::array<double, 2> at{origin[0] + pen_at[0] + place[i].x_offset / advance_unit, origin[1] + pen_at[1] + place[i].y_offset / advance_unit};
+    if (!outlines.glyphs[seen->second].points.empty()) outlines.placed.push_back({seen->second, {style.size * at[0], style.size * at[1]}});
     pen_at[0] += place[i].x_advance / advance_unit * style.spacing;
     pen_at[1] += place[i].y_advance / advance_unit * style.spacing;
   }
