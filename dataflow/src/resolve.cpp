@@ -157,7 +157,7 @@ class Resolver {
   /// Whether it knows the image of all that is round in its operands.
   static bool takes_these(const model::Construct& construct, const std::vector<Expression>& operands) {
     if (std::holds_alternative<model::Hull>(construct)) return is_convex_primitive(operands[0]);
-    if (std::holds_alternative<model::ProjectiveMap>(construct)) return is_of_polytopes_and_balls(operands[0]);
+    if (std::holds_alternative<model::ProjectiveMap>(construct)) return true;
     if (std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Sweep>(construct)) return is_union(operands[0]) && is_of_polytopes_and_balls(operands[0]);
     return false;
   }
