@@ -12,7 +12,8 @@ namespace bsp2::dataflow {
 bool is_only_enclosed(const model::Expression& solid);
 
 /// The solid with polytopes in the place of what is round, all of them such that nothing is left out (Facets::around), or nothing is added (Facets::inside).
-/// @throws bsp2::Error for a symmetric difference of what is round, and for curved solids without polytopes.
+/// A symmetric difference becomes a union of differences: what is surely in one of two and not in the other, or perhaps so.
+/// @throws bsp2::Error for curved solids without polytopes, and for symmetric differences of too many that are round.
 model::Expression with_facets(const model::Expression& solid, Facets facets, const CompileOptions& options);
 
 /// What lies between two solids, as one: IN in the first, OUT outside of the second, FUZZY between.

@@ -81,6 +81,37 @@ TEST(AnyDimension, WhatIsEnclosedStaysEnclosed) {
                   49 - 4 * four_disks, 0.002);
 }
 
+/// Surely in one and surely not in the other, or perhaps so.
+TEST(AnyDimension, SymmetricDifferencesOfRoundSolidsAreEnclosedToo) {
+  const auto shifted = [](const Expression& e, double x) { return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, e); };
+  const auto ball = model::ball(3, 1, 24);
+  expect_contains(volume_interval(hull({model::symmetric_difference({ball, shifted(ball, 1)})})), 4 * pi / 3 + pi, 0.06);
+  expect_contains(volume_interval(hull({model::symmetric_difference({ball, shifted(ball, 1), shifted(ball, 2)})})), 4 * pi / 3 + 2 * pi, 0.06);
+  expect_contains(volume_interval(model::project(model::symmetric_difference({model::round_cylinder(2, 2, {1}), model::round_cylinder(2, 1, {1})}), {0, 1})), 3 * pi, 0.01);
+  expect_contains(volume_interval(model::minkowski(model::symmetric_difference({model::ball(2, 2), model::ball(2, 1)}), model::cuboid({0.5, 0.5}, true))),
+                  4 * pi + 0.25 + 4 * 2 * 0.5 - four_disks, 0.01);
+  // What was enclosed before is, too.
+  const auto round = model::minkowski(model::cuboid({1, 1}, true), model::ball(2, 1));
+  expect_contains(volume_interval(hull({model::symmetric_difference({round, model::ball(2, 1)})})), 5 + pi, 0.01);
+  // A union of differences doubles with each operand.
+  std::vector<Expression> many;
+  for (int i = 0; i < 14; ++i) many.push_back(shifted(ball, i));
+  EXPECT_THROW(volume_interval(hull({model::symmetric_difference(many)})), Error);
+
+  Seeded s;
+  const Real a = 0.25;
+  const auto shell = model::minkowski(model::symmetric_difference({model::ball(3, 1, 16), model::ball(3, 0.6, 16)}), model::cuboid({0.25, 0.25, 0.25}));
+  check_labels<3>(shell, 0, s.random, [&](const Point& x, Real margin) {  // the box x - [0, a]^3 meets the shell
+    Real nearest = 0, farthest = 0;
+    for (const Real c : x) {
+      nearest += std::pow(std::max({c - a, -c, Real{0}}), 2);
+      farthest += std::pow(std::max(std::fabs(c), std::fabs(c - a)), 2);
+    }
+    const Real depth = std::min(1 - std::sqrt(nearest), std::sqrt(farthest) - 0.6L);
+    return Where{depth > 0, std::fabs(depth) < margin};
+  });
+}
+
 /// At points: what is IN is in the solid, what is OUT is not.
 TEST(AnyDimension, EnclosedSumsAndHullsHaveTrueLabels) {
   Seeded s;
