@@ -1,6 +1,9 @@
 #include "enclosure.hpp"
 
+#include <algorithm>
 #include <optional>
+#include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -100,6 +103,30 @@ Expression with_facets(const Expression& solid, Facets facets, const CompileOpti
     }
     if (model::is_curved(*placed.primitive)) return put(faceted_primitive(*placed.primitive, dimension, options, around ? Facets::around : Facets::inside));
     return put(make(dimension, *placed.primitive));
+  });
+}
+
+std::string corners_of_circles(const std::vector<Expression>& solids) {
+  std::set<std::uint32_t> counts;
+  for (const Expression& solid : solids)
+    with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
+      if (is_truly_round(*placed.primitive)) counts.insert(corners_of_circles(*placed.primitive, placed.dimension));
+      return Expression(placed.dimension);
+    });
+  std::string text;
+  for (const std::uint32_t count : counts) text += (text.empty() ? "" : " and ") + std::to_string(count);
+  return text;
+}
+
+Expression with_fewer_corners(const Expression& solid, std::uint32_t corners) {
+  return with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
+    model::Primitive primitive = *placed.primitive;
+    const auto limit = [&](std::uint32_t& fineness) {
+      if (fineness == 0) fineness = std::min(corners, corners_of_circles(primitive, placed.dimension));
+    };
+    if (auto* torus = std::get_if<model::Torus>(&primitive)) limit(torus->fineness);
+    if (auto* round = std::get_if<model::Round>(&primitive); round != nullptr && is_truly_round(primitive)) limit(round->fineness);
+    return model::transform(placed.matrix, make(placed.dimension, std::move(primitive)));
   });
 }
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/model/expression.hpp"
 #include "faceting.hpp"
@@ -15,6 +19,12 @@ bool is_only_enclosed(const model::Expression& solid);
 /// A symmetric difference becomes a union of differences: what is surely in one of two and not in the other, or perhaps so.
 /// @throws bsp2::Error for curved solids without polytopes, and for symmetric differences of too many that are round.
 model::Expression with_facets(const model::Expression& solid, Facets facets, const CompileOptions& options);
+
+/// How many corners the circles of their polytopes have, as text: "64", or "64 and 128"; empty if nothing is round in them.
+std::string corners_of_circles(const std::vector<model::Expression>& solids);
+
+/// The same with circles of so many corners at most where nobody has said how many ($fn).
+model::Expression with_fewer_corners(const model::Expression& solid, std::uint32_t corners);
 
 /// What lies between two solids, as one: IN in the first, OUT outside of the second, FUZZY between.
 model::Expression between(const model::Expression& inside, const model::Expression& around, const CompileOptions& options);

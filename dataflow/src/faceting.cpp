@@ -21,6 +21,7 @@ using model::Expression;
 
 constexpr double surely = 1 + 1e-9;  // what is around stays so after rounding
 
+/// @param axes of the ball; a torus has three.
 std::uint32_t corners_around(std::uint32_t fineness, int axes) {
   if (fineness != 0) return fineness;
   return axes == 2 ? 128 : axes == 3 ? 64 : axes == 4 ? 12 : 8;
@@ -93,6 +94,12 @@ Expression of_segments(const model::Torus& torus, Facets facets) {
 }
 
 }  // namespace
+
+std::uint32_t corners_of_circles(const model::Primitive& primitive, int dimension) {
+  if (const auto* torus = std::get_if<model::Torus>(&primitive)) return corners_around(torus->fineness, 3);
+  const auto& round = std::get<model::Round>(primitive);
+  return corners_around(round.fineness, dimension - static_cast<int>(round.lengths.size()));
+}
 
 Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
   if (const auto* torus = std::get_if<model::Torus>(&primitive)) return of_segments(*torus, facets);

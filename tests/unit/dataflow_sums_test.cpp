@@ -112,6 +112,58 @@ TEST(AnyDimension, SymmetricDifferencesOfRoundSolidsAreEnclosedToo) {
   });
 }
 
+/// Only corners that some direction has in common are added: what is left out was no corner of the sum.
+TEST(AnyDimension, SumsOfManyCornersAreThoseOfAllPairs) {
+  Seeded s;
+  for (const bool on_sphere : {true, false}) {
+    std::vector<double> a, b, all;
+    for (int i = 0; i < (on_sphere ? 160 : 500); ++i)
+      for (auto* points : {&a, &b}) {
+        Point x{uniform(s.random, -1, 1), uniform(s.random, -1, 1), uniform(s.random, -1, 1)};
+        const Real size = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+        for (const Real c : x) points->push_back(static_cast<double>(on_sphere ? c / size : std::round(12 * c / size)));  // or near it on a grid, where much is coplanar
+      }
+    for (std::size_t i = 0; i < a.size(); i += 3)
+      for (std::size_t j = 0; j < b.size(); ++j) all.push_back(a[i + j % 3] + b[j]);
+    for (const auto* points : {&a, &b}) {
+      const Expression alone = model::convex_hull(3, *points);
+      EXPECT_GT(std::get<model::TriangleMesh>(std::get<model::Primitive>(alone.node().value)).points.size(), 100U);  // few pairs are added all
+    }
+    const double expected = volume_of(model::convex_hull(3, all));
+    EXPECT_NEAR(volume_of(model::minkowski(model::convex_hull(3, a), model::convex_hull(3, b))), expected, 1e-12 * expected);
+  }
+}
+
+/// A torus is 64 segments by itself. 2 pi^2 R r^2: a torus plus a ball is a thicker torus.
+TEST(AnyDimension, SumsOfToriEnd) {
+  expect_contains(volume_interval(model::minkowski(model::torus(2, 0.5, 16), model::ball(3, 0.25, 16))), 2 * pi * pi * 2 * 0.75 * 0.75, 0.4);
+  std::vector<Expression> row;
+  for (int i = 0; i < 10; ++i) row.push_back(model::transform(std::vector<double>{1, 0, 0, 2.0 * i, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));
+  const auto warnings = compile<3>(model::minkowski(model::torus(2, 0.5), model::unite(row)), {}).warnings;
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("640 pairs of convex parts are too many: circles get 48 corners"), std::string::npos) << warnings[0];
+  EXPECT_TRUE(compile<3>(model::minkowski(model::torus(2, 0.5, 12), model::ball(3, 0.3, 12)), {}).warnings.empty());
+}
+
+/// Constructs that are not monotone take polyhedra, and say which.
+TEST(AnyDimension, WarningsTellHowManyCornersCirclesHave) {
+  const auto warning_of = [](const Expression& e) {
+    const auto warnings = e.dimension() == 3 ? compile<3>(e, {}).warnings : compile<2>(e, {}).warnings;
+    EXPECT_EQ(warnings.size(), 1U);
+    return warnings.empty() ? std::string() : warnings[0];
+  };
+  const auto expect_corners = [&](const Expression& e, const std::string& text) {
+    const std::string warning = warning_of(e);
+    EXPECT_NE(warning.find("polyhedra in it" + text), std::string::npos) << warning;
+  };
+  const auto resized = [](const Expression& e) { return model::construct(model::Resize{{3, 3, 3}, {false, false, false}}, {e}); };
+  expect_corners(resized(model::ball(3, 1)), ", with 64 corners to a circle; $fn says how many");
+  expect_corners(resized(model::round_cylinder(2, 1, {1})), ", with 128 corners");
+  expect_corners(resized(model::unite({model::ball(3, 1), model::round_cylinder(2, 1, {1})})), ", with 64 and 128 corners");
+  expect_corners(resized(model::torus(2, 1, 20)), ", with 20 corners");
+  expect_corners(model::construct(model::Offset{0.5}, {model::ball(2, 1)}), ", with 128 corners");
+}
+
 /// At points: what is IN is in the solid, what is OUT is not.
 TEST(AnyDimension, EnclosedSumsAndHullsHaveTrueLabels) {
   Seeded s;
