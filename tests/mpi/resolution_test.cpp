@@ -343,6 +343,47 @@ TEST(Resume, GoesOnFromASnapshotWithTheCellsLeftWhereTheyAre) {
   expect_same(*resumed, *whole);
 }
 
+/// What constructs make of round solids lies between polytopes, and what nothing is known of stays FUZZY, also after a pause.
+TEST(Resume, EndsWithTheCellsOfAnUninterruptedRunWhereConstructsEncloseRoundSolids) {
+  const testing::TemporaryFolder folder;
+  const std::string model = model_in(folder, R"(
+    difference() {
+      minkowski() { cuboid([2, 1, 1]); ball(3, 0.5, $fn = 12); }
+      projective([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0.1, 0, 0, 1]]) torus(1, 0.3, $fn = 12);
+      hull() { symmetric_difference() { ball(3, 0.3, $fn = 12); cuboid([2, 0.2, 0.2]); } }
+      ball(3, 0.4);
+      projective([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0.2, 0, 1]])
+        nurbs(degree = [2, 1], points = [[[1, 0, 0.2], [1, 0, 0.4]], [[1, 1, 0.2], [1, 1, 0.4]], [[0, 1, 0.2], [0, 1, 0.4]]]);
+    })");
+  RunOptions options = options_for(model, 8);
+  options.collect = Collect::file;
+  options.boundary = options.contacts = false;
+  options.tolerance = 0.05;
+  const auto whole = together(options);
+  for (const std::uint64_t cells : {1U, 50U, 400U}) {
+    const testing::TemporaryFolder other;
+    const std::string name = snapshot_in(other);
+    RunOptions part = options;
+    part.snapshot = name;
+    part.cells = cells;
+    const auto stopped = together(part);
+    if (stopped) {
+      EXPECT_FALSE(stopped->report.complete);
+      EXPECT_GT(stopped->report.fuzzy_cells, 0U);
+    }
+    RunOptions rest = part;
+    rest.cells.reset();
+    rest.resume = name;
+    const auto resumed = together(rest);
+    if (!resumed) continue;
+    EXPECT_TRUE(resumed->report.complete);
+    EXPECT_GT(resumed->report.in_cells, 400U);
+    EXPECT_EQ(resumed->report.in_cells, whole->report.in_cells);
+    EXPECT_EQ(resumed->report.fuzzy_cells, whole->report.fuzzy_cells);
+    EXPECT_EQ(resumed->report.digest, whole->report.digest);
+  }
+}
+
 /// The angle and the eye are in the snapshot: attributes that all ranks write together.
 TEST(Resume, KeepsTheAngleAndTheEyeOfTheRun) {
   RunOptions options = options_for(example("mechanical_piece"), 8);
