@@ -30,6 +30,22 @@ bool is_truly_round(const model::Primitive& primitive) {
   return std::holds_alternative<model::Torus>(primitive) || (round != nullptr && round->sides == 0);
 }
 
+/// Nobody knows polytopes for it but by evaluating it.
+bool is_refined(const model::Primitive& primitive) {
+  return std::holds_alternative<model::Spline>(primitive) || std::holds_alternative<model::SubdivisionSurface>(primitive) || std::holds_alternative<model::Preimage>(primitive);
+}
+
+bool is_only_enclosed(const model::Primitive& primitive) { return is_truly_round(primitive) || is_refined(primitive) || is_undecided(primitive); }
+
+bool contains(const Expression& solid, bool (*is_meant)(const model::Primitive&)) {
+  bool found = false;
+  with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
+    found = found || is_meant(*placed.primitive);
+    return Expression(placed.dimension);
+  });
+  return found;
+}
+
 /// A solid in which no operand of a symmetric difference is round: where each primitive helps, or each takes away, and none does both.
 struct Ordered {
   Expression solid;
@@ -52,7 +68,7 @@ Expression by_differences(const Expression& solid) {
       .run(
           solid, [](const Expression&) -> std::optional<Ordered> { return std::nullopt; },
           [](const Node& node, std::vector<Ordered>&& images) -> Ordered {
-            if (const auto* primitive = std::get_if<model::Primitive>(&node.value)) return {make(node.dimension, *primitive), 1, is_truly_round(*primitive) || is_undecided(*primitive)};
+            if (const auto* primitive = std::get_if<model::Primitive>(&node.value)) return {make(node.dimension, *primitive), 1, is_only_enclosed(*primitive)};
             Ordered result{Expression(node.dimension), 0, false};
             std::vector<Expression> children;
             for (const Ordered& image : images) {
@@ -80,14 +96,9 @@ Expression by_differences(const Expression& solid) {
 
 }  // namespace
 
-bool is_only_enclosed(const Expression& solid) {
-  bool found = false;
-  with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
-    found = found || is_truly_round(*placed.primitive) || is_undecided(*placed.primitive);
-    return Expression(placed.dimension);
-  });
-  return found;
-}
+bool is_only_enclosed(const Expression& solid) { return contains(solid, is_only_enclosed); }
+
+bool is_refined(const Expression& solid) { return contains(solid, is_refined); }
 
 Expression with_facets(const Expression& solid, Facets facets, const CompileOptions& options) {
   return with_primitives_replaced(by_differences(solid), solid.dimension(), [&](const PlacedPrimitive& placed) -> Expression {

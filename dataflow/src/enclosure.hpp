@@ -12,12 +12,15 @@
 /// shadows and projective maps are monotone, so what they make of the solid lies between what they make of these two; between them cells stay FUZZY.
 namespace bsp2::dataflow {
 
-/// Whether there is anything in it that a construct can only enclose: truly round, or enclosed already.
+/// Whether there is anything in it that a construct can only enclose: truly round, a spline or the like, or enclosed already.
 bool is_only_enclosed(const model::Expression& solid);
+
+/// Whether there is anything in it that has no polytopes but its cells: splines, subdivision surfaces, and prisms and sections of what is curved.
+bool is_refined(const model::Expression& solid);
 
 /// The solid with polytopes in the place of what is round, all of them such that nothing is left out (Facets::around), or nothing is added (Facets::inside).
 /// A symmetric difference becomes a union of differences: what is surely in one of two and not in the other, or perhaps so.
-/// @throws bsp2::Error for curved solids without polytopes, and for symmetric differences of too many that are round.
+/// @throws bsp2::Error for symmetric differences of too many that are round.
 model::Expression with_facets(const model::Expression& solid, Facets facets, const CompileOptions& options);
 
 /// How many corners the circles of their polytopes have, as text: "64", or "64 and 128"; empty if nothing is round in them.

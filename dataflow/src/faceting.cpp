@@ -13,6 +13,7 @@
 #include "bsp2/model/builder.hpp"
 #include "nested.hpp"
 #include "placed_parts.hpp"
+#include "refined_parts.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -93,6 +94,12 @@ Expression of_segments(const model::Torus& torus, Facets facets) {
   return model::unite(std::move(segments));
 }
 
+Expression of_cells(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
+  std::vector<Expression> parts;
+  for (const Points& corners : refined_parts(primitive, dimension, options, facets)) parts.push_back(model::convex_hull(dimension, corners));
+  return united(dimension, std::move(parts));
+}
+
 }  // namespace
 
 std::uint32_t corners_of_circles(const model::Primitive& primitive, int dimension) {
@@ -103,10 +110,8 @@ std::uint32_t corners_of_circles(const model::Primitive& primitive, int dimensio
 
 Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
   if (const auto* torus = std::get_if<model::Torus>(&primitive)) return of_segments(*torus, facets);
-  if (std::holds_alternative<model::Preimage>(primitive))
-    throw Error("a section or product of a torus, cone or spline has no corners: hull, minkowski and the like cannot take it");
   const auto* round = std::get_if<model::Round>(&primitive);
-  if (round == nullptr) throw Error("a spline or a subdivision surface has no corners: hull, minkowski and the like cannot take it");
+  if (round == nullptr) return of_cells(primitive, dimension, options, facets);
   if (round->sides == 0) return of_corners(*round, dimension, options, facets);
   if (dimension == 2) return model::circle(round->bottom, round->sides);
   return round->lengths.empty() ? model::sphere(round->bottom, round->sides) : model::cylinder(round->lengths[0], round->bottom, round->top, round->sides);

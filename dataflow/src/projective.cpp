@@ -198,15 +198,6 @@ Expression image_of_cells(const std::vector<double>& matrix, const Expression& s
   throw Error(meets_infinity);
 }
 
-bool has_splines(const Expression& solid) {
-  bool found = false;
-  with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
-    found = found || std::holds_alternative<model::Spline>(*placed.primitive);
-    return Expression(placed.dimension);
-  });
-  return found;
-}
-
 }  // namespace
 
 Expression image_of(const model::ProjectiveMap& map, const std::vector<Expression>& operands, const ConstructContext& context) {
@@ -219,7 +210,6 @@ Expression image_of(const model::ProjectiveMap& map, const std::vector<Expressio
   });
   if (is_possible) return image;
   // A primitive reaches too far; perhaps what is left of it does not.
-  if (has_splines(operand)) throw Error(meets_infinity);
   if (!is_only_enclosed(operand)) return image_of_cells(map.matrix, context.faceted(operand), context);
   const auto image_with = [&](Facets facets) { return image_of_cells(map.matrix, with_facets(operand, facets, context.options), context); };
   return between(image_with(Facets::inside), image_with(Facets::around), context.options);

@@ -138,6 +138,8 @@ class Resolver {
       return image_of(construct, std::move(polytopes));
     };
     if (is_monotone(construct)) return between(image_with(Facets::inside), image_with(Facets::around), options_);
+    if (std::any_of(operands.begin(), operands.end(), is_refined))
+      throw Error(std::string(bounded_operands(construct)) + ": a spline, a subdivision surface, or a section or product of something curved has no corners");
     const std::string corners = corners_of_circles(operands);
     warnings_.push_back(std::string(bounded_operands(construct)) + ": what is round in it is taken as polyhedra in it" +
                         (corners.empty() ? "" : ", with " + corners + " corners to a circle; $fn says how many"));
