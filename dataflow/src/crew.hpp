@@ -88,6 +88,9 @@ class Worker {
   void count(const Outcome<D>& outcome, const geometry::Moments<D>& moments);
   void flush();
   void count_decided(std::uint16_t level);
+  void grow(std::int64_t cells);
+  /// Whether it is a cell of the mesh: what is OUT goes, unless somebody wants it.
+  [[nodiscard]] bool stays(geometry::Label label) const { return label != geometry::Label::out || crew_.options.keep_out; }
 };
 
 template <int D>
@@ -106,7 +109,7 @@ class Crew {
   Pool<Token<D>> first_tokens;
   std::atomic<std::size_t> open_regions{0};
   std::atomic<unsigned> running{0};
-  std::atomic<std::uint64_t> emitted{0};  // counted where there is a limit
+  std::atomic<std::int64_t> grown{0};  // by so many the cells, decided or not, have become more; counted where there is a limit
   std::atomic<bool> stop{false};   // leave the rest as it is
   std::atomic<bool> fired{false};  // something has been done: no step, however short, does nothing but unfold frontiers
   std::atomic<bool> abort{false};  // leave everything: an exception was thrown

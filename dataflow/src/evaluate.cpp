@@ -62,7 +62,7 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
     if (crew.options.interrupted && crew.options.interrupted()) crew.stop = true;
     if (now - last_progress > std::chrono::milliseconds(100)) {
       last_progress = now;
-      for (Consumer* consumer : consumers) consumer->progress(std::min(1.0, decided), cells);
+      for (Consumer* consumer : consumers) consumer->progress(std::min(1.0, decided), cells, crew.grown.load(std::memory_order_relaxed));
     }
   }
 }

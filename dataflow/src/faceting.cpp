@@ -13,6 +13,7 @@
 #include "bsp2/model/builder.hpp"
 #include "nested.hpp"
 #include "placed_parts.hpp"
+#include "refined_parts.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -21,6 +22,7 @@ using model::Expression;
 
 constexpr double surely = 1 + 1e-9;  // what is around stays so after rounding
 
+/// @param axes of the ball; a torus has three.
 std::uint32_t corners_around(std::uint32_t fineness, int axes) {
   if (fineness != 0) return fineness;
   return axes == 2 ? 128 : axes == 3 ? 64 : axes == 4 ? 12 : 8;
@@ -92,14 +94,24 @@ Expression of_segments(const model::Torus& torus, Facets facets) {
   return model::unite(std::move(segments));
 }
 
+Expression of_cells(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
+  std::vector<Expression> parts;
+  for (const Points& corners : refined_parts(primitive, dimension, options, facets)) parts.push_back(model::convex_hull(dimension, corners));
+  return united(dimension, std::move(parts));
+}
+
 }  // namespace
+
+std::uint32_t corners_of_circles(const model::Primitive& primitive, int dimension) {
+  if (const auto* torus = std::get_if<model::Torus>(&primitive)) return corners_around(torus->fineness, 3);
+  const auto& round = std::get<model::Round>(primitive);
+  return corners_around(round.fineness, dimension - static_cast<int>(round.lengths.size()));
+}
 
 Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
   if (const auto* torus = std::get_if<model::Torus>(&primitive)) return of_segments(*torus, facets);
-  if (std::holds_alternative<model::Preimage>(primitive))
-    throw Error("a section or product of a torus, cone or spline has no corners: hull, minkowski and the like cannot take it");
   const auto* round = std::get_if<model::Round>(&primitive);
-  if (round == nullptr) throw Error("a spline or a subdivision surface has no corners: hull, minkowski and the like cannot take it");
+  if (round == nullptr) return of_cells(primitive, dimension, options, facets);
   if (round->sides == 0) return of_corners(*round, dimension, options, facets);
   if (dimension == 2) return model::circle(round->bottom, round->sides);
   return round->lengths.empty() ? model::sphere(round->bottom, round->sides) : model::cylinder(round->lengths[0], round->bottom, round->top, round->sides);

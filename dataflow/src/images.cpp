@@ -1,4 +1,4 @@
-// Shadows, sections and projective images of solids.
+// Shadows and sections of solids.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -16,8 +16,6 @@ namespace bsp2::dataflow {
 using model::Expression;
 
 namespace {
-
-// --- sections --------------------------------------------------------------------------------------------------------------------
 
 /// Rows of the map from a section's space to the own space of what is placed there, constants last: the inverse of the placement.
 std::vector<std::vector<Real>> rows_into_primitive(const model::Section& section, const PlacedPrimitive& placed) {
@@ -229,48 +227,6 @@ Expression section_of_hull(const model::Section& section, const Points& corners,
   return model::convex_hull(dimension - 1, cut);
 }
 
-// --- projective maps -------------------------------------------------------------------------------------------------------------
-
-/// The images of points; nothing if one of them is not on the positive side of the plane at infinity.
-std::optional<Points> mapped(const std::vector<double>& matrix, const Points& points, std::size_t d) {
-  Points images;
-  for (std::size_t p = 0; p < points.size(); p += d) {
-    std::vector<Real> y(d + 1);
-    for (std::size_t i = 0; i <= d; ++i) {
-      y[i] = static_cast<Real>(matrix[i * (d + 1) + d]);
-      for (std::size_t j = 0; j < d; ++j) y[i] += static_cast<Real>(matrix[i * (d + 1) + j]) * static_cast<Real>(points[p + j]);
-    }
-    if (!(y[d] > 0)) return std::nullopt;
-    for (std::size_t i = 0; i < d; ++i) images.push_back(static_cast<double>(y[i] / y[d]));
-  }
-  return images;
-}
-
-/// The image of a placed ball, an ellipsoid, by its dual quadric; nothing if the plane at infinity meets it.
-std::optional<Expression> mapped_ball(const std::vector<double>& matrix, const PlacedPrimitive& ball) {
-  const std::size_t d = size(ball.dimension), n = d + 1;
-  const Affine place(d, ball.matrix);
-  std::vector<Real> h(n * n);
-  const auto radius = static_cast<Real>(ball_of(*ball.primitive)->bottom);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t k = 0; k < n; ++k)
-      for (std::size_t j = 0; j < n; ++j) h[i * n + j] += static_cast<Real>(matrix[i * n + k]) * static_cast<Real>(place.at(k, j)) * (j < d ? radius : 1);
-  Real slope = 0;
-  for (std::size_t j = 0; j < d; ++j) slope += h[d * n + j] * h[d * n + j];
-  if (!(h[d * n + d] > 0) || !(h[d * n + d] * h[d * n + d] > slope)) return std::nullopt;
-  // C = H diag(1, ..., 1, -1) H^T; of an ellipsoid around m with square Q it is a multiple of [Q - m m^T, -m; -m^T, -1].
-  std::vector<Real> c(n * n);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j)
-      for (std::size_t k = 0; k < n; ++k) c[i * n + j] += h[i * n + k] * h[j * n + k] * (k < d ? 1 : -1);
-  const Real scale = -c[d * n + d];
-  std::vector<Real> centre(d), square(d * d);
-  for (std::size_t i = 0; i < d; ++i) centre[i] = -c[i * n + d] / scale;
-  for (std::size_t i = 0; i < d; ++i)
-    for (std::size_t j = 0; j < d; ++j) square[i * d + j] = c[i * n + j] / scale + centre[i] * centre[j];
-  return ellipsoid(centre, std::move(square));
-}
-
 }  // namespace
 
 Expression image_of(const model::Shadow& shadow, const std::vector<Expression>& operands, const ConstructContext& context) {
@@ -303,40 +259,6 @@ Expression image_of(const model::Section& section, const std::vector<Expression>
     const Expression cut = united(placed.dimension - 1, std::move(parts));
     return polytope != nullptr && polytope->undecided ? undecided(cut, context.options) : cut;
   });
-}
-
-Expression image_of(const model::ProjectiveMap& map, const std::vector<Expression>& operands, const ConstructContext& context) {
-  const Expression operand = of_polytopes_and_balls(operands[0], context);
-  const std::size_t d = size(operand.dimension());
-  bool is_possible = true;
-  const Expression image = with_primitives_replaced(operand, operand.dimension(), [&](const PlacedPrimitive& placed) {
-    std::vector<Expression> parts;
-    if (ball_of(*placed.primitive) != nullptr) {
-      const auto mapped_one = mapped_ball(map.matrix, placed);
-      is_possible = is_possible && mapped_one;
-      if (mapped_one) parts.push_back(*mapped_one);
-    } else {
-      for_convex_parts(placed, context, [&](const Points& corners) {
-        const auto points = mapped(map.matrix, corners, d);
-        is_possible = is_possible && points;
-        if (points) parts.push_back(model::convex_hull(static_cast<int>(d), *points));
-      });
-    }
-    return united(static_cast<int>(d), std::move(parts));
-  });
-  if (is_possible) return image;
-  const char* const reason =
-      "projective: the plane at infinity meets the solid: the last row of the matrix has to give a value above 0 in all of it; cut away what is on the other "
-      "side, or change the sign of the matrix";
-  if (!operand.node().faceted) throw Error(reason);
-  // A primitive reaches too far; perhaps what is left of it does not.
-  std::vector<Expression> parts;
-  for (const Points& part : convex_parts(operand, context.options)) {
-    const auto points = mapped(map.matrix, part, d);
-    if (!points) throw Error(reason);
-    parts.push_back(model::convex_hull(static_cast<int>(d), *points));
-  }
-  return united(static_cast<int>(d), std::move(parts));
 }
 
 }  // namespace bsp2::dataflow

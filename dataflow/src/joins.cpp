@@ -41,7 +41,7 @@ geometry::Moments<D> below_zero(const Cell<D>& cell, const geometry::Moments<D>&
 template <int D>
 bool Worker<D>::needs_cell(const Frontier::Node& node) const {
   if (node.kind == Frontier::Kind::emitted || node.kind == Frontier::Kind::elsewhere) return false;
-  return node.kind != Frontier::Kind::held || node.label != Label::out || crew_.options.keep_out;
+  return node.kind != Frontier::Kind::held || stays(node.label);
 }
 
 /// Takes one node of a frontier up again: a split becomes a join and its halves, what is decided goes where it would have
@@ -144,6 +144,7 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
     if (same) {
       whole.label = a.label;
       whole.cell = std::move(join.cell);
+      if (stays(whole.label)) grow(-1);
       return whole;
     }
   }
@@ -206,7 +207,6 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   totals.digest.add(cells, cells.size() - 1);
   const std::uint64_t number = emitted++;
   decided_cells.store(emitted, std::memory_order_relaxed);
-  if (options.cells && crew_.emitted.fetch_add(1, std::memory_order_relaxed) + 1 >= *options.cells) crew_.stop = true;
   if (cells.size() >= cells_per_batch) flush();
   return crew_.codes.cell(index, number);
 }
@@ -245,13 +245,22 @@ void Worker<D>::count_decided(std::uint16_t level) {
   if (level < 60) decided.fetch_add((std::uint64_t{1} << 60) >> level, std::memory_order_relaxed);
 }
 
+/// There are so many cells more now, decided or not. Once there are enough, all stop.
+template <int D>
+void Worker<D>::grow(std::int64_t cells) {
+  if (!crew_.options.cells || cells == 0) return;
+  const std::int64_t grown = crew_.grown.fetch_add(cells, std::memory_order_relaxed) + cells;
+  if (cells > 0 && grown >= 0 && static_cast<std::uint64_t>(grown) >= *crew_.options.cells) crew_.stop = true;
+}
+
 #define BSP2_INSTANTIATE(D)                                                             \
   template Token<D>* Worker<D>::unfold(Token<D>*);                                      \
   template void Worker<D>::finish(Join<D>*, std::uint8_t, std::uint32_t, Outcome<D>);   \
   template std::int64_t Worker<D>::settle(Outcome<D>&, std::uint32_t);                  \
   template std::int64_t Worker<D>::emit(Outcome<D>&, std::uint32_t);                    \
   template void Worker<D>::flush();                                                     \
-  template void Worker<D>::count_decided(std::uint16_t);
+  template void Worker<D>::count_decided(std::uint16_t);                                \
+  template void Worker<D>::grow(std::int64_t);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

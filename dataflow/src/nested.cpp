@@ -10,6 +10,7 @@
 
 #include "bsp2/dataflow/consumer.hpp"
 #include "bsp2/dataflow/evaluate.hpp"
+#include "bsp2/dataflow/partition.hpp"
 #include "bsp2/geometry/covector.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/model/builder.hpp"
@@ -253,9 +254,10 @@ class CellMerger {
 };
 
 template <int D, typename Visit>
-void for_each_cell(const std::vector<geometry::CellBatch>& batches, Visit&& visit) {
+void for_each_cell(const std::vector<geometry::CellBatch>& batches, geometry::Label label, Visit&& visit) {
   for (const geometry::CellBatch& batch : batches)
     for (std::size_t cell = 0; cell < batch.size(); ++cell) {
+      if (batch.label[cell] != label) continue;
       const auto numbers = batch.cell_points(cell);
       PointSet<D> points(numbers.size() / D);
       for (std::size_t i = 0; i < numbers.size(); ++i) points[i / D][i % D] = numbers[i];
@@ -263,21 +265,39 @@ void for_each_cell(const std::vector<geometry::CellBatch>& batches, Visit&& visi
     }
 }
 
+/// The IN cells.
+template <int D>
+std::vector<PointSet<D>> merged(const std::vector<geometry::CellBatch>& batches) {
+  std::vector<typename CellMerger<D>::Item> items;
+  for_each_cell<D>(batches, geometry::Label::in, [&](PointSet<D> points, double volume) {
+    std::array<double, D> centre{};
+    for (const auto& point : points)
+      for (int i = 0; i < D; ++i) centre[i] += point[i] / static_cast<double>(points.size());
+    items.push_back({std::move(points), centre, volume});
+  });
+  return CellMerger<D>().run(std::move(items));
+}
+
+/// The IN cells, and with a refinement those that it leaves FUZZY.
+template <int D>
+std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options, const Fineness* fineness) {
+  const Network<D> network = compile<D>(solid, {.coincidence = options.coincidence});  // without places: its parts are numbered by themselves
+  if (network.program.empty()) return {};
+  std::vector<Region<D>> regions = partition(network, fineness != nullptr ? fineness->cuts : 0).regions;
+  CellCollector collector;
+  Consumer* const consumers[] = {&collector};
+  EvaluateOptions how;
+  how.keep_fuzzy = fineness != nullptr;
+  if (fineness != nullptr) how.tolerance = fineness->thickness * network.table.width();
+  evaluate<D>(network, std::move(regions), how, consumers);
+  return std::move(collector.batches);
+}
+
 }  // namespace
 
 template <int D>
 std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options) {
-  const Network<D> network = compile<D>(solid, {.coincidence = options.coincidence});  // without places: its parts are numbered by themselves
-  if (network.program.empty()) return {};
-  std::vector<Region<D>> regions(1);
-  regions[0].cell = geometry::root_cell<D>(network.table);
-  regions[0].program = network.program;
-  CellCollector collector;
-  Consumer* const consumers[] = {&collector};
-  EvaluateOptions how;
-  how.keep_fuzzy = false;
-  evaluate<D>(network, std::move(regions), how, consumers);
-  return std::move(collector.batches);
+  return evaluate_cells<D>(solid, options, nullptr);
 }
 
 bool is_convex(const model::Primitive& primitive) {
@@ -295,7 +315,7 @@ PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions
     }
     return all;
   }
-  for_each_cell<D>(evaluate_cells<D>(solid, options), [&](PointSet<D> points, double) { all.insert(all.end(), points.begin(), points.end()); });
+  for_each_cell<D>(evaluate_cells<D>(solid, options), geometry::Label::in, [&](PointSet<D> points, double) { all.insert(all.end(), points.begin(), points.end()); });
   return all;
 }
 
@@ -308,14 +328,7 @@ std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const Comp
     for (const auto& occurrence : lowered.occurrences) parts.push_back(placed_corners(occurrence));
     return parts;
   }
-  std::vector<typename CellMerger<D>::Item> items;
-  for_each_cell<D>(evaluate_cells<D>(solid, options), [&](PointSet<D> points, double volume) {
-    std::array<double, D> centre{};
-    for (const auto& point : points)
-      for (int i = 0; i < D; ++i) centre[i] += point[i] / static_cast<double>(points.size());
-    items.push_back({std::move(points), centre, volume});
-  });
-  return CellMerger<D>().run(std::move(items));
+  return merged<D>(evaluate_cells<D>(solid, options));
 }
 
 namespace {
@@ -392,6 +405,16 @@ bool is_union(const model::Expression& solid) {
 
 Points spanning_points(const model::Expression& solid, const CompileOptions& options) {
   return in_its_dimension(solid, [&](auto d) { return flat(spanning_points<d()>(solid, options)); });
+}
+
+RefinedCells refined_cells(const model::Expression& solid, const Fineness& fineness, const CompileOptions& options) {
+  return in_its_dimension(solid, [&](auto d) {
+    const auto batches = evaluate_cells<d()>(solid, options, &fineness);
+    RefinedCells cells;
+    for (const auto& part : merged<d()>(batches)) cells.in.push_back(flat(part));
+    for_each_cell<d()>(batches, geometry::Label::fuzzy, [&](const PointSet<d()>& points, double) { cells.fuzzy.push_back(flat(points)); });
+    return cells;
+  });
 }
 
 std::vector<Points> convex_parts(const model::Expression& solid, const CompileOptions& options) {

@@ -24,6 +24,20 @@ bool is_convex(const model::Primitive& primitive);
 /// Points of any dimension, one after the other.
 using Points = std::vector<double>;
 
+/// Corners of cells, one cell after the other.
+struct RefinedCells {
+  std::vector<Points> in, fuzzy;  ///< IN cells are put together where their union is convex
+};
+
+/// How far a curved solid is refined.
+struct Fineness {
+  double thickness;  ///< of FUZZY cells, as a share of the side of the root cell
+  unsigned cuts;     ///< into 2^cuts regions at first: FUZZY cells may be thin and long, but none is longer than its region
+};
+
+/// The cells of a curved solid.
+RefinedCells refined_cells(const model::Expression& solid, const Fineness& fineness, const CompileOptions& options);
+
 /// Points whose convex hull is that of the solid.
 template <int D>
 PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions& options);

@@ -129,16 +129,45 @@ class Resolver {
   }
 
   /// What it makes of operands that it cannot take as they are.
-  Expression enclosed_image_of(const model::Construct& construct, const std::vector<Expression>& operands) {
+  Expression enclosed_image_of(const model::Construct& construct, std::vector<Expression> operands) {
     if (takes_these(construct, operands)) return std::visit([&](const auto& what) { return construct_of(what, operands); }, construct);
+    if (std::holds_alternative<model::MinkowskiSum>(construct)) limit_pairs(operands);
     const auto image_with = [&](Facets facets) {
       std::vector<Expression> polytopes;
       for (const Expression& operand : operands) polytopes.push_back(with_facets(operand, facets, options_));
       return image_of(construct, std::move(polytopes));
     };
     if (is_monotone(construct)) return between(image_with(Facets::inside), image_with(Facets::around), options_);
-    warnings_.push_back(std::string(bounded_operands(construct)) + ": what is round in it is taken as polyhedra in it, with 128 corners to a circle of the plane and 64 in space, or as many as its $fn says");
+    if (std::any_of(operands.begin(), operands.end(), is_refined))
+      throw Error(std::string(bounded_operands(construct)) + ": a spline, a subdivision surface, or a section or product of something curved has no corners");
+    const std::string corners = corners_of_circles(operands);
+    warnings_.push_back(std::string(bounded_operands(construct)) + ": what is round in it is taken as polyhedra in it" +
+                        (corners.empty() ? "" : ", with " + corners + " corners to a circle; $fn says how many"));
     return image_with(Facets::inside);
+  }
+
+  /// Each pair of convex parts has a sum: two tori of 64 segments each take many minutes. So operands get fewer corners where that makes fewer pairs.
+  void limit_pairs(std::vector<Expression>& operands) {
+    constexpr std::size_t most_pairs = 600;
+    const auto pairs_of = [&](const std::vector<Expression>& solids) {
+      std::size_t product = 1;
+      for (const Expression& solid : solids) product *= convex_parts(with_facets(solid, Facets::inside, options_), options_).size();
+      return product;
+    };
+    const std::size_t at_first = pairs_of(operands);
+    if (at_first <= most_pairs) return;
+    const std::vector<Expression> given = operands;
+    for (const std::uint32_t corners : {48U, 32U, 24U, 16U}) {
+      std::vector<Expression> coarser;
+      for (const Expression& operand : given) coarser.push_back(with_fewer_corners(operand, corners));
+      const std::size_t now = pairs_of(coarser);
+      if (now >= at_first) return;
+      operands = std::move(coarser);
+      if (now > most_pairs && corners > 16) continue;
+      warnings_.push_back("minkowski: " + std::to_string(at_first) + " pairs of convex parts are too many: circles get " + std::to_string(corners) +
+                          " corners at most where $fn does not say how many");
+      return;
+    }
   }
 
   /// Whether it makes of a larger solid a larger one, up to nothing but rounding.
@@ -157,7 +186,7 @@ class Resolver {
   /// Whether it knows the image of all that is round in its operands.
   static bool takes_these(const model::Construct& construct, const std::vector<Expression>& operands) {
     if (std::holds_alternative<model::Hull>(construct)) return is_convex_primitive(operands[0]);
-    if (std::holds_alternative<model::ProjectiveMap>(construct)) return is_of_polytopes_and_balls(operands[0]);
+    if (std::holds_alternative<model::ProjectiveMap>(construct)) return true;
     if (std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Sweep>(construct)) return is_union(operands[0]) && is_of_polytopes_and_balls(operands[0]);
     return false;
   }

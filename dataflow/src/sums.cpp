@@ -9,6 +9,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/bounds.hpp"
 #include "bsp2/model/builder.hpp"
+#include "convex_sum.hpp"
 #include "placed_parts.hpp"
 
 namespace bsp2::dataflow {
@@ -17,7 +18,7 @@ using model::Expression;
 
 namespace {
 
-/// Points of a sum of two convex sets before its hull is taken: 1.2 GB of them in space.
+/// Pairs of corners of two convex sets, whose sums may be corners of theirs.
 constexpr std::size_t most_sums = 50'000'000;
 
 Expression sum_of_parts(const std::vector<Points>& a, const std::vector<Points>& b, int dimension, const char* what) {
@@ -28,11 +29,7 @@ Expression sum_of_parts(const std::vector<Points>& a, const std::vector<Points>&
       if (q.size() / d > most_sums / (p.size() / d))
         throw Error(std::string(what) + ": operands of " + std::to_string(p.size() / d) + " and " + std::to_string(q.size() / d) +
                     " points have too many sums; give them fewer sides");
-      Points points;
-      points.reserve(p.size() * (q.size() / d));
-      for (std::size_t i = 0; i < p.size(); i += d)
-        for (std::size_t j = 0; j < q.size(); ++j) points.push_back(p[i + j % d] + q[j]);
-      sums.push_back(model::convex_hull(dimension, points));
+      sums.push_back(model::convex_hull(dimension, sums_of_corners(dimension, p, q)));
     }
   return united(dimension, std::move(sums));
 }

@@ -125,6 +125,7 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     }
     outcome.label = answer.label;
     outcome.part = answer.part;
+    if (!stays(answer.label)) grow(-1);
   }
   if (left && crew_.options.suspend) {
     outcome.form = Form::suspended_token;
@@ -170,6 +171,7 @@ template <int D>
 Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& plane) {
   const bool need_out = crew_.options.keep_out;
   std::array<bool, 2> built{need_out || !plane.negative_is_out, need_out || !plane.positive_is_out};
+  grow(built[0] + built[1] - 1);
   Join<D>* join = join_of(*token, plane.hyperplane);
   std::array<Cell<D>, 2> halves;
   cut(token->cell, plane.hyperplane, built, halves);
@@ -220,12 +222,13 @@ bool Worker<D>::may_clip(const Token<D>& token, const typename Localizer<D>::Cut
 /// Cuts along the last operand until all is decided. The cells are those that `split` would find one by one.
 template <int D>
 Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut) {
-  const auto is_built = [&](const Answer& answer) { return answer.label != Label::out || crew_.options.keep_out; };
   clipper_.load(token->cell);
   Outcome<D> outcome;
   outcome.level = token->level;
-  if (cut_along(cut.last_planes, is_built(cut.beyond))) {
+  if (cut_along(cut.last_planes, stays(cut.beyond.label))) {
     outcome.form = Form::subtree;
+    const std::size_t cells = (stays(cut.behind.label) ? 1 : 0) + (stays(cut.beyond.label) ? pieces_.size() : 0);
+    grow(static_cast<std::int64_t>(cells) - 1);
     outcome.tree = settle_pieces(*token, cut);
     count_decided(token->level);
     finish(token->parent, token->side, token->region, std::move(outcome));
@@ -233,6 +236,7 @@ Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut
     tokens_.give(token);
     return nullptr;
   }
+  if (!stays(cut.beyond.label)) grow(-1);
   outcome.label = cut.beyond.label;  // nothing is inside: no cut was needed
   outcome.part = cut.beyond.part;
   outcome.cell = std::move(token->cell);
@@ -284,7 +288,7 @@ std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Loca
   outcome.label = cut.behind.label;
   outcome.part = cut.behind.part;
   outcome.level = static_cast<std::uint16_t>(token.level + pieces_.size());
-  if (outcome.label != Label::out || crew_.options.keep_out) outcome.cell = clipper_.cell();
+  if (stays(outcome.label)) outcome.cell = clipper_.cell();
   std::int64_t tree = settle(outcome, token.region);
   outcome.form = Form::cell;
   outcome.label = cut.beyond.label;

@@ -10,12 +10,13 @@ constexpr char a_status = 'S';  // messages of a stream begin with other letters
 
 }  // namespace
 
-void Contact::progress(double done, std::uint64_t cells) {
+void Contact::progress(double done, std::uint64_t cells, std::int64_t grown) {
   mine_.done = std::min(done, share_);
   if (!done_at_first_) done_at_first_ = mine_.done;
   mine_.gained = mine_.done - *done_at_first_;
   mine_.left = share_ - mine_.done;
   mine_.cells = cells;
+  mine_.grown = grown;
   if (ranks_.count() == 1) {
     if (report_) report_(mine_.done, mine_.cells);
     return;
@@ -72,6 +73,7 @@ void Contact::listen() {
   for (const Status& status : take_messages()) {
     sum.done += status.done;
     sum.cells += status.cells;
+    sum.grown += status.grown;
     sum.passed_on = sum.passed_on || status.passed_on;
     sum.full = sum.full || status.full;
     all_finished = all_finished && status.finished;
@@ -86,7 +88,7 @@ void Contact::listen() {
     constexpr double worth_moving = 0.25;
     shall_move_ = limits_.move_after_seconds && one_finished && passed >= *limits_.move_after_seconds &&
                   longest_to_come >= worth_moving * std::max(passed, *limits_.move_after_seconds);
-    is_over_ = shall_move_ || (limits_.cells && sum.cells >= *limits_.cells);
+    is_over_ = shall_move_ || (limits_.cells && sum.grown >= 0 && static_cast<std::uint64_t>(sum.grown) >= *limits_.cells);
   }
   if (report_ && ranks_.is_master()) report_(std::min(1.0, sum.done), sum.cells);
 }

@@ -23,7 +23,7 @@ class Contact : public dataflow::Consumer {
 
   struct Limits {
     std::optional<double> move_after_seconds;  ///< then a rank without work may end the step; none: never
-    std::optional<std::uint64_t> cells;        ///< of all ranks together
+    std::optional<std::uint64_t> cells;        ///< by which those of all ranks together may grow
   };
 
   /// @param share of space that this rank computes, as `progress` counts it.
@@ -32,7 +32,7 @@ class Contact : public dataflow::Consumer {
       : ranks_(ranks), share_(share), limits_(limits), report_(std::move(report)), stream_(stream) {}
 
   void consume(const std::shared_ptr<const dataflow::Refinement>&) override {}
-  void progress(double done, std::uint64_t cells) override;
+  void progress(double done, std::uint64_t cells, std::int64_t grown) override;
   /// The work of this rank is done; waits until that of all is. Collective.
   void finish();
   /// The ranks have agreed to end the step before its time: one has nothing left to do, or there are cells enough.
@@ -46,7 +46,8 @@ class Contact : public dataflow::Consumer {
     double seconds = 0;             ///< since the step began
     double gained = 0, left = 0;    ///< share of space that was decided since, and that is undecided
     double done = 0;                ///< likewise, in all
-    std::uint64_t cells = 0;
+    std::uint64_t cells = 0;        ///< that are decided
+    std::int64_t grown = 0;         ///< cells that are more than at the beginning, decided or not
     bool finished = false;
     bool passed_on = false;         ///< cells come with this that have still some way to go
     bool full = false;              ///< the stream, on the master

@@ -58,7 +58,7 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
 /// Why the loop goes on or ends, the same on all ranks.
 struct StepEnd {
   bool stopped = false, interrupted = false;  // on some rank
-  std::uint64_t cells = 0;                    // finished, on all ranks
+  std::uint64_t cells = 0;                    // on all ranks, undecided ones counted; where there is a limit
   bool last = false;
 };
 
@@ -67,29 +67,40 @@ std::uint64_t finished_cells(const Progress<D>& progress) {
   return progress.totals.in_cells + progress.totals.fuzzy_cells + progress.totals.out_cells;
 }
 
+/// The cells of this rank if the run ended now.
+template <int D>
+std::uint64_t cells_now(const Progress<D>& progress, bool keep_out) {
+  std::uint64_t cells = finished_cells(progress);
+  for (const auto& region : progress.partition.regions) cells += region.cells_left(keep_out);
+  return cells;
+}
+
+/// Whether there are about as many cells as were asked for: cells that turn out alike, and are given back as one while the workers stop, do no harm.
+bool are_enough(std::uint64_t cells, const RunOptions& options) { return options.cells && cells >= *options.cells - *options.cells / 64; }
+
 /// What all ranks say after a computation superstep. Collective.
 template <int D>
 StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& progress, bool stopped, unsigned steps_done) {
   const bool interrupted = options.interrupted && options.interrupted();
   StepEnd end;
-  for (const auto& answer : all_gather(ranks, std::vector<std::uint64_t>{stopped, interrupted, finished_cells(progress)})) {
+  const std::uint64_t cells = options.cells ? cells_now(progress, options.keep_out) : 0;
+  for (const auto& answer : all_gather(ranks, std::vector<std::uint64_t>{stopped, interrupted, cells})) {
     end.stopped = end.stopped || answer[0] != 0;
     end.interrupted = end.interrupted || answer[1] != 0;
     end.cells += answer[2];
   }
   const unsigned only = options.budget_seconds && !options.snapshot && !options.on_frame ? 1 : ~0U;
-  end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || (options.cells && end.cells >= *options.cells);
+  end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || are_enough(end.cells, options);
   end.interrupted = end.interrupted && end.stopped;
   return end;
 }
 
 /// The options of one computation superstep. Without a budget, a step that ends with a snapshot is long against the time
 /// that the last one took to write.
-RunOptions options_of_step(const RunOptions& options, std::uint64_t cells, double snapshot_seconds) {
+RunOptions options_of_step(const RunOptions& options, double snapshot_seconds) {
   constexpr double shortest = 30, share = 20;
   RunOptions step = options;
   if (options.snapshot && !options.budget_seconds) step.budget_seconds = std::max(shortest, share * snapshot_seconds);
-  if (options.cells) step.cells = *options.cells > cells ? *options.cells - cells : 0;
   return step;
 }
 
@@ -113,7 +124,7 @@ Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<
 /// What ranks have done in the rounds of a step so far.
 struct Rounds {
   double seconds = 0;        ///< of the slowest
-  std::uint64_t cells = 0;
+  std::uint64_t cells = 0;   ///< undecided ones counted; where there is a limit
   unsigned unfinished = 0;   ///< ranks that have something left
   bool interrupted = false;  ///< on some rank
 
@@ -136,28 +147,28 @@ Rounds ask_all(Ranks& ranks, const Rounds& mine) {
 }
 
 /// One computation superstep. It has several rounds if a rank has nothing left to do before the others, or cells enough before
-/// all together have: then regions move.
+/// all together have: then regions move. @param cells that all ranks have, undecided ones counted, where there is a limit.
 template <int D>
 bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region, const RunOptions& options,
-             unsigned threads, CellStream* stream) {
+             std::uint64_t cells, unsigned threads, CellStream* stream) {
   const auto start = Clock::now();
-  const std::uint64_t cells_before = finished_cells(progress);
   ++progress.steps;
   RunOptions round = options;
   for (auto active = static_cast<unsigned>(ranks.count());;) {
     std::optional<std::uint64_t> quota;
+    if (options.cells) round.cells = *options.cells > cells ? *options.cells - cells : 0;
     if (round.cells) quota = std::max<std::uint64_t>(1, (*round.cells + active - 1) / active);
     const auto computed = compute(ranks, network, progress, round, threads, quota, stream);
     const bool stopped = computed.evaluation.stopped;
     if (ranks.count() == 1 || (!computed.shall_move && !options.cells)) return stopped;
     const bool unfinished = stopped && !progress.partition.regions.empty();
-    const Rounds all = ask_all(ranks, {std::chrono::duration<double>(Clock::now() - start).count(), finished_cells(progress) - cells_before, unfinished ? 1U : 0U,
+    const Rounds all = ask_all(ranks, {std::chrono::duration<double>(Clock::now() - start).count(), options.cells ? cells_now(progress, options.keep_out) : 0, unfinished ? 1U : 0U,
                                        options.interrupted && options.interrupted()});
-    if (all.unfinished == 0 || all.interrupted || (options.budget_seconds && all.seconds >= *options.budget_seconds) || (options.cells && all.cells >= *options.cells))
+    if (all.unfinished == 0 || all.interrupted || (options.budget_seconds && all.seconds >= *options.budget_seconds) || are_enough(all.cells, options))
       return stopped;
     active = all.unfinished;
     if (options.budget_seconds) round.budget_seconds = *options.budget_seconds - all.seconds;
-    if (options.cells) round.cells = *options.cells - all.cells;
+    cells = all.cells;
     if (!move_regions(ranks, network, progress, rank_of_region, options.level)) round.move_after_seconds.reset();
   }
 }
@@ -254,11 +265,13 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   CellStream* const stream = streamed.get();
 
   double snapshot_seconds = 0;
-  StepEnd end{.stopped = true, .cells = finished_cells(progress), .last = options.steps == 0U};
+  StepEnd end{.stopped = true, .last = options.steps == 0U};
+  if (options.cells)
+    for (const std::uint64_t cells : all_gather(ranks, cells_now(progress, options.keep_out))) end.cells += cells;
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
     if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
-    const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, end.cells, snapshot_seconds), report.threads, stream);
+    const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, snapshot_seconds), end.cells, report.threads, stream);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     if (options.snapshot) {
       auto records = report.earlier;

@@ -74,7 +74,7 @@ struct Computed {
 /// comes back as unfinished regions. The ranks stay in touch: a failure of one ends all, the cells of all are counted together,
 /// and a rank that has nothing left to do may end the step.
 /// @param so_far what the new tree is numbered from.
-/// @param quota this rank stops at so many cells; options.cells is for all ranks together.
+/// @param quota this rank stops at so many cells more than it has, undecided ones counted; options.cells is for all ranks together.
 /// @param stream whose cells travel meanwhile; may be null.
 /// Source: the paper, section 4.2, "Computation".
 template <int D>

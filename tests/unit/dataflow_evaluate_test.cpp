@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <functional>
+#include <set>
+#include <string>
 
 #include "bsp2/geometry/error.hpp"
 #include "dataflow_oracle.hpp"
@@ -38,7 +40,7 @@ class Thrower : public Consumer {
     if (!in_progress_ && left_-- == 0) throw Error("no room on the disk");
     if (in_progress_) std::this_thread::sleep_for(std::chrono::milliseconds(120));  // let progress come
   }
-  void progress(double done, std::uint64_t) override {
+  void progress(double done, std::uint64_t, std::int64_t) override {
     EXPECT_GE(done, 0);
     EXPECT_LE(done, 1);
     thrown_at = Clock::now();
@@ -175,7 +177,7 @@ TEST(Evaluate, TakesTheLargestCellFirstByPriority) {
     EvaluateOptions options;
     options.order = order;
     options.level = 14;
-    options.cells = 1;
+    options.cells = 100;
     options.keep_in = options.keep_fuzzy = true;
     const auto result = evaluate_all(network, 0, options);
     for (const auto& refinement : result.refinements)
@@ -184,7 +186,57 @@ TEST(Evaluate, TakesTheLargestCellFirstByPriority) {
           largest[static_cast<std::size_t>(order)] =
               std::max(largest[static_cast<std::size_t>(order)], refinement->cells.volume[i]);
   }
-  EXPECT_LE(largest[1], largest[0]);
+  EXPECT_LT(largest[1], largest[0]);
+}
+
+/// Cells of the whole when a limit of cells has ended its evaluation.
+template <int D>
+std::uint64_t cells_at_end(const Network<D>& network, EvaluateOptions options) {
+  auto evaluation = evaluate(network, partition(network, 0).regions, options, {});
+  EXPECT_TRUE(evaluation.stopped);
+  Totals<D> totals = evaluation.totals;
+  if (options.suspend) {
+    EXPECT_EQ(evaluation.unfinished.size(), 1U);
+    const std::uint64_t left = evaluation.unfinished.front().cells_left(options.keep_out);
+    const Totals<D> rest = picture<D>(network, evaluation.unfinished, options, {}).totals;
+    EXPECT_EQ(left, rest.in_cells + rest.fuzzy_cells + rest.out_cells);
+    totals += rest;
+  }
+  return totals.in_cells + totals.fuzzy_cells + totals.out_cells;
+}
+
+/// What is undecided counts as it would be seen. With one worker each split brings one cell more, or one cut along all of a convex solid as many as it has.
+TEST(Evaluate, ALimitOfCellsHoldsWhateverIsUndecided) {
+  const auto ball = model::ball(3, 1);
+  const Network<3> round = compile<3>(model::subtract({ball, model::torus(0.5, 0.2)}), {}), straight = compile<3>(grid_of_solids(6), {});
+  for (const Network<3>* network : {&round, &straight})
+    for (const Order order : {Order::depth, Order::priority})
+      for (const bool keep_out : {false, true})
+        for (const bool suspend : {false, true}) {
+          SCOPED_TRACE(testing::Message() << (network == &round) << static_cast<int>(order) << keep_out << suspend);
+          EvaluateOptions options;
+          options.order = order;
+          options.keep_out = keep_out;
+          options.suspend = suspend;
+          options.tolerance = 0.001;
+          options.cells = 300;
+          const std::uint64_t cells = cells_at_end(*network, options);
+          EXPECT_GE(cells, 300U);
+          EXPECT_LE(cells, 340U);
+          options.threads = 3;
+          EXPECT_NEAR(static_cast<double>(cells_at_end(*network, options)), 320, 80);
+        }
+}
+
+/// One worker stops at the same cell each time.
+TEST(Evaluate, ALimitOfCellsIsTheSameForOneWorker) {
+  const Network<3> network = compile<3>(model::ball(3, 1), {});
+  EvaluateOptions options;
+  options.tolerance = 0.001;
+  options.cells = 300;
+  std::set<std::string> digests;
+  for (int round = 0; round < 3; ++round) digests.insert(evaluate(network, partition(network, 0).regions, options, {}).totals.digest.hex());
+  EXPECT_EQ(digests.size(), 1U);
 }
 
 TEST(Evaluate, OfNothingIsNothing) {

@@ -171,6 +171,39 @@ TEST(AnyDimension, ProjectiveMapsTakePointsToTheirImages) {
   }
 }
 
+/// What has no image that is known lies between polytopes, each primitive by itself: also where it is taken away, or counts by turns.
+TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
+  const double a = 0.3, r = 1, h = 2;
+  const std::vector<double> along{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, a, 1};
+  const double cylinder = pi * r * r * (1 - std::pow(1 + a * h, -3)) / (3 * a);  // the Jacobian is (a z + 1)^-4
+  expect_contains(volume_interval(model::projective(along, model::round_cylinder(2, r, {h}))), cylinder, 0.01);
+  const double box = 16 * (1 - std::pow(1 + a * h, -3)) / (3 * a);
+  const auto around = model::transform(std::vector<double>{1, 0, 0, -2, 0, 1, 0, -2, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({4, 4, h}));
+  expect_contains(volume_interval(model::projective(along, model::subtract({around, model::round_cylinder(2, r, {h})}))), box - cylinder, 0.01);
+  expect_contains(volume_interval(model::projective(along, model::symmetric_difference({model::round_cylinder(2, 2 * r, {h}), model::round_cylinder(2, r, {h})}))), 3 * cylinder, 0.01);
+  // What reaches beyond the plane at infinity may be cut off first.
+  const std::vector<double> down{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -20, 0, 0, 0, 1};
+  const auto rod = model::transform(down, model::round_cylinder(2, r, {30}));
+  EXPECT_THROW(volume_interval(model::projective(along, rod)), Error);
+  expect_contains(volume_interval(model::projective(along, model::intersect({rod, around}))), cylinder, 0.01);
+
+  Seeded s;
+  for (int round = 0; round < 3; ++round) {
+    auto matrix = free_matrix(s.random, 3, 0.5);
+    for (int j = 0; j < 3; ++j) matrix[static_cast<std::size_t>(12 + j)] = uniform(s.random, -0.08, 0.08);
+    const auto placed = [&](const Expression& e) { return model::transform(free_matrix(s.random, 3, 0.3), e); };
+    const auto solid = model::subtract({model::symmetric_difference({placed(model::torus(1.5, 0.6, 12)), placed(model::cone(2, 1, 0.2, 16)), model::ball(3, 1)}), placed(model::round_cylinder(2, 0.4, {1}))});
+    const auto preimage_of = [&](const Point& x) {
+      std::vector<double> wide(25);
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = 0; j < 4; ++j) wide[i * 5 + j] = matrix[i * 4 + j];
+      const Point y = inverse_image(wide, {x[0], x[1], x[2], 1});
+      return Point{y[0] / y[3], y[1] / y[3], y[2] / y[3]};
+    };
+    check_labels<3>(model::projective(matrix, solid), 0.2, s.random, [&](const Point& x, Real margin) { return where(solid, preimage_of(x), margin); });
+  }
+}
+
 TEST(AnyDimension, ThePlaneAtInfinityMustNotMeetTheSolid) {
   const std::vector<double> perspective{1, 0, 0, 0, 1, 0, 0, 1, 1};  // y + 1 > 0
   EXPECT_NEAR(volume_of(model::projective(perspective, model::cuboid({1, 1}))), 0.5 * (1 + 0.5) * 0.5, 1e-12);

@@ -216,8 +216,9 @@ TEST(Suspension, LeavesNothingOnceAllIsDone) {
   const auto result = evaluate(network, partition(network, 2).regions, options, {});
   EXPECT_TRUE(result.unfinished.empty());
   EXPECT_FALSE(result.stopped);
-  options.cells = 1;
-  const auto stopped = evaluate(network, partition(network, 2).regions, options, {});
+  const Network<3> hollow = compile<3>(model::subtract({model::sphere(1, 8), model::cuboid({0.5, 0.5, 0.5}, true)}), {});
+  options.cells = 1;  // more than there are regions
+  const auto stopped = evaluate(hollow, partition(hollow, 2).regions, options, {});
   EXPECT_TRUE(stopped.stopped);
   EXPECT_FALSE(stopped.unfinished.empty());
   EXPECT_EQ(stopped.totals.fuzzy_cells, 0U);

@@ -26,10 +26,12 @@ class Consumer {
   Consumer& operator=(const Consumer&) = delete;
   virtual ~Consumer() = default;
   virtual void consume(const std::shared_ptr<const Refinement>& refinement) = 0;
-  /// Called about ten times a second. @param done share of the space that is decided, 0 to 1.
-  virtual void progress(double done, std::uint64_t cells) {
+  /// Called about ten times a second. @param done share of the space that is decided, 0 to 1. @param cells that are decided.
+  /// @param grown with a limit of cells: by so many the cells, decided or not, have become more.
+  virtual void progress(double done, std::uint64_t cells, std::int64_t grown) {
     static_cast<void>(done);
     static_cast<void>(cells);
+    static_cast<void>(grown);
   }
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -31,7 +32,7 @@ struct EvaluateOptions {
   std::optional<double> tolerance;       ///< what is undecided about round solids in cells thinner than this is left
   std::optional<double> angle;           ///< likewise in cells that are seen thinner than this from `eye`, in radians
   std::optional<double> budget_seconds;  ///< what is undecided then is left
-  std::optional<std::uint64_t> cells;    ///< likewise once so many cells are emitted
+  std::optional<std::uint64_t> cells;    ///< likewise once there are so many cells more than at the beginning, undecided ones counted
   std::function<bool()> interrupted;     ///< asked some fifty times a second by the calling thread: true ends the evaluation likewise
   /// What is left is suspended: it comes back as the frontiers of Evaluation::unfinished. Otherwise it becomes FUZZY cells.
   bool suspend = false;
@@ -51,6 +52,13 @@ struct Region {
   geometry::Cell<D> cell;
   std::vector<Word> program;  ///< of a region that is not begun
   Frontier frontier;          ///< of one that is
+  /// How many cells its picture has: what is undecided, and what is held; OUT cells where they are kept.
+  [[nodiscard]] std::uint64_t cells_left(bool keep_out) const {
+    if (frontier.empty()) return 1;
+    return static_cast<std::uint64_t>(std::count_if(frontier.nodes.begin(), frontier.nodes.end(), [&](const Frontier::Node& node) {
+      return node.kind == Frontier::Kind::token || (node.kind == Frontier::Kind::held && (keep_out || node.label != geometry::Label::out));
+    }));
+  }
 };
 
 /// Order-independent sum of 128-bit hashes of cells: label, part, region, level and geometry, byte for byte.

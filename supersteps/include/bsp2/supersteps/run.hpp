@@ -44,7 +44,7 @@ struct RunOptions {
   std::optional<double> angle;              ///< or until they are seen thinner than this from `eye`, in degrees
   std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
   std::optional<unsigned> steps;            ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
-  std::optional<std::uint64_t> cells;       ///< a computation superstep ends at about this number of cells
+  std::optional<std::uint64_t> cells;       ///< the run ends at about this number of cells, FUZZY ones counted
   bool strict = false;                      ///< a warning is an error, before anything is evaluated
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held

@@ -1,0 +1,40 @@
+#include "refined_parts.hpp"
+
+#include <cmath>
+
+#include "placed_parts.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+/// So that a sum with them ends in seconds: it has a polytope for each cell.
+Fineness fineness_of(int dimension) {
+  if (dimension == 2) return {1.0 / 256, 6};
+  if (dimension == 3) return {1.0 / 16, 6};
+  return {dimension == 4 ? 1.0 / 8 : 1.0 / 4, 4};
+}
+
+/// A convex solid a millionth larger or smaller about its middle.
+Points scaled(Points corners, std::size_t dimension, Facets facets) {
+  const double factor = facets == Facets::around ? 1 + 1e-6 : 1 - 1e-6;
+  const auto count = static_cast<double>(corners.size() / dimension);
+  for (std::size_t axis = 0; axis < dimension; ++axis) {
+    double middle = 0;
+    for (std::size_t i = axis; i < corners.size(); i += dimension) middle += corners[i] / count;
+    for (std::size_t i = axis; i < corners.size(); i += dimension) corners[i] = middle + factor * (corners[i] - middle);
+  }
+  return corners;
+}
+
+}  // namespace
+
+std::vector<Points> refined_parts(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
+  const RefinedCells cells = refined_cells(make(dimension, primitive), fineness_of(dimension), options);
+  std::vector<Points> parts;
+  for (const Points& corners : cells.in) parts.push_back(scaled(corners, size(dimension), facets));
+  if (facets == Facets::around)
+    for (const Points& corners : cells.fuzzy) parts.push_back(scaled(corners, size(dimension), facets));
+  return parts;
+}
+
+}  // namespace bsp2::dataflow
