@@ -3,6 +3,7 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "bsp2/geometry/error.hpp"
 #include "imports.hpp"
@@ -17,7 +18,7 @@ using Point = std::array<double, 2>;
 /// All points lie on a grid, and what is next to a point of the grid that is taken moves there: so OpenSCAD joins lines.
 constexpr double grid = 0x1p-10;
 
-constexpr std::size_t most_lines = 10'000'000;
+constexpr std::size_t most_lines = 1'000'000;
 
 /// One entity of the drawing: its type, layer, the block that it names or belongs to, and the numbers that matter, in their
 /// order. The entities of a block are in no drawing until an INSERT puts the block there.
@@ -89,7 +90,7 @@ class Joiner {
       const double start = e.number(50);
       double end = e.number(51);
       if (start > end) end += 360 * std::ceil((start - end) / 360);
-      arc(centre(), e.number(40) * scale, start, end - start);
+      arc(centre(), e.number(40) * scale, start, std::min(end - start, 360.0));
     } else if (e.type == "ELLIPSE") {
       ellipse(e, centre(), scale);
     } else if (e.type == "INSERT") {
@@ -109,14 +110,21 @@ class Joiner {
     for (std::uint32_t i = 0; i < lines_.size(); ++i)
       for (const std::uint32_t end : lines_[i]) at[end].push_back(i);
     std::vector<bool> used(lines_.size());
+    std::vector<std::size_t> passed(points_.size());  // of the lines at a point: those before it are used
+    const auto unused_at = [&](std::uint32_t end) {
+      const auto& all = at[end];
+      std::size_t& i = passed[end];
+      while (i < all.size() && used[all[i]]) ++i;
+      return i < all.size() ? std::optional(all[i]) : std::nullopt;
+    };
     const auto trace = [&](std::uint32_t first, std::uint32_t start) {
       used[first] = true;
       std::vector<std::uint32_t> path{start};
       std::uint32_t end = other_end(first, start);
       while (end != start) {
         path.push_back(end);
-        const auto next = std::find_if(at[end].begin(), at[end].end(), [&](std::uint32_t l) { return !used[l]; });
-        if (next == at[end].end()) break;
+        const auto next = unused_at(end);
+        if (!next) break;
         used[*next] = true;
         end = other_end(*next, end);
       }
@@ -169,7 +177,7 @@ class Joiner {
   void line(const Point& p, const Point& q) {
     if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(q[0]) || !std::isfinite(q[1])) return;
     if (std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(q[0]), std::fabs(q[1])}) > 1e12) return;
-    if (++lines_made_ > most_lines) throw Error("import: a DXF drawing of more than 10 million lines");
+    if (++lines_made_ > most_lines) throw Error("import: a DXF drawing of more than a million lines");
     const auto p_place = place(p), q_place = place(q);
     if (block_ != nullptr) {
       block_->push_back({position(p_place), position(q_place)});
@@ -184,6 +192,7 @@ class Joiner {
     const double x = e.number(11) * scale, y = e.number(21) * scale, start = e.number(41), full = 2 * std::numbers::pi;
     double sweep = e.number(42) - start;
     if (sweep < 0) sweep += full * std::ceil(-sweep / full);
+    sweep = std::min(sweep, full);
     const double sides = std::ceil(side_count(std::hypot(x, y), resolution_) * sweep / full);
     if (!(sides >= 1 && sides <= max_sides)) return;
     const auto at = [&](double i) {

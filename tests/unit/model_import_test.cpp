@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -196,6 +197,21 @@ TEST(Svg, FaultsAreToldWithTheirLine) {
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()), "import: " + path.string() + " cannot be read");
   }
+}
+
+/// However often they are said to go around.
+TEST(Dxf, ArcsGoAroundOnceAtMost) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder.path() / "drawing.dxf";
+  const auto area_to = [&](const char* last_angle) {
+    std::ofstream(path) << "0\nSECTION\n2\nENTITIES\n0\nARC\n8\n0\n10\n25\n20\n0\n40\n2.5\n50\n5\n51\n" << last_angle << "\n0\nENDSEC\n0\nEOF\n";
+    const PlaneDrawing drawing = import_dxf(path, "", {}, {.fn = 64});
+    EXPECT_LE(drawing.points.size(), 65U);
+    return area_of(drawing);
+  };
+  const double disk = 32 * std::sin(std::numbers::pi / 32) * 2.5 * 2.5;
+  EXPECT_NEAR(area_to("365"), disk, 0.01);
+  EXPECT_NEAR(area_to("180149200"), disk, 0.01);
 }
 
 TEST(Dxf, BlocksAreInsertedAndBulgesPassedOver) {
