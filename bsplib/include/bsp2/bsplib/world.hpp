@@ -117,8 +117,8 @@ class Distributed;
 namespace detail {
 class QueueNumber;
 }
-/// The ranks of a communicator as a BSP computer. There is no global state: worlds are independent of each
-/// other.
+/// The ranks of a communicator as a BSP computer. Worlds are independent of each other, but for errors: one
+/// that ends a world ends the worlds that were made later of its ranks, too.
 ///
 /// Threads: MPI_THREAD_FUNNELED; the thread that initialized MPI makes all calls, others may compute
 /// meanwhile. "Collective" below means that all ranks of the world call the function, in the same order. If
@@ -130,7 +130,9 @@ class World {
   using Slot = std::uint32_t;
   static constexpr std::size_t memory_alignment = 64;  ///< bytes; a cache line
 
-  /// Collective over comm, which is duplicated. A boost::mpi::communicator converts to MPI_Comm.
+  /// Collective over comm, which is duplicated, and a collective call of the newest world that has the same
+  /// ranks: so nobody waits for a rank that failed there. A boost::mpi::communicator converts to MPI_Comm.
+  /// @throws Error, agreed, of that world.
   explicit World(MPI_Comm comm = MPI_COMM_WORLD, WorldOptions options = WorldOptions::from_environment());
   /// As close(), but does not throw. While an exception leaves the scope, it tells the other ranks that this
   /// one failed, so that they do not wait for it.
@@ -161,7 +163,7 @@ class World {
   void close();
 
   /// Tells all ranks that this one cannot go on; they get it from their next collective call. Does not
-  /// return.
+  /// return. Those that wait for it in another world meanwhile get it there, and that world ends, too.
   /// @throws Error, agreed, with this text.
   [[noreturn]] void fail(const std::string& why);
   /// As fail(), for an error that this rank got: the same code, function and text. One of a sub-world yields
@@ -246,7 +248,8 @@ class World {
   explicit World(std::shared_ptr<detail::Engine> engine);
   /// For what belongs to the world: the same one, wherever the object moves that the program has of it.
   struct Alias {};
-  World(Alias, const World& other) : runs_(other.runs_), engine_(other.engine_), owns_(false) {}
+  World(Alias, const World& other)
+      : runs_(other.runs_), engine_(other.engine_), owns_(false), last_pid_(other.last_pid_) {}
   detail::Engine& engine() const;
   /// For destructors: as pop_slot and close_queue, but does nothing in a world that is dead or over. In an open
   /// superstep it counts for the next one.
@@ -262,6 +265,7 @@ class World {
   detail::Runs runs_;
   std::shared_ptr<detail::Engine> engine_;  ///< shared with what belongs to the world
   bool owns_ = true;                        ///< ends the world in its destructor
+  int last_pid_ = 0;                        ///< this rank in the world that is, or was, here
 };
 
 /// A superstep that is ending while its ranks compute. Between open() and close() no communication may be
@@ -292,7 +296,6 @@ void supervise(World& world, Program&& program) {
   try {
     std::forward<Program>(program)(world);
   } catch (const Error& error) {
-    if (error.agreed() && world.failed()) throw;
     world.relay(error);
   } catch (const std::exception& error) {
     world.fail(error.what());
