@@ -2,18 +2,23 @@
 
 #include <mpi.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <ranges>
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <typeinfo>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "bsp2/bsplib/cost.hpp"
 #include "bsp2/bsplib/error.hpp"
@@ -21,11 +26,53 @@
 
 namespace bsp2::bsplib {
 
-/// Types whose bytes are their value: these travel by put and get. Pointers do not, nor what consists of them
-/// (std::span, std::string_view): they mean nothing elsewhere.
+namespace detail {
+
+/// Whether a type is a pointer or a reference, or made of such by the standard library. Members of classes
+/// cannot be seen.
 template <class T>
-concept Travels = std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_member_pointer_v<T> &&
-                  !std::is_reference_v<T> && !std::is_const_v<T> && !std::ranges::view<T>;
+struct HoldsPointer
+    : std::bool_constant<std::is_pointer_v<T> || std::is_member_pointer_v<T> || std::is_null_pointer_v<T> ||
+                         std::is_reference_v<T> || std::ranges::view<T>> {};
+template <class T>
+struct HoldsPointer<std::reference_wrapper<T>> : std::true_type {};
+template <class T, std::size_t n>
+struct HoldsPointer<T[n]> : HoldsPointer<T> {};
+template <class T, std::size_t n>
+struct HoldsPointer<std::array<T, n>> : HoldsPointer<T> {};
+template <class... T>
+struct HoldsPointer<std::pair<T...>> : std::disjunction<HoldsPointer<T>...> {};
+template <class... T>
+struct HoldsPointer<std::tuple<T...>> : std::disjunction<HoldsPointer<T>...> {};
+template <class... T>
+struct HoldsPointer<std::variant<T...>> : std::disjunction<HoldsPointer<T>...> {};
+template <class T>
+struct HoldsPointer<std::optional<T>> : HoldsPointer<T> {};
+template <class T, class Allocator>
+struct HoldsPointer<std::vector<T, Allocator>> : HoldsPointer<T> {};
+
+}  // namespace detail
+
+/// Types whose bytes are their value: these travel by put and get. Pointers and references do not, nor what
+/// consists of them (std::span, std::reference_wrapper, an std::array of pointers): they mean nothing
+/// elsewhere.
+template <class T>
+concept Travels = std::is_trivially_copyable_v<T> && !std::is_const_v<T> && !detail::HoldsPointer<T>::value;
+
+namespace detail {
+
+/// Says why a type does not travel.
+template <class T>
+struct MustTravel {
+  static_assert(
+      !HoldsPointer<T>::value,
+      "bsp2: pointers, references, and views, arrays, pairs or tuples of them mean nothing on another rank");
+  static_assert(std::is_trivially_copyable_v<T> || HoldsPointer<T>::value,
+                "bsp2: only trivially copyable types travel by put and get; send others through a Queue");
+  static_assert(!std::is_const_v<T>, "bsp2: constant elements cannot be written");
+};
+
+}  // namespace detail
 
 struct WorldOptions {
   /// Staging memory of a rank for the messages within a node, twice this much; what does not fit travels by
@@ -112,7 +159,7 @@ class Runs {
 
 }  // namespace detail
 
-template <Travels T>
+template <class T>
 class Distributed;
 namespace detail {
 class QueueNumber;
@@ -241,7 +288,7 @@ class World {
   const std::optional<Machine>& machine() const;
 
  private:
-  template <Travels T>
+  template <class T>
   friend class Distributed;
   friend class detail::QueueNumber;
 
