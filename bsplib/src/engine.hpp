@@ -72,6 +72,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   std::pair<Registry::Id, std::byte*> allocate(std::size_t bytes);
   std::size_t size_of(Registry::Id slot, int pid) const;
   Registry::Id slot_of(const void* address, const char* caller);
+  void check_pid(int pid, const char* caller) { outbox(pid, caller); }
 
   /// What put, hpput, get and hpget do with a call that does not continue a run (run.h).
   void put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
