@@ -87,7 +87,8 @@ void bsp_push_reg(const void* address, bsp_size_t nbytes);
 /* Takes back the newest registration of an address, at the next sync. Collective. */
 void bsp_pop_reg(const void* address);
 
-/* Writes to process pid, at the memory that it registered together with our dst. The source is read now. */
+/* Writes to process pid, at the memory that it registered together with our dst. The source is read now. An access of no
+ * bytes, here and below, looks at no memory, but the process must exist. */
 void bsp_put(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes);
 /* Reads what will be at process pid, when all have called bsp_sync. */
 void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes);

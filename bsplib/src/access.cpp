@@ -18,8 +18,9 @@ std::string address_of(const void* p) {
 }  // namespace
 
 void Engine::reject(Errc code, const char* where, std::string detail) {
-  if (verdict_) throw *verdict_;
+  if (verdict_) throw_agreed(*verdict_);
   Error error(code, pid_, superstep_, where, std::move(detail));
+  mark(error, pid_);
   if (!rejected_) {
     rejected_ = error;
     rejected_origin_ = wire::Origin::here;
@@ -28,7 +29,7 @@ void Engine::reject(Errc code, const char* where, std::string detail) {
 }
 
 void Engine::check_usable(const char* caller) {
-  if (verdict_) throw *verdict_;
+  if (verdict_) throw_agreed(*verdict_);
   if (closed_) throw Error(Errc::misuse, pid_, superstep_, caller, "The world has ended");
   if (phase_ != Phase::idle)
     throw Error(Errc::misuse, pid_, superstep_, caller, "Not allowed while a superstep is open");

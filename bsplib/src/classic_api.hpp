@@ -36,6 +36,11 @@ struct Api {
     if (negative(bytes)) die(function, "The size was negative, which is illegal");
   }
 
+  /// Of an access of no bytes: the memory need not be registered.
+  static void check_pid(detail::Engine& world, const char* function, Pid to) {
+    guarded(function, [&] { world.check_pid(pid(to), function + 4); });  // without "bsp_"
+  }
+
   template <class To>
   static To narrow(std::size_t value, const char* function, const char* what) {
     if (value > static_cast<std::size_t>(std::numeric_limits<To>::max()))
@@ -92,8 +97,8 @@ struct Api {
 
   [[gnu::noinline]] static void start_put(Pid to, const void* src, const void* dst, Size offset, Size bytes) {
     auto& world = engine("bsp_put");
-    if (bytes == 0) return;
     check_access("bsp_put", offset, bytes);
+    if (bytes == 0) return check_pid(world, "bsp_put", to);
     const auto slot = slot_of(world, dst, "bsp_put");
     guarded("bsp_put", [&] {
       world.put(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
@@ -109,8 +114,8 @@ struct Api {
   [[gnu::noinline]] static void start_hpput(Pid to, const void* src, const void* dst, Size offset,
                                             Size bytes) {
     auto& world = engine("bsp_hpput");
-    if (bytes == 0) return;
     check_access("bsp_hpput", offset, bytes);
+    if (bytes == 0) return check_pid(world, "bsp_hpput", to);
     const auto slot = slot_of(world, dst, "bsp_hpput");
     guarded("bsp_hpput", [&] {
       world.hpput(pid(to), src, slot, static_cast<std::size_t>(offset), static_cast<std::size_t>(bytes));
@@ -140,8 +145,8 @@ struct Api {
                                           void* dst, Size bytes, bool unbuffered) {
     const auto kind = unbuffered ? &bsp2_runs::hpget : &bsp2_runs::get;
     auto& world = engine(function);
-    if (bytes == 0) return;
     check_access(function, offset, bytes);
+    if (bytes == 0) return check_pid(world, function, from);
     const auto slot = slot_of(world, src, function);
     guarded(function, [&] {
       world.get(pid(from), slot, static_cast<std::size_t>(offset), dst, static_cast<std::size_t>(bytes),

@@ -106,7 +106,7 @@ bool Engine::advance(bool wait) {
 }
 
 void Engine::finish_sync() {
-  if (verdict_) throw *verdict_;  // fail() has ended an open superstep
+  if (verdict_) throw_agreed(*verdict_);  // fail() has ended an open superstep
   if (phase_ == Phase::idle) return;  // the end of the world has
   if (pending_) raise(*pending_);
   write_gets();
@@ -207,6 +207,17 @@ void Engine::exchange_data() {
   }
   for (int rank = 0; rank < nprocs_; ++rank)
     if (rank != pid_) exchange_data_with(rank);
+  exchange_registrations();
+}
+
+/// As many on all ranks, and they stay as they are until the superstep is complete.
+void Engine::exchange_registrations() {
+  const auto& mine = registry_.changes();
+  if (mine.empty()) return;
+  changes_of_all_.resize(mine.size() * static_cast<std::size_t>(nprocs_));
+  const int bytes = static_cast<int>(mine.size() * sizeof(Registry::Change));
+  MPI_Iallgather(mine.data(), bytes, MPI_BYTE, changes_of_all_.data(), bytes, MPI_BYTE, comm_,
+                 &requests_.emplace_back());
 }
 
 void Engine::exchange_data_with(int rank) {
@@ -259,12 +270,8 @@ void Engine::clear_queues() {
 }
 
 void Engine::commit_registrations() {
-  const auto& mine = registry_.changes();
-  if (!mine.empty()) {
-    std::vector<Registry::Change> all(mine.size() * static_cast<std::size_t>(nprocs_));
-    const int bytes = static_cast<int>(mine.size() * sizeof(Registry::Change));
-    MPI_Allgather(mine.data(), bytes, MPI_BYTE, all.data(), bytes, MPI_BYTE, comm_);
-    if (auto problem = registry_.commit(all))
+  if (!registry_.changes().empty()) {
+    if (auto problem = registry_.commit(changes_of_all_))
       raise({Errc::registration_mismatch, problem->culprit, "sync/" + problem->where, problem->detail});
     free_released(false);
   }

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <numeric>
 #include <utility>
 
 namespace bsp2::bsplib::detail {
@@ -36,6 +37,34 @@ WorldOptions agreed(MPI_Comm comm, WorldOptions options) {
   }
   options.staging_bytes = least[0];
   return options;
+}
+
+/// The ranks of a communicator, as MPI_COMM_WORLD counts them.
+std::vector<int> processes_of(MPI_Comm comm) {
+  int size = 0;
+  MPI_Comm_size(comm, &size);
+  std::vector<int> ranks(static_cast<std::size_t>(size)), processes(ranks.size());
+  std::iota(ranks.begin(), ranks.end(), 0);
+  MPI_Group group = MPI_GROUP_NULL, all = MPI_GROUP_NULL;
+  MPI_Comm_group(comm, &group);
+  MPI_Comm_group(MPI_COMM_WORLD, &all);
+  MPI_Group_translate_ranks(group, size, ranks.data(), all, processes.data());
+  MPI_Group_free(&group);
+  MPI_Group_free(&all);
+  return processes;
+}
+
+/// What to say of the numbers in a text of another world. @param here the numbers that its ranks have here,
+/// -1: none.
+std::string note_on_numbers(const std::vector<int>& here) {
+  constexpr std::size_t most = 16;
+  std::string there, these;
+  for (std::size_t i = 0; i < std::min(here.size(), most); ++i) {
+    there += (i > 0 ? ", " : "") + std::to_string(i);
+    these += (i > 0 ? ", " : "") + (here[i] < 0 ? "none" : std::to_string(here[i]));
+  }
+  if (here.size() > most) there += ", ...", these += ", ...";
+  return " [numbered as in a world whose ranks " + there + " are " + these + " here]";
 }
 
 }  // namespace
@@ -79,11 +108,22 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::
     if (pid_ == 0 && !std::exchange(told, true))
       std::fprintf(stderr, "bsp2::bsplib: %s; there are no predictions\n", error.what());
   }
+  processes_ = std::make_shared<const std::vector<int>>(processes_of(comm));
+  static std::uint64_t worlds = 0;
+  number_ = ++worlds;
+  living().push_back(this);
   begin_ = left_sync_ = MPI_Wtime();
+}
+
+/// All engines of this process, in the order in which they were made. One thread makes all calls.
+std::vector<Engine*>& Engine::living() {
+  static std::vector<Engine*> engines;
+  return engines;
 }
 
 /// Arrays hold the engine, so their memory outlives the end of the world, but not them.
 Engine::~Engine() {
+  std::erase(living(), this);
   free_released(true);
 }
 
@@ -188,13 +228,12 @@ void Engine::meet(Kind kind, std::uint64_t argument) {
 }
 
 void Engine::publish(std::string& text) const {
-  const int culprit = pending_->culprit;
-  if (culprit == pid_) {
+  if (pending_->teller == pid_) {
     text = error_text();
   } else {
     text.resize(pending_->text_bytes);
   }
-  MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_BYTE, culprit, comm_);
+  MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_BYTE, pending_->teller, comm_);
 }
 
 void Engine::raise(Verdict verdict) {
@@ -207,28 +246,130 @@ void Engine::raise(Verdict verdict) {
   phase_ = Phase::idle;
   pending_.reset();
   verdict_.emplace(verdict.code, verdict.culprit, superstep_, verdict.where, verdict.detail, true,
-                   verdict.culprit == pid_);
-  throw *verdict_;
+                   verdict.process < 0 ? verdict.culprit == pid_
+                                       : verdict.process == (*processes_)[static_cast<std::size_t>(pid_)]);
+  mark(*verdict_, verdict.culprit);
+  if (verdict.process >= 0) verdict_->process_ = verdict.process;
+  abandon_younger(*verdict_);
+  throw_agreed(*verdict_);
 }
 
 void Engine::fail(const std::string& why) {
-  if (verdict_) throw *verdict_;
+  if (verdict_) throw_verdict();
   if (!rejected_) {
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception", why);
+    mark(*rejected_, pid_);
     rejected_origin_ = wire::Origin::here;
   }
   tell();
 }
 
 void Engine::relay(const Error& error) {
-  if (verdict_) throw *verdict_;
+  if (verdict_) throw_verdict();
   if (!rejected_) {
-    rejected_.emplace(error.code(), pid_, superstep_, error.where(), error.detail());
+    rejected_ = as_seen_here(error);
     rejected_origin_ = !error.agreed() ? wire::Origin::here
                        : error.own()   ? wire::Origin::sub_world_culprit
                                        : wire::Origin::sub_world;
   }
   tell();
+}
+
+void Engine::mark(Error& error, int culprit) const {
+  error.processes_ = processes_;
+  error.process_ = (*processes_)[static_cast<std::size_t>(culprit)];
+}
+
+/// The agreed errors that were thrown and are still on their way: the worlds that the last one leaves can say
+/// why.
+std::vector<std::pair<Error, std::weak_ptr<const int>>>& Engine::in_flight() {
+  static std::vector<std::pair<Error, std::weak_ptr<const int>>> errors;
+  std::erase_if(errors, [](const auto& error) { return error.second.expired(); });
+  return errors;
+}
+
+void Engine::throw_agreed(const Error& error) {
+  Error thrown = error;
+  thrown.flight_.token = std::make_shared<const int>(0);
+  in_flight().emplace_back(error, thrown.flight_.token);
+  throw thrown;
+}
+
+/// The numbers that the ranks of an error's world have in this one; -1: none. Empty if its world is unknown.
+std::vector<int> Engine::numbers_here(const Error& error) const {
+  std::vector<int> numbers;
+  if (!error.processes_) return numbers;
+  for (const int process : *error.processes_) {
+    const auto found = std::ranges::find(*processes_, process);
+    const bool is_here = process >= 0 && found != processes_->end();
+    numbers.push_back(is_here ? static_cast<int>(found - processes_->begin()) : -1);
+  }
+  return numbers;
+}
+
+/// An error of another world. Its culprit becomes that rank's number here, or, if it has none, the rank that
+/// tells of it. What the layer itself said names ranks of that world, and says so now.
+Error Engine::as_seen_here(const Error& error) const {
+  const std::vector<int> numbers = numbers_here(error);
+  const auto found = std::ranges::find(*processes_, error.process_);
+  const bool is_here = error.process_ >= 0 && found != processes_->end();
+  const int culprit = is_here ? static_cast<int>(found - processes_->begin()) : pid_;
+  std::string detail = error.detail();
+  bool equal = true;
+  for (std::size_t i = 0; i < numbers.size(); ++i) equal &= numbers[i] == static_cast<int>(i);
+  if (!equal && error.code() != Errc::exception) detail += note_on_numbers(numbers);
+  if (!is_here && error.process_ >= 0)
+    detail +=
+        " [by rank " + std::to_string(error.process_) + " of MPI_COMM_WORLD, which is not in this world]";
+  Error seen(error.code(), culprit, superstep_, error.where(), detail, false,
+             is_here ? culprit == pid_ : error.own());
+  mark(seen, culprit);
+  if (error.process_ >= 0) seen.process_ = error.process_;
+  return seen;
+}
+
+/// This rank failed and waits here for the others. Whoever waits for it in another world would never come.
+void Engine::advance_as_failed() {
+  waits_as_failed_ = true;
+  while (!advance(false)) dismiss_waiters();
+  waits_as_failed_ = false;
+}
+
+void Engine::dismiss_waiters() {
+  for (Engine* other : living()) {
+    if (other->waits_as_failed_ || !other->alive()) continue;
+    try {
+      if (other->awaited_by_ranks_of(*this)) other->abandon(rejected_);
+    } catch (const Error&) {
+      // It has ended by an error of its own, which the others got, too.
+    }
+  }
+}
+
+/// Whether a rank that the failed world needs is in an exchange of this world that this rank has not come to.
+/// Among many ranks that cannot be seen: a world that was made later than the failed one counts then.
+bool Engine::awaited_by_ranks_of(const Engine& failed) {
+  if (phase_ != Phase::idle && !advance(false)) return false;
+  if (nprocs_ > few_ranks) return number_ > failed.number_;
+  for (int rank = 0; rank < nprocs_; ++rank) {
+    const auto there = std::ranges::find(*failed.processes_, (*processes_)[static_cast<std::size_t>(rank)]);
+    if (rank == pid_ || there == failed.processes_->end()) continue;
+    if (failed.has_come(static_cast<int>(there - failed.processes_->begin()))) continue;
+    int waits = 0;
+    MPI_Iprobe(rank, wire::tag_slot, comm_, &waits, MPI_STATUS_IGNORE);
+    if (waits) return true;
+  }
+  return false;
+}
+
+/// Whether all that this rank waits for of another one is here.
+bool Engine::has_come(int rank) const {
+  if (phase_ != Phase::slots || nprocs_ > few_ranks) return false;
+  const int distance = (pid_ + nprocs_ - rank) % nprocs_;
+  int complete = 0;
+  if (distance > 0)
+    MPI_Request_get_status(requests_[static_cast<std::size_t>(distance) - 1], &complete, MPI_STATUS_IGNORE);
+  return complete != 0;
 }
 
 /// The others count on the superstep that is open, and its slots are in use.
@@ -238,27 +379,83 @@ void Engine::complete_open() {
   finish_sync();
 }
 
+void Engine::complete_open_as_failed() {
+  if (phase_ == Phase::idle) return;
+  advance_as_failed();
+  finish_sync();
+}
+
 /// Of what this rank was refused.
 void Engine::tell() {
   if (closed_) throw *rejected_;
-  complete_open();
-  meet(Kind::error, 0);
-  throw *rejected_;  // not reached: an exchange with an error in it is judged as one
+  complete_open_as_failed();
+  exchange(Kind::error, wire::pack_culprit(rejected_->culprit(), rejected_->process_), false);
+  advance_as_failed();
+  raise(*pending_);  // an exchange with an error in it is judged as one
 }
 
-void Engine::abandon() {
-  complete_open();
-  if (!rejected_)
+void Engine::abandon(const std::optional<Error>& why) {
+  if (!alive()) return;
+  keep_alive_ = weak_from_this().lock();
+  if (!rejected_ && why) rejected_ = as_seen_here(*why);
+  if (!rejected_ && !in_flight().empty()) rejected_ = as_seen_here(in_flight().back().first);
+  complete_open_as_failed();
+  if (!rejected_) {
     rejected_.emplace(Errc::exception, pid_, superstep_, "exception",
                       "The rank left its world by an exception");
+    mark(*rejected_, pid_);
+  }
+  const Error told = *rejected_;
+  const std::size_t room = wire::inline_bytes - std::min(told.where().size() + 1, wire::inline_bytes);
+  rejected_.emplace(told.code(), told.culprit(), superstep_, told.where(), told.detail().substr(0, room),
+                    false, told.own());
+  rejected_->processes_ = processes_;
+  rejected_->process_ = told.process_;
   rejected_origin_ = wire::Origin::left;
-  exchange(Kind::error, 0, false);
+  exchange(Kind::error, wire::pack_culprit(rejected_->culprit(), rejected_->process_), false);
   verdict_ = rejected_;  // what this rank still has of the world gets it, and waits for nobody
+  abandon_younger(*rejected_);
+}
+
+/// Of a world that this rank abandoned it now learns, as the others did, whose error counts.
+void Engine::throw_verdict() {
+  if (phase_ == Phase::idle) throw_agreed(*verdict_);
+  verdict_.reset();
+  advance_as_failed();
+  raise(*pending_);
+}
+
+/// What ends a world ends those that were made later of its ranks, on all of them. Others may wait there, so
+/// they are told.
+void Engine::abandon_younger(const Error& why) {
+  for (Engine* other : living()) {
+    if (other->waits_as_failed_ || !other->alive() || other->number_ <= number_) continue;
+    const bool within = std::ranges::all_of(*other->processes_, [&](int process) {
+      return std::ranges::find(*processes_, process) != processes_->end();
+    });
+    try {
+      if (within) other->abandon(why);
+    } catch (const Error&) {
+      // It has ended by an error of its own, which its other ranks got, too.
+    }
+  }
+}
+
+void Engine::announce_world(MPI_Comm comm) {
+  for (std::size_t i = living().size(); i-- > 0;) {
+    Engine& engine = *living()[i];
+    int relation = MPI_UNEQUAL;
+    if (engine.alive()) MPI_Comm_compare(comm, engine.comm_, &relation);
+    if (relation == MPI_UNEQUAL) continue;
+    engine.complete_open();
+    engine.meet(Kind::world, 0);
+    return;
+  }
 }
 
 void Engine::close() {
   if (closed_) return;
-  if (verdict_) throw *verdict_;
+  if (verdict_) throw_agreed(*verdict_);
   complete_open();
   meet(Kind::end, 0);
   closed_ = true;

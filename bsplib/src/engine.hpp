@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -24,7 +25,7 @@ namespace bsp2::bsplib::detail {
 /// Every collective call begins with the same exchange of one slot a pair of ranks. Each rank sees every
 /// header, so all come to the same verdict on them without asking again. The slots travel point to point up
 /// to `few_ranks`, and by MPI_Ialltoall above, whether a superstep is opened or not, so that both may meet.
-class Engine {
+class Engine : public std::enable_shared_from_this<Engine> {
  public:
   /// Takes the communicator over. @param room for the runs of so many ranks; used if it suffices for all.
   Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room = {}, std::size_t room_ranks = 0);
@@ -52,11 +53,16 @@ class Engine {
   [[noreturn]] void fail(const std::string& why);
   [[noreturn]] void relay(const Error& error);
   void declare_type(std::uint64_t hash) { types_ = (types_ ^ hash) * 1099511628211U; }
-  /// Tells the others that this rank has left, but does not wait for them: they may wait for it in another
-  /// world. MPI still reads the engine, which must live on: `keep_alive`.
-  void abandon();
-  std::shared_ptr<Engine> keep_alive;  ///< itself, a cycle on purpose
+  /// Tells the others that this rank has left this world and the younger ones of its ranks, but does not wait
+  /// for them: they may wait for it in another world. @param why empty, if only that it was an exception is
+  /// known.
+  void abandon(const std::optional<Error>& why = std::nullopt);
+  /// Completes a superstep that is open: the others count on it.
+  void complete_open_as_failed();
   std::shared_ptr<Engine> split(int color, int key);
+  /// Before a world is made of these ranks: a collective call of their newest world, if there is one. So all
+  /// hear of a rank that failed, and nobody waits in MPI for a rank that does not come.
+  static void announce_world(MPI_Comm comm);
 
   Registry::Id push_reg(const void* address, std::size_t bytes);
   void pop_reg(const void* address);
@@ -66,6 +72,7 @@ class Engine {
   std::pair<Registry::Id, std::byte*> allocate(std::size_t bytes);
   std::size_t size_of(Registry::Id slot, int pid) const;
   Registry::Id slot_of(const void* address, const char* caller);
+  void check_pid(int pid, const char* caller) { outbox(pid, caller); }
 
   /// What put, hpput, get and hpget do with a call that does not continue a run (run.h).
   void put(int pid, const void* source, Registry::Id slot, std::size_t offset, std::size_t bytes) {
@@ -126,7 +133,9 @@ class Engine {
     Errc code;
     int culprit;
     std::string where, detail;
-    std::uint32_t text_bytes = 0;  ///< > 0: the culprit still has to tell the text
+    int teller = 0;                ///< whose header it is
+    int process = -1;              ///< the culprit in MPI_COMM_WORLD, where the teller knows it
+    std::uint32_t text_bytes = 0;  ///< > 0: the teller still has to tell the text
     /// What error_text() composed.
     void set_text(std::string_view text) {
       const auto end = text.find('\0');
@@ -139,6 +148,19 @@ class Engine {
   // engine.cpp: the collective calls
   void start_sync(const Call& call);
   void complete_open();
+  void abandon_younger(const Error& why);
+  [[noreturn]] void throw_verdict();
+  bool alive() const { return !closed_ && !verdict_; }
+  static std::vector<Engine*>& living();
+  void advance_as_failed();
+  void dismiss_waiters();
+  bool awaited_by_ranks_of(const Engine& failed);
+  bool has_come(int rank) const;
+  Error as_seen_here(const Error& error) const;
+  void mark(Error& error, int culprit) const;
+  static std::vector<std::pair<Error, std::weak_ptr<const int>>>& in_flight();
+  [[noreturn]] static void throw_agreed(const Error& error);
+  std::vector<int> numbers_here(const Error& error) const;
   [[noreturn]] void tell();
   void check_usable(const char* caller);
   void exchange(wire::Kind kind, std::uint64_t argument, bool wait);
@@ -198,6 +220,7 @@ class Engine {
   void copy_directly();
   void exchange_data();
   void exchange_data_with(int rank);
+  void exchange_registrations();
   void write_gets();
   void apply_puts();
   void deliver_messages();
@@ -234,6 +257,7 @@ class Engine {
 
   Staging staging_;
   Registry registry_;
+  std::vector<Registry::Change> changes_of_all_;
   std::vector<bsp2_put_run> own_puts_;
   std::vector<bsp2_reference_run> own_references_;
   std::vector<bsp2_message_run> own_messages_;
@@ -260,6 +284,12 @@ class Engine {
   wire::Origin rejected_origin_ = wire::Origin::here;
   std::optional<Verdict> pending_;  ///< of the exchange that is going on
   std::optional<Error> verdict_;    ///< the agreed error that ended this world
+
+  std::shared_ptr<const std::vector<int>> processes_;  ///< by rank: its number in MPI_COMM_WORLD
+  std::uint64_t number_ = 0;                           ///< of the worlds that this process made
+  bool waits_as_failed_ = false;
+  std::shared_ptr<Engine>
+      keep_alive_;  ///< itself, a cycle on purpose: MPI still reads a world that was abandoned
 
   struct LateCopy {
     int pid;

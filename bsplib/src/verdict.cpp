@@ -30,15 +30,17 @@ std::optional<int> Engine::odd_one_out(Get&& get) const {
 }
 
 std::optional<Engine::Verdict> Engine::judge_errors() const {
-  int culprit = -1;
+  int teller = -1;
   for (int rank = nprocs_ - 1; rank >= 0; --rank) {
     const Header& h = header(rank);
     if (h.kind != Kind::error) continue;
-    if (culprit < 0 || h.error_origin >= header(culprit).error_origin) culprit = rank;
+    if (teller < 0 || h.error_origin >= header(teller).error_origin) teller = rank;
   }
-  if (culprit < 0) return std::nullopt;
-  const Header& h = header(culprit);
-  Verdict verdict{static_cast<Errc>(h.error_code), culprit, "", ""};
+  if (teller < 0) return std::nullopt;
+  const Header& h = header(teller);
+  Verdict verdict{
+      static_cast<Errc>(h.error_code),        wire::unpack_culprit(h.argument).first, "", "", teller,
+      wire::unpack_culprit(h.argument).second};
   if (h.error_origin == wire::Origin::left) {
     verdict.set_text({reinterpret_cast<const char*>(&h + 1), h.error_bytes});
   } else {
@@ -135,6 +137,7 @@ std::optional<Engine::Verdict> Engine::judge() const {
   if (auto verdict = judge_errors()) return verdict;
   if (auto verdict = judge_kinds()) return verdict;
   if (header(0).kind == Kind::end) return std::nullopt;  // what was announced for a next superstep is void
+  if (header(0).kind == Kind::world) return std::nullopt;  // which concerns another world
   if (auto verdict = judge_calls()) return verdict;
   return judge_counts();
 }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "bsp2/bsplib/world.hpp"
 
@@ -25,8 +26,8 @@ inline constexpr std::size_t combined_bytes = std::size_t{1} << 20;
 /// From here on an unbuffered put into memory of the layer is written straight into it.
 inline constexpr std::size_t store_bytes = std::size_t{4} << 10;
 
-enum class Kind : std::uint32_t { sync, end, allocate, split, error };
-inline constexpr const char* kind_names[] = {"sync", "end", "allocate", "split", "error"};
+enum class Kind : std::uint32_t { sync, end, allocate, split, world, error };
+inline constexpr const char* kind_names[] = {"sync", "end", "allocate", "split", "World", "error"};
 
 /// Where an error arose. Of several errors the one with the largest value counts, and of these that of the
 /// lowest rank.
@@ -48,7 +49,8 @@ struct Header {
   std::uint32_t pushes = 0, pops = 0;
   std::uint32_t tag_sets = 0, queues = 0;
   std::uint64_t tag_size = 0;
-  std::uint64_t argument = 0;  ///< bytes to allocate; of a sync, which collective it is part of (Call)
+  std::uint64_t argument =
+      0;  ///< bytes to allocate; of a sync, which collective it is part of (Call); of an error, the culprit
   std::uint64_t types = 0;     ///< of all queues and memory made so far: a hash of their sequence
   Origin error_origin = Origin::sub_world;
   std::uint32_t error_bytes = 0;  ///< length of the error's text
@@ -136,6 +138,14 @@ constexpr std::uint64_t pack(const detail::Call& call) {
 constexpr detail::Call unpack_call(std::uint64_t argument) {
   return {static_cast<detail::Call::Function>(argument >> 56U),
           static_cast<std::uint32_t>(argument >> 32U) & 0xffffffU, static_cast<int>(argument & 0xffffffffU)};
+}
+
+/// As an argument of a header: the culprit in the world, and in MPI_COMM_WORLD (-1: unknown).
+constexpr std::uint64_t pack_culprit(int culprit, int process) {
+  return std::uint64_t{static_cast<std::uint32_t>(process)} << 32U | static_cast<std::uint32_t>(culprit);
+}
+constexpr std::pair<int, int> unpack_culprit(std::uint64_t argument) {
+  return {static_cast<int>(argument & 0xffffffffU), static_cast<int>(argument >> 32U)};
 }
 
 constexpr std::size_t padded(std::size_t n) {

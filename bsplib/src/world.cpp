@@ -14,6 +14,7 @@ using detail::Engine;
 namespace {
 
 MPI_Comm duplicate(MPI_Comm comm) {
+  Engine::announce_world(comm);
   MPI_Comm copy = MPI_COMM_NULL;
   MPI_Comm_dup(comm, &copy);
   return copy;
@@ -24,7 +25,6 @@ void leave(std::shared_ptr<Engine> engine) noexcept {
   if (!engine || engine->closed() || engine->failed()) return;
   try {
     if (std::uncaught_exceptions() > 0) {
-      engine->keep_alive = engine;
       engine->abandon();
     } else {
       engine->close();
@@ -51,14 +51,17 @@ World::World(MPI_Comm comm, WorldOptions options)
     : World(std::make_shared<Engine>(duplicate(comm), options)) {}
 
 World::World(std::shared_ptr<Engine> engine)
-    : runs_(engine->runs(), engine->nprocs()), engine_(std::move(engine)) {}
+    : runs_(engine->runs(), engine->nprocs()), engine_(std::move(engine)), last_pid_(engine_->pid()) {}
 
 World::~World() {
   if (owns_) leave(std::move(engine_));
 }
 
 World::World(World&& other) noexcept
-    : runs_(std::exchange(other.runs_, {})), engine_(std::move(other.engine_)), owns_(other.owns_) {}
+    : runs_(std::exchange(other.runs_, {})),
+      engine_(std::move(other.engine_)),
+      owns_(other.owns_),
+      last_pid_(other.last_pid_) {}
 
 World& World::operator=(World&& other) noexcept {
   if (this == &other) return *this;
@@ -66,11 +69,12 @@ World& World::operator=(World&& other) noexcept {
   engine_ = std::move(other.engine_);
   runs_ = std::exchange(other.runs_, {});
   owns_ = other.owns_;
+  last_pid_ = other.last_pid_;
   return *this;
 }
 
 Engine& World::engine() const {
-  if (!engine_) throw Error(Errc::misuse, 0, 0, "World", "The world was moved to another object");
+  if (!engine_) throw Error(Errc::misuse, last_pid_, 0, "World", "The world was moved to another object");
   return *engine_;
 }
 
@@ -196,6 +200,7 @@ const std::optional<Machine>& World::machine() const {
 OpenSuperstep::~OpenSuperstep() {
   if (!engine_) return;
   try {
+    if (std::uncaught_exceptions() > 0) std::exchange(engine_, nullptr)->complete_open_as_failed();
     close();
   } catch (const std::exception&) {
     // The world is dead now and says so at its next call.

@@ -1,6 +1,7 @@
 /* Mistakes that must end all processes, each with its message: classic_aborts <case>. A case that gets to the
  * end has failed, since this program then succeeds. */
 #include <bsp.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +11,28 @@ static int value;
 
 static int is(const char* name) {
   return strcmp(wanted, name) == 0;
+}
+
+static void vabort(const char* format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  bsp_vabort(format, arguments);
+}
+
+/* Accesses of no bytes: the process and the offset must be right all the same. */
+static void nothing(bsp_pid_t pid, bsp_size_t offset) {
+  int here = 0;
+  bsp_push_reg(&value, 4);
+  bsp_sync();
+  bsp_put(0, &here, &value, 4, 0); /* these are */
+  bsp_hpput(0, &here, &value, 4, 0);
+  bsp_get(0, &value, 4, &here, 0);
+  bsp_hpget(0, &value, 4, &here, 0);
+  if (strstr(wanted, "_put_")) bsp_put(pid, &here, &value, offset, 0);
+  if (strstr(wanted, "_hpput_")) bsp_hpput(pid, &here, &value, offset, 0);
+  if (strstr(wanted, "_get_")) bsp_get(pid, &value, offset, &here, 0);
+  if (strstr(wanted, "_hpget_")) bsp_hpget(pid, &value, offset, &here, 0);
+  bsp_sync();
 }
 
 static void spmd_without_end(void) {
@@ -134,14 +157,22 @@ int main(int argc, char** argv) {
   p = bsp_nprocs();
   if (is("abort")) bsp_abort("the answer is %d", 42);
   if (is("abort_null")) bsp_abort(NULL);
+  if (is("vabort")) vabort("%s: the answer is %d", "vabort", 42);
+  if (is("vabort_null")) vabort(NULL);
+  if (is("vabort_one_rank") && me == 1) vabort("only process %d\n", me);
   if (is("abort_one_rank") && me == 1) bsp_abort("only process %d\n", me);
   if (is("begin_twice")) bsp_begin(1);
   if (is("end_early") && me != 1) bsp_sync();
   if (is("end_late") && me != 0) bsp_sync();
   if (is("exit_early") && me == p - 1) exit(0);
-  if (is("exit_early") || is("abort_one_rank")) bsp_sync();
+  if (is("exit_early") || is("abort_one_rank") || is("vabort_one_rank")) bsp_sync();
   registrations(me, (me + 1) % p);
   if (strncmp(wanted, "put_", 4) == 0 || strstr(wanted, "_beyond")) accesses(me, p);
+  if (strncmp(wanted, "nothing_", 8) == 0)
+    nothing(strstr(wanted, "_nprocs")      ? p
+            : strstr(wanted, "_minus_one") ? -1
+                                           : 0,
+            strstr(wanted, "_negative") ? -4 : 0);
   messages(me, p);
   if (!is("end_early") && !is("end_late")) bsp_sync();
   bsp_end();

@@ -18,7 +18,7 @@
 /// collective, using it as often as needed costs no registration.
 namespace bsp2::bsplib {
 
-template <Sendable T>
+template <class T>
 class Collectives {
  public:
   explicit Collectives(World& world) : queue_(world) {}

@@ -1,10 +1,28 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace bsp2::bsplib {
+
+namespace detail {
+class Engine;
+
+/// Says that an error is on its way: only the object that was thrown has one, no copy of it.
+class Flight {
+ public:
+  Flight() = default;
+  Flight(const Flight&) noexcept {}
+  Flight(Flight&&) noexcept = default;
+  Flight& operator=(const Flight&) noexcept { return *this; }
+  Flight& operator=(Flight&&) noexcept = default;
+  ~Flight() = default;
+  std::shared_ptr<const int> token;
+};
+}  // namespace detail
 
 /// What went wrong, for programs that react to it.
 enum class Errc : std::uint8_t {
@@ -30,7 +48,8 @@ class Error : public std::runtime_error {
         bool agreed = false, bool own = true);
 
   Errc code() const { return code_; }
-  int culprit() const { return culprit_; }  ///< the rank that caused it
+  /// The rank that caused it, by its number in the world that threw this.
+  int culprit() const { return culprit_; }
   std::uint64_t superstep() const { return superstep_; }
   const std::string& where() const { return where_; }    ///< the function, e.g. "put" or "sync/pop_reg"
   const std::string& detail() const { return detail_; }  ///< the message without place, rank and superstep
@@ -38,11 +57,17 @@ class Error : public std::runtime_error {
   bool own() const { return own_; }                      ///< this rank is the culprit
 
  private:
+  friend class detail::Engine;
+
   Errc code_;
   int culprit_;
   std::uint64_t superstep_;
   std::string where_, detail_;
   bool agreed_, own_;
+  /// The ranks of its world, and the culprit (-1: unknown), as MPI_COMM_WORLD counts them.
+  std::shared_ptr<const std::vector<int>> processes_;
+  int process_ = -1;
+  detail::Flight flight_;
 };
 
 }  // namespace bsp2::bsplib

@@ -14,8 +14,10 @@ namespace bsp2::bsplib {
 ///
 /// Indices are in elements and are checked against what rank p registered. Communication is complete after
 /// the next sync. Thread rule and errors: as World.
-template <Travels T>
+template <class T>
 class Distributed {
+  static_assert(sizeof(detail::MustTravel<T>) > 0);
+
  public:
   World::Slot slot() const { return slot_; }
   std::size_t size(int pid) const {
@@ -83,7 +85,7 @@ class Distributed {
 
 /// Registers memory of the program for as long as this object lives. Construction and destruction are
 /// collective and take effect at the next sync; the memory must live that long.
-template <Travels T>
+template <class T>
 class Registered : public Distributed<T> {
  public:
   Registered(World& world, std::span<T> local)
@@ -102,7 +104,7 @@ class Registered : public Distributed<T> {
 /// Construction is collective and takes effect at once. Where ranks share a node, hpput writes into this
 /// memory and hpget reads from it without a transfer. The memory lives until the sync after the destruction, also where the world
 /// ends before the array.
-template <Travels T>
+template <class T>
 class Array : public Distributed<T> {
   static_assert(alignof(T) <= World::memory_alignment);
 

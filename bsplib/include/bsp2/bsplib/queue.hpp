@@ -20,10 +20,26 @@ namespace bsp2::bsplib {
 /// Types that can be messages: those whose bytes are their value, and objects that Boost.Serialization
 /// archives (also those of the first kind that have a public `serialize`). Pointers, references and arrays are refused, they would arrive as something else.
 template <class T>
-concept Sendable = Travels<T> ||
-    (std::is_class_v<T> && !std::is_const_v<T> && std::default_initializable<T> && std::movable<T>);
+concept Sendable = Travels<T> ||(std::is_class_v<T> && !std::is_const_v<T> && std::default_initializable<T> &&
+                                 std::movable<T> && !detail::HoldsPointer<T>::value);
 
 namespace detail {
+
+/// Says why a type cannot be a message.
+template <class T>
+struct MustBeSendable {
+  static_assert(
+      !HoldsPointer<T>::value,
+      "bsp2: pointers, references, and views, arrays, pairs or tuples of them mean nothing on another rank");
+  static_assert(!std::is_const_v<T>, "bsp2: a queue has no constant messages");
+  static_assert(Travels<T> || HoldsPointer<T>::value || std::is_class_v<T>,
+                "bsp2: send an array in an std::array or an std::vector");
+  static_assert(
+      Travels<T> || !std::is_class_v<T> || std::default_initializable<T>,
+      "bsp2: a message that is archived needs a default constructor, since it is made before it is read");
+  static_assert(Travels<T> || !std::is_class_v<T> || std::is_const_v<T> || std::movable<T>,
+                "bsp2: a message must be movable");
+};
 
 /// A class that says itself how it is archived: its bytes are not its value.
 template <class T>
@@ -70,7 +86,7 @@ class QueueNumber {
 
 }  // namespace detail
 
-template <Sendable T>
+template <class T>
 class Collectives;
 
 /// A queue of messages of one type. Messages sent in a superstep are there after its sync, and only until the
@@ -78,8 +94,10 @@ class Collectives;
 ///
 /// Construction and destruction are collective. A queue can be moved, but not copied. Thread rule and errors: as
 /// World.
-template <Sendable T>
+template <class T>
 class Queue {
+  static_assert(sizeof(detail::MustBeSendable<T>) > 0);
+
  public:
   struct Received {
     int source;
@@ -113,7 +131,7 @@ class Queue {
   }
 
  private:
-  template <Sendable U>
+  template <class U>
   friend class Collectives;
 
   World& alias() { return number_.world(); }  ///< for Collectives, which synchronize; nobody may move it away

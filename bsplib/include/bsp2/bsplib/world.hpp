@@ -2,18 +2,23 @@
 
 #include <mpi.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <ranges>
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <typeinfo>
 #include <utility>
+#include <variant>
+#include <vector>
 
 #include "bsp2/bsplib/cost.hpp"
 #include "bsp2/bsplib/error.hpp"
@@ -21,11 +26,53 @@
 
 namespace bsp2::bsplib {
 
-/// Types whose bytes are their value: these travel by put and get. Pointers do not, nor what consists of them
-/// (std::span, std::string_view): they mean nothing elsewhere.
+namespace detail {
+
+/// Whether a type is a pointer or a reference, or made of such by the standard library. Members of classes
+/// cannot be seen.
 template <class T>
-concept Travels = std::is_trivially_copyable_v<T> && !std::is_pointer_v<T> && !std::is_member_pointer_v<T> &&
-                  !std::is_reference_v<T> && !std::is_const_v<T> && !std::ranges::view<T>;
+struct HoldsPointer
+    : std::bool_constant<std::is_pointer_v<T> || std::is_member_pointer_v<T> || std::is_null_pointer_v<T> ||
+                         std::is_reference_v<T> || std::ranges::view<T>> {};
+template <class T>
+struct HoldsPointer<std::reference_wrapper<T>> : std::true_type {};
+template <class T, std::size_t n>
+struct HoldsPointer<T[n]> : HoldsPointer<T> {};
+template <class T, std::size_t n>
+struct HoldsPointer<std::array<T, n>> : HoldsPointer<T> {};
+template <class... T>
+struct HoldsPointer<std::pair<T...>> : std::disjunction<HoldsPointer<T>...> {};
+template <class... T>
+struct HoldsPointer<std::tuple<T...>> : std::disjunction<HoldsPointer<T>...> {};
+template <class... T>
+struct HoldsPointer<std::variant<T...>> : std::disjunction<HoldsPointer<T>...> {};
+template <class T>
+struct HoldsPointer<std::optional<T>> : HoldsPointer<T> {};
+template <class T, class Allocator>
+struct HoldsPointer<std::vector<T, Allocator>> : HoldsPointer<T> {};
+
+}  // namespace detail
+
+/// Types whose bytes are their value: these travel by put and get. Pointers and references do not, nor what
+/// consists of them (std::span, std::reference_wrapper, an std::array of pointers): they mean nothing
+/// elsewhere.
+template <class T>
+concept Travels = std::is_trivially_copyable_v<T> && !std::is_const_v<T> && !detail::HoldsPointer<T>::value;
+
+namespace detail {
+
+/// Says why a type does not travel.
+template <class T>
+struct MustTravel {
+  static_assert(
+      !HoldsPointer<T>::value,
+      "bsp2: pointers, references, and views, arrays, pairs or tuples of them mean nothing on another rank");
+  static_assert(std::is_trivially_copyable_v<T> || HoldsPointer<T>::value,
+                "bsp2: only trivially copyable types travel by put and get; send others through a Queue");
+  static_assert(!std::is_const_v<T>, "bsp2: constant elements cannot be written");
+};
+
+}  // namespace detail
 
 struct WorldOptions {
   /// Staging memory of a rank for the messages within a node, twice this much; what does not fit travels by
@@ -112,13 +159,13 @@ class Runs {
 
 }  // namespace detail
 
-template <Travels T>
+template <class T>
 class Distributed;
 namespace detail {
 class QueueNumber;
 }
-/// The ranks of a communicator as a BSP computer. There is no global state: worlds are independent of each
-/// other.
+/// The ranks of a communicator as a BSP computer. Worlds are independent of each other, but for errors: one
+/// that ends a world ends the worlds that were made later of its ranks, too.
 ///
 /// Threads: MPI_THREAD_FUNNELED; the thread that initialized MPI makes all calls, others may compute
 /// meanwhile. "Collective" below means that all ranks of the world call the function, in the same order. If
@@ -130,7 +177,9 @@ class World {
   using Slot = std::uint32_t;
   static constexpr std::size_t memory_alignment = 64;  ///< bytes; a cache line
 
-  /// Collective over comm, which is duplicated. A boost::mpi::communicator converts to MPI_Comm.
+  /// Collective over comm, which is duplicated, and a collective call of the newest world that has the same
+  /// ranks: so nobody waits for a rank that failed there. A boost::mpi::communicator converts to MPI_Comm.
+  /// @throws Error, agreed, of that world.
   explicit World(MPI_Comm comm = MPI_COMM_WORLD, WorldOptions options = WorldOptions::from_environment());
   /// As close(), but does not throw. While an exception leaves the scope, it tells the other ranks that this
   /// one failed, so that they do not wait for it.
@@ -161,7 +210,7 @@ class World {
   void close();
 
   /// Tells all ranks that this one cannot go on; they get it from their next collective call. Does not
-  /// return.
+  /// return. Those that wait for it in another world meanwhile get it there, and that world ends, too.
   /// @throws Error, agreed, with this text.
   [[noreturn]] void fail(const std::string& why);
   /// As fail(), for an error that this rank got: the same code, function and text. One of a sub-world yields
@@ -239,14 +288,15 @@ class World {
   const std::optional<Machine>& machine() const;
 
  private:
-  template <Travels T>
+  template <class T>
   friend class Distributed;
   friend class detail::QueueNumber;
 
   explicit World(std::shared_ptr<detail::Engine> engine);
   /// For what belongs to the world: the same one, wherever the object moves that the program has of it.
   struct Alias {};
-  World(Alias, const World& other) : runs_(other.runs_), engine_(other.engine_), owns_(false) {}
+  World(Alias, const World& other)
+      : runs_(other.runs_), engine_(other.engine_), owns_(false), last_pid_(other.last_pid_) {}
   detail::Engine& engine() const;
   /// For destructors: as pop_slot and close_queue, but does nothing in a world that is dead or over. In an open
   /// superstep it counts for the next one.
@@ -262,6 +312,7 @@ class World {
   detail::Runs runs_;
   std::shared_ptr<detail::Engine> engine_;  ///< shared with what belongs to the world
   bool owns_ = true;                        ///< ends the world in its destructor
+  int last_pid_ = 0;                        ///< this rank in the world that is, or was, here
 };
 
 /// A superstep that is ending while its ranks compute. Between open() and close() no communication may be
@@ -292,7 +343,6 @@ void supervise(World& world, Program&& program) {
   try {
     std::forward<Program>(program)(world);
   } catch (const Error& error) {
-    if (error.agreed() && world.failed()) throw;
     world.relay(error);
   } catch (const std::exception& error) {
     world.fail(error.what());
