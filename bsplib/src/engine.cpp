@@ -350,14 +350,16 @@ void Engine::dismiss_waiters() {
 /// Among many ranks that cannot be seen: a world that was made later than the failed one counts then.
 bool Engine::awaited_by_ranks_of(const Engine& failed) {
   if (phase_ != Phase::idle && !advance(false)) return false;
+  if (pending_) finish_sync();  // an error: the others wait until its text is told
   if (nprocs_ > few_ranks) return number_ > failed.number_;
   for (int rank = 0; rank < nprocs_; ++rank) {
     const auto there = std::ranges::find(*failed.processes_, (*processes_)[static_cast<std::size_t>(rank)]);
     if (rank == pid_ || there == failed.processes_->end()) continue;
-    if (failed.has_come(static_cast<int>(there - failed.processes_->begin()))) continue;
+    const auto rank_there = static_cast<int>(there - failed.processes_->begin());
+    if (failed.has_come(rank_there)) continue;
     int waits = 0;
     MPI_Iprobe(rank, wire::tag_slot, comm_, &waits, MPI_STATUS_IGNORE);
-    if (waits) return true;
+    if (waits && !failed.has_come(rank_there)) return true;  // it may have come to both in between
   }
   return false;
 }

@@ -54,7 +54,7 @@ struct Ordered {
 };
 
 Ordered differing(const Ordered& a, const Ordered& b) {
-  constexpr double most = 10'000;
+  constexpr double most = 500;
   Ordered result{model::unite({model::subtract({a.solid, b.solid}), model::subtract({b.solid, a.solid})}), 2 * (a.primitives + b.primitives), true};
   if (result.primitives > most)
     throw Error("symmetric_difference: of round solids in a construct it is a union of differences, which doubles with each operand; these are too many");
@@ -117,7 +117,7 @@ Expression with_facets(const Expression& solid, Facets facets, const CompileOpti
   });
 }
 
-std::string corners_of_circles(const std::vector<Expression>& solids) {
+std::string circle_corners_text(const std::vector<Expression>& solids) {
   std::set<std::uint32_t> counts;
   for (const Expression& solid : solids)
     with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {

@@ -24,7 +24,7 @@ bool is_refined(const model::Expression& solid);
 model::Expression with_facets(const model::Expression& solid, Facets facets, const CompileOptions& options);
 
 /// How many corners the circles of their polytopes have, as text: "64", or "64 and 128"; empty if nothing is round in them.
-std::string corners_of_circles(const std::vector<model::Expression>& solids);
+std::string circle_corners_text(const std::vector<model::Expression>& solids);
 
 /// The same with circles of so many corners at most where nobody has said how many ($fn).
 model::Expression with_fewer_corners(const model::Expression& solid, std::uint32_t corners);

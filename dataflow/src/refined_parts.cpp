@@ -14,9 +14,9 @@ Fineness fineness_of(int dimension) {
   return {dimension == 4 ? 1.0 / 8 : 1.0 / 4, 4};
 }
 
-/// A convex solid a millionth larger or smaller about its middle.
-Points scaled(Points corners, std::size_t dimension, Facets facets) {
-  const double factor = facets == Facets::around ? 1 + 1e-6 : 1 - 1e-6;
+/// A convex solid a millionth larger about its middle: more than the rounding of its corners, if it is not thinner than 1e-9 of its coordinates.
+Points enlarged(Points corners, std::size_t dimension) {
+  constexpr double factor = 1 + 1e-6;
   const auto count = static_cast<double>(corners.size() / dimension);
   for (std::size_t axis = 0; axis < dimension; ++axis) {
     double middle = 0;
@@ -29,11 +29,11 @@ Points scaled(Points corners, std::size_t dimension, Facets facets) {
 }  // namespace
 
 std::vector<Points> refined_parts(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
-  const RefinedCells cells = refined_cells(make(dimension, primitive), fineness_of(dimension), options);
+  RefinedCells cells = refined_cells(make(dimension, primitive), fineness_of(dimension), options);
+  if (facets == Facets::inside) return std::move(cells.in);  // without gaps between them: what is shrunk goes by these
   std::vector<Points> parts;
-  for (const Points& corners : cells.in) parts.push_back(scaled(corners, size(dimension), facets));
-  if (facets == Facets::around)
-    for (const Points& corners : cells.fuzzy) parts.push_back(scaled(corners, size(dimension), facets));
+  for (const auto* some : {&cells.in, &cells.fuzzy})
+    for (const Points& corners : *some) parts.push_back(enlarged(corners, size(dimension)));
   return parts;
 }
 

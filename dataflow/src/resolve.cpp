@@ -140,34 +140,43 @@ class Resolver {
     if (is_monotone(construct)) return between(image_with(Facets::inside), image_with(Facets::around), options_);
     if (std::any_of(operands.begin(), operands.end(), is_refined))
       throw Error(std::string(bounded_operands(construct)) + ": a spline, a subdivision surface, or a section or product of something curved has no corners");
-    const std::string corners = corners_of_circles(operands);
+    const std::string corners = circle_corners_text(operands);
     warnings_.push_back(std::string(bounded_operands(construct)) + ": what is round in it is taken as polyhedra in it" +
                         (corners.empty() ? "" : ", with " + corners + " corners to a circle; $fn says how many"));
     return image_with(Facets::inside);
   }
 
   /// Each pair of convex parts has a sum: two tori of 64 segments each take many minutes. So operands get fewer corners where that makes fewer pairs.
+  /// @throws bsp2::Error where so many are left of cells of splines and the like that the sum would not end.
   void limit_pairs(std::vector<Expression>& operands) {
+    const std::size_t pairs = with_fewer_pairs(operands);
+    if (pairs > 10'000 && std::any_of(operands.begin(), operands.end(), is_refined))
+      throw Error("minkowski: of splines, subdivision surfaces and the like the cells are added, and " + std::to_string(pairs) + " pairs of them are too many (10000 at most); add a convex solid, or one with fewer parts");
+  }
+
+  /// @return how many pairs are left.
+  std::size_t with_fewer_pairs(std::vector<Expression>& operands) {
     constexpr std::size_t most_pairs = 600;
     const auto pairs_of = [&](const std::vector<Expression>& solids) {
       std::size_t product = 1;
-      for (const Expression& solid : solids) product *= convex_parts(with_facets(solid, Facets::inside, options_), options_).size();
+      for (const Expression& solid : solids) product *= convex_parts(with_facets(solid, Facets::around, options_), options_).size();
       return product;
     };
     const std::size_t at_first = pairs_of(operands);
-    if (at_first <= most_pairs) return;
+    if (at_first <= most_pairs) return at_first;
     const std::vector<Expression> given = operands;
     for (const std::uint32_t corners : {48U, 32U, 24U, 16U}) {
       std::vector<Expression> coarser;
       for (const Expression& operand : given) coarser.push_back(with_fewer_corners(operand, corners));
       const std::size_t now = pairs_of(coarser);
-      if (now >= at_first) return;
+      if (now >= at_first) return at_first;
       operands = std::move(coarser);
       if (now > most_pairs && corners > 16) continue;
       warnings_.push_back("minkowski: " + std::to_string(at_first) + " pairs of convex parts are too many: circles get " + std::to_string(corners) +
                           " corners at most where $fn does not say how many");
-      return;
+      return now;
     }
+    return at_first;
   }
 
   /// Whether it makes of a larger solid a larger one, up to nothing but rounding.

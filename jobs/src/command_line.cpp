@@ -353,7 +353,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_threads_option(*queue.run, command, work_group);
   add_threads_option(*queue.merge, command, work_group);
   queue.run->add_option("--budget", raw.budget, "divide a job that takes longer (60s)")->type_name("TIME")->group(work_group);
-  queue.run->add_option("--cells", command.options.cells, "divide a job that finds more cells than about N")->check(some_cells)->type_name("N")->group(work_group);
+  queue.run->add_option("--cells", command.options.cells, "divide a job that gets more cells than about N")->check(some_cells)->type_name("N")->group(work_group);
   add_output_options(*queue.merge, command, raw);
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);

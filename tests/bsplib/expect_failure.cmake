@@ -1,4 +1,7 @@
 # Runs COMMAND (its words separated by |); it must fail and print a text that matches EXPECT.
+if(EXPECT STREQUAL "")
+  message(FATAL_ERROR "EXPECT is empty: any failure would do")
+endif()
 string(REPLACE "|" ";" command "${COMMAND}")
 execute_process(COMMAND ${command} RESULT_VARIABLE code OUTPUT_VARIABLE out ERROR_VARIABLE err)
 if(code EQUAL 0)

@@ -16,7 +16,7 @@ foreach(entry nothing
     "queue_without_serialize:no member named .*serialize" "broadcast_pointers:no matching function|constraint"
     "span_of_other_type:no matching function" "world_of_queue:use of deleted function|no matching function")
   string(REGEX MATCH "^[^:]+" case "${entry}")
-  string(REGEX REPLACE "^[^:]+:?" "" expected "${entry}")
+  string(REGEX REPLACE "^([^:]+):?(.*)$" "\\2" expected "${entry}")
   string(TOUPPER ${case} macro)
   set(command ${compile} -DCASE_${macro} ${CMAKE_CURRENT_SOURCE_DIR}/does_not_compile.cpp)
   if(NOT case STREQUAL nothing)

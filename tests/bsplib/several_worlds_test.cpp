@@ -230,6 +230,35 @@ TEST_F(Agreed, OthersAreInAPartWhileASuperstepIsOpen) {
         Errc::exception, culprit, "while it is open");
 }
 
+/// One rank fails in a part instead of opening a superstep there, another around it, and the superstep that it has opened outlives the throw. The text of the first is
+/// too long for the headers, so whoever hears of it tells it on.
+TEST_F(Agreed, TwoFailWhileASuperstepOfAPartIsOpen) {
+  const int thrower = ranks() > 3 ? 1 : 0;  // one that passes texts on
+  for (const std::size_t length : {200, 200000}) {
+    std::optional<World> part;
+    std::unique_ptr<OpenSuperstep> open;
+    std::optional<Error> error;
+    World world;
+    try {
+      supervise(world, [&](World& around) {
+        part.emplace(around.split(0));
+        if (around.pid() == last(around)) part->fail(std::string(length, 'x'));
+        open.reset(new OpenSuperstep(part->open()));
+        if (around.pid() == thrower) throw std::runtime_error("around the part");
+        open->close();
+      });
+    } catch (const Error& e) {
+      error = e;
+    }
+    ASSERT_TRUE(error.has_value()) << "rank " << world.pid() << " got no error";
+    EXPECT_EQ(error->code(), Errc::exception) << error->what();
+    EXPECT_TRUE(error->culprit() == thrower || error->culprit() == last(world)) << error->what();
+    World fresh;
+    Collectives<std::string> all(fresh);
+    for (const std::string& other : all.all_gather(error->what())) EXPECT_EQ(other, error->what());
+  }
+}
+
 /// The culprit catches the error of a part; the other ranks of the part carry it to the world around.
 TEST_F(Agreed, CulpritThatCatchesTheErrorOfAPartIsNamedByItsNumberAround) {
   const int wrong = ranks() > 2 ? ranks() - 1 : 1;  // with 3 and 4 ranks the last one of a part of two

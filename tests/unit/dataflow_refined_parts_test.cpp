@@ -33,6 +33,7 @@ TEST_F(RefinedParts, ConstructsOfADiskHaveTheAreasOfTheirFormulas) {
   const Expression frame = model::subtract({model::cuboid({4, 4}, true), disk()});
   const double common = 2 * (std::asin(std::sqrt(15.0) / 4) - std::asin(0.25)) - std::sqrt(15.0) / 4 + 0.25;  // of unit disks around (+-1/4, +-1/4)
   expect_narrow(interval_of<2>(model::minkowski(frame, model::cuboid({0.5, 0.5}, true))), 4.5 * 4.5 - common, 0.1);
+  expect_narrow(interval_of<2>(model::grow(disk(), -0.25)), common, 0.1);
   expect_narrow(interval_of<2>(model::construct(model::Hull{}, {model::symmetric_difference({disk(), model::cuboid({1, 1}, true)})})), pi, 0.1);
 }
 
@@ -66,6 +67,18 @@ TEST_F(RefinedParts, SumsOfThinSetsHoldTheSumsOfTheirPoints) {
       ASSERT_EQ(query.ask(point).label, Label::fuzzy) << point[0] << ", " << point[1];
     }
   }
+}
+
+/// An L is not convex: its IN cells are several, and nothing is between them.
+TEST_F(RefinedParts, AreShrunkAsAWhole) {
+  const Piece outline{{1}, {{0, 0, 1, 2, 3, 4, 5, 6, 6}}, {0, 0, 1, 2, 0, 1, 2, 1, 1, 1, 1, 1, 1, 2, 1, 0, 2, 1, 0, 0, 1}};
+  expect_narrow(interval_of<2>(model::grow(model::spline(2, {outline}), -0.25)), 1.25, 0.2);
+}
+
+TEST_F(RefinedParts, SumsOfTooManyCellsAreRefused) {
+  const Piece piece = waved_piece<3>(random, {2, 2}, {4, 4}, false);
+  const Expression surface = model::spline(3, {piece});
+  EXPECT_THROW(static_cast<void>(compile<3>(model::minkowski(surface, surface), {})), Error);
 }
 
 TEST_F(RefinedParts, AreTheSameInEveryRun) { expect_same_digest<2>(model::minkowski(disk(), model::cuboid({1, 1})), {}, 0); }

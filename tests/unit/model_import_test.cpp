@@ -214,6 +214,22 @@ TEST(Dxf, ArcsGoAroundOnceAtMost) {
   EXPECT_NEAR(area_to("180149200"), disk, 0.01);
 }
 
+/// All lines of a star meet in one point: each path takes the next of them that is left. Looking through all of them each time takes minutes.
+TEST(Dxf, StarsOfManyLinesAreJoined) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder.path() / "drawing.dxf";
+  constexpr int lines = 200'000;
+  {
+    std::ofstream file(path);
+    file << "0\nSECTION\n2\nENTITIES\n";
+    for (int i = 0; i < lines; ++i) file << "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n" << 1 + i % 500 << "\n21\n" << 1 + i / 500 << '\n';
+    file << "0\nENDSEC\n0\nEOF\n";
+  }
+  const PlaneDrawing drawing = import_dxf(path, "", {}, {});
+  EXPECT_EQ(drawing.points.size(), lines + 1U);
+  EXPECT_EQ(drawing.paths.size(), lines / 2U);  // from one end through the middle to another
+}
+
 TEST(Dxf, BlocksAreInsertedAndBulgesPassedOver) {
   const testing::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";

@@ -79,8 +79,8 @@ TEST(Polygon, PiecesAreDisjointIfItsEdgesOnlyMeetAtCorners) {
   EXPECT_GT(crossing, 500);
 }
 
-/// A comb of long thin teeth: all its edges lie side by side in one direction.
-TEST(Polygon, ManyEdgesSideBySideAreQuick) {
+/// All its edges lie side by side in one direction.
+TEST(Polygon, CombsOfManyTeethAreSimple) {
   std::vector<Point> comb;
   constexpr int teeth = 10000;
   for (int i = 0; i < teeth; ++i) comb.push_back({0, 2.0 * i}), comb.push_back({1, 2.0 * i + 1});
