@@ -225,6 +225,7 @@ class Resolver {
   /// Whether it knows what to do with round solids.
   static bool takes_round(const model::Construct& construct) {
     if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct)) return extrusion->is_straight();
+    if (const auto* growth = std::get_if<model::Growth>(&construct)) return growth->distance == 0;
     return std::holds_alternative<model::Product>(construct) || std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Section>(construct) ||
            std::holds_alternative<model::ProjectiveMap>(construct) || std::holds_alternative<model::Sweep>(construct);
   }

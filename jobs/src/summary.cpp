@@ -60,8 +60,11 @@ void print_summary(std::ostream& out, const RunReport& report) {
   print_cells(out, "IN", report.in_cells, fmt::format("{:.12g}", report.in_volume));
   print_cells(out, "FUZZY", report.fuzzy_cells, fmt::format("{:.12g}", report.fuzzy_volume));
   if (report.fuzzy_volume > 0) out << fmt::format("  {:<10}{:>21}   volume {:.12g} to {:.12g}\n", "solid", "", report.in_volume, report.in_volume + report.fuzzy_volume);
-  if (report.tolerance) out << fmt::format("  round surfaces are in FUZZY cells thinner than {:.6g}\n", *report.tolerance);
-  if (report.angle) out << fmt::format("  or seen thinner than {:.6g} degrees from ({:.6g})\n", *report.angle, fmt::join(report.eye, ", "));
+  if (!report.complete)
+    out << "  ended before all was decided: FUZZY cells hold what is not\n";
+  else if (report.tolerance)
+    out << fmt::format("  round surfaces are in FUZZY cells thinner than {:.6g}\n", *report.tolerance);
+  if (report.complete && report.angle) out << fmt::format("  or seen thinner than {:.6g} degrees from ({:.6g})\n", *report.angle, fmt::join(report.eye, ", "));
   if (report.out_cells) print_cells(out, "OUT", *report.out_cells, "not summed");
   if (!report.centroid.empty()) out << "  centroid  " << tuple(report.centroid) << '\n';
   print_moments(out, report);

@@ -41,16 +41,20 @@ bool is_flat(int dimension, std::span<const double> points) {
   return false;
 }
 
+struct HullNotFound : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// A run of Qhull, whose memory goes with it.
 class QhullRun {
  public:
-  QhullRun(int dimension, std::vector<double> points) : points_(std::move(points)), messages_(std::fopen("/dev/null", "w"), &std::fclose) {
+  /// @param command of Qhull; Pp: no words about precision.
+  QhullRun(int dimension, std::vector<double> points, std::string command) : points_(std::move(points)), messages_(std::fopen("/dev/null", "w"), &std::fclose) {
     qh_zero(&state_, messages_.get());
-    char command[] = "qhull Pp";  // Pp: no words about precision; coplanar facets are merged by default
-    const int error = qh_new_qhull(&state_, dimension, static_cast<int>(points_.size()) / dimension, points_.data(), False, command, nullptr, messages_.get());
+    const int error = qh_new_qhull(&state_, dimension, static_cast<int>(points_.size()) / dimension, points_.data(), False, command.data(), nullptr, messages_.get());
     if (error != qh_ERRnone) {
       release();
-      throw std::runtime_error("the convex hull of " + std::to_string(points_.size() / static_cast<std::size_t>(dimension)) + " points in " +
+      throw HullNotFound("the convex hull of " + std::to_string(points_.size() / static_cast<std::size_t>(dimension)) + " points in " +
                                std::to_string(dimension) + " dimensions was not found (qhull: error " + std::to_string(error) + ")");
     }
   }
@@ -69,7 +73,10 @@ class QhullRun {
     }
     qh_getarea(qh, qh->facet_list);
     result.content = qh->totvol;
-    FORALLvertices { result.corners.insert(result.corners.end(), vertex->point, vertex->point + qh->hull_dim); }
+    FORALLvertices {
+      const double* given = points_.data() + qh_pointid(qh, vertex->point) * qh->hull_dim;  // joggling moves copies
+      result.corners.insert(result.corners.end(), given, given + qh->hull_dim);
+    }
     return result;
   }
 
@@ -85,6 +92,31 @@ class QhullRun {
   }
 };
 
+/// Moves half-spaces outwards until all points are in them.
+void take_in(int dimension, std::span<const double> points, std::vector<double>& half_spaces) {
+  const auto d = static_cast<std::size_t>(dimension);
+  for (std::size_t at = 0; at < half_spaces.size(); at += d + 1) {
+    double most = 0;
+    for (std::size_t p = 0; p < points.size(); p += d) {
+      double value = half_spaces[at + d];
+      for (std::size_t k = 0; k < d; ++k) value += half_spaces[at + k] * points[p + k];
+      most = std::max(most, value);
+    }
+    half_spaces[at + d] -= most;
+  }
+}
+
+/// Coplanar facets are merged. Where that would make a facet too wide, the points are joggled instead, by some 1e-11 of their size.
+Polytope hull_of(int dimension, const std::vector<double>& points) {
+  try {
+    return QhullRun(dimension, points, "qhull Pp").polytope();
+  } catch (const HullNotFound&) {
+    Polytope result = QhullRun(dimension, points, "qhull Pp QJ").polytope();
+    take_in(dimension, points, result.half_spaces);
+    return result;
+  }
+}
+
 }  // namespace
 
 std::optional<Polytope> hull_polytope(int dimension, std::span<const double> points) {
@@ -98,8 +130,8 @@ std::optional<Polytope> hull_polytope(int dimension, std::span<const double> poi
   };
   std::vector<double> moved(points.begin(), points.end());
   for (std::size_t i = 0; i < moved.size(); ++i) moved[i] -= points[i % d];
-  if (largest(points) <= 1024 * largest(moved)) return QhullRun(dimension, {points.begin(), points.end()}).polytope();
-  Polytope result = QhullRun(dimension, std::move(moved)).polytope();
+  if (largest(points) <= 1024 * largest(moved)) return hull_of(dimension, {points.begin(), points.end()});
+  Polytope result = hull_of(dimension, moved);
   for (std::size_t i = 0; i < result.corners.size(); ++i) result.corners[i] += points[i % d];
   for (std::size_t i = 0; i < result.half_spaces.size(); i += d + 1)
     for (std::size_t k = 0; k < d; ++k) result.half_spaces[i + d] -= result.half_spaces[i + k] * points[k];

@@ -60,6 +60,17 @@ TEST(AnyDimension, ConstructsEncloseWhatTheyMakeOfRoundSolids) {
   expect_contains(volume_interval(model::sweep(model::torus(2, 1, 16), {{0, 0, 0}, {0, 0, 1}})), 4 * pi * pi + 8 * pi, 0.2);
 }
 
+/// By nothing at all: the solid itself, refined without end.
+TEST(AnyDimension, GrowingByNothingLeavesRoundSolidsRound) {
+  for (const auto ball : {model::Growth::Ball::cube, model::Growth::Ball::round}) {
+    const auto grown = [&](const Expression& e) { return model::construct(model::Growth{0, ball, 16}, {e}); };
+    expect_contains(volume_interval(grown(model::ball(3, 1)), 0.05), 4 * pi / 3, 0.2);
+    expect_contains(volume_interval(grown(model::torus(2, 1)), 0.05), 4 * pi * pi, 0.2);
+    expect_contains(volume_interval(grown(model::section(model::torus(2, 1), 2, 0)), 0.02), 8 * pi, 0.2);
+    expect_contains(volume_interval(model::subtract({model::cuboid({4, 4, 4}, true), grown(model::ball(3, 1))}), 0.05), 64 - 4 * pi / 3, 0.1);
+  }
+}
+
 /// A convex solid is its own hull, and stays as round as it is.
 TEST(AnyDimension, HullsOfRoundSolidsStayRound) {
   expect_contains(volume_interval(hull({model::ball(3, 1)}), 0.05), 4 * pi / 3, 0.2);
