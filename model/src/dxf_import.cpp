@@ -187,6 +187,10 @@ class Joiner {
     if (a != b) lines_.push_back({a, b});
   }
 
+  static void refuse_many(double sides) {
+    if (sides > max_sides) throw Error("import: a circle, an arc or an ellipse of a DXF drawing gets more than " + std::to_string(max_sides) + " sides ($fn, $fa, $fs)");
+  }
+
   /// Codes 41 and 42: the first and the last angle, in radians from the major axis; 40: the minor axis as a share of it.
   void ellipse(const Entity& e, const Point& centre, double scale) {
     const double x = e.number(11) * scale, y = e.number(21) * scale, start = e.number(41), full = 2 * std::numbers::pi;
@@ -194,7 +198,8 @@ class Joiner {
     if (sweep < 0) sweep += full * std::ceil(-sweep / full);
     sweep = std::min(sweep, full);
     const double sides = std::ceil(side_count(std::hypot(x, y), resolution_) * sweep / full);
-    if (!(sides >= 1 && sides <= max_sides)) return;
+    if (!(sides >= 1)) return;
+    refuse_many(sides);
     const auto at = [&](double i) {
       const double angle = start + sweep * i / sides, c = std::cos(angle), s = e.number(40) * std::sin(angle);
       return Point{centre[0] + c * x - s * y, centre[1] + c * y + s * x};
@@ -216,7 +221,8 @@ class Joiner {
 
   void arc(const Point& centre, double radius, double start, double angle) {
     const double sides = std::ceil(side_count(radius, resolution_) * angle / 360);
-    if (!(sides >= 1 && sides <= max_sides)) return;
+    if (!(sides >= 1)) return;
+    refuse_many(sides);
     const auto count = static_cast<std::uint32_t>(sides);
     const auto at = [&](std::uint32_t i) {
       const double degrees = start + angle * (i == count && angle == 360 ? 0 : i) / count;

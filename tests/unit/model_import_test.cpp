@@ -212,6 +212,7 @@ TEST(Dxf, ArcsGoAroundOnceAtMost) {
   const double disk = 32 * std::sin(std::numbers::pi / 32) * 2.5 * 2.5;
   EXPECT_NEAR(area_to("365"), disk, 0.01);
   EXPECT_NEAR(area_to("180149200"), disk, 0.01);
+  EXPECT_THROW(import_dxf(path, "", {}, {.fn = 1e9}), Error);
 }
 
 /// All lines of a star meet in one point: each path takes the next of them that is left. Looking through all of them each time takes minutes.
