@@ -153,21 +153,23 @@ TEST(AnyDimension, SectionsOfPolytopesAndBooleans) {
 
 // --- projective maps -------------------------------------------------------------------------------------------------------------------------
 
+/// What a projective map of space takes to x: the inverse of the map is that of its 4 x 4 matrix M, so solve M (y, w) = (x, 1), as a linear map of four
+/// dimensions.
+Point projective_preimage(const std::vector<double>& matrix, const Point& x) {
+  std::vector<double> wide(25);
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = 0; j < 4; ++j) wide[i * 5 + j] = matrix[i * 4 + j];
+  const Point y = inverse_image(wide, {x[0], x[1], x[2], 1});
+  return {y[0] / y[3], y[1] / y[3], y[2] / y[3]};
+}
+
 TEST(AnyDimension, ProjectiveMapsTakePointsToTheirImages) {
   Seeded s;
   for (int round = 0; round < 4; ++round) {
     auto matrix = free_matrix(s.random, 3, 0.5);
     for (int j = 0; j < 3; ++j) matrix[static_cast<std::size_t>(12 + j)] = uniform(s.random, -0.15, 0.15);
     const auto solid = model::subtract({model::ball(3, 1.5), model::cuboid({2, 2, 2}), random_polytope(s.random, 3, 4)});
-    // The inverse of a map is that of its (D+1) x (D+1) matrix: solve M (y, w) = (x, 1), as a linear map of four dimensions.
-    const auto preimage_of = [&](const Point& x) {
-      std::vector<double> wide(25);
-      for (std::size_t i = 0; i < 4; ++i)
-        for (std::size_t j = 0; j < 4; ++j) wide[i * 5 + j] = matrix[i * 4 + j];
-      const Point y = inverse_image(wide, {x[0], x[1], x[2], 1});
-      return Point{y[0] / y[3], y[1] / y[3], y[2] / y[3]};
-    };
-    check_labels<3>(model::projective(matrix, solid), 0.1, s.random, [&](const Point& x, Real margin) { return where(solid, preimage_of(x), margin); });
+    check_labels<3>(model::projective(matrix, solid), 0.1, s.random, [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
   }
 }
 
@@ -193,14 +195,7 @@ TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
     for (int j = 0; j < 3; ++j) matrix[static_cast<std::size_t>(12 + j)] = uniform(s.random, -0.08, 0.08);
     const auto placed = [&](const Expression& e) { return model::transform(free_matrix(s.random, 3, 0.3), e); };
     const auto solid = model::subtract({model::symmetric_difference({placed(model::torus(1.5, 0.6, 12)), placed(model::cone(2, 1, 0.2, 16)), model::ball(3, 1)}), placed(model::round_cylinder(2, 0.4, {1}))});
-    const auto preimage_of = [&](const Point& x) {
-      std::vector<double> wide(25);
-      for (std::size_t i = 0; i < 4; ++i)
-        for (std::size_t j = 0; j < 4; ++j) wide[i * 5 + j] = matrix[i * 4 + j];
-      const Point y = inverse_image(wide, {x[0], x[1], x[2], 1});
-      return Point{y[0] / y[3], y[1] / y[3], y[2] / y[3]};
-    };
-    check_labels<3>(model::projective(matrix, solid), 0.2, s.random, [&](const Point& x, Real margin) { return where(solid, preimage_of(x), margin); });
+    check_labels<3>(model::projective(matrix, solid), 0.2, s.random, [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
   }
 }
 

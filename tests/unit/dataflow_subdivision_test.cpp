@@ -174,30 +174,27 @@ ControlNet double_pyramid(Random& random, std::uint32_t sides) {
   return net;
 }
 
+/// @param fine the net, refined many times. @param limits the limit points of its vertices. @param share of the volume that is certain.
+void check_surface(const Expression& surface, Subdivider& fine, const std::vector<std::array<double, 3>>& limits, double tolerance, double share) {
+  const double volume = fine.volume(limits);
+  const Interval now = check_points<3>(surface, limits, thinner_than(tolerance));
+  EXPECT_LE(now.in, volume * (1 + 1e-3));  // the mesh of limit points is inside of what is convex, a little
+  EXPECT_GE(now.high(), volume * (1 - 1e-3));
+  EXPECT_GT(now.in, volume * share);
+}
+
 TEST_F(Subdivision, CatmullClarkSurfacesHoldTheirPointsAndBoundTheirVolume) {
   const ControlNet net = house(random);
   Subdivider fine(net);
   for (int step = 0; step < 7; ++step) fine.catmull_clark();
-  const auto limits = fine.catmull_clark_limits();
-  const Expression surface = net.surface(SubdivisionSurface::Scheme::catmull_clark);
-  const double volume = fine.volume(limits);
-  const Interval now = check_points<3>(surface, limits, thinner_than(0.2));
-  EXPECT_LE(now.in, volume * (1 + 1e-3));  // the mesh of limit points is inside of what is convex, a little
-  EXPECT_GE(now.high(), volume * (1 - 1e-3));
-  EXPECT_GT(now.in, volume / 2);
+  check_surface(net.surface(SubdivisionSurface::Scheme::catmull_clark), fine, fine.catmull_clark_limits(), 0.2, 1.0 / 2);
 }
 
 TEST_F(Subdivision, LoopSurfacesHoldTheirPointsAndBoundTheirVolume) {
   const ControlNet net = double_pyramid(random, 7);
   Subdivider fine(net);
   for (int step = 0; step < 7; ++step) fine.loop();
-  const auto limits = fine.loop_limits();
-  const Expression surface = net.surface(SubdivisionSurface::Scheme::loop);
-  const double volume = fine.volume(limits);
-  const Interval now = check_points<3>(surface, limits, thinner_than(0.1));
-  EXPECT_LE(now.in, volume * (1 + 1e-3));
-  EXPECT_GE(now.high(), volume * (1 - 1e-3));
-  EXPECT_GT(now.in, volume / 3);
+  check_surface(net.surface(SubdivisionSurface::Scheme::loop), fine, fine.loop_limits(), 0.1, 1.0 / 3);
 }
 
 }  // namespace
