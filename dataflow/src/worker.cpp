@@ -110,12 +110,12 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     token->program.assign(program.begin(), program.end());
     token->restored = Token<D>::not_restored;
   }
-  bool left = stop;
+  const bool deep = crew_.options.level && token->level >= *crew_.options.level;
+  // What is not cut again is looked at closely, also in a picture, unless it may be taken up again later.
+  const bool final = deep && !crew_.options.suspend;
+  bool left = stop && !final;
   if (!left) {
     typename Localizer<D>::Cut cut;
-    const bool deep = crew_.options.level && token->level >= *crew_.options.level;
-    // What is not cut again is looked at closely, unless it may be taken up again later.
-    const bool final = deep && !crew_.options.suspend;
     const Answer answer = final ? localizer_.decide(token->program, token->cell, program_) : localizer_.fire(token->program, token->cell, program_, cut);
     if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
     left = answer.label == Label::fuzzy;

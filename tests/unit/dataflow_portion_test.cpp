@@ -169,5 +169,11 @@ TEST(Portion, ChangesNothing) {
   EXPECT_GT(separations, 0);
 }
 
+/// At the level of this one lies a cell that is out of the solid, and undecided to those who cut in haste between operands.
+TEST(Portion, ChangesNothingOfWhatALevelLeavesOfManyOperands) {
+  Random random(3308923189);
+  EXPECT_GT(expect_dividable<3>(random, true)[0], 0);
+}
+
 }  // namespace
 }  // namespace bsp2::dataflow

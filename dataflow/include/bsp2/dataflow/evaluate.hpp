@@ -116,7 +116,8 @@ Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions
 /// The picture of what is unfinished, as it is: FUZZY cells where something is undecided, and the cells that are held since
 /// their parents may be given back. With what has been emitted they fill the space. Provisional: nothing is refined, the
 /// regions stay as they are, and the next picture replaces this one. Portions of others are left empty.
-/// @param options as for `evaluate`; level, budget, cells and suspend are ignored.
+/// @param options as for `evaluate`; what is as deep as its level is FUZZY only if it is undecided when looked at closely.
+/// Budget, cells and suspend are ignored.
 template <int D>
 Evaluation<D> picture(const Network<D>& network, std::span<const Region<D>> regions, EvaluateOptions options,
                       std::span<Consumer* const> consumers);
