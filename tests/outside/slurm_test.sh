@@ -58,9 +58,13 @@ until_true() {
 is_over() {
   hurry
   # A job that is requeued has the state of the end of its batch script, until its node is free again: on a busy machine for seconds.
-  local i
-  for ((i = 0; i < 30; ++i)); do if [[ $(state_of "$1") == FAILED ]]; then sleep 1; fi; done
-  case $(state_of "$1") in COMPLETED) return 0 ;; *FAILED* | *CANCELLED* | *TIMEOUT*) fail "job $1: $(state_of "$1")" ;; *) return 1 ;; esac
+  local i state
+  for ((i = 0; i < 30; ++i)); do
+    state=$(state_of "$1")
+    [[ $state == FAILED ]] || break
+    sleep 1
+  done
+  case $state in COMPLETED) return 0 ;; *FAILED* | *CANCELLED* | *TIMEOUT*) fail "job $1: $state" ;; *) return 1 ;; esac
 }
 
 restarts() { scontrol show job -o "$1" | grep -o 'Restarts=[0-9]*' | head -1 | cut -d= -f2; }
