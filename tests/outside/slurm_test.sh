@@ -37,10 +37,17 @@ fail() {
 
 digest() { sed -n 's/.*"digest": *"\([0-9a-f]*\)".*/\1/p' "$1/report.json"; }
 
-# Requeued jobs wait two minutes for their turn, for the nodes to recover; here they need not.
+restarts() { scontrol show job -o "$1" | grep -o 'Restarts=[0-9]*' | head -1 | cut -d= -f2; }
+
+# Requeued jobs wait two minutes for their turn, for the nodes to recover; here a few seconds do. Not none: a node refuses a job
+# that comes back in the second in which it was ended there.
+declare -A hurried
 hurry() {
-  local job
-  for job in $(squeue -h -t PD -o '%i %r' | sed -n 's/ BeginTime$//p'); do scontrol update "jobid=$job" starttime=now 2>/dev/null; done
+  local job turn
+  for job in $(squeue -h -t PD -o '%i %r' | sed -n 's/ BeginTime$//p'); do
+    turn=$job.$(restarts "$job")
+    [[ -z ${hurried[$turn]:-} ]] && scontrol update "jobid=$job" starttime=now+3 2>/dev/null && hurried[$turn]=1
+  done
 }
 
 state_of() { scontrol show job -o "$1" 2>/dev/null | grep -o 'JobState=[A-Z_]*' | sort -u | sed 's/JobState=//'; }
@@ -66,8 +73,6 @@ is_over() {
   done
   case $state in COMPLETED) return 0 ;; *FAILED* | *CANCELLED* | *TIMEOUT*) fail "job $1: $state" ;; *) return 1 ;; esac
 }
-
-restarts() { scontrol show job -o "$1" | grep -o 'Restarts=[0-9]*' | head -1 | cut -d= -f2; }
 
 check() { # NAME DIR
   [[ $(digest "$2") == "$expected" ]] || fail "$1: digest $(digest "$2") instead of $expected"
