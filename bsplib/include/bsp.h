@@ -188,7 +188,7 @@ BSP2_STAND_IN void bsp_send(bsp_pid_t pid, const void* tag, const void* payload,
 /* The last message of each size is left to the library, which then looks for those of the next. */
 BSP2_STAND_IN void bsp_get_tag(bsp_size_t* status, void* tag) {
   const struct bsp2_messages* queue = &bsp2_classic_messages;
-  if (BSP2_RARELY(queue->left < 2 || !status || (!tag && queue->tag > 0))) {
+  if (BSP2_RARELY(queue->place == queue->last || !status || (!tag && queue->tag > 0))) {
     bsp2_library_get_tag(status, tag);
   } else {
     const char* place = queue->place;
@@ -200,27 +200,24 @@ BSP2_STAND_IN void bsp_get_tag(bsp_size_t* status, void* tag) {
 
 BSP2_STAND_IN void bsp_move(void* payload, bsp_size_t nbytes) {
   struct bsp2_messages* queue = &bsp2_classic_messages;
-  if (BSP2_RARELY(queue->left < 2 || (size_t)nbytes != queue->payload || !payload)) {
+  if (BSP2_RARELY(queue->place == queue->last || (size_t)nbytes != queue->payload || !payload)) {
     bsp2_library_move(payload, nbytes);
   } else {
-    const char* place = queue->place + bsp2_padded(queue->tag);
-    queue->place = place + bsp2_padded((size_t)nbytes);
-    --queue->left;
+    const char* place = bsp2_foreseen(&queue->ahead, queue->place + queue->tag_room, payload);
+    queue->place = place + queue->payload_room;
     bsp2_copy_part((char*)payload, place, (size_t)nbytes);
   }
 }
 
 BSP2_STAND_IN bsp_size_t bsp_hpmove(void** tag, void** payload) {
   struct bsp2_messages* queue = &bsp2_classic_messages;
-  if (BSP2_RARELY(queue->left < 2 || !tag || !payload)) return bsp2_library_hpmove(tag, payload);
+  if (BSP2_RARELY(queue->place == queue->last || !tag || !payload)) return bsp2_library_hpmove(tag, payload);
   {
     char* place = (char*)queue->place;
-    const size_t tag_room = bsp2_padded(queue->tag), bytes = queue->payload;
-    queue->place = place + tag_room + bsp2_padded(bytes);
-    --queue->left;
     *tag = place;
-    *payload = place + tag_room;
-    return (bsp_size_t)bytes;
+    *payload = place += queue->tag_room;
+    queue->place = place + queue->payload_room;
+    return (bsp_size_t)queue->payload;
   }
 }
 #endif

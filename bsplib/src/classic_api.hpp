@@ -183,19 +183,29 @@ struct Api {
       die("bsp_qsize", bytes_wanted ? "both arguments may not be NULL, nor may one"
                                     : "The first argument may not be NULL");
     const bsp2_messages& front = bsp2_classic_messages;
-    *count = narrow<Nprocs>(state.messages_behind + front.left, "bsp_qsize", "The number of messages");
+    *count = narrow<Nprocs>(state.messages_behind + left(), "bsp_qsize", "The number of messages");
     if (bytes)
-      *bytes = narrow<Size>(state.bytes_behind + front.left * front.payload, "bsp_qsize", "The size of all messages");
+      *bytes = narrow<Size>(state.bytes_behind + left() * front.payload, "bsp_qsize", "The size of all messages");
+  }
+
+  /// How many messages of one size there are at the front of the queue.
+  static std::size_t left() {
+    const bsp2_messages& front = bsp2_classic_messages;
+    if (!front.place) return 0;
+    if (front.place == front.last) return 1;
+    return static_cast<std::size_t>(front.last - front.place) / (front.tag_room + front.payload_room) + 1;
   }
 
   static const char* front_payload() {
-    return bsp2_classic_messages.place + bsp2_padded(bsp2_classic_messages.tag);
+    return bsp2_classic_messages.place + bsp2_classic_messages.tag_room;
   }
 
   static void drop_front() {
     bsp2_messages& front = bsp2_classic_messages;
-    front.place = front_payload() + bsp2_padded(front.payload);
-    if (--front.left == 0) next_messages();
+    if (front.place == front.last)
+      next_messages();
+    else
+      front.place = front_payload() + front.payload_room;
   }
 
   static void get_tag(Size* status, void* tag) {
@@ -206,16 +216,16 @@ struct Api {
       die("bsp_get_tag", "tag must point to a block of available memory of at least " +
                              std::to_string(bytes) + " bytes long");
     const bsp2_messages& front = bsp2_classic_messages;
-    *status = front.left > 0 ? narrow<Size>(front.payload, "bsp_get_tag", "The size of the message")
+    *status = front.place ? narrow<Size>(front.payload, "bsp_get_tag", "The size of the message")
                              : static_cast<Size>(-1);
-    if (front.left > 0 && bytes > 0) std::memcpy(tag, front.place, bytes);
+    if (front.place && bytes > 0) std::memcpy(tag, front.place, bytes);
   }
 
   static void move(void* payload, Size bytes) {
     engine("bsp_move");
     if (negative(bytes)) die("bsp_move", "size argument may not be negative");
     if (!payload && bytes != 0) die("bsp_move", "payload may not be NULL if reception_nbytes is non-zero");
-    if (bsp2_classic_messages.left == 0) die("bsp_move", "Message queue was empty");
+    if (!bsp2_classic_messages.place) die("bsp_move", "Message queue was empty");
     const std::size_t size = std::min(static_cast<std::size_t>(bytes), bsp2_classic_messages.payload);
     if (size > 0) copy_bytes(static_cast<std::byte*>(payload), reinterpret_cast<const std::byte*>(front_payload()), size);
     drop_front();
@@ -224,7 +234,7 @@ struct Api {
   static Size hpmove(void** tag, void** payload) {
     engine("bsp_hpmove");
     if (!tag || !payload) die("bsp_hpmove", "pointer arugments may not be NULL");
-    if (bsp2_classic_messages.left == 0) return static_cast<Size>(-1);
+    if (!bsp2_classic_messages.place) return static_cast<Size>(-1);
     const auto size = narrow<Size>(bsp2_classic_messages.payload, "bsp_hpmove", "The size of the message");
     *tag = const_cast<char*>(bsp2_classic_messages.place);
     *payload = const_cast<char*>(front_payload());

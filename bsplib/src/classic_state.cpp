@@ -202,7 +202,9 @@ void next_messages() {
     return;
   }
   const MessageRun& run = runs[state.next_run++];
-  bsp2_classic_messages = {reinterpret_cast<const char*>(run.place), run.count, run.payload, run.tag};
+  const auto* first = reinterpret_cast<const char*>(run.place);
+  bsp2_classic_messages = {first, first + (run.count - 1) * run.stride(), run.payload, wire::padded(run.payload),
+                           run.tag, wire::padded(run.tag), 0};
   state.messages_behind -= run.count;
   state.bytes_behind -= run.count * run.payload;
 }

@@ -19,7 +19,7 @@ namespace bsp2::bsplib {
 /// No run is open.
 inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id, 0, 0, 0, 0};
 inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id, 0};
-inline constexpr bsp2_message_run no_message_run{nullptr, nullptr, 0, 0};
+inline constexpr bsp2_message_run no_message_run{nullptr, nullptr, 0, 0, 0, 0};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
@@ -221,16 +221,19 @@ inline bool Outbox::short_get(Registry::Id slot, std::size_t offset, std::byte* 
 /// The newest message may be followed by others of its size, within the stream and what a record can count.
 inline void Outbox::open_messages() {
   const std::size_t begin = messages_at_ + sizeof(wire::Short);
-  const std::size_t all = wire::padded(messages_->tag) + wire::padded(messages_->payload);
+  messages_->tag_room = wire::padded(messages_->tag);
+  const std::size_t all = messages_->tag_room + wire::padded(messages_->payload);
+  const std::size_t end = std::min(block_.capacity, begin + wire::Short::most_messages * all);
+  if (end < size_ + all) return;
   messages_->next = reinterpret_cast<char*>(block_.data + size_);
-  messages_->end = reinterpret_cast<char*>(block_.data + std::min(block_.capacity, begin + wire::Short::most_messages * all));
+  messages_->ceiling = reinterpret_cast<char*>(block_.data + (end - all + 1));
 }
 
 /// Brings their record up to date, and the end of the stream, too.
 inline void Outbox::end_messages() {
   if (!messages_->next) return;
   const std::size_t bytes = static_cast<std::size_t>(messages_->next - reinterpret_cast<char*>(block_.data + size_));
-  messages_->next = messages_->end = nullptr;
+  messages_->next = messages_->ceiling = nullptr;
   if (bytes == 0) return;
   const std::size_t more = bytes / (wire::padded(messages_->tag) + wire::padded(messages_->payload));
   size_ += bytes;

@@ -65,9 +65,11 @@ struct bsp2_reference_run {
 /* Of messages to one queue with tags and payloads of one size: each call appends both to the stream. */
 struct bsp2_message_run {
   char* next;
-  char* end;      /* of the room; NULL, as next: nothing continues it */
-  size_t payload; /* bytes, as in `tag` */
+  char* ceiling;   /* messages begin below this address; NULL, as next: nothing continues the run */
+  size_t payload;  /* bytes, as in `tag` */
   size_t tag;
+  size_t tag_room; /* the same, padded to 8 bytes */
+  size_t ahead;    /* see bsp2_foreseen */
 } BSP2_LINE;
 
 /* Tables by rank. One a kind: the fields are then near the start of what a loop works on, its instructions shorter. */
@@ -80,10 +82,11 @@ struct bsp2_runs {
 /* The messages of one size at the front of the queue of a classic program. Tag and payload follow each other, both
  * padded to 8 bytes. */
 struct bsp2_messages {
-  const char* place; /* of the first one */
-  size_t left;       /* how many there are; 0: the queue is empty */
-  size_t payload;
-  size_t tag;
+  const char* place; /* of the first one; NULL: the queue is empty */
+  const char* last;  /* of the last one */
+  size_t payload, payload_room;
+  size_t tag, tag_room;
+  size_t ahead; /* see bsp2_foreseen */
 };
 
 /* Whether there are bytes, and all are before the end; from <= end. The end is that of memory, so a size known to be
@@ -139,12 +142,12 @@ BSP2_INLINE void bsp2_copy_part(char* place, const void* source, size_t bytes) {
 }
 
 /* Both return whether the call is done. held, named: what tells the memory of the run and that of the call. A call costs
- * about three cycles. Comparisons joined by | are one branch instead of several, which helps the longer of the two; the
- * shorter one wants this order of them, and the difference of pointers, which is the same throughout a loop. */
+ * about three cycles: what is compared comes from memory by itself, and the processor joins each comparison with its branch. */
 BSP2_INLINE int bsp2_continue_put(struct bsp2_put_run* run, size_t held, size_t named, size_t offset,
                                   const void* source, size_t bytes) {
   char* place;
-  if (BSP2_RARELY(((held ^ named) | (offset ^ run->next)) != 0)) return 0;
+  if (BSP2_RARELY(offset != run->next)) return 0;
+  if (BSP2_RARELY(held != named)) return 0;
   if (BSP2_RARELY(!bsp2_fits(offset, bytes, run->end))) return 0;
   if (BSP2_RARELY(source == 0)) return 0;
   place = (char*)(run->origin + offset);
@@ -185,21 +188,37 @@ BSP2_INLINE size_t bsp2_padded(size_t bytes) {
   return (bytes + 7) & ~(size_t)7;
 }
 
+/* The place in the stream that belongs to the program's memory `other`, as an address. Each call reads in memory where the one before
+ * has ended, and would wait for that. So the place is foreseen: a loop over neighbouring elements is always as far from it as
+ * at the last call, and that the processor knows at once; what was read is only compared. */
+BSP2_INLINE char* bsp2_foreseen(size_t* ahead, const char* place, const void* other) {
+#ifdef __GNUC__
+  const size_t guess = (size_t)other + *ahead;
+  size_t foreseen = guess;
+  __asm__("" : "+r"(foreseen)); /* else the compiler would take the place itself where both are equal */
+  if (!BSP2_RARELY(guess != (size_t)place)) return (char*)foreseen;
+  *ahead = (size_t)place - (size_t)other;
+#endif
+  return (char*)place;
+}
+
 /* The run goes on to the same queue. Messages without a byte, and mistakes, are the library's. */
 BSP2_INLINE int bsp2_continue_messages(struct bsp2_message_run* run, const void* tag, const void* payload,
                                        size_t bytes) {
   char* place = run->next;
-  const size_t tag_bytes = run->tag, tag_room = bsp2_padded(tag_bytes), all = tag_room + bsp2_padded(bytes);
+  const size_t tag_room = run->tag_room;
   if (BSP2_RARELY(bytes != run->payload)) return 0;
-  if (BSP2_RARELY(all - 1 >= (size_t)run->end - (size_t)place)) return 0;
+  if (BSP2_RARELY(place >= run->ceiling)) return 0;
   if (BSP2_RARELY(payload == 0)) return 0;
   BSP2_SOON_WRITTEN(place[1024]);
-  if (tag_bytes > 0) {
+  if (tag_room > 0) {
     if (BSP2_RARELY(tag == 0)) return 0;
-    bsp2_copy_part(place, tag, tag_bytes);
+    bsp2_copy_part(place, tag, run->tag);
+    place += tag_room;
   }
-  bsp2_copy_part(place + tag_room, payload, bytes);
-  run->next = place + all;
+  place = bsp2_foreseen(&run->ahead, place, payload);
+  bsp2_copy_part(place, payload, bytes);
+  run->next = place + bsp2_padded(bytes);
   return 1;
 }
 
