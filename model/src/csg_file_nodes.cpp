@@ -43,8 +43,9 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   const std::filesystem::path path = file_of("import", arguments, folder);
   const std::string kind = lower_ending(path);
   if (kind == ".dxf") {
-    const PlaneDrawing drawing = import_dxf(path, arguments.string("layer", -1, ""), read_frame(arguments), resolution_of(arguments));
-    if (drawing.paths.size() == 0) warn("this import is empty: there is no path in " + path.string());
+    const std::string layer = arguments.string("layer", -1, "");
+    const PlaneDrawing drawing = import_dxf(path, layer, read_frame(arguments), resolution_of(arguments));
+    if (drawing.paths.size() == 0) warn("this import is empty: there is no path " + (layer.empty() ? "" : "on a layer '" + layer + "' ") + "in " + path.string());
     return pooled_polygon(drawing.points, drawing.paths, pool);
   }
   if (kind == ".svg") {

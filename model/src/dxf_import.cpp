@@ -42,10 +42,15 @@ std::vector<Entity> read_entities(const std::filesystem::path& path) {
   if (!file) throw Error("import: " + path.string() + " cannot be read");
   std::vector<Entity> entities;
   std::string code_line, value, section, block;
+  std::size_t line = 1;  // of the group code
   bool names_section = false;
-  while (std::getline(file, code_line) && std::getline(file, value)) {
+  for (; std::getline(file, code_line); line += 2) {
     char* end = nullptr;
     const std::string code_text = trimmed(code_line);
+    if (!std::getline(file, value)) {
+      if (code_text.empty()) break;
+      throw Error("import: " + path.string() + " is cut off: line " + std::to_string(line) + " is its last one, and a group code without a value");
+    }
     const long code = std::strtol(code_text.c_str(), &end, 10);
     if (code_text.empty() || *end != '\0') throw Error("import: " + path.string() + " is no DXF file: '" + code_text.substr(0, 40) + "' is no group code");
     value = trimmed(value);
@@ -64,6 +69,7 @@ std::vector<Entity> read_entities(const std::filesystem::path& path) {
       if ((code >= 10 && code <= 59) || code == 70) entities.back().numbers[static_cast<int>(code)].push_back(std::strtod(value.c_str(), nullptr));
     }
   }
+  if (!section.empty()) throw Error("import: " + path.string() + " is cut off: its section " + section.substr(0, 40) + " has no end");
   return entities;
 }
 

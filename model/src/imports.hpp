@@ -64,7 +64,7 @@ struct DrawingFrame {
 /// The paths of a DXF drawing's lines, arcs, circles, ellipses, polylines (bulges are passed over) and inserted blocks. As in OpenSCAD their points
 /// lie on a grid of 2^-10, ends next to each other on it meet, and open paths are closed by a straight line.
 /// @param layer only what is on this layer; empty: everything.
-/// @throws bsp2::Error if the file cannot be read.
+/// @throws bsp2::Error if the file cannot be read or is cut off.
 PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution);
 
 /// What is wanted of an SVG drawing, with what is in it; empty names: everything.

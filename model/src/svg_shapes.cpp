@@ -115,10 +115,10 @@ class Pen {
     if (rx == 0 || ry == 0 || end == at_) return to(end);
     const double c = cosine(turn), s = sine(turn), dx = (at_[0] - end[0]) / 2, dy = (at_[1] - end[1]) / 2;
     const double x = c * dx + s * dy, y = c * dy - s * dx, d = x * x / (rx * rx) + y * y / (ry * ry);
-    if (!std::isfinite(d)) return to(end);
+    constexpr double flat = 1e-24;  // half of the chord's length in radii, squared: what is round about it is lost in rounding
+    if (!std::isfinite(d) || (d < flat && !large)) return to(end);
     if (d > 1) rx *= std::sqrt(d), ry *= std::sqrt(d);
-    const double across = rx * rx * y * y + ry * ry * x * x;
-    double t = std::sqrt(std::max(0.0, rx * rx * ry * ry - across) / across);
+    double t = d > 1 ? 0 : std::sqrt(1 / d - 1);
     if (large == sweep) t = -t;
     const double u = t * rx * y / ry, v = -t * ry * x / rx;
     const Point centre{c * u - s * v + (at_[0] + end[0]) / 2, s * u + c * v + (at_[1] + end[1]) / 2};

@@ -88,6 +88,20 @@ TEST(Svg, RoundShapesHaveTheSidesOfOpenScad) {
   EXPECT_NEAR(svg_area("<rect width=\"30px\" height=\"1in\"/>"), 30 * 96, 1e-9) << "lengths with units";
 }
 
+/// The larger its radii, the nearer an arc is to its chord.
+TEST(Svg, ArcsOfAnyRadiusEndAtTheirChord) {
+  double before = 1e9;
+  for (const char* radius : {"20", "100", "1e4", "1e8", "1e13", "1e60", "1e154", "1e300"}) {
+    SCOPED_TRACE(radius);
+    const std::string r = radius;
+    const double area = svg_area("<path d=\"M10 10 A " + r + " " + r + " 0 0 1 40 10 L 40 30 L 10 30 Z\"/>");
+    EXPECT_GE(area, 600 - 1e-9);
+    EXPECT_LE(area, before);
+    before = area;
+  }
+  EXPECT_NEAR(before, 600, 1e-9);
+}
+
 TEST(Svg, LinesAreAsWideAsTheirStrokes) {
   const std::string line = "<line x1=\"10\" y1=\"10\" x2=\"30\" y2=\"10\" ", path = "<path d=\"M10 10 L30 10 L30 30\" ";
   EXPECT_NEAR(svg_area(line + "stroke-width=\"2\"/>"), 44, 1e-9) << "with square caps";
@@ -196,6 +210,26 @@ TEST(Svg, FaultsAreToldWithTheirLine) {
     FAIL() << "a file that is not there was read";
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()), "import: " + path.string() + " cannot be read");
+  }
+}
+
+/// Wherever it is cut off: a drawing is read whole or not at all.
+TEST(Dxf, ADrawingThatIsCutOffIsAnError) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder.path() / "drawing.dxf";
+  const std::string sections = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n3\n20\n4\n40\n5\n0\nENDSEC\n", end = "0\nEOF\n";
+  const auto whole = [&](const std::string& text) {
+    std::ofstream(path) << text;
+    return area_of(import_dxf(path, "", {}, {}));
+  };
+  const double area = whole(sections + end);
+  EXPECT_GT(area, 70);
+  EXPECT_EQ(whole(sections), area);  // there is nothing after it
+  EXPECT_EQ(whole(sections + end + "\n"), area);
+  const std::size_t named = sections.find("ENTITIES") + 1, last = sections.find("ENDSEC") + 6;
+  for (std::size_t bytes = named; bytes < last; ++bytes) {
+    SCOPED_TRACE(sections.substr(0, bytes));
+    EXPECT_THROW(whole(sections.substr(0, bytes)), Error);
   }
 }
 
