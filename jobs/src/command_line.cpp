@@ -66,6 +66,12 @@ CLI::Validator acute_angle() {
           "0 .. 90"};
 }
 
+/// An option that names a file or a folder. One without a name, as by a variable of a script that is not set, is a mistake.
+CLI::Option* add_path(CLI::App& app, const std::string& option, std::string& path, const std::string& description, const std::string& type) {
+  const CLI::Validator is_named([](const std::string& text) { return text.empty() ? std::string("needs a name, not an empty text") : std::string(); }, "");
+  return app.add_option(option, path, description)->check(is_named)->type_name(type);
+}
+
 const CLI::Range some_cells(std::uint64_t{1}, std::uint64_t{1} << 62, "1 or more");
 
 constexpr auto work_group = "What is computed";
@@ -140,23 +146,27 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
 
 void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = "What is written";
-  app.add_option("-o,--output", raw.folder,
-                 "write report.json, solid.pvtu with its pieces,\nboundary.stl, view.png and snapshot.h5 into this\nfolder")
-      ->type_name("DIR")
+  add_path(app, "-o,--output", raw.folder,
+           "write report.json, solid.pvtu with its pieces,\nboundary.stl, view.png and snapshot.h5 into this\nfolder", "DIR")
       ->group(group);
   app.add_flag("--vtu", raw.mesh, "write the cells as solid.pvtu (without -o: here)")->group(group);
   app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
-  app.add_option("--snapshot", raw.snapshot, "write the state of the run, after each step")
-      ->type_name("FILE.h5")
+  add_path(app, "--snapshot", raw.snapshot,
+           "write the state of the run, after each step", "FILE.h5")
       ->group(group);
-  app.add_option("--boundary", raw.boundary, "write the surface of the solid, closed triangles:\n.stl, .ply, .obj or .vtp")
-      ->type_name("FILE")
+  add_path(app, "--boundary", raw.boundary,
+           "write the surface of the solid, closed triangles:\n.stl, .ply, .obj or .vtp", "FILE")
       ->group(group);
-  app.add_option("--picture", raw.picture, "draw the solid: .png, .svg or .pdf")->type_name("FILE")->group(group);
-  app.add_option("--frames", raw.frames, "draw what there is after each step (--budget; 1s):\nPREFIX0000.png and so on")->type_name("PREFIX")->group(group);
-  app.add_option("--series", raw.series, "write the cells after each step (--budget; 1s), and\nFILE.pvd, which shows them over time in ParaView")->type_name("FILE.pvd")->group(group);
-  app.add_option("--report", raw.report, "write the report")->type_name("FILE.json")->group(group);
-  app.add_option("--table", raw.table, "write what each superstep cost each rank")->type_name("FILE.csv")->group(group);
+  add_path(app, "--picture", raw.picture,
+           "draw the solid: .png, .svg or .pdf", "FILE")->group(group);
+  add_path(app, "--frames", raw.frames,
+           "draw what there is after each step (--budget; 1s):\nPREFIX0000.png and so on", "PREFIX")->group(group);
+  add_path(app, "--series", raw.series,
+           "write the cells after each step (--budget; 1s), and\nFILE.pvd, which shows them over time in ParaView", "FILE.pvd")->group(group);
+  add_path(app, "--report", raw.report,
+           "write the report", "FILE.json")->group(group);
+  add_path(app, "--table", raw.table,
+           "write what each superstep cost each rank", "FILE.csv")->group(group);
   app.add_option("--collect", raw.collect,
                  "where the cells of all ranks go: to the master, up a\ntree of masters, or each rank to its own files\n(default: master up to 200,000 cells, else file)")
       ->check(CLI::IsMember({"master", "tree", "file"}))
@@ -337,11 +347,13 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
   CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
   rendered->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
-  rendered->add_option("-o,--output", raw.rendered, "the picture: .png, .svg or .pdf")->required()->type_name("FILE");
+  add_path(*rendered, "-o,--output", raw.rendered,
+           "the picture: .png, .svg or .pdf", "FILE")->required();
   add_picture_options(*rendered, raw.view);
   CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
   queried->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
-  queried->add_option("--points", raw.points, "a text with the coordinates of a point on each line;\n-: standard input")->required()->type_name("FILE");
+  add_path(*queried, "--points", raw.points,
+           "a text with the coordinates of a point on each line;\n-: standard input", "FILE")->required();
   queried->add_flag("--json", command.json, "answer as JSON, not as a table");
   add_threads_option(*queried, command, "OPTIONS");
   queried->footer("The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY counts as both.");

@@ -63,6 +63,13 @@ TEST(CommandLine, CurvedAndToleranceReachTheRun) {
   EXPECT_NE(message_for({"run", "a.csg", "--tolerance", "nan"}).find("--tolerance"), std::string::npos);
 }
 
+TEST(CommandLine, FilesHaveNames) {
+  for (const char* option : {"-o", "--snapshot", "--boundary", "--picture", "--frames", "--series", "--report", "--table"}) {
+    SCOPED_TRACE(option);
+    EXPECT_NE(message_for({"run", "a.csg", option, ""}).find("needs a name"), std::string::npos) << message_for({"run", "a.csg", option, ""});
+  }
+}
+
 TEST(CommandLine, OptionsReachTheRun) {
   const auto options =
       parsed({"run", "--threads", "3", "--regions=5", "--level", "7", "--budget", "500ms", "--cells", "100",
