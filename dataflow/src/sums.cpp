@@ -10,6 +10,7 @@
 #include "bsp2/model/bounds.hpp"
 #include "bsp2/model/builder.hpp"
 #include "convex_sum.hpp"
+#include "erosion.hpp"
 #include "placed_parts.hpp"
 
 namespace bsp2::dataflow {
@@ -142,6 +143,9 @@ Expression image_of(const model::Growth& growth, const std::vector<Expression>& 
   const model::Bounds bounds = model::bounds(operand);
   if (bounds.is_empty()) return operand;
   if (!bounds.is_finite()) throw Error("shrink: the solid has no bounds; intersect it with something that has");
+  if (const auto convex = single_convex(operand))
+    if (const auto parts = convex_parts(*convex, context.options); parts.size() == 1)
+      if (auto itself = eroded(dimension, parts[0], ball_parts[0])) return *std::move(itself);
   AxisBox around{bounds.lower, bounds.upper};
   for (std::size_t i = 0; i < around.lower.size(); ++i) {
     around.lower[i] -= 2 * distance;

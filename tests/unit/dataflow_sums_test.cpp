@@ -236,6 +236,33 @@ TEST(AnyDimension, ShrinkingUndoesGrowingOfConvexSolids) {
   EXPECT_EQ(volume_of(model::grow(frame, -0.75)), 0);
 }
 
+/// Of convex solids the half-spaces move; of any, what is near to the outside goes. Both leave the same.
+TEST(AnyDimension, ConvexSolidsShrinkLikeAllOthers) {
+  Seeded s;
+  int left = 0;
+  for (int round = 0; round < 6; ++round) {
+    std::vector<double> points;
+    for (int i = pick(s.random, 6, 9); i > 0; --i)
+      for (int k = 0; k < 4; ++k) points.push_back(uniform(s.random, -1, 1));
+    const Expression solid = model::convex_hull(4, points);
+    const double distance = uniform(s.random, 0.01, 0.2);
+    const auto box = [](double size) { return model::cuboid({size, size, size, size}, true); };
+    const Expression shrunken = model::grow(solid, -distance);
+    const Expression near = model::minkowski(model::subtract({box(3), solid}), box(2 * distance));
+    const double whole = volume_of(solid), rest = volume_of(shrunken);
+    EXPECT_NEAR(rest, volume_of(model::subtract({solid, near})), 1e-9 * whole);
+    EXPECT_NEAR(volume_of(model::symmetric_difference({shrunken, model::subtract({solid, near})})), 0, 1e-9 * whole);
+    left += rest > 0 ? 1 : 0;
+  }
+  EXPECT_GT(left, 0);
+  // A simplex: x_i >= a and a sum of at most 1 - 4 a.
+  for (const double a : {0.05, 0.1, 0.124, 0.126, 0.3}) {
+    const double edge = std::max(0.0, 1 - 8 * a);
+    EXPECT_NEAR(volume_of(model::grow(model::simplex(4, 1), -a)), std::pow(edge, 4) / 24, 1e-12);
+  }
+  expect_contains(volume_interval(model::construct(model::Growth{-0.25, model::Growth::Ball::round, 12}, {model::ball(4, 1)}), 0.1), ball_volume(4) * std::pow(0.75, 4), 1.5);
+}
+
 /// What goes by the points of a solid cannot take one that reaches to infinity, and says so; whether it does is a matter of the whole solid.
 TEST(AnyDimension, UnboundedOperandsAreRefused) {
   const auto box = model::cuboid({2, 2, 2}), small = model::cuboid({1, 1, 1});
