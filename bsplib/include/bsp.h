@@ -23,6 +23,7 @@
 #endif
 
 #ifdef BSP2_MULTICORE_BSP
+#include <stdint.h> /* as programs for MulticoreBSP expect */
 typedef unsigned int bsp_pid_t;
 typedef unsigned int bsp_nprocs_t;
 typedef size_t bsp_size_t;

@@ -216,8 +216,7 @@ struct Api {
       die("bsp_get_tag", "tag must point to a block of available memory of at least " +
                              std::to_string(bytes) + " bytes long");
     const bsp2_messages& front = bsp2_classic_messages;
-    *status = front.place ? narrow<Size>(front.payload, "bsp_get_tag", "The size of the message")
-                             : static_cast<Size>(-1);
+    *status = front.place ? narrow<Size>(front.payload, "bsp_get_tag", "The size of the message") : static_cast<Size>(-1);
     if (front.place && bytes > 0) std::memcpy(tag, front.place, bytes);
   }
 

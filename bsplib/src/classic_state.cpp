@@ -1,6 +1,7 @@
 #include "classic_state.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <regex>
@@ -46,6 +47,19 @@ void print(std::string message) {
   std::fflush(stderr);
 }
 
+/// All processes come by here once, where they begin or, if they never do, at their end: so nobody waits in bsp_begin for one that ended.
+void meet_before_begin(bool begins) {
+  int rank = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  const int none = -world_size();
+  const std::array<int, 2> mine{begins ? none : rank, begins ? -rank : none};
+  std::array<int, 2> most{};  // the highest that ended, and minus the lowest that begins
+  MPI_Allreduce(mine.data(), most.data(), 2, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  if (!begins || most[0] == none) return;
+  if (rank == -most[1]) die("bsp_begin", "Process " + std::to_string(most[0]) + " has ended without calling it");
+  MPI_Barrier(MPI_COMM_WORLD);  // until that process ends all
+}
+
 /// A program that ends without bsp_end must not leave the others waiting.
 void at_exit() {
   int finalized = 0;
@@ -54,6 +68,7 @@ void at_exit() {
   if (state.began && !state.ended) die("bsp_end", "was not called before the end of the program");
   if (state.init_called && !state.began && world_size() > 1)
     die("bsp_begin", "was not called before the end of the program, after bsp_init");
+  if (!state.began) meet_before_begin(false);
   MPI_Finalize();
 }
 
@@ -149,6 +164,7 @@ void init(void (*spmd)(void), int argc, char** argv) {
 void begin(long long maxprocs) {
   start_mpi(nullptr, nullptr);
   if (state.began) die("bsp_begin", "May be called only once");
+  meet_before_begin(true);
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Bcast(&maxprocs, 1, MPI_LONG_LONG, 0, MPI_COMM_WORLD);  // other processes may not know it yet

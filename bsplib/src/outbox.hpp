@@ -19,7 +19,7 @@ namespace bsp2::bsplib {
 /// No run is open.
 inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id, 0, 0, 0, 0};
 inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id, 0};
-inline constexpr bsp2_message_run no_message_run{nullptr, nullptr, 0, 0, 0, 0};
+inline constexpr bsp2_message_run no_message_run{nullptr, nullptr, 0, 0, 0};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.

@@ -69,7 +69,6 @@ struct bsp2_message_run {
   size_t payload;  /* bytes, as in `tag` */
   size_t tag;
   size_t tag_room; /* the same, padded to 8 bytes */
-  size_t ahead;    /* see bsp2_foreseen */
 } BSP2_LINE;
 
 /* Tables by rank. One a kind: the fields are then near the start of what a loop works on, its instructions shorter. */
@@ -188,18 +187,20 @@ BSP2_INLINE size_t bsp2_padded(size_t bytes) {
   return (bytes + 7) & ~(size_t)7;
 }
 
-/* The place in the stream that belongs to the program's memory `other`, as an address. Each call reads in memory where the one before
- * has ended, and would wait for that. So the place is foreseen: a loop over neighbouring elements is always as far from it as
- * at the last call, and that the processor knows at once; what was read is only compared. */
-BSP2_INLINE char* bsp2_foreseen(size_t* ahead, const char* place, const void* other) {
+/* The place in the queue that is moved to the program's memory `other`. Each call reads in memory where the one before has ended, and
+ * would wait for that. So the place is foreseen: a loop over neighbouring elements is always as far from it as at the last call,
+ * and that the processor knows at once; what was read is only compared. */
+BSP2_INLINE const char* bsp2_foreseen(size_t* ahead, const char* place, const void* other) {
 #ifdef __GNUC__
   const size_t guess = (size_t)other + *ahead;
   size_t foreseen = guess;
   __asm__("" : "+r"(foreseen)); /* else the compiler would take the place itself where both are equal */
-  if (!BSP2_RARELY(guess != (size_t)place)) return (char*)foreseen;
+  if (!BSP2_RARELY(guess != (size_t)place)) return (const char*)foreseen;
   *ahead = (size_t)place - (size_t)other;
+#else
+  (void)ahead, (void)other;
 #endif
-  return (char*)place;
+  return place;
 }
 
 /* The run goes on to the same queue. Messages without a byte, and mistakes, are the library's. */
@@ -216,7 +217,6 @@ BSP2_INLINE int bsp2_continue_messages(struct bsp2_message_run* run, const void*
     bsp2_copy_part(place, tag, run->tag);
     place += tag_room;
   }
-  place = bsp2_foreseen(&run->ahead, place, payload);
   bsp2_copy_part(place, payload, bytes);
   run->next = place + bsp2_padded(bytes);
   return 1;
