@@ -44,7 +44,10 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   if (answer.label != Label::fuzzy) return answer;
   const bool thin = is_thin();
   if (quick) {
-    if (!thin && active_.size() > many_operands && choose_median(out, cut)) return answer;
+    if (!thin && active_.size() > many_operands && choose_median(out, cut)) {
+      cut.hasty = true;
+      return answer;
+    }
     std::swap(out, second_pass_);
     answer = localize(second_pass_, out, false);
     if (answer.label != Label::fuzzy) return answer;

@@ -143,7 +143,7 @@ Expression image_of(const model::Growth& growth, const std::vector<Expression>& 
   const model::Bounds bounds = model::bounds(operand);
   if (bounds.is_empty()) return operand;
   if (!bounds.is_finite()) throw Error("shrink: the solid has no bounds; intersect it with something that has");
-  if (const auto convex = single_convex(operand))
+  if (const auto convex = dimension >= 4 ? single_convex(operand) : std::nullopt)
     if (const auto parts = convex_parts(*convex, context.options); parts.size() == 1)
       if (auto itself = eroded(dimension, parts[0], ball_parts[0])) return *std::move(itself);
   AxisBox around{bounds.lower, bounds.upper};

@@ -116,7 +116,8 @@ Token<D>* Worker<D>::process(Token<D>* token) {
   bool left = stop && !final;
   if (!left) {
     typename Localizer<D>::Cut cut;
-    const Answer answer = final ? localizer_.decide(token->program, token->cell, program_) : localizer_.fire(token->program, token->cell, program_, cut);
+    Answer answer = localizer_.fire(token->program, token->cell, program_, cut);
+    if (final && cut.hasty) answer = localizer_.decide(token->program, token->cell, program_);
     if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
     left = answer.label == Label::fuzzy;
     if (left && !deep && !cut.none) {

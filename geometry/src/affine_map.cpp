@@ -4,7 +4,9 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
@@ -14,8 +16,22 @@ namespace {
 
 constexpr long double unit_roundoff = 0x1p-58L;  // up to 40 operations at 2^-64 each, in D = 6
 
+/// value * 2^-exponent, if that is an integer without looking at its last bits.
+std::optional<Int128> exactly_on_grid(double value, int exponent) {
+  if (value == 0) return 0;
+  int above = 0;
+  const double mantissa = std::frexp(value, &above);
+  const int shift = above - 53 - exponent;
+  if (!std::isfinite(value) || shift < 0 || shift > 125 - 53) return std::nullopt;
+  return static_cast<Int128>(static_cast<std::int64_t>(std::ldexp(mantissa, 53))) * (Int128{1} << shift);
+}
+
 /// value * 2^-exponent rounded to the nearest integer.
 Int128 on_grid(Quad value, int exponent) {
+  // Most matrices are those of the model, of doubles: then nothing is rounded.
+  const auto nearest = static_cast<double>(value);
+  if (static_cast<Quad>(nearest) == value)
+    if (const auto exact = exactly_on_grid(nearest, exponent)) return *exact;
   // Two steps keep each power of two within the range of long double on every platform.
   Quad scaled = value * static_cast<Quad>(std::ldexp(1.0L, -(exponent / 2)));
   scaled *= static_cast<Quad>(std::ldexp(1.0L, -(exponent - exponent / 2)));

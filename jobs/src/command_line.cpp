@@ -341,9 +341,8 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   info->add_option("SNAPSHOT", command.info, "what --snapshot wrote")->required()->type_name("");
   CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot, or their surface");
   exported->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
-  exported->add_option("-o,--output", raw.exported, ".pvtu: the cells, FUZZY where nothing is decided\nyet; .stl, .ply, .obj or .vtp: the surface of the\nIN cells")
-      ->required()
-      ->type_name("FILE");
+  add_path(*exported, "-o,--output", raw.exported,
+           ".pvtu: the cells, FUZZY where nothing is decided\nyet; .stl, .ply, .obj or .vtp: the surface of the\nIN cells", "FILE")->required();
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
   CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
   rendered->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");

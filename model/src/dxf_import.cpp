@@ -43,12 +43,12 @@ std::vector<Entity> read_entities(const std::filesystem::path& path) {
   std::vector<Entity> entities;
   std::string code_line, value, section, block;
   std::size_t line = 1;  // of the group code
-  bool names_section = false;
+  bool names_section = false, ends = false;
   for (; std::getline(file, code_line); line += 2) {
     char* end = nullptr;
     const std::string code_text = trimmed(code_line);
     if (!std::getline(file, value)) {
-      if (code_text.empty()) break;
+      if (code_text.empty() || code_text == "\x1a") break;  // as old systems end a text
       throw Error("import: " + path.string() + " is cut off: line " + std::to_string(line) + " is its last one, and a group code without a value");
     }
     const long code = std::strtol(code_text.c_str(), &end, 10);
@@ -58,10 +58,12 @@ std::vector<Entity> read_entities(const std::filesystem::path& path) {
       names_section = value == "SECTION";
       if (value == "ENDSEC") section.clear();
       if (value == "ENDBLK" || value == "ENDSEC") block.clear();
+      ends = ends || value == "EOF";
       if (section == "ENTITIES" || section == "BLOCKS") entities.push_back({value, "", "", block, {}});
     } else if (code == 2 && names_section) {
       section = value;
       names_section = false;
+      ends = ends || value == "ENTITIES";  // all that is read has been there once it ends
     } else if (section != "" && !entities.empty()) {
       if (code == 2) entities.back().name = value;
       if (code == 2 && entities.back().type == "BLOCK") block = value;
@@ -69,6 +71,7 @@ std::vector<Entity> read_entities(const std::filesystem::path& path) {
       if ((code >= 10 && code <= 59) || code == 70) entities.back().numbers[static_cast<int>(code)].push_back(std::strtod(value.c_str(), nullptr));
     }
   }
+  if (!ends) throw Error("import: " + path.string() + " is cut off: it has neither a section ENTITIES nor an end (EOF)");
   if (!section.empty()) throw Error("import: " + path.string() + " is cut off: its section " + section.substr(0, 40) + " has no end");
   return entities;
 }

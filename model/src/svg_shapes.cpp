@@ -115,7 +115,7 @@ class Pen {
     if (rx == 0 || ry == 0 || end == at_) return to(end);
     const double c = cosine(turn), s = sine(turn), dx = (at_[0] - end[0]) / 2, dy = (at_[1] - end[1]) / 2;
     const double x = c * dx + s * dy, y = c * dy - s * dx, d = x * x / (rx * rx) + y * y / (ry * ry);
-    constexpr double flat = 1e-24;  // half of the chord's length in radii, squared: what is round about it is lost in rounding
+    constexpr double flat = 1e-16;  // half of the chord's length in radii, squared: less round than the rounding of points so far from the centre
     if (!std::isfinite(d) || (d < flat && !large)) return to(end);
     if (d > 1) rx *= std::sqrt(d), ry *= std::sqrt(d);
     double t = d > 1 ? 0 : std::sqrt(1 / d - 1);

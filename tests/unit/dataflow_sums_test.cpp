@@ -256,7 +256,7 @@ TEST(AnyDimension, ConvexSolidsShrinkLikeAllOthers) {
   }
   EXPECT_GT(left, 0);
   // A simplex: x_i >= a and a sum of at most 1 - 4 a.
-  for (const double a : {0.05, 0.1, 0.124, 0.126, 0.3}) {
+  for (const double a : {0.01, 0.05, 0.1, 0.12, 0.124, 0.126, 0.3}) {
     const double edge = std::max(0.0, 1 - 8 * a);
     EXPECT_NEAR(volume_of(model::grow(model::simplex(4, 1), -a)), std::pow(edge, 4) / 24, 1e-12);
   }

@@ -68,6 +68,7 @@ TEST(CommandLine, FilesHaveNames) {
     SCOPED_TRACE(option);
     EXPECT_NE(message_for({"run", "a.csg", option, ""}).find("needs a name"), std::string::npos) << message_for({"run", "a.csg", option, ""});
   }
+  for (const char* command : {"export", "render"}) EXPECT_NE(message_for({command, "a.h5", "-o", ""}).find("needs a name"), std::string::npos) << command;
 }
 
 TEST(CommandLine, OptionsReachTheRun) {

@@ -29,6 +29,7 @@ class Localizer {
     std::span<const geometry::OrientedHyperplane> last_planes{};
     Answer beyond{geometry::Label::out}, behind{geometry::Label::out};
     bool none = false;                                      ///< nothing is to be cut: the cell stays FUZZY
+    bool hasty = false;                                     ///< `decide` may know more
   };
   /// The expression `program` within `cell`: IN, OUT, or FUZZY with the simplified expression in `out` and the hyperplane
   /// to split by in `cut`. The result depends on the arguments alone. FUZZY may be hasty: that the cell is better cut at
