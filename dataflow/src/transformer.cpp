@@ -33,13 +33,16 @@ template <int D>
 Transformer<D> Transformer<D>::after(const Transformer& inner) const {
   if (is_identity()) return inner;
   if (inner.is_identity()) return *this;
-  Matrix<D> result;
-  for (int i = 0; i < D; ++i)
-    for (int j = 0; j <= D; ++j) {
-      Quad sum = j == D ? matrix_[i][D] : Quad{0};
-      for (int k = 0; k < D; ++k) sum += matrix_[i][k] * inner.matrix_[k][j];
-      result[i][j] = sum;
+  Matrix<D> result{};
+  for (int i = 0; i < D; ++i) {
+    result[i][D] = matrix_[i][D];
+    for (int k = 0; k < D; ++k) {
+      const Quad factor = matrix_[i][k];
+      if (factor == 0) continue;  // most matrices are full of zeros, and arithmetic of 113 bits is slow
+      for (int j = 0; j <= D; ++j)
+        if (inner.matrix_[k][j] != 0) result[i][j] += factor * inner.matrix_[k][j];
     }
+  }
   return Transformer(result);
 }
 

@@ -4,9 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstdint>
 #include <limits>
-#include <optional>
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
@@ -16,28 +14,18 @@ namespace {
 
 constexpr long double unit_roundoff = 0x1p-58L;  // up to 40 operations at 2^-64 each, in D = 6
 
-/// value * 2^-exponent, if that is an integer without looking at its last bits.
-std::optional<Int128> exactly_on_grid(double value, int exponent) {
-  if (value == 0) return 0;
-  int above = 0;
-  const double mantissa = std::frexp(value, &above);
-  const int shift = above - 53 - exponent;
-  if (!std::isfinite(value) || shift < 0 || shift > 125 - 53) return std::nullopt;
-  return static_cast<Int128>(static_cast<std::int64_t>(std::ldexp(mantissa, 53))) * (Int128{1} << shift);
-}
-
-/// value * 2^-exponent rounded to the nearest integer.
+/// value * 2^-exponent rounded to the nearest integer, halves away from 0. From the bits: arithmetic of 113 bits is slow.
 Int128 on_grid(Quad value, int exponent) {
-  // Most matrices are those of the model, of doubles: then nothing is rounded.
-  const auto nearest = static_cast<double>(value);
-  if (static_cast<Quad>(nearest) == value)
-    if (const auto exact = exactly_on_grid(nearest, exponent)) return *exact;
-  // Two steps keep each power of two within the range of long double on every platform.
-  Quad scaled = value * static_cast<Quad>(std::ldexp(1.0L, -(exponent / 2)));
-  scaled *= static_cast<Quad>(std::ldexp(1.0L, -(exponent - exponent / 2)));
-  if (!(scaled < static_cast<Quad>(0x1p125L) && scaled > static_cast<Quad>(-0x1p125L)))
-    throw std::logic_error("an affine map exceeds the model's grid");
-  return static_cast<Int128>(scaled < 0 ? scaled - static_cast<Quad>(0.5) : scaled + static_cast<Quad>(0.5));
+  __extension__ using Bits = unsigned __int128;
+  constexpr int fraction = 112, bias = 16383;
+  const auto bits = std::bit_cast<Bits>(value);
+  const int field = static_cast<int>(bits >> fraction & 0x7fff);  // 0: below 2^-16382
+  const int shift = field - bias - fraction - exponent;
+  if (shift > 12) throw std::logic_error("an affine map exceeds the model's grid");  // at most 2^125; also what is not finite
+  if (field == 0 || shift < -fraction - 2) return 0;
+  const Bits mantissa = (bits & ((Bits{1} << fraction) - 1)) | Bits{1} << fraction;
+  const Bits size = shift >= 0 ? mantissa << shift : (mantissa + (Bits{1} << (-shift - 1))) >> -shift;
+  return bits >> 127 != 0 ? -static_cast<Int128>(size) : static_cast<Int128>(size);
 }
 
 /// Determinant of the n x n minor of `m` without row and column, by cofactors, and the sum of its terms' sizes.
