@@ -9,7 +9,7 @@ target_compile_features(bsp2_options INTERFACE cxx_std_20)
 target_compile_options(bsp2_options INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wno-missing-field-initializers -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual>
   # GCC 12 at -O3 warns of accesses out of bounds, in std::string and fixed arrays, that cannot happen.
-  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-array-bounds -Wno-stringop-overflow -Wno-restrict>
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict>
   $<$<BOOL:${BSP2_WARNINGS_AS_ERRORS}>:-Werror>)
 if(BSP2_SANITIZE)
   target_compile_options(bsp2_options INTERFACE -fsanitize=${BSP2_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

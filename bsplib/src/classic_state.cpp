@@ -55,9 +55,9 @@ void meet_before_begin(bool begins) {
   const std::array<int, 2> mine{begins ? none : rank, begins ? -rank : none};
   std::array<int, 2> most{};  // the highest that ended, and minus the lowest that begins
   MPI_Allreduce(mine.data(), most.data(), 2, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-  if (!begins || most[0] == none) return;
+  if (most[0] == none || most[1] == none) return;
   if (rank == -most[1]) die("bsp_begin", "Process " + std::to_string(most[0]) + " has ended without calling it");
-  MPI_Barrier(MPI_COMM_WORLD);  // until that process ends all
+  MPI_Barrier(MPI_COMM_WORLD);  // until that process ends all: one that finalized MPI meanwhile could keep mpirun
 }
 
 /// A program that ends without bsp_end must not leave the others waiting.

@@ -269,6 +269,8 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   }
   if (!raw.folder.empty()) {
     command.folder = raw.folder;
+    for (const char* ending : {".stl", ".ply", ".obj", ".vtp"})
+      if (command.folder->extension() == ending) throw Error("-o: '" + raw.folder + "' would be a folder; the surface is written with --boundary FILE");
     command.mesh = *command.folder / "solid.pvtu";
     if (!command.options.snapshot) {
       command.options.snapshot = *command.folder / "snapshot.h5";

@@ -30,10 +30,18 @@ std::array<std::optional<fs::path>, 6> files_of(const RunCommand& command) {
   return {command.mesh, command.boundary, command.picture, command.report, command.table, command.series};
 }
 
+/// A folder of -o shows one run: what it does not write is not left there by another one.
+void remove_old(const fs::path& path) {
+  std::error_code nothing_there;
+  fs::remove(path, nothing_there);
+}
+
 /// With -o, what this dimension does not allow is left out; asked for by name, it is a mistake.
 bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder, const fs::path& path,
                  supersteps::RunReport& report) {
   if (possible || !folder || path != *folder / path.filename()) return true;
+  remove_old(path);
+  if (report.dimension == 2) return false;  // nobody looks for the boundary of a plane model
   report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
                             std::to_string(report.dimension) + (report.dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
   return false;
@@ -100,6 +108,7 @@ void write_step(const RunCommand& command, const supersteps::RunResult& now, uns
 void write_cells(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   if (ranks.is_master()) {
     if (command.folder) io::make_folder(*command.folder);
+    if (command.folder && !command.boundary) remove_old(*command.folder / "boundary.stl");
     for (const auto& file : files_of(command))
       if (file) io::make_folder(folder_of(*file));
   }

@@ -48,6 +48,11 @@ bsplib_abort(end_early "bsp_sync/bsp_end: Some processes have called bsp_sync, w
 bsplib_abort(end_late "bsp_sync/bsp_end: Some processes have called bsp_sync, while others .*process 0, superstep 0" 2 3 4)
 bsplib_abort(end_before_begin "bsp_begin: Process 1 has ended without calling it" 2 3 4)
 bsplib_abort(end_before_begin_failed "bsp_begin: Process 1 has ended without calling it" 2 3 4)
+# Again and again, as it is a matter of who comes first.
+foreach(round RANGE 1 8)
+  bsplib_run(bsplib.abort.end_before_begin.again.${round} RANKS 3 COMMAND bsplib_classic_aborts end_before_begin
+    FAILS "bsp_begin: Process 1 has ended without calling it" TIMEOUT 30)
+endforeach()
 bsplib_abort(exit_early "bsp_end: was not called before the end of the program" 1 2 3 4)
 bsplib_abort(never_began "bsp_begin: was not called before the end of the program" 2 3 4)
 bsplib_abort(spmd_without_end "bsp_end: was not called|did not call bsp_end" 1 2 3 4)

@@ -111,6 +111,22 @@ TEST_F(Program, PrintsTheShareOfExactPredicates) {
   EXPECT_NE(ended.text.find("% of the predicates)"), std::string::npos) << ended.text;
 }
 
+/// What a run into the same folder does not write is not left there by the one before.
+TEST_F(Program, AFolderShowsOneRun) {
+  const auto run = [&](const char* model, const char* options) {
+    const fs::path path = folder_.path() / "model.csg";
+    std::ofstream(path) << model;
+    const Ended ended = start("run " + path.string() + " --quiet --strict " + options + " -o " + out().string());
+    EXPECT_EQ(ended.code, 0) << ended.text;
+    EXPECT_EQ(ended.text.find("warning"), std::string::npos) << ended.text;
+    return fs::exists(out() / "boundary.stl");
+  };
+  EXPECT_TRUE(run("cube(1);", ""));
+  EXPECT_FALSE(run("circle(1);", ""));
+  EXPECT_TRUE(run("cube(1);", ""));
+  EXPECT_FALSE(run("cube(1);", "--keep out"));
+}
+
 /// What is drawn, exported and asked of a snapshot is what the run would have written.
 TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {
   const std::string path = (folder_.path() / "run.h5").string(), picture = (folder_.path() / "a.png").string(), surface = (folder_.path() / "a.ply").string();

@@ -71,6 +71,11 @@ TEST(CommandLine, FilesHaveNames) {
   for (const char* command : {"export", "render"}) EXPECT_NE(message_for({command, "a.h5", "-o", ""}).find("needs a name"), std::string::npos) << command;
 }
 
+TEST(CommandLine, AFolderIsNoSurface) {
+  EXPECT_NE(message_for({"run", "a.csg", "-o", "part.stl"}).find("--boundary"), std::string::npos);
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "part.v2"}).folder, "part.v2");
+}
+
 TEST(CommandLine, OptionsReachTheRun) {
   const auto options =
       parsed({"run", "--threads", "3", "--regions=5", "--level", "7", "--budget", "500ms", "--cells", "100",
