@@ -19,6 +19,12 @@ int turn(const Plane& points, std::uint32_t a, std::uint32_t b, std::uint32_t c)
   return orientation(at(points, a), at(points, b), at(points, c));
 }
 
+/// Whether the way a b c turns to the left or goes straight on, neither right nor back.
+bool is_left_or_straight(const Plane& points, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  const int side = turn(points, a, b, c);
+  return side > 0 || (side == 0 && (points[a] < points[b]) == (points[b] < points[c]));
+}
+
 /// Whether the cycle goes around its points once, without a turn to the right: then its edges go up and down in x once.
 bool is_convex(const Plane& points, std::span<const std::uint32_t> cycle) {
   const std::size_t n = cycle.size();
@@ -146,8 +152,9 @@ class Joiner {
     const std::uint32_t p = polygon_of(e), q = polygon_of(f);
     if (p == q) return;
     Edge &a = edges_[e], &b = edges_[f];
-    if (turn(points_, edges_[a.previous].from, a.from, to(b.next)) < 0) return;
-    if (turn(points_, edges_[b.previous].from, b.from, to(a.next)) < 0) return;
+    // Straight corners of both may lie on each other where a path touches itself: a corner of 360 degrees, that goes back.
+    if (!is_left_or_straight(points_, edges_[a.previous].from, a.from, to(b.next))) return;
+    if (!is_left_or_straight(points_, edges_[b.previous].from, b.from, to(a.next))) return;
     edges_[a.previous].next = b.next;
     edges_[b.next].previous = a.previous;
     edges_[b.previous].next = a.next;
