@@ -193,6 +193,7 @@ struct Combinations {
     }
     const auto as_int = [](std::size_t n) { return static_cast<int>(n); };
     std::byte *mine = local.data(), *theirs = memory.data();
+    Array<std::byte>* part = &array;
     const int to = bench.next;
     for (const std::size_t total : {std::size_t{8192}, std::size_t{65536}, mebi, 4 * mebi, 16 * mebi}) {
       line("bsp_put", total, [=](std::size_t at, std::size_t bytes) {
@@ -207,17 +208,17 @@ struct Combinations {
       line("bsp_hpget", total, [=](std::size_t at, std::size_t bytes) {
         bsp_hpget(to, theirs, as_int(at), mine + at, as_int(bytes));
       });
-      line("Array::put", total, [=, this](std::size_t at, std::size_t bytes) {
-        array.put(to, std::span<const std::byte>(mine + at, bytes), at);
+      line("Array::put", total, [=](std::size_t at, std::size_t bytes) {
+        part->put(to, std::span<const std::byte>(mine + at, bytes), at);
       });
-      line("Array::hpput", total, [=, this](std::size_t at, std::size_t bytes) {
-        array.hpput(to, std::span<const std::byte>(mine + at, bytes), at);
+      line("Array::hpput", total, [=](std::size_t at, std::size_t bytes) {
+        part->hpput(to, std::span<const std::byte>(mine + at, bytes), at);
       });
-      line("Array::get", total, [=, this](std::size_t at, std::size_t bytes) {
-        array.get(to, at, std::span<std::byte>(mine + at, bytes));
+      line("Array::get", total, [=](std::size_t at, std::size_t bytes) {
+        part->get(to, at, std::span<std::byte>(mine + at, bytes));
       });
-      line("Array::hpget", total, [=, this](std::size_t at, std::size_t bytes) {
-        array.hpget(to, at, std::span<std::byte>(mine + at, bytes));
+      line("Array::hpget", total, [=](std::size_t at, std::size_t bytes) {
+        part->hpget(to, at, std::span<std::byte>(mine + at, bytes));
       });
       const auto send = [=](std::size_t at, std::size_t bytes) { bsp_send(to, nullptr, mine + at, as_int(bytes)); };
       line("bsp_send", total, send);

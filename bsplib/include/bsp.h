@@ -204,7 +204,8 @@ BSP2_STAND_IN void bsp_move(void* payload, bsp_size_t nbytes) {
   if (BSP2_RARELY(queue->place == queue->last || (size_t)nbytes != queue->payload || !payload)) {
     bsp2_library_move(payload, nbytes);
   } else {
-    const char* place = bsp2_foreseen(&queue->ahead, queue->place + queue->tag_room, payload);
+    const char* place = queue->place + queue->tag_room;
+    if (!bsp2_is_ahead(queue->ahead, &place, payload)) queue->ahead = (size_t)place - (size_t)payload;
     queue->place = place + queue->payload_room;
     bsp2_copy_part((char*)payload, place, (size_t)nbytes);
   }

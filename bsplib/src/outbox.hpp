@@ -19,7 +19,7 @@ namespace bsp2::bsplib {
 /// No run is open.
 inline constexpr bsp2_put_run no_put_run{nullptr, 0, 0, 0, Registry::no_id, 0, 0, 0, 0};
 inline constexpr bsp2_reference_run no_reference_run{nullptr, 0, 0, nullptr, 0, Registry::no_id, 0};
-inline constexpr bsp2_message_run no_message_run{nullptr, nullptr, 0, 0, 0};
+inline constexpr bsp2_message_run no_message_run{nullptr, nullptr, 0, 0, 0, 0};
 
 /// What this rank wants from or for one other rank in a superstep: a stream of records, and the data beside
 /// it.
@@ -110,9 +110,9 @@ class Outbox {
   void end_scattered();
   /// Takes in what went past this object.
   void settle() { run_->end != 0 ? end_run() : end_scattered(); }
-  void open_messages();
+  void open_messages(const std::byte* next_payload);
   void end_messages();
-  bool prolong_messages(std::uint32_t queue, std::size_t tag_bytes, std::size_t bytes);
+  bool prolong_messages(std::uint32_t queue, std::size_t tag_bytes, const std::byte* bytes_at, std::size_t bytes);
   void write_head(std::byte* place, std::size_t offset, std::size_t bytes) const;
   void write_put(std::size_t offset, const void* source, std::size_t bytes);
 
@@ -219,7 +219,7 @@ inline bool Outbox::short_get(Registry::Id slot, std::size_t offset, std::byte* 
 }
 
 /// The newest message may be followed by others of its size, within the stream and what a record can count.
-inline void Outbox::open_messages() {
+inline void Outbox::open_messages(const std::byte* next_payload) {
   const std::size_t begin = messages_at_ + sizeof(wire::Short);
   messages_->tag_room = wire::padded(messages_->tag);
   const std::size_t all = messages_->tag_room + wire::padded(messages_->payload);
@@ -227,6 +227,7 @@ inline void Outbox::open_messages() {
   if (end < size_ + all) return;
   messages_->next = reinterpret_cast<char*>(block_.data + size_);
   messages_->ceiling = reinterpret_cast<char*>(block_.data + (end - all + 1));
+  messages_->ahead = reinterpret_cast<std::size_t>(messages_->next) - reinterpret_cast<std::size_t>(next_payload);
 }
 
 /// Brings their record up to date, and the end of the stream, too.
@@ -245,19 +246,19 @@ inline void Outbox::end_messages() {
 }
 
 /// The record goes on in a larger stream.
-inline bool Outbox::prolong_messages(std::uint32_t queue, std::size_t tag_bytes, std::size_t bytes) {
+inline bool Outbox::prolong_messages(std::uint32_t queue, std::size_t tag_bytes, const std::byte* bytes_at, std::size_t bytes) {
   if (messages_in_run_ == 0 || queue != queue_ || tag_bytes != messages_->tag || bytes != messages_->payload)
     return false;
   end_messages();
   if (messages_in_run_ == wire::Short::most_messages) return false;
   make_room(wire::padded(tag_bytes) + wire::padded(bytes));
-  open_messages();
+  open_messages(bytes_at);
   return true;
 }
 
 inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
                             const std::byte* bytes_at, std::size_t bytes) {
-  if (prolong_messages(queue, tag_bytes, bytes) && message_again(queue, tag, tag_bytes, bytes_at, bytes)) return;
+  if (prolong_messages(queue, tag_bytes, bytes_at, bytes) && message_again(queue, tag, tag_bytes, bytes_at, bytes)) return;
   const bool is_short = wire::Short::can_carry(queue, tag_bytes, bytes);
   const std::size_t head = is_short ? sizeof(wire::Short) : sizeof(wire::Record);
   std::byte* place = append(head + wire::padded(tag_bytes) + wire::padded(bytes));
@@ -282,7 +283,7 @@ inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size
   messages_in_run_ = 1;
   messages_->tag = tag_bytes;
   messages_->payload = bytes;
-  open_messages();
+  open_messages(bytes_at + bytes);
 }
 
 inline bool Outbox::put_again(Registry::Id slot, std::size_t offset, const void* source, std::size_t bytes) {

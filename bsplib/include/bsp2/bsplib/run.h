@@ -25,7 +25,8 @@
 /* The process that we write to has read this memory in an earlier superstep. Small writes would wait for every cache
  * line to come back from it; __builtin_prefetch does not ask for the right to write, unless told the processor. */
 #if defined(__GNUC__) && defined(__x86_64__)
-#define BSP2_SOON_WRITTEN(place) __asm__ __volatile__("prefetchw %0" : : "m"(place))
+/* Aligned: a loop with one that lies across two blocks of 32 bytes of instructions takes up to 2.4 times as long (Zen 5). */
+#define BSP2_SOON_WRITTEN(place) __asm__ __volatile__(".p2align 3\n\tprefetchw %0" : : "m"(place))
 #elif defined(__GNUC__)
 #define BSP2_SOON_WRITTEN(place) __builtin_prefetch(&(place), 1)
 #else
@@ -69,6 +70,7 @@ struct bsp2_message_run {
   size_t payload;  /* bytes, as in `tag` */
   size_t tag;
   size_t tag_room; /* the same, padded to 8 bytes */
+  size_t ahead;    /* how far a message is from its payload, if these lie one after the other (bsp2_is_ahead) */
 } BSP2_LINE;
 
 /* Tables by rank. One a kind: the fields are then near the start of what a loop works on, its instructions shorter. */
@@ -85,7 +87,7 @@ struct bsp2_messages {
   const char* last;  /* of the last one */
   size_t payload, payload_room;
   size_t tag, tag_room;
-  size_t ahead; /* see bsp2_foreseen */
+  size_t ahead; /* bsp2_is_ahead */
 };
 
 /* Whether there are bytes, and all are before the end; from <= end. The end is that of memory, so a size known to be
@@ -187,20 +189,21 @@ BSP2_INLINE size_t bsp2_padded(size_t bytes) {
   return (bytes + 7) & ~(size_t)7;
 }
 
-/* The place in the queue that is moved to the program's memory `other`. Each call reads in memory where the one before has ended, and
- * would wait for that. So the place is foreseen: a loop over neighbouring elements is always as far from it as at the last call,
- * and that the processor knows at once; what was read is only compared. */
-BSP2_INLINE const char* bsp2_foreseen(size_t* ahead, const char* place, const void* other) {
+/* Each message begins where a call before has said, in memory, that the last one ends, and would wait for that. But in a loop over
+ * neighbouring elements it is always as far from the program's own memory `other`, which the processor knows at once. So the place is
+ * foreseen, and what was read is only compared. Returns whether it is so; *place is then the foreseen one. */
+BSP2_INLINE int bsp2_is_ahead(size_t ahead, const char** place, const void* other) {
 #ifdef __GNUC__
-  const size_t guess = (size_t)other + *ahead;
+  const size_t guess = (size_t)other + ahead;
   size_t foreseen = guess;
   __asm__("" : "+r"(foreseen)); /* else the compiler would take the place itself where both are equal */
-  if (!BSP2_RARELY(guess != (size_t)place)) return (const char*)foreseen;
-  *ahead = (size_t)place - (size_t)other;
+  if (guess != (size_t)*place) return 0;
+  *place = (const char*)foreseen;
+  return 1;
 #else
-  (void)ahead, (void)other;
+  (void)ahead, (void)place, (void)other;
+  return 0;
 #endif
-  return place;
 }
 
 /* The run goes on to the same queue. Messages without a byte, and mistakes, are the library's. */
@@ -211,6 +214,7 @@ BSP2_INLINE int bsp2_continue_messages(struct bsp2_message_run* run, const void*
   if (BSP2_RARELY(bytes != run->payload)) return 0;
   if (BSP2_RARELY(place >= run->ceiling)) return 0;
   if (BSP2_RARELY(payload == 0)) return 0;
+  bsp2_is_ahead(run->ahead, (const char**)&place, payload);
   BSP2_SOON_WRITTEN(place[1024]);
   if (tag_room > 0) {
     if (BSP2_RARELY(tag == 0)) return 0;
