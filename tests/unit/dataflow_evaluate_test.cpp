@@ -239,6 +239,34 @@ TEST(Evaluate, ALimitOfCellsIsTheSameForOneWorker) {
   EXPECT_EQ(digests.size(), 1U);
 }
 
+/// Corners that are small integers have moments that doubles hold, before they are divided: each is its formula, rounded once.
+TEST(Evaluate, MomentsOfIntegerBoxesAreRoundedOnce) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (int round = 0; round < 100; ++round) {
+    std::array<std::int64_t, 3> low{}, high{};
+    auto m = identity_matrix(3);
+    std::vector<double> size;
+    for (std::size_t i = 0; i < 3; ++i) {
+      low[i] = pick(random, -50, 50);
+      high[i] = low[i] + pick(random, 1, 50);
+      m[4 * i + 3] = static_cast<double>(low[i]);
+      size.push_back(static_cast<double>(high[i] - low[i]));
+    }
+    const auto moments = evaluate_all(compile<3>(model::transform(m, model::cuboid(size)), {}), 0, {}).evaluation.totals.in.value();
+    const std::int64_t volume = (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]);
+    using M = geometry::Moments<3>;
+    ASSERT_EQ(moments.volume(), static_cast<double>(volume)) << "round " << round;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const int at = static_cast<int>(i) + 1;
+      ASSERT_EQ(moments.integral[M::index(0, at)], static_cast<double>(volume * (low[i] + high[i])) / 2) << "round " << round;
+      const std::int64_t square = low[i] * low[i] + low[i] * high[i] + high[i] * high[i];
+      ASSERT_EQ(moments.integral[M::index(at, at)], static_cast<double>(volume * square) / 3) << "round " << round;
+    }
+  }
+}
+
 TEST(Evaluate, OfNothingIsNothing) {
   for (const auto& e :
        {model::Expression(3), model::intersect({model::cuboid({1, 1, 1}), model::Expression(3)}),
