@@ -22,17 +22,7 @@ Transformer<D>::Transformer(std::span<const double> matrix) {
 }
 
 template <int D>
-bool Transformer<D>::is_identity() const {
-  for (int i = 0; i < D; ++i)
-    for (int j = 0; j <= D; ++j)
-      if (matrix_[i][j] != (i == j ? 1 : 0)) return false;
-  return true;
-}
-
-template <int D>
 Transformer<D> Transformer<D>::after(const Transformer& inner) const {
-  if (is_identity()) return inner;
-  if (inner.is_identity()) return *this;
   Matrix<D> result{};
   for (int i = 0; i < D; ++i) {
     result[i][D] = matrix_[i][D];

@@ -260,7 +260,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
   if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
   if (raw.collect == "file") command.options.collect = supersteps::Collect::file;
-  if (raw.mesh) command.mesh = "solid.pvtu";
+  if (raw.mesh) command.mesh = mesh_name;
   if (!raw.exported.empty()) set_export(command, raw.exported);
   if (!raw.points.empty()) command.points = raw.points;
   if (is_only_shown(raw)) {
@@ -271,13 +271,13 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     command.folder = raw.folder;
     for (const char* ending : {".stl", ".ply", ".obj", ".vtp"})
       if (command.folder->extension() == ending) throw Error("-o: '" + raw.folder + "' would be a folder; the surface is written with --boundary FILE");
-    command.mesh = *command.folder / "solid.pvtu";
+    command.mesh = *command.folder / mesh_name;
     if (!command.options.snapshot) {
       command.options.snapshot = *command.folder / "snapshot.h5";
       if (command.options.budget_seconds && !command.options.steps && !command.shows_steps()) command.options.steps = 1;  // as without -o
     }
-    if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / "boundary.stl";
-    if (!command.picture) command.picture = *command.folder / "view.png";
+    if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / boundary_name;
+    if (!command.picture) command.picture = *command.folder / picture_name;
     if (!command.report) command.report = *command.folder / "report.json";
   }
   if (command.tets && !command.mesh && !command.series) throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");

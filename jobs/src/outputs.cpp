@@ -36,10 +36,10 @@ void remove_old(const fs::path& path) {
   fs::remove(path, nothing_there);
 }
 
-/// With -o, what this dimension does not allow is left out; asked for by name, it is a mistake.
-bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder, const fs::path& path,
+/// With -o, what this dimension does not allow is left out; asked for by another name than -o gives it, it is a mistake.
+bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder, const char* usual_name, const fs::path& path,
                  supersteps::RunReport& report) {
-  if (possible || !folder || path != *folder / path.filename()) return true;
+  if (possible || !folder || path != *folder / usual_name) return true;
   remove_old(path);
   if (report.dimension == 2) return false;  // nobody looks for the boundary of a plane model
   report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
@@ -51,7 +51,7 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
 void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
   if (result.boundary) return io::write_surface(path, *result.boundary);
   const int d = result.report.dimension;
-  if (is_possible(false, "boundary", folder, path, result.report))
+  if (is_possible(false, "boundary", folder, boundary_name, path, result.report))
     throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
 }
 
@@ -108,17 +108,17 @@ void write_step(const RunCommand& command, const supersteps::RunResult& now, uns
 void write_cells(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   if (ranks.is_master()) {
     if (command.folder) io::make_folder(*command.folder);
-    if (command.folder && !command.boundary) remove_old(*command.folder / "boundary.stl");
+    if (command.folder && !command.boundary) remove_old(*command.folder / boundary_name);
     for (const auto& file : files_of(command))
       if (file) io::make_folder(folder_of(*file));
   }
   ranks.sync();  // now the folders are there
   const int d = result.report.dimension;
-  if (command.mesh && is_possible(d <= 3, "mesh", command.folder, *command.mesh, result.report)) {
+  if (command.mesh && is_possible(d <= 3, "mesh", command.folder, mesh_name, *command.mesh, result.report)) {
     supersteps::write_mesh(ranks, result, *command.mesh, command.tets);
   }
   if (command.picture &&
-      is_possible(d == 2 || d == 3, "picture", command.folder, *command.picture, result.report)) {
+      is_possible(d == 2 || d == 3, "picture", command.folder, picture_name, *command.picture, result.report)) {
     ranks.begin("rendering");
     const std::string picture = supersteps::render(ranks, result, command.view);
     if (ranks.is_master()) io::write_file(*command.picture, picture);

@@ -125,6 +125,12 @@ TEST_F(Program, AFolderShowsOneRun) {
   EXPECT_FALSE(run("circle(1);", ""));
   EXPECT_TRUE(run("cube(1);", ""));
   EXPECT_FALSE(run("cube(1);", "--keep out"));
+  // A surface asked for by a name of its own is no such file.
+  const fs::path mine = out() / "mine.stl";
+  std::ofstream(mine) << "keep";
+  const Ended ended = start("run " + model("circle(1);") + " -o " + out().string() + " --boundary " + mine.string());
+  EXPECT_EQ(ended.code, 2) << ended.text;
+  EXPECT_EQ(contents(mine.string()), "keep");
 }
 
 /// What is drawn, exported and asked of a snapshot is what the run would have written.

@@ -41,7 +41,6 @@ class Transformer {
 
  private:
   geometry::Matrix<D> matrix_;
-  [[nodiscard]] bool is_identity() const;
   [[nodiscard]] Box<D> around(const std::array<std::pair<long double, long double>, D>& reach) const;
 };
 

@@ -12,6 +12,9 @@
 
 namespace bsp2::jobs {
 
+/// What -o calls its files.
+inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl", *picture_name = "view.png";
+
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
 /// `render` and `query`; or `info`.
 struct RunCommand {
