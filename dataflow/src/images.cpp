@@ -238,13 +238,13 @@ Expression image_of(const model::Shadow& shadow, const std::vector<Expression>& 
     return model::convex_hull(static_cast<int>(kept), flat);
   };
   const auto of_ball = [&](const PlacedPrimitive& ball) {
-    const std::vector<Real> square = square_of(ball);
-    std::vector<Real> centre, flat;
+    const auto radius = static_cast<Real>(ball_of(*ball.primitive)->bottom);
+    std::vector<Real> centre, rows;
     for (const int i : shadow.axes) {
       centre.push_back(static_cast<Real>(ball.matrix[size(i) * (d + 1) + d]));
-      for (const int j : shadow.axes) flat.push_back(square[size(i) * d + size(j)]);
+      for (std::size_t j = 0; j < d; ++j) rows.push_back(static_cast<Real>(ball.matrix[size(i) * (d + 1) + j]) * radius);
     }
-    return ellipsoid(centre, std::move(flat));
+    return ellipsoid(centre, std::move(rows));
   };
   return distributed(operands[0], static_cast<int>(kept), context, of_corners, of_ball);
 }

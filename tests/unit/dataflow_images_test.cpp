@@ -173,6 +173,31 @@ TEST(AnyDimension, ProjectiveMapsTakePointsToTheirImages) {
   }
 }
 
+/// The images of balls are found without squares of coordinates, which would lose what is far away or thin.
+TEST(AnyDimension, ImagesOfFarAndThinBallsAreEnclosedToo) {
+  constexpr double far = 0x1p20, r = 0x1p-10;
+  for (int d = 2; d <= 3; ++d) {
+    const auto n = static_cast<std::size_t>(d + 1);
+    std::vector<double> away(n * n), scale(n * n);
+    for (std::size_t i = 0; i < n; ++i) away[i * (n + 1)] = scale[i * (n + 1)] = 1;
+    for (std::size_t i = 0; i + 1 < n; ++i) away[i * n + n - 1] = far;
+    scale.back() = 4;  // x / 4
+    const double truth = ball_volume(d) * std::pow(r / 4, d);
+    expect_contains(volume_interval(model::projective(scale, model::transform(away, model::ball(d, r))), r * 1e-3), truth, 0.05);
+    // Where the denominator changes along the ball: 1 + a (x - far) around the middle, whose image is an ellipsoid around 0 after the shift.
+    auto slope = away;
+    for (std::size_t i = 0; i + 1 < n; ++i) slope[i * n + n - 1] = -far;
+    constexpr double a = 256;
+    slope[n * n - n] = a, slope.back() = 1 - a * far;
+    const double across = 1 - a * a * r * r;  // r^d / across^((d+1)/2): the axes are r / across and d - 1 times r / sqrt(across)
+    expect_contains(volume_interval(model::projective(slope, model::transform(away, model::ball(d, r))), r * 1e-3), ball_volume(d) * std::pow(r, d) / std::pow(across, (d + 1) / 2.0), 0.05);
+  }
+  // An ellipse with axes 1 and 2^-30, turned; the third axis does not show.
+  constexpr double thin = 0x1p-30;
+  const std::vector<double> needle{0.6, -0.8 * thin, 0, 0, 0.8, 0.6 * thin, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  expect_contains(volume_interval(model::project(model::transform(needle, model::ball(3, 1)), {0, 1}), thin / 100), pi * thin * (0.36 + 0.64), 0.05);
+}
+
 /// What has no image that is known lies between polytopes, each primitive by itself: also where it is taken away, or counts by turns.
 TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
   const double a = 0.3, r = 1, h = 2;
