@@ -224,6 +224,17 @@ TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
   }
 }
 
+/// Tori whose hole is a point, or hardly more. Under z / (1 + a z) the integral of sin^2 / (1 + a r cos)^4 is pi/2 (1 - a^2 r^2)^(-5/2).
+TEST(AnyDimension, ToriWithoutAHoleAreEnclosedInConstructs) {
+  const double a = 0.1;
+  const std::vector<double> along{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, a, 1};
+  for (const double r : {1.0, 0.9995, 0.9}) {
+    const auto torus = model::torus(1, r);
+    expect_contains(volume_interval(model::projective(along, torus)), 2 * pi * pi * r * r * std::pow(1 - a * a * r * r, -2.5), 0.02);
+    expect_contains(volume_interval(model::project(torus, {0, 2})), 4 * r + pi * r * r, 0.01);  // a rectangle between two halves of a disk
+  }
+}
+
 TEST(AnyDimension, ThePlaneAtInfinityMustNotMeetTheSolid) {
   const std::vector<double> perspective{1, 0, 0, 0, 1, 0, 0, 1, 1};  // y + 1 > 0
   EXPECT_NEAR(volume_of(model::projective(perspective, model::cuboid({1, 1}))), 0.5 * (1 + 0.5) * 0.5, 1e-12);
