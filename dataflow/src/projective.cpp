@@ -211,6 +211,8 @@ Expression image_of_cells(const std::vector<double>& matrix, const Expression& s
 
 Expression image_of(const model::ProjectiveMap& map, const std::vector<Expression>& operands, const ConstructContext& context) {
   const Expression& operand = operands[0];
+  const auto last_row = map.matrix.end() - operand.dimension() - 1;
+  if (map.matrix.back() > 0 && std::all_of(last_row, map.matrix.end() - 1, [](double x) { return x == 0; })) return model::transform(map.matrix, operand);
   bool is_possible = true;
   const Expression image = with_primitives_replaced(operand, operand.dimension(), [&](const PlacedPrimitive& placed) {
     const auto mapped_one = is_possible ? mapped_primitive(map.matrix, placed, context) : std::nullopt;

@@ -151,6 +151,36 @@ TEST(AnyDimension, SectionsOfPolytopesAndBooleans) {
   EXPECT_NEAR(volume_of(model::section(l_shape(1, 2, 1), 2, 0.5)), 4, 1e-10);
 }
 
+/// Of hulls of many points only the edges are cut: as large as the hull of all segments from one side to the other.
+TEST(AnyDimension, SectionsOfHullsOfManyPoints) {
+  Seeded s;
+  for (const auto& [d, count] : {std::pair<std::size_t, std::size_t>(3, 700), {4, 500}}) {
+    std::vector<double> points;
+    for (std::size_t p = 0; p < count; ++p) {
+      std::vector<double> x;
+      double square = 0;
+      for (std::size_t k = 0; k < d; ++k) {
+        x.push_back(uniform(s.random, -1, 1));
+        square += x[k] * x[k];
+      }
+      for (const double at : x) points.push_back(at / std::sqrt(square));
+    }
+    const double at = 0.1;
+    const std::size_t axis = 1;
+    std::vector<double> cut;
+    for (std::size_t p = 0; p < count; ++p)
+      for (std::size_t q = 0; q < count; ++q) {
+        const double low = points[p * d + axis] - at, high = points[q * d + axis] - at;
+        if (!(low <= 0 && high > 0)) continue;
+        for (std::size_t k = 0; k < d; ++k)
+          if (k != axis) cut.push_back(points[p * d + k] + low / (low - high) * (points[q * d + k] - points[p * d + k]));
+      }
+    const int dimension = static_cast<int>(d);
+    const double truth = volume_of(model::convex_hull(dimension - 1, cut));
+    EXPECT_NEAR(volume_of(model::section(model::convex_hull(dimension, points), static_cast<int>(axis), at)), truth, 1e-9 * truth) << d;
+  }
+}
+
 // --- projective maps -------------------------------------------------------------------------------------------------------------------------
 
 /// What a projective map of space takes to x: the inverse of the map is that of its 4 x 4 matrix M, so solve M (y, w) = (x, 1), as a linear map of four
@@ -233,6 +263,14 @@ TEST(AnyDimension, ToriWithoutAHoleAreEnclosedInConstructs) {
     expect_contains(volume_interval(model::projective(along, torus)), 2 * pi * pi * r * r * std::pow(1 - a * a * r * r, -2.5), 0.02);
     expect_contains(volume_interval(model::project(torus, {0, 2})), 4 * r + pi * r * r, 0.01);  // a rectangle between two halves of a disk
   }
+}
+
+/// A matrix that is that of an affine map, or a multiple of one, makes no polytopes of what is round.
+TEST(AnyDimension, ProjectiveMapsThatAreAffineKeepTheRound) {
+  const std::vector<double> matrix{1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2};
+  const auto finer = [&](double tolerance) { return volume_interval(model::projective(matrix, model::torus(2, 1)), tolerance); };
+  expect_contains(finer(0.1), pi * pi, 0.2);
+  EXPECT_LT(finer(0.02).fuzzy, 0.4 * finer(0.1).fuzzy);
 }
 
 TEST(AnyDimension, ThePlaneAtInfinityMustNotMeetTheSolid) {
