@@ -131,6 +131,9 @@ TEST(AnyDimension, NothingStaysNothing) {
   EXPECT_EQ(parse("extrude(1) group();").expression.dimension(), 3);  // nothing of no dimension: the empty model
   EXPECT_EQ(parse("extrude(1) ball(4, r = 0);").expression.dimension(), 5);
   EXPECT_EQ(parse("intersection() { ball(4); cuboid([1, 1, 1, 0]); }").primitive_count, 0U);
+  EXPECT_EQ(parse("bezier([[1, 2], [1, 2]], weights = [1, 3]); cuboid([1, 1]);").primitive_count, 1U);  // a single point
+  EXPECT_EQ(parse("subdivision([[1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]);").primitive_count, 0U);
+  EXPECT_EQ(parse("bezier([[1, 2], [1, 2.5]]);").primitive_count, 1U);
 }
 
 /// OpenSCAD's meaning of its own nodes is what it was.

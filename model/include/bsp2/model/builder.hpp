@@ -48,7 +48,7 @@ Expression torus(double major, double minor, std::uint32_t fineness = 0);
 ///
 /// Pieces of D - 1 parameters, D = 2 or 3, whose ends or edges fit together (within 1e-9 of their size, with the same degrees
 /// and knots on both sides, in any orientation) bound a solid: the points around which they wind a non-zero number of
-/// times. All else is a thin set without inside, as FUZZY cells that hold it.
+/// times. All else is a thin set without inside, as FUZZY cells that hold it. A single point is empty.
 /// @throws bsp2::Error for counts that do not fit, degrees outside of 1 .. 15, knots that descend or where the map is not
 /// continuous, weights that are not positive or differ by more than 2^20.
 Expression spline(int dimension, std::vector<Spline::Piece> pieces);
