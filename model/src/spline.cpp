@@ -81,7 +81,7 @@ std::map<Edge, Edge> fans_of(const std::vector<std::vector<std::uint32_t>>& face
         throw Error("subdivision: two faces go along the edge " + edge_text(a, b) + "; it takes one in either direction");
     }
   for (const auto& [edge, other] : next)
-    if (!next.contains({edge.second, edge.first})) throw Error("subdivision: the mesh is open at the edge " + edge_text(edge.first, edge.second));
+    if (!next.contains({edge.second, edge.first})) throw Error("subdivision: the mesh is open at the edge " + edge_text(edge.first, edge.second) + "; it takes meshes without a border, all faces turned the same way");
   return next;
 }
 
