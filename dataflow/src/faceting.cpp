@@ -2,6 +2,7 @@
 #include "faceting.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -65,7 +66,8 @@ Expression of_corners(const model::Round& round, int dimension, const CompileOpt
 /// from the axis times c, cos(h) <= c <= 1, h half the angle of the segment.
 ///
 /// Those inside are inscribed to the circle of radius r - R (1 - cos h) / (1 + cos h) around 2 R / (1 + cos h), so that at no c they leave the
-/// tube; those around it hold the tube and what it is times 1 / cos h.
+/// tube; those around it hold the tube and what it is times 1 / cos h. Where these would reach beyond the axis they are cut off there: behind it they
+/// would cross all others.
 Expression of_segments(const model::Torus& torus, Facets facets) {
   const std::uint32_t around = corners_around(torus.fineness, 3), across = around;
   const bool outside = facets == Facets::around;
@@ -78,17 +80,26 @@ Expression of_segments(const model::Torus& torus, Facets facets) {
   const double minor = outside ? surely * torus.minor / std::cos(std::numbers::pi / across) : torus.minor - surely * torus.major * (1 - half) / (1 + half);
   const double reach = outside ? surely * (torus.major + minor) * (1 / half - 1) : 0;
   if (minor <= 0) return Expression(3);  // too thin for so few segments
+  std::vector<std::array<double, 2>> polygon;  // distance from the axis, height
+  for (std::uint32_t j = 0; j < across; ++j) {
+    const auto corner = [&](std::uint32_t number) {
+      const auto [out, up] = direction(number, across);
+      return std::array{middle + minor * out, minor * up};
+    };
+    const auto here = corner(j), next = corner(j + 1);
+    if (here[0] >= 0) polygon.push_back(here);
+    if ((here[0] < 0) != (next[0] < 0)) polygon.push_back({0, surely * (here[1] + (next[1] - here[1]) * here[0] / (here[0] - next[0]))});
+  }
   std::vector<Expression> segments;
   for (std::uint32_t i = 0; i < around; ++i) {
     PointSet<3> corners;
-    for (const std::uint32_t end : {i, i + 1})
-      for (std::uint32_t j = 0; j < across; ++j) {
-        const auto [c, s] = direction(end, around);
-        const auto [out, up] = direction(j, across);
-        const double rho = middle + minor * out;
-        corners.push_back({rho * c, rho * s, minor * up});
-        if (outside) corners.push_back({(rho + reach) * c, (rho + reach) * s, minor * up});
+    for (const std::uint32_t end : {i, i + 1}) {
+      const auto [c, s] = direction(end, around);
+      for (const auto& [rho, z] : polygon) {
+        corners.push_back({rho * c, rho * s, z});
+        if (outside) corners.push_back({(rho + reach) * c, (rho + reach) * s, z});
       }
+    }
     segments.push_back(model::convex_hull(corners));
   }
   return model::unite(std::move(segments));

@@ -1,5 +1,6 @@
 // Shadows and sections of solids.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -196,34 +197,98 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
   return model::transform(image.entries, model::round_cylinder(result - static_cast<int>(cut.lengths.size()), radius, cut.lengths));
 }
 
+using Pairs = std::vector<std::array<std::size_t, 2>>;
+
+Pairs all_pairs(const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) {
+  Pairs pairs;
+  for (const std::size_t p : a)
+    for (const std::size_t q : b) pairs.push_back({p, q});
+  return pairs;
+}
+
+/// Pairs of corners of a polytope among which are the ends of all its edges from `a` to `b`: they have D - 1 facets in common. More do no harm.
+Pairs edges_of_polytope(const model::Polytope& polytope, std::size_t d, double grid, const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) {
+  const auto on_facet = [&](const double* half_space, std::size_t p) {
+    double value = half_space[d], norm = 0;
+    for (std::size_t k = 0; k < d; ++k) {
+      value += half_space[k] * polytope.corners[p * d + k];
+      norm = std::max(norm, std::fabs(half_space[k]));
+    }
+    return std::fabs(value) <= grid * norm;
+  };
+  const std::size_t facets = polytope.half_spaces.size() / (d + 1);
+  std::vector<std::vector<std::size_t>> of_facet(facets);
+  std::vector<std::uint32_t> common(polytope.corners.size() / d);
+  for (std::size_t f = 0; f < facets; ++f)
+    for (const std::size_t q : b)
+      if (on_facet(polytope.half_spaces.data() + f * (d + 1), q)) of_facet[f].push_back(q);
+  Pairs pairs;
+  for (const std::size_t p : a) {
+    std::fill(common.begin(), common.end(), 0U);
+    for (std::size_t f = 0; f < facets; ++f) {
+      if (of_facet[f].empty() || !on_facet(polytope.half_spaces.data() + f * (d + 1), p)) continue;
+      for (const std::size_t q : of_facet[f])
+        if (++common[q] == d - 1) pairs.push_back({p, q});
+    }
+  }
+  return pairs;
+}
+
 /// The section of a convex hull: the points on the hyperplane, and where segments between points of both sides cross it. A
-/// face that lies there counts.
-Expression section_of_hull(const model::Section& section, const Points& corners, int dimension) {
-  const std::size_t d = size(dimension), axis = size(section.axis), count = corners.size() / d;
+/// face that lies there counts. Of many points only the edges of the hull are looked at.
+Expression section_of_hull(const model::Section& section, Points corners, int dimension) {
+  constexpr std::size_t many_pairs = 50'000;
+  const std::size_t d = size(dimension), axis = size(section.axis);
+  Expression hull(dimension);
+  const model::TriangleMesh* mesh = nullptr;
+  const model::Polytope* polytope = nullptr;
+  const auto find_hull = [&] {
+    hull = model::convex_hull(dimension, corners);
+    const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
+    if (primitive == nullptr) return;
+    mesh = std::get_if<model::TriangleMesh>(primitive);
+    polytope = std::get_if<model::Polytope>(primitive);
+    if (polytope != nullptr) corners = polytope->corners;
+    if (mesh == nullptr) return;
+    corners.clear();
+    for (const auto& point : mesh->points) corners.insert(corners.end(), point.begin(), point.end());
+  };
   double reach = std::fabs(section.at);
   for (const double x : corners) reach = std::max(reach, std::fabs(x));
   const double grid = reach * 0x1p-44;  // above the rounding of the points
-  std::vector<std::size_t> below, above;
+  std::vector<std::size_t> below, on, above;
+  const auto sort_corners = [&] {
+    for (auto* side : {&below, &on, &above}) side->clear();
+    for (std::size_t p = 0; p < corners.size() / d; ++p) {
+      const double height = corners[p * d + axis] - section.at;
+      (height > grid ? above : height < -grid ? below : on).push_back(p);
+    }
+  };
+  sort_corners();
+  if (dimension >= 3 && below.size() * above.size() > many_pairs) {
+    find_hull();
+    sort_corners();
+  }
+  Pairs pairs;
+  if (mesh != nullptr) {
+    for (const auto& triangle : mesh->triangles)
+      for (std::size_t i = 0; i < 3; ++i) pairs.push_back({triangle[i], triangle[(i + 1) % 3]});  // each edge both ways: one is from below
+  } else if (polytope != nullptr) {
+    pairs = edges_of_polytope(*polytope, d, reach * 0x1p-30, below, above);
+  } else {
+    pairs = all_pairs(below, above);
+  }
   Points cut;
   const auto add = [&](std::size_t p, std::size_t q, Real t) {
     for (std::size_t k = 0; k < d; ++k)
       if (k != axis) cut.push_back(static_cast<double>(static_cast<Real>(corners[p * d + k]) + t * (static_cast<Real>(corners[q * d + k]) - static_cast<Real>(corners[p * d + k]))));
   };
-  for (std::size_t p = 0; p < count; ++p) {
-    const double height = corners[p * d + axis] - section.at;
-    if (height > grid)
-      above.push_back(p);
-    else if (height < -grid)
-      below.push_back(p);
-    else
-      add(p, p, 0);
+  for (const std::size_t p : on) add(p, p, 0);
+  for (const auto& [p, q] : pairs) {
+    if (!(corners[p * d + axis] - section.at < -grid) || !(corners[q * d + axis] - section.at > grid)) continue;
+    const Real low = static_cast<Real>(corners[p * d + axis]) - static_cast<Real>(section.at), high = static_cast<Real>(corners[q * d + axis]) - static_cast<Real>(section.at);
+    add(p, q, low / (low - high));
   }
-  if (above.size() * below.size() > 4'000'000) throw Error("section: a convex part has too many corners; give it fewer sides");
-  for (const std::size_t p : below)
-    for (const std::size_t q : above) {
-      const Real low = static_cast<Real>(corners[p * d + axis]) - static_cast<Real>(section.at), high = static_cast<Real>(corners[q * d + axis]) - static_cast<Real>(section.at);
-      add(p, q, low / (low - high));
-    }
   return model::convex_hull(dimension - 1, cut);
 }
 
@@ -238,13 +303,13 @@ Expression image_of(const model::Shadow& shadow, const std::vector<Expression>& 
     return model::convex_hull(static_cast<int>(kept), flat);
   };
   const auto of_ball = [&](const PlacedPrimitive& ball) {
-    const std::vector<Real> square = square_of(ball);
-    std::vector<Real> centre, flat;
+    const auto radius = static_cast<Real>(ball_of(*ball.primitive)->bottom);
+    std::vector<Real> centre, rows;
     for (const int i : shadow.axes) {
       centre.push_back(static_cast<Real>(ball.matrix[size(i) * (d + 1) + d]));
-      for (const int j : shadow.axes) flat.push_back(square[size(i) * d + size(j)]);
+      for (std::size_t j = 0; j < d; ++j) rows.push_back(static_cast<Real>(ball.matrix[size(i) * (d + 1) + j]) * radius);
     }
-    return ellipsoid(centre, std::move(flat));
+    return ellipsoid(centre, std::move(rows));
   };
   return distributed(operands[0], static_cast<int>(kept), context, of_corners, of_ball);
 }

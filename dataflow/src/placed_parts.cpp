@@ -61,17 +61,24 @@ Expression moved(const Expression& solid, std::span<const double> by) {
   return model::transform(map.entries, solid);
 }
 
-Expression ellipsoid(const std::vector<Real>& centre, std::vector<Real> square) {
-  const std::size_t d = centre.size();
+Expression ellipsoid(const std::vector<Real>& centre, std::vector<Real> rows) {
+  const std::size_t d = centre.size(), n = rows.size() / d;
   Affine map(d);
-  for (std::size_t j = 0; j < d; ++j) {  // Cholesky
-    for (std::size_t i = j; i < d; ++i) {
-      Real sum = square[i * d + j];
-      for (std::size_t k = 0; k < j; ++k) sum -= static_cast<Real>(map.at(i, k)) * static_cast<Real>(map.at(j, k));
-      if (i == j && !(sum > 0)) return Expression(static_cast<int>(d));
-      map.at(i, j) = static_cast<double>(i == j ? std::sqrt(sum) : sum / static_cast<Real>(map.at(j, j)));
-    }
+  for (std::size_t j = 0; j < d; ++j) {  // Gram and Schmidt, row after row: squares of lengths would lose the digits of what is thin
+    const auto at = [&](std::size_t i, std::size_t k) -> Real& { return rows[i * n + k]; };
+    Real length = 0;
+    for (std::size_t k = 0; k < n; ++k) length += at(j, k) * at(j, k);
+    length = std::sqrt(length);
+    if (!(length > 0)) return Expression(static_cast<int>(d));
+    for (std::size_t k = 0; k < n; ++k) at(j, k) /= length;
+    map.at(j, j) = static_cast<double>(length);
     map.at(j, d) = static_cast<double>(centre[j]);
+    for (std::size_t i = j + 1; i < d; ++i) {
+      Real along = 0;
+      for (std::size_t k = 0; k < n; ++k) along += at(i, k) * at(j, k);
+      for (std::size_t k = 0; k < n; ++k) at(i, k) -= along * at(j, k);
+      map.at(i, j) = static_cast<double>(along);
+    }
   }
   return model::transform(map.entries, model::ball(static_cast<int>(d), 1));
 }
@@ -130,17 +137,6 @@ Expression distributed(const Expression& operand, int dimension, const Construct
     return Expression(placed.dimension);
   });
   return united(dimension, std::move(images));
-}
-
-std::vector<Real> square_of(const PlacedPrimitive& ball) {
-  const std::size_t d = size(ball.dimension);
-  const Affine map(d, ball.matrix);
-  const auto radius = static_cast<Real>(ball_of(*ball.primitive)->bottom);
-  std::vector<Real> square(d * d);
-  for (std::size_t i = 0; i < d; ++i)
-    for (std::size_t j = 0; j < d; ++j)
-      for (std::size_t k = 0; k < d; ++k) square[i * d + j] += static_cast<Real>(map.at(i, k)) * static_cast<Real>(map.at(j, k)) * radius * radius;
-  return square;
 }
 
 }  // namespace bsp2::dataflow

@@ -48,8 +48,8 @@ struct AxisBox {
   }
 };
 
-/// The ellipsoid around `centre` whose points are centre + L y, |y| <= 1, with L L^T = `square`.
-model::Expression ellipsoid(const std::vector<Real>& centre, std::vector<Real> square);
+/// The ellipsoid of all points centre + A y, |y| <= 1. @param rows of A, as many as `centre` has coordinates and at least as long.
+model::Expression ellipsoid(const std::vector<Real>& centre, std::vector<Real> rows);
 
 /// A symmetric orthogonal matrix that maps the last unit vector to `u`, of length 1.
 std::vector<Real> reflection_to(const std::vector<Real>& u);
@@ -64,8 +64,5 @@ model::Expression of_polytopes_and_balls(const model::Expression& solid, const C
 /// @param make_image takes the corners of a convex solid; @param ball_image a placed ball.
 model::Expression distributed(const model::Expression& operand, int dimension, const ConstructContext& context, const std::function<model::Expression(const Points&)>& make_image,
                               const std::function<model::Expression(const PlacedPrimitive&)>& ball_image);
-
-/// A A^T of the linear part of a placed ball, times its radius squared.
-std::vector<Real> square_of(const PlacedPrimitive& ball);
 
 }  // namespace bsp2::dataflow

@@ -37,29 +37,38 @@ std::optional<Points> mapped(const std::vector<double>& matrix, const Points& po
   return images;
 }
 
-/// The image of a placed ball, an ellipsoid, by its dual quadric; nothing if the plane at infinity meets it.
+/// The image of a placed ball, an ellipsoid; nothing if the plane at infinity meets it.
+///
+/// In the frame of the unit ball, turned so that the denominator is w + s x_n, the image is b / w + M z with z = x / (w + s x_n): z runs
+/// through an ellipsoid along the axes. Nothing cancels here, however far away or thin the image is.
 std::optional<Expression> mapped_ball(const std::vector<double>& matrix, const PlacedPrimitive& ball) {
-  const std::size_t d = size(ball.dimension), n = d + 1;
+  const std::size_t d = size(ball.dimension), n = d + 1, last = d - 1;
   const Affine place(d, ball.matrix);
   std::vector<Real> h(n * n);
   const auto radius = static_cast<Real>(ball_of(*ball.primitive)->bottom);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < n; ++k)
       for (std::size_t j = 0; j < n; ++j) h[i * n + j] += static_cast<Real>(matrix[i * n + k]) * static_cast<Real>(place.at(k, j)) * (j < d ? radius : 1);
-  Real slope = 0;
-  for (std::size_t j = 0; j < d; ++j) slope += h[d * n + j] * h[d * n + j];
-  if (!(h[d * n + d] > 0) || !(h[d * n + d] * h[d * n + d] > slope)) return std::nullopt;
-  // C = H diag(1, ..., 1, -1) H^T; of an ellipsoid around m with square Q it is a multiple of [Q - m m^T, -m; -m^T, -1].
-  std::vector<Real> c(n * n);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j)
-      for (std::size_t k = 0; k < n; ++k) c[i * n + j] += h[i * n + k] * h[j * n + k] * (k < d ? 1 : -1);
-  const Real scale = -c[d * n + d];
-  std::vector<Real> centre(d), square(d * d);
-  for (std::size_t i = 0; i < d; ++i) centre[i] = -c[i * n + d] / scale;
-  for (std::size_t i = 0; i < d; ++i)
-    for (std::size_t j = 0; j < d; ++j) square[i * d + j] = c[i * n + j] / scale + centre[i] * centre[j];
-  return ellipsoid(centre, std::move(square));
+  std::vector<Real> slope(h.begin() + static_cast<std::ptrdiff_t>(d * n), h.end() - 1);
+  Real s = 0;
+  for (const Real x : slope) s += x * x;
+  s = std::sqrt(s);
+  const Real w = h[d * n + d];
+  if (!(w > s)) return std::nullopt;
+  for (std::size_t j = 0; j < d; ++j) slope[j] = s > 0 ? slope[j] / s : static_cast<Real>(j == last ? 1 : 0);
+  const std::vector<Real> turn = reflection_to(slope);
+  const Real across = (w - s) * (w + s), middle = -s / across;
+  Affine image(d);
+  for (std::size_t i = 0; i < d; ++i) {
+    const Real at_middle = h[i * n + d] / w;
+    for (std::size_t j = 0; j < d; ++j) {
+      Real entry = j == last ? -at_middle * s : 0;
+      for (std::size_t k = 0; k < d; ++k) entry += h[i * n + k] * turn[k * d + j];
+      image.at(i, j) = static_cast<double>(j == last ? entry * w / across : entry / std::sqrt(across));
+      if (j == last) image.at(i, d) = static_cast<double>(at_middle + entry * middle);
+    }
+  }
+  return model::transform(image.entries, model::ball(ball.dimension, 1));
 }
 
 // --- splines -------------------------------------------------------------------------------------------------------------------
@@ -202,6 +211,8 @@ Expression image_of_cells(const std::vector<double>& matrix, const Expression& s
 
 Expression image_of(const model::ProjectiveMap& map, const std::vector<Expression>& operands, const ConstructContext& context) {
   const Expression& operand = operands[0];
+  const auto last_row = map.matrix.end() - operand.dimension() - 1;
+  if (map.matrix.back() > 0 && std::all_of(last_row, map.matrix.end() - 1, [](double x) { return x == 0; })) return model::transform(map.matrix, operand);
   bool is_possible = true;
   const Expression image = with_primitives_replaced(operand, operand.dimension(), [&](const PlacedPrimitive& placed) {
     const auto mapped_one = is_possible ? mapped_primitive(map.matrix, placed, context) : std::nullopt;

@@ -63,6 +63,37 @@ std::optional<Expression> single_convex(const Expression& solid) {
   return result;
 }
 
+/// One of the convex sets, if it holds all others: what is enclosed by polytopes is a union of those inside and those around.
+std::optional<Points> holder_of_all(const std::vector<Points>& parts, int dimension) {
+  const std::size_t d = size(dimension);
+  const auto is_in = [&](const std::vector<double>& half_spaces, const Points& points) {
+    for (std::size_t at = 0; at < half_spaces.size(); at += d + 1)
+      for (std::size_t p = 0; p < points.size(); p += d) {
+        double value = half_spaces[at + d];
+        for (std::size_t k = 0; k < d; ++k) value += half_spaces[at + k] * points[p + k];
+        if (value > 0) return false;
+      }
+    return true;
+  };
+  for (const Points& part : parts) {
+    const Expression hull = model::undecided_hull(dimension, part);
+    const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
+    if (primitive == nullptr) continue;
+    const auto& half_spaces = std::get<model::Polytope>(*primitive).half_spaces;
+    if (std::all_of(parts.begin(), parts.end(), [&](const Points& other) { return &other == &part || is_in(half_spaces, other); })) return part;
+  }
+  return std::nullopt;
+}
+
+/// The corners of a solid of four dimensions or more that is known to be convex.
+std::optional<Points> convex_corners(const Expression& solid, const ConstructContext& context) {
+  constexpr std::size_t few = 8;
+  if (solid.dimension() < 4 || (!single_convex(solid) && !is_union(solid))) return std::nullopt;
+  std::vector<Points> parts = convex_parts(single_convex(solid).value_or(solid), context.options);
+  if (parts.size() == 1) return std::move(parts[0]);
+  return parts.size() <= few ? holder_of_all(parts, solid.dimension()) : std::nullopt;
+}
+
 }  // namespace
 
 Expression image_of(const model::Sweep& sweep, const std::vector<Expression>& operands, const ConstructContext& context) {
@@ -143,9 +174,8 @@ Expression image_of(const model::Growth& growth, const std::vector<Expression>& 
   const model::Bounds bounds = model::bounds(operand);
   if (bounds.is_empty()) return operand;
   if (!bounds.is_finite()) throw Error("shrink: the solid has no bounds; intersect it with something that has");
-  if (const auto convex = dimension >= 4 ? single_convex(operand) : std::nullopt)
-    if (const auto parts = convex_parts(*convex, context.options); parts.size() == 1)
-      if (auto itself = eroded(dimension, parts[0], ball_parts[0])) return *std::move(itself);
+  if (const auto corners = convex_corners(operand, context))
+    if (auto itself = eroded(dimension, *corners, ball_parts[0])) return *std::move(itself);
   AxisBox around{bounds.lower, bounds.upper};
   for (std::size_t i = 0; i < around.lower.size(); ++i) {
     around.lower[i] -= 2 * distance;

@@ -135,7 +135,7 @@ Expression torus(double major, double minor, std::uint32_t fineness) {
   require_finite(numbers, "torus");
   require_fineness(fineness, "torus");
   if (major <= 0 || minor <= 0) return Expression(3);
-  if (minor > major) throw Error("torus: the tube's radius " + std::to_string(minor) + " is larger than that of its circle, " + std::to_string(major));
+  if (minor > major) throw Error("torus: its tube would cross the axis: r is larger than R; it takes r up to R");
   return make(3, Torus{major, minor, fineness});
 }
 

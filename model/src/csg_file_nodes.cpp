@@ -7,7 +7,6 @@
 #include "bsp2/geometry/error.hpp"
 #include "csg_primitive_nodes.hpp"
 #include "imports.hpp"
-#include "mesh_crossing.hpp"
 #include "polyhedron.hpp"
 
 namespace bsp2::model {
@@ -61,19 +60,7 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   }
   if (!is_mesh_ending(kind))
     throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
-  const ImportedMesh mesh = import_mesh(path);
-  std::optional<TriangleMesh> closed;
-  try {
-    closed = repaired_mesh(mesh.points, mesh.faces, Holes::cap, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
-  } catch (const Error& error) {
-    throw Error("import of " + path.string() + ": " + error.what());
-  }
-  if (closed) {
-    if (const auto crossing = self_crossing(*closed))
-      warn("the mesh of " + path.string() + " crosses itself: " + text_of(*crossing) + ". What its faces wind around counts as inside");
-    return pool.primitive(std::move(*closed), 3);
-  }
-  warn("this import is empty: the faces of " + path.string() + " enclose nothing");
+  if (std::optional<TriangleMesh> closed = mesh_of_file(path, warn)) return pool.primitive(std::move(*closed), 3);
   return pool.empty(3);
 }
 

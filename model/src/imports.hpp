@@ -2,12 +2,14 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "bsp2/model/expression.hpp"
 #include "bsp2/model/tessellation.hpp"
 #include "mesh_closing.hpp"
 
@@ -36,6 +38,10 @@ bool is_mesh_ending(std::string_view ending);
 /// largest_coordinate.
 /// @throws bsp2::Error if the file cannot be read.
 ImportedMesh import_mesh(const std::filesystem::path& path);
+
+/// The solid that these meshes bound, repaired where they do not close; nothing if they enclose nothing.
+/// @param warn is told what was repaired, and what is odd. @throws bsp2::Error also for what cannot be repaired.
+std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path, const std::function<void(const std::string&)>& warn);
 
 /// The same for each format, of the bytes of a file. @param path its name in messages.
 ImportedMesh import_stl(std::string_view bytes, const std::filesystem::path& path);  ///< text and binary

@@ -1,10 +1,14 @@
 #include <algorithm>
 #include <cctype>
+#include <optional>
 #include <utility>
 
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/model/builder.hpp"
 #include "bsp2/model/csg.hpp"
 #include "imports.hpp"
+#include "mesh_crossing.hpp"
+#include "polyhedron.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -42,6 +46,30 @@ ImportedMesh import_mesh(const std::filesystem::path& path) {
   const Importer importer = importer_of(ending);
   if (importer == nullptr) throw Error("import: files named *" + ending + " are no meshes that are read");
   return importer(read_text(path), path);
+}
+
+std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path, const std::function<void(const std::string&)>& warn) {
+  const ImportedMesh mesh = import_mesh(path);
+  std::optional<TriangleMesh> closed;
+  try {
+    closed = repaired_mesh(mesh.points, mesh.faces, Holes::cap, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });
+  } catch (const Error& error) {
+    throw Error("import of " + path.string() + ": " + error.what());
+  }
+  if (!closed) {
+    warn("this import is empty: the faces of " + path.string() + " enclose nothing");
+    return closed;
+  }
+  if (const auto crossing = self_crossing(*closed))
+    warn("the mesh of " + path.string() + " crosses itself: " + text_of(*crossing) + ". What its faces wind around counts as inside");
+  return closed;
+}
+
+Expression imported(const std::filesystem::path& path, const std::function<void(const std::string&)>& warn) {
+  std::optional<TriangleMesh> mesh = mesh_of_file(path, [&](const std::string& text) {
+    if (warn) warn(text);
+  });
+  return mesh ? Expression(std::make_shared<Node>(3, Primitive(std::move(*mesh)))) : Expression(3);
 }
 
 }  // namespace bsp2::model

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -80,7 +81,7 @@ std::map<Edge, Edge> fans_of(const std::vector<std::vector<std::uint32_t>>& face
         throw Error("subdivision: two faces go along the edge " + edge_text(a, b) + "; it takes one in either direction");
     }
   for (const auto& [edge, other] : next)
-    if (!next.contains({edge.second, edge.first})) throw Error("subdivision: the mesh is open at the edge " + edge_text(edge.first, edge.second));
+    if (!next.contains({edge.second, edge.first})) throw Error("subdivision: the mesh is open at the edge " + edge_text(edge.first, edge.second) + "; it takes meshes without a border, all faces turned the same way");
   return next;
 }
 
@@ -99,6 +100,13 @@ void check_fans(const std::map<Edge, Edge>& next) {
     if (count < 3) throw Error("subdivision: point " + std::to_string(first->first.first) + " has " + std::to_string(count) + " edges; it takes 3 or more");
     first = end;
   }
+}
+
+/// What has no size is empty. @param points the coordinates of one each `stride` numbers.
+bool is_one_point(const std::vector<double>& points, std::size_t stride, std::span<const double> point) {
+  for (std::size_t at = 0; at < points.size(); at += stride)
+    if (!std::equal(point.begin(), point.end(), points.begin() + static_cast<std::ptrdiff_t>(at))) return false;
+  return true;
 }
 
 }  // namespace
@@ -120,6 +128,9 @@ Expression spline(int dimension, std::vector<Spline::Piece> pieces) {
       throw Error("spline: pieces of " + std::to_string(pieces.front().degrees.size()) + " and of " + std::to_string(piece.degrees.size()) + " parameters");
   }
   check_weights(dimension, pieces);
+  const auto stride = static_cast<std::size_t>(dimension) + 1;
+  const double* first = pieces.front().points.data();
+  if (std::all_of(pieces.begin(), pieces.end(), [&](const Spline::Piece& piece) { return is_one_point(piece.points, stride, {first, stride - 1}); })) return Expression(dimension);
   return make(dimension, Spline{std::move(pieces)});
 }
 
@@ -143,6 +154,7 @@ Expression subdivision_surface(int dimension, SubdivisionSurface surface) {
       if (corner >= surface.points.size() / stride) throw Error("subdivision: there is no point " + std::to_string(corner));
   }
   check_fans(fans_of(surface.faces));
+  if (is_one_point(surface.points, stride, {surface.points.data(), stride})) return Expression(dimension);
   return make(dimension, std::move(surface));
 }
 

@@ -206,6 +206,23 @@ TEST_F(Import, ReadsMeshes) {
   EXPECT_THROW(imported("import(file = \"test.xyz\");"), Error);
 }
 
+/// The builder reads the same files, and tells its caller what had to be repaired.
+TEST_F(Import, ReadsMeshesForTheBuilder) {
+  write("tetrahedron.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  write("open.off", "OFF\n4 3 0\n0 0 0\n2 0 0\n0 2 0\n0 0 2\n3 0 2 1\n3 0 1 3\n3 0 3 2\n");
+  std::vector<std::string> said;
+  const auto read = [&](const char* name) { return model::imported(folder_.path() / name, [&](const std::string& text) { said.push_back(text); }); };
+  EXPECT_NEAR(content(read("tetrahedron.obj")), 8.0 / 6, 1e-12);
+  EXPECT_TRUE(said.empty());
+  const Expression corner = model::imported(folder_.path() / "tetrahedron.obj");
+  EXPECT_NEAR(content(model::subtract({corner, model::cuboid({2, 2, 1})})), 1.0 / 6, 1e-12);
+  EXPECT_NEAR(content(read("open.off")), 8.0 / 6, 1e-12);
+  ASSERT_FALSE(said.empty());
+  EXPECT_NE(said[0].find("open.off"), std::string::npos);
+  EXPECT_THROW(read("missing.stl"), Error);
+  EXPECT_THROW(read("test.xyz"), Error);
+}
+
 TEST_F(Import, ReadsHeights) {
   write("a.dat", "# heights\n0 1\n1 2\n");
   EXPECT_NEAR(imported("surface(file = \"a.dat\");"), 2, 1e-12);

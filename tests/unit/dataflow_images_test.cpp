@@ -151,6 +151,36 @@ TEST(AnyDimension, SectionsOfPolytopesAndBooleans) {
   EXPECT_NEAR(volume_of(model::section(l_shape(1, 2, 1), 2, 0.5)), 4, 1e-10);
 }
 
+/// Of hulls of many points only the edges are cut: as large as the hull of all segments from one side to the other.
+TEST(AnyDimension, SectionsOfHullsOfManyPoints) {
+  Seeded s;
+  for (const auto& [d, count] : {std::pair<std::size_t, std::size_t>(3, 700), {4, 500}}) {
+    std::vector<double> points;
+    for (std::size_t p = 0; p < count; ++p) {
+      std::vector<double> x;
+      double square = 0;
+      for (std::size_t k = 0; k < d; ++k) {
+        x.push_back(uniform(s.random, -1, 1));
+        square += x[k] * x[k];
+      }
+      for (const double at : x) points.push_back(at / std::sqrt(square));
+    }
+    const double at = 0.1;
+    const std::size_t axis = 1;
+    std::vector<double> cut;
+    for (std::size_t p = 0; p < count; ++p)
+      for (std::size_t q = 0; q < count; ++q) {
+        const double low = points[p * d + axis] - at, high = points[q * d + axis] - at;
+        if (!(low <= 0 && high > 0)) continue;
+        for (std::size_t k = 0; k < d; ++k)
+          if (k != axis) cut.push_back(points[p * d + k] + low / (low - high) * (points[q * d + k] - points[p * d + k]));
+      }
+    const int dimension = static_cast<int>(d);
+    const double truth = volume_of(model::convex_hull(dimension - 1, cut));
+    EXPECT_NEAR(volume_of(model::section(model::convex_hull(dimension, points), static_cast<int>(axis), at)), truth, 1e-9 * truth) << d;
+  }
+}
+
 // --- projective maps -------------------------------------------------------------------------------------------------------------------------
 
 /// What a projective map of space takes to x: the inverse of the map is that of its 4 x 4 matrix M, so solve M (y, w) = (x, 1), as a linear map of four
@@ -171,6 +201,31 @@ TEST(AnyDimension, ProjectiveMapsTakePointsToTheirImages) {
     const auto solid = model::subtract({model::ball(3, 1.5), model::cuboid({2, 2, 2}), random_polytope(s.random, 3, 4)});
     check_labels<3>(model::projective(matrix, solid), 0.1, s.random, [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
   }
+}
+
+/// The images of balls are found without squares of coordinates, which would lose what is far away or thin.
+TEST(AnyDimension, ImagesOfFarAndThinBallsAreEnclosedToo) {
+  constexpr double far = 0x1p20, r = 0x1p-10;
+  for (int d = 2; d <= 3; ++d) {
+    const auto n = static_cast<std::size_t>(d + 1);
+    std::vector<double> away(n * n), scale(n * n);
+    for (std::size_t i = 0; i < n; ++i) away[i * (n + 1)] = scale[i * (n + 1)] = 1;
+    for (std::size_t i = 0; i + 1 < n; ++i) away[i * n + n - 1] = far;
+    scale.back() = 4;  // x / 4
+    const double truth = ball_volume(d) * std::pow(r / 4, d);
+    expect_contains(volume_interval(model::projective(scale, model::transform(away, model::ball(d, r))), r * 1e-3), truth, 0.05);
+    // Where the denominator changes along the ball: 1 + a (x - far) around the middle, whose image is an ellipsoid around 0 after the shift.
+    auto slope = away;
+    for (std::size_t i = 0; i + 1 < n; ++i) slope[i * n + n - 1] = -far;
+    constexpr double a = 256;
+    slope[n * n - n] = a, slope.back() = 1 - a * far;
+    const double across = 1 - a * a * r * r;  // r^d / across^((d+1)/2): the axes are r / across and d - 1 times r / sqrt(across)
+    expect_contains(volume_interval(model::projective(slope, model::transform(away, model::ball(d, r))), r * 1e-3), ball_volume(d) * std::pow(r, d) / std::pow(across, (d + 1) / 2.0), 0.05);
+  }
+  // An ellipse with axes 1 and 2^-30, turned; the third axis does not show.
+  constexpr double thin = 0x1p-30;
+  const std::vector<double> needle{0.6, -0.8 * thin, 0, 0, 0.8, 0.6 * thin, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  expect_contains(volume_interval(model::project(model::transform(needle, model::ball(3, 1)), {0, 1}), thin / 100), pi * thin * (0.36 + 0.64), 0.05);
 }
 
 /// What has no image that is known lies between polytopes, each primitive by itself: also where it is taken away, or counts by turns.
@@ -197,6 +252,25 @@ TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
     const auto solid = model::subtract({model::symmetric_difference({placed(model::torus(1.5, 0.6, 12)), placed(model::cone(2, 1, 0.2, 16)), model::ball(3, 1)}), placed(model::round_cylinder(2, 0.4, {1}))});
     check_labels<3>(model::projective(matrix, solid), 0.2, s.random, [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
   }
+}
+
+/// Tori whose hole is a point, or hardly more. Under z / (1 + a z) the integral of sin^2 / (1 + a r cos)^4 is pi/2 (1 - a^2 r^2)^(-5/2).
+TEST(AnyDimension, ToriWithoutAHoleAreEnclosedInConstructs) {
+  const double a = 0.1;
+  const std::vector<double> along{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, a, 1};
+  for (const double r : {1.0, 0.9995, 0.9}) {
+    const auto torus = model::torus(1, r);
+    expect_contains(volume_interval(model::projective(along, torus)), 2 * pi * pi * r * r * std::pow(1 - a * a * r * r, -2.5), 0.02);
+    expect_contains(volume_interval(model::project(torus, {0, 2})), 4 * r + pi * r * r, 0.01);  // a rectangle between two halves of a disk
+  }
+}
+
+/// A matrix that is that of an affine map, or a multiple of one, makes no polytopes of what is round.
+TEST(AnyDimension, ProjectiveMapsThatAreAffineKeepTheRound) {
+  const std::vector<double> matrix{1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2};
+  const auto finer = [&](double tolerance) { return volume_interval(model::projective(matrix, model::torus(2, 1)), tolerance); };
+  expect_contains(finer(0.1), pi * pi, 0.2);
+  EXPECT_LT(finer(0.02).fuzzy, 0.4 * finer(0.1).fuzzy);
 }
 
 TEST(AnyDimension, ThePlaneAtInfinityMustNotMeetTheSolid) {

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <string>
 
+#include "bsp2/dataflow/measure.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
 #include "spline_samples.hpp"
@@ -72,6 +73,26 @@ TEST(Nurbs, SpheresHaveTheirExactVolume) {
     EXPECT_LE(now.fuzzy, tolerance * 4 * pi * 2.5);
     EXPECT_LT(now.fuzzy, last * 0.6);
     last = now.fuzzy;
+  }
+}
+
+/// Of the disk: x^2 pi r^4 / 4; the interval shrinks with the shell, whose area is at most about the tolerance times the length of the curve.
+TEST(Nurbs, MomentsOfCirclesShrinkWithTheirShell) {
+  double before = 1e300;
+  for (const double tolerance : {0.16, 0.01, 0.01 / 16}) {
+    const auto totals = measure<2>(model::spline(2, {nurbs_circle(2)}), thinner_than(tolerance));
+    const auto in = totals.in.value(), fuzzy = totals.fuzzy.value(), below = totals.fuzzy_below.value();
+    double widest = 0;
+    for (int i = 0; i <= 2; ++i)
+      for (int j = i; j <= 2; ++j) {
+        const auto at = static_cast<std::size_t>(geometry::Moments<2>::index(i, j));
+        const double truth = i == j ? 4 * pi : 0;  // pi r^2 and pi r^4 / 4 are the same for r = 2
+        EXPECT_LE(in.integral[at] + below.integral[at], truth + 1e-12) << i << j;
+        EXPECT_GE(in.integral[at] + fuzzy.integral[at] - below.integral[at], truth - 1e-12) << i << j;
+        widest = std::max(widest, fuzzy.integral[at] - 2 * below.integral[at]);
+      }
+    EXPECT_LT(widest, before / 8);
+    before = widest;
   }
 }
 

@@ -266,6 +266,21 @@ TEST(AnyDimension, ConvexSolidsShrinkLikeAllOthers) {
   expect_contains(volume_interval(model::construct(model::Growth{-0.25, model::Growth::Ball::round, 12}, {model::ball(4, 1)}), 0.1), ball_volume(4) * std::pow(0.75, 4), 1.5);
 }
 
+/// What is enclosed is a union of polytopes of which one holds the others: that one is moved alone.
+TEST(AnyDimension, UnionsOfWhatOneHoldsShrinkLikeIt) {
+  const double a = 0.05;
+  EXPECT_NEAR(volume_of(model::grow(model::unite({model::simplex(4, 0.5), model::simplex(4, 1)}), -a)), std::pow(1 - 8 * a, 4) / 24, 1e-12);
+  const auto apart = model::transform(std::vector<double>{1, 0, 0, 0, 2, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1}, model::simplex(4, 1));
+  EXPECT_NEAR(volume_of(model::grow(model::unite({model::simplex(4, 1), apart}), -a)), std::pow(1 - 8 * a, 4) / 12, 1e-12);
+  // A capsule: the cube holds the ball of radius a, and lies in that of 2 a.
+  const auto capsule = [](double r) { return ball_volume(4) * std::pow(r, 4) + 2 * ball_volume(3) * std::pow(r, 3); };
+  const auto moved = model::transform(std::vector<double>{1, 0, 0, 0, 2, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1}, model::ball(4, 1));
+  const Interval shrunken = volume_interval(model::grow(model::construct(model::Hull{}, {model::unite({model::ball(4, 1), moved})}), -a));
+  EXPECT_LT(shrunken.in, capsule(1 - a));
+  EXPECT_GT(shrunken.in + shrunken.fuzzy, capsule(1 - 2 * a));
+  EXPECT_GT(shrunken.in, 0.5 * capsule(1 - 2 * a));
+}
+
 /// What goes by the points of a solid cannot take one that reaches to infinity, and says so; whether it does is a matter of the whole solid.
 TEST(AnyDimension, UnboundedOperandsAreRefused) {
   const auto box = model::cuboid({2, 2, 2}), small = model::cuboid({1, 1, 1});

@@ -83,7 +83,8 @@ TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
       {"cuboid([1, \"a\"]);", "'size' has to be a list of finite numbers"},
       {"simplex(points = [[0, 0], [1, 0]]);", "in 2 dimensions it has 3 corners"},
       {"polytope(points = [[0, 0], [1]]);", "lists of finite numbers, all of the same length"},
-      {"torus(R = 1, r = 2);", "torus"},
+      {"torus(R = 1, r = 2);", "t.csg:1:1: torus: its tube would cross the axis: r is larger than R"},
+      {"subdivision([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]);", "is open at the edge from point 0 to point 1; it takes meshes without a border"},
       {"d_cylinder(2, h = [1, 2]);", "one axis at least"},
       {"extrude(h = -1) ball(2);", "'h' is a length above 0"},
       {"group() {\n extrude(h = 1)\n  ball(6); }", "t.csg:2:2: product: 7 dimensions; the limit is 6"},
@@ -131,6 +132,9 @@ TEST(AnyDimension, NothingStaysNothing) {
   EXPECT_EQ(parse("extrude(1) group();").expression.dimension(), 3);  // nothing of no dimension: the empty model
   EXPECT_EQ(parse("extrude(1) ball(4, r = 0);").expression.dimension(), 5);
   EXPECT_EQ(parse("intersection() { ball(4); cuboid([1, 1, 1, 0]); }").primitive_count, 0U);
+  EXPECT_EQ(parse("bezier([[1, 2], [1, 2]], weights = [1, 3]); cuboid([1, 1]);").primitive_count, 1U);  // a single point
+  EXPECT_EQ(parse("subdivision([[1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]);").primitive_count, 0U);
+  EXPECT_EQ(parse("bezier([[1, 2], [1, 2.5]]);").primitive_count, 1U);
 }
 
 /// OpenSCAD's meaning of its own nodes is what it was.

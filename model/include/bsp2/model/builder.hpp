@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <initializer_list>
 #include <span>
 #include <string>
@@ -46,7 +48,7 @@ Expression torus(double major, double minor, std::uint32_t fineness = 0);
 ///
 /// Pieces of D - 1 parameters, D = 2 or 3, whose ends or edges fit together (within 1e-9 of their size, with the same degrees
 /// and knots on both sides, in any orientation) bound a solid: the points around which they wind a non-zero number of
-/// times. All else is a thin set without inside, as FUZZY cells that hold it.
+/// times. All else is a thin set without inside, as FUZZY cells that hold it. A single point is empty.
 /// @throws bsp2::Error for counts that do not fit, degrees outside of 1 .. 15, knots that descend or where the map is not
 /// continuous, weights that are not positive or differ by more than 2^20.
 Expression spline(int dimension, std::vector<Spline::Piece> pieces);
@@ -153,6 +155,12 @@ Expression construct(Construct what, std::vector<Expression> operands);
 /// the wrong way round as a whole give the same solid. O(n log n).
 /// @throws bsp2::Error that names the open edge if the faces do not close.
 Expression polyhedron(std::vector<std::array<double, 3>> points, const std::vector<std::vector<std::uint32_t>>& faces);
+
+/// The solid that the mesh of a file bounds (.stl, .off, .obj, .ply, .3mf, .amf), read and repaired as `import` of the text form does
+/// (docs/model.md, "Polyhedra"). Faces that enclose nothing give the empty solid.
+/// @param warn is told what was repaired, and what is odd, if it is there.
+/// @throws bsp2::Error that names the file, and its line or byte, if it cannot be read.
+Expression imported(const std::filesystem::path& path, const std::function<void(const std::string&)>& warn = {});
 
 /// No operands: the empty solid of dimension 3.
 Expression unite(std::vector<Expression> operands);
