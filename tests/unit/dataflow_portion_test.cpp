@@ -101,18 +101,18 @@ class Divider {
   Random& random_;
 
   Frontier divided(Frontier left, std::uint32_t number, std::uint16_t level) {
-    Frontier emitted;  // may stay out of both halves
+    Frontier apart;  // may stay out of both halves
     if (chance(random_, 0.5)) {
       auto separated = separate_emitted(left);
       EXPECT_EQ(overlay(separated.emitted, separated.pending), left);
-      emitted = std::move(separated.emitted);
+      apart = std::move(separated.emitted);
       left = std::move(separated.pending);
     }
-    const auto with_emitted = [&](const Frontier& rest) { return emitted.empty() ? rest : overlay(emitted, rest); };
+    const auto with_apart = [&](const Frontier& rest) { return apart.empty() ? rest : overlay(apart, rest); };
     auto halves = divide(left);
-    if (!halves) return with_emitted(left);
+    if (!halves) return with_apart(left);
     ++divisions;
-    separations += emitted.nodes.size() > 1 ? 1 : 0;
+    separations += apart.nodes.size() > 1 ? 1 : 0;
     for (const auto& half : *halves) {
       EXPECT_LT(remains_of(half).words, remains_of(left).words);
       EXPECT_GT(remains_of(half).tokens, 0U);
@@ -120,7 +120,7 @@ class Divider {
     EXPECT_EQ(overlay((*halves)[0], (*halves)[1]), left);
     const int first = pick(random_, 0, 1);  // the order does not matter
     for (const int i : {first, 1 - first}) (*halves)[i] = evaluate_all(region_of(std::move((*halves)[i]), number, level));
-    return with_emitted(overlay((*halves)[0], (*halves)[1]));
+    return with_apart(overlay((*halves)[0], (*halves)[1]));
   }
 };
 
