@@ -51,13 +51,14 @@ class Partitioner {
 
  private:
   static constexpr unsigned sampled_levels = 3;
+  static constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
 
   /// A node of the evaluation's own tree. Those below the regions are only looked at.
   struct Piece {
     Cell<D> cell;
     std::vector<Word> program;        // localized
     std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
-    double weight = 0;                // undecided half-spaces and facets
+    double weight = 0;                // estimate of the work, by what is undecided of each operand
     std::uint16_t level = 0;
     bool is_parted = false;
     std::size_t first_half = 0;  // 0: not made; the second one follows
@@ -75,7 +76,7 @@ class Partitioner {
     piece.level = static_cast<std::uint16_t>(level);
     typename Localizer<D>::Cut cut;
     if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
-      for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += static_cast<double>(operand.weight);
+      for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += std::pow(static_cast<double>(operand.weight), growth);
       if (!cut.none && level < level_) piece.cut = cut.hyperplane;
     }
     piece.cell = std::move(cell);
