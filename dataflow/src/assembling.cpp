@@ -102,12 +102,12 @@ template <int D>
 void collect_unfinished(Crew<D>& crew, const TreeNumbering<D>& numbering, Evaluation<D>& result) {
   for (std::size_t i = 0; i < crew.suspended.size(); ++i) {
     Outcome<D>& root = crew.suspended[i];
-    if (!root.is_suspended()) continue;
+    if (!crew.is_left[i]) continue;
     Region<D> region;
     region.number = crew.region_numbers[i];
     region.level = root.level;
     region.frontier = frontier_of(crew, numbering, root);
-    region.cell = std::move(root.form == Form::suspended_token ? root.token->cell : root.join->cell);
+    region.cell = std::move(root.form == Form::suspended_token ? root.token->cell : root.form == Form::suspended_join ? root.join->cell : root.cell);
     result.unfinished.push_back(std::move(region));
   }
 }

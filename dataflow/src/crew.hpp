@@ -89,6 +89,10 @@ class Worker {
   void flush();
   void count_decided(std::uint16_t level);
   void grow(std::int64_t cells);
+  /// Whether a region as a whole is one cell that may be given back with its sibling.
+  [[nodiscard]] bool is_held(const Outcome<D>& region) const {
+    return crew_.options.hold_wholes && region.level > 0 && region.form == Form::cell && region.label != geometry::Label::fuzzy && stays(region.label);
+  }
   /// Whether it is a cell of the mesh: what is OUT goes, unless somebody wants it.
   [[nodiscard]] bool stays(geometry::Label label) const { return label != geometry::Label::out || crew_.options.keep_out; }
 };
@@ -115,7 +119,8 @@ class Crew {
   std::atomic<bool> abort{false};  // leave everything: an exception was thrown
   std::vector<std::int64_t> region_codes;     // by place among the regions at hand
   std::vector<std::uint32_t> region_numbers;  // likewise
-  std::vector<Outcome<D>> suspended;          // likewise: what is suspended of it
+  std::vector<Outcome<D>> suspended;          // likewise: what is suspended of it, or held
+  std::vector<std::uint8_t> is_left;          // likewise: whether anything is
   std::vector<UnfoldedFrontier> frontiers;    // likewise: of a region that was begun before
   // Tokens in order of priority; unused when depth first.
   std::mutex heap_mutex;

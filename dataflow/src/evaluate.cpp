@@ -72,6 +72,7 @@ template <int D>
 void deal(Crew<D>& crew, std::vector<Region<D>> regions) {
   crew.region_codes.assign(regions.size(), 0);
   crew.suspended.resize(regions.size());
+  crew.is_left.resize(regions.size());
   for (std::size_t i = 0; i < regions.size(); ++i) {
     Region<D>& region = regions[i];
     Token<D>* token = crew.first_tokens.take();
@@ -124,7 +125,7 @@ Evaluation<D> picture(const Network<D>& network, std::span<const Region<D>> regi
                       std::span<Consumer* const> consumers) {
   std::vector<Region<D>> copies;
   for (const Region<D>& region : regions) copies.push_back({region.number, region.level, region.cell.copy(), region.program, region.frontier});
-  options.suspend = false;
+  options.suspend = options.hold_wholes = false;
   return run_crew(network, std::move(copies), options, consumers, false);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "alike.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "crew.hpp"
 
@@ -117,7 +118,8 @@ void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region,
     join->cell = {};
     joins_.give(join);
   }
-  if (outcome.is_suspended())
+  crew_.is_left[region] = outcome.is_suspended() || is_held(outcome);
+  if (crew_.is_left[region])
     crew_.suspended[region] = std::move(outcome);
   else
     crew_.region_codes[region] = settle(outcome, region);
@@ -132,17 +134,9 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
   Outcome<D> whole;
   whole.level = join.level;
   if (a.form == Form::cell && b.form == Form::cell && a.label == b.label && a.label != Label::fuzzy) {
-    bool same = a.part == b.part;
-    whole.part = a.part;
-    if (!same) {  // a primitive that contains one half may contain both
-      for (const std::int32_t part : {std::min(a.part, b.part), std::max(a.part, b.part)})
-        if (!same && part >= 0 && localizer_.contains(crew_.network.producers[part], join.cell)) {
-          same = true;
-          whole.part = part;
-        }
-    }
-    if (same) {
+    if (const auto part = part_of_both<D>(crew_.network, localizer_, a.part, b.part, [&]() -> const Cell<D>& { return join.cell; })) {
       whole.label = a.label;
+      whole.part = *part;
       whole.cell = std::move(join.cell);
       if (stays(whole.label)) grow(-1);
       return whole;

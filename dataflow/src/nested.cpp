@@ -10,10 +10,10 @@
 
 #include "bsp2/dataflow/consumer.hpp"
 #include "bsp2/dataflow/evaluate.hpp"
-#include "bsp2/dataflow/partition.hpp"
 #include "bsp2/geometry/covector.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/model/builder.hpp"
+#include "even_regions.hpp"
 #include "lowering.hpp"
 
 namespace bsp2::dataflow {
@@ -283,7 +283,7 @@ template <int D>
 std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options, const Fineness* fineness) {
   const Network<D> network = compile<D>(solid, {.coincidence = options.coincidence});  // without places: its parts are numbered by themselves
   if (network.program.empty()) return {};
-  std::vector<Region<D>> regions = partition(network, fineness != nullptr ? fineness->cuts : 0).regions;
+  std::vector<Region<D>> regions = even_regions(network, fineness != nullptr ? fineness->cuts : 0);
   CellCollector collector;
   Consumer* const consumers[] = {&collector};
   EvaluateOptions how;

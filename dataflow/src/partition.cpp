@@ -1,9 +1,10 @@
 #include "bsp2/dataflow/partition.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <deque>
 #include <optional>
+#include <queue>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -17,131 +18,102 @@ namespace bsp2::dataflow {
 
 using geometry::Cell;
 using geometry::HyperplaneId;
-using geometry::Position;
 
 namespace {
 
+/// Cuts the space where its evaluation would cut it, always the region with the most work.
 template <int D>
 class Partitioner {
  public:
-  Partitioner(const Network<D>& network, unsigned depth) : network_(network), depth_(depth), splitter_(network.table), localizer_(network, splitter_) {}
+  Partitioner(const Network<D>& network, const PartitionLimits& limits) : network_(network), level_(limits.level), splitter_(network.table), localizer_(network, splitter_) {
+    localizer_.set_tolerance(limits.tolerance);
+    if (limits.angle > 0) localizer_.set_view(limits.eye, limits.angle);
+  }
 
-  Partition<D> run() {
-    result_.root = cut(geometry::root_cell<D>(network_.table), network_.program, 0);
+  Partition<D> run(std::size_t most_regions) {
+    add(geometry::root_cell<D>(network_.table), network_.program, 0);
+    std::priority_queue<std::pair<double, std::int64_t>> open;  // work, and the negative number: of equals the first
+    const auto offer = [&](std::size_t piece) {
+      if (pieces_[piece].cut) open.emplace(work_of(piece, sampled_levels), -static_cast<std::int64_t>(piece));
+    };
+    if (most_regions > 1) offer(0);
+    for (std::size_t regions = 1; regions < most_regions && !open.empty(); ++regions) {
+      const auto chosen = static_cast<std::size_t>(-open.top().second);
+      open.pop();
+      pieces_[chosen].is_parted = true;
+      pieces_[chosen].cell = {};
+      offer(pieces_[chosen].first_half);
+      offer(pieces_[chosen].first_half + 1);
+    }
+    result_.root = number(0, network_.program);
     return std::move(result_);
   }
 
  private:
-  using Operands = std::vector<typename Localizer<D>::UndecidedOperand>;
-  static constexpr unsigned sampled_levels = 2;
+  static constexpr unsigned sampled_levels = 3;
+  static constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
+
+  /// A node of the evaluation's own tree. Those below the regions are only looked at.
+  struct Piece {
+    Cell<D> cell;
+    std::vector<Word> program;        // localized
+    std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
+    double weight = 0;                // estimate of the work, by what is undecided of each operand
+    std::uint16_t level = 0;
+    bool is_parted = false;
+    std::size_t first_half = 0;  // 0: not made; the second one follows
+  };
 
   const Network<D>& network_;
-  unsigned depth_;
+  unsigned level_;
   geometry::Splitter<D> splitter_;
   Localizer<D> localizer_;
+  std::deque<Piece> pieces_;
   Partition<D> result_;
 
-  std::int32_t cut(Cell<D> cell, const std::vector<Word>& program, unsigned level) {
-    std::vector<Word> local;
-    typename Localizer<D>::Cut unused;
-    const bool fuzzy = localizer_.fire(program, cell, local, unused).label == geometry::Label::fuzzy;
-    std::optional<HyperplaneId> hyperplane;
-    const Operands operands = fuzzy ? localizer_.undecided_operands(local) : Operands();
-    if (fuzzy && level < depth_) hyperplane = balanced_cut(cell, operands);
-    if (!hyperplane) {
-      result_.work.push_back(fuzzy && level > 0 ? work_of(cell, local, operands, sampled_levels) : 0);
-      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program, {}});
+  void add(Cell<D> cell, const std::vector<Word>& program, unsigned level) {
+    Piece& piece = pieces_.emplace_back();
+    piece.level = static_cast<std::uint16_t>(level);
+    typename Localizer<D>::Cut cut;
+    if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
+      for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += std::pow(static_cast<double>(operand.weight), growth);
+      if (!cut.none && level < level_) piece.cut = cut.hyperplane;
+    }
+    piece.cell = std::move(cell);
+  }
+
+  void halve(std::size_t at) {
+    splitter_.classify(pieces_[at].cell, *pieces_[at].cut);
+    Cell<D> negative, positive;
+    splitter_.split(pieces_[at].cell, *pieces_[at].cut, &negative, &positive);
+    pieces_[at].first_half = pieces_.size();
+    add(std::move(negative), pieces_[at].program, pieces_[at].level + 1U);
+    add(std::move(positive), pieces_[at].program, pieces_[at].level + 1U);
+  }
+
+  /// Estimate of the work on a piece: what is undecided some levels below it. Most pieces there will be looked at anyway.
+  double work_of(std::size_t at, unsigned levels) {
+    if (levels == 0 || !pieces_[at].cut) return pieces_[at].weight;
+    if (pieces_[at].first_half == 0) halve(at);
+    const std::size_t half = pieces_[at].first_half;
+    return work_of(half, levels - 1) + work_of(half + 1, levels - 1);
+  }
+
+  /// The regions from the negative side to the positive one. Each has the expression that was localized in the cell before the
+  /// last cut, as a token has it: firing that is what its evaluation begins with. @return the child that the piece is.
+  std::int32_t number(std::size_t at, const std::vector<Word>& program) {
+    if (!pieces_[at].is_parted) {
+      Piece& piece = pieces_[at];
+      result_.work.push_back(at == 0 ? 0 : work_of(at, sampled_levels));
+      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), piece.level, std::move(piece.cell), program, {}});
       return ~static_cast<std::int32_t>(result_.regions.size() - 1);
     }
-    splitter_.classify(cell, *hyperplane);
-    Cell<D> negative, positive;
-    splitter_.split(cell, *hyperplane, &negative, &positive);
-    const auto node = static_cast<std::int32_t>(result_.nodes.size());
-    result_.nodes.push_back({*hyperplane, 0, 0});
-    const std::int32_t low = cut(std::move(negative), local, level + 1);
-    const std::int32_t high = cut(std::move(positive), local, level + 1);
-    result_.nodes[node].negative = low;
-    result_.nodes[node].positive = high;
-    return node;
-  }
-
-  /// Estimate of the work on a cell: it is cut further, for a sample, and the work on what cannot be folded away grows
-  /// with its half-spaces, but slower than they do, since cuts between operands part them.
-  double work_of(const Cell<D>& cell, const std::vector<Word>& program, const Operands& operands, unsigned levels) {
-    double weight = 0;
-    for (const auto& operand : operands) weight += static_cast<double>(operand.weight);
-    if (levels == 0) return std::sqrt(weight);
-    const auto hyperplane = balanced_cut(cell, operands);
-    if (!hyperplane) return std::sqrt(weight);
-    splitter_.classify(cell, *hyperplane);
-    std::array<Cell<D>, 2> halves;
-    splitter_.split(cell, *hyperplane, &halves[0], &halves[1]);
-    double work = 0;
-    for (const Cell<D>& half : halves) {
-      std::vector<Word> local;
-      typename Localizer<D>::Cut unused;
-      if (localizer_.fire(program, half, local, unused).label == geometry::Label::fuzzy)
-        work += work_of(half, local, localizer_.undecided_operands(local), levels - 1);
-    }
-    return work;
-  }
-
-  /// After `fire`: across the longest axis, with about half of the estimated work on each side.
-  std::optional<HyperplaneId> balanced_cut(const Cell<D>& cell, const Operands& operands) {
-    const CellExtent<D> extent(cell);
-    std::array<int, D> axes;
-    for (int i = 0; i < D; ++i) axes[i] = i;
-    std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return extent.upper[a] - extent.lower[a] > extent.upper[b] - extent.lower[b]; });
-    for (const int axis : axes) {
-      const auto [low, middle, high] = quantiles(extent, operands, axis);
-      if (const auto own = own_plane(cell, operands, axis, low, middle, high)) return own;
-      const HyperplaneId id = network_.axial_cut(axis, middle);
-      if (crosses(cell, id)) return id;
-    }
-    return std::nullopt;
-  }
-
-  [[nodiscard]] bool crosses(const Cell<D>& cell, HyperplaneId id) {
-    return splitter_.position(cell, id, network_.table.rounded(id)) == Position::crossing;
-  }
-
-  /// Where along an axis 44, 50 and 56 % of the operands' weight lie below.
-  std::array<double, 3> quantiles(const CellExtent<D>& extent, const Operands& operands, int axis) {
-    std::vector<std::pair<double, double>> centres;  // and weights
-    double total = 0;
-    for (const auto& operand : operands) {
-      const Producer<D>& producer = network_.producers[operand.producer];
-      const double low = std::max(producer.lower[axis], extent.lower[axis]), high = std::min(producer.upper[axis], extent.upper[axis]);
-      // Spread over its extent: a long operand is work on both sides of a cut.
-      for (const double share : {0.1, 0.3, 0.5, 0.7, 0.9}) centres.emplace_back(low + share * (high - low), static_cast<double>(operand.weight));
-      total += 5 * static_cast<double>(operand.weight);
-    }
-    std::sort(centres.begin(), centres.end());
-    constexpr std::array<double, 3> shares{0.44, 0.5, 0.56};
-    std::array<double, 3> result{};
-    std::size_t next = 0;
-    double below = 0;
-    for (const auto& [centre, weight] : centres) {
-      below += weight;
-      while (next < shares.size() && below >= shares[next] * total) result[next++] = centre;
-    }
-    return result;
-  }
-
-  /// A hyperplane of an operand's own, the nearest to the middle between low and high: such a cut adds no cells.
-  std::optional<HyperplaneId> own_plane(const Cell<D>& cell, const Operands& operands, int axis, double low, double middle, double high) {
-    std::vector<std::pair<double, HyperplaneId>> candidates;  // distance from the middle
-    for (const auto& operand : operands) {
-      const Producer<D>& producer = network_.producers[operand.producer];
-      for (const int side : {0, 1}) {
-        const double bound = side == 0 ? producer.lower[axis] : producer.upper[axis];
-        const std::uint32_t own = producer.bounding_plane[axis][static_cast<std::size_t>(side)];
-        if (own != 0 && bound >= low && bound <= high) candidates.emplace_back(std::fabs(bound - middle), (own - 1) >> 1);
-      }
-    }
-    if (candidates.empty()) return std::nullopt;
-    const HyperplaneId nearest = std::min_element(candidates.begin(), candidates.end())->second;
-    return crosses(cell, nearest) ? std::optional(nearest) : std::nullopt;
+    const std::size_t node = result_.nodes.size();
+    result_.nodes.push_back({*pieces_[at].cut, 0, 0});
+    const std::int32_t negative = number(pieces_[at].first_half, pieces_[at].program), positive = number(pieces_[at].first_half + 1, pieces_[at].program);
+    result_.nodes[node].negative = negative;
+    result_.nodes[node].positive = positive;
+    return static_cast<std::int32_t>(node);
   }
 };
 
@@ -161,9 +133,9 @@ unsigned suggested_depth(const Network<D>& network) {
 }
 
 template <int D>
-Partition<D> partition(const Network<D>& network, unsigned depth) {
+Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits) {
   Partition<D> result;
-  call_on_large_stack([&] { result = Partitioner<D>(network, depth).run(); });
+  call_on_large_stack([&] { result = Partitioner<D>(network, limits).run(std::size_t{1} << depth); });
   return result;
 }
 
@@ -205,13 +177,13 @@ class RegionMaker {
 
   void descend(std::int32_t at, Cell<D> cell, const std::vector<Word>& program, unsigned level) {
     if (wanted(at) == 0) return;
-    std::vector<Word> local;
-    typename Localizer<D>::Cut unused;
-    const bool fuzzy = localizer_.fire(program, cell, local, unused).label == geometry::Label::fuzzy;
     if (at < 0) {
-      result_.push_back({static_cast<std::uint32_t>(~at), static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program, {}});
+      result_.push_back({static_cast<std::uint32_t>(~at), static_cast<std::uint16_t>(level), std::move(cell), program, {}});
       return;
     }
+    std::vector<Word> local;
+    typename Localizer<D>::Cut unused;
+    localizer_.fire(program, cell, local, unused);
     const auto& node = partition_.nodes[static_cast<std::size_t>(at)];
     splitter_.classify(cell, node.hyperplane);
     Cell<D> negative, positive;
@@ -263,7 +235,7 @@ Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, st
 
 #define BSP2_INSTANTIATE(D)                                                                                                            \
   template unsigned suggested_depth<D>(const Network<D>&);                                                                             \
-  template Partition<D> partition<D>(const Network<D>&, unsigned);                                                                     \
+  template Partition<D> partition<D>(const Network<D>&, unsigned, const PartitionLimits&);                                             \
   template std::vector<Region<D>> make_regions<D>(const Network<D>&, const Partition<D>&, std::span<const std::uint32_t>);             \
   template Cell<D> region_cell<D>(const Network<D>&, const Partition<D>&, std::uint32_t);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

@@ -98,6 +98,7 @@ void print_nodes(std::ostream& out, const std::vector<Resolved>& measured, std::
 void print_tables(std::ostream& out, const std::vector<Resolved>& measured) {
   out << "Every node's figures are measured here, one node after the other, as on a\n"
          "cluster of such machines; nothing ran in parallel but the threads of a node.\n"
+         "Seconds are of processor time for each thread, the least of up to five times.\n"
          "2-cells are those of a node's boundary. Last row: sums of cells, mean seconds.\n"
          "Splits of cells, and questions on which side of a plane a point is, count the\n"
          "work whatever else the machine does.\n\n";

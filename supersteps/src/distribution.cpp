@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <bit>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 
@@ -48,12 +49,23 @@ dataflow::Partition<D> partition_of(const Plan& plan) {
   return partition;
 }
 
-/// k for 2^k regions; a level that all shall reach is not passed by the partition alone.
+/// k for 2^k regions.
 template <int D>
 unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options) {
   if (options.regions) return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, *options.regions))) - 1);
-  const unsigned depth = dataflow::suggested_depth(network);
-  return options.level ? std::min(depth, *options.level / 2) : depth;
+  return dataflow::suggested_depth(network);
+}
+
+/// What the computation leaves undecided the partition does not cut either.
+dataflow::PartitionLimits limits_of_cuts(const RunOptions& options) {
+  dataflow::PartitionLimits limits;
+  if (options.level) limits.level = *options.level;
+  limits.tolerance = options.tolerance.value_or(0);
+  if (options.angle) {
+    limits.eye = options.eye;
+    limits.angle = *options.angle * std::numbers::pi / 180;
+  }
+  return limits;
 }
 
 }  // namespace
@@ -77,7 +89,7 @@ Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, 
   dataflow::Partition<D> partition;
   Plan plan;
   if (ranks.is_master()) {
-    partition = dataflow::partition(network, depth_of(network, options));
+    partition = dataflow::partition(network, depth_of(network, options), limits_of_cuts(options));
     plan = plan_of(partition, ranks.count(), options.first_rank_of_region);
   }
   broadcast(ranks, plan);

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "bsp2/dataflow/archive.hpp"
+#include "bsp2/dataflow/giving_back.hpp"
 #include "bsp2/dataflow/portion.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
@@ -199,6 +200,7 @@ class Joiner {
       : plan_path_(plan_path), plan_(plan), portions_(portions), network_(network_of<D>(plan.head, source_of(plan.head), plan_path)), progress_(network_) {
     head_ = plan.head;
     head_.complete = true;
+    progress_.partition = partition_of<D>(plan.head);
     times_.name = "computation";
   }
 
@@ -280,9 +282,14 @@ class Joiner {
     for (auto& [number, region] : left_) {
       ++seen.at(number);
       if (dataflow::remains_of(region.frontier).elsewhere > 0) refuse(plan_path_, "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
+      if (dataflow::whole_of(region)) region.cell = dataflow::region_cell(network_, progress_.partition, number);
       progress_.partition.regions.push_back(std::move(region));
     }
     if (std::any_of(seen.begin(), seen.end(), [](unsigned count) { return count != 1; })) refuse(plan_path_, "and its results do not fit (a region is missing, or there twice)");
+    Ranks alone;
+    alone.begin("computation");
+    give_back(alone, network_, progress_, options_of(plan_.head), alone.cores_of_a_rank(), nullptr);
+    set_partition(head_, progress_.partition);
     head_.steps = 1;
     set_totals(head_, progress_.totals);
     if (!times_.seconds.empty()) append_records(head_, {times_});

@@ -75,11 +75,7 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
     head.in_volume = totals.in.value().volume();
     head.digest = totals.digest.hex();
     head.totals = dataflow::to_bytes(totals);
-    head.partition_root = progress.partition.root;
-    for (const auto& node : progress.partition.nodes) {
-      head.partition_hyperplane.push_back(node.hyperplane);
-      head.partition_children.insert(head.partition_children.end(), {node.negative, node.positive});
-    }
+    set_partition(head, progress.partition);
     append_records(head, records);
   }
   if (ranks.count() > 1) broadcast(ranks, head);
@@ -221,6 +217,17 @@ dataflow::Partition<D> partition_of(const io::SnapshotHead& head) {
 }
 
 template <int D>
+void set_partition(io::SnapshotHead& head, const dataflow::Partition<D>& partition) {
+  head.partition_root = partition.root;
+  head.partition_hyperplane.clear();
+  head.partition_children.clear();
+  for (const auto& node : partition.nodes) {
+    head.partition_hyperplane.push_back(node.hyperplane);
+    head.partition_children.insert(head.partition_children.end(), {node.negative, node.positive});
+  }
+}
+
+template <int D>
 void Progress<D>::add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper,
                       CellStream* stream) {
   totals += evaluation.totals;
@@ -330,6 +337,7 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);                                               \
   template std::string hyperplane_digest<D>(const dataflow::Network<D>&);                                                                     \
   template dataflow::Partition<D> partition_of<D>(const io::SnapshotHead&);                                                                   \
+  template void set_partition<D>(io::SnapshotHead&, const dataflow::Partition<D>&);                                                           \
   template void add_share<D>(io::Snapshot&, const Progress<D>&);                                                                              \
   template RegionMeshes meshes_of<D>(const io::Snapshot&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)

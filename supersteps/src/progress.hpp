@@ -48,6 +48,12 @@ template <int D>
 bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region,
                   std::optional<unsigned> level);
 
+/// Gives back what is whole on both sides of a cut between regions, and emits the cells of regions that are one cell for good.
+/// Collective; of a held region its number, label and part travel, and no cells.
+/// @see dataflow::give_back
+template <int D>
+void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads, CellStream* stream);
+
 /// Writes the progress of all ranks as one snapshot, together. Collective.
 /// @param records the table of the supersteps so far, on the master.
 /// @throws bsp2::Error if the file cannot be written.
@@ -74,6 +80,8 @@ std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head);
 /// The partition that a snapshot names, without regions.
 template <int D>
 dataflow::Partition<D> partition_of(const io::SnapshotHead& head);
+template <int D>
+void set_partition(io::SnapshotHead& head, const dataflow::Partition<D>& partition);
 
 /// Reads a snapshot back: its regions are dealt out to the ranks, and each reads the cells of its own. Collective.
 /// @throws bsp2::Error if the snapshot is damaged, or was written by a program that compiles the model differently.

@@ -50,9 +50,9 @@ Vector normal_of(const std::vector<Vector>& polygon) {
 
 /// The space of the picture: its regions, how far each is moved, and in which order they hide each other.
 ///
-/// Moving a region by `explode` times the way from the middle to its own middle moves each hyperplane of the partition by as
-/// many times its distance from the middle. So the regions are still parted by a BSP tree, the same one, scaled about the
-/// middle; it is walked with the eye scaled back instead.
+/// A region moves by `explode` times the way from the middle to a point within it, the middle of its box if that is. So it stays
+/// within what it would be if all space were scaled about the middle: the regions are still parted by a BSP tree, the same
+/// one, scaled; it is walked with the eye scaled back instead.
 class Space {
  public:
   Space(const RunResult& result, const Camera& camera, const Box3& bounds, double explode)
@@ -63,20 +63,24 @@ class Space {
     struct Place {
       std::int32_t region, tree;  // nodes or leaves of the partition, and of the tree that begins with the same nodes
       Box3 box;
+      std::vector<Bound> bounds;
     };
-    std::vector<Place> stack{{is_divided ? partition.root : ~1, result.tree.root, bounds}};
+    std::vector<Place> stack;
+    stack.push_back({is_divided ? partition.root : ~1, result.tree.root, bounds, {}});
     while (!stack.empty()) {
-      const Place at = stack.back();
+      Place at = std::move(stack.back());
       stack.pop_back();
       if (at.region < 0) {
-        enter(static_cast<std::size_t>(~at.region) - 1, at.tree, at.box);
+        enter(static_cast<std::size_t>(~at.region) - 1, at.tree, point_within(at.box, at.bounds));
         continue;
       }
       const BspTree::Node& node = partition.nodes[at.region];
       auto [negative, positive] = halves(node.hyperplane, at.box);
       const bool shared = at.tree >= 0;  // else: this rank has no cells here
-      stack.push_back({node.negative, shared ? result.tree.nodes[at.tree].negative : BspTree::empty_leaf, negative});
-      stack.push_back({node.positive, shared ? result.tree.nodes[at.tree].positive : BspTree::empty_leaf, positive});
+      at.bounds.push_back({node.hyperplane, 1});
+      stack.push_back({node.negative, shared ? result.tree.nodes[at.tree].negative : BspTree::empty_leaf, negative, at.bounds});
+      at.bounds.back().sign = -1;
+      stack.push_back({node.positive, shared ? result.tree.nodes[at.tree].positive : BspTree::empty_leaf, positive, std::move(at.bounds)});
     }
   }
 
@@ -107,17 +111,49 @@ class Space {
   std::vector<Vector> shifts_;
   std::vector<std::int32_t> roots_;  // in the tree
 
-  void enter(std::size_t region, std::int32_t root, const Box3& box) {
+  /// A half-space of the partition: where sign times the hyperplane is negative.
+  struct Bound {
+    std::uint32_t hyperplane;
+    double sign;
+  };
+
+  void enter(std::size_t region, std::int32_t root, const Vector& point) {
     if (region >= roots_.size()) {
       roots_.resize(region + 1, BspTree::empty_leaf);
       shifts_.resize(region + 1);
     }
     roots_[region] = root;
-    const Vector way = difference(box.middle(), middle_);
+    const Vector way = difference(point, middle_);
     for (int i = 0; i < 3; ++i) shifts_[region][i] = explode_ * way[i];
   }
 
-  /// A box on both sides of a hyperplane of the partition, which is parallel to axes.
+  /// The middle of a region's box; where hyperplanes that are not parallel to axes leave that outside, a point found from there
+  /// by stepping across the one that it is farthest beyond, again and again (Agmon's relaxation).
+  [[nodiscard]] Vector point_within(const Box3& box, const std::vector<Bound>& bounds) const {
+    constexpr int most_steps = 200;
+    constexpr double overshoot = 1.5;
+    const auto d = static_cast<std::size_t>(result_.partition.dimension);
+    Vector point = box.middle();
+    for (int step = 0; step < most_steps; ++step) {
+      double worst = 0;
+      const Bound* crossed = nullptr;
+      for (const Bound& bound : bounds) {
+        const double* h = result_.partition.hyperplanes.data() + bound.hyperplane * (d + 1);
+        double value = h[0];
+        for (std::size_t axis = 0; axis < d; ++axis) value += h[axis + 1] * point[axis];
+        if (bound.sign * value <= worst) continue;
+        worst = bound.sign * value;
+        crossed = &bound;
+      }
+      if (crossed == nullptr) break;
+      const double* h = result_.partition.hyperplanes.data() + crossed->hyperplane * (d + 1);
+      for (std::size_t axis = 0; axis < d; ++axis)
+        point[axis] = std::clamp(point[axis] - overshoot * worst * crossed->sign * h[axis + 1], box.low[axis], std::max(box.low[axis], box.high[axis]));
+    }
+    return point;
+  }
+
+  /// A box on both sides of a hyperplane of the partition; one that is not parallel to an axis leaves it as it is.
   [[nodiscard]] std::array<Box3, 2> halves(std::uint32_t hyperplane, const Box3& box) const {
     std::array<Box3, 2> result{box, box};
     const auto d = static_cast<std::size_t>(result_.partition.dimension);

@@ -272,6 +272,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     ranks.begin("computation", progress.steps);
     if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
     const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, snapshot_seconds), end.cells, report.threads, stream);
+    give_back(ranks, network, progress, options, report.threads, stream);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     if (options.snapshot) {
       auto records = report.earlier;

@@ -81,6 +81,23 @@ TEST(Run, FindsTheSameCellsOnAnyNumberOfRanks) {
     }
 }
 
+/// Cuts between regions add no cell, change none, and what they parted as a whole is given back.
+TEST(Run, FindsTheSameCellsInAnyNumberOfRegions) {
+  Ranks ranks = Ranks::launched();
+  for (const char* name : {"every_node", "mechanical_piece", "menger_sponge", "napkin_ring", "polyhedra", "touching_solids"})
+    for (const unsigned level : {0U, 7U}) {  // 0: to the end
+      SCOPED_TRACE(std::string(name) + ", level " + std::to_string(level));
+      std::vector<std::string> digests;
+      for (const unsigned regions : {1U, 2U, 16U, 128U}) {
+        RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), regions, 1);
+        if (level > 0) options.level = level;
+        options.keep_out = true;
+        ranks.together([&] { digests.push_back(run(options, ranks).report.digest); });
+      }
+      if (ranks.is_master()) EXPECT_EQ(digests, std::vector<std::string>(digests.size(), digests[0]));
+    }
+}
+
 TEST(Run, AgreesWithALevelAndWithOutCells) {
   RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg", 8, 1);
   options.level = 14;

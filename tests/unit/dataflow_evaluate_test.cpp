@@ -361,7 +361,7 @@ TEST(Partition, FillsTheRootWithRegionsThatDoNotDependOnWhoComputes) {
       EXPECT_EQ(a.nodes.size() + 1, a.regions.size());
       double sum = 0;
       for (std::size_t i = 0; i < a.regions.size(); ++i) {
-        EXPECT_LE(a.regions[i].level, depth);
+        EXPECT_LT(a.regions[i].level, a.regions.size());  // as deep as the evaluation cuts there
         EXPECT_EQ(a.regions[i].program, b.regions[i].program);
         sum += writer.measure(a.regions[i].cell).volume();
       }

@@ -36,6 +36,9 @@ struct EvaluateOptions {
   std::function<bool()> interrupted;     ///< asked some fifty times a second by the calling thread: true ends the evaluation likewise
   /// What is left is suspended: it comes back as the frontiers of Evaluation::unfinished. Otherwise it becomes FUZZY cells.
   bool suspend = false;
+  /// A region that turns out to be one cell, IN or OUT and wanted, comes back as unfinished, its cell held: what is beyond the
+  /// cut that made the region may turn out alike, and then the whole is given back. See giving_back.hpp.
+  bool hold_wholes = false;
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells go to the consumers
   bool record_tree = false;
   /// How many nodes and cells earlier evaluations of the same run have recorded: those of this one are numbered from here,
@@ -61,7 +64,8 @@ struct Region {
   }
 };
 
-/// Order-independent sum of 128-bit hashes of cells: label, part, region, level and geometry, byte for byte.
+/// Order-independent sum of 128-bit hashes of cells: label, part, level and geometry, byte for byte. Which region they are in does
+/// not count: the cells are the same for any number of regions.
 struct Digest {
   std::array<std::uint64_t, 2> words{};
   void add(const geometry::CellBatch& batch, std::size_t cell);
@@ -96,7 +100,7 @@ struct Evaluation {
   std::vector<std::int32_t> region_roots;
   geometry::BspTree tree;
   std::vector<std::uint64_t> cells_of_worker;
-  std::vector<Region<D>> unfinished;  ///< with `suspend`: the regions in which something is left, in their order
+  std::vector<Region<D>> unfinished;  ///< with `suspend` or `hold_wholes`: the regions in which something is left, in their order
   bool stopped = false;               ///< ended by time, cells or interruption, not by having no more to do
 };
 

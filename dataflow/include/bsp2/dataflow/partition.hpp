@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,16 +25,25 @@ struct Partition {
   std::vector<Region<D>> regions;
 };
 
+/// Where an evaluation leaves cells undecided, as its options say: no cut is made there.
+struct PartitionLimits {
+  unsigned level = std::numeric_limits<std::uint16_t>::max();
+  double tolerance = 0;
+  std::vector<double> eye;
+  double angle = 0;
+};
+
 /// k for 2^k regions: grows with the half-spaces and facets of the model, and depends on nothing else.
 template <int D>
 unsigned suggested_depth(const Network<D>& network);
 
-/// Cuts the root cell `depth` times in two by axis-parallel hyperplanes, each near the weighted median of the undecided
-/// operands, their weight being their number of half-spaces or facets; by a hyperplane of an operand's own if there is one.
-/// A region in which nothing is undecided is not cut further: there are at most 2^depth regions.
-/// The result depends on the network and the depth alone.
+/// Parts the root cell into at most 2^depth regions, always the one with the most estimated work, by the hyperplane that its
+/// evaluation would choose for it: so the regions are tokens of the evaluation of the whole, and their cuts add no cells. What
+/// turns out to be whole on both sides of a cut is still to be given back, see giving_back.hpp. A region in which nothing is
+/// undecided is not cut further.
+/// The result depends on the network, the depth and the limits alone.
 template <int D>
-Partition<D> partition(const Network<D>& network, unsigned depth);
+Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits = {});
 
 /// Regions of a partition that was made elsewhere, from its nodes alone, in the order of their numbers. Costs no more than a
 /// walk down the tree to them.

@@ -14,7 +14,7 @@ struct NodeFigures {
   std::uint64_t facets = 0;  ///< 2-cells of their boundary: no other cell of the node covers them wholly; D = 3, else 0
   /// Work that can be counted, whatever else the machine does: splits of cells, questions on which side points are.
   std::uint64_t splits = 0, predicates = 0;
-  double seconds = 0;
+  double seconds = 0;  ///< of processor, for each thread; the least of up to five times
 };
 
 /// One resolution of a model.
@@ -26,7 +26,7 @@ struct Resolved {
 
 /// The measurements behind the paper's tables 1 to 6: for each resolution and each number of nodes, the figures of each node.
 /// The groups of regions are those that a run on so many ranks would have; each is evaluated by this process alone, one
-/// after the other, so the seconds are those of a cluster of such machines.
+/// after the other, so the seconds are those of a cluster of such machines, on which nobody else works.
 ///
 /// Not collective: by one process.
 /// @param levels the resolutions; empty: three, at the levels above which 5 % and 25 % of the cells lie, and to the end.
