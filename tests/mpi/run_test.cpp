@@ -94,7 +94,9 @@ TEST(Run, FindsTheSameCellsInAnyNumberOfRegions) {
         options.keep_out = true;
         ranks.together([&] { digests.push_back(run(options, ranks).report.digest); });
       }
-      if (ranks.is_master()) EXPECT_EQ(digests, std::vector<std::string>(digests.size(), digests[0]));
+      if (ranks.is_master()) {
+        EXPECT_EQ(digests, std::vector<std::string>(digests.size(), digests[0]));
+      }
     }
 }
 

@@ -175,7 +175,8 @@ void check_round_surface(const TriangleSurface& surface) {
     }
 }
 
-/// A step inwards from the middle of a triangle is inside, a step outwards is outside.
+/// A step inwards from a point of a triangle is inside, a step outwards is outside. The point is anywhere: through the middle, models on a
+/// grid may have an edge that only touches the triangle.
 void check_sides(const model::Expression& e, const TriangleSurface& surface, Random& random) {
   constexpr double step = 1e-5;
   for (int sample = 0; sample < 10 && !surface.triangles.empty(); ++sample) {
@@ -183,11 +184,12 @@ void check_sides(const model::Expression& e, const TriangleSurface& surface, Ran
     const auto &a = surface.points[triangle[0]], &b = surface.points[triangle[1]], &c = surface.points[triangle[2]];
     const auto normal = cross_product(minus(b, a), minus(c, a));
     if (length(normal) < 1e-3) continue;
+    const double to_b = uniform(random, 0.2, 0.4), to_c = uniform(random, 0.2, 0.4);
     Point inside, outside;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Real middle = (static_cast<Real>(a[k]) + b[k] + c[k]) / 3, out = step * normal[k] / length(normal);
-      inside.push_back(middle - out);
-      outside.push_back(middle + out);
+      const Real at = static_cast<Real>(a[k]) + to_b * (static_cast<Real>(b[k]) - a[k]) + to_c * (static_cast<Real>(c[k]) - a[k]), out = step * normal[k] / length(normal);
+      inside.push_back(at - out);
+      outside.push_back(at + out);
     }
     const Where in = where(e, inside, 1e-7L), out = where(e, outside, 1e-7L);
     EXPECT_TRUE(in.doubtful || in.inside);
