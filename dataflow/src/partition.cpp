@@ -39,6 +39,7 @@ class Partitioner {
     if (most_regions > 1) offer(0);
     for (std::size_t regions = 1; regions < most_regions && !open.empty(); ++regions) {
       const auto chosen = static_cast<std::size_t>(-open.top().second);
+      if (pieces_[chosen].first_half == 0) break;  // enough was looked at
       open.pop();
       pieces_[chosen].is_parted = true;
       pieces_[chosen].cell = {};
@@ -52,6 +53,8 @@ class Partitioner {
  private:
   static constexpr unsigned sampled_levels = 3;
   static constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
+  /// Of all localized programs. Operands that go through the whole model stay in most pieces: then there are fewer regions.
+  static constexpr std::size_t most_words = std::size_t{1} << 25;
 
   /// A node of the evaluation's own tree. Those below the regions are only looked at.
   struct Piece {
@@ -69,6 +72,7 @@ class Partitioner {
   geometry::Splitter<D> splitter_;
   Localizer<D> localizer_;
   std::deque<Piece> pieces_;
+  std::size_t words_ = 0;  // of their programs
   Partition<D> result_;
 
   void add(Cell<D> cell, const std::vector<Word>& program, unsigned level) {
@@ -78,6 +82,7 @@ class Partitioner {
     if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
       for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += std::pow(static_cast<double>(operand.weight), growth);
       if (!cut.none && level < level_) piece.cut = cut.hyperplane;
+      words_ += piece.program.size();
     }
     piece.cell = std::move(cell);
   }
@@ -94,7 +99,10 @@ class Partitioner {
   /// Estimate of the work on a piece: what is undecided some levels below it. Most pieces there will be looked at anyway.
   double work_of(std::size_t at, unsigned levels) {
     if (levels == 0 || !pieces_[at].cut) return pieces_[at].weight;
-    if (pieces_[at].first_half == 0) halve(at);
+    if (pieces_[at].first_half == 0) {
+      if (words_ > most_words) return pieces_[at].weight;
+      halve(at);
+    }
     const std::size_t half = pieces_[at].first_half;
     return work_of(half, levels - 1) + work_of(half + 1, levels - 1);
   }

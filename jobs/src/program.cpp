@@ -38,21 +38,26 @@ void tell_interruption(const RunCommand& command, spdlog::logger& log) {
     log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}'", snapshot->string(), snapshot->string());
   else
     log.warn("interrupted; nothing is written (with --snapshot FILE.h5 the run could be resumed)");
+  const auto is_there = [](const auto& file) { return file && std::filesystem::exists(*file); };
+  if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) || is_there(command.boundary)))
+    log.warn("the other files in '{}' are of an earlier run", command.folder->string());
 }
 
 /// The tables need no ranks: the nodes of a cluster are measured one after the other.
 void tables_command(const RunCommand& command, std::ostream& out) {
   std::vector<std::optional<unsigned>> levels(command.levels.begin(), command.levels.end());
   if (!levels.empty()) levels.emplace_back();
+  const auto tables = supersteps::measure_tables(command.options, command.tables, levels);
   out << command.options.model.string() << "\n\n";
-  print_tables(out, supersteps::measure_tables(command.options, command.tables, levels));
+  print_tables(out, tables);
 }
 
 /// Splits, evaluates or shows a queue of jobs. @return the exit code.
 int queue_command(const RunCommand& command, std::ostream& out) {
   if (command.queue->action == QueueCommand::Action::split) {
     Queue::split(command.options, command.queue->folder);
-    out << command.queue->folder.string() << ": " << Queue(command.queue->folder).size() << " jobs\n";
+    const std::size_t jobs = Queue(command.queue->folder).size();
+    out << command.queue->folder.string() << ": " << jobs << (jobs == 1 ? " job\n" : " jobs\n");
     return 0;
   }
   Queue queue(command.queue->folder);

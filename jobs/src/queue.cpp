@@ -66,7 +66,7 @@ void Queue::split(const supersteps::RunOptions& options, const fs::path& folder)
     else
       rest.push_back(region.region);
   }
-  if (!rest.empty()) text += line_of(number, 0, rest);
+  if (!rest.empty()) text += line_of(number, all > 0 ? 0 : 1, rest);
   io::write_file(folder / "jobs.txt", text);
 }
 
@@ -256,7 +256,7 @@ void print_status(std::ostream& out, Queue& queue, bool all) {
   }
   std::string summary;
   for (const auto& [state, count] : counts) summary += fmt::format("{}{} {}", summary.empty() ? "" : ", ", count, state);
-  out << fmt::format("{}: {} jobs: {}; {:.0f} % of the estimated work, {} IN cells\n", queue.folder().string(), jobs.size(), summary, 100 * done, grouped(cells));
+  out << fmt::format("{}: {} job{}: {}; {:.0f} % of the estimated work, {} IN cells\n", queue.folder().string(), jobs.size(), jobs.size() == 1 ? "" : "s", summary, 100 * done, grouped(cells));
   if (rows.empty()) return;
   out << fmt::format("\n  {:<16} {:>8} {:<9} {:>12} {:>10} {:>9}  {}\n", "job", "work", "state", "IN cells", "undecided", "time", "where") << rows;
 }

@@ -23,9 +23,9 @@ void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
   if (head.angle > 0) line("angle", fmt::format("{} degrees, seen from ({})", head.angle, fmt::join(head.eye, ", ")));
   if (head.level) line("level", std::to_string(*head.level));
   line("keep", fmt::format("{}{}{}", head.keep_in ? "in " : "", head.keep_fuzzy ? "fuzzy " : "", head.keep_out ? "out" : ""));
-  line("regions", fmt::format("{}, {} of them {}", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size(), head.complete ? "with cells that stay FUZZY" : "unfinished"));
+  line("regions", fmt::format("{}, {} of them {}", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size(), head.complete && tokens > 0 ? "with cells that stay FUZZY" : "unfinished"));
   line("steps", std::to_string(head.steps));
-  line("IN cells", fmt::format("{} finished, volume {:.12g}", head.in_cells, head.in_volume));
+  line("IN cells", fmt::format("{} finished, volume {:.12g}{}", head.in_cells, head.in_volume, tokens > 0 ? "; others are held beside what is undecided" : ""));
   if (head.keep_out) line("OUT cells", fmt::format("{} finished", head.out_cells));
   line("undecided", fmt::format("{} cells", tokens));
   line("digest", head.digest + (head.complete && tokens == 0 ? "" : " (of the finished cells)"));

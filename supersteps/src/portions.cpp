@@ -77,6 +77,8 @@ PortionState state_of(const io::Snapshot& snapshot) {
   PortionState state;
   state.is_finished = snapshot.head.complete;
   state.cells = snapshot.head.in_cells;
+  if (snapshot.head.keep_in && !snapshot.head.keep_out)  // regions that are one cell each, held for the merge
+    state.cells += static_cast<std::uint64_t>(std::count(snapshot.frontier_tokens.begin(), snapshot.frontier_tokens.end(), 0U));
   state.undecided = tokens_of(snapshot);
   for (const SuperstepRecord& record : records_of(snapshot.head)) state.seconds += record.seconds.empty() ? 0 : record.seconds[0];
   return state;
