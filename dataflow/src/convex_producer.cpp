@@ -21,10 +21,12 @@ Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Wo
   }
   out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
   const std::size_t begin = out.size();
-  const OrientedHyperplane* const own = network_.planes.data() + producer_.first_plane;
-  const std::size_t count = whole ? producer_.plane_count : leaf[1] - Program::header;
-  for (std::size_t i = 0; i < count; ++i) {
-    const OrientedHyperplane plane = whole ? own[i] : OrientedHyperplane{leaf[Program::header + i]};
+  const auto planes = undecided_planes(leaf);
+  if (!whole && !cell.quick()) {  // what crossed the cell that this one was cut from crosses it most often, too: no box would tell
+    if (!cell.find_crossing(planes, out)) return Label::out;
+    return out.size() == begin ? Label::in : Label::fuzzy;
+  }
+  for (const OrientedHyperplane plane : planes) {
     const Position where = cell.position(plane);
     if (where == Position::positive) return Label::out;
     if (where == Position::crossing) out.push_back(plane.code);

@@ -9,8 +9,8 @@
 namespace bsp2::geometry {
 namespace {
 
-/// Worse conditioned vertices are computed exactly: 2^-42 of the model keeps the filter sharp and volumes accurate.
-constexpr double largest_error = 0x1p-42;
+/// Worse conditioned vertices are computed exactly: 2^-40 of the model keeps the filter sharp and volumes accurate.
+constexpr double largest_error = 0x1p-40;
 
 template <int D>
 Vertex<D> exact_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids) {
@@ -80,7 +80,8 @@ bool solve_by_cross_products(const std::array<Hyperplane<3>, 3>& h, Vertex<3>& v
   if (size < 0x1p-24) return false;
   const double inverse = -1 / w;
   for (int i = 0; i < 3; ++i) vertex.x[i] = (h[0].offset * c0[i] + h[1].offset * c1[i] + h[2].offset * c2[i]) * inverse;
-  const auto length = [](const std::array<double, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); };
+  // Of the lengths of the cross products, not less than them.
+  const auto length = [](const std::array<double, 3>& v) { return std::fabs(v[0]) + std::fabs(v[1]) + std::fabs(v[2]); };
   const double residual = (std::fabs(h[0].at(vertex.x)) + h[0].error) * length(c0) +
                           (std::fabs(h[1].at(vertex.x)) + h[1].error) * length(c1) +
                           (std::fabs(h[2].at(vertex.x)) + h[2].error) * length(c2);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
+#include "filter_lanes.hpp"
 
 namespace bsp2::geometry {
 
@@ -102,12 +103,23 @@ Position Clipper<3>::cut(OrientedHyperplane plane, Cell<3>* rest) {
 
 namespace {
 
-// Serves the filter only, whose bound covers any rounding.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-__attribute__((target_clones("avx2", "default")))
-#endif
-void evaluate(const double* x, const double* y, const double* z, std::size_t count, const Hyperplane<3>& h, double* values) {
-  for (std::size_t i = 0; i < count; ++i) values[i] = h.offset + h.normal[0] * x[i] + h.normal[1] * y[i] + h.normal[2] * z[i];
+/// The values of a hyperplane at the points, whose number is rounded up to a multiple of 4, and the range of these.
+BSP2_VECTOR_CLONES void evaluate(const double* x, const double* y, const double* z, std::size_t count, const Hyperplane<3>& h, double* values,
+                                 double& least, double& largest) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Lanes low = {infinity, infinity, infinity, infinity}, high = -low;
+  for (std::size_t i = 0; i < count; i += 4) {
+    Lanes xs, ys, zs;
+    std::memcpy(&xs, x + i, sizeof xs);
+    std::memcpy(&ys, y + i, sizeof ys);
+    std::memcpy(&zs, z + i, sizeof zs);
+    const Lanes value = h.offset + h.normal[0] * xs + h.normal[1] * ys + h.normal[2] * zs;
+    std::memcpy(values + i, &value, sizeof value);
+    low = value < low ? value : low;
+    high = value > high ? value : high;
+  }
+  least = std::min(std::min(low[0], low[1]), std::min(low[2], low[3]));
+  largest = std::max(std::max(high[0], high[1]), std::max(high[2], high[3]));
 }
 
 }  // namespace
@@ -116,10 +128,20 @@ void evaluate(const double* x, const double* y, const double* z, std::size_t cou
 std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
   const Hyperplane<3> h = splitter_->table().rounded(id);
   const std::size_t count = vertices_.size();
-  values_.resize(count);
-  vertex_mask_.resize(count);
-  evaluate(x_[0].data(), x_[1].data(), x_[2].data(), count, h, &values_[0]);
+  const std::size_t padded = (count + 3) / 4 * 4;
+  values_.resize(padded);
+  for (auto& column : x_) {  // the last one again
+    column.resize(padded);
+    for (std::size_t v = count; v < padded; ++v) column[v] = column[count - 1];
+    column.resize(count);
+  }
+  double least, largest;
+  evaluate(x_[0].data(), x_[1].data(), x_[2].data(), count, h, &values_[0], least, largest);
   const double bound = h.error + error_ * (1 + 0x1p-40);
+  splitter_->counts_.predicates += living_vertices_;
+  if (largest < -bound) return has_negative;
+  if (least > bound) return has_positive;
+  vertex_mask_.resize(count);
   std::uint8_t all = 0, doubtful = 0;
   for (std::size_t v = 0; v < count; ++v) {
     const double value = values_[v];
@@ -128,7 +150,6 @@ std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
     all |= vertex_mask_[v];
     doubtful |= static_cast<std::uint8_t>(mask == 0) & vertex_lives_[v];
   }
-  splitter_->counts_.predicates += living_vertices_;
   if (doubtful == 0) return all;
   for (std::size_t v = 0; v < count; ++v) {
     if (vertex_mask_[v] != 0 || vertex_lives_[v] == 0) continue;
@@ -288,10 +309,12 @@ void Clipper<3>::keep_side(std::uint8_t side, std::uint32_t common_code) {
     else
       edges_[e].ends[vertex_mask_[edges_[e].ends[0]] == other ? 0 : 1] = cut_vertex_[e];
   }
+  const std::size_t witness = edges_[common_list_[0]].ends[0];  // stays: dead vertices go there, and do not widen what is left
   for (std::size_t v = 0; v < vertices_.size(); ++v)
     if (vertex_mask_[v] == other) {
       vertex_lives_[v] = 0;
       --living_vertices_;
+      for (auto& column : x_) column[v] = column[witness];
     }
   if (vertices_.size() > 2 * living_vertices_ + 16) close_up();
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
+#include "filter_lanes.hpp"
 
 namespace bsp2::geometry {
 
@@ -102,7 +103,7 @@ int Splitter<D>::side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane
 }
 
 template <int D>
-Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table), exact_cache_(D <= 3 ? 256 : 16), side_cache_(4096) {}
+Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table), exact_cache_(D <= 3 ? 256 : 16), point_cache_(D <= 3 ? 256 : 16), side_cache_(16384), frame_cache_(D <= 3 ? 16384 : 16) {}
 
 /// Valid until the next call.
 template <int D>
@@ -118,63 +119,89 @@ const ExactCovector<D>& Splitter<D>::exact(HyperplaneId id) {
 
 template <int D>
 int Splitter<D>::exact_side(const Vertex<D>& vertex, HyperplaneId id) {
+  std::array<HyperplaneId, D> ids = vertex.hyperplanes;  // cells name one vertex in several orders
+  std::sort(ids.begin(), ids.end());
   std::uint64_t hash = id;
-  for (const HyperplaneId own : vertex.hyperplanes) hash = (hash ^ own) * 0x9e3779b97f4a7c15u;
-  CachedSide& known = side_cache_[hash >> 52];
-  if (known.id != id || known.vertex != vertex.hyperplanes)
-    known = {vertex.hyperplanes, id, static_cast<std::int8_t>(compute_exact_side(vertex, id))};
+  for (const HyperplaneId own : ids) hash = (hash ^ own) * 0x9e3779b97f4a7c15u;
+  CachedSide& known = side_cache_[(hash >> 32) % side_cache_.size()];
+  if (known.id != id || known.vertex != ids) known = {ids, id, static_cast<std::int8_t>(compute_exact_side(ids, id))};
   return known.side;
 }
 
-/// The sign of the last hyperplane at the point in which the others meet.
+/// The sign of a hyperplane at a point in homogeneous coordinates.
 template <int D, typename Integer>
-int side_of_meeting_point(const std::array<std::array<Integer, D + 1>, D>& rows, const std::array<Integer, D + 1>& last) {
-  const auto point = meeting_point<D>(rows);
-  Integer value = last[D] * point[D];
+int side_of_point(const std::array<Integer, D + 1>& point, const std::array<Integer, D + 1>& hyperplane) {
+  Integer value = hyperplane[D] * point[D];
   for (int i = 0; i < D; ++i)
-    if (!last[i].is_zero() && !point[i].is_zero()) value += last[i] * point[i];
+    if (!hyperplane[i].is_zero() && !point[i].is_zero()) value += hyperplane[i] * point[i];
   return value.sign() * point[D].sign();
 }
 
-/// Where all hyperplanes are of one primitive, as around the corners of a sphere: the same in its own frame, where the
-/// coefficients are a third as long. Columns may be divided by a power of two: that only scales the frame's axes.
+/// The point in which hyperplanes meet, valid until the next call.
 template <int D>
-std::optional<int> Splitter<D>::side_in_frame(const Vertex<D>& vertex, HyperplaneId id) const {
-  using Integer = FixedInteger<D <= 3 ? 896 : 512>;  // D + 1 coefficients of 216 bits; above D = 3, of 64
-  std::array<const Covector<D>*, D + 1> covectors;
-  std::uint32_t map = 0;
-  covectors[D] = table_->in_frame(id, map);
-  if (covectors[D] == nullptr) return std::nullopt;
-  for (int i = 0; i < D; ++i) {
-    std::uint32_t own = 0;
-    covectors[i] = table_->in_frame(vertex.hyperplanes[i], own);
-    if (covectors[i] == nullptr || own != map) return std::nullopt;
+const ExactCovector<D>& Splitter<D>::exact_point(const std::array<HyperplaneId, D>& ids) {
+  std::uint64_t hash = 0;
+  for (const HyperplaneId id : ids) hash = (hash ^ id) * 0x9e3779b97f4a7c15u;
+  CachedPoint& known = point_cache_[(hash >> 32) % point_cache_.size()];
+  if (known.ids != ids) {
+    std::array<ExactCovector<D>, D> rows;
+    for (int i = 0; i < D; ++i) rows[i] = exact(ids[i]);
+    known.point = meeting_point<D>(rows);
+    divide_by_common_power_of_two(known.point);
+    known.ids = ids;
   }
+  return known.point;
+}
+
+/// Where all hyperplanes are of one primitive, as around the corners of a sphere: the same in its own frame, where the
+/// coefficients are a third as long, and the answer is that of all primitives of its shape.
+template <int D>
+std::optional<int> Splitter<D>::side_in_frame(const std::array<HyperplaneId, D>& vertex, HyperplaneId id) {
+  const auto* asked = table_->source(id);
+  if (asked == nullptr) return std::nullopt;
+  std::array<std::uint32_t, D + 1> covectors;
+  covectors[D] = asked->covector;
+  for (int i = 0; i < D; ++i) {
+    const auto* own = table_->source(vertex[i]);
+    if (own == nullptr || own->map != asked->map) return std::nullopt;
+    covectors[i] = own->covector;
+  }
+  std::sort(covectors.begin(), covectors.begin() + D);
+  std::uint64_t hash = 0;
+  for (const std::uint32_t covector : covectors) hash = (hash ^ covector) * 0x9e3779b97f4a7c15u;
+  CachedFrameSide& known = frame_cache_[(hash >> 32) % frame_cache_.size()];
+  if (known.covectors != covectors) known = {covectors, static_cast<std::int8_t>(compute_side_in_frame(covectors))};
+  return known.side;
+}
+
+/// Columns may be divided by a power of two: that only scales the frame's axes.
+template <int D>
+int Splitter<D>::compute_side_in_frame(const std::array<std::uint32_t, D + 1>& covectors) const {
+  using Integer = FixedInteger<D <= 3 ? 896 : 512>;  // D + 1 coefficients of 216 bits; above D = 3, of 64
   std::array<std::array<Integer, D + 1>, D> rows;
   std::array<Integer, D + 1> last;
   for (int column = 0; column <= D; ++column) {
     unsigned shift = std::numeric_limits<unsigned>::max();
-    for (const auto* covector : covectors) {
-      const LocalInteger& entry = covector->exact[column];
+    for (const std::uint32_t covector : covectors) {
+      const LocalInteger& entry = table_->covector(covector).exact[column];
       if (!entry.is_zero()) shift = std::min(shift, static_cast<unsigned>(mp::lsb(LocalInteger(mp::abs(entry)))));
     }
     if (shift == std::numeric_limits<unsigned>::max()) shift = 0;
     for (int row = 0; row <= D; ++row) {
-      const LocalInteger& entry = covectors[row]->exact[column];
+      const LocalInteger& entry = table_->covector(covectors[row]).exact[column];
       const LocalInteger size = LocalInteger(mp::abs(entry)) >> shift;
       (row < D ? rows[row][column] : last[column]) = Integer(entry.sign() < 0 ? LocalInteger(-size) : size);
     }
   }
-  return side_of_meeting_point<D>(rows, last);
+  return side_of_point<D>(meeting_point<D>(rows), last);
 }
 
 template <int D>
-int Splitter<D>::compute_exact_side(const Vertex<D>& vertex, HyperplaneId id) {
+int Splitter<D>::compute_exact_side(const std::array<HyperplaneId, D>& vertex, HyperplaneId id) {
   ++counts_.exact_predicates;
   if (const auto side = side_in_frame(vertex, id)) return *side;
-  std::array<ExactCovector<D>, D> rows;
-  for (int i = 0; i < D; ++i) rows[i] = exact(vertex.hyperplanes[i]);
-  return side_of_meeting_point<D>(rows, exact(id));
+  const ExactCovector<D>& point = exact_point(vertex);  // before the covector: it asks for others
+  return side_of_point<D>(point, exact(id));
 }
 
 template <int D>
@@ -205,43 +232,67 @@ Position Splitter<D>::position(const Cell<D>& cell, HyperplaneId id, const Hyper
 
 namespace {
 
-// Wider vector instructions where the processor has them. They only serve the filter, whose bound covers any rounding.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define BSP2_VECTOR_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define BSP2_VECTOR_CLONES
-#endif
-
-using Lanes = double __attribute__((vector_size(4 * sizeof(double))));
 static_assert(VertexColumns<3>::block == 4);
 
-/// The least and the largest rounded value of a hyperplane over the columns, until they are beyond `bound` on both sides.
-/// @return the number of values looked at.
-BSP2_VECTOR_CLONES std::size_t find_range(const double* x, const double* y, const double* z, std::size_t count, const Hyperplane<3>& h,
-                                          double bound, double& least, double& largest) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Lanes low = {infinity, infinity, infinity, infinity}, high = -low;
-  std::size_t at = 0;
-  do {
-    for (const std::size_t end = std::min(at + 32, count); at < end; at += 4) {
-      Lanes xs, ys, zs;
-      std::memcpy(&xs, x + at, sizeof xs);
-      std::memcpy(&ys, y + at, sizeof ys);
-      std::memcpy(&zs, z + at, sizeof zs);
-      const Lanes value = h.offset + h.normal[0] * xs + h.normal[1] * ys + h.normal[2] * zs;
-      low = value < low ? value : low;
-      high = value > high ? value : high;
+BSP2_VECTOR_CLONES std::size_t find_range(const VertexColumns<3>& columns, const Hyperplane<3>& h, double bound, double& least, double& largest) {
+  return find_range(columns.x[0].data(), columns.x[1].data(), columns.x[2].data(), columns.padded, h, bound, least, largest);
+}
+
+/// Says in which of two directions values go beyond a bound: 1 below, 2 above, 3 both, 0 where none is certain of all and both are of none.
+[[gnu::always_inline]] inline std::uint8_t sides_of_range(double least, double largest, double bound) {
+  return least < -bound && largest > bound ? 3 : largest < -bound ? 1 : least > bound ? 2 : 0;
+}
+
+/// On which sides of each hyperplane the points are, with certainty: 1 negative, 2 positive, 3 there are some on both, 0 in doubt.
+/// Long lists are looked at eight hyperplanes at a time, and `sides` has room for a multiple of eight. @return the number of values looked at.
+BSP2_VECTOR_CLONES std::size_t find_sides(const VertexColumns<3>& columns, const Hyperplane<3>* hyperplanes, std::span<const OrientedHyperplane> planes,
+                                          std::uint8_t* sides) {
+  const double *x = columns.x[0].data(), *y = columns.x[1].data(), *z = columns.x[2].data();
+  const double error = columns.error * (1 + 0x1p-40);
+  constexpr std::size_t width = 8, least_worth = 5;
+  constexpr std::uint64_t all_cross = 0x0303030303030303;
+  std::size_t i = 0, looked_at = 0;
+  for (; i + least_worth <= planes.size(); i += width) {
+    WideLanes nx, ny, nz, offset, bound;
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      if (i + width + lane < planes.size()) __builtin_prefetch(hyperplanes + planes[i + width + lane].id());
+      const Hyperplane<3>& h = hyperplanes[planes[std::min(i + lane, planes.size() - 1)].id()];
+      nx[lane] = h.normal[0];
+      ny[lane] = h.normal[1];
+      nz[lane] = h.normal[2];
+      offset[lane] = h.offset;
+      bound[lane] = h.error;
     }
-    least = std::min(std::min(low[0], low[1]), std::min(low[2], low[3]));
-    largest = std::max(std::max(high[0], high[1]), std::max(high[2], high[3]));
-  } while (at < count && !(least < -bound && largest > bound));
-  return at;
+    bound += error;
+    WideLanes low = offset + nx * x[0] + ny * y[0] + nz * z[0], high = low;
+    std::uint64_t found = 0;
+    for (std::size_t v = 1; v < columns.count && found != all_cross;) {
+      const std::size_t some = std::min<std::size_t>(columns.count, v + 256);
+      looked_at += width * (some - v);
+      for (; v < some; ++v) {
+        const WideLanes value = offset + nx * x[v] + ny * y[v] + nz * z[v];
+        low = value < low ? value : low;
+        high = value > high ? value : high;
+      }
+      const auto each = ((low < -bound) & (high > bound) & 3) | ((high < -bound) & 1) | ((low > bound) & 2);
+      const auto bytes = __builtin_convertvector(each, WideBytes);
+      std::memcpy(&found, &bytes, width);
+    }
+    std::memcpy(sides + i, &found, width);
+  }
+  for (; i < planes.size(); ++i) {
+    const Hyperplane<3>& h = hyperplanes[planes[i].id()];
+    double least, largest;
+    looked_at += std::min(find_range(x, y, z, columns.padded, h, h.error + error, least, largest), columns.count);
+    sides[i] = sides_of_range(least, largest, h.error + error);
+  }
+  return looked_at;
 }
 
 template <int D>
-std::size_t find_range(const VertexColumns<D>& columns, const Hyperplane<D>& h, double bound, double& least, double& largest) {
+std::size_t find_range_of(const VertexColumns<D>& columns, const Hyperplane<D>& h, double bound, double& least, double& largest) {
   if constexpr (D == 3) {
-    return find_range(columns.x[0].data(), columns.x[1].data(), columns.x[2].data(), columns.padded, h, bound, least, largest);
+    return find_range(columns, h, bound, least, largest);
   } else {
     static_cast<void>(bound);
     for (std::size_t i = 0; i < columns.count; ++i) {
@@ -260,11 +311,40 @@ template <int D>
 Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded) {
   const double bound = rounded.error + columns.error * (1 + 0x1p-40);
   double least = std::numeric_limits<double>::infinity(), largest = -least;
-  counts_.predicates += std::min(find_range<D>(columns, rounded, bound, least, largest), columns.count);
+  counts_.predicates += std::min(find_range_of<D>(columns, rounded, bound, least, largest), columns.count);
   if (least < -bound && largest > bound) return Position::crossing;
   if (largest < -bound) return Position::negative;
   if (least > bound) return Position::positive;
   return position(cell, id, rounded);
+}
+
+template <int D>
+bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes,
+                                std::vector<std::uint32_t>& crossing) {
+  const auto keep = [&](OrientedHyperplane plane, Position where) {
+    if (where == Position::crossing) crossing.push_back(plane.code);
+    return where == Position::crossing || (where == Position::negative) != plane.flipped();
+  };
+  if constexpr (D == 3) {
+    constexpr std::size_t block = 64;
+    const auto stored = table_->rounded();
+    sides_.resize(block);
+    for (std::size_t first = 0; first < planes.size(); first += block) {
+      const auto some = planes.subspan(first, std::min(block, planes.size() - first));
+      counts_.predicates += find_sides(columns, stored.data(), some, &sides_[0]);
+      for (std::size_t i = 0; i < some.size(); ++i) {
+        const HyperplaneId id = some[i].id();
+        const Position where = sides_[i] == crosses        ? Position::crossing
+                               : sides_[i] == has_negative ? Position::negative
+                               : sides_[i] == has_positive ? Position::positive
+                                                           : position(cell, id, stored[id]);
+        if (!keep(some[i], where)) return false;
+      }
+    }
+    return true;
+  } else {
+    return std::all_of(planes.begin(), planes.end(), [&](OrientedHyperplane plane) { return keep(plane, position(cell, columns, plane.id(), table_->rounded(plane.id()))); });
+  }
 }
 
 // --- split: signs of the vertices, then each k-face from its (k-1)-faces --------------------------------------------

@@ -2,6 +2,8 @@
 
 #include <array>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "bsp2/dataflow/box.hpp"
 #include "bsp2/geometry/cell.hpp"
@@ -59,6 +61,10 @@ class CellView {
     if (where == Position::crossing && !quick_) where = splitter_->position(*cell_, columns_, plane.id(), h);
     if (where == Position::crossing || !plane.flipped()) return where;
     return where == Position::negative ? Position::positive : Position::negative;
+  }
+  /// Splitter::find_crossing for this cell. Exact.
+  bool find_crossing(std::span<const geometry::OrientedHyperplane> planes, std::vector<std::uint32_t>& crossing) {
+    return splitter_->find_crossing(*cell_, columns_, planes, crossing);
   }
   /// The least extent of the cell across one of its facets, not less than its width by any rounding. D = 1: its length.
   [[nodiscard]] double thickness() const;

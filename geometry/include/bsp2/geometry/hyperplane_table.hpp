@@ -63,14 +63,17 @@ class HyperplaneTable {
     if (id < hyperplanes_.size()) return hyperplanes_[id];
     return id < first_axis_id ? family_rounded(id) : axis_rounded(id);
   }
+  /// The rounded hyperplanes of primitives, by id.
+  [[nodiscard]] std::span<const Hyperplane<D>> rounded() const { return hyperplanes_; }
   [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
-  /// The hyperplane in its primitive's frame and the map that places it; null for those of families and axis-parallel cuts. Hyperplanes of one map
-  /// lie in the model as their covectors do in the frame: maps keep sides and meeting points.
-  [[nodiscard]] const Covector<D>* in_frame(HyperplaneId id, std::uint32_t& map) const {
-    if (id >= sources_.size()) return nullptr;
-    map = sources_[id].map;
-    return &covectors_[sources_[id].covector];
-  }
+  /// Where a hyperplane comes from: the covector in a primitive's frame, which primitives of one shape share, and the map that places it.
+  /// Hyperplanes of one map lie in the model as their covectors do in the frame: maps keep sides and meeting points.
+  struct Source {
+    std::uint32_t map, covector;
+  };
+  /// Null for hyperplanes of families and axis-parallel cuts.
+  [[nodiscard]] const Source* source(HyperplaneId id) const { return id < sources_.size() ? &sources_[id] : nullptr; }
+  [[nodiscard]] const Covector<D>& covector(std::uint32_t index) const { return covectors_[index]; }
   /// -1, 0, +1: the side of the hyperplane on which a point given in doubles is, anywhere in space. Exact.
   [[nodiscard]] int side(const std::array<double, D>& point, HyperplaneId id) const;
 
@@ -96,9 +99,6 @@ class HyperplaneTable {
   static constexpr unsigned axis_bits = 27;
   static constexpr HyperplaneId first_axis_id = 1u << 30;  // leaves a bit for the orientation: 7 axes would fit
 
-  struct Source {
-    std::uint32_t map, covector;
-  };
   std::array<double, D> origin_, step_;
   double radius_ = 0, size_ = 0;
   std::array<double, D> centre_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "bsp2/geometry/buffer.hpp"
@@ -95,6 +96,10 @@ class Splitter {
   /// The same, faster, with the cell's columns.
   Position position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded);
 
+  /// Which of these half-spaces cross the cell: their codes are appended to `crossing`, in the same order.
+  /// @return false as soon as one is met that the cell is outside of; then what was appended means nothing.
+  bool find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes, std::vector<std::uint32_t>& crossing);
+
   /// Splits the cell that was classified last, and crosses the hyperplane, into its two halves and their common facet.
   /// A null pointer leaves that half unbuilt. Linear in the faces of the cell.
   /// Source: Bajaj and Pascucci 1996; the paper, figure 4.
@@ -124,17 +129,34 @@ class Splitter {
   };
   std::vector<CachedCovector> exact_cache_;  // of the hyperplanes that exact predicates asked for last
 
+  struct CachedPoint {
+    std::array<HyperplaneId, D> ids{};
+    ExactCovector<D> point;  // homogeneous, the weight last
+  };
+  std::vector<CachedPoint> point_cache_;  // what one hyperplane leaves open at a vertex, its neighbours often do, too
+
   struct CachedSide {
-    std::array<HyperplaneId, D> vertex{};  // no vertex lies on one hyperplane alone
+    std::array<HyperplaneId, D> vertex{};  // in ascending order; no vertex lies on one hyperplane alone
     HyperplaneId id = 0;
     std::int8_t side = 0;
   };
   std::vector<CachedSide> side_cache_;  // cells that share a vertex ask the same again
 
+  /// Sides within a frame, by covectors: those of the vertex in ascending order, then the one that is asked about.
+  struct CachedFrameSide {
+    std::array<std::uint32_t, D + 1> covectors{};  // no vertex lies on one hyperplane alone
+    std::int8_t side = 0;
+  };
+  std::vector<CachedFrameSide> frame_cache_;  // primitives of one shape share covectors: what one asked, the next asks again
+
+  Buffer<std::uint8_t> sides_;  // of a block of half-spaces
+
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
-  int compute_exact_side(const Vertex<D>& vertex, HyperplaneId id);
-  [[nodiscard]] std::optional<int> side_in_frame(const Vertex<D>& vertex, HyperplaneId id) const;
+  int compute_exact_side(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
+  std::optional<int> side_in_frame(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
+  [[nodiscard]] int compute_side_in_frame(const std::array<std::uint32_t, D + 1>& covectors) const;
   const ExactCovector<D>& exact(HyperplaneId id);
+  const ExactCovector<D>& exact_point(const std::array<HyperplaneId, D>& ids);
   void split_vertices(const Cell<D>& cell);
   void split_edges(const Cell<D>& cell, HyperplaneId id);
   void split_faces(const Cell<D>& cell, int k, HyperplaneId id);
