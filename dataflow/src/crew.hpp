@@ -65,6 +65,7 @@ class Worker {
   std::vector<Piece> pieces_;
   std::vector<geometry::Hyperplane<D>> rounded_;  // of the planes of a chain that are left
   std::vector<geometry::OrientedHyperplane> left_;
+  std::vector<double> outside_;  // how far the centre is outside of each of them
   pthread_t thread_{};
 
   void work();

@@ -27,10 +27,21 @@ namespace {
 
 /// Above so many undecided operands, space is cut between them rather than along one of them.
 constexpr std::size_t many_operands = 12;
-/// Programs longer than this are first localized without looking at vertices.
+/// Programs longer than this are first localized without looking at vertices: a cut between operands may come before that.
 constexpr std::size_t long_program = 256;
 /// Programs up to this length are closed up where an operand has gone.
 constexpr std::size_t longest_move = 4096;
+
+/// Whether a program has so many leaves that space might be cut between its operands.
+bool has_many_leaves(std::span<const Word> program) {
+  std::size_t leaves = 0;
+  for (std::size_t at = 0; at < program.size() && leaves <= many_operands;) {
+    const bool leaf = (program[at] & Program::kind_mask) == Program::kind_leaf;
+    leaves += leaf ? 1 : 0;
+    at += leaf ? program[at + 1] : Program::header;
+  }
+  return leaves > many_operands;
+}
 
 }  // namespace
 
@@ -39,7 +50,7 @@ constexpr std::size_t longest_move = 4096;
 template <int D>
 Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, std::vector<Word>& out, Cut& cut) {
   view_.look_at(cell);
-  const bool quick = program.size() > long_program;
+  const bool quick = program.size() > long_program && has_many_leaves(program);
   Answer answer = localize(program, out, quick);
   if (answer.label != Label::fuzzy) return answer;
   const bool thin = is_thin();
@@ -274,11 +285,11 @@ double Localizer<D>::share_after_median(std::span<const Word> program, int axis)
 /// Axes in the order in which they are tried: the longest first, but for one across which operands come apart better.
 template <int D>
 std::array<int, D> Localizer<D>::axes_between_operands(std::span<const Word> program) {
-  constexpr double clearly = 0.95;
+  constexpr double clearly = 0.95, least_possible = 0.5;  // every operand is below the median or above it
   std::array<int, D> axes = view_.extent().axes_by_length();
   std::size_t best = 0;
   double least = share_after_median(program, axes[0]);
-  for (std::size_t i = 1; i < axes.size(); ++i) {
+  for (std::size_t i = 1; i < axes.size() && least_possible < clearly * least; ++i) {
     const double share = share_after_median(program, axes[i]);
     if (share >= clearly * least) continue;
     least = share;

@@ -259,25 +259,22 @@ bool Worker<D>::cut_along(std::span<const geometry::OrientedHyperplane> planes, 
     rounded_.push_back(h);
   }
   bool moved = true;
-  std::array<double, D> centre{};
   while (!left_.empty()) {
-    if (moved) centre = clipper_.centre();
-    std::size_t chosen = 0;
-    double furthest = -std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < left_.size(); ++i) {
-      const double value = rounded_[i].at(centre);
-      if (value > furthest) {
-        furthest = value;
-        chosen = i;
-      }
+    if (moved) {
+      const auto centre = clipper_.centre();
+      outside_.clear();
+      for (const auto& h : rounded_) outside_.push_back(h.at(centre));
     }
+    const auto chosen = std::max_element(outside_.begin(), outside_.end()) - outside_.begin();  // the first of equals
     Cell<D> rest;
-    const auto where = clipper_.cut(left_[chosen], keep_rest ? &rest : nullptr);
+    const auto plane = left_[static_cast<std::size_t>(chosen)];
+    const auto where = clipper_.cut(plane, keep_rest ? &rest : nullptr);
     if (where == geometry::Position::positive) return false;
     moved = where == geometry::Position::crossing;
-    if (moved) pieces_.push_back({left_[chosen], std::move(rest)});
-    left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(chosen));  // the order stays: the first of equals is chosen
-    rounded_.erase(rounded_.begin() + static_cast<std::ptrdiff_t>(chosen));
+    if (moved) pieces_.push_back({plane, std::move(rest)});
+    left_.erase(left_.begin() + chosen);
+    rounded_.erase(rounded_.begin() + chosen);
+    outside_.erase(outside_.begin() + chosen);
   }
   return true;
 }
