@@ -42,6 +42,13 @@ Json named(const supersteps::NamedMeasures& measures) {
   return json;
 }
 
+Json overlapping(const supersteps::OverlappingMesh& mesh) {
+  Json json{{"place", mesh.place}, {"file", nullptr}, {"part", mesh.part}, {"triangles", mesh.triangles}, {"volume_by_faces", nullptr}};
+  if (!mesh.file.empty()) json["file"] = mesh.file;
+  if (mesh.volume_by_faces) json["volume_by_faces"] = *mesh.volume_by_faces;
+  return json;
+}
+
 }  // namespace
 
 std::string to_json(const supersteps::RunReport& report) {
@@ -77,6 +84,8 @@ std::string to_json(const supersteps::RunReport& report) {
   json["cpu_seconds"] = report.cpu_seconds;
   json["peak_rss_bytes"] = report.peak_rss_bytes;
   json["warnings"] = report.warnings;
+  json["overlapping_meshes"] = Json::array();
+  for (const auto& mesh : report.overlapping_meshes) json["overlapping_meshes"].push_back(overlapping(mesh));
   // A path need not be UTF-8, a JSON text must.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -8,6 +8,7 @@
 #include "csg_nodes.hpp"
 #include "csg_scanner.hpp"
 #include "csg_spline_nodes.hpp"
+#include "matrix.hpp"
 #include "node_pool.hpp"
 #include "polyhedron.hpp"
 
@@ -54,6 +55,8 @@ class Reader {
     std::size_t first_operand = 0;  ///< its children's solids are operands_[first_operand..]
     std::size_t first_place = 0;    ///< and their primitives stand at places_[first_place..]
     std::size_t problem = none;     ///< index of the first problem in them
+    /// What the maps from here outwards multiply the volume of a solid in it by; nothing if a construct makes another solid of it.
+    std::optional<double> scale = 1;
   };
 
   static constexpr std::size_t none = ~std::size_t{0};
@@ -63,6 +66,7 @@ class Reader {
   Frame header();
   void modifiers(Frame& frame);
   [[nodiscard]] bool only_points_count(const Frame& frame) const;
+  void remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh);
   Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
   void interpret(Frame& frame);
   void close();
@@ -90,6 +94,10 @@ class Reader {
   }
   static bool is_construct(NodeKind kind) { return kind >= NodeKind::hull && kind < NodeKind::cube; }
   static bool is_extrusion(NodeKind kind) { return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude || kind == NodeKind::roof; }
+  static bool is_mesh(const Expression& solid) {
+    const auto* shape = std::get_if<Primitive>(&solid.node().value);
+    return shape != nullptr && std::holds_alternative<TriangleMesh>(*shape);
+  }
   std::string located(const SyntaxError& error) {
     return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
   }
@@ -116,7 +124,7 @@ class Reader {
   std::vector<std::optional<Colour>> colours_;    // of the color frames
   std::vector<Construct> constructs_;             // of the frames from hull to roof
   std::vector<SyntaxError> problems_, warnings_;
-  std::vector<Model::Polyhedron> polyhedra_;
+  std::vector<Model::Mesh> meshes_;
   std::optional<SyntaxError> left_out_;  // the first open polyhedron that takes part
   std::size_t warnings_left_out_ = 0;
   bool root_tagged_ = false;
@@ -176,7 +184,7 @@ void Reader::modifiers(Frame& frame) {
   root_tagged_ = frame.is_root = true;
   frame.absence = Absence::none;
   warnings_.clear();  // of what is not in the tree now
-  polyhedra_.clear();
+  meshes_.clear();
   left_out_.reset();
   warnings_left_out_ = 0;
 }
@@ -193,6 +201,8 @@ Reader::Frame Reader::header() {
   if (frame.name.empty()) scanner_.fail("expected a node, found " + scanner_.here());
   reading_ = frame.name;
   frame.kind = node_kind(frame.name);
+  if (!frame.is_root) frame.scale = parent.scale;
+  if (is_construct(frame.kind)) frame.scale.reset();
   frame.is_own = is_any_node(frame.kind) || is_spline_node(frame.kind);
   frame.first_operand = operands_.size();
   frame.first_place = places_.size();
@@ -211,6 +221,7 @@ void Reader::interpret(Frame& frame) {
       break;
     case NodeKind::multmatrix:
       matrices_.push_back({read_matrix(arguments), read_square_matrix(arguments)});
+      if (frame.scale) *frame.scale *= volume_scale(matrices_.back().affine);
       break;
     case NodeKind::color:
       colours_.push_back(read_colour(arguments, warn));
@@ -243,7 +254,7 @@ void Reader::interpret(Frame& frame) {
         } catch (const HollowPolyhedron& polyhedron) {
           made = solid_of_hollow(frame, polyhedron);
         }
-        if (frame.kind == NodeKind::polyhedron && !pool_.is_empty(made) && !only_points_count(frame)) polyhedra_.push_back({frame.offset, made});
+        if (is_mesh(made) && !only_points_count(frame)) remember_mesh(frame, arguments, made);
         operands_.push_back(std::move(made));
         operand_places_.push_back(places_.size());
         if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
@@ -265,6 +276,12 @@ bool Reader::only_points_count(const Frame& frame) const {
     is_root = frames_[i].is_root;
   }
   return false;
+}
+
+/// A polyhedron, or an import of one, with what there is to say of it should it overlap itself.
+void Reader::remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh) {
+  if (frame.kind != NodeKind::polyhedron && frame.kind != NodeKind::import) return;
+  meshes_.push_back({frame.offset, frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(), mesh, frame.scale});
 }
 
 /// OpenSCAD reports an open polyhedron and goes on without it; a hull takes its points all the same.
@@ -484,7 +501,8 @@ Model Reader::result() {
   if (left_out_ && pool_.is_empty(model.expression)) throw SyntaxError{left_out_->offset, left_out_->text + ", and nothing else is left of the model"};
   model.primitive_count = model.part_offsets.size();
   model.construct_offsets = std::move(constructs_at_);
-  model.polyhedra = std::move(polyhedra_);
+  model.meshes = std::move(meshes_);
+  std::erase_if(model.meshes, [&](const Model::Mesh& mesh) { return !std::binary_search(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset); });
   if (model.expression.dimension() == 0) model.expression = pool_.empty(3);
   for (const SyntaxError& warning : warnings_) model.warnings.push_back(located(warning));
   if (warnings_left_out_ > 0)

@@ -1,6 +1,7 @@
 #include "matrix.hpp"
 
 #include <algorithm>
+#include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 #include <limits>
 
@@ -65,6 +66,19 @@ MatrixKind normalize_affine(std::vector<double>& matrix) {
   matrix.back() = 1;
   if (n == 3 && is_clearly_regular(matrix)) return MatrixKind::regular;
   return is_singular(matrix, n, stride) ? MatrixKind::singular : MatrixKind::regular;
+}
+
+double volume_scale(const std::array<double, 16>& matrix) {
+  std::vector<double> affine(matrix.begin(), matrix.end());
+  normalize_affine(affine);
+  using Quad = boost::multiprecision::cpp_bin_float_quad;  // a shear is a difference of large products
+  const auto minor = [&](int i, int j) -> Quad {
+    const auto at = [&](int row, int k) { return Quad(affine[static_cast<std::size_t>(4 * row + (j + k) % 3)]); };
+    return at((i + 1) % 3, 1) * at((i + 2) % 3, 2) - at((i + 1) % 3, 2) * at((i + 2) % 3, 1);
+  };
+  Quad determinant = 0;
+  for (int j = 0; j < 3; ++j) determinant += affine[static_cast<std::size_t>(j)] * minor(0, j);
+  return std::fabs(static_cast<double>(determinant));
 }
 
 }  // namespace bsp2::model

@@ -5,17 +5,13 @@
 #include <cstdint>
 #include <cstdlib>
 #include <map>
-#include <set>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "box_tree.hpp"
-#include "bsp2/model/csg.hpp"
 #include "csg_arguments.hpp"
-#include "csg_scanner.hpp"
 #include "mesh_line.hpp"
-#include "polyhedron.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -175,25 +171,6 @@ std::string text_of(const MeshCrossing& crossing) {
   if (crossing.other.size() == 2)
     return "the edge from " + point_text(crossing.other[0]) + " to " + point_text(crossing.other[1]) + " goes through the triangle " + list(crossing.triangle);
   return "the triangle " + list(crossing.other) + " and the triangle " + list(crossing.triangle) + " cover each other in part, wound alike in one plane";
-}
-
-std::vector<std::string> crossing_warnings(const Model& model, std::string_view text, const std::string& name) {
-  constexpr std::size_t most = 100;
-  std::vector<std::string> warnings;
-  std::set<const Node*> seen;
-  LineFinder lines(text);
-  for (const auto& [offset, solid] : model.polyhedra) {
-    if (warnings.size() == most) break;
-    const Node& node = solid.node();
-    const auto* shape = std::get_if<Primitive>(&node.value);
-    const auto* mesh = shape ? std::get_if<TriangleMesh>(shape) : nullptr;
-    if (!mesh || !seen.insert(&node).second) continue;
-    if (const auto crossing = self_crossing(*mesh))
-      warnings.push_back(name + ":" + lines.at(offset) + ": this polyhedron crosses itself: " + text_of(*crossing) +
-                         ". A point counts once, however often the faces wind around it; the volume that the faces sum up to, " + text_of(signed_volume(mesh->points, mesh->triangles)) +
-                         ", may count it several times");
-  }
-  return warnings;
 }
 
 }  // namespace bsp2::model

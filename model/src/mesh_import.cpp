@@ -60,8 +60,6 @@ std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path, cons
     warn("this import is empty: the faces of " + path.string() + " enclose nothing");
     return closed;
   }
-  if (const auto crossing = self_crossing(*closed))
-    warn("the mesh of " + path.string() + " crosses itself: " + text_of(*crossing) + ". What its faces wind around counts as inside");
   return closed;
 }
 
@@ -69,7 +67,10 @@ Expression imported(const std::filesystem::path& path, const std::function<void(
   std::optional<TriangleMesh> mesh = mesh_of_file(path, [&](const std::string& text) {
     if (warn) warn(text);
   });
-  return mesh ? Expression(std::make_shared<Node>(3, Primitive(std::move(*mesh)))) : Expression(3);
+  if (!mesh) return Expression(3);
+  if (const auto crossing = warn ? self_crossing(*mesh) : std::nullopt)
+    warn("the mesh of " + path.string() + " crosses itself: " + text_of(*crossing) + ". What its faces wind around counts as inside");
+  return Expression(std::make_shared<Node>(3, Primitive(std::move(*mesh))));
 }
 
 }  // namespace bsp2::model

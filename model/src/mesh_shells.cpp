@@ -46,6 +46,16 @@ void for_each_edge(const TriangleMesh& mesh, Visit&& visit) {
   }
 }
 
+/// The line along an axis through a point seen along it.
+Box3 line_along(int axis, const Point2& at) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Box3 line{{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
+  const auto u = static_cast<std::size_t>(axis + 1) % 3, v = static_cast<std::size_t>(axis + 2) % 3;
+  line.low[u] = line.high[u] = at.u;
+  line.low[v] = line.high[v] = at.v;
+  return line;
+}
+
 /// The shells beside a triangle, on the inner side of its own shell.
 struct Beside {
   int own = 0;                                             ///< how often the shell winds around what is there
@@ -133,18 +143,13 @@ class ShellTurner {
     const int axis = axis_across(mesh_, mesh_.triangles[triangle]);
     const auto at = point_near(mesh_, triangle, corner, axis);
     if (!at) return {};
-    constexpr double infinity = std::numeric_limits<double>::infinity();
-    Point3 low{-infinity, -infinity, -infinity}, high{infinity, infinity, infinity};
-    const auto u = static_cast<std::size_t>(axis + 1) % 3, v = static_cast<std::size_t>(axis + 2) % 3;
-    low[u] = high[u] = at->u;
-    low[v] = high[v] = at->v;
     const std::uint32_t shell = shells_.of[triangle];
     struct Winding {
       std::uint32_t shell;
       int above, below;  ///< of what the triangle parts
     };
     std::vector<Winding> windings{{shell, 0, 0}};
-    tree_.visit_meeting({low, high}, [&](std::uint32_t i) {
+    tree_.visit_meeting(line_along(axis, *at), [&](std::uint32_t i) {
       const std::uint32_t other = shells_.of[i];
       if (other != shell && !shell_boxes_[other].contains(shell_boxes_[shell])) return false;
       const int direction = meets(mesh_, i, axis, *at);
@@ -190,6 +195,62 @@ class ShellTurner {
   std::vector<Beside> beside_;
 };
 
+/// How often a mesh whose shells do not cross winds around what is on either side of a triangle.
+struct Sides {
+  int above, below;
+};
+
+class SideFinder {
+ public:
+  SideFinder(const TriangleMesh& mesh, const Shells& shells)
+      : mesh_(mesh), shells_(shells), tree_(triangle_boxes(mesh)), shell_tree_(boxes_of_shells()) {}
+
+  /// By the line through the triangle near this corner; nothing if that does not tell.
+  [[nodiscard]] std::optional<Sides> sides_of(std::uint32_t triangle, std::size_t corner) const {
+    const int axis = axis_across(mesh_, mesh_.triangles[triangle]);
+    const auto at = point_near(mesh_, triangle, corner, axis);
+    if (!at) return std::nullopt;
+    // A shell that winds around it reaches around all of its shell. Others need not be looked at, be there a lot of them on the line.
+    const Box3& own = shell_tree_[shells_.of[triangle]];
+    Box3 reach = own;
+    shell_tree_.visit_meeting(own, [&](std::uint32_t shell) {
+      if (shell_tree_[shell].contains(own)) reach.unite(shell_tree_[shell]);
+      return false;
+    });
+    Box3 line = line_along(axis, *at);
+    const auto k = static_cast<std::size_t>(axis);
+    line.low[k] = reach.low[k];
+    line.high[k] = reach.high[k];
+    Sides sides{0, 0};
+    tree_.visit_meeting(line, [&](std::uint32_t other) {
+      if (!shell_tree_[shells_.of[other]].contains(own)) return false;
+      const int direction = meets(mesh_, other, axis, *at);
+      const int place = direction == 0 ? -1 : other == triangle ? 0 : compare_heights(mesh_, other, triangle, axis, *at);
+      if (place >= 0) sides.below += direction;
+      if (place > 0) sides.above += direction;
+      return false;
+    });
+    return sides;
+  }
+
+ private:
+  [[nodiscard]] std::vector<Box3> boxes_of_shells() const {
+    std::vector<std::optional<Box3>> united(shells_.count);
+    for (std::uint32_t i = 0; i < shells_.of.size(); ++i)
+      if (auto& box = united[shells_.of[i]])
+        box->unite(tree_[i]);
+      else
+        box = tree_[i];
+    std::vector<Box3> boxes;
+    for (const auto& box : united) boxes.push_back(*box);
+    return boxes;
+  }
+
+  const TriangleMesh& mesh_;
+  const Shells& shells_;
+  const BoxTree tree_, shell_tree_;
+};
+
 }  // namespace
 
 Shells shells_of(const TriangleMesh& mesh) {
@@ -225,6 +286,21 @@ ShellFaults turn_shells(TriangleMesh& mesh) {
     for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
   }
   return faults;
+}
+
+std::optional<OddWinding> odd_winding(const TriangleMesh& mesh) {
+  const Shells shells = shells_of(mesh);
+  const SideFinder finder(mesh, shells);
+  std::vector<bool> is_known(shells.count);
+  for (std::uint32_t triangle = 0; triangle < mesh.triangles.size(); ++triangle)
+    for (std::size_t corner = 0; corner < 3 && !is_known[shells.of[triangle]]; ++corner) {
+      const auto sides = finder.sides_of(triangle, corner);
+      if (!sides) continue;
+      is_known[shells.of[triangle]] = true;
+      for (const int times : {sides->above, sides->below})
+        if (times != 0 && times != 1) return OddWinding{times, mesh.points[mesh.triangles[triangle][corner]]};
+    }
+  return std::nullopt;
 }
 
 }  // namespace bsp2::model

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "bsp2/model/expression.hpp"
@@ -32,5 +33,14 @@ struct ShellFaults {
 /// shell, on its inner side: shells that touch each other do not matter. Shells that cross lie in each other if all of these say so.
 /// Time: n log n for n triangles of a mesh that is no heap of them.
 ShellFaults turn_shells(TriangleMesh& mesh);
+
+/// Points that the mesh winds around another number of times than 0 and 1.
+struct OddWinding {
+  int times;
+  Point3 corner;  ///< of a triangle that they lie beside
+};
+
+/// The first of these in a closed mesh whose shells do not cross: what shells lie in is looked up beside one triangle of each.
+std::optional<OddWinding> odd_winding(const TriangleMesh& mesh);
 
 }  // namespace bsp2::model

@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
@@ -20,7 +23,9 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
     source.text = model::read_model_text(options.model);
   }
   source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
-  for (std::string& warning : model::crossing_warnings(source.model, source.text, source_name(options))) source.warnings.push_back(std::move(warning));
+  model::MeshOverlaps overlaps = model::overlaps_of(source.model, source.text, source_name(options));
+  std::move(overlaps.warnings.begin(), overlaps.warnings.end(), std::back_inserter(source.warnings));
+  source.overlapping_meshes = std::move(overlaps.meshes);
   return source;
 }
 

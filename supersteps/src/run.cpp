@@ -353,6 +353,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.warnings = source.warnings;
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
+  for (const auto& [place, file, part, triangles, volume] : source.overlapping_meshes) report.overlapping_meshes.push_back({place, file, part, triangles, volume});
 
   ranks.begin("compilation");
   RunResult result;

@@ -19,7 +19,8 @@ namespace bsp2::supersteps {
 struct Source {
   std::string text;
   model::Model model;
-  std::vector<std::string> warnings;  ///< of whoever translated it
+  std::vector<std::string> warnings;  ///< of whoever translated it, and of meshes that overlap themselves
+  std::vector<model::OverlappingMesh> overlapping_meshes;  ///< on the master
 };
 
 /// What the text is called in messages: its path, which also says where the files are that it names.

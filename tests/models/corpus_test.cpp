@@ -183,6 +183,10 @@ TEST(Corpus, TheSeashellCountsItsOverlapsOnce) {
     sum += volume;
   }
   EXPECT_NEAR(counted, 2565.96952, 1e-8 * 2566) << "the manifest's figure";
+  const model::Model read = model::read_csg(file);
+  const auto overlaps = model::overlaps_of(read, model::read_text(file), file.string()).meshes;
+  ASSERT_EQ(overlaps.size(), 1U);
+  EXPECT_NEAR(overlaps[0].volume_by_faces.value(), counted, 1e-9 * counted) << "what its faces sum up to is what was evaluated";
   EXPECT_NEAR(sum, all, 1e-9 * all);
   EXPECT_NEAR(all, 2457.3736, 1e-3);
 }

@@ -107,6 +107,26 @@ TEST(Run, AgreesWithALevelAndWithOutCells) {
   compare(options);
 }
 
+/// The master alone looks for meshes that overlap themselves; the report has them on any number of ranks.
+TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
+  const testing::TemporaryFolder folder;
+  const fs::path path = folder.path() / "model.csg";
+  // Two corners cut off a cube of side 2, each twice: tetrahedra of volume 4 / 3 that have a pyramid in common.
+  std::ofstream(path) << "multmatrix([[3,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { polyhedron(points = [[0,0,0],[2,0,0],[0,2,0],[0,0,2],[1,0,0],[-1,0,0],[1,2,0],[1,0,2]],"
+                         "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2],[4,6,5],[4,5,7],[4,7,6],[5,6,7]]); } cube(1);";
+  RunOptions options = options_for(path, 4, 1);
+  Ranks ranks = Ranks::launched();
+  RunReport report;
+  ranks.together([&] { report = run(options, ranks).report; });
+  EXPECT_EQ(report.warnings.size(), 1U) << "on all ranks, since --strict is about them";
+  if (!ranks.is_master()) return;
+  ASSERT_EQ(report.overlapping_meshes.size(), 1U);
+  EXPECT_EQ(report.overlapping_meshes[0].place, path.string() + ":1:57");
+  EXPECT_EQ(report.overlapping_meshes[0].triangles, 8U);
+  EXPECT_DOUBLE_EQ(report.overlapping_meshes[0].volume_by_faces.value(), 3 * (4.0 / 3 + 4.0 / 3));
+  EXPECT_LT(report.in_volume, 8 + 1 - 0.1);
+}
+
 /// Boxes, balls and cylinders anywhere, with differences and intersections.
 std::string random_model(std::mt19937& random) {
   const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };

@@ -65,7 +65,7 @@ TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
                       "model",       "dimension",      "ranks",   "threads",    "regions",  "level",
                       "primitives",  "hyperplanes",    "cells",   "volume",     "centroid", "inertia",
                       "bounds",      "boundary",       "digest",  "supersteps", "stats",    "seconds",
-                      "cpu_seconds", "peak_rss_bytes", "warnings"}));
+                      "cpu_seconds", "peak_rss_bytes", "warnings", "overlapping_meshes"}));
   EXPECT_EQ(json["volume"]["in"].get<double>(), 0.1 + 0.2);
   EXPECT_EQ(json["centroid"][0].get<double>(), 1.0 / 3);
   EXPECT_EQ(json["bounds"][1][0].get<double>(), 1.0 / 7);
@@ -82,6 +82,17 @@ TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
   EXPECT_EQ(other["cells"]["out"], 7);
   EXPECT_EQ(other["boundary"].dump(), R"({"area":6.5,"closed":true,"triangles":12})");
   EXPECT_TRUE(other["bounds"].is_null());
+  EXPECT_EQ(other["overlapping_meshes"].dump(), "[]");
+}
+
+TEST(ReportJson, ListsOverlappingMeshes) {
+  auto report = sample_report();
+  report.overlapping_meshes = {{"a.csg:3:1", "", 2, 8160, 1 / 3.0}, {"a.csg:4:1", "b.stl", 3, 12, {}}};
+  const auto json = nlohmann::json::parse(to_json(report))["overlapping_meshes"];
+  ASSERT_EQ(json.size(), 2U);
+  EXPECT_EQ(json[0]["volume_by_faces"].get<double>(), 1 / 3.0);
+  EXPECT_EQ(json[0]["file"], nullptr);
+  EXPECT_EQ(json[1].dump(), R"({"file":"b.stl","part":3,"place":"a.csg:4:1","triangles":12,"volume_by_faces":null})");
 }
 
 TEST(Summary, FitsATerminalAndGroupsDigits) {

@@ -389,7 +389,7 @@ TEST(Csg, PolyhedraThatCrossThemselvesAreToldOf) {
         faces += "[" + std::to_string(first + a) + "," + std::to_string(first + b) + "," + std::to_string(first + c) + "," + std::to_string(first + d) + "],";
     return "polyhedron(points = [" + points + "], faces = [" + faces + "]);";
   };
-  const auto warnings = [](const std::string& text) { return crossing_warnings(parse(text), text, "test.csg"); };
+  const auto warnings = [](const std::string& text) { return overlaps_of(parse(text), text, "test.csg").warnings; };
   const std::vector<std::string> told = warnings("cube(); \n " + two(1) + two(1));
   ASSERT_EQ(told.size(), 1U) << "equal ones once";
   EXPECT_TRUE(told[0].starts_with("test.csg:2:2: this polyhedron crosses itself: the edge from (")) << told[0];

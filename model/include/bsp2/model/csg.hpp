@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -21,20 +22,40 @@ struct Model {
   std::vector<std::size_t> part_offsets;
   /// Where each construct (a Construction in `expression`) stands first.
   std::unordered_map<const Node*, std::size_t> construct_offsets;
-  /// A `polyhedron` of the text that is a solid by itself, and where it stands.
-  struct Polyhedron {
-    std::size_t offset;
+  /// A mesh of the text, a `polyhedron` or an `import`, that is a solid by itself and takes part.
+  struct Mesh {
+    std::size_t offset;          ///< where it stands
+    std::filesystem::path file;  ///< of an import
     Expression solid;
+    /// What the maps around it multiply its volume by; nothing if there is a construct around it, which makes something else of it.
+    std::optional<double> scale;
   };
-  std::vector<Polyhedron> polyhedra;  ///< in source order
+  std::vector<Mesh> meshes;  ///< in source order
 };
 
-/// A warning, "name:line:column: ...", for each `polyhedron` whose faces cross each other: where, and what they sum up to, which
-/// is not the volume of the solid. Equal ones are told of once, the first hundred of all.
+/// A mesh around some points of which the faces wind other than 0 or 1 times, so that they sum up to another volume than that of
+/// the solid, which has each point once.
+struct OverlappingMesh {
+  std::string place;         ///< "name:line:column" of its node
+  std::string file;          ///< of an import, else empty
+  std::size_t part = 0;      ///< which primitive of the source it is
+  std::size_t triangles = 0;
+  /// What its faces sum up to where it stands in the model: each point as often as they wind around it. To 14 digits, for it is summed
+  /// up with 33; nothing under a construct, where it does not stand as it is.
+  std::optional<double> volume_by_faces;
+};
+
+struct MeshOverlaps {
+  std::vector<OverlappingMesh> meshes;  ///< in source order
+  /// "name:line:column: ...": where faces cross, and what they sum up to. Equal meshes are told of once, the first hundred of all.
+  std::vector<std::string> warnings;
+};
+
+/// The meshes whose faces cross each other for sure, or some of whose shells lie in others that are wound like them.
 ///
 /// Time: n log n for n triangles, more than it takes to read them.
 /// @param text the one that the model was read from, under that name.
-std::vector<std::string> crossing_warnings(const Model& model, std::string_view text, const std::string& name);
+MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name);
 
 /// "name:line:column" of a byte of the text that was read under that name.
 std::string place_in(std::string_view text, const std::string& name, std::size_t offset);

@@ -101,6 +101,15 @@ struct NamedPart {
   std::string name;
 };
 
+/// A mesh of the model whose faces wind around some points more than once, or the wrong way round, while the volume counts each
+/// point of a solid once.
+struct OverlappingMesh {
+  std::string place;                      ///< "file:line:column" in the model
+  std::string file;                       ///< that it was imported from, or empty
+  std::uint64_t part = 0, triangles = 0;
+  std::optional<double> volume_by_faces;  ///< each point as often as the faces wind around it; nothing under a construct (a hull, a projection, ...)
+};
+
 /// What a run found; with several ranks, complete on the master. Lengths are in model units; moments are about the origin.
 struct RunReport : Measures {
   std::string model;
@@ -125,6 +134,7 @@ struct RunReport : Measures {
   double seconds = 0.0, cpu_seconds = 0.0;
   std::uint64_t peak_rss_bytes = 0;
   std::vector<std::string> warnings;
+  std::vector<OverlappingMesh> overlapping_meshes;  ///< on the master, in the order of the model
 };
 
 /// The cells of a finished run.

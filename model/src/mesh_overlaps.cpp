@@ -1,0 +1,90 @@
+#include <algorithm>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+#include "bsp2/model/csg.hpp"
+#include "csg_arguments.hpp"
+#include "csg_scanner.hpp"
+#include "mesh_crossing.hpp"
+#include "mesh_shells.hpp"
+
+namespace bsp2::model {
+namespace {
+
+/// What is wrong with a mesh, and what its faces sum up to by themselves.
+struct Finding {
+  std::string fault;     ///< "crosses itself: ..."; empty: nothing
+  bool crosses = false;  ///< else shells lie in each other, or one is inside out
+  double volume = 0;
+};
+
+/// The sum over faces cancels itself where a mesh is thin or winds both ways round, so it takes numbers of twice a double's digits.
+double sum_of_faces(const TriangleMesh& mesh) {
+  using Quad = boost::multiprecision::cpp_bin_float_quad;
+  const Point3& o = mesh.points[mesh.triangles[0][0]];
+  Quad sum = 0;
+  for (const auto& triangle : mesh.triangles) {
+    Quad e[3][3];
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) e[i][k] = Quad(mesh.points[triangle[i]][k]) - o[k];
+    sum += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) + e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+           e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+  }
+  return static_cast<double>(sum / 6);
+}
+
+std::string point_text(const Point3& p) { return "(" + text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]) + ")"; }
+
+Finding finding_of(const TriangleMesh& mesh) {
+  std::string fault;
+  const auto crossing = self_crossing(mesh);
+  if (crossing) {
+    fault = "crosses itself: " + text_of(*crossing);
+  } else if (const auto odd = odd_winding(mesh)) {
+    fault = "does not wind once around all that it encloses: beside the corner " + point_text(odd->corner) + " its faces wind " +
+            std::to_string(odd->times) + " times around a point";
+  } else {
+    return {};
+  }
+  return {fault, crossing.has_value(), sum_of_faces(mesh)};
+}
+
+const TriangleMesh& mesh_of(const Expression& solid) { return std::get<TriangleMesh>(std::get<Primitive>(solid.node().value)); }
+
+std::string warning_of(const Model::Mesh& mesh, const std::string& fault, std::optional<double> volume) {
+  std::string text = (mesh.file.empty() ? "this polyhedron " : "the mesh of " + mesh.file.string() + " ") + fault +
+                     ". A point counts once, however often the faces wind around it";
+  if (volume) text += "; the volume that the faces sum up to, " + text_of(*volume) + ", may count it several times";
+  return text;
+}
+
+}  // namespace
+
+MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name) {
+  constexpr std::size_t most_warnings = 100;
+  MeshOverlaps overlaps;
+  std::map<const Node*, Finding> findings;
+  LineFinder lines(text);
+  for (const Model::Mesh& mesh : model.meshes) {
+    const TriangleMesh& triangles = mesh_of(mesh.solid);
+    const auto [found, is_new] = findings.try_emplace(&mesh.solid.node());
+    Finding& finding = found->second;
+    if (is_new) finding = finding_of(triangles);
+    if (finding.fault.empty()) continue;
+    const std::string place = name + ":" + lines.at(mesh.offset);
+    std::optional<double> volume;
+    if (mesh.scale) volume = *mesh.scale * finding.volume;
+    const auto part = std::lower_bound(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset) - model.part_offsets.begin();
+    overlaps.meshes.push_back({place, mesh.file.string(), static_cast<std::size_t>(part), triangles.triangles.size(), volume});
+    const bool is_told = !mesh.file.empty() && !finding.crosses;  // when it was read
+    if (is_new && !is_told && overlaps.warnings.size() < most_warnings) overlaps.warnings.push_back(place + ": " + warning_of(mesh, finding.fault, volume));
+  }
+  return overlaps;
+}
+
+}  // namespace bsp2::model
