@@ -78,6 +78,7 @@ class CoincidenceIndex {
     double value;                 // at the centre
     std::array<double, 3> forms;
     double sign;                  // that makes the first form positive
+    double margin;                // how far the forms, with that sign, are from those of the next bucket or the other sign
     std::uint32_t tag;            // of the bucket
   };
   [[nodiscard]] Key key(const Hyperplane<D>& h) const {
@@ -91,11 +92,18 @@ class CoincidenceIndex {
     for (int k = 0; k < 3; ++k)
       for (int i = 0; i < D; ++i) key.forms[k] += weights[k][i] * h.normal[i];
     key.sign = key.forms[0] < 0 ? -1 : 1;
+    key.margin = std::fabs(key.forms[0]) / 2;
     std::array<std::int64_t, 3> at;
-    for (int i = 0; i < 3; ++i) at[i] = bucket(key.sign * key.forms[i]);
+    for (int i = 0; i < 3; ++i) {
+      const double form = key.sign * key.forms[i];
+      at[i] = bucket(form);
+      const double within = form - static_cast<double>(at[i]) * width_;
+      key.margin = std::min({key.margin, within, width_ - within});
+    }
     key.tag = tag_of(at);
     return key;
   }
+  /// Fetches from memory what `find` will begin with.
   void prefetch(const Key& key) const { buckets_.prefetch(key.tag); }
 
   /// Calls `visit` with each id whose hyperplane, or the opposite one, is within `window` of h in all forms and within the reach
@@ -108,6 +116,7 @@ class CoincidenceIndex {
       else
         find_in_class(entry & ~class_bit, h, key, point, visit);
     };
+    if (window < key.margin) return buckets_.find(key.tag, visit_entry);  // as mostly
     for (const double sign : {1.0, -1.0}) {
       if (sign * key.forms[0] < -2 * window) continue;  // entries have the sign that makes the first form positive
       std::array<std::int64_t, 3> low, high, at;
@@ -174,7 +183,11 @@ class CoincidenceIndex {
   [[nodiscard]] std::int64_t bucket(double f) const { return floor_of(f / width_); }
   [[nodiscard]] std::int64_t cell(double value) const { return floor_of(value / cell_); }
   /// Of what is far away, too.
-  static std::int64_t floor_of(double x) { return static_cast<std::int64_t>(std::floor(std::clamp(x, -0x1p60, 0x1p60))); }
+  static std::int64_t floor_of(double x) {
+    const double near = std::clamp(x, -0x1p60, 0x1p60);
+    const auto whole = static_cast<std::int64_t>(near);  // towards 0
+    return whole - (static_cast<double>(whole) > near ? 1 : 0);
+  }
   static std::uint64_t mix(std::uint64_t hash, std::uint64_t x) {
     hash = (hash ^ x) * 0x9e3779b97f4a7c15u;
     return hash ^ hash >> 32;

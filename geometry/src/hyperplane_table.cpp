@@ -220,9 +220,18 @@ double HyperplaneTable<D>::reach(double tolerance) const {
   return 8 * D * error;
 }
 
+/// Width of the index's buckets: narrow, so that few hyperplanes share one, but not much narrower than what is looked for.
+template <int D>
+double HyperplaneTable<D>::bucket(double tolerance) const {
+  double sum = 0;
+  for (const Extent& extent : extents_) sum += window(extent, tolerance);
+  const double mean = sum / static_cast<double>(std::max<std::size_t>(1, extents_.size()));
+  return std::max(16 * tolerance, std::clamp(4 * mean, 0x1p-10, 0x1p-8));
+}
+
 template <int D>
 std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance) {
-  CoincidenceIndex<D> index(centre_, size_, radius_, std::max(4 * most_turn, 16 * tolerance), reach(tolerance));
+  CoincidenceIndex<D> index(centre_, size_, radius_, bucket(tolerance), reach(tolerance));
   std::vector<OrientedHyperplane> result(sources_.size());
   std::vector<Hyperplane<D>> hyperplanes;  // representatives, by id
   std::vector<Source> sources;
@@ -232,9 +241,13 @@ std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance) {
   constexpr std::size_t ahead = 16;  // what is looked up next is fetched from memory meanwhile
   std::array<typename CoincidenceIndex<D>::Key, ahead> keys;
   const auto fetch = [&](std::size_t k) {
-    if (k + ahead < order.size()) __builtin_prefetch(&hyperplanes_[order[k + ahead]]);
+    if (k + ahead < order.size()) {
+      __builtin_prefetch(&hyperplanes_[order[k + ahead]]);
+      __builtin_prefetch(&sources_[order[k + ahead]]);
+    }
     if (k >= order.size()) return;
     __builtin_prefetch(&extents_[sources_[order[k]].map]);
+    __builtin_prefetch(&result[order[k]], 1);
     keys[k % ahead] = index.key(hyperplanes_[order[k]]);
     index.prefetch(keys[k % ahead]);
   };

@@ -138,6 +138,7 @@ class HyperplaneTable {
   };
   [[nodiscard]] bool coincide(const Occurrence& a, const Occurrence& representative, double tolerance, double& distance, bool& opposite) const;
   [[nodiscard]] double window(const Extent& extent, double tolerance) const;
+  [[nodiscard]] double bucket(double tolerance) const;
   [[nodiscard]] double reach(double tolerance) const;
   [[nodiscard]] std::vector<std::uint32_t> by_size() const;
 };
