@@ -58,8 +58,8 @@ class HashIndex {
 
 /// Finds hyperplanes that are close to one: three linear forms of their coefficients, each cut into buckets.
 ///
-/// A bucket with many hyperplanes keeps those that come last by classes: of the same normal, bit by bit, as models have them
-/// that are full of boxes along the axes, or of one solid at many places. Those of a class are found by where they pass.
+/// A bucket with many hyperplanes keeps those that come last by classes: of the same normal but for its last bits, as models have
+/// them that are full of boxes along the axes, or of one solid at many places. Those of a class are found by where they pass.
 template <int D>
 class CoincidenceIndex {
  public:
@@ -67,7 +67,7 @@ class CoincidenceIndex {
   /// @param bucket width of one, as a share of the size.
   /// @param reach hyperplanes are looked for that are at most so far apart at a point.
   CoincidenceIndex(const std::array<double, D>& centre, double size, double radius, double bucket, double reach)
-      : width_(bucket), centre_(centre), size_(size), radius_(radius), reach_(reach), cell_(4 * std::max(reach, 0x1p-46 * radius)) {}
+      : width_(bucket), centre_(centre), size_(size), radius_(radius), reach_(reach), cell_(4 * std::max({reach, class_width * size, 0x1p-46 * radius})) {}
 
   /// Turning a normal by 1 in all, as a sum over the axes, changes no form by more where it moves the hyperplane by half the
   /// model's size at the centre: 0.868 + 0.618 / 2.
@@ -132,7 +132,7 @@ class CoincidenceIndex {
 
   void add(const Hyperplane<D>& h, const Key& key, std::uint32_t id) {
     std::array<double, D> normal;
-    for (int i = 0; i < D; ++i) normal[i] = key.sign * h.normal[i] + 0.0;  // one zero
+    for (int i = 0; i < D; ++i) normal[i] = std::nearbyint(key.sign * h.normal[i] / class_width) * class_width + 0.0;  // one zero
     std::size_t alone = 0;
     std::uint32_t own = class_bit;
     buckets_.find(key.tag, [&](std::uint32_t entry) {
@@ -155,6 +155,7 @@ class CoincidenceIndex {
 
  private:
   static constexpr std::uint32_t class_bit = 1u << 31;
+  static constexpr double class_width = 0x1p-43;  // normals of a class: much more than their rounding, much less than tolerances
   static constexpr std::size_t crowd = 4;  // hyperplanes without a class in one bucket
   double width_;  // of a bucket
   std::array<double, D> centre_;
@@ -169,14 +170,19 @@ class CoincidenceIndex {
     double dot = 0;
     for (int i = 0; i < D; ++i) dot += h.normal[i] * normal[i];
     const double sign = dot < 0 ? -1 : 1;
-    // What a member has at the centre if it equals h at the point; and how much of that may be rounding.
-    double value = key.value, far = radius_;
+    // What a member has at the centre if it equals h at the point; and how far that may be off: by rounding, and since the
+    // class's normal is not quite the member's. A primitive that comes from farther away than the model is large is so large
+    // itself that hyperplanes that coincide all over it differ at the centre by little more than the reach.
+    double value = key.value, slack = reach_ + 0x1p-48 * (radius_ + std::fabs(h.offset));
     for (int i = 0; i < D; ++i) {
       const double step = point[i] - centre_[i];
+      if (std::fabs(step) > size_) {
+        slack += 2 * reach_;
+        continue;
+      }
       value += (h.normal[i] - sign * normal[i]) * step;
-      far += std::fabs(step);
+      slack += class_width * std::fabs(step);
     }
-    const double slack = std::min(reach_ + 0x1p-48 * (far + std::fabs(h.offset)), 16 * cell_);
     for (std::int64_t at = cell(sign * value - slack), last = cell(sign * value + slack); at <= last; ++at) members_.find(tag_of(number, at), visit);
   }
 
