@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -27,10 +28,9 @@ using geometry::OrientedHyperplane;
 using geometry::Polytope;
 using geometry::Quad;
 
-/// A primitive's shape in a normalized frame, shared by all its occurrences.
+/// A primitive's shape in a normalized frame, shared by all that have it: all boxes, say.
 template <int D>
 struct Shape {
-  Transformer<D> frame;  // from the normalized frame to the primitive's own
   std::uint32_t first_covector = 0, covector_count = 0;
   std::vector<std::pair<double, double>> rings;  // lathe: radius and z, in the normalized frame; otherwise empty
   Box<D> bounds;                                 // in the normalized frame
@@ -50,6 +50,13 @@ struct Shape {
   [[nodiscard]] bool is_round() const { return round || torus || is_spline() || preimage != nullptr; }
 };
 
+/// What a primitive is made of.
+template <int D>
+struct Framed {
+  std::uint32_t shape;
+  Transformer<D> frame;  // from the shape's normalized frame to the primitive's own
+};
+
 /// x -> factors x + shift, axis by axis.
 template <int D>
 Transformer<D> scaling(const std::array<double, D>& factors, const std::array<double, D>& shift = {}) {
@@ -65,25 +72,27 @@ Transformer<D> scaling(const std::array<double, D>& factors, const std::array<do
 template <int D>
 class Compiler {
  public:
-  Compiler(const Lowered<D>& lowered, const CompileOptions& options) : lowered_(lowered), options_(options) {}
+  /// @param lowered is used up.
+  Compiler(Lowered<D>& lowered, const CompileOptions& options) : lowered_(lowered), options_(options) {}
 
   Network<D> run() {
     make_shapes();
-    std::vector<Transformer<D>> placements;
+    const auto& occurrences = lowered_.occurrences;
     std::vector<Producer<D>> producers;
+    producers.reserve(occurrences.size());
     double reach = 0;
-    for (const Occurrence<D>& occurrence : lowered_.occurrences) {
+    for (const Occurrence<D>& occurrence : occurrences) {
       const Shape<D>& shape = shapes_[shape_of_[producers.size()]];
-      placements.push_back(occurrence.placement.after(shape.frame));
+      const Transformer<D>& placement = occurrence.placement;
       Producer<D> producer;
       producer.part = occurrence.part;
       producer.undecided = shape.undecided;
-      static_cast<Box<D>&>(producer) = shape.round ? placements.back().image_of_round(shape.round->axes)
-                                       : shape.rings.empty() ? placements.back().image(shape.bounds) : placements.back().image(shape.rings);
+      static_cast<Box<D>&>(producer) = shape.round ? placement.image_of_round(shape.round->axes)
+                                       : shape.rings.empty() ? placement.image(shape.bounds) : placement.image(shape.rings);
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
       producers.push_back(producer);
     }
-    for (std::size_t i = 0; i < placements.size(); ++i) at_its_place(producers[i].part, [&] { check_size(placements[i], reach); });
+    check_sizes(producers, reach);
     Box<D> box = bounds_of(lowered_, producers);
     if (box.is_empty()) return empty_network();
     const bool bounded = box.is_finite();
@@ -94,10 +103,10 @@ class Compiler {
     network.coincidence = options_.coincidence;
     network.bounds = box;
     add_colours(network);
-    network.part_names = lowered_.part_names;
+    network.part_names = std::move(lowered_.part_names);
     network.producers = std::move(producers);
-    network.program = lowered_.program;
-    add_planes(network, placements, box);
+    network.program = std::move(lowered_.program);
+    add_planes(network, box);
     network.axial_planes = AxialPlanes<D>(network.table, options_.coincidence);
     if (!bounded)
       network.warnings.push_back("the solid has no bounds: it is the complement of something, or holds one; it is cut off at the bounds of its primitives; "
@@ -107,11 +116,29 @@ class Compiler {
   }
 
  private:
-  const Lowered<D>& lowered_;
+  Lowered<D>& lowered_;  // its placements become those of the normalized frames
   const CompileOptions& options_;
   std::vector<geometry::Covector<D>> covectors_;
   std::vector<Shape<D>> shapes_;
   std::vector<std::uint32_t> shape_of_;  // of each occurrence
+
+  void check_sizes(const std::vector<Producer<D>>& producers, double reach) const {
+    for (std::size_t i = 0; i < producers.size(); ++i) {
+      const Transformer<D>& placement = lowered_.occurrences[i].placement;
+      if (!is_surely_small(placement, reach)) at_its_place(producers[i].part, [&] { check_size(placement, reach); });
+    }
+  }
+
+  /// By the exponents: arithmetic of 113 bits is slow.
+  static bool is_surely_small(const Transformer<D>& placement, double reach) {
+    __extension__ using Bits = unsigned __int128;
+    const auto exponent = [](Quad x) { return static_cast<int>(std::bit_cast<Bits>(x) >> 112 & 0x7fff); };
+    const int limit = exponent(static_cast<Quad>(std::min(1e40L, 0x1p20L * static_cast<long double>(reach))));
+    for (const auto& row : placement.matrix())
+      for (const Quad entry : row)
+        if (exponent(entry) >= limit) return false;
+    return true;
+  }
 
   /// Second moments are fifth powers of lengths, and all must stay far from the limits of a double.
   static void check_size(const Transformer<D>& placement, double reach) {
@@ -166,24 +193,31 @@ class Compiler {
     }
   }
 
+  using KnownShapes = std::map<std::vector<double>, std::uint32_t>;  // by sides and normalized rings
+
   void make_shapes() {
-    std::unordered_map<const model::Primitive*, std::uint32_t> by_node;
-    std::map<std::vector<double>, std::uint32_t> lathes;  // by sides and normalized rings
-    std::uint32_t box = 0;
-    bool has_box = false;
-    for (const Occurrence<D>& occurrence : lowered_.occurrences) {
-      const auto [entry, is_new] = by_node.try_emplace(occurrence.primitive, 0);
-      if (is_new) {
-        Shape<D> shape = std::visit([&](const auto& primitive) { return make_shape(primitive, lathes, has_box ? &box : nullptr); }, *occurrence.primitive);
-        if (std::holds_alternative<model::Cuboid>(*occurrence.primitive) && !has_box) {
-          has_box = true;
-          box = static_cast<std::uint32_t>(shapes_.size());
-        }
-        entry->second = static_cast<std::uint32_t>(shapes_.size());
-        shapes_.push_back(std::move(shape));
+    std::unordered_map<const model::Primitive*, Framed<D>> by_node;
+    KnownShapes known;
+    shape_of_.reserve(lowered_.occurrences.size());
+    for (Occurrence<D>& occurrence : lowered_.occurrences) {
+      const auto make = [&] { return std::visit([&](const auto& primitive) { return make_shape(primitive, known); }, *occurrence.primitive); };
+      const auto place = [&](const Framed<D>& framed) {
+        shape_of_.push_back(framed.shape);
+        occurrence.placement = occurrence.placement.after(framed.frame);
+      };
+      if (std::holds_alternative<model::Cuboid>(*occurrence.primitive)) {  // made sooner than found
+        place(make());
+        continue;
       }
-      shape_of_.push_back(entry->second);
+      auto entry = by_node.find(occurrence.primitive);
+      if (entry == by_node.end()) entry = by_node.emplace(occurrence.primitive, make()).first;
+      place(entry->second);
     }
+  }
+
+  std::uint32_t add_shape(Shape<D> shape) {
+    shapes_.push_back(std::move(shape));
+    return static_cast<std::uint32_t>(shapes_.size() - 1);
   }
 
   void add_covectors(Shape<D>& shape, const std::vector<geometry::Covector<D>>& covectors) {
@@ -192,22 +226,22 @@ class Compiler {
     covectors_.insert(covectors_.end(), covectors.begin(), covectors.end());
   }
 
-  Shape<D> make_shape(const model::Cuboid& cuboid, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t* same) {
-    Shape<D> shape;
-    if (same != nullptr) {
-      shape = shapes_[*same];
-    } else {
+  std::optional<std::uint32_t> box_;  // the shape of all cuboids
+
+  Framed<D> make_shape(const model::Cuboid& cuboid, KnownShapes&) {
+    if (!box_) {
+      Shape<D> shape;
       const Polytope<D> box = geometry::unit_box<D>();
       add_covectors(shape, box.covectors);
       shape.bounds = {box.lower, box.upper};
+      box_ = add_shape(std::move(shape));
     }
     std::array<double, D> size;
     std::copy_n(cuboid.size.begin(), D, size.begin());
-    shape.frame = scaling<D>(size);
-    return shape;
+    return {*box_, scaling<D>(size)};
   }
 
-  Shape<D> make_shape(const model::Lathe& lathe, std::map<std::vector<double>, std::uint32_t>& known, const std::uint32_t*) {
+  Framed<D> make_shape(const model::Lathe& lathe, KnownShapes& known) {
     if constexpr (D != 3) {
       throw std::logic_error("a lathe is three-dimensional");
     } else {
@@ -220,24 +254,22 @@ class Compiler {
         z.push_back((ring.z - bottom) / height);
         key.insert(key.end(), {radius.back(), z.back()});
       }
-      Shape<D> shape;
-      const auto [entry, is_new] = known.try_emplace(key, static_cast<std::uint32_t>(shapes_.size()));
+      const auto [entry, is_new] = known.try_emplace(std::move(key), static_cast<std::uint32_t>(shapes_.size()));
       if (is_new) {
+        Shape<D> shape;
         Polytope<3> polytope = geometry::lathe(lathe.sides, radius, z);
         if (polytope.covectors.size() >= LatheProducer::least_facets)
           shape.lathe = std::make_shared<LatheShape>(lathe.sides, radius, z, polytope.covectors);
         add_covectors(shape, polytope.covectors);
         shape.bounds = {polytope.lower, polytope.upper};
         for (std::size_t i = 0; i < radius.size(); ++i) shape.rings.emplace_back(radius[i], z[i]);
-      } else {
-        shape = shapes_[entry->second];
+        add_shape(std::move(shape));
       }
-      shape.frame = scaling<3>({widest, widest, height}, {0, 0, bottom});
-      return shape;
+      return {entry->second, scaling<3>({widest, widest, height}, {0, 0, bottom})};
     }
   }
 
-  Shape<D> make_shape(const model::TriangleMesh& mesh, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+  Framed<D> make_shape(const model::TriangleMesh& mesh, KnownShapes&) {
     if constexpr (D != 3) {
       throw std::logic_error("a triangle mesh is three-dimensional");
     } else {
@@ -246,32 +278,30 @@ class Compiler {
       add_covectors(shape, normalized->covectors);
       normalized->covectors.clear();
       normalized->covectors.shrink_to_fit();
-      shape.frame = scaling<3>({normalized->scale, normalized->scale, normalized->scale}, normalized->origin);
+      const Transformer<3> frame = scaling<3>({normalized->scale, normalized->scale, normalized->scale}, normalized->origin);
       shape.bounds = {normalized->lower, normalized->upper};
       shape.mesh = std::move(normalized);
-      return shape;
+      return {add_shape(std::move(shape)), frame};
     }
   }
 
-  Shape<D> make_shape(const model::RegularPolygon& polygon, std::map<std::vector<double>, std::uint32_t>& known, const std::uint32_t*) {
+  Framed<D> make_shape(const model::RegularPolygon& polygon, KnownShapes& known) {
     if constexpr (D != 2) {
       throw std::logic_error("a regular polygon is two-dimensional");
     } else {
-      Shape<D> shape;
       const auto [entry, is_new] = known.try_emplace({static_cast<double>(polygon.sides)}, static_cast<std::uint32_t>(shapes_.size()));
       if (is_new) {
+        Shape<D> shape;
         const Polytope<2> polytope = geometry::regular_polygon(polygon.sides);
         add_covectors(shape, polytope.covectors);
         shape.bounds = {polytope.lower, polytope.upper};
-      } else {
-        shape = shapes_[entry->second];
+        add_shape(std::move(shape));
       }
-      shape.frame = scaling<2>({polygon.radius, polygon.radius});
-      return shape;
+      return {entry->second, scaling<2>({polygon.radius, polygon.radius})};
     }
   }
 
-  Shape<D> make_shape(const model::ConvexPolygon& polygon, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+  Framed<D> make_shape(const model::ConvexPolygon& polygon, KnownShapes&) {
     if constexpr (D != 2 && D != 3) {
       throw std::logic_error("a convex polygon is two- or three-dimensional");
     } else {
@@ -287,12 +317,11 @@ class Compiler {
       std::array<double, D> factors;
       factors.fill(1);
       factors[0] = factors[1] = polygon.scale;
-      shape.frame = scaling<D>(factors);
-      return shape;
+      return {add_shape(std::move(shape)), scaling<D>(factors)};
     }
   }
 
-  Shape<D> make_shape(const model::Round& round, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+  Framed<D> make_shape(const model::Round& round, KnownShapes&) {
     const int axes = D - static_cast<int>(round.lengths.size());
     if (axes < 2) throw std::logic_error("a round solid has two round axes or more");
     const double widest = std::max(round.bottom, round.top);
@@ -302,31 +331,28 @@ class Compiler {
     std::array<double, D> factors;
     factors.fill(widest);
     std::copy(round.lengths.begin(), round.lengths.end(), factors.begin() + axes);
-    shape.frame = scaling<D>(factors);
     const std::vector<geometry::Covector<D>> box = geometry::unit_box<D>().covectors;
     add_covectors(shape, {box.begin() + 2 * axes, box.end()});
-    return shape;
+    return {add_shape(std::move(shape)), scaling<D>(factors)};
   }
 
-  Shape<D> make_shape(const model::Torus& torus, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+  Framed<D> make_shape(const model::Torus& torus, KnownShapes&) {
     if constexpr (D != 3) {
       throw std::logic_error("a torus is three-dimensional");
     } else {
       Shape<D> shape;
       const double minor = torus.minor / torus.major, reach = std::nextafter(1 + minor, 3.0), height = std::nextafter(minor, 2.0);
       shape.torus = minor;
-      shape.frame = scaling<3>({torus.major, torus.major, torus.major});
       shape.bounds = {{-reach, -reach, -height}, {reach, reach, height}};
-      return shape;
+      return {add_shape(std::move(shape)), scaling<3>({torus.major, torus.major, torus.major})};
     }
   }
 
   /// Coefficients of 60 bits: the half-spaces are within 2^-60 of what they were.
-  Shape<D> make_shape(const model::Polytope& polytope, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+  Framed<D> make_shape(const model::Polytope& polytope, KnownShapes&) {
     Shape<D> shape;
     const auto frame = frame_of(polytope);
     shape.undecided = polytope.undecided;
-    shape.frame = scaling<D>(frame.first, frame.second);
     std::vector<geometry::Covector<D>> covectors;
     for (std::size_t at = 0; at < polytope.half_spaces.size(); at += D + 1) {
       std::array<long double, D + 1> row{};
@@ -353,7 +379,7 @@ class Compiler {
       shape.bounds.lower[axis] = std::min(shape.bounds.lower[axis], x - slack);
       shape.bounds.upper[axis] = std::max(shape.bounds.upper[axis], x + slack);
     }
-    return shape;
+    return {add_shape(std::move(shape)), scaling<D>(frame.first, frame.second)};
   }
 
   /// Scale and origin of a polytope's normalized frame, in which coordinates are of the order of 1. The origin stays where it
@@ -371,32 +397,47 @@ class Compiler {
     return frame;
   }
 
-  Shape<D> make_shape(const model::Spline& spline, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+  Framed<D> make_shape(const model::Spline& spline, KnownShapes&) {
     Shape<D> shape;
     shape.spline = &spline;
     shape.bounds = bounds_of<D>(spline);
-    return shape;
+    return {add_shape(std::move(shape)), {}};
   }
 
-  Shape<D> make_shape(const model::SubdivisionSurface& surface, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+  Framed<D> make_shape(const model::SubdivisionSurface& surface, KnownShapes&) {
     Shape<D> shape;
     shape.subdivision = &surface;
     shape.bounds = bounds_of<D>(surface);
-    return shape;
+    return {add_shape(std::move(shape)), {}};
   }
 
-  Shape<D> make_shape(const model::Preimage& preimage, std::map<std::vector<double>, std::uint32_t>&, const std::uint32_t*) {
+  Framed<D> make_shape(const model::Preimage& preimage, KnownShapes&) {
     Shape<D> shape;
     shape.preimage = &preimage;
     std::copy_n(preimage.lower.begin(), D, shape.bounds.lower.begin());
     std::copy_n(preimage.upper.begin(), D, shape.bounds.upper.begin());
-    return shape;
+    return {add_shape(std::move(shape)), {}};
   }
 
-  void add_planes(Network<D>& network, const std::vector<Transformer<D>>& placements, const Box<D>& box) {
+  /// Makes room for all that is added for the producers within the box, at least for those with flat faces.
+  void reserve(Network<D>& network, const Box<D>& box) const {
+    std::size_t maps = 0, planes = 0;
+    for (std::size_t i = 0; i < network.producers.size(); ++i) {
+      if (box.misses(network.producers[i])) continue;
+      ++maps;
+      planes += shapes_[shape_of_[i]].covector_count;
+    }
+    network.table.reserve(maps, planes);
+    network.planes.reserve(planes);
+  }
+
+  void add_planes(Network<D>& network, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(covectors_);
+    reserve(network, box);
+    const auto placement = [&](std::size_t i) -> const Transformer<D>& { return lowered_.occurrences[i].placement; };
     std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
+    first_occurrence.reserve(network.producers.size());
     std::map<std::size_t, PreimageFrame<D>> frames;  // by producer
     std::map<std::size_t, PlacedPatches<D>> patches;  // by producer
     std::uint32_t rounds = 0;
@@ -406,16 +447,16 @@ class Compiler {
       first_occurrence.push_back(0);
       std::optional<std::uint32_t> first;
       const bool matters = !box.misses(producer);
-      if (matters) first = placements[i].emit(table, shape.first_covector, shape.covector_count, producer);
+      if (matters) first = placement(i).emit(table, shape.first_covector, shape.covector_count, producer);
       if (matters && shape.is_spline()) {
         first = 0;  // it has no half-spaces
         ++rounds;
-        const auto& placed = patches.emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placements[i]) : place<D>(*shape.subdivision, placements[i])).first->second;
+        const auto& placed = patches.emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i)) : place<D>(*shape.subdivision, placement(i))).first->second;
         std::array<double, D> factors;
         factors.fill(placed.placement.scale);
         maps[i] = table.add_map(scaling<D>(factors, placed.placement.origin).matrix());
       } else if (matters && shape.is_round()) {
-        maps[i] = table.add_map(placements[i].matrix());
+        maps[i] = table.add_map(placement(i).matrix());
         if (shape.preimage != nullptr) {
           const auto& frame = frames.emplace(i, PreimageFrame<D>(producer)).first->second;
           frames.at(i).map = table.add_map(scaling<D>(frame.scale, frame.origin).matrix());
@@ -458,7 +499,7 @@ class Compiler {
       if constexpr (D == 3) {
         if (shape.mesh != nullptr && !shape.mesh->convex) {
           producer.mesh = static_cast<std::int32_t>(network.meshes.size());
-          network.meshes.push_back(place_mesh(*shape.mesh, placements[i].matrix(), table.grid_exponent(), own));
+          network.meshes.push_back(place_mesh(*shape.mesh, placement(i).matrix(), table.grid_exponent(), own));
           continue;
         }
         if (shape.lathe != nullptr) {
@@ -470,7 +511,7 @@ class Compiler {
           network.planes.insert(network.planes.end(), facets.begin(), facets.end());
           producer.plane_count = static_cast<std::uint32_t>(facets.size());
           producer.lathe = static_cast<std::int32_t>(network.lathes.size());
-          network.lathes.push_back(place_lathe(*shape.lathe, placements[i], own, table.radius(), options_.coincidence * table.width()));
+          network.lathes.push_back(place_lathe(*shape.lathe, placement(i), own, table.radius(), options_.coincidence * table.width()));
           continue;
         }
       }
@@ -480,7 +521,8 @@ class Compiler {
 
   /// The half-spaces of a convex producer, each once. One that merging has made flat is empty.
   void add_half_spaces(Network<D>& network, Producer<D>& producer, std::span<const OrientedHyperplane> own) {
-    std::vector<OrientedHyperplane> planes(own.begin(), own.end());
+    std::vector<OrientedHyperplane>& planes = own_planes_;
+    planes.assign(own.begin(), own.end());
     std::sort(planes.begin(), planes.end(), [](auto a, auto b) { return a.code < b.code; });
     planes.erase(std::unique(planes.begin(), planes.end()), planes.end());
     for (std::size_t i = 0; i + 1 < planes.size(); ++i)
@@ -495,6 +537,8 @@ class Compiler {
           producer.bounding_plane[axis][(h.normal[axis] > 0) != plane.flipped() ? 1 : 0] = plane.code + 1;
     }
   }
+
+  std::vector<OrientedHyperplane> own_planes_;  // of one producer
 
   static void check_ids(std::uint64_t needed, std::uint32_t ids) {
     if (needed > ids) throw Error("too many round solids: the hyperplanes do not suffice for all of them; leave out --curved");
@@ -575,7 +619,7 @@ template <int D>
 Network<D> compile(const model::Expression& expression, const CompileOptions& options) {
   std::vector<std::string> warnings;
   const model::Expression resolved = resolve(expression, options, warnings);
-  const Lowered<D> lowered = lower<D>(resolved);
+  Lowered<D> lowered = lower<D>(resolved);
   Network<D> network = Compiler<D>(lowered, options).run();
   network.warnings.insert(network.warnings.begin(), warnings.begin(), warnings.end());
   return network;

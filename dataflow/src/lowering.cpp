@@ -54,6 +54,11 @@ class Lowering {
  public:
   Lowered<D> run(const model::Expression& expression) {
     placements_.emplace_back();
+    // One occurrence a part, mostly. Room that is not needed is never touched.
+    constexpr std::uint64_t most = 1 << 22;
+    const auto expected = static_cast<std::size_t>(std::min(expression.node().parts, most));
+    lowered_.occurrences.reserve(expected);
+    lowered_.program.reserve(3 * expected);
     stack_.push_back({&expression.node(), 0, false, Network<D>::kind_leaf, 0});
     while (!stack_.empty()) {
       const Visit visit = stack_.back();
@@ -71,7 +76,7 @@ class Lowering {
  private:
   using Net = Network<D>;
   Lowered<D> lowered_;
-  std::vector<Transformer<D>> placements_;  // products of the maps on the way down
+  std::vector<Transformer<D>> placements_;  // products of the maps on the way down to where the walk is
   std::vector<Visit> stack_;
   std::uint64_t parts_ = 0;  // that have been met
 
@@ -90,6 +95,7 @@ class Lowering {
   }
 
   void enter(const Visit& visit, const model::Transform& transform) {
+    placements_.resize(visit.placement + 1);  // what is still to be visited has this one or earlier ones
     placements_.push_back(placements_[visit.placement].after(Transformer<D>(transform.matrix)));
     Visit child = visit;
     child.node = &transform.child.node();

@@ -1,6 +1,7 @@
 #include "bsp2/dataflow/transformer.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "bsp2/geometry/dimensions.hpp"
@@ -9,6 +10,16 @@ namespace bsp2::dataflow {
 
 using geometry::Matrix;
 using geometry::Quad;
+
+namespace {
+
+__extension__ using Bits = unsigned __int128;
+
+// From the bits: arithmetic of 113 bits is slow.
+bool is_zero(Quad x) { return std::bit_cast<Bits>(x) << 1 == 0; }
+bool is_one(Quad x) { return std::bit_cast<Bits>(x) == Bits{0x3fff} << 112; }
+
+}  // namespace
 
 template <int D>
 Transformer<D>::Transformer() : matrix_{} {
@@ -28,9 +39,13 @@ Transformer<D> Transformer<D>::after(const Transformer& inner) const {
     result[i][D] = matrix_[i][D];
     for (int k = 0; k < D; ++k) {
       const Quad factor = matrix_[i][k];
-      if (factor == 0) continue;  // most matrices are full of zeros, and arithmetic of 113 bits is slow
-      for (int j = 0; j <= D; ++j)
-        if (inner.matrix_[k][j] != 0) result[i][j] += factor * inner.matrix_[k][j];
+      if (is_zero(factor)) continue;  // most matrices are full of zeros and ones
+      for (int j = 0; j <= D; ++j) {
+        const Quad entry = inner.matrix_[k][j];
+        if (is_zero(entry)) continue;
+        const Quad product = is_one(factor) ? entry : is_one(entry) ? factor : factor * entry;
+        result[i][j] = is_zero(result[i][j]) ? product : result[i][j] + product;
+      }
     }
   }
   return Transformer(result);

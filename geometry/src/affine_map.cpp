@@ -49,6 +49,20 @@ void minor(const std::array<std::array<long double, D>, D>& m, unsigned rows, un
   }
 }
 
+/// The same without one row and one column; in space, where models have millions of maps, without the recursion.
+template <int D>
+void minor_without(const std::array<std::array<long double, D>, D>& m, int row, int column, long double& value, long double& magnitude) {
+  if constexpr (D == 3) {
+    const auto &a = m[row == 0 ? 1 : 0], &b = m[row == 2 ? 1 : 2];
+    const int k = column == 0 ? 1 : 0, l = column == 2 ? 1 : 2;
+    value = a[k] * b[l] - a[l] * b[k];
+    magnitude = std::fabs(a[k]) * std::fabs(b[l]) + std::fabs(a[l]) * std::fabs(b[k]);
+  } else {
+    constexpr unsigned all = (1u << D) - 1;
+    minor<D>(m, all & ~(1u << row), all & ~(1u << column), value, magnitude);
+  }
+}
+
 /// Of at least one row and column.
 template <int D, typename Integer>
 Integer exact_minor(const std::array<std::array<Int128, D + 1>, D>& m, unsigned rows, unsigned columns) {
@@ -70,26 +84,35 @@ Integer exact_minor(const std::array<std::array<Int128, D + 1>, D>& m, unsigned 
 }  // namespace
 
 template <int D>
-AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent) : grid_exponent_(grid_exponent) {
-  std::array<std::array<long double, D>, D> linear;
+AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent, Rounding& rounding) : grid_exponent_(grid_exponent) {
   for (int i = 0; i < D; ++i)
-    for (int j = 0; j <= D; ++j) {
-      entries_[i][j] = on_grid(matrix[i][j], grid_exponent);
-      if (j < D) linear[i][j] = static_cast<long double>(entries_[i][j]);
-    }
-  constexpr unsigned all = (1u << D) - 1;
+    for (int j = 0; j <= D; ++j) entries_[i][j] = on_grid(matrix[i][j], grid_exponent);
+  rounding = this->rounding();
+  if (std::fabs(rounding.determinant) > rounding.determinant_magnitude * unit_roundoff)
+    orientation_ = rounding.determinant < 0 ? -1 : 1;
+  else
+    orientation_ = exact_minor<D, MinorInteger<D>>(entries_, (1u << D) - 1, (1u << D) - 1).sign();
+}
+
+template <int D>
+typename AffineMap<D>::Rounding AffineMap<D>::rounding() const {
+  Rounding result;
+  std::array<std::array<long double, D>, D> linear;
+  for (int i = 0; i < D; ++i) {
+    for (int j = 0; j < D; ++j) linear[i][j] = static_cast<long double>(entries_[i][j]);
+    result.translation[i] = static_cast<long double>(entries_[i][D]);
+  }
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
-      long double value, magnitude;
-      minor<D>(linear, all & ~(1u << j), all & ~(1u << i), value, magnitude);
-      adjugate_[i][j] = (i + j) % 2 == 0 ? value : -value;
-      adjugate_magnitude_[i][j] = magnitude;
+      minor_without<D>(linear, j, i, result.adjugate[i][j], result.magnitude[i][j]);
+      if ((i + j) % 2 != 0) result.adjugate[i][j] = -result.adjugate[i][j];
     }
-  minor<D>(linear, all, all, determinant_, determinant_magnitude_);
-  if (std::fabs(determinant_) > determinant_magnitude_ * unit_roundoff)
-    orientation_ = determinant_ < 0 ? -1 : 1;
-  else
-    orientation_ = exact_minor<D, MinorInteger<D>>(entries_, all, all).sign();
+  // Along the first row.
+  for (int j = 0; j < D; ++j) {
+    result.determinant += linear[0][j] * result.adjugate[j][0];
+    result.determinant_magnitude += std::fabs(linear[0][j]) * result.magnitude[j][0];
+  }
+  return result;
 }
 
 template <int D>
@@ -142,19 +165,20 @@ void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const 
 }
 
 template <int D>
-typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long double, D + 1>& local) const {
+typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const {
   Rounded world;
-  world.value[D] = determinant_ * local[D];
-  long double constant_magnitude = determinant_magnitude_ * std::fabs(local[D]);
+  world.value[D] = rounding.determinant * local[D];
+  long double constant_magnitude = rounding.determinant_magnitude * std::fabs(local[D]);
   for (int j = 0; j < D; ++j) {
     long double value = 0, magnitude = 0;
     for (int i = 0; i < D; ++i) {
-      value += local[i] * adjugate_[i][j];
-      magnitude += std::fabs(local[i]) * adjugate_magnitude_[i][j];
+      if (local[i] == 0) continue;  // as most are of boxes
+      value += local[i] * rounding.adjugate[i][j];
+      magnitude += std::fabs(local[i]) * rounding.magnitude[i][j];
     }
     world.value[j] = value;
     world.error[j] = magnitude * unit_roundoff;
-    const auto translation = static_cast<long double>(entries_[j][D]);
+    const long double translation = rounding.translation[j];
     world.value[D] -= value * translation;
     constant_magnitude += magnitude * std::fabs(translation);
   }
@@ -166,11 +190,12 @@ typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long d
 
 template <int D>
 typename AffineMap<D>::Inverse AffineMap<D>::inverse(double radius) const {
+  const Rounding rounding = this->rounding();
   // In grid units the linear part is A = `entries_`, its inverse adjugate / determinant.
   Inverse result;
   const long double unit = std::ldexp(1.0L, grid_exponent_);
-  const long double slack = determinant_magnitude_ * unit_roundoff;  // of the determinant
-  const long double determinant = std::fabs(determinant_) - slack;
+  const long double slack = rounding.determinant_magnitude * unit_roundoff;  // of the determinant
+  const long double determinant = std::fabs(rounding.determinant) - slack;
   for (int j = 0; j < D; ++j) result.origin[j] = static_cast<double>(static_cast<long double>(entries_[j][D]) * unit);
   if (!(determinant > 0)) {
     result.matrix = {};
@@ -181,8 +206,8 @@ typename AffineMap<D>::Inverse AffineMap<D>::inverse(double radius) const {
   for (int i = 0; i < D; ++i) {
     long double error = 0;
     for (int j = 0; j < D; ++j) {
-      const long double entry = adjugate_[i][j] / determinant_ / unit, size = std::fabs(entry);
-      const long double entry_error = (adjugate_magnitude_[i][j] * unit_roundoff / unit + size * slack) / determinant + size * 0x1p-52L;
+      const long double entry = rounding.adjugate[i][j] / rounding.determinant / unit, size = std::fabs(entry);
+      const long double entry_error = (rounding.magnitude[i][j] * unit_roundoff / unit + size * slack) / determinant + size * 0x1p-52L;
       const long double reach = static_cast<long double>(radius) + std::fabs(static_cast<long double>(result.origin[j]));
       result.matrix[i][j] = static_cast<double>(entry);
       // Of the entry, of the origin and the difference, of the product and the sum.

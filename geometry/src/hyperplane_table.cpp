@@ -7,11 +7,13 @@
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
+#include "coincidence_index.hpp"
 
 namespace bsp2::geometry {
 namespace {
 
 constexpr double roundoff = 0x1p-53;
+constexpr double most_turn = 0x1p-10;  // between the normals of coincident hyperplanes, as a sum over the axes
 
 /// Exponent e with 2^e >= |x|.
 int exponent_above(double x) {
@@ -46,7 +48,7 @@ HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const st
 
 template <int D>
 std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper) {
-  maps_.emplace_back(matrix, grid_exponent_);
+  maps_.emplace_back(matrix, grid_exponent_, rounding_);
   Extent extent;
   for (int i = 0; i < D; ++i) {
     extent.centre[i] = (lower[i] + upper[i]) / 2;
@@ -81,8 +83,19 @@ std::uint32_t HyperplaneTable<D>::add_occurrence(std::uint32_t map, std::uint32_
 }
 
 template <int D>
+void HyperplaneTable<D>::reserve(std::size_t maps, std::size_t occurrences) {
+  maps_.reserve(maps);
+  extents_.reserve(maps);
+  hyperplanes_.reserve(occurrences);
+  sources_.reserve(occurrences);
+}
+
+template <int D>
 Hyperplane<D> HyperplaneTable<D>::round(const Source& source) const {
-  if (const auto rounded = round(maps_[source.map].map_rounded(covectors_[source.covector].rounded))) return *rounded;
+  const AffineMap<D>& map = maps_[source.map];
+  const auto& local = covectors_[source.covector].rounded;
+  const bool is_last = source.map + 1 == maps_.size();
+  if (const auto rounded = round(map.map_rounded(local, is_last ? rounding_ : map.rounding()))) return *rounded;
   ExactCovector<D> world;
   maps_[source.map].map(covectors_[source.covector], world);
   return round_exactly(world);
@@ -145,136 +158,128 @@ bool HyperplaneTable<D>::equal(const Source& a, const Source& b, bool opposite) 
   return true;
 }
 
-namespace {
-
-/// Finds hyperplanes whose coefficients are close: three linear forms of them, each cut into buckets.
-template <int D>
-class CoefficientHash {
- public:
-  CoefficientHash(const std::array<double, D>& centre, double half, double tolerance, std::size_t expected)
-      : width_(std::max(0x1p-10, 16 * tolerance)), centre_(centre), half_(half) {
-    std::size_t size = 64;
-    while (size < 2 * expected) size *= 2;
-    heads_.assign(size, none);
-  }
-
-  /// Calls `visit` with each entry that may be within `window` of h or of its opposite.
-  template <typename Visit>
-  void find(const Hyperplane<D>& h, double window, Visit&& visit) const {
-    const auto f = forms(h);
-    for (const double sign : {1.0, -1.0}) {
-      if (sign * f[0] < -2 * window) continue;  // entries have the sign that makes the first form positive
-      std::array<std::int64_t, 3> low, high;
-      for (int i = 0; i < 3; ++i) {
-        low[i] = bucket(sign * f[i] - window);
-        high[i] = bucket(sign * f[i] + window);
-      }
-      std::array<std::int64_t, 3> at;
-      for (at[0] = low[0]; at[0] <= high[0]; ++at[0])
-        for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
-          for (at[2] = low[2]; at[2] <= high[2]; ++at[2])
-            for (std::uint32_t entry = heads_[slot(at)]; entry != none; entry = next_[entry]) visit(entry);
-    }
-  }
-
-  /// Entries are numbered 0, 1, 2 ...
-  void add(const Hyperplane<D>& h) {
-    auto f = forms(h);
-    std::array<std::int64_t, 3> at;
-    for (int i = 0; i < 3; ++i) at[i] = bucket(f[0] < 0 ? -f[i] : f[i]);
-    std::uint32_t& head = heads_[slot(at)];
-    next_.push_back(head);
-    head = static_cast<std::uint32_t>(next_.size() - 1);
-  }
-
- private:
-  static constexpr std::uint32_t none = ~0u;
-  double width_;  // of a bucket
-  std::array<double, D> centre_;
-  double half_;
-  std::vector<std::uint32_t> heads_, next_;
-
-  std::array<double, 3> forms(const Hyperplane<D>& h) const {
-    const double value = h.at(centre_) / half_;
-    std::array<double, 3> f{0.618033988749895 * value, 0.414213562373095 * value, -0.302775637731995 * value};
-    constexpr std::array<std::array<double, 6>, 3> weights{{{0.754877666, -0.569840291, 0.324717957, 0.219149, -0.8192, 0.4656},
-                                                            {-0.465571232, 0.682327804, 0.867653, -0.3473, 0.2956, 0.7321},
-                                                            {0.5436890127, 0.295597743, -0.8392867, 0.6180, 0.1323, -0.3813}}};
-    for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < D; ++i) f[k] += weights[k][i] * h.normal[i];
-    return f;
-  }
-  [[nodiscard]] std::int64_t bucket(double f) const { return static_cast<std::int64_t>(std::floor(f / width_)); }
-  [[nodiscard]] std::size_t slot(const std::array<std::int64_t, 3>& at) const {
-    std::uint64_t hash = 0;
-    for (const std::int64_t x : at) hash = (hash ^ static_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u, hash ^= hash >> 29;
-    return hash & (heads_.size() - 1);
-  }
-};
-
-}  // namespace
-
 /// Occurrences, those of large primitives first.
 template <int D>
 std::vector<std::uint32_t> HyperplaneTable<D>::by_size() const {
-  std::vector<std::uint32_t> order(sources_.size());
-  std::vector<double> size(extents_.size());
-  for (std::size_t i = 0; i < extents_.size(); ++i) size[i] = *std::max_element(extents_[i].half.begin(), extents_[i].half.end());
-  for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return size[sources_[a].map] > size[sources_[b].map]; });
+  struct Run {  // of one map
+    double size;
+    std::uint32_t first, end;
+  };
+  std::vector<Run> runs;
+  runs.reserve(extents_.size());
+  for (std::uint32_t i = 0; i < sources_.size(); ++i) {
+    if (i == 0 || sources_[i].map != sources_[i - 1].map) {
+      const auto& half = extents_[sources_[i].map].half;
+      runs.push_back({*std::max_element(half.begin(), half.end()), i, i});
+    }
+    runs.back().end = i + 1;
+  }
+  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.size > b.size; });
+  std::vector<std::uint32_t> order;
+  order.reserve(sources_.size());
+  for (const Run& run : runs)
+    for (std::uint32_t i = run.first; i < run.end; ++i) order.push_back(i);
   return order;
 }
 
+/// Whether an occurrence coincides with a representative, at which distance and on which side.
 template <int D>
-bool HyperplaneTable<D>::coincide(std::uint32_t occurrence, std::uint32_t representative, double tolerance, double& distance, bool& opposite) const {
-  const Hyperplane<D>&h = hyperplanes_[occurrence], &r = hyperplanes_[representative];
+bool HyperplaneTable<D>::coincide(const Occurrence& a, const Occurrence& representative, double tolerance, double& distance, bool& opposite) const {
+  const Hyperplane<D>&h = *a.hyperplane, &r = *representative.hyperplane;
   double dot = 0;
   for (int i = 0; i < D; ++i) dot += h.normal[i] * r.normal[i];
   opposite = dot < 0;
   const double sign = opposite ? -1 : 1;
-  const Extent& extent = extents_[sources_[occurrence].map];
+  const Extent& extent = extents_[a.source.map];
+  distance = std::fabs(h.at(extent.centre) - sign * r.at(extent.centre));
+  if (tolerance > 0 && distance > tolerance * size_) return false;
   double turn = 0;
   for (int i = 0; i < D; ++i) turn += std::fabs(h.normal[i] - sign * r.normal[i]);
-  if (turn > 0x1p-10) return false;  // within a tiny primitive all faces are close; those that turn are not the same
-  distance = std::fabs(h.at(extent.centre) - sign * r.at(extent.centre));
+  if (turn > most_turn) return false;  // within a tiny primitive all faces are close; those that turn are not the same
   for (int i = 0; i < D; ++i) distance += extent.half[i] * std::fabs(h.normal[i] - sign * r.normal[i]);
   if (tolerance > 0) return distance <= tolerance * size_;
-  return distance <= 4 * D * (h.error + r.error) && equal(sources_[occurrence], sources_[representative], opposite);
+  return distance <= 4 * D * (h.error + r.error) && equal(a.source, representative.source, opposite);
+}
+
+/// What the forms of CoincidenceIndex differ by at most between a hyperplane of this primitive and one that coincides with it: their
+/// normals may be turned the more, the smaller it is, and their values at the model's centre differ by what that makes half a model away.
+template <int D>
+double HyperplaneTable<D>::window(const Extent& extent, double tolerance) const {
+  const double rounding = 0x1p-44 * (1 + radius_ / size_);
+  if (!(tolerance > 0)) return rounding;
+  const double smallest = *std::min_element(extent.half.begin(), extent.half.end());
+  return CoincidenceIndex<D>::sensitivity * std::min(most_turn, tolerance * size_ / smallest) + (D + 1) * tolerance + rounding;
+}
+
+/// How far coincident hyperplanes are apart at most, where they are compared.
+template <int D>
+double HyperplaneTable<D>::reach(double tolerance) const {
+  if (tolerance > 0) return tolerance * size_;
+  double error = 0;
+  for (const Hyperplane<D>& h : hyperplanes_) error = std::max(error, h.error);
+  return 8 * D * error;
+}
+
+/// Width of the index's buckets: narrow, so that few hyperplanes share one, but not much narrower than what is looked for.
+template <int D>
+double HyperplaneTable<D>::bucket(double tolerance) const {
+  double sum = 0;
+  for (const Extent& extent : extents_) sum += window(extent, tolerance);
+  const double mean = sum / static_cast<double>(std::max<std::size_t>(1, extents_.size()));
+  return std::max(16 * tolerance, std::clamp(4 * mean, 0x1p-10, 0x1p-8));
 }
 
 template <int D>
 std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance) {
-  CoefficientHash<D> hash(centre_, size_, tolerance, sources_.size());
+  CoincidenceIndex<D> index(centre_, size_, radius_, bucket(tolerance), reach(tolerance));
   std::vector<OrientedHyperplane> result(sources_.size());
-  std::vector<std::uint32_t> representatives;  // by id
-  for (const std::uint32_t i : by_size()) {
-    // Coefficients of coincident hyperplanes differ the more, the smaller the primitive is.
-    const auto& half = extents_[sources_[i].map].half;
-    const double smallest = std::max(*std::min_element(half.begin(), half.end()), size_ * 0x1p-30);
-    const double window = std::max(std::min(8 * tolerance * size_ / smallest, std::max(0x1p-12, 4 * tolerance)), 0x1p-44 * (1 + radius_ / size_));
-    auto best = static_cast<std::uint32_t>(representatives.size());
+  std::vector<Hyperplane<D>> hyperplanes;  // representatives, by id
+  std::vector<Source> sources;
+  hyperplanes.reserve(hyperplanes_.size());
+  sources.reserve(sources_.size());
+  const std::vector<std::uint32_t> order = by_size();
+  constexpr std::size_t ahead = 16;  // what is looked up next is fetched from memory meanwhile
+  std::array<typename CoincidenceIndex<D>::Key, ahead> keys;
+  const auto fetch = [&](std::size_t k) {
+    if (k + ahead < order.size()) {
+      __builtin_prefetch(&hyperplanes_[order[k + ahead]]);
+      __builtin_prefetch(&sources_[order[k + ahead]]);
+    }
+    if (k >= order.size()) return;
+    __builtin_prefetch(&extents_[sources_[order[k]].map]);
+    __builtin_prefetch(&result[order[k]], 1);
+    keys[k % ahead] = index.key(hyperplanes_[order[k]]);
+    index.prefetch(keys[k % ahead]);
+  };
+  for (std::size_t k = 0; k < ahead; ++k) fetch(k);
+  double own_window = 0;
+  const Extent* last = nullptr;
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::uint32_t i = order[k];
+    const auto key = keys[k % ahead];
+    fetch(k + ahead);
+    const Occurrence occurrence{&hyperplanes_[i], sources_[i]};
+    const Extent& extent = extents_[sources_[i].map];
+    if (&extent != last) own_window = window(extent, tolerance);
+    last = &extent;
+    auto best = static_cast<std::uint32_t>(sources.size());
     bool best_opposite = false;
     double best_distance = std::numeric_limits<double>::infinity();
-    hash.find(hyperplanes_[i], window, [&](std::uint32_t id) {
+    index.find(hyperplanes_[i], key, extent.centre, own_window, [&](std::uint32_t id) {
       double distance;
       bool opposite;
-      if (!coincide(i, representatives[id], tolerance, distance, opposite)) return;
+      if (!coincide(occurrence, {&hyperplanes[id], sources[id]}, tolerance, distance, opposite)) return;
       if (distance > best_distance || (distance == best_distance && id > best)) return;
       best = id;
       best_opposite = opposite;
       best_distance = distance;
     });
-    if (best == representatives.size()) {
-      representatives.push_back(i);
-      hash.add(hyperplanes_[i]);
+    if (best == sources.size()) {
+      hyperplanes.push_back(hyperplanes_[i]);
+      sources.push_back(sources_[i]);
+      index.add(hyperplanes_[i], key, best);
     }
     result[i] = oriented(best, best_opposite);
-  }
-  std::vector<Hyperplane<D>> hyperplanes;
-  std::vector<Source> sources;
-  for (const std::uint32_t i : representatives) {
-    hyperplanes.push_back(hyperplanes_[i]);
-    sources.push_back(sources_[i]);
   }
   hyperplanes_ = std::move(hyperplanes);
   sources_ = std::move(sources);
@@ -303,7 +308,7 @@ template <int D>
 HyperplaneId HyperplaneTable<D>::add_family(std::uint32_t map, const AnyFamily& family) {
   const std::uint32_t count = std::visit([](const auto& hyperplanes) { return hyperplanes.count(); }, family);
   if (count > free_ids()) throw std::logic_error("a family has more hyperplanes than there are ids left");
-  families_.push_back({end_of_families(), map, count, family});
+  families_.push_back({end_of_families(), map, count, family, maps_[map].rounding()});
   return families_.back().first;
 }
 
@@ -316,7 +321,7 @@ template <int D>
 Hyperplane<D> HyperplaneTable<D>::family_rounded(HyperplaneId id) const {
   const Family& family = family_of(id);
   const auto local = std::visit([&](const auto& hyperplanes) { return hyperplanes.rounded(id - family.first); }, family.hyperplanes);
-  if (const auto rounded = round(maps_[family.map].map_rounded(local))) return *rounded;
+  if (const auto rounded = round(maps_[family.map].map_rounded(local, family.rounding))) return *rounded;
   return round_exactly(exact(id));
 }
 

@@ -13,7 +13,7 @@ namespace bsp2::supersteps {
 /// The master's value, on all ranks. h = (p - 1) times its size.
 template <typename T>
 void broadcast(Ranks& ranks, T& value) {
-  if (ranks.is_master()) {
+  if (ranks.is_master() && ranks.count() > 1) {
     const std::string bytes = dataflow::to_bytes(value);
     for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, bytes);
   }

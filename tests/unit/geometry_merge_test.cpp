@@ -3,6 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+#include <vector>
 
 #include "geometry_oracle.hpp"
 
@@ -110,6 +116,133 @@ TYPED_TEST(Merge, WithinTheToleranceMergesAndBeyondItDoesNot) {
     EXPECT_NE(codes[4].id(), codes[2].id());
     EXPECT_EQ(table.size(), 3U);
   }
+}
+
+/// A hyperplane and the bounds of the primitive that it is of.
+template <int D>
+struct Bounded {
+  Hyperplane<D> hyperplane;
+  std::array<double, D> centre, half;
+};
+
+/// What HyperplaneTable::merge promises, with all pairs compared. @return the codes, and how many of them there are.
+template <int D>
+std::pair<std::vector<OrientedHyperplane>, std::size_t> merged_by_pairs(const std::vector<Bounded<D>>& all, double distance_limit) {
+  std::vector<std::size_t> order(all.size()), representatives;
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto size = [&](std::size_t i) { return *std::max_element(all[i].half.begin(), all[i].half.end()); };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
+  std::vector<OrientedHyperplane> codes(all.size());
+  for (const std::size_t i : order) {
+    const auto& [h, centre, half] = all[i];
+    auto best = static_cast<std::uint32_t>(representatives.size());
+    bool opposite = false;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::uint32_t id = 0; id < representatives.size(); ++id) {
+      const Hyperplane<D>& r = all[representatives[id]].hyperplane;
+      double dot = 0, turn = 0, apart = 0;
+      for (int k = 0; k < D; ++k) dot += h.normal[k] * r.normal[k];
+      const double sign = dot < 0 ? -1 : 1;
+      apart = std::fabs(h.at(centre) - sign * r.at(centre));
+      for (int k = 0; k < D; ++k) {
+        turn += std::fabs(h.normal[k] - sign * r.normal[k]);
+        apart += half[k] * std::fabs(h.normal[k] - sign * r.normal[k]);
+      }
+      if (turn > 0x1p-10 || apart > distance_limit || apart >= least) continue;
+      best = id;
+      opposite = dot < 0;
+      least = apart;
+    }
+    if (best == representatives.size()) representatives.push_back(i);
+    codes[i] = oriented(best, opposite);
+  }
+  return {codes, representatives.size()};
+}
+
+TYPED_TEST(Merge, EqualsTheComparisonOfAllPairs) {
+  constexpr int D = TypeParam::value;
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  std::size_t merged = 0, kept = 0;
+  for (int round = 0; round < 24; ++round) {
+    const double size = std::pow(10.0, uniform(random, -3, 3)), away = round % 3 == 0 ? 1000 * size : 0;
+    const double tolerance = std::pow(10.0, -pick(random, 3, 10));
+    std::array<double, D> lower, upper;
+    lower.fill(away - size / 2);
+    upper.fill(away + size / 2);
+    HyperplaneTable<D> table(lower, upper, 2 * away + 4 * D * size);
+    const std::uint32_t first = table.add_covectors(unit_box<D>().covectors);
+    std::vector<Matrix<D>> directions;  // some along the axes, some turned
+    for (int k = 0; k < 3; ++k) {
+      Matrix<D> direction = identity<D>();
+      if constexpr (D > 1)
+        if (k > 0) direction = rotation<D>(0, D - 1, uniform(random, 0, 6));
+      directions.push_back(direction);
+    }
+    std::vector<double> places;  // near each other, and all over the model
+    for (int k = 0; k < 40; ++k) places.push_back(uniform(random, -0.5, 0.5) * size);
+    for (int k = 0; k < 40; ++k) places.push_back(places[0] + uniform(random, -1, 1) * 0x1p-9 * size);
+    std::vector<Bounded<D>> all;
+    for (int k = 0; k < 700; ++k) {
+      Matrix<D> m = directions[static_cast<std::size_t>(pick(random, 0, 2))];
+      if constexpr (D > 1)
+        if (pick(random, 0, 2) == 0) m = product<D>(rotation<D>(0, 1, std::pow(10.0L, -uniform(random, 2, 17))), m);
+      const int facet = pick(random, 0, 2) == 0 ? pick(random, 0, 2 * D - 1) : 0;
+      const double place = places[static_cast<std::size_t>(pick(random, 0, 79))] + pick(random, -6, 6) * 0.4 * tolerance * size;
+      for (auto& row : m) row[D] = away + place * static_cast<double>(row[0]);  // along the normal of the first two facets
+      if (pick(random, 0, 3) == 0)
+        for (auto& row : m) row[0] = -row[0];  // turns them around
+      Bounded<D> one;
+      const bool is_thin = pick(random, 0, 3) == 0;
+      std::array<double, D> low, high;
+      for (int i = 0; i < D; ++i) {
+        const double half = size * (is_thin ? std::pow(10.0, -uniform(random, 1, 12)) : uniform(random, 0.01, 0.3));
+        const double centre = away + uniform(random, -0.5, 0.5) * size;
+        low[i] = centre - half;
+        high[i] = centre + half;
+        one.centre[i] = (low[i] + high[i]) / 2;
+        one.half[i] = (high[i] - low[i]) / 2;
+      }
+      table.add_occurrence(table.add_map(m, low, high), first + static_cast<std::uint32_t>(facet));
+      one.hyperplane = table.rounded(static_cast<HyperplaneId>(all.size()));
+      all.push_back(one);
+    }
+    double extent = 0;  // as the table computes it
+    for (int i = 0; i < D; ++i) extent = std::max(extent, upper[i] - lower[i]);
+    const auto [expected, count] = merged_by_pairs<D>(all, tolerance * extent);
+    const auto codes = table.merge(tolerance);
+    ASSERT_EQ(table.size(), count);
+    for (std::size_t i = 0; i < codes.size(); ++i) ASSERT_EQ(codes[i], expected[i]) << "occurrence " << i << " of round " << round;
+    merged += codes.size() - count;
+    kept += count;
+  }
+  EXPECT_GT(merged, 1000U);
+  EXPECT_GT(kept, 1000U);
+}
+
+TYPED_TEST(Merge, WithoutToleranceTellsManyOfOneDirectionApart) {
+  constexpr int D = TypeParam::value;
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  std::array<double, D> lower, upper;
+  lower.fill(-1);
+  upper.fill(1);
+  HyperplaneTable<D> table(lower, upper, 4);
+  const std::uint32_t first = table.add_covectors(unit_box<D>().covectors);
+  constexpr int count = 6000;
+  std::vector<std::pair<int, int>> places;  // 2^-10 apart, or 2^-70: one double
+  for (int k = 0; k < count; ++k) {
+    places.emplace_back(pick(random, -1000, 1000), pick(random, 0, 1));
+    Matrix<D> m = identity<D>();
+    m[0][D] = static_cast<Quad>(std::ldexp(places.back().first, -10)) + static_cast<Quad>(std::ldexp(places.back().second, -70));
+    table.add_occurrence(table.add_map(m), first);
+  }
+  const auto codes = table.merge(0);
+  std::map<std::pair<int, int>, OrientedHyperplane> code_of;
+  for (std::size_t i = 0; i < places.size(); ++i) ASSERT_EQ(code_of.try_emplace(places[i], codes[i]).first->second, codes[i]);
+  EXPECT_EQ(table.size(), code_of.size());
 }
 
 TEST(MergeInSpace, OppositeFacesOfTouchingBoxesShareAnId) {

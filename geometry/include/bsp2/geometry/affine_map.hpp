@@ -26,8 +26,18 @@ using MinorInteger = FixedInteger<D <= 3 ? 384 : 704>;
 template <int D>
 class AffineMap {
  public:
+  /// The map in long double: enough for all rounded images, and more than twice as large as the map itself.
+  struct Rounding {
+    std::array<std::array<long double, D>, D> adjugate, magnitude;  ///< magnitude: the sums of the sizes of its terms
+    long double determinant = 0, determinant_magnitude = 0;
+    std::array<long double, D> translation;
+  };
+
   /// @pre no entry exceeds 2^(grid_exponent + 102).
-  AffineMap(const Matrix<D>& matrix, int grid_exponent);
+  AffineMap(const Matrix<D>& matrix, int grid_exponent) : AffineMap(matrix, grid_exponent, Rounding()) {}
+  /// @param rounding gets what `rounding()` would return.
+  AffineMap(const Matrix<D>& matrix, int grid_exponent, Rounding& rounding);
+  [[nodiscard]] Rounding rounding() const;
 
   /// Orientation of the linear part: +1, -1, or 0 where it is singular on the grid.
   [[nodiscard]] int orientation() const { return orientation_; }
@@ -48,7 +58,8 @@ class AffineMap {
   struct Rounded {
     std::array<long double, D + 1> value, error;
   };
-  [[nodiscard]] Rounded map_rounded(const std::array<long double, D + 1>& local) const;
+  /// @param rounding of this map.
+  [[nodiscard]] Rounded map_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const;
 
   /// The inverse map, from the model to the frame: y = matrix (x - origin).
   struct Inverse {
@@ -69,8 +80,7 @@ class AffineMap {
   int grid_exponent_;
   std::array<std::array<Int128, D + 1>, D> entries_;  // linear part, translation last
   int orientation_ = 0;
-  std::array<std::array<long double, D>, D> adjugate_, adjugate_magnitude_;  // rounded, and the sum of its terms' sizes
-  long double determinant_ = 0, determinant_magnitude_ = 0;
+  AffineMap(const Matrix<D>& matrix, int grid_exponent, Rounding&& rounding) : AffineMap(matrix, grid_exponent, rounding) {}
   using Minor = MinorInteger<D>;
   void exact_adjugate(std::array<std::array<Minor, D>, D>& adjugate, Minor& determinant) const;
 };

@@ -33,6 +33,8 @@ class HyperplaneTable {
   /// @param reach a bound of |x_i| over all primitives that will be added.
   HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper, double reach);
 
+  /// Makes room for so many; more may come.
+  void reserve(std::size_t maps, std::size_t occurrences);
   /// The map that places a primitive, and bounds of the placed primitive.
   std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
   /// The same for a primitive that may be anywhere in the model.
@@ -40,7 +42,7 @@ class HyperplaneTable {
   /// @return index of the first one.
   std::uint32_t add_covectors(std::span<const Covector<D>> covectors);
   [[nodiscard]] int orientation(std::uint32_t map) const { return maps_[map].orientation(); }
-  /// Adds the hyperplane `covector` placed by `map`. @return the number of this occurrence.
+  /// Adds the hyperplane `covector` placed by `map`: best the last map. @return the number of this occurrence.
   std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector);
 
   /// Decides which occurrences are the same hyperplane and gives ids. An occurrence is represented by another one that
@@ -107,6 +109,7 @@ class HyperplaneTable {
     std::array<double, D> centre, half;
   };
   std::vector<AffineMap<D>> maps_;
+  typename AffineMap<D>::Rounding rounding_;  // of the last map
   std::vector<Extent> extents_;  // of the primitives that the maps place, until merge
   std::vector<Covector<D>> covectors_;
   std::vector<Hyperplane<D>> hyperplanes_;  // occurrences before merge, canonical ones after it
@@ -115,6 +118,7 @@ class HyperplaneTable {
     HyperplaneId first;
     std::uint32_t map, count;
     AnyFamily hyperplanes;
+    typename AffineMap<D>::Rounding rounding;  // of the map
   };
   std::vector<Family> families_;  // by id
 
@@ -128,7 +132,14 @@ class HyperplaneTable {
   std::optional<Hyperplane<D>> round(const typename AffineMap<D>::Rounded& world) const;
   Hyperplane<D> round_exactly(const ExactCovector<D>& world) const;
   [[nodiscard]] bool equal(const Source& a, const Source& b, bool opposite) const;
-  [[nodiscard]] bool coincide(std::uint32_t occurrence, std::uint32_t representative, double tolerance, double& distance, bool& opposite) const;
+  struct Occurrence {
+    const Hyperplane<D>* hyperplane;
+    Source source;
+  };
+  [[nodiscard]] bool coincide(const Occurrence& a, const Occurrence& representative, double tolerance, double& distance, bool& opposite) const;
+  [[nodiscard]] double window(const Extent& extent, double tolerance) const;
+  [[nodiscard]] double bucket(double tolerance) const;
+  [[nodiscard]] double reach(double tolerance) const;
   [[nodiscard]] std::vector<std::uint32_t> by_size() const;
 };
 
