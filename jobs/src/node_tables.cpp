@@ -65,9 +65,12 @@ void print_run_times(std::ostream& out, const Resolved& finest) {
   out << "\n\n";
 }
 
+/// Digits in groups, but of a million and more, so that three resolutions fit into 80 columns.
+std::string short_of(std::uint64_t count) { return count < 1'000'000 ? grouped(count) : std::to_string(count); }
+
 void print_row(std::ostream& out, const std::string& name, const std::vector<NodeFigures>& figures) {
   out << fmt::format("{:<5}", name);
-  for (const NodeFigures& node : figures) out << fmt::format("{:>9}{:>9}{:>7.3f}", grouped(node.cells), grouped(node.facets), node.seconds);
+  for (const NodeFigures& node : figures) out << fmt::format("{:>9}{:>9}{:>7.3f}", short_of(node.cells), short_of(node.facets), node.seconds);
   out << '\n';
 }
 

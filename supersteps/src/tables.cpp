@@ -71,6 +71,9 @@ double processor_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+/// At least so many regions for each of the most nodes: cuts add no cells, and the regions' works are only estimated beforehand.
+constexpr unsigned regions_of_a_node = 8;
+
 /// The least of several times, as what else the machine does only makes them longer.
 template <int D>
 NodeFigures measure_node(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, const std::vector<std::uint32_t>& regions,
@@ -105,6 +108,8 @@ Resolved measure_resolution(const dataflow::Network<D>& network, const RunOption
                             std::optional<unsigned> level) {
   RunOptions of_level = options;
   of_level.level = level;
+  const unsigned most_nodes = *std::max_element(node_counts.begin(), node_counts.end());
+  if (!options.regions) of_level.regions = std::max(1U << dataflow::suggested_depth(network), regions_of_a_node * most_nodes);
   Ranks alone;
   const auto partition = distribution<D>(alone, network, of_level).partition;
   Resolved result{level, static_cast<unsigned>(partition.work.size()), {}};
