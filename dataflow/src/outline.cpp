@@ -67,7 +67,7 @@ class Tracer {
     double reach = 0;
     for (const auto& batch : batches)
       for (const double x : batch.points) reach = std::max(reach, std::fabs(x));
-    return std::max(reach, 1e-290) * 0x1p-37;
+    return std::max(reach, 1e-290) * 0x1p-35;
   }
 
   void add(const geometry::CellBatch& batch) {

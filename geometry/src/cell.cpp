@@ -9,9 +9,6 @@
 namespace bsp2::geometry {
 namespace {
 
-/// Worse conditioned vertices are computed exactly: 2^-40 of the model keeps the filter sharp and volumes accurate.
-constexpr double largest_error = 0x1p-40;
-
 template <int D>
 Vertex<D> exact_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids) {
   std::array<ExactCovector<D>, D> rows;
@@ -105,7 +102,7 @@ Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<Hyperpla
     solved = solve_by_cross_products(h, vertex);
   else
     solved = solve_by_elimination<D>(h, vertex);
-  if (solved && vertex.error < largest_error * table.radius()) return vertex;
+  if (solved && vertex.error < largest_vertex_error * table.radius()) return vertex;
   ++exact_evaluations;
   return exact_vertex<D>(table, ids);
 }

@@ -309,13 +309,15 @@ void Clipper<3>::keep_side(std::uint8_t side, std::uint32_t common_code) {
     else
       edges_[e].ends[vertex_mask_[edges_[e].ends[0]] == other ? 0 : 1] = cut_vertex_[e];
   }
-  const std::size_t witness = edges_[common_list_[0]].ends[0];  // stays: dead vertices go there, and do not widen what is left
-  for (std::size_t v = 0; v < vertices_.size(); ++v)
+  const std::size_t witness = edges_[common_list_[0]].ends[0];  // lives on: the dead go there, so that they do not widen what is left
+  for (std::size_t v = 0; v < vertices_.size(); ++v) {
     if (vertex_mask_[v] == other) {
       vertex_lives_[v] = 0;
       --living_vertices_;
-      for (auto& column : x_) column[v] = column[witness];
     }
+    if (vertex_lives_[v] == 0)
+      for (auto& column : x_) column[v] = column[witness];
+  }
   if (vertices_.size() > 2 * living_vertices_ + 16) close_up();
 }
 

@@ -191,7 +191,7 @@ struct FacetMatcher::Implementation {
     const double turn = sign * (normal[0] * twice_area[0] + normal[1] * twice_area[1] + normal[2] * twice_area[2]);
     double extent = 0;
     for (int k = 0; k < 3; ++k) extent += facet.high[k] - facet.low[k];
-    if (turn > extent * table.radius() * 0x1p-36) return false;  // a corner is off by 2^-42 of that at most
+    if (turn > extent * table.radius() * (16 * largest_vertex_error)) return false;  // more than corners that are off may make of it
     const double sine = turn_of_corner(facet);
     return sine != 0 ? sine < 0 : exact_turn(facet) < 0;
   }
@@ -338,8 +338,8 @@ struct FacetMatcher::Implementation {
     }
   }
 
-  /// Boxes are rounded: corners are off by 2^-42 of the model at most.
-  double slack() const { return table.radius() * 0x1p-40; }
+  /// Boxes are rounded: one corner may be in two places that are twice its error apart.
+  double slack() const { return table.radius() * (4 * largest_vertex_error); }
   bool boxes_meet(const Facet& a, const Facet& b) const {
     for (int k = 0; k < 3; ++k)
       if (a.low[k] > b.high[k] + slack() || b.low[k] > a.high[k] + slack()) return false;

@@ -10,7 +10,7 @@
 #include "bsp2/geometry/hyperplane.hpp"
 
 #if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define BSP2_VECTOR_CLONES __attribute__((target_clones("avx512f", "fma", "default")))
+#define BSP2_VECTOR_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define BSP2_VECTOR_CLONES
 #endif

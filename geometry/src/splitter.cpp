@@ -103,12 +103,30 @@ int Splitter<D>::side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane
 }
 
 template <int D>
-Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table), exact_cache_(D <= 3 ? 256 : 16), point_cache_(D <= 3 ? 256 : 16), side_cache_(16384), frame_cache_(D <= 3 ? 16384 : 16) {}
+Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table) {}
+
+namespace {
+
+/// The place of a key in a cache with one entry a place. A cache has no memory before it is needed: many splitters never ask exactly.
+template <typename Entry, std::size_t N>
+Entry& place_of(std::vector<Entry>& cache, std::size_t size, const std::array<std::uint32_t, N>& key) {
+  if (cache.empty()) cache.resize(size);
+  std::uint64_t hash = 0;
+  for (const std::uint32_t word : key) hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
+  return cache[(hash >> 32) % size];
+}
+
+constexpr int large_entries_above = 3;  // dimensions
+template <int D>
+constexpr std::size_t cached_covectors = D <= large_entries_above ? 256 : 16;
+constexpr std::size_t cached_sides = 16384;
+
+}  // namespace
 
 /// Valid until the next call.
 template <int D>
 const ExactCovector<D>& Splitter<D>::exact(HyperplaneId id) {
-  CachedCovector& entry = exact_cache_[(id * 0x9e3779b1u >> 12) % exact_cache_.size()];
+  CachedCovector& entry = place_of(exact_cache_, cached_covectors<D>, std::array{id});
   if (entry.id != id) {
     entry.covector = table_->exact(id);
     divide_by_common_power_of_two(entry.covector);
@@ -121,10 +139,11 @@ template <int D>
 int Splitter<D>::exact_side(const Vertex<D>& vertex, HyperplaneId id) {
   std::array<HyperplaneId, D> ids = vertex.hyperplanes;  // cells name one vertex in several orders
   std::sort(ids.begin(), ids.end());
-  std::uint64_t hash = id;
-  for (const HyperplaneId own : ids) hash = (hash ^ own) * 0x9e3779b97f4a7c15u;
-  CachedSide& known = side_cache_[(hash >> 32) % side_cache_.size()];
-  if (known.id != id || known.vertex != ids) known = {ids, id, static_cast<std::int8_t>(compute_exact_side(ids, id))};
+  std::array<HyperplaneId, D + 1> key;
+  std::copy(ids.begin(), ids.end(), key.begin());
+  key[D] = id;
+  CachedSide& known = place_of(side_cache_, cached_sides, key);
+  if (known.key != key) known = {key, static_cast<std::int8_t>(compute_exact_side(ids, id))};
   return known.side;
 }
 
@@ -140,9 +159,7 @@ int side_of_point(const std::array<Integer, D + 1>& point, const std::array<Inte
 /// The point in which hyperplanes meet, valid until the next call.
 template <int D>
 const ExactCovector<D>& Splitter<D>::exact_point(const std::array<HyperplaneId, D>& ids) {
-  std::uint64_t hash = 0;
-  for (const HyperplaneId id : ids) hash = (hash ^ id) * 0x9e3779b97f4a7c15u;
-  CachedPoint& known = point_cache_[(hash >> 32) % point_cache_.size()];
+  CachedPoint& known = place_of(point_cache_, cached_covectors<D>, ids);
   if (known.ids != ids) {
     std::array<ExactCovector<D>, D> rows;
     for (int i = 0; i < D; ++i) rows[i] = exact(ids[i]);
@@ -167,10 +184,8 @@ std::optional<int> Splitter<D>::side_in_frame(const std::array<HyperplaneId, D>&
     covectors[i] = own->covector;
   }
   std::sort(covectors.begin(), covectors.begin() + D);
-  std::uint64_t hash = 0;
-  for (const std::uint32_t covector : covectors) hash = (hash ^ covector) * 0x9e3779b97f4a7c15u;
-  CachedFrameSide& known = frame_cache_[(hash >> 32) % frame_cache_.size()];
-  if (known.covectors != covectors) known = {covectors, static_cast<std::int8_t>(compute_side_in_frame(covectors))};
+  CachedSide& known = place_of(frame_cache_, cached_sides, covectors);
+  if (known.key != covectors) known = {covectors, static_cast<std::int8_t>(compute_side_in_frame(covectors))};
   return known.side;
 }
 
@@ -238,7 +253,7 @@ BSP2_VECTOR_CLONES std::size_t find_range(const VertexColumns<3>& columns, const
   return find_range(columns.x[0].data(), columns.x[1].data(), columns.x[2].data(), columns.padded, h, bound, least, largest);
 }
 
-/// Says in which of two directions values go beyond a bound: 1 below, 2 above, 3 both, 0 where none is certain of all and both are of none.
+/// Where values between `least` and `largest` lie: 1 all certainly negative, 2 all positive, 3 there are some of both, 0 in doubt.
 [[gnu::always_inline]] inline std::uint8_t sides_of_range(double least, double largest, double bound) {
   return least < -bound && largest > bound ? 3 : largest < -bound ? 1 : least > bound ? 2 : 0;
 }
@@ -268,7 +283,6 @@ BSP2_VECTOR_CLONES std::size_t find_sides(const VertexColumns<3>& columns, const
     std::uint64_t found = 0;
     for (std::size_t v = 1; v < columns.count && found != all_cross;) {
       const std::size_t some = std::min<std::size_t>(columns.count, v + 256);
-      looked_at += width * (some - v);
       for (; v < some; ++v) {
         const WideLanes value = offset + nx * x[v] + ny * y[v] + nz * z[v];
         low = value < low ? value : low;
@@ -279,6 +293,7 @@ BSP2_VECTOR_CLONES std::size_t find_sides(const VertexColumns<3>& columns, const
       std::memcpy(&found, &bytes, width);
     }
     std::memcpy(sides + i, &found, width);
+    looked_at += std::min(width, planes.size() - i) * columns.count;
   }
   for (; i < planes.size(); ++i) {
     const Hyperplane<3>& h = hyperplanes[planes[i].id()];

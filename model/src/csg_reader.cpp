@@ -55,8 +55,6 @@ class Reader {
     std::size_t first_operand = 0;  ///< its children's solids are operands_[first_operand..]
     std::size_t first_place = 0;    ///< and their primitives stand at places_[first_place..]
     std::size_t problem = none;     ///< index of the first problem in them
-    /// What the maps from here outwards multiply the volume of a solid in it by; nothing if a construct makes another solid of it.
-    std::optional<double> scale = 1;
   };
 
   static constexpr std::size_t none = ~std::size_t{0};
@@ -66,6 +64,7 @@ class Reader {
   Frame header();
   void modifiers(Frame& frame);
   [[nodiscard]] bool only_points_count(const Frame& frame) const;
+  [[nodiscard]] std::optional<double> scale_of_maps() const;
   void remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh);
   Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
   void interpret(Frame& frame);
@@ -201,8 +200,6 @@ Reader::Frame Reader::header() {
   if (frame.name.empty()) scanner_.fail("expected a node, found " + scanner_.here());
   reading_ = frame.name;
   frame.kind = node_kind(frame.name);
-  if (!frame.is_root) frame.scale = parent.scale;
-  if (is_construct(frame.kind)) frame.scale.reset();
   frame.is_own = is_any_node(frame.kind) || is_spline_node(frame.kind);
   frame.first_operand = operands_.size();
   frame.first_place = places_.size();
@@ -221,7 +218,6 @@ void Reader::interpret(Frame& frame) {
       break;
     case NodeKind::multmatrix:
       matrices_.push_back({read_matrix(arguments), read_square_matrix(arguments)});
-      if (frame.scale) *frame.scale *= volume_scale(matrices_.back().affine);
       break;
     case NodeKind::color:
       colours_.push_back(read_colour(arguments, warn));
@@ -278,10 +274,23 @@ bool Reader::only_points_count(const Frame& frame) const {
   return false;
 }
 
+/// What the maps around the frame at hand multiply a solid's volume by; nothing if a construct makes another solid of it.
+std::optional<double> Reader::scale_of_maps() const {
+  double scale = 1;
+  std::size_t matrix = matrices_.size();
+  bool is_root = false;
+  for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
+    if (is_construct(frames_[i].kind)) return std::nullopt;
+    if (frames_[i].kind == NodeKind::multmatrix) scale *= volume_scale(matrices_[--matrix].affine);
+    is_root = frames_[i].is_root;
+  }
+  return scale;
+}
+
 /// A polyhedron, or an import of one, with what there is to say of it should it overlap itself.
 void Reader::remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh) {
   if (frame.kind != NodeKind::polyhedron && frame.kind != NodeKind::import) return;
-  meshes_.push_back({frame.offset, frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(), mesh, frame.scale});
+  meshes_.push_back({frame.offset, frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(), mesh, frame.is_root ? 1 : scale_of_maps()});
 }
 
 /// OpenSCAD reports an open polyhedron and goes on without it; a hull takes its points all the same.

@@ -56,10 +56,7 @@ std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path, cons
   } catch (const Error& error) {
     throw Error("import of " + path.string() + ": " + error.what());
   }
-  if (!closed) {
-    warn("this import is empty: the faces of " + path.string() + " enclose nothing");
-    return closed;
-  }
+  if (!closed) warn("this import is empty: the faces of " + path.string() + " enclose nothing");
   return closed;
 }
 

@@ -54,6 +54,9 @@ Finding finding_of(const TriangleMesh& mesh) {
   return {fault, crossing.has_value(), sum_of_faces(mesh)};
 }
 
+/// Whether reading it told of shells in each other.
+bool is_nested(TriangleMesh mesh) { return turn_shells(mesh).nested > 0; }
+
 const TriangleMesh& mesh_of(const Expression& solid) { return std::get<TriangleMesh>(std::get<Primitive>(solid.node().value)); }
 
 std::string warning_of(const Model::Mesh& mesh, const std::string& fault, std::optional<double> volume) {
@@ -81,7 +84,7 @@ MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::s
     if (mesh.scale) volume = *mesh.scale * finding.volume;
     const auto part = std::lower_bound(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset) - model.part_offsets.begin();
     overlaps.meshes.push_back({place, mesh.file.string(), static_cast<std::size_t>(part), triangles.triangles.size(), volume});
-    const bool is_told = !mesh.file.empty() && !finding.crosses;  // when it was read
+    const bool is_told = !mesh.file.empty() && !finding.crosses && is_nested(triangles);  // when it was read
     if (is_new && !is_told && overlaps.warnings.size() < most_warnings) overlaps.warnings.push_back(place + ": " + warning_of(mesh, finding.fault, volume));
   }
   return overlaps;

@@ -288,18 +288,40 @@ ShellFaults turn_shells(TriangleMesh& mesh) {
   return faults;
 }
 
+namespace {
+
+std::vector<std::vector<std::uint32_t>> triangles_of_shells(const Shells& shells) {
+  std::vector<std::vector<std::uint32_t>> triangles(shells.count);
+  for (std::uint32_t i = 0; i < shells.of.size(); ++i) triangles[shells.of[i]].push_back(i);
+  return triangles;
+}
+
+/// All over a shell, since a part of one may reach into another one by rounding alone: all samples that tell anything must agree.
+std::optional<OddWinding> odd_winding_of_shell(const TriangleMesh& mesh, const SideFinder& finder, std::span<const std::uint32_t> triangles) {
+  constexpr std::size_t samples = 5, most_tries = 36;
+  const std::size_t step = std::max<std::size_t>(1, triangles.size() / samples);
+  std::optional<OddWinding> odd;
+  std::size_t found = 0, tries = 0;
+  for (std::size_t first = 0; first < step && found < samples && tries < most_tries; ++first)
+    for (std::size_t i = first; i < triangles.size() && found < samples && tries < most_tries; i += step, ++tries) {
+      const std::size_t corner = tries % 3;
+      const auto sides = finder.sides_of(triangles[i], corner);
+      if (!sides) continue;
+      ++found;
+      const auto is_usual = [](int times) { return times == 0 || times == 1; };
+      if (is_usual(sides->above) && is_usual(sides->below)) return std::nullopt;
+      odd = OddWinding{is_usual(sides->above) ? sides->below : sides->above, mesh.points[mesh.triangles[triangles[i]][corner]]};
+    }
+  return odd;
+}
+
+}  // namespace
+
 std::optional<OddWinding> odd_winding(const TriangleMesh& mesh) {
   const Shells shells = shells_of(mesh);
   const SideFinder finder(mesh, shells);
-  std::vector<bool> is_known(shells.count);
-  for (std::uint32_t triangle = 0; triangle < mesh.triangles.size(); ++triangle)
-    for (std::size_t corner = 0; corner < 3 && !is_known[shells.of[triangle]]; ++corner) {
-      const auto sides = finder.sides_of(triangle, corner);
-      if (!sides) continue;
-      is_known[shells.of[triangle]] = true;
-      for (const int times : {sides->above, sides->below})
-        if (times != 0 && times != 1) return OddWinding{times, mesh.points[mesh.triangles[triangle][corner]]};
-    }
+  for (const auto& triangles : triangles_of_shells(shells))
+    if (const auto odd = odd_winding_of_shell(mesh, finder, triangles)) return odd;
   return std::nullopt;
 }
 

@@ -153,6 +153,26 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnBoxesTurnedByTinyAngles) {
   }
 }
 
+/// Points that no filter tells apart, each held first against each other one: a cache that takes nothing for an answer is found out.
+TEST(PredicateOnALine, TellsNeighboursApart) {
+  std::vector<Model<1>::Placed> boxes;
+  for (const double x : {0.3, 0.1 + 0.2, 0.7, 0.1 + 0.6}) {
+    Matrix<1> m{};
+    m[0][0] = 1 - x;
+    m[0][1] = x;
+    boxes.push_back({m, unit_box<1>().covectors});
+  }
+  const Model<1> model({0}, {1}, 4, boxes, 0);
+  for (HyperplaneId a = 0; a < model.table.size(); ++a)
+    for (HyperplaneId b = 0; b < model.table.size(); ++b) {
+      Splitter<1> splitter(model.table);  // with empty caches
+      std::uint64_t exact = 0;
+      const Vertex<1> vertex = make_vertex<1>(model.table, {a}, exact);
+      EXPECT_LE(vertex.error, largest_vertex_error * model.table.radius());
+      EXPECT_EQ(splitter.side(vertex, b, model.table.rounded(b)), model.plane(b).side(*model.vertex({a}))) << a << " against " << b;
+    }
+}
+
 TYPED_TEST(Predicate, AgreesWithRationalsOnRandomBoxesOfAllSizes) {
   constexpr int D = TypeParam::value;
   const std::uint64_t seed = new_seed();

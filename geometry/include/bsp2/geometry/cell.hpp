@@ -73,7 +73,10 @@ class Cell {
 template <int D>
 Cell<D> root_cell(const HyperplaneTable<D>& table);
 
-/// The vertex in which D hyperplanes meet.
+/// No vertex's error bound exceeds so much of the table's radius: it keeps the filter sharp and volumes accurate.
+inline constexpr double largest_vertex_error = 0x1p-40;
+
+/// The vertex in which D hyperplanes meet; one that is conditioned worse than `largest_vertex_error` allows is computed exactly and rounded.
 /// @param exact_evaluations is increased where the rounded solution is too ill-conditioned and the exact one is taken.
 template <int D>
 Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& hyperplanes, std::uint64_t& exact_evaluations);

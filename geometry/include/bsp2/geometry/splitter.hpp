@@ -96,7 +96,7 @@ class Splitter {
   /// The same, faster, with the cell's columns.
   Position position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded);
 
-  /// Which of these half-spaces cross the cell: their codes are appended to `crossing`, in the same order.
+  /// Which of these half-spaces, all of primitives, cross the cell: their codes are appended to `crossing`, in the same order.
   /// @return false as soon as one is met that the cell is outside of; then what was appended means nothing.
   bool find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes, std::vector<std::uint32_t>& crossing);
 
@@ -130,25 +130,23 @@ class Splitter {
   std::vector<CachedCovector> exact_cache_;  // of the hyperplanes that exact predicates asked for last
 
   struct CachedPoint {
-    std::array<HyperplaneId, D> ids{};
+    std::array<HyperplaneId, D> ids = no_ids();
     ExactCovector<D> point;  // homogeneous, the weight last
+    static std::array<HyperplaneId, D> no_ids() {
+      std::array<HyperplaneId, D> ids;
+      ids.fill(~HyperplaneId{0});
+      return ids;
+    }
   };
   std::vector<CachedPoint> point_cache_;  // what one hyperplane leaves open at a vertex, its neighbours often do, too
 
+  /// What was asked: the vertex's hyperplanes, or their covectors, in ascending order, then the one that it is held against.
   struct CachedSide {
-    std::array<HyperplaneId, D> vertex{};  // in ascending order; no vertex lies on one hyperplane alone
-    HyperplaneId id = 0;
+    std::array<std::uint32_t, D + 1> key{};  // no vertex lies on one hyperplane alone
     std::int8_t side = 0;
   };
-  std::vector<CachedSide> side_cache_;  // cells that share a vertex ask the same again
-
-  /// Sides within a frame, by covectors: those of the vertex in ascending order, then the one that is asked about.
-  struct CachedFrameSide {
-    std::array<std::uint32_t, D + 1> covectors{};  // no vertex lies on one hyperplane alone
-    std::int8_t side = 0;
-  };
-  std::vector<CachedFrameSide> frame_cache_;  // primitives of one shape share covectors: what one asked, the next asks again
-
+  std::vector<CachedSide> side_cache_;   // cells that share a vertex ask the same again
+  std::vector<CachedSide> frame_cache_;  // within a frame, by covectors: what one primitive asked, the next of its shape asks again
   Buffer<std::uint8_t> sides_;  // of a block of half-spaces
 
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
