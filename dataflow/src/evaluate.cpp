@@ -124,7 +124,7 @@ template <int D>
 Evaluation<D> picture(const Network<D>& network, std::span<const Region<D>> regions, EvaluateOptions options,
                       std::span<Consumer* const> consumers) {
   std::vector<Region<D>> copies;
-  for (const Region<D>& region : regions) copies.push_back({region.number, region.level, region.cell.copy(), region.program, region.frontier});
+  for (const Region<D>& region : regions) copies.push_back(region.copy());
   options.suspend = options.hold_wholes = false;
   return run_crew(network, std::move(copies), options, consumers, false);
 }

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <exception>
 #include <system_error>
+#include <vector>
 
 namespace bsp2::dataflow {
 
@@ -24,24 +25,46 @@ inline pthread_t start_on_large_stack(void* (*body)(void*), void* argument) {
   return thread;
 }
 
-/// Calls `function` on a large stack and waits for it; passes on what it throws.
+/// Calls `function(i)` for each i < count at the same time, each on a large stack, and waits for all; passes on what one of them throws.
 template <typename Function>
-void call_on_large_stack(Function function) {
+void call_on_large_stacks(std::size_t count, const Function& function) {
   struct Call {
-    Function* function;
+    const Function* function;
+    std::size_t index;
     std::exception_ptr failure;
-  } call{&function, nullptr};
+    pthread_t thread;
+  };
   const auto body = [](void* argument) -> void* {
     auto* self = static_cast<Call*>(argument);
     try {
-      (*self->function)();
+      (*self->function)(self->index);
     } catch (...) {
       self->failure = std::current_exception();
     }
     return nullptr;
   };
-  pthread_join(start_on_large_stack(body, &call), nullptr);
-  if (call.failure) std::rethrow_exception(call.failure);
+  std::vector<Call> calls(count);
+  std::exception_ptr failure;
+  std::size_t started = 0;
+  try {
+    for (; started < count; ++started) {
+      calls[started] = {&function, started, nullptr, {}};
+      calls[started].thread = start_on_large_stack(body, &calls[started]);
+    }
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  for (std::size_t i = 0; i < started; ++i) {
+    pthread_join(calls[i].thread, nullptr);
+    if (!failure) failure = calls[i].failure;
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+/// Calls `function` on a large stack and waits for it; passes on what it throws.
+template <typename Function>
+void call_on_large_stack(const Function& function) {
+  call_on_large_stacks(1, [&](std::size_t) { function(); });
 }
 
 }  // namespace bsp2::dataflow

@@ -1,10 +1,12 @@
 #include "bsp2/dataflow/partition.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <deque>
+#include <iterator>
 #include <optional>
-#include <queue>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -21,26 +23,32 @@ using geometry::HyperplaneId;
 
 namespace {
 
-/// Cuts the space where its evaluation would cut it, always the region with the most work.
+/// Cuts the space where its evaluation would cut it, always the region with the most work. That is one after the other; what each cut
+/// asks for, the pieces below its halves, several threads look at beforehand. No result depends on which of them did, or whether.
 template <int D>
 class Partitioner {
  public:
-  Partitioner(const Network<D>& network, const PartitionLimits& limits) : network_(network), level_(limits.level), splitter_(network.table), localizer_(network, splitter_) {
-    localizer_.set_tolerance(limits.tolerance);
-    if (limits.angle > 0) localizer_.set_view(limits.eye, limits.angle);
+  Partitioner(const Network<D>& network, const PartitionLimits& limits, unsigned threads) : network_(network), level_(limits.level) {
+    for (unsigned i = 0; i < std::max(1U, threads); ++i) tools_.emplace_back(network, limits);
   }
 
   Partition<D> run(std::size_t most_regions) {
-    add(geometry::root_cell<D>(network_.table), network_.program, 0);
-    std::priority_queue<std::pair<double, std::int64_t>> open;  // work, and the negative number: of equals the first
+    look(tools_.front(), pieces_.emplace_back(), geometry::root_cell<D>(network_.table), network_.program);
+    words_ = pieces_.front().program.size();
+    std::set<Open> open;
+    std::size_t offers = 0;
     const auto offer = [&](std::size_t piece) {
-      if (pieces_[piece].cut) open.emplace(work_of(piece, sampled_levels), -static_cast<std::int64_t>(piece));
+      if (pieces_[piece].cut) open.insert({work_of(piece, sampled_levels), offers++, piece});
     };
-    if (most_regions > 1) offer(0);
+    if (most_regions > 1) {
+      look_below({0}, sampled_levels);
+      offer(0);
+    }
     for (std::size_t regions = 1; regions < most_regions && !open.empty(); ++regions) {
-      const auto chosen = static_cast<std::size_t>(-open.top().second);
-      if (pieces_[chosen].first_half == 0) break;  // enough was looked at
-      open.pop();
+      const std::size_t chosen = open.begin()->piece;
+      if (!pieces_[chosen].is_counted) break;  // enough was looked at
+      if (!pieces_[chosen].is_foreseen) look_ahead(open, most_regions - regions);
+      open.erase(open.begin());
       pieces_[chosen].is_parted = true;
       pieces_[chosen].cell = {};
       offer(pieces_[chosen].first_half);
@@ -55,6 +63,7 @@ class Partitioner {
   static constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
   /// Of all localized programs. Operands that go through the whole model stay in most pieces: then there are fewer regions.
   static constexpr std::size_t most_words = std::size_t{1} << 25;
+  static constexpr std::size_t foreseen_cuts = 16;  // at a time, so that there is something to share
 
   /// A node of the evaluation's own tree. Those below the regions are only looked at.
   struct Piece {
@@ -64,44 +73,104 @@ class Partitioner {
     double weight = 0;                // estimate of the work, by what is undecided of each operand
     std::uint16_t level = 0;
     bool is_parted = false;
+    bool is_counted = false;     // its halves' words are
+    bool is_foreseen = false;    // what parting it asks for has been made
     std::size_t first_half = 0;  // 0: not made; the second one follows
+  };
+
+  /// A region that may be parted: the one with the most work first, of equals the one that was offered first.
+  struct Open {
+    double work;
+    std::size_t offer;
+    std::size_t piece;
+    bool operator<(const Open& other) const { return work != other.work ? work > other.work : offer < other.offer; }
+  };
+
+  /// What one thread looks at pieces with.
+  struct Tools {
+    geometry::Splitter<D> splitter;
+    Localizer<D> localizer;
+    Tools(const Network<D>& network, const PartitionLimits& limits) : splitter(network.table), localizer(network, splitter) {
+      localizer.set_tolerance(limits.tolerance);
+      if (limits.angle > 0) localizer.set_view(limits.eye, limits.angle);
+    }
   };
 
   const Network<D>& network_;
   unsigned level_;
-  geometry::Splitter<D> splitter_;
-  Localizer<D> localizer_;
+  std::deque<Tools> tools_;
   std::deque<Piece> pieces_;
-  std::size_t words_ = 0;  // of their programs
+  std::size_t words_ = 0;  // of the programs of those that were asked for
   Partition<D> result_;
 
-  void add(Cell<D> cell, const std::vector<Word>& program, unsigned level) {
-    Piece& piece = pieces_.emplace_back();
-    piece.level = static_cast<std::uint16_t>(level);
+  /// What the expression is in a piece's cell.
+  void look(Tools& tools, Piece& piece, Cell<D> cell, const std::vector<Word>& program) const {
     typename Localizer<D>::Cut cut;
-    if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
-      for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += std::pow(static_cast<double>(operand.weight), growth);
-      if (!cut.none && level < level_) piece.cut = cut.hyperplane;
-      words_ += piece.program.size();
+    if (tools.localizer.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
+      for (const auto& operand : tools.localizer.undecided_operands(piece.program)) piece.weight += std::pow(static_cast<double>(operand.weight), growth);
+      if (!cut.none && piece.level < level_) piece.cut = cut.hyperplane;
+    } else {
+      piece.program.clear();
     }
     piece.cell = std::move(cell);
   }
 
-  void halve(std::size_t at) {
-    splitter_.classify(pieces_[at].cell, *pieces_[at].cut);
-    Cell<D> negative, positive;
-    splitter_.split(pieces_[at].cell, *pieces_[at].cut, &negative, &positive);
-    pieces_[at].first_half = pieces_.size();
-    add(std::move(negative), pieces_[at].program, pieces_[at].level + 1U);
-    add(std::move(positive), pieces_[at].program, pieces_[at].level + 1U);
+  /// @param side 0 for the negative half of a piece, 1 for the positive one.
+  void make_half(Tools& tools, std::size_t of, std::size_t side) {
+    const Piece& whole = pieces_[of];
+    Cell<D> half;
+    tools.splitter.classify(whole.cell, *whole.cut);
+    tools.splitter.split(whole.cell, *whole.cut, side == 0 ? &half : nullptr, side == 1 ? &half : nullptr);
+    look(tools, pieces_[whole.first_half + side], std::move(half), whole.program);
+  }
+
+  void halve(const std::vector<std::size_t>& wholes) {
+    for (const std::size_t at : wholes) {
+      pieces_[at].first_half = pieces_.size();
+      for (int side = 0; side < 2; ++side) pieces_.emplace_back().level = static_cast<std::uint16_t>(pieces_[at].level + 1);
+    }
+    const std::size_t count = 2 * wholes.size();
+    std::atomic<std::size_t> next{0};
+    const auto make_some = [&](std::size_t thread) {
+      for (std::size_t i = next++; i < count; i = next++) make_half(tools_[thread], wholes[i / 2], i % 2);
+    };
+    if (const std::size_t threads = std::min(tools_.size(), count); threads > 1)
+      call_on_large_stacks(threads, make_some);
+    else
+      make_some(0);
+  }
+
+  /// Makes what the estimate of the work on pieces asks for. One thread makes it when it is asked for.
+  void look_below(std::vector<std::size_t> pieces, unsigned levels) {
+    if (tools_.size() == 1 || words_ > most_words) return;
+    for (; levels > 0 && !pieces.empty(); --levels) {
+      std::erase_if(pieces, [&](std::size_t at) { return !pieces_[at].cut; });
+      std::vector<std::size_t> wholes, halves;
+      std::copy_if(pieces.begin(), pieces.end(), std::back_inserter(wholes), [&](std::size_t at) { return pieces_[at].first_half == 0; });
+      halve(wholes);
+      for (const std::size_t at : pieces) halves.insert(halves.end(), {pieces_[at].first_half, pieces_[at].first_half + 1});
+      pieces = std::move(halves);
+    }
+  }
+
+  /// Makes what the next cuts will ask for, if the regions with the most work now are parted. Most of them will be.
+  void look_ahead(const std::set<Open>& open, std::size_t cuts_left) {
+    std::vector<std::size_t> pieces;
+    for (auto region = open.begin(); region != open.end() && pieces.size() < std::min(foreseen_cuts, cuts_left); ++region) {
+      pieces_[region->piece].is_foreseen = true;
+      pieces.push_back(region->piece);
+    }
+    look_below(std::move(pieces), sampled_levels + 1);
   }
 
   /// Estimate of the work on a piece: what is undecided some levels below it. Most pieces there will be looked at anyway.
   double work_of(std::size_t at, unsigned levels) {
     if (levels == 0 || !pieces_[at].cut) return pieces_[at].weight;
-    if (pieces_[at].first_half == 0) {
+    if (!pieces_[at].is_counted) {
       if (words_ > most_words) return pieces_[at].weight;
-      halve(at);
+      if (pieces_[at].first_half == 0) halve({at});
+      for (std::size_t side = 0; side < 2; ++side) words_ += pieces_[pieces_[at].first_half + side].program.size();
+      pieces_[at].is_counted = true;
     }
     const std::size_t half = pieces_[at].first_half;
     return work_of(half, levels - 1) + work_of(half + 1, levels - 1);
@@ -141,9 +210,9 @@ unsigned suggested_depth(const Network<D>& network) {
 }
 
 template <int D>
-Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits) {
+Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits, unsigned threads) {
   Partition<D> result;
-  call_on_large_stack([&] { result = Partitioner<D>(network, limits).run(std::size_t{1} << depth); });
+  call_on_large_stack([&] { result = Partitioner<D>(network, limits, threads).run(std::size_t{1} << depth); });
   return result;
 }
 
@@ -243,7 +312,7 @@ Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, st
 
 #define BSP2_INSTANTIATE(D)                                                                                                            \
   template unsigned suggested_depth<D>(const Network<D>&);                                                                             \
-  template Partition<D> partition<D>(const Network<D>&, unsigned, const PartitionLimits&);                                             \
+  template Partition<D> partition<D>(const Network<D>&, unsigned, const PartitionLimits&, unsigned);                                   \
   template std::vector<Region<D>> make_regions<D>(const Network<D>&, const Partition<D>&, std::span<const std::uint32_t>);             \
   template Cell<D> region_cell<D>(const Network<D>&, const Partition<D>&, std::uint32_t);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

@@ -85,11 +85,11 @@ std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ra
 }
 
 template <int D>
-Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads) {
   dataflow::Partition<D> partition;
   Plan plan;
   if (ranks.is_master()) {
-    partition = dataflow::partition(network, depth_of(network, options), limits_of_cuts(options));
+    partition = dataflow::partition(network, depth_of(network, options), limits_of_cuts(options), threads);
     plan = plan_of(partition, ranks.count(), options.first_rank_of_region);
   }
   broadcast(ranks, plan);
@@ -106,7 +106,7 @@ Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, 
   return {std::move(partition), std::move(plan.owner)};
 }
 
-#define BSP2_STAGE(D) template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);
+#define BSP2_STAGE(D) template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&, unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -166,7 +166,7 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
   for (Region<D>& region : progress.partition.regions) region.cell = dataflow::region_cell(network, progress.partition, region.number);
 
   Ranks alone;
-  const unsigned threads = given.threads != 0 ? given.threads : alone.cores_of_a_rank();
+  const unsigned threads = threads_of(given, alone);
   alone.begin("computation");
   bool stopped = true;
   while (stopped) {
@@ -316,7 +316,7 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
       if (options.strict) refuse_warnings(*warnings);
     limit_refinement(network, options);
     alone.begin("distribution");
-    Distribution<D> regions = distribution<D>(alone, network, options);
+    Distribution<D> regions = distribution<D>(alone, network, options, threads_of(options, alone));
     std::vector<double> estimates = regions.partition.work;
     const auto started = begin_progress<D>(network, std::move(regions));
     save_progress(alone, network, started.first, options, source, false, alone.records());

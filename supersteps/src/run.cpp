@@ -258,7 +258,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (options.strict) refuse_warnings(report.warnings);
 
   ranks.begin("distribution");
-  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options));
+  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options, report.threads));
   report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
   progress.keeps_cells = options.collect_cells;
   const std::unique_ptr<CellStream> streamed = stream_of(ranks, options, progress.meshes);
@@ -344,7 +344,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   broadcasting(ranks, source, options);
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());
-  report.threads = options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
+  report.threads = threads_of(options, ranks);
   report.dimension = source.model.expression.dimension();
   if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
   if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))

@@ -23,6 +23,9 @@ struct Source {
   std::vector<model::OverlappingMesh> overlapping_meshes;  ///< on the master
 };
 
+/// How many threads each rank computes with. Collective.
+inline unsigned threads_of(const RunOptions& options, Ranks& ranks) { return options.threads != 0 ? options.threads : ranks.cores_of_a_rank(); }
+
 /// What the text is called in messages: its path, which also says where the files are that it names.
 std::string source_name(const RunOptions& options);
 
@@ -60,10 +63,10 @@ struct Distribution {
 std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks);
 
 /// Distribution: the master cuts space into regions of about equal work, by a BSP tree whose depth does not depend on who
-/// computes, and assigns them to the ranks. Only the tree travels; each rank makes its own regions from their paths.
+/// computes, and assigns them to the ranks; it does so on `threads` threads. Only the tree travels; each rank makes its own regions from their paths.
 /// Source: the paper, section 4.2, "Distribution".
 template <int D>
-Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads);
 
 template <int D>
 struct Computed {

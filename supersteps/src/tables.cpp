@@ -4,6 +4,7 @@
 #include <cmath>
 #include <ctime>
 #include <map>
+#include <utility>
 
 #include "bsp2/geometry/contact.hpp"
 #include "bsp2/geometry/error.hpp"
@@ -59,7 +60,8 @@ std::uint64_t count_boundary_facets(const geometry::HyperplaneTable<3>& table, c
 
 dataflow::EvaluateOptions evaluate_options(const RunOptions& options, std::optional<unsigned> level) {
   dataflow::EvaluateOptions evaluate;
-  evaluate.threads = options.threads != 0 ? options.threads : Ranks().cores_of_a_rank();
+  Ranks alone;
+  evaluate.threads = threads_of(options, alone);
   evaluate.level = level;
   return evaluate;
 }
@@ -74,10 +76,10 @@ double processor_seconds() {
 /// At least so many regions for each of the most nodes: cuts add no cells, and the regions' works are only estimated beforehand.
 constexpr unsigned regions_of_a_node = 8;
 
-/// The least of several times, as what else the machine does only makes them longer.
+/// The superstep computation of one node, whose regions the distribution has made. The least of several times, as what else the
+/// machine does only makes them longer.
 template <int D>
-NodeFigures measure_node(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, const std::vector<std::uint32_t>& regions,
-                         const dataflow::EvaluateOptions& options) {
+NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<dataflow::Region<D>>& regions, const dataflow::EvaluateOptions& options) {
   constexpr int most_times = 5;
   constexpr double enough_seconds = 0.5;
   NodeFigures figures;
@@ -86,8 +88,10 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const dataflow::Pa
   for (int time = 0; time < most_times && spent < enough_seconds; ++time) {
     keeper.take();  // of the time before
     std::vector<dataflow::Consumer*> consumers{&keeper};
+    std::vector<dataflow::Region<D>> begun;
+    for (const auto& region : regions) begun.push_back(region.copy());
     const double start = processor_seconds();
-    const auto evaluation = dataflow::evaluate(network, dataflow::make_regions<D>(network, partition, regions), options, consumers);
+    const auto evaluation = dataflow::evaluate(network, std::move(begun), options, consumers);
     const double seconds = processor_seconds() - start;
     spent += seconds;
     figures.seconds = time == 0 ? seconds / options.threads : std::min(figures.seconds, seconds / options.threads);
@@ -111,16 +115,16 @@ Resolved measure_resolution(const dataflow::Network<D>& network, const RunOption
   const unsigned most_nodes = *std::max_element(node_counts.begin(), node_counts.end());
   if (!options.regions) of_level.regions = std::max(1U << dataflow::suggested_depth(network), regions_of_a_node * most_nodes);
   Ranks alone;
-  const auto partition = distribution<D>(alone, network, of_level).partition;
+  const auto partition = distribution<D>(alone, network, of_level, threads_of(options, alone)).partition;
   Resolved result{level, static_cast<unsigned>(partition.work.size()), {}};
   for (const unsigned count : node_counts) {
     const auto owner = assign_regions(partition.work, static_cast<int>(count));
     auto& nodes = result.nodes.emplace_back();
     for (unsigned node = 0; node < count; ++node) {
-      std::vector<std::uint32_t> regions;
-      for (std::uint32_t region = 0; region < owner.size(); ++region)
-        if (owner[region] == static_cast<std::int32_t>(node)) regions.push_back(region);
-      nodes.push_back(measure_node<D>(network, partition, regions, evaluate_options(options, level)));
+      std::vector<dataflow::Region<D>> regions;
+      for (const auto& region : partition.regions)
+        if (owner[region.number] == static_cast<std::int32_t>(node)) regions.push_back(region.copy());
+      nodes.push_back(measure_node<D>(network, regions, evaluate_options(options, level)));
     }
   }
   return result;

@@ -357,13 +357,18 @@ TEST(Partition, FillsTheRootWithRegionsThatDoNotDependOnWhoComputes) {
     geometry::CellWriter<3> writer(network.table);
     const double root = writer.measure(geometry::root_cell(network.table)).volume();
     for (const unsigned depth : {0U, 1U, 2U, 5U}) {
-      const auto a = partition(network, depth), b = partition(network, depth);
+      const auto a = partition(network, depth), b = partition(network, depth, {}, static_cast<unsigned>(pick(random, 2, 5)));
+      ASSERT_EQ(a.regions.size(), b.regions.size());
+      EXPECT_EQ(a.work, b.work);
       EXPECT_LE(a.regions.size(), std::size_t{1} << depth);
       EXPECT_EQ(a.nodes.size() + 1, a.regions.size());
       double sum = 0;
       for (std::size_t i = 0; i < a.regions.size(); ++i) {
         EXPECT_LT(a.regions[i].level, a.regions.size());  // as deep as the evaluation cuts there
         EXPECT_EQ(a.regions[i].program, b.regions[i].program);
+        EXPECT_EQ(a.regions[i].level, b.regions[i].level);
+        ASSERT_EQ(a.regions[i].cell.vertices().size(), b.regions[i].cell.vertices().size());
+        for (std::size_t v = 0; v < a.regions[i].cell.vertices().size(); ++v) EXPECT_EQ(a.regions[i].cell.vertices()[v].x, b.regions[i].cell.vertices()[v].x);
         sum += writer.measure(a.regions[i].cell).volume();
       }
       // Corners are rounded relative to their distance from the origin, however small the root cell is.

@@ -55,6 +55,7 @@ struct Region {
   geometry::Cell<D> cell;
   std::vector<Word> program;  ///< of a region that is not begun
   Frontier frontier;          ///< of one that is
+  [[nodiscard]] Region copy() const { return {number, level, cell.copy(), program, frontier}; }
   /// How many cells its picture has: what is undecided, and what is held; OUT cells where they are kept.
   [[nodiscard]] std::uint64_t cells_left(bool keep_out) const {
     if (frontier.empty()) return 1;

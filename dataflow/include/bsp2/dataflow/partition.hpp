@@ -42,8 +42,9 @@ unsigned suggested_depth(const Network<D>& network);
 /// turns out to be whole on both sides of a cut is still to be given back, see giving_back.hpp. A region in which nothing is
 /// undecided is not cut further.
 /// The result depends on the network, the depth and the limits alone.
+/// @param threads look at what the cuts will ask for.
 template <int D>
-Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits = {});
+Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits = {}, unsigned threads = 1);
 
 /// Regions of a partition that was made elsewhere, from its nodes alone, in the order of their numbers. Costs no more than a
 /// walk down the tree to them.

@@ -14,7 +14,7 @@ struct NodeFigures {
   std::uint64_t facets = 0;  ///< 2-cells of their boundary: no other cell of the node covers them wholly; D = 3, else 0
   /// Work that can be counted, whatever else the machine does: splits of cells, questions on which side points are.
   std::uint64_t splits = 0, predicates = 0;
-  double seconds = 0;  ///< of processor, for each thread; the least of up to five times
+  double seconds = 0;  ///< of processor for the superstep computation, for each thread; the least of up to five times
 };
 
 /// One resolution of a model.
