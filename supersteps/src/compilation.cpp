@@ -22,6 +22,10 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
   } else {
     source.text = model::read_model_text(options.model);
   }
+  return source;
+}
+
+Source parsed(Source source, const RunOptions& options) {
   source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
   model::MeshOverlaps overlaps = model::overlaps_of(source.model, source.text, source_name(options));
   std::move(overlaps.warnings.begin(), overlaps.warnings.end(), std::back_inserter(source.warnings));

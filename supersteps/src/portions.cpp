@@ -309,7 +309,7 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
   RunOptions options = given;
   options.snapshot = plan;
   alone.begin("compilation");
-  const Source source = compilation(alone, options);
+  const Source source = parsed(compilation(alone, options), options);
   std::vector<double> work = with_dimension(source.model.expression.dimension(), options.model.string(), [&]<int D>() {
     const dataflow::Network<D> network = translation<D>(source, options);
     for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})

@@ -341,7 +341,9 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   ranks.begin("compilation");
   Source source = compilation(ranks, options);
   ranks.begin("broadcast");
-  broadcasting(ranks, source, options);
+  broadcasting(ranks, source);
+  ranks.begin("compilation");
+  source = parsed(std::move(source), options);
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());
   report.threads = threads_of(options, ranks);
@@ -355,7 +357,6 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   if (options.strict) refuse_warnings(report.warnings);
   for (const auto& [place, file, part, triangles, volume] : source.overlapping_meshes) report.overlapping_meshes.push_back({place, file, part, triangles, volume});
 
-  ranks.begin("compilation");
   RunResult result;
   switch (report.dimension) {
     case 1: result = run_supersteps<1>(ranks, options, source, std::move(report)); break;

@@ -20,7 +20,7 @@ struct Source {
   std::string text;
   model::Model model;
   std::vector<std::string> warnings;  ///< of whoever translated it, and of meshes that overlap themselves
-  std::vector<model::OverlappingMesh> overlapping_meshes;  ///< on the master
+  std::vector<model::OverlappingMesh> overlapping_meshes;
 };
 
 /// How many threads each rank computes with. Collective.
@@ -29,16 +29,20 @@ inline unsigned threads_of(const RunOptions& options, Ranks& ranks) { return opt
 /// What the text is called in messages: its path, which also says where the files are that it names.
 std::string source_name(const RunOptions& options);
 
-/// Compilation, first half: the master reads the file. Empty elsewhere.
-/// @throws bsp2::Error that names the place in the file.
+/// Compilation, the master's part: it reads the file. Empty elsewhere.
+/// @throws bsp2::Error if it is no readable file.
 /// Source: the paper, section 4.2, "Compilation".
 Source compilation(const Ranks& ranks, const RunOptions& options);
 
-/// Broadcast: the symbolic model reaches all ranks. h = (p - 1) times the size of the text.
+/// Broadcast: the text reaches all ranks, so that none waits for another one to parse it. h = (p - 1) times its size.
 /// Source: the paper, section 4.2, "Broadcasting".
-void broadcasting(Ranks& ranks, Source& source, const RunOptions& options);
+void broadcasting(Ranks& ranks, Source& source);
 
-/// Compilation, second half, on every rank: the symbolic model becomes a network with canonical hyperplanes and bounds.
+/// Compilation on every rank, first half: the text becomes a symbolic model.
+/// @throws bsp2::Error that names the place in the file; the same on all ranks.
+Source parsed(Source source, const RunOptions& options);
+
+/// Compilation on every rank, second half: the symbolic model becomes a network with canonical hyperplanes and bounds.
 /// @throws bsp2::Error for lengths that are too large or too small.
 template <int D>
 dataflow::Network<D> translation(const Source& source, const RunOptions& options);

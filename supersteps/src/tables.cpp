@@ -172,7 +172,7 @@ std::vector<Resolved> measure(const Source& source, const RunOptions& options, c
 }  // namespace
 
 std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels) {
-  const Source source = compilation(Ranks(), options);
+  const Source source = parsed(compilation(Ranks(), options), options);
   switch (source.model.expression.dimension()) {
     case 1: return measure<1>(source, options, node_counts, std::move(levels));
     case 2: return measure<2>(source, options, node_counts, std::move(levels));
