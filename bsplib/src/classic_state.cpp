@@ -72,13 +72,13 @@ void at_exit() {
   MPI_Finalize();
 }
 
+/// A program may have started MPI itself; the processes that leave it in bsp_init or bsp_begin need at_exit then, too.
 void start_mpi(int* argc, char*** argv) {
-  int initialized = 0;
+  int initialized = 0, provided = 0;
   MPI_Initialized(&initialized);
-  if (initialized) return;
-  int provided = 0;
-  MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &provided);
-  std::atexit(at_exit);
+  if (!initialized) MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &provided);
+  static const int registered = std::atexit(at_exit);
+  static_cast<void>(registered);
 }
 
 /// "sync/push_reg" is "bsp_sync/bsp_push_reg" to a classic program.

@@ -1,6 +1,9 @@
 /* bsp_init: process 0 runs main before and after the parallel part, the others only the parallel part, and
- * fewer processes than there are take part. */
+ * fewer processes than there are take part. With OWN_MPI the program has started MPI before. */
 #include <bsp.h>
+#ifdef OWN_MPI
+#include <mpi.h>
+#endif
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -28,6 +31,9 @@ static void spmd(void) {
 
 int main(int argc, char** argv) {
   int available;
+#ifdef OWN_MPI
+  MPI_Init(&argc, &argv);
+#endif
   bsp_init(spmd, argc, argv);
   available = bsp_nprocs();
   wanted = available > 1 ? available - 1 : 1;
