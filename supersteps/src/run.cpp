@@ -48,6 +48,8 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
   if (totals.in_cells > 0) {
     report.lower.assign(totals.lower.begin(), totals.lower.end());
     report.upper.assign(totals.upper.begin(), totals.upper.end());
+    for (auto* corner : {&report.lower, &report.upper})
+      for (double& x : *corner) x += 0.0;  // which of 0 and -0 came first is nothing to tell of
   }
   report.digest = totals.digest.hex();
   report.splits = totals.counts.splits;
