@@ -63,7 +63,7 @@ class Reader {
   void read_node();
   Frame header();
   void modifiers(Frame& frame);
-  [[nodiscard]] bool only_points_count(const Frame& frame) const;
+  [[nodiscard]] bool only_points_count(const Frame& frame, bool is_solid) const;
   [[nodiscard]] std::optional<double> scale_of_maps() const;
   void remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh);
   Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
@@ -250,7 +250,7 @@ void Reader::interpret(Frame& frame) {
         } catch (const HollowPolyhedron& polyhedron) {
           made = solid_of_hollow(frame, polyhedron);
         }
-        if (is_mesh(made) && !only_points_count(frame)) remember_mesh(frame, arguments, made);
+        if (is_mesh(made) && !only_points_count(frame, true)) remember_mesh(frame, arguments, made);
         operands_.push_back(std::move(made));
         operand_places_.push_back(places_.size());
         if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
@@ -262,13 +262,14 @@ void Reader::interpret(Frame& frame) {
   }
 }
 
-/// Whether a hull or a minkowski takes what stands here as a set of points: nothing in between needs a solid.
-bool Reader::only_points_count(const Frame& frame) const {
+/// Whether a hull takes what stands here as a set of points: nothing in between needs a solid. A minkowski takes what is no solid by its
+/// points too, and a solid as it is.
+bool Reader::only_points_count(const Frame& frame, bool is_solid) const {
   bool is_root = frame.is_root;
   for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
     const NodeKind kind = frames_[i].kind;
-    if (kind == NodeKind::hull || kind == NodeKind::minkowski) return true;
-    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix) return false;
+    if (kind == NodeKind::hull || (kind == NodeKind::minkowski && !is_solid)) return true;
+    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix && kind != NodeKind::minkowski) return false;
     is_root = frames_[i].is_root;
   }
   return false;
@@ -296,7 +297,7 @@ void Reader::remember_mesh(const Frame& frame, const Arguments& arguments, const
 /// OpenSCAD reports an open polyhedron and goes on without it; a hull takes its points all the same.
 Expression Reader::solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron) {
   std::string text = polyhedron.what();
-  if (only_points_count(frame)) {
+  if (only_points_count(frame, false)) {
     warn(frame, text + ". Only its points count here");
     const auto mesh = spanned_mesh(polyhedron.points);
     return mesh ? pool_.primitive(*mesh, 3) : pool_.empty(3);

@@ -84,8 +84,9 @@ MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::s
     if (mesh.scale) volume = *mesh.scale * finding.volume;
     const auto part = std::lower_bound(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset) - model.part_offsets.begin();
     overlaps.meshes.push_back({place, mesh.file.string(), static_cast<std::size_t>(part), triangles.triangles.size(), volume});
+    if (!is_new || overlaps.warnings.size() == most_warnings) continue;
     const bool is_told = !mesh.file.empty() && !finding.crosses && is_nested(triangles);  // when it was read
-    if (is_new && !is_told && overlaps.warnings.size() < most_warnings) overlaps.warnings.push_back(place + ": " + warning_of(mesh, finding.fault, volume));
+    if (!is_told) overlaps.warnings.push_back(place + ": " + warning_of(mesh, finding.fault, volume));
   }
   return overlaps;
 }

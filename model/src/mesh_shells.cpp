@@ -59,13 +59,14 @@ Box3 line_along(int axis, const Point2& at) {
 /// The shells beside a triangle, on the inner side of its own shell.
 struct Beside {
   int own = 0;                                             ///< how often the shell winds around what is there
-  std::vector<std::pair<std::uint32_t, int>> containers;  ///< other shells, and how often they do
+  std::vector<std::pair<std::uint32_t, int>> containers;  ///< other shells, ascending, and how often they do
 };
 
 class ShellTurner {
  public:
   explicit ShellTurner(TriangleMesh& mesh, Shells shells) : mesh_(mesh), shells_(std::move(shells)), tree_(triangle_boxes(mesh)) {
     group();
+    slots_.resize(shells_.count);
     find_containers();
   }
 
@@ -83,7 +84,7 @@ class ShellTurner {
         if (parent == shell || beside_[other].containers.size() > beside_[parent].containers.size()) parent = other;
       }
       if (around == 0) turned[shell] = beside.own < 0;
-      if (around == 1 && beside.own > 0) (turned[parent] ? turned : nested)[shell] = true;
+      if (around >= 1 && beside.own > 0) (around == 1 && turned[parent] ? turned : nested)[shell] = true;
     }
     return apply(turned, nested);
   }
@@ -110,7 +111,8 @@ class ShellTurner {
 
   void find_containers() {
     // Near all corners of a small shell, so that one that reaches out of another is not taken to lie in it; near some of a large one.
-    constexpr std::size_t all_lines = 100'000, fewest = 3, most = 36;
+    // Where shells lie in each other in their thousands a line meets them all.
+    constexpr std::size_t all_lines = 100'000, fewest = 3, most = 36, most_work = 10'000'000;
     const std::size_t samples = std::clamp(all_lines / shells_.count, fewest, most);
     beside_.resize(shells_.count);
     for (std::uint32_t shell = 0; shell < shells_.count; ++shell) {
@@ -123,6 +125,7 @@ class ShellTurner {
         if (beside.own == 0) continue;
         seen.push_back(std::move(beside));
         if (seen.back().containers.empty()) break;  // it lies in no other one
+        if (seen.size() >= fewest && work_ > most_work) break;
       }
       if (!seen.empty()) beside_[shell] = agreed(seen);
     }
@@ -133,13 +136,13 @@ class ShellTurner {
     Beside result = seen.front();
     for (const Beside& other : seen) {
       if (other.own != result.own) result.own = 0;
-      std::erase_if(result.containers, [&](const auto& container) { return std::find(other.containers.begin(), other.containers.end(), container) == other.containers.end(); });
+      std::erase_if(result.containers, [&](const auto& container) { return !std::binary_search(other.containers.begin(), other.containers.end(), container); });
     }
     return result;
   }
 
   /// By the line through the triangle near this corner; own = 0 if that does not tell.
-  [[nodiscard]] Beside beside_of(std::uint32_t triangle, std::size_t corner) const {
+  [[nodiscard]] Beside beside_of(std::uint32_t triangle, std::size_t corner) {
     const int axis = axis_across(mesh_, mesh_.triangles[triangle]);
     const auto at = point_near(mesh_, triangle, corner, axis);
     if (!at) return {};
@@ -149,28 +152,30 @@ class ShellTurner {
       int above, below;  ///< of what the triangle parts
     };
     std::vector<Winding> windings{{shell, 0, 0}};
+    slots_[shell] = 0;
     tree_.visit_meeting(line_along(axis, *at), [&](std::uint32_t i) {
+      ++work_;
       const std::uint32_t other = shells_.of[i];
       if (other != shell && !shell_boxes_[other].contains(shell_boxes_[shell])) return false;
       const int direction = meets(mesh_, i, axis, *at);
       const int place = direction == 0 ? -1 : i == triangle ? 0 : compare_heights(mesh_, i, triangle, axis, *at);
       if (place < 0) return false;
-      auto found = std::find_if(windings.begin(), windings.end(), [&](const Winding& w) { return w.shell == other; });
-      if (found == windings.end()) found = windings.insert(windings.end(), {other, 0, 0});
-      found->below += direction;
-      if (place > 0) found->above += direction;
+      std::uint32_t& slot = slots_[other];
+      if (slot >= windings.size() || windings[slot].shell != other) {
+        slot = static_cast<std::uint32_t>(windings.size());
+        windings.push_back({other, 0, 0});
+      }
+      windings[slot].below += direction;
+      if (place > 0) windings[slot].above += direction;
       return false;
     });
-    const bool is_above = std::abs(windings[0].above) > std::abs(windings[0].below);
-    if (std::abs(windings[0].above) == std::abs(windings[0].below)) return {};
-    Beside result;
-    for (const Winding& winding : windings) {
-      const int times = is_above ? winding.above : winding.below;
-      if (winding.shell == shell)
-        result.own = times;
-      else if (times != 0)
-        result.containers.emplace_back(winding.shell, times);
-    }
+    const Winding own = windings.front();
+    const bool is_above = std::abs(own.above) > std::abs(own.below);
+    if (std::abs(own.above) == std::abs(own.below)) return {};
+    Beside result{is_above ? own.above : own.below, {}};
+    for (const Winding& winding : windings)
+      if (const int times = is_above ? winding.above : winding.below; times != 0 && winding.shell != shell) result.containers.emplace_back(winding.shell, times);
+    std::sort(result.containers.begin(), result.containers.end());
     return result;
   }
 
@@ -193,6 +198,8 @@ class ShellTurner {
   std::vector<std::uint32_t> triangles_;
   std::vector<Box3> shell_boxes_;
   std::vector<Beside> beside_;
+  std::vector<std::uint32_t> slots_;  ///< where each shell stands among those of a line, if it is there
+  std::size_t work_ = 0;              ///< triangles that lines were tried on
 };
 
 /// How often a mesh whose shells do not cross winds around what is on either side of a triangle.

@@ -165,7 +165,8 @@ TEST(Overlaps, EachPlaceIsListed) {
 
 TEST(Overlaps, WhatTakesNoPartIsNotListed) {
   const std::string two = two_cubes(1);
-  for (const std::string& text : {"cube(1); %" + two, "cube(1); *" + two, two + " !cube(1);", "cube(1); intersection() { cube(0); " + two + " }", "cube(1); square(1); hull() { " + two + " }"})
+  for (const std::string& text : {"cube(1); %" + two, "cube(1); *" + two, two + " !cube(1);", "cube(1); intersection() { cube(0); " + two + " }", "cube(1); square(1); hull() { " + two + " }",
+                                  "hull() { group() { " + two + " } }", "hull() { minkowski() { " + two + " cube(1); } }"})
     EXPECT_TRUE(overlaps(text).meshes.empty()) << text;
   const std::string halved = mapped({.5, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, "!" + two + " cube(1);");
   ASSERT_EQ(overlaps(halved).meshes.size(), 1U);
@@ -174,7 +175,7 @@ TEST(Overlaps, WhatTakesNoPartIsNotListed) {
 
 /// Under a construct there is no volume that the mesh has in the model.
 TEST(Overlaps, ConstructsLeaveNoVolume) {
-  for (const std::string around : {"resize([4, 0, 0])", "projection(cut = true)", "linear_extrude(height = 1) projection()", "minkowski() { difference()"}) {
+  for (const std::string around : {"resize([4, 0, 0])", "projection(cut = true)", "linear_extrude(height = 1) projection()", "minkowski() { difference()", "minkowski() { group()", "minkowski() { minkowski()"}) {
     const std::string text = around + " { " + two_cubes(1) + " }" + (around.starts_with("mink") ? " cube(1); }" : "");
     const MeshOverlaps found = overlaps(text);
     ASSERT_EQ(found.meshes.size(), 1U) << text;
@@ -182,6 +183,14 @@ TEST(Overlaps, ConstructsLeaveNoVolume) {
     ASSERT_EQ(found.warnings.size(), 1U);
     EXPECT_EQ(found.warnings[0].find("sum up to"), std::string::npos) << found.warnings[0];
   }
+}
+
+/// A sum takes a closed mesh as the solid that it is, so overlaps matter there.
+TEST(Overlaps, ASumIsToldOf) {
+  const MeshOverlaps found = overlaps("minkowski() { " + two_cubes(1) + " cube(1); }");
+  ASSERT_EQ(found.meshes.size(), 1U);
+  EXPECT_FALSE(found.meshes[0].volume_by_faces);
+  EXPECT_EQ(found.warnings.size(), 1U);
 }
 
 /// A file that is imported twice is one mesh in two places.

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <numeric>
 #include <random>
+#include <vector>
 
 #include "mesh_crossing.hpp"
 #include "mesh_shells.hpp"
@@ -207,6 +209,30 @@ TEST(Shells, AreTurnedHoweverTheirWallsAreCut) {
       EXPECT_EQ(faults.turned, 1U) << rings << " rings along " << axis;
       EXPECT_NEAR(volume(mesh), volume(good), 1e-9);
     }
+}
+
+/// So deep that lines are rationed: all shells are still told apart, whichever of them are turned.
+TEST(Shells, ADeepNestIsToldApart) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  std::vector<int> sizes(400);
+  std::iota(sizes.begin(), sizes.end(), 1);
+  std::shuffle(sizes.begin(), sizes.end(), random);
+  TriangleMesh good, alike, bad;
+  const int first_turned = 1 + static_cast<int>(random() % 400);  // it and all around it
+  for (const int size : sizes) {
+    const Block block{{-size, -size, -size}, {size, size, size}};
+    const bool is_cavity = size % 2 != 0;  // the largest is a solid
+    add(good, block, is_cavity);
+    add(bad, block, is_cavity != (size >= first_turned));
+    add(alike, block, false);
+  }
+  const TriangleMesh expected = good;
+  EXPECT_EQ(turn_shells(good).turned, 0U);
+  EXPECT_EQ(turn_shells(bad).turned, static_cast<std::uint32_t>(401 - first_turned));
+  EXPECT_EQ(bad.triangles, expected.triangles);
+  EXPECT_EQ(turn_shells(alike).nested, 399U);
 }
 
 TEST(Shells, AShellIsTurnedByItselfHoweverThinItIs) {
