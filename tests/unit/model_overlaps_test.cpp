@@ -78,7 +78,8 @@ MeshOverlaps overlaps(const std::string& text, const std::string& name = "test.c
 /// integers, so this sum is exact; equal coordinates make faces lie in one plane, touch, and be the same.
 TEST(Overlaps, FacesSumUpToAllBoxesTimesTheDeterminants) {
   int overlapping = 0, apart = 0;
-  for (unsigned seed = 1; seed <= 400; ++seed) {
+  const unsigned first_seed = std::random_device{}();
+  for (unsigned seed = first_seed; seed != first_seed + 400; ++seed) {
     std::mt19937 random(seed);
     const auto draw = [&](int low, int high) { return static_cast<double>(std::uniform_int_distribution(low, high)(random)); };
     const double reach = draw(3, 12);
