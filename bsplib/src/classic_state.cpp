@@ -69,14 +69,22 @@ void at_exit() {
   if (state.init_called && !state.began && world_size() > 1)
     die("bsp_begin", "was not called before the end of the program, after bsp_init");
   if (!state.began) meet_before_begin(false);
-  MPI_Finalize();
+  if (state.ends_mpi) MPI_Finalize();
 }
 
-/// A program may have started MPI itself; the processes that leave it in bsp_init or bsp_begin need at_exit then, too.
+[[noreturn]] void leave() {
+  state.ends_mpi = true;
+  std::exit(EXIT_SUCCESS);
+}
+
+/// Who starts MPI ends it: a program that did so itself does it for the processes that come back to its main.
 void start_mpi(int* argc, char*** argv) {
   int initialized = 0, provided = 0;
   MPI_Initialized(&initialized);
-  if (!initialized) MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &provided);
+  if (!initialized) {
+    MPI_Init_thread(argc, argv, MPI_THREAD_FUNNELED, &provided);
+    state.ends_mpi = true;
+  }
   static const int registered = std::atexit(at_exit);
   static_cast<void>(registered);
 }
@@ -158,7 +166,7 @@ void init(void (*spmd)(void), int argc, char** argv) {
   spmd();
   if (!state.began) die("bsp_init", "The SPMD function did not call bsp_begin");
   if (!state.ended) die("bsp_init", "The SPMD function did not call bsp_end");
-  std::exit(EXIT_SUCCESS);
+  leave();
 }
 
 void begin(long long maxprocs) {
@@ -177,7 +185,7 @@ void begin(long long maxprocs) {
   MPI_Comm_split(MPI_COMM_WORLD, active ? 0 : MPI_UNDEFINED, rank, &part);
   if (!active) {
     state.ended = true;
-    std::exit(EXIT_SUCCESS);
+    leave();
   }
   try {
     const bsp2_runs room{bsp2_classic_puts, bsp2_classic_hpputs, bsp2_classic_gets, bsp2_classic_hpgets,

@@ -22,6 +22,7 @@ struct State {
   bsp2_runs runs{};                        ///< its runs
   unsigned with_runs = 0;                  ///< the processes that have them: all, or none
   bool init_called = false, began = false, ended = false, aborting = false;
+  bool ends_mpi = false;  ///< at the exit: where the layer started MPI, and where it ends the process
   int nprocs = 0;
 
   /// Addresses that were looked up, as long as the registrations do not change.

@@ -28,7 +28,7 @@ namespace {
 template <int D>
 class Partitioner {
  public:
-  Partitioner(const Network<D>& network, const PartitionLimits& limits, unsigned threads) : network_(network), level_(limits.level) {
+  Partitioner(const Network<D>& network, const PartitionLimits& limits, unsigned threads) : network_(network), level_(limits.level), most_words_(limits.words) {
     for (unsigned i = 0; i < std::max(1U, threads); ++i) tools_.emplace_back(network, limits);
   }
 
@@ -61,9 +61,8 @@ class Partitioner {
  private:
   static constexpr unsigned sampled_levels = 3;
   static constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
-  /// Of all localized programs. Operands that go through the whole model stay in most pieces: then there are fewer regions.
-  static constexpr std::size_t most_words = std::size_t{1} << 25;
-  static constexpr std::size_t foreseen_cuts = 16;  // at a time, so that there is something to share
+  static constexpr std::size_t foreseen_cuts = 8;         // at a time for each thread, so that there is something to share
+  static constexpr std::size_t words_of_a_thread = 4096;  // at least: starting one takes as long as looking at some hundred
 
   /// A node of the evaluation's own tree. Those below the regions are only looked at.
   struct Piece {
@@ -98,6 +97,7 @@ class Partitioner {
 
   const Network<D>& network_;
   unsigned level_;
+  std::size_t most_words_;
   std::deque<Tools> tools_;
   std::deque<Piece> pieces_;
   std::size_t words_ = 0;  // of the programs of those that were asked for
@@ -130,11 +130,13 @@ class Partitioner {
       for (int side = 0; side < 2; ++side) pieces_.emplace_back().level = static_cast<std::uint16_t>(pieces_[at].level + 1);
     }
     const std::size_t count = 2 * wholes.size();
+    std::size_t words = 0;
+    for (const std::size_t at : wholes) words += 2 * pieces_[at].program.size();
     std::atomic<std::size_t> next{0};
     const auto make_some = [&](std::size_t thread) {
       for (std::size_t i = next++; i < count; i = next++) make_half(tools_[thread], wholes[i / 2], i % 2);
     };
-    if (const std::size_t threads = std::min(tools_.size(), count); threads > 1)
+    if (const std::size_t threads = std::min({tools_.size(), count, words / words_of_a_thread}); threads > 1)
       call_on_large_stacks(threads, make_some);
     else
       make_some(0);
@@ -142,7 +144,7 @@ class Partitioner {
 
   /// Makes what the estimate of the work on pieces asks for. One thread makes it when it is asked for.
   void look_below(std::vector<std::size_t> pieces, unsigned levels) {
-    if (tools_.size() == 1 || words_ > most_words) return;
+    if (tools_.size() == 1 || words_ > most_words_) return;
     for (; levels > 0 && !pieces.empty(); --levels) {
       std::erase_if(pieces, [&](std::size_t at) { return !pieces_[at].cut; });
       std::vector<std::size_t> wholes, halves;
@@ -156,7 +158,7 @@ class Partitioner {
   /// Makes what the next cuts will ask for, if the regions with the most work now are parted. Most of them will be.
   void look_ahead(const std::set<Open>& open, std::size_t cuts_left) {
     std::vector<std::size_t> pieces;
-    for (auto region = open.begin(); region != open.end() && pieces.size() < std::min(foreseen_cuts, cuts_left); ++region) {
+    for (auto region = open.begin(); region != open.end() && pieces.size() < std::min(foreseen_cuts * tools_.size(), cuts_left); ++region) {
       pieces_[region->piece].is_foreseen = true;
       pieces.push_back(region->piece);
     }
@@ -167,7 +169,7 @@ class Partitioner {
   double work_of(std::size_t at, unsigned levels) {
     if (levels == 0 || !pieces_[at].cut) return pieces_[at].weight;
     if (!pieces_[at].is_counted) {
-      if (words_ > most_words) return pieces_[at].weight;
+      if (words_ > most_words_) return pieces_[at].weight;
       if (pieces_[at].first_half == 0) halve({at});
       for (std::size_t side = 0; side < 2; ++side) words_ += pieces_[pieces_[at].first_half + side].program.size();
       pieces_[at].is_counted = true;

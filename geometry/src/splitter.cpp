@@ -358,7 +358,9 @@ bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& col
     }
     return true;
   } else {
-    return std::all_of(planes.begin(), planes.end(), [&](OrientedHyperplane plane) { return keep(plane, position(cell, columns, plane.id(), table_->rounded(plane.id()))); });
+    return std::all_of(planes.begin(), planes.end(), [&](OrientedHyperplane plane) {
+      return keep(plane, position(cell, columns, plane.id(), table_->rounded(plane.id())));
+    });
   }
 }
 

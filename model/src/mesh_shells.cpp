@@ -173,8 +173,10 @@ class ShellTurner {
     const bool is_above = std::abs(own.above) > std::abs(own.below);
     if (std::abs(own.above) == std::abs(own.below)) return {};
     Beside result{is_above ? own.above : own.below, {}};
-    for (const Winding& winding : windings)
-      if (const int times = is_above ? winding.above : winding.below; times != 0 && winding.shell != shell) result.containers.emplace_back(winding.shell, times);
+    for (const Winding& winding : windings) {
+      const int times = is_above ? winding.above : winding.below;
+      if (times != 0 && winding.shell != shell) result.containers.emplace_back(winding.shell, times);
+    }
     std::sort(result.containers.begin(), result.containers.end());
     return result;
   }

@@ -260,7 +260,8 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (options.strict) refuse_warnings(report.warnings);
 
   ranks.begin("distribution");
-  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options) : begin_progress<D>(network, distribution<D>(ranks, network, options, report.threads));
+  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options)
+                                                   : begin_progress<D>(network, distribution<D>(ranks, network, options, report.threads));
   report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
   progress.keeps_cells = options.collect_cells;
   const std::unique_ptr<CellStream> streamed = stream_of(ranks, options, progress.meshes);
@@ -344,11 +345,11 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   Source source = compilation(ranks, options);
   ranks.begin("broadcast");
   broadcasting(ranks, source);
+  report.threads = threads_of(options, ranks);
   ranks.begin("compilation");
   source = parsed(std::move(source), options);
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());
-  report.threads = threads_of(options, ranks);
   report.dimension = source.model.expression.dimension();
   if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
   if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))
@@ -357,7 +358,8 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.warnings = source.warnings;
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
-  for (const auto& [place, file, part, triangles, volume] : source.overlapping_meshes) report.overlapping_meshes.push_back({place, file, part, triangles, volume});
+  for (const auto& [place, file, part, triangles, volume] : source.overlapping_meshes)
+    report.overlapping_meshes.push_back({place, file, part, triangles, volume});
 
   RunResult result;
   switch (report.dimension) {

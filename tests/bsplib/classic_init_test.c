@@ -1,5 +1,5 @@
 /* bsp_init: process 0 runs main before and after the parallel part, the others only the parallel part, and
- * fewer processes than there are take part. With OWN_MPI the program has started MPI before. */
+ * fewer processes than there are take part. With OWN_MPI the program has started MPI before, and ends it where it comes back. */
 #include <bsp.h>
 #ifdef OWN_MPI
 #include <mpi.h>
@@ -29,12 +29,24 @@ static void spmd(void) {
   bsp_end();
 }
 
+#ifdef OWN_MPI
+static int came_back;
+
+static void end_mpi(void) {
+  if (came_back) MPI_Finalize();
+}
+#endif
+
 int main(int argc, char** argv) {
   int available;
 #ifdef OWN_MPI
   MPI_Init(&argc, &argv);
+  atexit(end_mpi);
 #endif
   bsp_init(spmd, argc, argv);
+#ifdef OWN_MPI
+  came_back = 1;
+#endif
   available = bsp_nprocs();
   wanted = available > 1 ? available - 1 : 1;
   spmd();

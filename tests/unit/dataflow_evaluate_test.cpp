@@ -348,7 +348,71 @@ TEST(Evaluate, RecordsATreeThatLocatesPoints) {
   }
 }
 
-TEST(Partition, FillsTheRootWithRegionsThatDoNotDependOnWhoComputes) {
+/// Another number of threads makes the same regions, also where the limit of the words ends the search.
+template <int D>
+void expect_same_partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits, unsigned threads) {
+  const auto a = partition(network, depth, limits), b = partition(network, depth, limits, threads);
+  EXPECT_EQ(a.root, b.root);
+  EXPECT_EQ(a.work, b.work);
+  ASSERT_EQ(a.nodes.size(), b.nodes.size());
+  for (std::size_t i = 0; i < a.nodes.size(); ++i) {
+    EXPECT_EQ(a.nodes[i].hyperplane, b.nodes[i].hyperplane);
+    EXPECT_EQ(a.nodes[i].negative, b.nodes[i].negative);
+    EXPECT_EQ(a.nodes[i].positive, b.nodes[i].positive);
+  }
+  ASSERT_EQ(a.regions.size(), b.regions.size());
+  for (std::size_t i = 0; i < a.regions.size(); ++i) {
+    EXPECT_EQ(a.regions[i].level, b.regions[i].level);
+    EXPECT_EQ(a.regions[i].program, b.regions[i].program);
+    ASSERT_EQ(a.regions[i].cell.vertices().size(), b.regions[i].cell.vertices().size());
+    for (std::size_t v = 0; v < a.regions[i].cell.vertices().size(); ++v) EXPECT_EQ(a.regions[i].cell.vertices()[v].x, b.regions[i].cell.vertices()[v].x);
+  }
+}
+
+/// Cubes on a grid: large enough that threads have something to share.
+model::Expression many_cubes(Random& random) {
+  std::vector<model::Expression> cubes;
+  for (int i = 0; i < 3000; ++i) {
+    const auto at = [&] { return pick(random, 0, 400) / 8.0; };
+    cubes.push_back(model::transform(std::vector<double>{1, 0, 0, at(), 0, 1, 0, at(), 0, 0, 1, at(), 0, 0, 0, 1}, model::cuboid({2, 2, 2}, false)));
+  }
+  return model::unite(cubes);
+}
+
+TEST(Partition, IsTheSameOnAnyNumberOfThreads) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  int stopped = 0;
+  const auto draw = [&](const auto& network) {
+    PartitionLimits limits;
+    if (chance(random, 0.7)) limits.words = static_cast<std::size_t>(pick(random, 50, 6000));
+    if (chance(random, 0.3)) limits.level = static_cast<unsigned>(pick(random, 1, 12));
+    if (chance(random, 0.3)) limits.tolerance = network.table.width() / pick(random, 2, 64);
+    return limits;
+  };
+  for (int round = 0; round < 60; ++round) {
+    const auto threads = static_cast<unsigned>(pick(random, 2, 6)), depth = static_cast<unsigned>(pick(random, 1, 9));
+    const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
+    const PartitionLimits limits = draw(network);
+    expect_same_partition(network, depth, limits, threads);
+    PartitionLimits without = limits;
+    without.words = PartitionLimits{}.words;
+    stopped += partition(network, depth, limits).regions.size() < partition(network, depth, without).regions.size() ? 1 : 0;
+    const Network<2> plane = compile<2>(random_expression(random, 2, Kind::solids, 2), {});
+    expect_same_partition(plane, depth, draw(plane), threads);
+    if (testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(stopped, 0);
+  const Network<3> cubes = compile<3>(many_cubes(random), {});
+  for (const std::size_t words : {PartitionLimits{}.words, std::size_t{40000}, std::size_t{150000}}) {
+    PartitionLimits limits;
+    limits.words = words;
+    expect_same_partition(cubes, 8, limits, 3);
+  }
+}
+
+TEST(Partition, FillsTheRootWithRegions) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
@@ -357,18 +421,12 @@ TEST(Partition, FillsTheRootWithRegionsThatDoNotDependOnWhoComputes) {
     geometry::CellWriter<3> writer(network.table);
     const double root = writer.measure(geometry::root_cell(network.table)).volume();
     for (const unsigned depth : {0U, 1U, 2U, 5U}) {
-      const auto a = partition(network, depth), b = partition(network, depth, {}, static_cast<unsigned>(pick(random, 2, 5)));
-      ASSERT_EQ(a.regions.size(), b.regions.size());
-      EXPECT_EQ(a.work, b.work);
+      const auto a = partition(network, depth);
       EXPECT_LE(a.regions.size(), std::size_t{1} << depth);
       EXPECT_EQ(a.nodes.size() + 1, a.regions.size());
       double sum = 0;
       for (std::size_t i = 0; i < a.regions.size(); ++i) {
         EXPECT_LT(a.regions[i].level, a.regions.size());  // as deep as the evaluation cuts there
-        EXPECT_EQ(a.regions[i].program, b.regions[i].program);
-        EXPECT_EQ(a.regions[i].level, b.regions[i].level);
-        ASSERT_EQ(a.regions[i].cell.vertices().size(), b.regions[i].cell.vertices().size());
-        for (std::size_t v = 0; v < a.regions[i].cell.vertices().size(); ++v) EXPECT_EQ(a.regions[i].cell.vertices()[v].x, b.regions[i].cell.vertices()[v].x);
         sum += writer.measure(a.regions[i].cell).volume();
       }
       // Corners are rounded relative to their distance from the origin, however small the root cell is.

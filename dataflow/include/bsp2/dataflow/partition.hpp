@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -25,12 +26,14 @@ struct Partition {
   std::vector<Region<D>> regions;
 };
 
-/// Where an evaluation leaves cells undecided, as its options say: no cut is made there.
+/// Where an evaluation leaves cells undecided, as its options say: no cut is made there. And how much is looked at.
 struct PartitionLimits {
   unsigned level = std::numeric_limits<std::uint16_t>::max();
   double tolerance = 0;
   std::vector<double> eye;
   double angle = 0;
+  /// Of all localized programs. Operands that go through the whole model stay in most pieces: then there are fewer regions.
+  std::size_t words = std::size_t{1} << 25;
 };
 
 /// k for 2^k regions: grows with the half-spaces and facets of the model, and depends on nothing else.
