@@ -246,10 +246,23 @@ void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progres
   options.on_frame(now, progress.steps - 1);
 }
 
+/// The text is the master's, but the files that it imports, and fonts, each rank reads for itself. Regions of different models
+/// would not fit together.
+/// @throws bsp2::Error on all ranks, if not all have compiled the same.
+template <int D>
+void check_same_model(Ranks& ranks, const dataflow::Network<D>& network, const std::string& model) {
+  if (ranks.count() == 1) return;
+  const auto all = all_gather(ranks, std::to_string(D) + ' ' + hyperplane_digest(network) + ' ' + std::to_string(network.program.size()));
+  const auto other = std::find_if(all.begin(), all.end(), [&](const std::string& compiled) { return compiled != all.front(); });
+  if (other != all.end())
+    throw Error(model + ": rank " + std::to_string(other - all.begin()) + " has compiled another solid than rank 0: the files that the model imports, or its fonts, differ there");
+}
+
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
   const dataflow::Network<D> network = translation<D>(source, options);
+  check_same_model(ranks, network, report.model);
   limit_refinement(network, options);
   if (network.is_round()) {
     report.tolerance = options.tolerance;

@@ -8,6 +8,7 @@
 
 #include "bsp2/geometry/contact.hpp"
 #include "bsp2/geometry/error.hpp"
+#include "evaluate_options.hpp"
 #include "stages.hpp"
 
 namespace bsp2::supersteps {
@@ -59,9 +60,8 @@ std::uint64_t count_boundary_facets(const geometry::HyperplaneTable<3>& table, c
 }
 
 dataflow::EvaluateOptions evaluate_options(const RunOptions& options, std::optional<unsigned> level) {
-  dataflow::EvaluateOptions evaluate;
   Ranks alone;
-  evaluate.threads = threads_of(options, alone);
+  dataflow::EvaluateOptions evaluate = limits_of(options, threads_of(options, alone));
   evaluate.level = level;
   return evaluate;
 }
@@ -155,9 +155,10 @@ class Levels : public dataflow::Consumer {
 };
 
 template <int D>
-std::vector<Resolved> measure(const Source& source, const RunOptions& options, const std::vector<unsigned>& node_counts,
+std::vector<Resolved> measure(const Source& source, RunOptions options, const std::vector<unsigned>& node_counts,
                               std::vector<std::optional<unsigned>> levels) {
   const dataflow::Network<D> network = translation<D>(source, options);
+  limit_refinement(network, options);
   if (levels.empty()) {
     Levels seen;
     std::vector<dataflow::Consumer*> consumers{&seen};

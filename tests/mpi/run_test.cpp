@@ -128,6 +128,27 @@ TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
   }
 }
 
+/// Each rank reads what the model imports: where that differs, regions of two models would be put together.
+TEST(Run, RefusesImportsThatDifferBetweenRanks) {
+  const testing::TemporaryFolder folder;
+  Ranks ranks = Ranks::launched();
+  const auto imported_with = [&](int size) {
+    const std::string z = std::to_string(size);
+    std::ofstream(folder.path() / "p.off") << "OFF 4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 " + z + "\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    std::ofstream(folder.path() / "model.csg") << "import(file = \"p.off\"); cube(3);";
+    const RunOptions options = options_for(folder.path() / "model.csg", 4, 1);
+    ranks.together([&] { run(options, ranks); });
+  };
+  EXPECT_NO_THROW(imported_with(5));
+  if (ranks.count() == 1) return;
+  try {
+    imported_with(5 + (ranks.rank() == ranks.count() - 1 ? 1 : 0));
+    ADD_FAILURE() << "nobody noticed";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("rank " + std::to_string(ranks.count() - 1) + " has compiled another solid than rank 0"), std::string::npos) << error.what();
+  }
+}
+
 /// Boxes, balls and cylinders anywhere, with differences and intersections.
 std::string random_model(std::mt19937& random) {
   const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };

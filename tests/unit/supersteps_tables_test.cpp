@@ -44,5 +44,19 @@ TEST(Tables, NodesShareTheCellsOfARun) {
   for (const NodeFigures& node : finest[3]) EXPECT_EQ(node.cells, 1U);
 }
 
+/// Round solids are refined as far as a run does.
+TEST(Tables, EndForRoundSolids) {
+  const testing::TemporaryFolder folder;
+  RunOptions options;
+  options.model = folder.path() / "ball.csg";
+  options.threads = 1;
+  options.regions = 4;
+  std::ofstream(options.model) << "ball(r = 1);";
+  const auto measured = measure_tables(options, {1, 2}, {2U, std::nullopt});
+  const RunReport report = run(options).report;
+  for (const auto& nodes : measured.at(1).nodes) EXPECT_EQ(sum(nodes, &NodeFigures::splits), report.splits);
+  EXPECT_GT(report.splits, 1000U);
+}
+
 }  // namespace
 }  // namespace bsp2::supersteps
