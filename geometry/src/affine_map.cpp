@@ -117,6 +117,19 @@ typename AffineMap<D>::Rounding AffineMap<D>::rounding() const {
 
 template <int D>
 void AffineMap<D>::exact_adjugate(std::array<std::array<MinorInteger<D>, D>, D>& adjugate, MinorInteger<D>& determinant) const {
+  std::array<std::array<MinorInteger<D>, D>, D> m;
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) m[i][j] = MinorInteger<D>(entries_[i][j]);
+  if constexpr (D == 3) {  // the next rows and columns in a circle: so signs are right
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) {
+        const auto &a = m[(i + 1) % 3], &b = m[(i + 2) % 3];
+        const int k = (j + 1) % 3, l = (j + 2) % 3;
+        adjugate[j][i] = a[k] * b[l] - a[l] * b[k];
+      }
+    determinant = m[0][0] * adjugate[0][0] + m[0][1] * adjugate[1][0] + m[0][2] * adjugate[2][0];
+    return;
+  }
   // Row by row without row `skip`: minors of the first rows over the sets of columns used so far.
   std::array<MinorInteger<D>, 1u << D> minor;
   for (int skip = 0; skip < D; ++skip) {
@@ -129,7 +142,7 @@ void AffineMap<D>::exact_adjugate(std::array<std::array<MinorInteger<D>, D>, D>&
         if (!(set >> column & 1u)) continue;
         const MinorInteger<D>& rest = minor[set & ~(1u << column)];
         if (entries_[row][column] != 0 && !rest.is_zero()) {
-          const MinorInteger<D> term = MinorInteger<D>(entries_[row][column]) * rest;
+          const MinorInteger<D> term = m[row][column] * rest;
           if ((place + position) % 2 == 0)
             minor[set] += term;
           else
@@ -145,7 +158,7 @@ void AffineMap<D>::exact_adjugate(std::array<std::array<MinorInteger<D>, D>, D>&
     }
   }
   determinant = 0;
-  for (int j = 0; j < D; ++j) determinant += MinorInteger<D>(entries_[0][j]) * adjugate[j][0];
+  for (int j = 0; j < D; ++j) determinant += m[0][j] * adjugate[j][0];
 }
 
 template <int D>
@@ -153,15 +166,18 @@ void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const 
   std::array<std::array<MinorInteger<D>, D>, D> adjugate;
   MinorInteger<D> determinant;
   exact_adjugate(adjugate, determinant);
-  world[D] = ExactInteger<D>(determinant) * ExactInteger<D>(local.exact[D]);
+  using Integer = FixedInteger<covector_bits<D>>;
+  std::array<Integer, D + 1> result;
+  result[D] = Integer(determinant) * Integer(local.exact[D]);
   for (int j = 0; j < D; ++j) {
-    world[j] = 0;
     for (int i = 0; i < D; ++i)
-      if (!local.exact[i].is_zero()) world[j] += ExactInteger<D>(local.exact[i]) * ExactInteger<D>(adjugate[i][j]);
-    if (entries_[j][D] != 0) world[D] -= world[j] * ExactInteger<D>(entries_[j][D]);
+      if (!local.exact[i].is_zero()) result[j] += Integer(local.exact[i]) * Integer(adjugate[i][j]);
+    if (entries_[j][D] != 0) result[D] -= result[j] * Integer(entries_[j][D]);
   }
-  if (orientation_ < 0)
-    for (auto& coefficient : world) coefficient = -coefficient;
+  for (int j = 0; j <= D; ++j) {
+    world[j] = result[j];
+    if (orientation_ < 0) world[j].backend().negate();
+  }
 }
 
 template <int D>

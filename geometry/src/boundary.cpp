@@ -74,7 +74,8 @@ class Straightener {
   EdgeChain run() {
     find_neighbours();
     EdgeChain edges = std::move(skin_.edges);
-    std::sort(edges.begin(), edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) { return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to); });
+    std::sort(edges.begin(), edges.end(),
+              [](const Skin::Edge& a, const Skin::Edge& b) { return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to); });
     EdgeChain joined;
     joined.reserve(edges.size());
     for (const Skin::Edge& edge : edges) {

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
-#include "filter_lanes.hpp"
+#include "filter.hpp"
 
 namespace bsp2::geometry {
 
@@ -41,6 +41,7 @@ void Clipper<3>::load(const Cell<3>& cell) {
   for (auto& column : x_) column.clear();
   vertex_lives_.clear();
   living_vertices_ = 0;
+  witness_ = none;
   error_ = 0;
   for (const Vertex<3>& vertex : vertices) add_vertex(vertex);
   const std::size_t edges = cell.face_count(1);
@@ -91,38 +92,15 @@ Position Clipper<3>::cut(OrientedHyperplane plane, Cell<3>* rest) {
     return side == kept ? Position::negative : Position::positive;
   }
   ++splitter_->counts_.splits;
-  mark_edges();
+  mark(crosses ^ kept);
   cut_edges(id);
   find_common_edges(id);
-  find_common_facet();
+  if (is_touched_) find_common_facet();
   const auto code_for = [&](std::uint8_t side) { return oriented(id, side == has_positive).code; };
   if (rest != nullptr) *rest = pack_side(crosses ^ kept, code_for(crosses ^ kept));
   keep_side(kept, code_for(kept));
   return Position::crossing;
 }
-
-namespace {
-
-/// The values of a hyperplane at the points, whose number is rounded up to a multiple of 4, and the range of these.
-BSP2_VECTOR_CLONES void evaluate(const double* x, const double* y, const double* z, std::size_t count, const Hyperplane<3>& h, double* values,
-                                 double& least, double& largest) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Lanes low = {infinity, infinity, infinity, infinity}, high = -low;
-  for (std::size_t i = 0; i < count; i += 4) {
-    Lanes xs, ys, zs;
-    std::memcpy(&xs, x + i, sizeof xs);
-    std::memcpy(&ys, y + i, sizeof ys);
-    std::memcpy(&zs, z + i, sizeof zs);
-    const Lanes value = h.offset + h.normal[0] * xs + h.normal[1] * ys + h.normal[2] * zs;
-    std::memcpy(values + i, &value, sizeof value);
-    low = value < low ? value : low;
-    high = value > high ? value : high;
-  }
-  least = std::min(std::min(low[0], low[1]), std::min(low[2], low[3]));
-  largest = std::max(std::max(high[0], high[1]), std::max(high[2], high[3]));
-}
-
-}  // namespace
 
 /// The side of every vertex. @return on which sides there are vertices.
 std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
@@ -135,8 +113,7 @@ std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
     for (std::size_t v = count; v < padded; ++v) column[v] = column[count - 1];
     column.resize(count);
   }
-  double least, largest;
-  evaluate(x_[0].data(), x_[1].data(), x_[2].data(), count, h, &values_[0], least, largest);
+  const auto [least, largest] = filter::evaluate({x_[0].data(), x_[1].data(), x_[2].data(), count}, h, &values_[0]);
   const double bound = h.error + error_ * (1 + 0x1p-40);
   splitter_->counts_.predicates += living_vertices_;
   if (largest < -bound) return has_negative;
@@ -150,35 +127,62 @@ std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
     all |= vertex_mask_[v];
     doubtful |= static_cast<std::uint8_t>(mask == 0) & vertex_lives_[v];
   }
+  is_touched_ = false;
   if (doubtful == 0) return all;
   for (std::size_t v = 0; v < count; ++v) {
     if (vertex_mask_[v] != 0 || vertex_lives_[v] == 0) continue;
     const int side = splitter_->side(vertices_[v], id, h);
     vertex_mask_[v] = side < 0 ? has_negative : side > 0 ? has_positive : 0;
     all |= vertex_mask_[v];
+    is_touched_ = is_touched_ || side == 0;
   }
   return all;
 }
 
-void Clipper<3>::mark_edges() {
+/// What has vertices on the side that goes, which of a large cell are few: of the rest nothing is looked at again.
+void Clipper<3>::mark(std::uint8_t going) {
+  const std::uint8_t staying = crosses ^ going;
+  mark_vertices_and_edges(going);
   facet_mask_.resize(facets_.size());
-  std::memset(&facet_mask_[0], 0, facets_.size());
-  edge_mask_.resize(edges_.size());
-  for (std::size_t e = 0; e < edges_.size(); ++e) {
-    if (edge_lives_[e] == 0) continue;
-    const Edge& edge = edges_[e];
-    const std::uint8_t mask = vertex_mask_[edge.ends[0]] | vertex_mask_[edge.ends[1]];
-    edge_mask_[e] = mask;
-    facet_mask_[edge.facets[0]] |= mask;
-    facet_mask_[edge.facets[1]] |= mask;
+  std::memset(&facet_mask_[0], staying, facets_.size());
+  going_facets_.clear();
+  for (std::size_t i = 0; i < going_edges_.size(); ++i)
+    for (const Index f : edges_[going_edges_[i]].facets) {
+      if (facet_mask_[f] != staying) continue;
+      facet_mask_[f] = crosses;
+      going_facets_.push(f);
+    }
+  for (std::size_t i = 0; i < going_facets_.size(); ++i) {
+    const Facet& facet = facets_[going_facets_[i]];
+    std::uint8_t all = 0;
+    for (std::uint32_t k = 0; k < facet.count && (all & staying) == 0; ++k) all |= edge_mask_[lists_[facet.begin + k]];
+    if ((all & staying) == 0) facet_mask_[going_facets_[i]] = going;
+  }
+}
+
+void Clipper<3>::mark_vertices_and_edges(std::uint8_t going) {
+  const std::uint8_t *const lives = edge_lives_.data(), *const of_vertex = vertex_mask_.data();
+  going_vertices_.clear();
+  const std::size_t vertices = vertices_.size(), edges = edges_.size();
+  for (std::size_t v = 0; v < vertices; ++v)
+    if (of_vertex[v] == going) going_vertices_.push(static_cast<Index>(v));
+  going_edges_.clear();
+  edge_mask_.resize(edges);
+  std::uint8_t* const of_edge = &edge_mask_[0];
+  const Edge* const all = edges_.data();
+  for (std::size_t e = 0; e < edges; ++e) {
+    const std::uint8_t mask = (of_vertex[all[e].ends[0]] | of_vertex[all[e].ends[1]]) & lives[e];
+    of_edge[e] = mask;
+    if ((mask & going) != 0) going_edges_.push(static_cast<Index>(e));
   }
 }
 
 /// A new vertex, on neither side, for each crossing edge.
 void Clipper<3>::cut_edges(HyperplaneId id) {
   cut_vertex_.resize(edges_.size());
-  for (std::size_t e = 0; e < edges_.size(); ++e) {
-    if (edge_lives_[e] == 0 || edge_mask_[e] != crosses) continue;
+  for (std::size_t i = 0; i < going_edges_.size(); ++i) {
+    const std::size_t e = going_edges_[i];
+    if (edge_mask_[e] != crosses) continue;
     cut_vertex_[e] = static_cast<Index>(vertices_.size());
     if (vertices_.size() >= 0xffff) throw std::length_error("a cell has more than 65534 faces of one dimension");
     ++splitter_->counts_.vertices;
@@ -189,9 +193,11 @@ void Clipper<3>::cut_edges(HyperplaneId id) {
   std::memset(&vertex_mask_[0] + before, 0, vertices_.size() - before);
 }
 
-/// A new edge for each crossing facet, between the points in which the plane meets the facet's outline.
+/// A new edge for each crossing facet, between the points in which the plane meets the facet's outline. Where no vertex lies on the
+/// plane these are the outline of the common facet.
 void Clipper<3>::find_common_edges(HyperplaneId id) {
   common_edge_.resize(facets_.size());
+  common_list_.clear();
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     const Facet& facet = facets_[f];
     if (!facet.alive || facet_mask_[f] != crosses) continue;
@@ -213,6 +219,7 @@ void Clipper<3>::find_common_edges(HyperplaneId id) {
     if (found != 2) throw std::logic_error("a plane meets the outline of a convex facet in other than two points");
     if (edges_.size() >= 0xffff) throw std::length_error("a cell has more than 65534 faces of one dimension");
     common_edge_[f] = static_cast<Index>(edges_.size());
+    common_list_.push(common_edge_[f]);
     edges_.push({ends, {static_cast<Index>(f), static_cast<Index>(facets_.size())}, {facet.code >> 1, id}});
     edge_lives_.push(0xff);
   }
@@ -246,11 +253,17 @@ Cell<3> Clipper<3>::pack_side(std::uint8_t side, std::uint32_t common_code) {
   Index* const edge_number = vertex_number + vertices_.size();
   for (std::size_t v = 0; v < vertices_.size(); ++v)
     if (vertex_lives_[v] != 0 && vertex_mask_[v] != other) vertex_number[v] = scratch_.add_vertex(vertices_[v]);
-  for (std::size_t e = 0; e < edges_.size(); ++e) {
-    if (edge_lives_[e] == 0 || edge_mask_[e] == other) continue;
+  const auto add_edge = [&](std::size_t e) {
     edge_number[e] = scratch_.add_face(1, edges_[e].hyperplanes.data());
     for (const Index v : edges_[e].ends) scratch_.add_subface(1, vertex_number[vertex_mask_[v] == other ? cut_vertex_[e] : v]);
     scratch_.close_face(1);
+  };
+  if (is_touched_) {
+    for (std::size_t e = 0; e < edges_.size(); ++e)
+      if (edge_lives_[e] != 0 && edge_mask_[e] != other) add_edge(e);
+  } else {  // those that go, and the common ones, which are the newest
+    for (std::size_t i = 0; i < going_edges_.size(); ++i) add_edge(going_edges_[i]);
+    for (std::size_t i = 0; i < common_list_.size(); ++i) add_edge(common_list_[i]);
   }
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     const Facet& facet = facets_[f];
@@ -302,29 +315,42 @@ void Clipper<3>::keep_side(std::uint8_t side, std::uint32_t common_code) {
     for (Index& facet : edges_[e].facets)  // of an edge that lay on the plane already
       if (facet != common && !facets_[facet].alive) facet = common;
   }
-  for (std::size_t e = 0; e < edge_mask_.size(); ++e) {
-    if (edge_lives_[e] == 0 || (edge_mask_[e] & other) == 0) continue;
-    if (edge_mask_[e] == other)
+  bury_edges(other);
+  bury_vertices();
+  if (vertices_.size() > 2 * living_vertices_ + 16) close_up();
+}
+
+void Clipper<3>::bury_edges(std::uint8_t side) {
+  for (std::size_t i = 0; i < going_edges_.size(); ++i) {
+    const std::size_t e = going_edges_[i];
+    if (edge_mask_[e] == side)
       edge_lives_[e] = 0;
     else
-      edges_[e].ends[vertex_mask_[edges_[e].ends[0]] == other ? 0 : 1] = cut_vertex_[e];
+      edges_[e].ends[vertex_mask_[edges_[e].ends[0]] == side ? 0 : 1] = cut_vertex_[e];
   }
-  const std::size_t witness = edges_[common_list_[0]].ends[0];  // lives on: the dead go there, so that they do not widen what is left
-  for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    if (vertex_mask_[v] == other) {
-      vertex_lives_[v] = 0;
-      --living_vertices_;
-    }
-    if (vertex_lives_[v] == 0)
-      for (auto& column : x_) column[v] = column[witness];
+}
+
+/// The dead go where one lives on, so that they do not widen what is left.
+void Clipper<3>::bury_vertices() {
+  for (std::size_t i = 0; i < going_vertices_.size(); ++i) vertex_lives_[going_vertices_[i]] = 0;
+  living_vertices_ -= going_vertices_.size();
+  const auto bury = [&](std::size_t v) {
+    for (auto& column : x_) column[v] = column[witness_];
+  };
+  if (witness_ != none && vertex_lives_[witness_] != 0) {
+    for (std::size_t i = 0; i < going_vertices_.size(); ++i) bury(going_vertices_[i]);
+    return;
   }
-  if (vertices_.size() > 2 * living_vertices_ + 16) close_up();
+  witness_ = edges_[common_list_[0]].ends[0];
+  for (std::size_t v = 0; v < vertices_.size(); ++v)
+    if (vertex_lives_[v] == 0) bury(v);
 }
 
 /// Fills the holes; the order stays.
 void Clipper<3>::close_up() {
   renumbered_.resize(std::max(vertices_.size(), edges_.size()));
   std::size_t vertices = 0;
+  witness_ = none;
   error_ = 0;
   for (std::size_t v = 0; v < vertices_.size(); ++v) {
     if (vertex_lives_[v] == 0) continue;

@@ -14,7 +14,7 @@ std::array<HyperplaneId, 3> sorted(std::array<HyperplaneId, 3> ids) {
   return ids;
 }
 
-/// Holds a determinant of three homogeneous points: two coordinates of at most 1380 bits each and a weight of 1272 (exact.hpp).
+/// Holds a determinant of three homogeneous points: two coordinates of at most 1520 bits each and a weight of 1400 (exact.hpp).
 using WideInteger = FixedInteger<4608>;
 
 [[gnu::noinline]] WideInteger widen(const ExactInteger<3>& value) { return WideInteger(value); }  // inlined, it confuses GCC 12's bounds check

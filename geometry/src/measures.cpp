@@ -1,8 +1,11 @@
 #include "bsp2/geometry/measures.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <set>
+#include <stdexcept>
+#include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
 
@@ -125,9 +128,34 @@ int MomentSum<D>::degree(int index) {
   return index == 0 ? 0 : index <= D ? 1 : 2;
 }
 
+namespace {
+
+/// value * 2^-exponent rounded to the nearest integer, halves to the even one. From the bits: the library's ways are calls.
+Int128 on_grid(double value, int exponent) {
+  constexpr int fraction = 52, bias = 1023;
+  constexpr std::uint64_t leading = std::uint64_t{1} << fraction;
+  const auto bits = std::bit_cast<std::uint64_t>(value);
+  if (bits << 1 == 0) return 0;
+  const int field = static_cast<int>(bits >> fraction & 0x7ff);  // 0: below 2^-1022, without a leading bit
+  const int shift = std::max(field, 1) - bias - fraction - exponent;
+  const std::uint64_t mantissa = (bits & (leading - 1)) | (field == 0 ? 0 : leading);
+  if (field == 0x7ff || shift + static_cast<int>(std::bit_width(mantissa)) > 126) throw std::logic_error("a moment exceeds what the root cell's may be");
+  if (shift < -fraction - 1) return 0;  // below a half
+  Int128 size = 0;
+  if (shift >= 0) {
+    size = static_cast<Int128>(mantissa) << shift;
+  } else {
+    const std::uint64_t whole = mantissa >> -shift, rest = mantissa << (64 + shift), half = std::uint64_t{1} << 63;
+    size = static_cast<Int128>(whole + (rest > half || (rest == half && whole % 2 != 0) ? 1 : 0));
+  }
+  return bits >> 63 != 0 ? -size : size;
+}
+
+}  // namespace
+
 template <int D>
 void MomentSum<D>::add(const Moments<D>& moments) {
-  for (int i = 0; i < Moments<D>::size; ++i) sum_[i] += static_cast<Int128>(std::nearbyint(std::ldexp(moments.integral[i], -exponent_[degree(i)])));
+  for (int i = 0; i < Moments<D>::size; ++i) sum_[i] += on_grid(moments.integral[i], exponent_[degree(i)]);
 }
 
 template <int D>
@@ -169,24 +197,27 @@ void CellWriter<D>::order_facets(const Cell<D>& cell) {
     loops_.clear();
     loop_ends_.clear();
     doubtful_.clear();
-    neighbours_.resize(vertices.size());
+    neighbours_.assign(vertices.size(), 0);
+    std::uint16_t* const neighbours = neighbours_.data();
+    const std::uint16_t* const ends = cell.subfaces(1, 0).data();  // two of each edge
     for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
       const auto edges = cell.subfaces(2, facet);
-      for (const std::uint16_t edge : edges)
-        for (const std::uint16_t vertex : cell.subfaces(1, edge)) neighbours_[vertex] = {0xffff, 0xffff};
       for (const std::uint16_t edge : edges) {
-        const auto ends = cell.subfaces(1, edge);
-        for (int i = 0; i < 2; ++i) neighbours_[ends[i]][neighbours_[ends[i]][0] != 0xffff] = ends[1 - i];
+        const std::uint16_t a = ends[2 * edge], b = ends[2 * edge + 1];
+        neighbours[a] ^= b;
+        neighbours[b] ^= a;
       }
       const std::size_t begin = loops_.size();
-      const std::uint16_t first = cell.subfaces(1, edges[0])[0];
-      std::uint16_t previous = neighbours_[first][1], at = first;
-      for (std::size_t i = 0; i < edges.size(); ++i) {
-        loops_.push_back(at);
-        const std::uint16_t next = neighbours_[at][0] == previous ? neighbours_[at][1] : neighbours_[at][0];
-        previous = at;
-        at = next;
+      loops_.resize(begin + edges.size());
+      std::uint16_t previous = ends[2 * edges[0]], at = ends[2 * edges[0] + 1];
+      loops_[begin] = previous;
+      for (std::size_t i = begin + 1; i < loops_.size(); ++i) {
+        loops_[i] = at;
+        const auto next = static_cast<std::uint16_t>(neighbours[at] ^ previous);
+        neighbours[at] = 0;
+        previous = std::exchange(at, next);
       }
+      neighbours[loops_[begin]] = 0;
       // Newell's normal against the outward normal.
       const OrientedHyperplane code = cell.facet_hyperplane(facet);
       const auto normal = table_->rounded(code.id()).normal;

@@ -66,7 +66,8 @@ typename RoundFamily<D>::Radial RoundFamily<D>::halving(const Wedge& wedge, int 
 template <int D>
 typename RoundFamily<D>::Radial RoundFamily<D>::bound(const Wedge& wedge, int place, int side) const {
   const std::int64_t n = std::int64_t{1} << wedge.level;
-  const std::int64_t t = (2 * (std::int64_t{wedge.at[static_cast<std::size_t>(place)]} + (side > 0 ? 1 : 0)) - n) * (std::int64_t{1} << (levels_ - wedge.level));
+  const std::int64_t t = (2 * (std::int64_t{wedge.at[static_cast<std::size_t>(place)]} + (side > 0 ? 1 : 0)) - n) *
+                         (std::int64_t{1} << (levels_ - wedge.level));
   return radial(axis_at(wedge, place), wedge.axis(), wedge.sign() * t);
 }
 

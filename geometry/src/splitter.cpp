@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
-#include "filter_lanes.hpp"
+#include "filter.hpp"
 
 namespace bsp2::geometry {
 
@@ -103,7 +104,8 @@ int Splitter<D>::side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane
 }
 
 template <int D>
-Splitter<D>::Splitter(const HyperplaneTable<D>& table) : table_(&table) {}
+Splitter<D>::Splitter(const HyperplaneTable<D>& table)
+    : table_(&table), reach_bits_(std::ilogb(table.radius()) + 1 - table.grid_exponent()) {}
 
 namespace {
 
@@ -116,9 +118,20 @@ Entry& place_of(std::vector<Entry>& cache, std::size_t size, const std::array<st
   return cache[(hash >> 32) % size];
 }
 
+/// Without a call, which these few words are not worth.
+template <std::size_t N>
+bool is_same(const std::array<std::uint32_t, N>& a, const std::array<std::uint32_t, N>& b) {
+  std::uint32_t difference = 0;
+  for (std::size_t i = 0; i < N; ++i) difference |= a[i] ^ b[i];
+  return difference == 0;
+}
+
 constexpr int large_entries_above = 3;  // dimensions
 template <int D>
 constexpr std::size_t cached_covectors = D <= large_entries_above ? 256 : 16;
+constexpr std::size_t cached_fractions = 1024;
+constexpr int certain = Fraction::bits - 20;  // minors of fractions have a sign from 2^-certain on
+constexpr std::size_t cached_pencils = 8192;
 constexpr std::size_t cached_sides = 16384;
 
 }  // namespace
@@ -126,7 +139,7 @@ constexpr std::size_t cached_sides = 16384;
 /// Valid until the next call.
 template <int D>
 const ExactCovector<D>& Splitter<D>::exact(HyperplaneId id) {
-  CachedCovector& entry = place_of(exact_cache_, cached_covectors<D>, std::array{id});
+  auto& entry = place_of(exact_cache_, cached_covectors<D>, std::array{id});
   if (entry.id != id) {
     entry.covector = table_->exact(id);
     divide_by_common_power_of_two(entry.covector);
@@ -143,7 +156,7 @@ int Splitter<D>::exact_side(const Vertex<D>& vertex, HyperplaneId id) {
   std::copy(ids.begin(), ids.end(), key.begin());
   key[D] = id;
   CachedSide& known = place_of(side_cache_, cached_sides, key);
-  if (known.key != key) known = {key, static_cast<std::int8_t>(compute_exact_side(ids, id))};
+  if (!is_same(known.key, key)) known = {key, static_cast<std::int8_t>(compute_exact_side(ids, id))};
   return known.side;
 }
 
@@ -159,8 +172,8 @@ int side_of_point(const std::array<Integer, D + 1>& point, const std::array<Inte
 /// The point in which hyperplanes meet, valid until the next call.
 template <int D>
 const ExactCovector<D>& Splitter<D>::exact_point(const std::array<HyperplaneId, D>& ids) {
-  CachedPoint& known = place_of(point_cache_, cached_covectors<D>, ids);
-  if (known.ids != ids) {
+  auto& known = place_of(point_cache_, cached_covectors<D>, ids);
+  if (!is_same(known.ids, ids)) {
     std::array<ExactCovector<D>, D> rows;
     for (int i = 0; i < D; ++i) rows[i] = exact(ids[i]);
     known.point = meeting_point<D>(rows);
@@ -185,7 +198,7 @@ std::optional<int> Splitter<D>::side_in_frame(const std::array<HyperplaneId, D>&
   }
   std::sort(covectors.begin(), covectors.begin() + D);
   CachedSide& known = place_of(frame_cache_, cached_sides, covectors);
-  if (known.key != covectors) known = {covectors, static_cast<std::int8_t>(compute_side_in_frame(covectors))};
+  if (!is_same(known.key, covectors)) known = {covectors, static_cast<std::int8_t>(compute_side_in_frame(covectors))};
   return known.side;
 }
 
@@ -211,10 +224,93 @@ int Splitter<D>::compute_side_in_frame(const std::array<std::uint32_t, D + 1>& c
   return side_of_point<D>(meeting_point<D>(rows), last);
 }
 
+/// A hyperplane with no coefficient above 1/8, in coordinates of the model that are not above 1; valid until the next call.
+template <int D>
+auto Splitter<D>::in_fractions(HyperplaneId id) -> const FractionCovector& {
+  auto& known = place_of(fraction_cache_, cached_fractions, std::array{id});
+  if (known.id != id) {
+    const ExactCovector<D> covector = table_->exact(id);
+    const auto scale = [&](int i) { return i < D ? reach_bits_ : 0; };
+    long bits = 0;  // of the largest coefficient; all may be zero, as covectors of preimages are where nothing is
+    for (int i = 0; i <= D; ++i)
+      if (!covector[i].is_zero()) bits = std::max(bits, scale(i) + 1 + static_cast<long>(mp::msb(ExactInteger<D>(mp::abs(covector[i])))));
+    for (int i = 0; i <= D; ++i) known.covector[i] = Fraction::scaled(covector[i], scale(i) - bits - 3);
+    known.id = id;
+  }
+  return known.covector;
+}
+
+/// The point in which hyperplanes meet, valid until the next call.
+template <int D>
+auto Splitter<D>::point_in_fractions(const std::array<HyperplaneId, D>& ids) -> const FractionCovector& {
+  auto& known = place_of(fraction_point_cache_, cached_fractions, ids);
+  if (!is_same(known.ids, ids)) {
+    std::array<FractionCovector, D> rows;
+    for (int i = 0; i < D; ++i) rows[i] = in_fractions(ids[i]);
+    known.point = meeting_point<D>(rows);
+    known.ids = ids;
+  }
+  return known.point;
+}
+
+/// The side, if it can be told from the first 192 bits of the hyperplanes' coefficients.
+///
+/// No coefficient is above 1/8, so no minor of n rows is above n! / 8^n, and all are below 1/2. With e = 2^-192 for what is cut off a
+/// coefficient and 6 e for what is cut off a product, the error of a minor of n rows is E(n) <= n (E(n - 1) + (n - 1)! e + 6 e), even
+/// if coefficients were up to 1, with terms in e^2 left out: E(4) <= 336 e, and E(7) < 2^17 e. The weight is a minor of D rows, the value
+/// one of D + 1.
+template <int D>
+std::optional<int> Splitter<D>::side_in_fractions(const std::array<HyperplaneId, D>& vertex, HyperplaneId id) {
+  const FractionCovector& point = point_in_fractions(vertex);  // before the hyperplane: it asks for others
+  if (!point[D].is_at_least(certain)) return std::nullopt;
+  const FractionCovector& hyperplane = in_fractions(id);
+  Fraction value;
+  for (int i = 0; i <= D; ++i) value += hyperplane[i] * point[i];
+  if (!value.is_at_least(certain)) return std::nullopt;
+  return value.is_negative() == point[D].is_negative() ? 1 : -1;
+}
+
+/// Do these hyperplanes meet in more than a point, as planes through one line do? If so, that is known from now on.
+template <int D>
+bool Splitter<D>::is_pencil(const std::array<HyperplaneId, D>& ids) {
+  const FractionCovector& point = point_in_fractions(ids);
+  if (std::any_of(point.begin(), point.end(), [](const Fraction& x) { return x.is_at_least(certain); })) return false;
+  const ExactCovector<D>& proof = exact_point(ids);
+  if (std::any_of(proof.begin(), proof.end(), [](const ExactInteger<D>& x) { return !x.is_zero(); })) return false;
+  place_of(pencil_cache_, cached_pencils, ids).ids = ids;
+  return true;
+}
+
+template <int D>
+bool Splitter<D>::is_known_pencil(const std::array<HyperplaneId, D>& ids) {
+  return is_same(place_of(pencil_cache_, cached_pencils, ids).ids, ids);
+}
+
+namespace {
+
+/// If a hyperplane contains all that D - 1 of a vertex's meet in, it contains the vertex, and all others along that edge: so do nearly
+/// all that contain a vertex at all. The D sets of hyperplanes of which one would be a pencil.
+template <int D>
+std::array<std::array<HyperplaneId, D>, D> edge_pencils(const std::array<HyperplaneId, D>& vertex, HyperplaneId id) {
+  std::array<std::array<HyperplaneId, D>, D> sets;
+  for (int left_out = 0; left_out < D; ++left_out) {
+    sets[left_out] = vertex;
+    sets[left_out][left_out] = id;
+    std::sort(sets[left_out].begin(), sets[left_out].end());
+  }
+  return sets;
+}
+
+}  // namespace
+
 template <int D>
 int Splitter<D>::compute_exact_side(const std::array<HyperplaneId, D>& vertex, HyperplaneId id) {
   ++counts_.exact_predicates;
   if (const auto side = side_in_frame(vertex, id)) return *side;
+  const auto edges = edge_pencils<D>(vertex, id);
+  if (std::any_of(edges.begin(), edges.end(), [&](const auto& edge) { return is_known_pencil(edge); })) return 0;
+  if (const auto side = side_in_fractions(vertex, id)) return *side;
+  if (std::any_of(edges.begin(), edges.end(), [&](const auto& edge) { return is_pencil(edge); })) return 0;
   const ExactCovector<D>& point = exact_point(vertex);  // before the covector: it asks for others
   return side_of_point<D>(point, exact(id));
 }
@@ -249,74 +345,27 @@ namespace {
 
 static_assert(VertexColumns<3>::block == 4);
 
-BSP2_VECTOR_CLONES std::size_t find_range(const VertexColumns<3>& columns, const Hyperplane<3>& h, double bound, double& least, double& largest) {
-  return find_range(columns.x[0].data(), columns.x[1].data(), columns.x[2].data(), columns.padded, h, bound, least, largest);
+filter::Sides sides_of(Position position) {
+  return position == Position::crossing ? filter::both : position == Position::negative ? filter::all_negative : filter::all_positive;
 }
 
-/// Where values between `least` and `largest` lie: 1 all certainly negative, 2 all positive, 3 there are some of both, 0 in doubt.
-[[gnu::always_inline]] inline std::uint8_t sides_of_range(double least, double largest, double bound) {
-  return least < -bound && largest > bound ? 3 : largest < -bound ? 1 : least > bound ? 2 : 0;
-}
-
-/// On which sides of each hyperplane the points are, with certainty: 1 negative, 2 positive, 3 there are some on both, 0 in doubt.
-/// Long lists are looked at eight hyperplanes at a time, and `sides` has room for a multiple of eight. @return the number of values looked at.
-BSP2_VECTOR_CLONES std::size_t find_sides(const VertexColumns<3>& columns, const Hyperplane<3>* hyperplanes, std::span<const OrientedHyperplane> planes,
-                                          std::uint8_t* sides) {
-  const double *x = columns.x[0].data(), *y = columns.x[1].data(), *z = columns.x[2].data();
-  const double error = columns.error * (1 + 0x1p-40);
-  constexpr std::size_t width = 8, least_worth = 5;
-  constexpr std::uint64_t all_cross = 0x0303030303030303;
-  std::size_t i = 0, looked_at = 0;
-  for (; i + least_worth <= planes.size(); i += width) {
-    WideLanes nx, ny, nz, offset, bound;
-    for (std::size_t lane = 0; lane < width; ++lane) {
-      if (i + width + lane < planes.size()) __builtin_prefetch(hyperplanes + planes[i + width + lane].id());
-      const Hyperplane<3>& h = hyperplanes[planes[std::min(i + lane, planes.size() - 1)].id()];
-      nx[lane] = h.normal[0];
-      ny[lane] = h.normal[1];
-      nz[lane] = h.normal[2];
-      offset[lane] = h.offset;
-      bound[lane] = h.error;
-    }
-    bound += error;
-    WideLanes low = offset + nx * x[0] + ny * y[0] + nz * z[0], high = low;
-    std::uint64_t found = 0;
-    for (std::size_t v = 1; v < columns.count && found != all_cross;) {
-      const std::size_t some = std::min<std::size_t>(columns.count, v + 256);
-      for (; v < some; ++v) {
-        const WideLanes value = offset + nx * x[v] + ny * y[v] + nz * z[v];
-        low = value < low ? value : low;
-        high = value > high ? value : high;
-      }
-      const auto each = ((low < -bound) & (high > bound) & 3) | ((high < -bound) & 1) | ((low > bound) & 2);
-      const auto bytes = __builtin_convertvector(each, WideBytes);
-      std::memcpy(&found, &bytes, width);
-    }
-    std::memcpy(sides + i, &found, width);
-    looked_at += std::min(width, planes.size() - i) * columns.count;
-  }
-  for (; i < planes.size(); ++i) {
-    const Hyperplane<3>& h = hyperplanes[planes[i].id()];
-    double least, largest;
-    looked_at += std::min(find_range(x, y, z, columns.padded, h, h.error + error, least, largest), columns.count);
-    sides[i] = sides_of_range(least, largest, h.error + error);
-  }
-  return looked_at;
-}
+filter::Points points_of(const VertexColumns<3>& columns) { return {columns.x[0].data(), columns.x[1].data(), columns.x[2].data(), columns.count}; }
 
 template <int D>
-std::size_t find_range_of(const VertexColumns<D>& columns, const Hyperplane<D>& h, double bound, double& least, double& largest) {
+filter::Range find_range(const VertexColumns<D>& columns, const Hyperplane<D>& h, double bound, std::uint64_t& looked_at) {
   if constexpr (D == 3) {
-    return find_range(columns, h, bound, least, largest);
+    return filter::find_range(points_of(columns), h, bound, looked_at);
   } else {
     static_cast<void>(bound);
+    double least = std::numeric_limits<double>::infinity(), largest = -least;
     for (std::size_t i = 0; i < columns.count; ++i) {
       double value = h.offset;
       for (int k = 0; k < D; ++k) value += h.normal[k] * columns.x[k][i];
       least = value < least ? value : least;
       largest = value > largest ? value : largest;
     }
-    return columns.count;
+    looked_at += columns.count;
+    return {least, largest};
   }
 }
 
@@ -325,8 +374,7 @@ std::size_t find_range_of(const VertexColumns<D>& columns, const Hyperplane<D>& 
 template <int D>
 Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded) {
   const double bound = rounded.error + columns.error * (1 + 0x1p-40);
-  double least = std::numeric_limits<double>::infinity(), largest = -least;
-  counts_.predicates += std::min(find_range_of<D>(columns, rounded, bound, least, largest), columns.count);
+  const auto [least, largest] = find_range<D>(columns, rounded, bound, counts_.predicates);
   if (least < -bound && largest > bound) return Position::crossing;
   if (largest < -bound) return Position::negative;
   if (least > bound) return Position::positive;
@@ -336,30 +384,37 @@ Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& colu
 template <int D>
 bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes,
                                 std::vector<std::uint32_t>& crossing) {
-  const auto keep = [&](OrientedHyperplane plane, Position where) {
-    if (where == Position::crossing) crossing.push_back(plane.code);
-    return where == Position::crossing || (where == Position::negative) != plane.flipped();
-  };
   if constexpr (D == 3) {
     constexpr std::size_t block = 64;
+    static_assert(block % wide == 0);
     const auto stored = table_->rounded();
-    sides_.resize(block);
+    std::array<filter::Sides, block> sides;
+    std::size_t found = crossing.size();
     for (std::size_t first = 0; first < planes.size(); first += block) {
       const auto some = planes.subspan(first, std::min(block, planes.size() - first));
-      counts_.predicates += find_sides(columns, stored.data(), some, &sides_[0]);
-      for (std::size_t i = 0; i < some.size(); ++i) {
-        const HyperplaneId id = some[i].id();
-        const Position where = sides_[i] == crosses        ? Position::crossing
-                               : sides_[i] == has_negative ? Position::negative
-                               : sides_[i] == has_positive ? Position::positive
-                                                           : position(cell, id, stored[id]);
-        if (!keep(some[i], where)) return false;
+      counts_.predicates += filter::find_sides(points_of(columns), columns.error * (1 + 0x1p-40), stored.data(), some, sides.data());
+      crossing.resize(found + some.size());
+      bool is_outside = false;
+      for (std::size_t i = 0; i < some.size(); ++i) {  // hardly any branches: there is no telling which ones cross
+        const OrientedHyperplane plane = some[i];
+        filter::Sides where = sides[i];
+        if (where == filter::doubtful) [[unlikely]] {
+          if (is_outside) return false;
+          where = sides_of(position(cell, plane.id(), stored[plane.id()]));
+        }
+        crossing[found] = plane.code;
+        found += where == filter::both ? 1 : 0;
+        is_outside |= where == (plane.flipped() ? filter::all_negative : filter::all_positive);
       }
+      if (is_outside) return false;
     }
+    crossing.resize(found);
     return true;
   } else {
     return std::all_of(planes.begin(), planes.end(), [&](OrientedHyperplane plane) {
-      return keep(plane, position(cell, columns, plane.id(), table_->rounded(plane.id())));
+      const Position where = position(cell, columns, plane.id(), table_->rounded(plane.id()));
+      if (where == Position::crossing) crossing.push_back(plane.code);
+      return where == Position::crossing || (where == Position::negative) != plane.flipped();
     });
   }
 }

@@ -48,6 +48,63 @@ TEST(MomentSum, DependsNeitherOnOrderNorOnGrouping) {
   }
 }
 
+/// value * 2^-exponent as an integer, halves to the even one.
+mp::cpp_int rounded(double value, int exponent) {
+  int power = 0;
+  const auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(value, &power), 53));
+  const int shift = power - 53 - exponent;
+  if (shift >= 0) return mp::cpp_int(mantissa) << shift;
+  const mp::cpp_int unit = mp::cpp_int(1) << -shift, size = std::abs(mantissa);
+  mp::cpp_int whole = size / unit;
+  const mp::cpp_int twice = 2 * (size - whole * unit);
+  if (twice > unit || (twice == unit && whole % 2 != 0)) ++whole;
+  return mantissa < 0 ? -whole : whole;
+}
+
+/// Whole units and halves of them, far below one, of any size up to 2^96, subnormal numbers, and zeros.
+double any_summand(Random& random, int unit) {
+  switch (pick(random, 0, 5)) {
+    case 0:
+      return std::ldexp(pick(random, -40, 40), unit - 1 - pick(random, 0, 2));
+    case 1:
+      return pick(random, 0, 1) == 0 ? 0.0 : -0.0;
+    case 2:
+      return std::ldexp(uniform(random, -1, 1), std::min(pick(random, -1074, -1020), unit + 96));
+    default:
+      return std::ldexp(uniform(random, -1, 1), pick(random, unit - 4, unit + 96));
+  }
+}
+
+template <int D>
+void expect_rounded_sums(MomentSum<D> sum, Random& random) {
+  constexpr std::size_t size = Moments<D>::size;
+  const auto exponent = sum.state().exponent;
+  std::array<mp::cpp_int, size> expected{};
+  for (int round = 0; round < 5000; ++round) {
+    Moments<D> moments;
+    for (std::size_t i = 0; i < size; ++i) {
+      const int unit = exponent[i == 0 ? 0 : i <= static_cast<std::size_t>(D) ? 1 : 2];
+      moments.integral[i] = any_summand(random, unit);
+      expected[i] += rounded(moments.integral[i], unit);
+    }
+    sum.add(moments);
+    const auto words = sum.state().words;
+    for (std::size_t i = 0; i < size; ++i) {
+      const mp::cpp_int found = (mp::cpp_int(static_cast<std::int64_t>(words[2 * i + 1])) << 64) + words[2 * i];
+      ASSERT_EQ(found, expected[i]) << "moment " << i << ", round " << round;
+    }
+  }
+}
+
+TEST(MomentSum, AddsEachSummandRoundedToTheNearestUnit) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  expect_rounded_sums(MomentSum<1>(1), random);
+  expect_rounded_sums(MomentSum<3>(1e10, 1e-3), random);
+  expect_rounded_sums(MomentSum<6>(1e-40, 1e-40), random);  // whose units no double is as small as
+}
+
 TEST(Moments, IndexIsTheUpperTriangleByRows) {
   int next = 0;
   for (int i = 0; i <= 3; ++i)

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "bsp2/geometry/cell.hpp"
+#include "bsp2/geometry/halfspace_columns.hpp"
 #include "bsp2/geometry/splitter.hpp"
 #include "geometry_oracle.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 
 /// What a round has seen, so that a test can show that it has tested something.
 struct Seen {
-  std::uint64_t sides = 0, exact = 0, on = 0, exact_vertices = 0;
+  std::uint64_t sides = 0, exact = 0, exact_off = 0, on = 0, exact_vertices = 0;  // exact_off: exact ones that are not on
 };
 
 /// Vertices of random D-tuples of hyperplanes: error bounds, and sides of other hyperplanes.
@@ -61,7 +62,9 @@ void check_vertices(const Model<D>& model, Random& random, int tuples, int other
       ASSERT_EQ(splitter.side(vertex, id, model.table.rounded(id)), expected) << "hyperplane " << id;
       ++seen.sides;
       seen.on += expected == 0;
-      seen.exact += splitter.counts().exact_predicates - before;
+      const std::uint64_t exact = splitter.counts().exact_predicates - before;
+      seen.exact += exact;
+      seen.exact_off += expected != 0 ? exact : 0;
     }
   }
 }
@@ -150,6 +153,141 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnBoxesTurnedByTinyAngles) {
   if (D > 1) {
     EXPECT_GT(seen.exact, seen.sides / 50);
     EXPECT_GT(seen.on, 0U);
+  }
+}
+
+TYPED_TEST(Predicate, AgreesWithRationalsOnHyperplanesThroughTheEdgesOfOthers) {
+  constexpr int D = TypeParam::value;
+  if constexpr (D > 1) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    Seen seen;
+    for (int round = 0; round < (D <= 3 ? 40 : 20); ++round) {
+      // Boxes with an edge (of D - 2 dimensions) in common, about which they are turned; one of them is a step of the grid beside it.
+      std::array<double, D> lower, upper;
+      lower.fill(-2);
+      upper.fill(2);
+      std::vector<typename Model<D>::Placed> boxes;
+      for (int k = 0; k < 6; ++k) {
+        const long double angle = round % 2 == 0 ? uniform(random, 0, 6) : std::pow(10.0L, -pick(random, 3, 30));
+        Matrix<D> m = rotation<D>(0, 1, angle);
+        for (int i = 2; i < D; ++i) m[i][D] = uniform(random, -1, 1);
+        if (k == 5) m[0][D] = static_cast<Quad>(std::ldexp(1.0L, HyperplaneTable<D>(lower, upper, 4 * D).grid_exponent()));
+        boxes.push_back({m, unit_box<D>().covectors});
+      }
+      boxes.push_back(random_box<D>(random, 1));
+      const Model<D> model(lower, upper, 4 * D, boxes, 0);
+      check_vertices(model, random, D <= 3 ? 60 : 15, 12, seen);
+      if (testing::Test::HasFatalFailure()) return;
+    }
+    EXPECT_GT(seen.on, 50U);
+    EXPECT_GT(seen.exact_off, 5U);
+  }
+}
+
+/// A random convex cell among the hyperplanes of a model: the root, cut a few times.
+template <int D>
+Cell<D> random_cell(const Model<D>& model, Random& random, Splitter<D>& splitter, int cuts) {
+  Cell<D> cell = root_cell<D>(model.table);
+  for (int k = 0; k < cuts; ++k) {
+    const auto id = static_cast<HyperplaneId>(pick(random, 0, static_cast<int>(model.table.size()) - 1));
+    if (splitter.classify(cell, id) != Position::crossing) continue;
+    std::array<Cell<D>, 2> halves;
+    splitter.split(cell, id, &halves[0], &halves[1]);
+    cell = std::move(halves[static_cast<std::size_t>(pick(random, 0, 1))]);
+  }
+  return cell;
+}
+
+/// Boxes whose hyperplanes meet in many grid points, and one in general position.
+template <int D>
+Model<D> boxes_on_a_grid(Random& random) {
+  std::array<double, D> lower, upper;
+  lower.fill(-2);
+  upper.fill(2);
+  std::vector<typename Model<D>::Placed> boxes;
+  for (int k = 0; k < 6; ++k) {
+    Matrix<D> m = identity<D>();
+    for (int i = 0; i < D; ++i) {
+      for (int j = i + 1; j < D; ++j) m[i][j] = k == 5 ? uniform(random, -1, 1) : pick(random, -1, 1);
+      m[i][D] = pick(random, -1, 0);
+    }
+    boxes.push_back({m, unit_box<D>().covectors});
+  }
+  return Model<D>(lower, upper, 8 * D, boxes, 0);
+}
+
+TYPED_TEST(Predicate, ManyHalfSpacesAreToldApartAsOneByOne) {
+  constexpr int D = TypeParam::value;
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  int outside = 0, crossed = 0;
+  for (int round = 0; round < (D < 4 ? 40 : 4); ++round) {
+    const Model<D> model = boxes_on_a_grid<D>(random);
+    Splitter<D> splitter(model.table);
+    for (int k = 0; k < 30; ++k) {
+      const Cell<D> cell = random_cell(model, random, splitter, pick(random, 0, 6));
+      VertexColumns<D> columns;
+      columns.load(cell);
+      std::vector<OrientedHyperplane> planes;
+      for (int n = pick(random, 1, 150); n > 0; --n) {
+        const auto id = static_cast<HyperplaneId>(pick(random, 0, static_cast<int>(model.table.size()) - 1));
+        const Position where = splitter.position(cell, id, model.table.rounded(id));
+        const bool behind = k % 3 == 0 ? pick(random, 0, 1) == 1 : where != Position::positive;  // seldom outside of any
+        planes.push_back(oriented(id, !behind));
+      }
+      std::vector<std::uint32_t> expected{7, 8, 9}, found = expected;  // appended to what is there
+      bool inside = true;
+      for (const OrientedHyperplane plane : planes) {
+        const Position where = splitter.position(cell, plane.id(), model.table.rounded(plane.id()));
+        if (where == Position::crossing)
+          expected.push_back(plane.code);
+        else
+          inside = inside && (where == Position::negative) != plane.flipped();
+      }
+      ASSERT_EQ(splitter.find_crossing(cell, columns, planes, found), inside);
+      outside += inside ? 0 : 1;
+      if (!inside) continue;
+      ASSERT_EQ(found, expected);
+      crossed += expected.size() > 3 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(outside, 0);
+  EXPECT_GT(crossed, 0);
+}
+
+TYPED_TEST(Predicate, TheFurthestHalfSpaceIsTheFirstWithTheLargestValue) {
+  constexpr int D = TypeParam::value;
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (int round = 0; round < 20; ++round) {
+    const Model<D> model = boxes_on_a_grid<D>(random);
+    std::vector<OrientedHyperplane> planes;
+    for (int n = pick(random, 1, 60); n > 0; --n)  // some twice: they are equally far
+      planes.push_back(oriented(static_cast<HyperplaneId>(pick(random, 0, static_cast<int>(model.table.size()) - 1)), pick(random, 0, 1) == 1));
+    HalfspaceColumns<D> columns;
+    columns.assign(model.table, planes);
+    std::vector<bool> left(planes.size(), true);
+    for (std::size_t remain = planes.size(); remain > 0; --remain) {
+      ASSERT_EQ(columns.size(), remain);
+      std::array<double, D> point;
+      for (double& x : point) x = pick(random, 0, 2) == 0 ? pick(random, -1, 1) : uniform(random, -2, 2);
+      std::size_t expected = planes.size();
+      double most = 0;
+      for (std::size_t i = 0; i < planes.size(); ++i) {
+        const double value = model.table.rounded(planes[i].id()).at(point) * (planes[i].flipped() ? -1 : 1);
+        if (!left[i] || (expected < planes.size() && value <= most)) continue;
+        expected = i;
+        most = value;
+      }
+      ASSERT_EQ(columns.furthest(point), expected);
+      const auto gone = pick(random, 0, 1) == 0 ? expected : static_cast<std::size_t>(std::find(left.begin(), left.end(), true) - left.begin());
+      left[gone] = false;
+      columns.remove(gone);
+    }
   }
 }
 
@@ -291,6 +429,27 @@ TEST(PredicateInSpace, SeesDifferencesOfOneGridStep) {
     EXPECT_EQ(splitter.side(origin, codes[3].id(), table.rounded(codes[3].id())), direction);
     EXPECT_EQ(codes[3].id() == codes[2].id(), direction == 0);
   }
+}
+
+/// As preimages have them where nothing is to be cut: at any vertex the value is 0, and so is the side.
+class Nothing : public ComputedFamily<3> {
+ public:
+  [[nodiscard]] std::uint32_t count() const override { return 1; }
+  [[nodiscard]] std::array<std::int64_t, 4> covector(std::uint32_t) const override { return {}; }
+};
+
+TEST(PredicateInSpace, CovectorsOfNothingButZerosHoldAllPoints) {
+  HyperplaneTable<3> table({-1, -1, -1}, {1, 1, 1}, 1);
+  const auto covectors = unit_box<3>().covectors;
+  const std::uint32_t first = table.add_covectors(covectors), map = table.add_map(rotation<3>(0, 1, 1.0L));
+  for (std::uint32_t i = 0; i < 3; ++i) table.add_occurrence(map, first + 2 * i);
+  const auto codes = table.merge(0);
+  const HyperplaneId nothing = table.add_family(map, SharedFamily<3>(std::make_shared<Nothing>()));
+  std::uint64_t exact = 0;
+  const Vertex<3> vertex = make_vertex<3>(table, {codes[0].id(), codes[1].id(), codes[2].id()}, exact);
+  Splitter<3> splitter(table);
+  EXPECT_EQ(splitter.side(vertex, nothing, table.rounded(nothing)), 0);
+  EXPECT_EQ(splitter.counts().exact_predicates, 1U);
 }
 
 }  // namespace

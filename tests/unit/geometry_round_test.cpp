@@ -74,7 +74,8 @@ void check_family(int axes, std::uint64_t seed) {
         }
         if (wedge.level == family.levels()) continue;
         const auto halving = family.halving(wedge, j);
-        const long double at = x[family.axis_at(wedge, j)] / std::fabs(x[wedge.axis()]), middle = (2 * static_cast<long double>(wedge.at[static_cast<std::size_t>(j)]) + 1) / n - 1;
+        const long double at = x[family.axis_at(wedge, j)] / std::fabs(x[wedge.axis()]),
+                          middle = (2 * static_cast<long double>(wedge.at[static_cast<std::size_t>(j)]) + 1) / n - 1;
         const long double v = value<D>(family.rounded(halving.number), x) * (halving.flipped ? -1 : 1);
         if (std::fabs(at - middle) > 0x1p-40L) { EXPECT_EQ(v > 0, at > middle); }
       }

@@ -15,9 +15,9 @@ __extension__ using Quad = __float128;
 template <int D>
 using Matrix = std::array<std::array<Quad, D + 1>, D>;
 
-/// Holds any minor of a linear part on the grid: D factors of 102 bits.
+/// Holds any minor of a linear part on the grid: D factors of 122 bits.
 template <int D>
-using MinorInteger = FixedInteger<D <= 3 ? 384 : 704>;
+using MinorInteger = FixedInteger<D <= 3 ? 384 : 768>;
 
 /// The affine map on the model's grid: the same matrix as integers, in units of 2^grid_exponent.
 ///
@@ -33,7 +33,7 @@ class AffineMap {
     std::array<long double, D> translation;
   };
 
-  /// @pre no entry exceeds 2^(grid_exponent + 102).
+  /// @pre no entry exceeds 2^(grid_exponent + 122): a primitive may be modelled a million times its reach away from its place.
   AffineMap(const Matrix<D>& matrix, int grid_exponent) : AffineMap(matrix, grid_exponent, Rounding()) {}
   /// @param rounding gets what `rounding()` would return.
   AffineMap(const Matrix<D>& matrix, int grid_exponent, Rounding& rounding);

@@ -21,7 +21,7 @@ class Buffer {
   T& operator[](std::size_t i) { return data_[i]; }
   const T& operator[](std::size_t i) const { return data_[i]; }
   void clear() { size_ = 0; }
-  void push(const T& value) {
+  [[gnu::always_inline]] void push(const T& value) {
     if (size_ == capacity_) [[unlikely]]
       grow(size_ + 1);
     data_[size_++] = value;

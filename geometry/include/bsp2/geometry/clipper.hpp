@@ -62,11 +62,14 @@ class Clipper<3> {
   Buffer<Edge> edges_;
   Buffer<Facet> facets_;
   Buffer<Index> lists_, lists_copy_;
-  std::size_t living_vertices_ = 0;
+  static constexpr std::size_t none = 0xffff;
+  std::size_t living_vertices_ = 0, witness_ = none;  // of the living, where the dead are
   double error_ = 0;  // the largest of the vertices'
   // Of the cut at hand.
   Buffer<double> values_;
   Buffer<std::uint8_t> vertex_mask_, edge_mask_, facet_mask_;
+  bool is_touched_ = false;    // some vertex lies on the plane
+  Buffer<Index> going_vertices_, going_edges_, going_facets_;  // with vertices on the side that goes, in part or as a whole
   Buffer<Index> cut_vertex_;   // of each crossing edge
   Buffer<Index> common_edge_;  // of each crossing facet
   Buffer<Index> common_list_;  // edges of the common facet
@@ -75,12 +78,15 @@ class Clipper<3> {
 
   std::uint8_t find_sides(HyperplaneId id);
   void add_vertex(const Vertex<3>& vertex);
-  void mark_edges();
+  void mark(std::uint8_t going);
+  void mark_vertices_and_edges(std::uint8_t going);
   void cut_edges(HyperplaneId id);
   void find_common_edges(HyperplaneId id);
   void find_common_facet();
   Cell<3> pack_side(std::uint8_t side, std::uint32_t common_code);
   void keep_side(std::uint8_t side, std::uint32_t common_code);
+  void bury_edges(std::uint8_t side);
+  void bury_vertices();
   void close_up();
 };
 

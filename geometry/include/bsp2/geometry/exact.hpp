@@ -22,11 +22,14 @@ using LocalInteger = FixedInteger<256>;
 
 /// Bits that no exact computation in E^D exceeds (affine_map.hpp and covector.hpp bound its inputs).
 ///
-/// With grid entries of 102 bits and local coefficients of 216 bits, a world normal has (D-1) 102 + 216 + 4 bits, a world
-/// constant D 102 + 216 + 6, and the predicate is a determinant of D normals and one constant: for D = 3, below 1840 bits.
-/// Above D = 3 there are no polyhedra, and local coefficients have at most 114 bits, those of cones: for D = 6, below 4570.
+/// With grid entries of 122 bits and local coefficients of 216 bits, a world normal has (D-1) 122 + 216 + 4 bits, a world
+/// constant D 122 + 216 + 6, and the predicate is a determinant of D normals and one constant: for D = 3, below 1990 bits.
+/// Above D = 3 there are no polyhedra, and local coefficients have at most 114 bits, those of cones: for D = 6, 731 and 855 bits,
+/// and below 5260.
 template <int D>
-inline constexpr unsigned exact_bits = D <= 3 ? 1856 : 4608;
+inline constexpr unsigned exact_bits = D <= 3 ? 2048 : 5312;
+template <int D>
+inline constexpr unsigned covector_bits = D <= 3 ? 640 : 896;
 
 template <int D>
 using ExactInteger = FixedInteger<exact_bits<D>>;
@@ -66,10 +69,11 @@ template <int D, typename Integer>
 std::array<Integer, D + 1> meeting_point(const std::array<std::array<Integer, D + 1>, D>& hyperplanes) {
   constexpr unsigned columns = D + 1;
   std::array<Integer, 1u << columns> minor;  // minor[set]: the first |set| rows and these columns
-  minor[0] = 1;
+  for (unsigned column = 0; column < columns; ++column) minor[1u << column] = hyperplanes[0][column];
   for (unsigned set = 1; set + 1 < (1u << columns); ++set) {
     const int row = std::popcount(set) - 1;
-    minor[set] = 0;
+    if (row == 0) continue;
+    minor[set] = Integer();
     int position = 0;  // of the column within the set
     for (unsigned column = 0; column < columns; ++column) {
       if (!(set >> column & 1u)) continue;

@@ -64,7 +64,7 @@ class CellWriter {
 
  private:
   const HyperplaneTable<D>* table_;
-  std::vector<std::array<std::uint16_t, 2>> neighbours_;  // of each vertex along the facet at hand
+  std::vector<std::uint16_t> neighbours_;         // of each vertex along the facet at hand: both, by exclusive or
   std::vector<std::uint16_t> loops_;                      // ordered vertices of all facets (D = 3)
   std::vector<std::uint32_t> loop_ends_;
   std::vector<std::uint16_t> doubtful_;           // facets too thin to tell which way round they are

@@ -9,6 +9,7 @@
 
 #include "bsp2/geometry/buffer.hpp"
 #include "bsp2/geometry/cell.hpp"
+#include "bsp2/geometry/fraction.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
 
 namespace bsp2::geometry {
@@ -119,26 +120,36 @@ class Splitter {
   static constexpr std::uint8_t has_negative = 1, has_positive = 2, crosses = 3;
 
   const HyperplaneTable<D>* table_;
+  long reach_bits_;  // coordinates in the model are below 2^reach_bits_ steps of the grid
   KernelCounts counts_;
   std::array<Buffer<std::uint8_t>, D> mask_;  // of each k-face: on which sides it has vertices
   std::array<Half, 2> halves_;
 
+  template <typename Covector>
   struct CachedCovector {
     HyperplaneId id = ~HyperplaneId{0};
-    ExactCovector<D> covector;
+    Covector covector;
   };
-  std::vector<CachedCovector> exact_cache_;  // of the hyperplanes that exact predicates asked for last
-
+  /// Hyperplanes that are not there: a table has no such id.
+  static constexpr std::array<HyperplaneId, D> no_ids() {
+    std::array<HyperplaneId, D> ids{};
+    ids.fill(~HyperplaneId{0});
+    return ids;
+  }
+  template <typename Covector>
   struct CachedPoint {
     std::array<HyperplaneId, D> ids = no_ids();
-    ExactCovector<D> point;  // homogeneous, the weight last
-    static std::array<HyperplaneId, D> no_ids() {
-      std::array<HyperplaneId, D> ids;
-      ids.fill(~HyperplaneId{0});
-      return ids;
-    }
+    Covector point;  // homogeneous, the weight last
   };
-  std::vector<CachedPoint> point_cache_;  // what one hyperplane leaves open at a vertex, its neighbours often do, too
+  using FractionCovector = std::array<Fraction, D + 1>;
+  std::vector<CachedCovector<ExactCovector<D>>> exact_cache_;  // of the hyperplanes that exact predicates asked for last
+  std::vector<CachedCovector<FractionCovector>> fraction_cache_;
+  std::vector<CachedPoint<ExactCovector<D>>> point_cache_;  // what one hyperplane leaves open at a vertex, its neighbours often do, too
+  std::vector<CachedPoint<FractionCovector>> fraction_point_cache_;
+  struct CachedPencil {
+    std::array<HyperplaneId, D> ids = no_ids();
+  };
+  std::vector<CachedPencil> pencil_cache_;  // hyperplanes that meet in more than a point
 
   /// What was asked: the vertex's hyperplanes, or their covectors, in ascending order, then the one that it is held against.
   struct CachedSide {
@@ -147,12 +158,16 @@ class Splitter {
   };
   std::vector<CachedSide> side_cache_;   // cells that share a vertex ask the same again
   std::vector<CachedSide> frame_cache_;  // within a frame, by covectors: what one primitive asked, the next of its shape asks again
-  Buffer<std::uint8_t> sides_;  // of a block of half-spaces
 
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
   int compute_exact_side(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
   std::optional<int> side_in_frame(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
   [[nodiscard]] int compute_side_in_frame(const std::array<std::uint32_t, D + 1>& covectors) const;
+  [[nodiscard]] std::optional<int> side_in_fractions(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
+  bool is_known_pencil(const std::array<HyperplaneId, D>& ids);
+  bool is_pencil(const std::array<HyperplaneId, D>& ids);
+  const FractionCovector& in_fractions(HyperplaneId id);
+  const FractionCovector& point_in_fractions(const std::array<HyperplaneId, D>& ids);
   const ExactCovector<D>& exact(HyperplaneId id);
   const ExactCovector<D>& exact_point(const std::array<HyperplaneId, D>& ids);
   void split_vertices(const Cell<D>& cell);

@@ -1,0 +1,24 @@
+// Several numbers in one instruction, as many as the processor at hand has room for.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// A function that is compiled for several processors; the one at hand is chosen when the program starts. By GCC: Clang of Debian 12 passes
+/// over the attribute, and sanitizers are not there yet when the choice is made.
+#if defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define BSP2_VECTOR_CLONES __attribute__((target_clones("avx512f", "fma", "default")))
+#else
+#define BSP2_VECTOR_CLONES
+#endif
+
+namespace bsp2::geometry {
+
+inline constexpr std::size_t wide = 8;
+
+using Lanes = double __attribute__((vector_size(4 * sizeof(double))));
+using WideLanes = double __attribute__((vector_size(wide * sizeof(double))));
+using WideBits = std::uint64_t __attribute__((vector_size(wide * sizeof(std::uint64_t))));
+using WideBytes = unsigned char __attribute__((vector_size(wide)));
+
+}  // namespace bsp2::geometry
