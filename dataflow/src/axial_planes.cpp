@@ -35,7 +35,8 @@ HyperplaneId AxialPlanes<D>::cut(const geometry::HyperplaneTable<D>& table, int 
   const auto distance = [&](const auto& plane) { return std::fabs(plane.first - at); };
   const auto next = std::lower_bound(planes.begin(), planes.end(), std::pair(at, HyperplaneId{0}));
   auto nearest = next;
-  if (next == planes.end() || (next != planes.begin() && distance(*std::prev(next)) < distance(*next))) nearest = next == planes.begin() ? planes.end() : std::prev(next);
+  if (next == planes.end() || (next != planes.begin() && distance(*std::prev(next)) < distance(*next)))
+    nearest = next == planes.begin() ? planes.end() : std::prev(next);
   return nearest != planes.end() && distance(*nearest) <= reach_[axis] ? nearest->second : table.axis_hyperplane(axis, position);
 }
 

@@ -107,6 +107,7 @@ class Compiler {
     network.producers = std::move(producers);
     network.program = std::move(lowered_.program);
     add_planes(network, box);
+    find_shared(network);
     network.axial_planes = AxialPlanes<D>(network.table, options_.coincidence);
     if (!bounded)
       network.warnings.push_back("the solid has no bounds: it is the complement of something, or holds one; it is cut off at the bounds of its primitives; "
@@ -166,7 +167,8 @@ class Compiler {
   static void check_proportions(Box<D>& box, double reach) {
     double size = 0;
     for (int i = 0; i < D; ++i) size = std::max(size, box.upper[i] - box.lower[i]);
-    if (!std::isfinite(size) || !(reach <= 1e40)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+    if (!std::isfinite(size) || !(reach <= 1e40))
+      throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
     if (size > 0 && size < 1e-40) throw Error("the model is smaller than 1e-40; scale it up");
     if (size > 0 && reach > 0x1p68 * size)
       throw Error("a primitive reaches more than 2^68 times farther than the solid is large; make that primitive smaller");
@@ -451,7 +453,9 @@ class Compiler {
       if (matters && shape.is_spline()) {
         first = 0;  // it has no half-spaces
         ++rounds;
-        const auto& placed = patches.emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i)) : place<D>(*shape.subdivision, placement(i))).first->second;
+        const auto& placed =
+            patches.emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i)) : place<D>(*shape.subdivision, placement(i)))
+                .first->second;
         std::array<double, D> factors;
         factors.fill(placed.placement.scale);
         maps[i] = table.add_map(scaling<D>(factors, placed.placement.origin).matrix());
@@ -538,6 +542,15 @@ class Compiler {
     }
   }
 
+  static void find_shared(Network<D>& network) {
+    std::vector<bool> seen(network.table.size());
+    network.shared.resize(network.table.size());
+    for (const OrientedHyperplane plane : network.planes) {
+      if (seen[plane.id()]) network.shared[plane.id()] = true;
+      seen[plane.id()] = true;
+    }
+  }
+
   std::vector<OrientedHyperplane> own_planes_;  // of one producer
 
   static void check_ids(std::uint64_t needed, std::uint32_t ids) {
@@ -576,7 +589,8 @@ class Compiler {
     network.splines.push_back({tree, network.table.add_family(map, geometry::SharedFamily<D>(tree))});
   }
 
-  void add_preimage(Network<D>& network, Producer<D>& producer, const model::Preimage& preimage, std::uint32_t map, const PreimageFrame<D>& frame, std::uint32_t ids) {
+  void add_preimage(Network<D>& network, Producer<D>& producer, const model::Preimage& preimage, std::uint32_t map,
+                    const PreimageFrame<D>& frame, std::uint32_t ids) {
     HyperplaneTable<D>& table = network.table;
     auto placed = place_preimage<D>(preimage, table.map(map).inverse(table.radius()), frame, ids);
     check_ids(placed.planes->count(), ids);

@@ -68,7 +68,8 @@ bool is_beaten(const GaussMap::Corner& a, const GaussMap::Corner& b) {
   constexpr Real rounding = 0x1p-40L;  // far above that of products of three
   return std::any_of(a.edges.begin(), a.edges.end(), [&](const Vector& edge) {
     const Real long_edge = rounding * length(edge);
-    return std::all_of(b.normals.begin(), b.normals.end(), [&](const GaussMap::Normal& normal) { return dot(normal.direction, edge) > long_edge * normal.scale; });
+    return std::all_of(b.normals.begin(), b.normals.end(),
+                       [&](const GaussMap::Normal& normal) { return dot(normal.direction, edge) > long_edge * normal.scale; });
   });
 }
 

@@ -18,6 +18,7 @@
 #include "bsp2/dataflow/evaluate.hpp"
 #include "bsp2/dataflow/localizer.hpp"
 #include "bsp2/geometry/clipper.hpp"
+#include "bsp2/geometry/halfspace_columns.hpp"
 #include "bsp2/geometry/splitter.hpp"
 #include "tokens.hpp"
 #include "work_deque.hpp"
@@ -63,9 +64,7 @@ class Worker {
   std::shared_ptr<Refinement> batch_;
   std::vector<Word> program_;
   std::vector<Piece> pieces_;
-  std::vector<geometry::Hyperplane<D>> rounded_;  // of the planes of a chain that are left
-  std::vector<geometry::OrientedHyperplane> left_;
-  std::vector<double> outside_;  // how far the centre is outside of each of them
+  geometry::HalfspaceColumns<D> left_;  // of a chain
   pthread_t thread_{};
 
   void work();

@@ -32,7 +32,8 @@ bool is_truly_round(const model::Primitive& primitive) {
 
 /// Nobody knows polytopes for it but by evaluating it.
 bool is_refined(const model::Primitive& primitive) {
-  return std::holds_alternative<model::Spline>(primitive) || std::holds_alternative<model::SubdivisionSurface>(primitive) || std::holds_alternative<model::Preimage>(primitive);
+  return std::holds_alternative<model::Spline>(primitive) || std::holds_alternative<model::SubdivisionSurface>(primitive) ||
+         std::holds_alternative<model::Preimage>(primitive);
 }
 
 bool is_only_enclosed(const model::Primitive& primitive) { return is_truly_round(primitive) || is_refined(primitive) || is_undecided(primitive); }

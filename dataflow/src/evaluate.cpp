@@ -39,6 +39,15 @@ Totals<D>& Totals<D>::operator+=(const Totals& other) {
 
 namespace {
 
+/// How long to wait for what the consumers are served, at most: not much beyond the budget.
+std::chrono::milliseconds patience(const EvaluateOptions& options, Clock::time_point start, bool is_stopped) {
+  constexpr std::chrono::milliseconds shortest(1), longest(20);
+  if (is_stopped || !options.budget_seconds) return longest;
+  const std::chrono::duration<double> left = std::chrono::duration<double>(*options.budget_seconds) - (Clock::now() - start);
+  if (left > longest) return longest;
+  return std::clamp(std::chrono::ceil<std::chrono::milliseconds>(left), shortest, longest);
+}
+
 /// The thread that called `evaluate`: serves the consumers and watches the budget.
 template <int D>
 void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
@@ -46,7 +55,7 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
   auto last_progress = start;
   for (;;) {
     const bool all_done = crew.running.load() == 0;  // before the look into the queue: nothing comes after it
-    auto item = crew.queue.pop(std::chrono::milliseconds(all_done ? 0 : 20));
+    auto item = crew.queue.pop(all_done ? std::chrono::milliseconds(0) : patience(crew.options, start, crew.stop));
     if (item)
       for (Consumer* consumer : consumers) consumer->consume(*item);
     else if (all_done)

@@ -40,7 +40,11 @@ class EvenCutter {
     std::optional<HyperplaneId> hyperplane;
     if (fuzzy && level < cuts) hyperplane = middle(cell, localizer_.undecided_operands(local));
     if (!hyperplane) {
-      regions_.push_back({static_cast<std::uint32_t>(regions_.size()), static_cast<std::uint16_t>(level), std::move(cell), fuzzy ? std::move(local) : program, {}});
+      regions_.push_back({static_cast<std::uint32_t>(regions_.size()),
+                          static_cast<std::uint16_t>(level),
+                          std::move(cell),
+                          fuzzy ? std::move(local) : program,
+                          {}});
       return;
     }
     splitter_.classify(cell, *hyperplane);

@@ -159,8 +159,9 @@ Expression extrude_outline(const LinearExtrusion& e, const Outline& outline) {
   std::uint64_t edges = 0;
   for (const auto& path : outline) edges += path.size();
   if (slices * edges > most_slice_edges)
-    throw Error("linear_extrude: the number of slices is " + std::to_string(slices) + ", the number of edges in each " + std::to_string(edges) + "; the limit is " +
-                std::to_string(most_slice_edges) + " edges in all: give fewer slices or a larger $fs");
+    throw Error("linear_extrude: the number of slices is " + std::to_string(slices) + ", the number of edges in each " +
+                std::to_string(edges) + "; the limit is " + std::to_string(most_slice_edges) +
+                " edges in all: give fewer slices or a larger $fs");
   // A mesh for each slice: it costs caps, but the mesh that a cell has to look at is small.
   std::vector<Expression> all;
   for (std::uint32_t j = 0; j < slices; ++j) all.push_back(twisted_slice(e, outline, j, slices));

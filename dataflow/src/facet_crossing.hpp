@@ -32,8 +32,8 @@ inline std::optional<int> crossing(int p_side, int q_side, const std::array<int,
 }
 
 /// The same from coordinates whose differences are off by at most `error`.
-inline std::optional<int> crossing(const std::array<double, 3>& p, const std::array<double, 3>& q, const std::array<double, 3>& a, const std::array<double, 3>& b,
-                                   const std::array<double, 3>& c, double error) {
+inline std::optional<int> crossing(const std::array<double, 3>& p, const std::array<double, 3>& q, const std::array<double, 3>& a,
+                                   const std::array<double, 3>& b, const std::array<double, 3>& c, double error) {
   const auto pa = minus(a, p), pb = minus(b, p), pc = minus(c, p), pq = minus(q, p);
   const auto qa = minus(a, q), qb = minus(b, q), qc = minus(c, q);
   const int p_side = sign_of_determinant(pa, pb, pc, error), q_side = sign_of_determinant(qa, qb, qc, error);
@@ -43,8 +43,8 @@ inline std::optional<int> crossing(const std::array<double, 3>& p, const std::ar
 }
 
 /// The same in the plane, across a side ab of a polygon.
-inline std::optional<int> crossing(const std::array<double, 2>& p, const std::array<double, 2>& q, const std::array<double, 2>& a, const std::array<double, 2>& b,
-                                   double error) {
+inline std::optional<int> crossing(const std::array<double, 2>& p, const std::array<double, 2>& q, const std::array<double, 2>& a,
+                                   const std::array<double, 2>& b, double error) {
   const auto side = [&](const std::array<double, 2>& from, const std::array<double, 2>& u, const std::array<double, 2>& v) {
     const std::array<double, 2> x{u[0] - from[0], u[1] - from[1]}, y{v[0] - from[0], v[1] - from[1]};
     const double value = x[0] * y[1] - x[1] * y[0], s = std::fabs(x[0]) + std::fabs(x[1]), t = std::fabs(y[0]) + std::fabs(y[1]);

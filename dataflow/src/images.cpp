@@ -166,7 +166,8 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
     const Real y = rest / static_cast<Real>(map.at(axis, j));
     if (y < 0 || y > static_cast<Real>(round.lengths[j - axes])) return Expression(result);
     cut.lengths.erase(cut.lengths.begin() + static_cast<std::ptrdiff_t>(j - axes));
-    radius = static_cast<double>(static_cast<Real>(round.bottom) + (static_cast<Real>(round.top) - static_cast<Real>(round.bottom)) * y / static_cast<Real>(round.lengths[j - axes]));
+    radius = static_cast<double>(static_cast<Real>(round.bottom) + (static_cast<Real>(round.top) - static_cast<Real>(round.bottom)) * y /
+                                                                       static_cast<Real>(round.lengths[j - axes]));
     for (std::size_t i = 0; i < d; ++i) origin[i] += static_cast<Real>(map.at(i, j)) * y;
     for (std::size_t k = 0; k < d; ++k)
       if (k != j) columns.push_back(column(k));
@@ -281,12 +282,15 @@ Expression section_of_hull(const model::Section& section, Points corners, int di
   Points cut;
   const auto add = [&](std::size_t p, std::size_t q, Real t) {
     for (std::size_t k = 0; k < d; ++k)
-      if (k != axis) cut.push_back(static_cast<double>(static_cast<Real>(corners[p * d + k]) + t * (static_cast<Real>(corners[q * d + k]) - static_cast<Real>(corners[p * d + k]))));
+      if (k != axis)
+        cut.push_back(static_cast<double>(static_cast<Real>(corners[p * d + k]) +
+                                          t * (static_cast<Real>(corners[q * d + k]) - static_cast<Real>(corners[p * d + k]))));
   };
   for (const std::size_t p : on) add(p, p, 0);
   for (const auto& [p, q] : pairs) {
     if (!(corners[p * d + axis] - section.at < -grid) || !(corners[q * d + axis] - section.at > grid)) continue;
-    const Real low = static_cast<Real>(corners[p * d + axis]) - static_cast<Real>(section.at), high = static_cast<Real>(corners[q * d + axis]) - static_cast<Real>(section.at);
+    const Real low = static_cast<Real>(corners[p * d + axis]) - static_cast<Real>(section.at),
+               high = static_cast<Real>(corners[q * d + axis]) - static_cast<Real>(section.at);
     add(p, q, low / (low - high));
   }
   return model::convex_hull(dimension - 1, cut);

@@ -131,7 +131,8 @@ void LatheProducer::tighten(Range& range, const CellView<3>& view, const Place& 
   const auto& cell = view.cell();
   for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
     const OrientedHyperplane plane = cell.facet_hyperplane(facet);
-    const auto known = std::lower_bound(lathe_.by_id.begin(), lathe_.by_id.end(), plane.id(), [](const auto& entry, HyperplaneId id) { return entry.first < id; });
+    const auto known = std::lower_bound(lathe_.by_id.begin(), lathe_.by_id.end(), plane.id(),
+                                        [](const auto& entry, HyperplaneId id) { return entry.first < id; });
     if (known == lathe_.by_id.end() || known->first != plane.id()) continue;
     const Lathe::Parting& parting = known->second;
     const bool positive = parting.plane.flipped() != plane.flipped();  // the cell is on the negative side of `plane`
@@ -188,7 +189,8 @@ void LatheProducer::meet_sides(Range& range, std::uint32_t first, std::uint32_t 
 /// Radius of the corners at a height between the first and the last ring; concave.
 double LatheProducer::profile(double z) const {
   z = std::clamp(z, lathe_.z.front(), lathe_.z.back());
-  const std::size_t above = std::clamp<std::size_t>(static_cast<std::size_t>(std::upper_bound(lathe_.z.begin(), lathe_.z.end(), z) - lathe_.z.begin()), 1, lathe_.bands);
+  const std::size_t above = std::clamp<std::size_t>(
+      static_cast<std::size_t>(std::upper_bound(lathe_.z.begin(), lathe_.z.end(), z) - lathe_.z.begin()), 1, lathe_.bands);
   const double share = (z - lathe_.z[above - 1]) / (lathe_.z[above] - lathe_.z[above - 1]);
   return lathe_.radius[above - 1] + share * (lathe_.radius[above] - lathe_.radius[above - 1]);
 }

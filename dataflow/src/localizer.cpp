@@ -25,8 +25,12 @@ using geometry::Position;
 
 namespace {
 
-/// Above so many undecided operands, space is cut between them rather than along one of them.
-constexpr std::size_t many_operands = 12;
+/// Where more than so many operands are left, space is cut between them rather than along one of them, if that takes so many undecided
+/// half-spaces and facets away from the larger half, as many for each operand. Measured: it parts what would be one cell.
+constexpr std::size_t few_operands = 4;
+constexpr double least_relief = 80;
+/// A curved solid counts as at least so many half-spaces: it is cut again and again.
+constexpr std::size_t least_of_curved = 16;
 /// Programs longer than this are first localized without looking at vertices: a cut between operands may come before that.
 constexpr std::size_t long_program = 256;
 /// Programs up to this length are closed up where an operand has gone.
@@ -35,12 +39,12 @@ constexpr std::size_t longest_move = 4096;
 /// Whether a program has so many leaves that space might be cut between its operands.
 bool has_many_leaves(std::span<const Word> program) {
   std::size_t leaves = 0;
-  for (std::size_t at = 0; at < program.size() && leaves <= many_operands;) {
+  for (std::size_t at = 0; at < program.size() && leaves <= few_operands;) {
     const bool leaf = (program[at] & Program::kind_mask) == Program::kind_leaf;
     leaves += leaf ? 1 : 0;
     at += leaf ? program[at + 1] : Program::header;
   }
-  return leaves > many_operands;
+  return leaves > few_operands;
 }
 
 }  // namespace
@@ -55,7 +59,7 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   if (answer.label != Label::fuzzy) return answer;
   const bool thin = is_thin();
   if (quick) {
-    if (!thin && active_.size() > many_operands && choose_median(out, cut)) {
+    if (!thin && choose_between_operands(out, cut)) {
       cut.hasty = true;
       return answer;
     }
@@ -66,7 +70,7 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   const bool is_last = active_.size() == 1;
   if (thin) leave_round_operands(out);  // what is left to choose from; the expression still has them
   cut.none = active_.empty();
-  if (cut.none || (active_.size() > many_operands && choose_median(out, cut))) return answer;
+  if (cut.none || choose_between_operands(out, cut)) return answer;
   choose_operand(out, cut);
   if (is_last && !stays_undecided_) offer_clipping(out, cut);
   return answer;
@@ -108,7 +112,8 @@ void Localizer<D>::leave_round_operands(std::span<const Word> program) {
   std::erase_if(active_, [&](std::uint32_t at) {
     const Producer<D>& producer = network_->producers[program[at + 2]];
     if (producer.spline >= 0) return !SplineProducer<D>(*network_, producer).end(program.data() + at, view_);
-    return producer.torus >= 0 || producer.preimage >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
+    return producer.torus >= 0 || producer.preimage >= 0 ||
+           (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
   });
 }
 
@@ -236,6 +241,22 @@ std::size_t Localizer<D>::undecided(const Word* leaf) const {
 }
 
 template <int D>
+bool Localizer<D>::is_curved(const Word* leaf) const {
+  const Producer<D>& producer = network_->producers[leaf[2]];
+  return producer.round >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0;
+}
+
+template <int D>
+double Localizer<D>::work_left(std::span<const Word> program) const {
+  std::size_t all = 0;
+  for (const std::uint32_t at : active_) {
+    const Word* leaf = program.data() + at;
+    all += is_curved(leaf) ? std::max(least_of_curved, undecided(leaf)) : undecided(leaf);
+  }
+  return static_cast<double>(all);
+}
+
+template <int D>
 std::vector<typename Localizer<D>::UndecidedOperand> Localizer<D>::undecided_operands(std::span<const Word> program) const {
   std::vector<UndecidedOperand> operands;
   for (const std::uint32_t leaf : active_) operands.push_back({program[leaf + 2], undecided(program.data() + leaf)});
@@ -244,122 +265,130 @@ std::vector<typename Localizer<D>::UndecidedOperand> Localizer<D>::undecided_ope
 
 // --- choosing a hyperplane -------------------------------------------------------------------------------------------
 
-/// Sorts the candidates and takes the one nearest to the middle that crosses the cell.
+/// How the operands may be parted across an axis.
 template <int D>
-bool Localizer<D>::take_middle_candidate(Cut& cut) {
-  std::sort(candidates_.begin(), candidates_.end());
-  const std::size_t middle = candidates_.size() / 2;
-  for (std::size_t i = 0; i < candidates_.size(); ++i) {
-    const std::size_t step = (i + 1) / 2;
-    const std::size_t at = i % 2 == 0 ? middle + step : middle - step;
-    if (at >= candidates_.size()) continue;
-    const HyperplaneId id = candidates_[at].second;
-    if (!view_.crosses(id)) continue;
-    cut = {id};
-    return true;
-  }
-  return false;
-}
-
-/// The share of the operands that the larger half would have after a cut at the median of their bounds.
-template <int D>
-double Localizer<D>::share_after_median(std::span<const Word> program, int axis) {
+Parting Localizer<D>::part_operands(std::span<const Word> program, int axis) {
   const CellExtent<D>& extent = view_.extent();
-  bounds_.clear();
+  stretches_.clear();
   for (const std::uint32_t leaf : active_) {
     const Producer<D>& producer = network_->producers[program[leaf + 2]];
-    bounds_.push_back(std::max(producer.lower[axis], extent.lower[axis]));
-    bounds_.push_back(std::min(producer.upper[axis], extent.upper[axis]));
+    stretches_.push_back({std::max(producer.lower[axis], extent.lower[axis]), std::min(producer.upper[axis], extent.upper[axis])});
   }
-  medians_ = bounds_;
-  const auto middle = medians_.begin() + static_cast<std::ptrdiff_t>(medians_.size() / 2);
-  std::nth_element(medians_.begin(), middle, medians_.end());
-  std::size_t below = 0, above = 0;
-  for (std::size_t i = 0; i < bounds_.size(); i += 2) {
-    below += bounds_[i] < *middle ? 1 : 0;
-    above += bounds_[i + 1] > *middle ? 1 : 0;
-  }
-  return static_cast<double>(std::max(below, above)) / static_cast<double>(active_.size());
+  return best_parting(stretches_);
 }
 
-/// Axes in the order in which they are tried: the longest first, but for one across which operands come apart better.
+/// The longest axis, but for one across which operands come apart better.
 template <int D>
-std::array<int, D> Localizer<D>::axes_between_operands(std::span<const Word> program) {
-  constexpr double clearly = 0.95, least_possible = 0.5;  // every operand is below the median or above it
-  std::array<int, D> axes = view_.extent().axes_by_length();
-  std::size_t best = 0;
-  double least = share_after_median(program, axes[0]);
-  for (std::size_t i = 1; i < axes.size() && least_possible < clearly * least; ++i) {
-    const double share = share_after_median(program, axes[i]);
-    if (share >= clearly * least) continue;
-    least = share;
-    best = i;
+std::pair<int, Parting> Localizer<D>::axis_between_operands(std::span<const Word> program) {
+  constexpr double clearly = 0.95, least_possible = 0.5;  // every operand reaches below the place or above it
+  const std::array<int, D> axes = view_.extent().axes_by_length();
+  std::pair<int, Parting> best{axes[0], part_operands(program, axes[0])};
+  for (std::size_t i = 1; i < axes.size() && least_possible < clearly * best.second.share; ++i) {
+    const Parting other = part_operands(program, axes[i]);
+    if (other.share < clearly * best.second.share) best = {axes[i], other};
   }
-  const auto chosen = axes.begin() + static_cast<std::ptrdiff_t>(best);
-  std::rotate(axes.begin(), chosen, chosen + 1);
-  return axes;
+  return best;
 }
 
-/// Cuts between operands, at the median of their bounds. Where an operand ends in one of its own facets that facet's
-/// hyperplane is taken, and no stray cut appears.
+/// Cuts between operands where that is worth while, at the end of one of them. Where an operand ends in one of its own facets that
+/// facet's hyperplane is taken, and no stray cut appears.
 template <int D>
-bool Localizer<D>::choose_median(std::span<const Word> program, Cut& cut) {
+bool Localizer<D>::choose_between_operands(std::span<const Word> program, Cut& cut) {
+  constexpr double least_share = 0.5;  // of the larger half
+  if (active_.size() <= few_operands) return false;
+  const double work = work_left(program);
+  if ((1 - least_share) * work <= least_relief) return false;
+  const auto [axis, parting] = axis_between_operands(program);
+  if ((1 - parting.share) * work <= least_relief) return false;
   const CellExtent<D>& extent = view_.extent();
   const auto& table = view_.table();
-  for (const int axis : axes_between_operands(program)) {
-    candidates_.clear();
-    const double margin = extent.length(axis) * 1e-3;
-    for (const std::uint32_t leaf : active_) {
-      const Producer<D>& producer = network_->producers[program[leaf + 2]];
-      for (const int side : {0, 1}) {
-        const double bound = side == 0 ? producer.lower[axis] : producer.upper[axis];
-        if (bound < extent.lower[axis] + margin || bound > extent.upper[axis] - margin) continue;
-        const std::uint32_t own = producer.bounding_plane[axis][side];
-        const HyperplaneId id = own != 0 ? (own - 1) >> 1 : network_->axial_planes.cut(table, axis, table.axis_position(axis, bound) + static_cast<std::uint32_t>(side));
-        candidates_.emplace_back(bound, id);
-      }
+  const double margin = extent.length(axis) * 1e-3;
+  candidates_.clear();
+  for (const std::uint32_t leaf : active_) {
+    const Producer<D>& producer = network_->producers[program[leaf + 2]];
+    for (const int side : {0, 1}) {
+      const double bound = side == 0 ? producer.lower[axis] : producer.upper[axis];
+      if (bound < extent.lower[axis] + margin || bound > extent.upper[axis] - margin) continue;
+      const std::uint32_t own = producer.bounding_plane[axis][side];
+      const HyperplaneId id =
+          own != 0 ? (own - 1) >> 1
+                   : network_->axial_planes.cut(table, axis, table.axis_position(axis, bound) + static_cast<std::uint32_t>(side));
+      candidates_.emplace_back(std::fabs(bound - parting.place), id);
     }
-    if (!candidates_.empty() && take_middle_candidate(cut)) return true;
   }
-  return false;
+  return take_nearest_candidate(cut);
+}
+
+/// The nearest one that crosses the cell, which is almost always the first. (Without those that are far, Pisa has 0.7 % more cells.)
+template <int D>
+bool Localizer<D>::take_nearest_candidate(Cut& cut) {
+  const auto take = [&](const std::pair<double, HyperplaneId>& candidate) {
+    if (!view_.crosses(candidate.second)) return false;
+    cut = {candidate.second};
+    return true;
+  };
+  if (candidates_.empty()) return false;
+  if (take(*std::min_element(candidates_.begin(), candidates_.end()))) return true;
+  std::sort(candidates_.begin(), candidates_.end());
+  return std::any_of(candidates_.begin() + 1, candidates_.end(), take);
 }
 
 /// The undecided half-spaces of an operand that is a list of them; none of any other.
 template <int D>
 std::span<const geometry::OrientedHyperplane> Localizer<D>::listed_planes(const Word* leaf) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if (producer.undecided || producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0) return {};
+  if (producer.undecided || producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0 ||
+      producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0)
+    return {};
   return ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
 }
 
-/// How far the cell's centre is outside of an operand with listed half-spaces; negative inside, infinite for any other operand.
-template <int D>
-double Localizer<D>::centre_outside(const Word* leaf) const {
-  double furthest = -std::numeric_limits<double>::infinity();
-  const auto planes = listed_planes(leaf);
-  for (const auto plane : planes) {
-    const double value = view_.table().rounded(plane.id()).at(view_.extent().centre);
-    furthest = std::max(furthest, plane.flipped() ? -value : value);
-  }
-  return planes.empty() ? -furthest : furthest;
+namespace {
+
+/// How often a hyperplane is among half-spaces: counted in words as wide as theirs, by an index, as compilers make vectors of it.
+std::uint32_t occurrences(std::span<const geometry::OrientedHyperplane> planes, geometry::HyperplaneId id) {
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < planes.size(); ++i) count += planes[i].id() == id ? 1 : 0;
+  return count;
 }
 
-/// Cuts along the operand with the fewest undecided half-spaces or facets, as its producer advises. Of many that all cover the
-/// cell, so that no cut goes between them, along the one that the centre is deepest inside: it takes the largest bite, and the
-/// rest comes apart. In the order of the source, N cubes rotated about one axis would be N^2 cells instead of about N^1.3.
+}  // namespace
+
+/// The half-space of an operand in which most others end, too (or one that has it twice): a cut there tells about all of them.
+template <int D>
+std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span<const Word> program, const Word* leaf) const {
+  std::optional<geometry::OrientedHyperplane> chosen;
+  std::pair<std::uint32_t, double> most;  // operands, and how far the centre is outside
+  for (const auto plane : listed_planes(leaf)) {
+    if (!network_->is_shared(plane.id())) continue;
+    std::uint32_t operands = 0;
+    for (const std::uint32_t at : active_) operands += occurrences(listed_planes(program.data() + at), plane.id());
+    if (operands == 1 || (chosen && operands < most.first)) continue;  // 1: the operand itself
+    const double value = view_.table().rounded(plane.id()).at(view_.extent().centre);
+    const std::pair key(operands, plane.flipped() ? -value : value);
+    if (chosen && !(key > most)) continue;
+    most = key;
+    chosen = plane;
+  }
+  return chosen;
+}
+
+/// Cuts along the operand with the fewest undecided half-spaces or facets: where another operand ends, too, else as its producer advises.
 template <int D>
 void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
-  const bool many = active_.size() > many_operands;
   const Word* best = nullptr;
-  std::pair<double, std::size_t> least;
+  std::size_t least = 0;
   for (const std::uint32_t at : active_) {
     const Word* leaf = program.data() + at;
-    const std::pair key(many ? centre_outside(leaf) : 0, undecided(leaf));
-    if (best != nullptr && !(key < least)) continue;
-    least = key;
+    const std::size_t left = undecided(leaf);
+    if (best != nullptr && left >= least) continue;
+    least = left;
     best = leaf;
   }
-  const Advice advice = with_producer(best, [&](const auto& process) { return process.advise(best, view_); });
+  std::optional<geometry::OrientedHyperplane> shared;
+  if (active_.size() > 1 && least <= ConvexProducer<D>::many_planes) shared = shared_plane(program, best);
+  const Advice advice =
+      shared ? Advice{*shared, true, least == 1} : with_producer(best, [&](const auto& process) { return process.advise(best, view_); });
   const auto is_out_if = [&](Label label) {
     const Word* at = program.data();
     return label_if(at, best, label) == Label::out;

@@ -147,7 +147,8 @@ class Lowering {
       bool complemented = visit.complemented;
       if (differ) complemented = visit.complemented && i == 0;
       if (boolean.operation == Operation::subtract && i > 0) complemented = !complemented;
-      stack_.push_back({&children[i].node(), visit.placement, complemented, is_one ? visit.enclosing : kind, 0, visit.colour, visit.part, !repeated.empty() && repeated[i]});
+      stack_.push_back({&children[i].node(), visit.placement, complemented, is_one ? visit.enclosing : kind, 0, visit.colour, visit.part,
+                        !repeated.empty() && repeated[i]});
     }
   }
 

@@ -315,7 +315,8 @@ PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions
     }
     return all;
   }
-  for_each_cell<D>(evaluate_cells<D>(solid, options), geometry::Label::in, [&](PointSet<D> points, double) { all.insert(all.end(), points.begin(), points.end()); });
+  for_each_cell<D>(evaluate_cells<D>(solid, options), geometry::Label::in,
+                   [&](PointSet<D> points, double) { all.insert(all.end(), points.begin(), points.end()); });
   return all;
 }
 
@@ -323,7 +324,9 @@ template <int D>
 std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const CompileOptions& options) {
   std::vector<PointSet<D>> parts;
   const Lowered<D> lowered = lower<D>(solid);
-  const auto all_convex = [&] { return std::all_of(lowered.occurrences.begin(), lowered.occurrences.end(), [](const auto& o) { return is_convex(*o.primitive); }); };
+  const auto all_convex = [&] {
+    return std::all_of(lowered.occurrences.begin(), lowered.occurrences.end(), [](const auto& o) { return is_convex(*o.primitive); });
+  };
   if (is_union(lowered) && all_convex()) {
     for (const auto& occurrence : lowered.occurrences) parts.push_back(placed_corners(occurrence));
     return parts;
@@ -395,7 +398,8 @@ auto in_its_dimension(const model::Expression& solid, Use&& use) {
 
 }  // namespace
 
-model::Expression with_primitives_replaced(const model::Expression& solid, int dimension, const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
+model::Expression with_primitives_replaced(const model::Expression& solid, int dimension,
+                                           const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
   return in_its_dimension(solid, [&](auto d) { return replaced<d()>(solid, dimension, leaf); });
 }
 

@@ -83,7 +83,8 @@ std::vector<Patch<D>> tensor_halves(const Patch<D>& patch) {
 template <int D>
 std::size_t corner_index(const Patch<D>& patch, std::size_t corner) {
   std::size_t index = 0;
-  for (std::size_t j = 0; j < patch.parameters; ++j) index = index * (patch.degrees[j] + std::size_t{1}) + ((corner >> j & 1) != 0 ? patch.degrees[j] : std::size_t{0});
+  for (std::size_t j = 0; j < patch.parameters; ++j)
+    index = index * (patch.degrees[j] + std::size_t{1}) + ((corner >> j & 1) != 0 ? patch.degrees[j] : std::size_t{0});
   return index;
 }
 

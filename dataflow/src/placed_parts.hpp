@@ -62,7 +62,8 @@ model::Expression of_polytopes_and_balls(const model::Expression& solid, const C
 
 /// A union of what `make_image` makes of the primitives of a union, else of the convex parts of the solid.
 /// @param make_image takes the corners of a convex solid; @param ball_image a placed ball.
-model::Expression distributed(const model::Expression& operand, int dimension, const ConstructContext& context, const std::function<model::Expression(const Points&)>& make_image,
+model::Expression distributed(const model::Expression& operand, int dimension, const ConstructContext& context,
+                              const std::function<model::Expression(const Points&)>& make_image,
                               const std::function<model::Expression(const PlacedPrimitive&)>& ball_image);
 
 }  // namespace bsp2::dataflow

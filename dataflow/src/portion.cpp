@@ -75,7 +75,9 @@ Frontier part_of(const Frontier& frontier, const UnfoldedFrontier& tree, bool em
   std::vector<bool> is_mine(nodes.size()), is_others(nodes.size()), is_divided(nodes.size());
   for (std::size_t i = nodes.size(); i-- > 0;) {  // children come after their parents
     const auto [kind, label, unused, value] = nodes[i];
-    const auto either = [&](const std::vector<bool>& of) { return of[tree.negative(static_cast<std::uint32_t>(i))] || of[tree.positive(static_cast<std::uint32_t>(i))]; };
+    const auto either = [&](const std::vector<bool>& of) {
+      return of[tree.negative(static_cast<std::uint32_t>(i))] || of[tree.positive(static_cast<std::uint32_t>(i))];
+    };
     is_mine[i] = kind == Kind::split ? either(is_mine) : kind != Kind::elsewhere && (kind == Kind::emitted) == emitted;
     is_others[i] = kind == Kind::split ? either(is_others) : kind != Kind::elsewhere && (kind == Kind::emitted) != emitted;
     is_divided[i] = kind == Kind::split ? either(is_divided) : kind == Kind::emitted || (kind == Kind::elsewhere && value != 0);

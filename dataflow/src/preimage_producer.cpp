@@ -222,7 +222,9 @@ Label PreimageProducer<D>::label(const preimage::TorusSolid& solid, const Image&
     at.push_back({along * least, along * most, y[2]});
   }
   const auto distance = [](double rho, double z) { return std::hypot(rho - 1, z); };
-  if (std::all_of(at.begin(), at.end(), [&](const Place& p) { return distance(p.least, p.z) + slack <= minor && distance(p.most, p.z) + slack <= minor; })) return Label::in;
+  if (std::all_of(at.begin(), at.end(),
+                  [&](const Place& p) { return distance(p.least, p.z) + slack <= minor && distance(p.most, p.z) + slack <= minor; }))
+    return Label::in;
   const auto is_beyond = [&](const std::array<double, 2>& e) {
     return std::all_of(at.begin(), at.end(), [&](const Place& p) { return e[0] * ((e[0] >= 0 ? p.least : p.most) - 1) + e[1] * p.z > minor + slack; });
   };

@@ -22,15 +22,18 @@ Framed framed(const model::Round& round, int dimension, std::uint32_t limit) {
   const auto axes = static_cast<std::size_t>(dimension) - round.lengths.size();
   const double widest = std::max(round.bottom, round.top);
   const auto on_grid = [](double x) { return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53); };
-  Framed result{preimage::RoundSolid{{static_cast<int>(axes), on_grid(round.bottom / widest), on_grid(round.top / widest), limit}}, std::vector<double>(axes, widest), {}};
+  Framed result{preimage::RoundSolid{{static_cast<int>(axes), on_grid(round.bottom / widest), on_grid(round.top / widest), limit}},
+                std::vector<double>(axes, widest),
+                {}};
   if (round.bottom != round.top) result.scale.push_back(round.lengths[0]);
   result.origin.resize(result.scale.size());
   return result;
 }
 
 Framed framed(const model::Torus& torus, int, std::uint32_t limit) {
-  return {preimage::TorusSolid{geometry::RoundFamily<3>(2, 1, 1, limit / 8), geometry::TorusFamily(torus.minor / torus.major, limit - limit / 8)}, std::vector<double>(3, torus.major),
-          std::vector<double>(3)};
+  return {preimage::TorusSolid{geometry::RoundFamily<3>(2, 1, 1, limit / 8),
+                               geometry::TorusFamily(torus.minor / torus.major, limit - limit / 8)},
+          std::vector<double>(3, torus.major), std::vector<double>(3)};
 }
 
 template <int F, typename Surface>
@@ -65,7 +68,8 @@ PreimageFrame<D>::PreimageFrame(const Box<D>& box) {
 }
 
 template <int D>
-Preimage<D> place_preimage(const model::Preimage& preimage, const typename geometry::AffineMap<D>::Inverse& to_primitive, const PreimageFrame<D>& frame, std::uint32_t limit) {
+Preimage<D> place_preimage(const model::Preimage& preimage, const typename geometry::AffineMap<D>::Inverse& to_primitive,
+                           const PreimageFrame<D>& frame, std::uint32_t limit) {
   Framed solid = std::visit([&](const auto& it) { return framed(it, preimage.dimension, limit); }, preimage.solid);
   Preimage<D> placed;
   placed.to_primitive = to_primitive;

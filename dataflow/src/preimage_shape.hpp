@@ -21,6 +21,7 @@ struct PreimageFrame {
 /// A preimage but for the ids of its hyperplanes. @param limit there are at most so many, or those of level 0.
 /// @throws bsp2::Error for splines outside of the plane and space.
 template <int D>
-Preimage<D> place_preimage(const model::Preimage& preimage, const typename geometry::AffineMap<D>::Inverse& to_primitive, const PreimageFrame<D>& frame, std::uint32_t limit);
+Preimage<D> place_preimage(const model::Preimage& preimage, const typename geometry::AffineMap<D>::Inverse& to_primitive,
+                           const PreimageFrame<D>& frame, std::uint32_t limit);
 
 }  // namespace bsp2::dataflow

@@ -142,7 +142,8 @@ Expression lifted(const Expression& solid, double length, const ConstructContext
   return model::BottomUp<Expression>().run(
       solid, [](const Expression&) -> std::optional<Expression> { return std::nullopt; },
       [&](const Node& node, std::vector<Expression>&& images) -> Expression {
-        if (const auto* boolean = std::get_if<model::Boolean>(&node.value)) return make(node.dimension + 1, model::Boolean{boolean->operation, std::move(images)});
+        if (const auto* boolean = std::get_if<model::Boolean>(&node.value))
+          return make(node.dimension + 1, model::Boolean{boolean->operation, std::move(images)});
         if (const auto* transform = std::get_if<model::Transform>(&node.value)) {
           const std::size_t d = size(node.dimension);
           const Affine before(d, transform->matrix);

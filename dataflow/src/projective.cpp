@@ -118,13 +118,17 @@ void insert_knot(Piece& piece, std::size_t parameter, double t, std::size_t stri
   points.reserve(outer * (count + 1) * inner * stride);
   for (std::size_t o = 0; o < outer; ++o)
     for (std::size_t i = 0; i <= count; ++i) {
-      const Real share = i + degree <= span ? 1 : i > span ? 0 : (static_cast<Real>(t) - static_cast<Real>(knots[i])) / (static_cast<Real>(knots[i + degree]) - static_cast<Real>(knots[i]));
+      const auto between = [&] {
+        return (static_cast<Real>(t) - static_cast<Real>(knots[i])) / (static_cast<Real>(knots[i + degree]) - static_cast<Real>(knots[i]));
+      };
+      const Real share = i + degree <= span ? 1 : i > span ? 0 : between();
       for (std::size_t k = 0; k < inner; ++k) {
         const auto at = [&](std::size_t row) { return piece.points.data() + ((o * count + row) * inner + k) * stride; };
         const double* const here = at(std::min(i, count - 1));
         const double* const before = at(i == 0 ? 0 : i - 1);
         const Real a = share * static_cast<Real>(here[stride - 1]), b = (1 - share) * static_cast<Real>(before[stride - 1]);
-        for (std::size_t c = 0; c + 1 < stride; ++c) points.push_back(static_cast<double>((a * static_cast<Real>(here[c]) + b * static_cast<Real>(before[c])) / (a + b)));
+        for (std::size_t c = 0; c + 1 < stride; ++c)
+          points.push_back(static_cast<double>((a * static_cast<Real>(here[c]) + b * static_cast<Real>(before[c])) / (a + b)));
         points.push_back(static_cast<double>(a + b));
       }
     }

@@ -114,7 +114,9 @@ class Resolver {
       const auto& construct = std::get<Construction>(node.value).construct;
       if (const char* name = bounded_operands(construct); name != nullptr && std::any_of(images.begin(), images.end(), is_unbounded))
         throw Error(std::string(name) + ": the solid has no bounds; intersect it with something that has");
-      Expression image = !passes_on(construct) && std::any_of(images.begin(), images.end(), is_only_enclosed) ? enclosed_image_of(construct, images) : image_of(construct, images);
+      Expression image = !passes_on(construct) && std::any_of(images.begin(), images.end(), is_only_enclosed)
+                             ? enclosed_image_of(construct, images)
+                             : image_of(construct, images);
       for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place);
       return image;
     } catch (const Error& error) {
@@ -151,7 +153,8 @@ class Resolver {
   void limit_pairs(std::vector<Expression>& operands) {
     const std::size_t pairs = with_fewer_pairs(operands);
     if (pairs > 10'000 && std::any_of(operands.begin(), operands.end(), is_refined))
-      throw Error("minkowski: of splines, subdivision surfaces and the like the cells are added, and " + std::to_string(pairs) + " pairs of them are too many (10000 at most); add a convex solid, or one with fewer parts");
+      throw Error("minkowski: of splines, subdivision surfaces and the like the cells are added, and " + std::to_string(pairs) +
+                  " pairs of them are too many (10000 at most); add a convex solid, or one with fewer parts");
   }
 
   /// @return how many pairs are left.
@@ -181,8 +184,9 @@ class Resolver {
 
   /// Whether it makes of a larger solid a larger one, up to nothing but rounding.
   static bool is_monotone(const model::Construct& construct) {
-    return std::holds_alternative<model::Hull>(construct) || std::holds_alternative<model::MinkowskiSum>(construct) || std::holds_alternative<model::Shadow>(construct) ||
-           std::holds_alternative<model::ProjectiveMap>(construct) || std::holds_alternative<model::Sweep>(construct) || std::holds_alternative<model::Growth>(construct);
+    return std::holds_alternative<model::Hull>(construct) || std::holds_alternative<model::MinkowskiSum>(construct) ||
+           std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::ProjectiveMap>(construct) ||
+           std::holds_alternative<model::Sweep>(construct) || std::holds_alternative<model::Growth>(construct);
   }
 
   /// Whether it goes through the expression, so that what is round stays so.
@@ -196,7 +200,8 @@ class Resolver {
   static bool takes_these(const model::Construct& construct, const std::vector<Expression>& operands) {
     if (std::holds_alternative<model::Hull>(construct)) return is_convex_primitive(operands[0]);
     if (std::holds_alternative<model::ProjectiveMap>(construct)) return true;
-    if (std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Sweep>(construct)) return is_union(operands[0]) && is_of_polytopes_and_balls(operands[0]);
+    if (std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Sweep>(construct))
+      return is_union(operands[0]) && is_of_polytopes_and_balls(operands[0]);
     return false;
   }
 
@@ -226,8 +231,9 @@ class Resolver {
   static bool takes_round(const model::Construct& construct) {
     if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct)) return extrusion->is_straight();
     if (const auto* growth = std::get_if<model::Growth>(&construct)) return growth->distance == 0;
-    return std::holds_alternative<model::Product>(construct) || std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::Section>(construct) ||
-           std::holds_alternative<model::ProjectiveMap>(construct) || std::holds_alternative<model::Sweep>(construct);
+    return std::holds_alternative<model::Product>(construct) || std::holds_alternative<model::Shadow>(construct) ||
+           std::holds_alternative<model::Section>(construct) || std::holds_alternative<model::ProjectiveMap>(construct) ||
+           std::holds_alternative<model::Sweep>(construct);
   }
 
   /// The constructs of any dimension.

@@ -309,7 +309,8 @@ class Boundary {
     for (const Edge& edge : edges_) {
       turned_.resize(std::max(turned_.size(), edge.piece + 1), 1);
       if (edge.count > 1 && is_point(edge, gap)) continue;
-      std::vector<std::uint32_t> key(welded_.begin() + static_cast<std::ptrdiff_t>(edge.first), welded_.begin() + static_cast<std::ptrdiff_t>(edge.first + edge.count));
+      std::vector<std::uint32_t> key(welded_.begin() + static_cast<std::ptrdiff_t>(edge.first),
+                                     welded_.begin() + static_cast<std::ptrdiff_t>(edge.first + edge.count));
       std::vector<std::uint32_t> back(key.rbegin(), key.rend());
       if (edge.count > 1 && key == back) continue;  // there and back
       const int sign = back < key ? -edge.sign : edge.sign;

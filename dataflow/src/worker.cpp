@@ -248,33 +248,17 @@ Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut
 template <int D>
 bool Worker<D>::cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest) {
   pieces_.clear();
-  left_.assign(planes.begin(), planes.end());
-  rounded_.clear();
-  for (const auto plane : planes) {
-    auto h = crew_.network.table.rounded(plane.id());
-    if (plane.flipped()) {
-      for (double& x : h.normal) x = -x;
-      h.offset = -h.offset;
-    }
-    rounded_.push_back(h);
-  }
-  bool moved = true;
-  while (!left_.empty()) {
-    if (moved) {
-      const auto centre = clipper_.centre();
-      outside_.clear();
-      for (const auto& h : rounded_) outside_.push_back(h.at(centre));
-    }
-    const auto chosen = std::max_element(outside_.begin(), outside_.end()) - outside_.begin();  // the first of equals
+  left_.assign(crew_.network.table, planes);
+  auto centre = clipper_.centre();
+  while (left_.size() > 0) {
+    const std::size_t chosen = left_.furthest(centre);
+    left_.remove(chosen);
     Cell<D> rest;
-    const auto plane = left_[static_cast<std::size_t>(chosen)];
-    const auto where = clipper_.cut(plane, keep_rest ? &rest : nullptr);
+    const auto where = clipper_.cut(planes[chosen], keep_rest ? &rest : nullptr);
     if (where == geometry::Position::positive) return false;
-    moved = where == geometry::Position::crossing;
-    if (moved) pieces_.push_back({plane, std::move(rest)});
-    left_.erase(left_.begin() + chosen);
-    rounded_.erase(rounded_.begin() + chosen);
-    outside_.erase(outside_.begin() + chosen);
+    if (where != geometry::Position::crossing) continue;
+    pieces_.push_back({planes[chosen], std::move(rest)});
+    if (left_.size() > 0) centre = clipper_.centre();
   }
   return true;
 }

@@ -118,8 +118,9 @@ void check_labels(const Expression& e, double tolerance, Random& random, Inside&
       for (Real& c : x) c /= sum;
       const Where truth = inside(x, 1e-8L);
       ASSERT_TRUE(truth.doubtful || truth.inside == (label == Label::in))
-          << "cell " << cell << " at level " << refinement->cells.level[cell] << ", volume " << refinement->cells.volume[cell] << ", at " << static_cast<double>(x[0]) << ", "
-          << static_cast<double>(x[1]) << ", doubtful within 1e-6: " << inside(x, 1e-6L).doubtful << ", 1e-3: " << inside(x, 1e-3L).doubtful;
+          << "cell " << cell << " at level " << refinement->cells.level[cell] << ", volume " << refinement->cells.volume[cell] << ", at "
+          << static_cast<double>(x[0]) << ", " << static_cast<double>(x[1]) << ", doubtful within 1e-6: " << inside(x, 1e-6L).doubtful
+          << ", 1e-3: " << inside(x, 1e-3L).doubtful;
       ++(label == Label::in ? in : out);
     }
   EXPECT_GT(in, 0U);

@@ -202,7 +202,8 @@ TEST(AnyDimension, TheViewIsRefinedWhereTheEyeIs) {
 /// What stops a view: every FUZZY cell is thin, or is seen so from the eye. Cells do not depend on threads and order.
 TEST(AnyDimension, TheViewIsRefinedToAnAngle) {
   const auto at = [](double x) { return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::ball(3, 1)); };
-  const Expression solid = model::unite({at(-8), at(8), model::transform(std::vector<double>{1, 0, 0, -6, 0, 1, 0, 4, 0, 0, 1, 0, 0, 0, 0, 1}, model::torus(2, 0.5))});
+  const Expression solid = model::unite(
+      {at(-8), at(8), model::transform(std::vector<double>{1, 0, 0, -6, 0, 1, 0, 4, 0, 0, 1, 0, 0, 0, 0, 1}, model::torus(2, 0.5))});
   const Network<3> network = compile<3>(solid, {});
   EvaluateOptions how;
   how.eye = {12, 0.5, 0};
@@ -291,7 +292,8 @@ TEST(AnyDimension, ErrorsOfPrimitivesHaveTheirPlace) {
     }
     return "";
   };
-  EXPECT_EQ(error_of("cuboid([1, 1, 1]);\nsection(axis = 1, at = 0.5)\n " + surface), "t.csg:3:2: only subdivision surfaces of space have products and sections");
+  EXPECT_EQ(error_of("cuboid([1, 1, 1]);\nsection(axis = 1, at = 0.5)\n " + surface),
+            "t.csg:3:2: only subdivision surfaces of space have products and sections");
   EXPECT_EQ(error_of("extrude(h = 1) " + surface), "t.csg:1:16: only subdivision surfaces of space have products and sections");
   EXPECT_EQ(error_of("cuboid([1, 1, 1]);\ncuboid([1e300, 1, 1]);").find("t.csg:2:1: the model is too large"), 0U);
 }

@@ -141,7 +141,8 @@ TEST(PlaneSolids, OutlinesAreClosedAndHaveTheSolidOnTheirLeft) {
     std::vector<Expression> operands;
     for (int k = pick(random, 1, 4); k > 0; --k) {
       const RandomPolygon polygon = random_polygon(random);
-      operands.push_back(model::transform(chance(random, 0.5) ? grid_matrix(random, 2, 2) : free_matrix(random, 2, 2), model::polygon(polygon.points, polygon.paths)));
+      operands.push_back(model::transform(chance(random, 0.5) ? grid_matrix(random, 2, 2) : free_matrix(random, 2, 2),
+                                          model::polygon(polygon.points, polygon.paths)));
     }
     const Expression solid = chance(random, 0.5) ? model::unite(operands) : model::subtract(operands);
     const Outline outline = outline_of(solid, {});
@@ -266,8 +267,9 @@ TEST_F(Import, ReadsDrawings) {
     text << "0\nLINE\n8\n" << layer << "\n10\n" << x0 << "\n20\n" << y0 << "\n11\n" << x1 << "\n21\n" << y1 << "\n";
     return text.str();
   };
-  write("a.dxf", "0\nSECTION\n2\nENTITIES\n" + line("square", 0, 0, 4, 0) + line("square", 4, 4, 4, 0) + line("square", 4, 4, 0, 4) + line("square", 0, 4, 0, 0) +
-                     "0\nCIRCLE\n8\nhole\n10\n2\n20\n2\n40\n1\n" + line("open", 10, 0, 13, 0) + line("open", 13, 0, 13, 4) + "0\nENDSEC\n0\nEOF\n");
+  write("a.dxf", "0\nSECTION\n2\nENTITIES\n" + line("square", 0, 0, 4, 0) + line("square", 4, 4, 4, 0) + line("square", 4, 4, 0, 4) +
+                     line("square", 0, 4, 0, 0) + "0\nCIRCLE\n8\nhole\n10\n2\n20\n2\n40\n1\n" + line("open", 10, 0, 13, 0) +
+                     line("open", 13, 0, 13, 4) + "0\nENDSEC\n0\nEOF\n");
   EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"square\");"), 16, 1e-12);
   EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"hole\", $fn = 4);"), 2, 1e-12);
   EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"open\");"), 6, 1e-12) << "closed by a straight line";
@@ -289,14 +291,17 @@ TEST_F(Import, ReadsVectorGraphics) {
   EXPECT_NEAR(area("<rect x='1' y='1' width='4' height='2'/>"), 2, 1e-12) << "half a millimetre a unit";
   EXPECT_NEAR(area("<g transform='scale(2) translate(1, 1)'><rect width='4' height='2'/></g>"), 8, 1e-12);
   EXPECT_NEAR(area("<path d='M0 0h4v4H0zm1,1 2 0 0 2-2 0z'/>"), 3, 1e-12) << "a hole";
-  EXPECT_NEAR(area("<polygon points='0,0 4,0 4,4'/><circle cx='10' cy='10' r='2'/>", ", $fn = 4"), 2 + 20 * model::sine(9), 1e-12) << "40 sides, whatever $fn is";
+  EXPECT_NEAR(area("<polygon points='0,0 4,0 4,4'/><circle cx='10' cy='10' r='2'/>", ", $fn = 4"), 2 + 20 * model::sine(9), 1e-12)
+      << "40 sides, whatever $fn is";
   EXPECT_NEAR(area("<path d='M0 0 C 0 4 4 4 4 0 z'/>"), 9.6 / 4, 2e-2) << "the integral of y dx";
   EXPECT_NEAR(area("<path d='M-4 0 A 4 4 0 0 1 4 0 z'/>"), 28 * std::sin(std::numbers::pi / 14), 1e-9) << "14 chords of half a circle of radius 2";
   EXPECT_NEAR(area("<path d='M0 0 4 0 4 4'/>"), 2.25, 1e-12) << "a line 1 wide";
   write("bad.svg", "no drawing");
   EXPECT_THROW(imported("import(file = \"bad.svg\");"), Error);
   write("a.svg", svg("<rect x='0' y='0' width='40' height='2'/>"));
-  const auto totals = evaluate_all(compile<2>(model::parse_csg("import(file = \"a.svg\");", (folder_.path() / "t.csg").string()).expression, {}), 0, {}).evaluation.totals;
+  const auto totals =
+      evaluate_all(compile<2>(model::parse_csg("import(file = \"a.svg\");", (folder_.path() / "t.csg").string()).expression, {}), 0, {})
+          .evaluation.totals;
   EXPECT_NEAR(totals.lower[1], 9, 1e-12) << "y upwards from the lower edge";
   EXPECT_NEAR(totals.upper[0], 20, 1e-12);
 }
@@ -321,7 +326,8 @@ TEST(LinearExtrude, TaperedIsAFrustum) {
   // Height / 3 (A + sqrt(A B) + B), of any plane solid.
   const double area = content("difference() { square(4, center = true); circle($fn = 6, r = 1); }");
   for (const double s : {0.0, 0.25, 3.0}) {
-    const std::string text = "linear_extrude(height = 6, scale = " + std::to_string(s) + ") { difference() { square(4, center = true); circle($fn = 6, r = 1); } }";
+    const std::string text = "linear_extrude(height = 6, scale = " + std::to_string(s) +
+                             ") { difference() { square(4, center = true); circle($fn = 6, r = 1); } }";
     EXPECT_NEAR(content(text), 6 * area / 3 * (1 + s + s * s), 1e-9) << s;
   }
   EXPECT_NEAR(content("linear_extrude(height = 6, scale = [0, 1], slices = 1) { square(2, center = true); }"), 12, 1e-9) << "a wedge";
@@ -330,10 +336,15 @@ TEST(LinearExtrude, TaperedIsAFrustum) {
 TEST(LinearExtrude, TwistedSidesAreCutAlongTheShorterDiagonal) {
   EXPECT_NEAR(content("linear_extrude(height = 10, twist = 90) { square(2); }"), 42.9966, 1e-3) << "as OpenSCAD 2021.01";
   // The mirror image of a twist is the twist the other way round of the mirror image.
-  EXPECT_NEAR(content("linear_extrude(height = 5, twist = -70, slices = 7) { square([3, 1]); }"),
-              content("linear_extrude(height = 5, twist = 70, slices = 7) { multmatrix([[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { square([3, 1]); } }"), 1e-9);
+  EXPECT_NEAR(
+      content("linear_extrude(height = 5, twist = -70, slices = 7) { square([3, 1]); }"),
+      content(
+          "linear_extrude(height = 5, twist = 70, slices = 7) { multmatrix([[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { square([3, 1]); } }"),
+      1e-9);
   // Twice as many slices come twice as near to area times height.
-  const auto excess = [](int slices) { return content("linear_extrude(height = 5, twist = 70, slices = " + std::to_string(slices) + ") { square([3, 1]); }") - 15; };
+  const auto excess = [](int slices) {
+    return content("linear_extrude(height = 5, twist = 70, slices = " + std::to_string(slices) + ") { square([3, 1]); }") - 15;
+  };
   EXPECT_NEAR(excess(20) / excess(40), 2, 0.05);
 }
 
@@ -405,7 +416,9 @@ TEST(Offset, AgreesWithOpenScadAndWithSteiner) {
   EXPECT_EQ(content("offset(r = -2) { square([4, 3]); }"), 0);
   // Area of a convex polygon with rounded corners: A + P r + pi r^2, the arc's polygon from inside.
   EXPECT_NEAR(content("offset(r = 2, $fn = 2000) { polygon(points = [[0,0],[3,0],[0,4]]); }"), 6 + 12 * 2 + std::numbers::pi * 4, 1e-3);
-  EXPECT_NEAR(content("offset(delta = -1) { difference() { square(10); multmatrix([[1,0,0,4],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(2); } } }"), 64 - 16, 1e-9)
+  EXPECT_NEAR(
+      content("offset(delta = -1) { difference() { square(10); multmatrix([[1,0,0,4],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(2); } } }"),
+      64 - 16, 1e-9)
       << "holes grow";
 }
 
@@ -422,7 +435,10 @@ TEST(Projection, IsTheShadowOrTheSection) {
   EXPECT_NEAR(content("projection(cut = true) { cube([2, 3, 5]); }"), 6, 1e-12) << "a face at z = 0 counts";
   EXPECT_EQ(content("projection(cut = true) { multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,9],[0,0,0,1]]) { cube(3); } }"), 0);
   EXPECT_NEAR(content("projection(cut = true) { cylinder($fn = 4, h = 2, r1 = 2, r2 = 0, center = true); }"), 2, 1e-12);
-  EXPECT_NEAR(content("projection(cut = true) { difference() { cube(4, center = true); cylinder($fn = 4, h = 9, r1 = 1, r2 = 1, center = true); } }"), 14, 1e-12);
+  EXPECT_NEAR(
+      content(
+          "projection(cut = true) { difference() { cube(4, center = true); cylinder($fn = 4, h = 9, r1 = 1, r2 = 1, center = true); } }"),
+      14, 1e-12);
 }
 
 TEST(Fill, ClosesHoles) {
@@ -474,7 +490,8 @@ TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
       ASSERT_TRUE(edges.contains({edge.second, edge.first}));
     }
     for (const auto& corner : mesh.points)
-      ASSERT_TRUE(std::any_of(points.begin(), points.end(), [&](const auto& p) { return std::hypot(p[0] - corner[0], p[1] - corner[1], p[2] - corner[2]) < 1e-15; }));
+      ASSERT_TRUE(std::any_of(points.begin(), points.end(),
+                              [&](const auto& p) { return std::hypot(p[0] - corner[0], p[1] - corner[1], p[2] - corner[2]) < 1e-15; }));
     if (round % 4 == 0) {
       ASSERT_NEAR(content<3>(hull), static_cast<double>(volume), 1e-9) << "round " << round;
     }
@@ -484,11 +501,16 @@ TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
 TEST(ConvexHull, OfSolidsHasTheVolumeOfItsFormula) {
   EXPECT_NEAR(content("hull() { cube(2); multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { cube(2); } }"), 28, 1e-12);
   EXPECT_NEAR(content("hull() { difference() { cube(4); cube(2); } }"), 64 - 8.0 / 6, 1e-9) << "only the corner is cut off";
-  EXPECT_NEAR(content("hull() { color([1, 0, 0, 1]) multmatrix([[2,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { group(); cube(2); } }"), 16, 1e-12) << "is its own hull";
-  EXPECT_NEAR(content("hull() { sphere(r = 1, $fn = 104); sphere(r = 1, $fn = 104); }"), content("sphere(r = 1, $fn = 104);"), 1e-12) << "of more triangles than half-spaces are listed";
+  EXPECT_NEAR(content("hull() { color([1, 0, 0, 1]) multmatrix([[2,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { group(); cube(2); } }"), 16,
+              1e-12)
+      << "is its own hull";
+  EXPECT_NEAR(content("hull() { sphere(r = 1, $fn = 104); sphere(r = 1, $fn = 104); }"), content("sphere(r = 1, $fn = 104);"), 1e-12)
+      << "of more triangles than half-spaces are listed";
   EXPECT_NEAR(content("hull() { square(1); multmatrix([[1,0,0,3],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(1); } }"), 1 + 3 + 4, 1e-12);
-  EXPECT_NEAR(content("hull() { cylinder($fn = 40, h = 1, r1 = 3, r2 = 3); cylinder($fn = 40, h = 9, r1 = 0.5, r2 = 0.25); cylinder($fn = 40, h = 2, r1 = 1, r2 = 1); }"),
-              20 * std::sin(2 * std::numbers::pi / 40) * (9 + 8 / 3.0 * (9 + 3 * 0.25 + 0.0625)), 1e-9)
+  EXPECT_NEAR(
+      content(
+          "hull() { cylinder($fn = 40, h = 1, r1 = 3, r2 = 3); cylinder($fn = 40, h = 9, r1 = 0.5, r2 = 0.25); cylinder($fn = 40, h = 2, r1 = 1, r2 = 1); }"),
+      20 * std::sin(2 * std::numbers::pi / 40) * (9 + 8 / 3.0 * (9 + 3 * 0.25 + 0.0625)), 1e-9)
       << "a cone on a disk";
   EXPECT_EQ(content("hull();"), 0);
 }
@@ -498,7 +520,10 @@ TEST(Minkowski, OfKnownSolids) {
   EXPECT_NEAR(content("minkowski() { cube(1); cube(1); cube(1); group(); }"), 27, 1e-12);
   EXPECT_NEAR(content("minkowski() { difference() { square(3); multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,0],[0,0,0,1]]) { square(3); } } square(1); }"), 12, 1e-12)
       << "an L stays one";
-  EXPECT_NEAR(content("minkowski() { difference() { cube(6); multmatrix([[1,0,0,2],[0,1,0,2],[0,0,1,-1],[0,0,0,1]]) { cube([2, 2, 9]); } } cube(1); }"), 7 * 7 * 7 - 7, 1e-9)
+  EXPECT_NEAR(
+      content(
+          "minkowski() { difference() { cube(6); multmatrix([[1,0,0,2],[0,1,0,2],[0,0,1,-1],[0,0,0,1]]) { cube([2, 2, 9]); } } cube(1); }"),
+      7 * 7 * 7 - 7, 1e-9)
       << "the hole shrinks";
 }
 

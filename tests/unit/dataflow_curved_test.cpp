@@ -201,7 +201,9 @@ TEST(Curved, MomentsLieInTheirIntervals) {
     double widest = 0;
     for (int i = 0; i <= 3; ++i)
       for (int j = i; j <= 3; ++j) {
-        const double truth = (i == 0 ? 1 : m[static_cast<std::size_t>(i - 1)]) * (j == 0 ? 1 : m[static_cast<std::size_t>(j - 1)]) * volume + (i == j && i > 0 ? volume / 5 : 0);
+        const double truth =
+            (i == 0 ? 1 : m[static_cast<std::size_t>(i - 1)]) * (j == 0 ? 1 : m[static_cast<std::size_t>(j - 1)]) * volume +
+            (i == j && i > 0 ? volume / 5 : 0);
         const auto at = static_cast<std::size_t>(geometry::Moments<3>::index(i, j));
         const double least = in.integral[at] + below.integral[at], most = in.integral[at] + fuzzy.integral[at] - below.integral[at];
         EXPECT_LE(least, truth + 1e-12) << i << j;
@@ -233,7 +235,8 @@ TEST(Curved, BooleansWithPolyhedraKeepTheInterval) {
   Random random(new_seed());
   for (int round = 0; round < 5; ++round) {  // in truth half the ball each, whatever the plane
     auto turn = free_matrix(random, 3, 0);
-    const auto half = model::transform(turn, model::transform(std::vector<double>{20, 0, 0, 0, 0, 20, 0, -10, 0, 0, 20, -10, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));
+    const auto half = model::transform(
+        turn, model::transform(std::vector<double>{20, 0, 0, 0, 0, 20, 0, -10, 0, 0, 20, -10, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));
     expect_contains(volume_interval<3>(model::intersect({ball, half}), thinner_than(0.1)), 4 * eighth);
     expect_contains(volume_interval<3>(model::subtract({ball, half}), thinner_than(0.1)), 4 * eighth);
   }
@@ -251,7 +254,8 @@ TEST(Curved, BooleansWithPolyhedraKeepTheInterval) {
 
 /// What ends by itself is decided to its end, however thin the cells are.
 TEST(Curved, ToleranceLeavesNoPolyhedronUndecided) {
-  const auto apart = model::unite({model::ball(3, 1), model::transform(std::vector<double>{1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::sphere(1, 24))});
+  const auto apart = model::unite(
+      {model::ball(3, 1), model::transform(std::vector<double>{1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::sphere(1, 24))});
   const Network<3> network = compile<3>(apart, {});
   const auto result = evaluate_all(network, 0, thinner_than(0.5));
   for (const auto& refinement : result.refinements)
@@ -326,7 +330,8 @@ TEST(Curved, CsgIsReadRoundOnDemand) {
   EXPECT_NEAR(hull.in, 32 * std::sin(pi / 32), 1e-12);
   EXPECT_EQ(hull.fuzzy, 0);
   // Steiner: a disk and a ball.
-  const double of_torus = volume_interval<3>(model::construct(model::Hull{}, {model::torus(20, 8)}), {}).in, whole = 2 * pi * 400 * 8 + pi * pi * 20 * 64 + 4 * pi / 3 * 512;
+  const double of_torus = volume_interval<3>(model::construct(model::Hull{}, {model::torus(20, 8)}), {}).in,
+               whole = 2 * pi * 400 * 8 + pi * pi * 20 * 64 + 4 * pi / 3 * 512;
   EXPECT_LT(of_torus, whole);
   EXPECT_GT(of_torus, 0.97 * whole);
 }

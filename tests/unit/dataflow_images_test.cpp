@@ -127,7 +127,9 @@ TEST(AnyDimension, ShadowsAndSectionsOfEllipsoids) {
   }
   const auto matrix = free_matrix(s.random, 4, 0.1);
   const auto ellipsoid = model::transform(matrix, model::ball(4, 1.5));
-  check_labels<3>(model::section(ellipsoid, 2, 0.3), 0.1, s.random, [&](const Point& x, Real margin) { return where(ellipsoid, {x[0], x[1], 0.3, x[2]}, margin); });
+  check_labels<3>(model::section(ellipsoid, 2, 0.3), 0.1, s.random, [&](const Point& x, Real margin) {
+    return where(ellipsoid, {x[0], x[1], 0.3, x[2]}, margin);
+  });
 }
 
 TEST(AnyDimension, SectionsOfCylinders) {
@@ -199,7 +201,8 @@ TEST(AnyDimension, ProjectiveMapsTakePointsToTheirImages) {
     auto matrix = free_matrix(s.random, 3, 0.5);
     for (int j = 0; j < 3; ++j) matrix[static_cast<std::size_t>(12 + j)] = uniform(s.random, -0.15, 0.15);
     const auto solid = model::subtract({model::ball(3, 1.5), model::cuboid({2, 2, 2}), random_polytope(s.random, 3, 4)});
-    check_labels<3>(model::projective(matrix, solid), 0.1, s.random, [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
+    check_labels<3>(model::projective(matrix, solid), 0.1, s.random,
+                    [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
   }
 }
 
@@ -220,7 +223,8 @@ TEST(AnyDimension, ImagesOfFarAndThinBallsAreEnclosedToo) {
     constexpr double a = 256;
     slope[n * n - n] = a, slope.back() = 1 - a * far;
     const double across = 1 - a * a * r * r;  // r^d / across^((d+1)/2): the axes are r / across and d - 1 times r / sqrt(across)
-    expect_contains(volume_interval(model::projective(slope, model::transform(away, model::ball(d, r))), r * 1e-3), ball_volume(d) * std::pow(r, d) / std::pow(across, (d + 1) / 2.0), 0.05);
+    expect_contains(volume_interval(model::projective(slope, model::transform(away, model::ball(d, r))), r * 1e-3),
+                    ball_volume(d) * std::pow(r, d) / std::pow(across, (d + 1) / 2.0), 0.05);
   }
   // An ellipse with axes 1 and 2^-30, turned; the third axis does not show.
   constexpr double thin = 0x1p-30;
@@ -237,7 +241,9 @@ TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
   const double box = 16 * (1 - std::pow(1 + a * h, -3)) / (3 * a);
   const auto around = model::transform(std::vector<double>{1, 0, 0, -2, 0, 1, 0, -2, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({4, 4, h}));
   expect_contains(volume_interval(model::projective(along, model::subtract({around, model::round_cylinder(2, r, {h})}))), box - cylinder, 0.01);
-  expect_contains(volume_interval(model::projective(along, model::symmetric_difference({model::round_cylinder(2, 2 * r, {h}), model::round_cylinder(2, r, {h})}))), 3 * cylinder, 0.01);
+  expect_contains(volume_interval(model::projective(
+                      along, model::symmetric_difference({model::round_cylinder(2, 2 * r, {h}), model::round_cylinder(2, r, {h})}))),
+                  3 * cylinder, 0.01);
   // What reaches beyond the plane at infinity may be cut off first.
   const std::vector<double> down{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -20, 0, 0, 0, 1};
   const auto rod = model::transform(down, model::round_cylinder(2, r, {30}));
@@ -249,8 +255,11 @@ TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
     auto matrix = free_matrix(s.random, 3, 0.5);
     for (int j = 0; j < 3; ++j) matrix[static_cast<std::size_t>(12 + j)] = uniform(s.random, -0.08, 0.08);
     const auto placed = [&](const Expression& e) { return model::transform(free_matrix(s.random, 3, 0.3), e); };
-    const auto solid = model::subtract({model::symmetric_difference({placed(model::torus(1.5, 0.6, 12)), placed(model::cone(2, 1, 0.2, 16)), model::ball(3, 1)}), placed(model::round_cylinder(2, 0.4, {1}))});
-    check_labels<3>(model::projective(matrix, solid), 0.2, s.random, [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
+    const auto solid = model::subtract(
+        {model::symmetric_difference({placed(model::torus(1.5, 0.6, 12)), placed(model::cone(2, 1, 0.2, 16)), model::ball(3, 1)}),
+         placed(model::round_cylinder(2, 0.4, {1}))});
+    check_labels<3>(model::projective(matrix, solid), 0.2, s.random,
+                    [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
   }
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "bsp2/dataflow/giving_back.hpp"
 #include "bsp2/model/builder.hpp"
@@ -96,7 +97,12 @@ Totals<D> evaluated_in_lots(const Network<D>& network, unsigned depth, EvaluateO
       const bool was_whole = whole_of(region).has_value();
       const auto is = remaining.find(region.number);
       if (was_whole && is == remaining.end()) continue;
-      if (was_whole) region = {region.number, is->second.level, region_cell(network, parts, region.number), {}, {{{Frontier::Kind::held, is->second.label, 0, is->second.part}}, {}}};
+      if (was_whole)
+        region = {region.number,
+                  is->second.level,
+                  region_cell(network, parts, region.number),
+                  {},
+                  {{{Frontier::Kind::held, is->second.label, 0, is->second.part}}, {}}};
       (was_whole && is->second.is_certain ? certain : others).push_back(std::move(region));
     }
     totals += picture<D>(network, certain, options, {}).totals;
@@ -155,7 +161,8 @@ TEST(Partition, WorkIsSharedOutInAboutEqualRegions) {
   const Network<3> network = compile<3>(wall(), {});
   const auto parts = partition(network, 4);
   ASSERT_EQ(parts.regions.size(), 16U);
-  EXPECT_LE(*std::max_element(parts.work.begin(), parts.work.end()), 4 * *std::min_element(parts.work.begin(), parts.work.end()));
+  // The others wait for the one with the most.
+  EXPECT_LE(*std::max_element(parts.work.begin(), parts.work.end()), 2 * std::accumulate(parts.work.begin(), parts.work.end(), 0.0) / 16);
 }
 
 TEST(Partition, SmallModelsAreOneRegion) {
@@ -199,10 +206,14 @@ TEST(Partition, NoCutIsNearlyAFaceOfTheModel) {
       const double sizes[] = {size, height, size};
       solids.push_back(model::transform(matrix, column ? model::cylinder(height, size, size, 4) : model::cuboid(sizes)));
     }
-    const auto e = chance(random, 0.5) ? model::unite(solids) : model::subtract({model::unite({solids.begin(), solids.begin() + 20}), model::unite({solids.begin() + 20, solids.end()})});
+    const auto e =
+        chance(random, 0.5)
+            ? model::unite(solids)
+            : model::subtract({model::unite({solids.begin(), solids.begin() + 20}), model::unite({solids.begin() + 20, solids.end()})});
     const Network<3> network = compile<3>(e, {});
     for (const auto& refinement : evaluate_all(network, static_cast<unsigned>(pick(random, 0, 4)), keep_everything()).refinements)
-      for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) ASSERT_GT(thickness(refinement->cells, cell, network.table), 1e-4) << "round " << round;
+      for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell)
+        ASSERT_GT(thickness(refinement->cells, cell, network.table), 1e-4) << "round " << round;
   }
 }
 

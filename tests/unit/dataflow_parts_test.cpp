@@ -82,7 +82,8 @@ void expect_contained(const model::Expression& primitive, const Network<D>& netw
     }
   const auto corners = batch.cell_points(cell);
   for (std::size_t at = 0; at < corners.size(); at += D) {
-    const Where there = where(primitive, Point(corners.begin() + static_cast<std::ptrdiff_t>(at), corners.begin() + static_cast<std::ptrdiff_t>(at + D)), 1e-8L);
+    const Where there = where(
+        primitive, Point(corners.begin() + static_cast<std::ptrdiff_t>(at), corners.begin() + static_cast<std::ptrdiff_t>(at + D)), 1e-8L);
     EXPECT_TRUE(there.inside || there.doubtful) << "a corner is outside of the part";
   }
 }

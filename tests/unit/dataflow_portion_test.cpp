@@ -162,7 +162,8 @@ TEST(Portion, ChangesNothing) {
     divisions += counts[0];
     separations += counts[1];
   };
-  for (int round = 0; (round < 12 || divisions < 80) && round < 300 && !testing::Test::HasFailure(); ++round) count(expect_dividable<3>(random, round % 3 == 0));
+  for (int round = 0; (round < 12 || divisions < 80) && round < 300 && !testing::Test::HasFailure(); ++round)
+    count(expect_dividable<3>(random, round % 3 == 0));
   for (int round = 0; round < 10 && !testing::Test::HasFailure(); ++round) count(expect_dividable<2>(random, round % 3 == 0));
   for (int round = 0; round < 3 && !testing::Test::HasFailure(); ++round) count(expect_dividable<4>(random, false));
   EXPECT_GE(divisions, 80);

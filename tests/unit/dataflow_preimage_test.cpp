@@ -16,7 +16,9 @@ namespace {
 Expression nurbs_disk(double r) {
   const double h = std::sqrt(0.5);
   model::Spline::Piece piece{{2}, {{0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4}}, {}};
-  for (const auto& [x, y, w] : {std::array{1., 0., 1.}, {1., 1., h}, {0., 1., 1.}, {-1., 1., h}, {-1., 0., 1.}, {-1., -1., h}, {0., -1., 1.}, {1., -1., h}, {1., 0., 1.}})
+  for (const auto& [x, y, w] : {
+       std::array{1., 0., 1.}, {1., 1., h}, {0., 1., 1.}, {-1., 1., h}, {-1., 0., 1.}, {-1., -1., h}, {0., -1., 1.}, {1., -1., h},
+       {1., 0., 1.}})
     piece.points.insert(piece.points.end(), {r * x, r * y, w});
   return model::spline(2, {piece});
 }
@@ -41,7 +43,9 @@ TEST(Prisms, OfToriAndConesHaveTheirVolume) {
   expect_contains(interval_of(model::product({model::cuboid({0.5}), model::cone(1, 1, 0)}), 0.1), pi / 6, 0.8);
   expect_contains(interval_of(model::embed(model::torus(2, 1), 4, 0.5), 0.5), 2 * pi * pi, 1.2);
   // Of a difference, too: what is outside of a prism is the prism over what is outside.
-  const auto half = model::subtract({model::torus(2, 1), model::transform(std::vector<double>{1, 0, 0, -4, 0, 1, 0, -4, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({8, 8, 2}))});
+  const auto half =
+      model::subtract({model::torus(2, 1),
+                       model::transform(std::vector<double>{1, 0, 0, -4, 0, 1, 0, -4, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({8, 8, 2}))});
   expect_contains(interval_of(model::extrude(half, {1}), 0.5), 2 * pi * pi, 2.5);
 }
 
@@ -121,7 +125,8 @@ TEST(Sections, OfConesAndCylindersAtAnAngle) {
   }
   const auto high = model::transform(free_matrix(s.random, 4, 0), model::round_cylinder(3, 1, {2}));  // in space, at an angle
   const auto cut = model::section(high, 3, 0.1);
-  if (interval_of(cut, 0.2).in > 0) check_labels<3>(cut, 0.1, s.random, [&](const Point& x, Real margin) { return where(high, {x[0], x[1], x[2], 0.1}, margin); });
+  if (interval_of(cut, 0.2).in > 0)
+    check_labels<3>(cut, 0.1, s.random, [&](const Point& x, Real margin) { return where(high, {x[0], x[1], x[2], 0.1}, margin); });
 }
 
 TEST(Sections, OfSplinesAndSubdivisionSurfaces) {
@@ -166,7 +171,9 @@ TEST(PreimageProducer, EmitsAStreamOfRefinements) {
   Seeded s;
   const auto torus = model::transform(free_matrix(s.random, 3, 0.2), model::torus(2, 1));
   check_first_producer<2>(model::section(torus, 1, 0.1), 18, s.random, [&](const Point& x) { return where(torus, {x[0], 0.1, x[1]}, 1e-10L); });
-  check_first_producer<4>(model::extrude(model::torus(2, 1), {1}), 12, s.random, [&](const Point& x) { return where(model::torus(2, 1), {x[0], x[1], x[2]}, 1e-10L); });
+  check_first_producer<4>(model::extrude(model::torus(2, 1), {1}), 12, s.random, [&](const Point& x) {
+    return where(model::torus(2, 1), {x[0], x[1], x[2]}, 1e-10L);
+  });
   // The producer knows nothing of where the cone ends.
   check_first_producer<2>(model::section(model::cone(2, 1, 0.5), 0, 0.3), 18, s.random, [&](const Point& x) {
     const Real beyond = std::hypot(x[0], Real{0.3}) - (1 - x[1] / 4);

@@ -169,8 +169,10 @@ TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
-    const auto e = model::transform(free_matrix(random, 3, 3), chance(random, 0.5) ? model::sphere(1, static_cast<std::uint32_t>(pick(random, 33, 60)))
-                                                                                   : model::cylinder(1, 1, uniform(random, 0, 2), static_cast<std::uint32_t>(pick(random, 512, 900))));
+    const auto e = model::transform(free_matrix(random, 3, 3),
+                                    chance(random, 0.5)
+                                        ? model::sphere(1, static_cast<std::uint32_t>(pick(random, 33, 60)))
+                                        : model::cylinder(1, 1, uniform(random, 0, 2), static_cast<std::uint32_t>(pick(random, 512, 900))));
     const Network<3> network = compile<3>(e, {});
     if (network.producers.empty() || network.producers[0].lathe < 0) continue;
     const LatheProducer lathe(network, network.producers[0]);

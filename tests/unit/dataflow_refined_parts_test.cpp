@@ -26,7 +26,9 @@ void expect_narrow(const Interval& interval, double truth, double share) {
 TEST_F(RefinedParts, ConstructsOfADiskHaveTheAreasOfTheirFormulas) {
   const Expression square = model::cuboid({1, 1}, true);
   expect_narrow(interval_of<2>(model::minkowski(disk(), square)), pi + 4 + 1, 0.1);
-  expect_narrow(interval_of<2>(model::construct(model::Hull{}, {model::unite({disk(), model::transform(std::vector<double>{1, 0, 2, 0, 1, 0, 0, 0, 1}, disk())})})), pi + 4, 0.1);
+  expect_narrow(interval_of<2>(model::construct(
+                    model::Hull{}, {model::unite({disk(), model::transform(std::vector<double>{1, 0, 2, 0, 1, 0, 0, 0, 1}, disk())})})),
+                pi + 4, 0.1);
   expect_narrow(interval_of<2>(model::sweep(disk(), {{0, 0}, {2, 0}})), pi + 4, 0.1);
   expect_narrow(interval_of<2>(model::grow(disk(), 0.5)), pi + 4 + 1, 0.1);
   // The square without a disk: complements exchange the sides.
@@ -50,7 +52,8 @@ TEST_F(RefinedParts, ConstructsInSpaceHaveTheVolumesOfTheirFormulas) {
 /// Their cells have many corners on common hyperplanes, in rounded coordinates.
 TEST_F(RefinedParts, ConstructsOfProductsInFourDimensions) {
   const Expression square = model::cuboid({1, 1});
-  expect_contains(interval_of<4>(model::grow(model::product({disk(), square}), -0.25)), (2 * (std::asin(std::sqrt(15.0) / 4) - std::asin(0.25)) - std::sqrt(15.0) / 4 + 0.25) / 4);
+  expect_contains(interval_of<4>(model::grow(model::product({disk(), square}), -0.25)),
+                  (2 * (std::asin(std::sqrt(15.0) / 4) - std::asin(0.25)) - std::sqrt(15.0) / 4 + 0.25) / 4);
   expect_contains(interval_of<3>(model::project(model::product({disk(), square}), {0, 1, 2})), pi);
 }
 

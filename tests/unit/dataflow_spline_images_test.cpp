@@ -58,7 +58,8 @@ TEST_F(SplineImages, OfACircleIsAnEllipse) {
   for (const double a : {-0.9, 0.3, 0.7}) {
     SCOPED_TRACE(a);
     const Matrix m = perspective<2>({a, 0});
-    const Interval now = check_points<2>(model::projective(m, model::spline(2, {circle})), images_of<2>(m, points_of<2>(circle, 100'000, random)), thinner_than(0.001));
+    const Interval now = check_points<2>(model::projective(m, model::spline(2, {circle})),
+                                         images_of<2>(m, points_of<2>(circle, 100'000, random)), thinner_than(0.001));
     expect_contains(now, ball_image(2, a));
     EXPECT_LT(now.fuzzy, 0.05 * ball_image(2, a));
   }
@@ -67,7 +68,8 @@ TEST_F(SplineImages, OfACircleIsAnEllipse) {
 TEST_F(SplineImages, OfASphereIsAnEllipsoid) {
   const Piece sphere = nurbs_sphere(1);
   const Matrix m = perspective<3>({0.24, -0.32, 0});
-  const Interval now = check_points<3>(model::projective(m, model::spline(3, {sphere})), images_of<3>(m, points_of<3>(sphere, 100'000, random)), thinner_than(0.1));
+  const Interval now = check_points<3>(model::projective(m, model::spline(3, {sphere})),
+                                       images_of<3>(m, points_of<3>(sphere, 100'000, random)), thinner_than(0.1));
   expect_contains(now, ball_image(3, 0.4));
   EXPECT_GT(now.in, 0.5 * ball_image(3, 0.4));
 }
@@ -77,7 +79,8 @@ TEST_F(SplineImages, NeedPositiveWeightsOfTheSplineAndNotOfItsControlPoints) {
   const Piece circle = nurbs_circle(1);
   const Matrix m = perspective<2>({0.6, 0.6});
   const double area = ball_image(2, 0.6 * std::sqrt(2.0));
-  const Interval now = check_points<2>(model::projective(m, model::spline(2, {circle})), images_of<2>(m, points_of<2>(circle, 100'000, random)), thinner_than(0.01));
+  const Interval now = check_points<2>(model::projective(m, model::spline(2, {circle})),
+                                       images_of<2>(m, points_of<2>(circle, 100'000, random)), thinner_than(0.01));
   expect_contains(now, area);
   EXPECT_LT(now.fuzzy, 0.05 * area);
   const Piece solid = waved_piece<2>(random, {2, 2}, {4, 4}, true);  // in about [0, 3]^2
@@ -130,10 +133,12 @@ TEST_F(SplineImages, GoWithMapsAndBooleans) {
   const Interval now = volume_interval<2>(ring, thinner_than(0.001));
   expect_contains(now, exact - ball_image(2, 0.3));
   EXPECT_LT(now.fuzzy, 0.05 * exact);
-  const Expression text = model::parse_csg("projective([[1,0,0],[0,1,0],[0.3,0,1]]) nurbs(degree = 2, points = [[1,0],[1,1],[0,1],[-1,1],[-1,0],[-1,-1],[0,-1],[1,-1],[1,0]], "
-                                           "knots = [0,0,0,1,1,2,2,3,3,4,4,4], weights = [1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1]);",
-                                           "test.csg", {})
-                              .expression;
+  const Expression text =
+      model::parse_csg(
+          "projective([[1,0,0],[0,1,0],[0.3,0,1]]) nurbs(degree = 2, points = [[1,0],[1,1],[0,1],[-1,1],[-1,0],[-1,-1],[0,-1],[1,-1],[1,0]], "
+          "knots = [0,0,0,1,1,2,2,3,3,4,4,4], weights = [1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1]);",
+          "test.csg", {})
+          .expression;
   expect_contains(volume_interval<2>(text, thinner_than(0.01)), ball_image(2, 0.3));
 }
 

@@ -125,7 +125,8 @@ double area_inside(const Piece& curve) {
     for (const double sign : {1.0, -1.0})
       for (std::size_t i = 0; i < 4; ++i) {
         const double half = (knots[s + 1] - knots[s]) / 2, t = (knots[s] + knots[s + 1]) / 2 + sign * half * x[i], h = half * 1e-3;
-        const auto p = value_at<2>(curve, {t}), a = value_at<2>(curve, {t - h}), b = value_at<2>(curve, {t + h}), c = value_at<2>(curve, {t - 2 * h}), d = value_at<2>(curve, {t + 2 * h});
+        const auto p = value_at<2>(curve, {t}), a = value_at<2>(curve, {t - h}), b = value_at<2>(curve, {t + h}),
+                   c = value_at<2>(curve, {t - 2 * h}), d = value_at<2>(curve, {t + 2 * h});
         // The derivative of a quartic by four points is exact.
         const auto slope = [&](std::size_t j) { return (8 * (b[j] - a[j]) - (d[j] - c[j])) / (12 * h); };
         area += w[i] * half * (p[0] * slope(1) - p[1] * slope(0)) / 2;
@@ -174,7 +175,9 @@ TEST(SplineSolids, PiecesThatFitTogetherBoundASolid) {
     face.degrees = {1, 1};
     face.knots[1] = model::clamped_knots(1, 2);
     std::vector<double> corners;
-    for (const std::size_t p : {0U, 2U, 3U, 5U}) corners.insert(corners.end(), face.points.begin() + static_cast<std::ptrdiff_t>(4 * p), face.points.begin() + static_cast<std::ptrdiff_t>(4 * p + 4));
+    for (const std::size_t p : {0U, 2U, 3U, 5U})
+      corners.insert(corners.end(), face.points.begin() + static_cast<std::ptrdiff_t>(4 * p),
+                     face.points.begin() + static_cast<std::ptrdiff_t>(4 * p + 4));
     face.points = corners;
   }
   const Interval cube = volume_interval<3>(model::spline(3, faces), thinner_than(0.05));
@@ -214,11 +217,13 @@ TEST(SplineSolids, CellsDoNotDependOnThreadsAndOrder) {
 
 TEST(SplineSolids, CsgHasNodesForThem) {
   const auto read = [](const char* text) { return model::parse_csg(text, "test.csg", {}).expression; };
-  const Interval box = volume_interval<3>(read("bezier(points = [[[[0,0,0],[0,0,1]],[[0,2,0],[0,2,1]]],[[[3,0,0],[3,0,1]],[[3,2,0],[3,2,1]]]]);"), thinner_than(0.1));
+  const Interval box = volume_interval<3>(
+      read("bezier(points = [[[[0,0,0],[0,0,1]],[[0,2,0],[0,2,1]]],[[[3,0,0],[3,0,1]],[[3,2,0],[3,2,1]]]]);"), thinner_than(0.1));
   expect_contains(box, 6);
-  const Interval disk = volume_interval<2>(read("nurbs(degree = 2, points = [[1,0],[1,1],[0,1],[-1,1],[-1,0],[-1,-1],[0,-1],[1,-1],[1,0]], knots = [0,0,0,1,1,2,2,3,3,4,4,4], "
-                                                "weights = [1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1]);"),
-                                           thinner_than(0.01));
+  const Interval disk = volume_interval<2>(
+      read("nurbs(degree = 2, points = [[1,0],[1,1],[0,1],[-1,1],[-1,0],[-1,-1],[0,-1],[1,-1],[1,0]], knots = [0,0,0,1,1,2,2,3,3,4,4,4], "
+           "weights = [1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1]);"),
+      thinner_than(0.01));
   expect_contains(disk, pi);
   EXPECT_GT(disk.in, 3);
   // Closed cubic B-splines of four points around a square: 1/6 of each neighbour and 2/3 of the middle one at the knots.
@@ -231,8 +236,10 @@ TEST(SplineSolids, CsgHasNodesForThem) {
   const auto file = [](const char* name) { return model::read_csg(std::string(BSP2_SOURCE_DIR) + "/examples/expressions/" + name).expression; };
   expect_contains(volume_interval<3>(file("nurbs_solid.csg"), thinner_than(0.1)), 1.5 * pi);
   expect_contains(volume_interval<3>(file("subdivision.csg"), thinner_than(0.2)), 6 * 61.0 / 45 * 61 / 45);
-  for (const char* text : {"bezier(points = [[0,0],[1]]);", "bspline(degree = 3, points = [[0,0],[1,1]]);", "bspline(points = [[0,0],[1,1],[2,0],[1,0]], knots = [1,2]);",
-                           "bezier(point = [[0,0],[1,1]]);", "bezier(points = [[0,0],[1,1]], weights = [1,-1]);", "subdivision(points = [[0,0,0],[1,0,0],[0,1,0]], faces = [[0,1,2]]);"})
+  for (const char* text :
+       {"bezier(points = [[0,0],[1]]);", "bspline(degree = 3, points = [[0,0],[1,1]]);",
+        "bspline(points = [[0,0],[1,1],[2,0],[1,0]], knots = [1,2]);", "bezier(point = [[0,0],[1,1]]);",
+        "bezier(points = [[0,0],[1,1]], weights = [1,-1]);", "subdivision(points = [[0,0,0],[1,0,0],[0,1,0]], faces = [[0,1,2]]);"})
     EXPECT_THROW(static_cast<void>(read(text)), Error) << text;
 }
 

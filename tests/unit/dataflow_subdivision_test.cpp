@@ -45,7 +45,10 @@ class Subdivider {
       fine.points.push_back(sum({{1 / n, q}, {2 / n, r}, {(n - 3) / n, net_.points[v]}}));
     }
     for (std::size_t e = 0; e < edges_.size(); e += 2)
-      fine.points.push_back(sum({{0.25, net_.points[edges_[e].ends.first]}, {0.25, net_.points[edges_[e].ends.second]}, {0.25, centre(edges_[e].face)}, {0.25, centre(edges_[e + 1].face)}}));
+      fine.points.push_back(sum({{0.25, net_.points[edges_[e].ends.first]},
+                                 {0.25, net_.points[edges_[e].ends.second]},
+                                 {0.25, centre(edges_[e].face)},
+                                 {0.25, centre(edges_[e + 1].face)}}));
     for (std::size_t f = 0; f < net_.faces.size(); ++f) fine.points.push_back(centre(f));
     const auto base = static_cast<std::uint32_t>(net_.points.size()), faces = base + static_cast<std::uint32_t>(edges_.size() / 2);
     for (std::size_t f = 0; f < net_.faces.size(); ++f) {
@@ -62,7 +65,10 @@ class Subdivider {
     ControlNet fine;
     for (std::size_t v = 0; v < net_.points.size(); ++v) fine.points.push_back(weighted(v, beta(neighbours_[v].size())));
     for (std::size_t e = 0; e < edges_.size(); e += 2)
-      fine.points.push_back(sum({{0.375, net_.points[edges_[e].ends.first]}, {0.375, net_.points[edges_[e].ends.second]}, {0.125, net_.points[edges_[e].third]}, {0.125, net_.points[edges_[e + 1].third]}}));
+      fine.points.push_back(sum({{0.375, net_.points[edges_[e].ends.first]},
+                                 {0.375, net_.points[edges_[e].ends.second]},
+                                 {0.125, net_.points[edges_[e].third]},
+                                 {0.125, net_.points[edges_[e + 1].third]}}));
     const auto base = static_cast<std::uint32_t>(net_.points.size());
     for (const auto& face : net_.faces) {
       const std::uint32_t a = base + number(face[0], face[1]), b = base + number(face[1], face[2]), c = base + number(face[2], face[0]);
@@ -134,7 +140,8 @@ class Subdivider {
   }
   [[nodiscard]] std::uint32_t number(std::uint32_t a, std::uint32_t b) const {
     const std::pair<std::uint32_t, std::uint32_t> ends = std::minmax(a, b);
-    const auto at = std::lower_bound(edges_.begin(), edges_.end(), ends, [](const Side& side, const std::pair<std::uint32_t, std::uint32_t>& e) { return side.ends < e; });
+    const auto at = std::lower_bound(edges_.begin(), edges_.end(), ends,
+                                     [](const Side& side, const std::pair<std::uint32_t, std::uint32_t>& e) { return side.ends < e; });
     return static_cast<std::uint32_t>(at - edges_.begin()) / 2;
   }
   [[nodiscard]] std::array<double, 3> centre(std::size_t f) const {
@@ -155,7 +162,8 @@ class Subdivider {
 
 /// A house, of squares and pentagons, with corners of three and four edges; its corners moved about.
 ControlNet house(Random& random) {
-  ControlNet net{{{0, 0, 0}, {2, 0, 0}, {2, 0, 2}, {1, 0, 3}, {0, 0, 2}, {0, 3, 0}, {2, 3, 0}, {2, 3, 2}, {1, 3, 3}, {0, 3, 2}}, {{0, 1, 2, 3, 4}, {9, 8, 7, 6, 5}}};
+  ControlNet net{{{0, 0, 0}, {2, 0, 0}, {2, 0, 2}, {1, 0, 3}, {0, 0, 2}, {0, 3, 0}, {2, 3, 0}, {2, 3, 2}, {1, 3, 3}, {0, 3, 2}},
+                 {{0, 1, 2, 3, 4}, {9, 8, 7, 6, 5}}};
   for (std::uint32_t i = 0; i < 5; ++i) net.faces.push_back({(i + 1) % 5, i, i + 5, (i + 1) % 5 + 5});
   for (auto& p : net.points)
     for (double& x : p) x += uniform(random, -0.2, 0.2);

@@ -98,7 +98,9 @@ TEST(AnyDimension, SymmetricDifferencesOfRoundSolidsAreEnclosedToo) {
   const auto ball = model::ball(3, 1, 24);
   expect_contains(volume_interval(hull({model::symmetric_difference({ball, shifted(ball, 1)})})), 4 * pi / 3 + pi, 0.06);
   expect_contains(volume_interval(hull({model::symmetric_difference({ball, shifted(ball, 1), shifted(ball, 2)})})), 4 * pi / 3 + 2 * pi, 0.06);
-  expect_contains(volume_interval(model::project(model::symmetric_difference({model::round_cylinder(2, 2, {1}), model::round_cylinder(2, 1, {1})}), {0, 1})), 3 * pi, 0.01);
+  expect_contains(volume_interval(model::project(
+                      model::symmetric_difference({model::round_cylinder(2, 2, {1}), model::round_cylinder(2, 1, {1})}), {0, 1})),
+                  3 * pi, 0.01);
   expect_contains(volume_interval(model::minkowski(model::symmetric_difference({model::ball(2, 2), model::ball(2, 1)}), model::cuboid({0.5, 0.5}, true))),
                   4 * pi + 0.25 + 4 * 2 * 0.5 - four_disks, 0.01);
   // What was enclosed before is, too.
@@ -132,7 +134,9 @@ TEST(AnyDimension, SumsOfManyCornersAreThoseOfAllPairs) {
       for (auto* points : {&a, &b}) {
         Point x{uniform(s.random, -1, 1), uniform(s.random, -1, 1), uniform(s.random, -1, 1)};
         const Real size = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-        for (const Real c : x) points->push_back(static_cast<double>(on_sphere ? c / size : std::round(12 * c / size)));  // or near it on a grid, where much is coplanar
+        for (const Real c : x)
+          points->push_back(
+              static_cast<double>(on_sphere ? c / size : std::round(12 * c / size)));  // or near it on a grid, where much is coplanar
       }
     for (std::size_t i = 0; i < a.size(); i += 3)
       for (std::size_t j = 0; j < b.size(); ++j) all.push_back(a[i + j % 3] + b[j]);
@@ -149,7 +153,8 @@ TEST(AnyDimension, SumsOfManyCornersAreThoseOfAllPairs) {
 TEST(AnyDimension, SumsOfToriEnd) {
   expect_contains(volume_interval(model::minkowski(model::torus(2, 0.5, 16), model::ball(3, 0.25, 16))), 2 * pi * pi * 2 * 0.75 * 0.75, 0.4);
   std::vector<Expression> row;
-  for (int i = 0; i < 10; ++i) row.push_back(model::transform(std::vector<double>{1, 0, 0, 2.0 * i, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));
+  for (int i = 0; i < 10; ++i)
+    row.push_back(model::transform(std::vector<double>{1, 0, 0, 2.0 * i, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));
   const auto warnings = compile<3>(model::minkowski(model::torus(2, 0.5), model::unite(row)), {}).warnings;
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(warnings[0].find("640 pairs of convex parts are too many: circles get 48 corners"), std::string::npos) << warnings[0];
@@ -263,7 +268,8 @@ TEST(AnyDimension, ConvexSolidsShrinkLikeAllOthers) {
     const double edge = std::max(0.0, 1 - 8 * a);
     EXPECT_NEAR(volume_of(model::grow(model::simplex(4, 1), -a)), std::pow(edge, 4) / 24, 1e-12);
   }
-  expect_contains(volume_interval(model::construct(model::Growth{-0.25, model::Growth::Ball::round, 12}, {model::ball(4, 1)}), 0.1), ball_volume(4) * std::pow(0.75, 4), 1.5);
+  expect_contains(volume_interval(model::construct(model::Growth{-0.25, model::Growth::Ball::round, 12}, {model::ball(4, 1)}), 0.1),
+                  ball_volume(4) * std::pow(0.75, 4), 1.5);
 }
 
 /// What is enclosed is a union of polytopes of which one holds the others: that one is moved alone.
@@ -293,10 +299,13 @@ TEST(AnyDimension, UnboundedOperandsAreRefused) {
       EXPECT_EQ(std::string(error.what()), name + ": the solid has no bounds; intersect it with something that has");
     }
   };
-  const auto in_room = [](const Expression& e) { return model::intersect({model::cuboid(std::vector<double>(static_cast<std::size_t>(e.dimension()), 10), true), e}); };
+  const auto in_room = [](const Expression& e) {
+    return model::intersect({model::cuboid(std::vector<double>(static_cast<std::size_t>(e.dimension()), 10), true), e});
+  };
   const auto of = [](const model::Construct& what) { return [what](const Expression& e) { return model::construct(what, {e}); }; };
   const std::vector<Expression> unbounded_solids{model::complement(box), model::unite({small, model::complement(box)}),
-                                                 model::subtract({model::complement(box), small}), model::symmetric_difference({small, model::complement(box)})};
+                                                 model::subtract({model::complement(box), small}),
+                                                 model::symmetric_difference({small, model::complement(box)})};
   for (const Expression& unbounded : unbounded_solids) {
     refused([&](const Expression& e) { return in_room(model::minkowski(e, small)); }, unbounded, "minkowski");
     refused([&](const Expression& e) { return in_room(model::minkowski(small, e)); }, unbounded, "minkowski");
@@ -316,7 +325,8 @@ TEST(AnyDimension, UnboundedOperandsAreRefused) {
   refused(of(model::Fill{}), plane, "fill");
   refused(of(model::Roof{}), plane, "roof");
   // Complements in bounded solids are no matter.
-  for (const auto& bounded : {model::intersect({box, model::complement(small)}), model::symmetric_difference({model::complement(small), model::complement(box)})}) {
+  for (const auto& bounded : {model::intersect({box, model::complement(small)}),
+                              model::symmetric_difference({model::complement(small), model::complement(box)})}) {
     EXPECT_NEAR(volume_of(bounded), 7, 1e-12);
     EXPECT_NEAR(volume_of(model::grow(bounded, 0.5)), 26, 1e-10);
     EXPECT_NEAR(volume_of(model::project(bounded, {0, 1})), 4, 1e-12);

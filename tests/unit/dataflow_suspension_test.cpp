@@ -33,7 +33,10 @@ struct Run {
   std::uint64_t cells = 0;
 
   Run(const Network<D>& network_, unsigned depth)
-      : network(network_), parts(partition(network_, depth)), totals(network_.table.radius(), network_.table.width()), regions(partition(network_, depth).regions),
+      : network(network_),
+        parts(partition(network_, depth)),
+        totals(network_.table.radius(), network_.table.width()),
+        regions(partition(network_, depth).regions),
         roots(parts.regions.size(), BspTree::empty_leaf) {
     totals.reset_bounds();
     tree.dimension = D;
@@ -86,7 +89,9 @@ struct Run {
   /// The cell in which a point is, as label, part and volume.
   [[nodiscard]] std::tuple<int, std::int32_t, double> locate(const std::array<double, D>& x) const {
     BspTree whole = tree;
-    const auto child = [&](std::int32_t code) { return code >= 0 ? static_cast<std::int32_t>(tree.nodes.size()) + code : roots[static_cast<std::size_t>(~code)]; };
+    const auto child = [&](std::int32_t code) {
+      return code >= 0 ? static_cast<std::int32_t>(tree.nodes.size()) + code : roots[static_cast<std::size_t>(~code)];
+    };
     BspTree top;
     top.dimension = D;
     for (const auto& node : parts.nodes) {

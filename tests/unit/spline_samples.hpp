@@ -65,8 +65,9 @@ std::vector<std::array<double, D>> points_of(const Piece& piece, std::size_t cou
       const auto& knots = piece.knots[j];
       const std::size_t first = piece.degrees[j], last = knots.size() - piece.degrees[j] - 1;
       const bool is_end = piece.degrees.size() == D && j == i % D;
-      t.push_back(is_end ? knots[chance(random, 0.5) ? first : last] : chance(random, 0.02) ? knots[static_cast<std::size_t>(pick(random, static_cast<int>(first), static_cast<int>(last)))]
-                                                                                          : uniform(random, knots[first], knots[last]));
+      t.push_back(is_end                 ? knots[chance(random, 0.5) ? first : last]
+                  : chance(random, 0.02) ? knots[static_cast<std::size_t>(pick(random, static_cast<int>(first), static_cast<int>(last)))]
+                                         : uniform(random, knots[first], knots[last]));
     }
     points.push_back(value_at<D>(piece, t));
   }

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "bsp2/dataflow/cell_view.hpp"
 #include "bsp2/dataflow/network.hpp"
+#include "bsp2/dataflow/parting.hpp"
 #include "bsp2/dataflow/process.hpp"
 
 namespace bsp2::dataflow {
@@ -64,8 +66,8 @@ class Localizer {
   double tolerance_ = 0;
   std::array<double, D> eye_{};
   double angle_ = 0;  // 0: there is no eye
-  std::vector<std::pair<double, geometry::HyperplaneId>> candidates_;
-  std::vector<double> bounds_, medians_;  // of the undecided operands along an axis
+  std::vector<std::pair<double, geometry::HyperplaneId>> candidates_;  // by their distance from a place
+  std::vector<Stretch> stretches_;  // of the undecided operands along an axis
 
   Answer localize(std::span<const Word> program, std::vector<Word>& out, bool quick);
   Answer visit(const Word*& at, std::vector<Word>& out);
@@ -74,16 +76,18 @@ class Localizer {
   template <typename Use>
   auto with_producer(const Word* leaf, Use&& use) const;
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
+  [[nodiscard]] bool is_curved(const Word* leaf) const;
+  [[nodiscard]] double work_left(std::span<const Word> program) const;
 
   [[nodiscard]] double thin() const;
   [[nodiscard]] bool is_thin() const;
   void leave_round_operands(std::span<const Word> program);
-  double share_after_median(std::span<const Word> program, int axis);
-  std::array<int, D> axes_between_operands(std::span<const Word> program);
-  bool choose_median(std::span<const Word> program, Cut& cut);
-  bool take_middle_candidate(Cut& cut);
+  Parting part_operands(std::span<const Word> program, int axis);
+  std::pair<int, Parting> axis_between_operands(std::span<const Word> program);
+  bool choose_between_operands(std::span<const Word> program, Cut& cut);
+  bool take_nearest_candidate(Cut& cut);
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> listed_planes(const Word* leaf) const;
-  [[nodiscard]] double centre_outside(const Word* leaf) const;
+  [[nodiscard]] std::optional<geometry::OrientedHyperplane> shared_plane(std::span<const Word> program, const Word* leaf) const;
   void choose_operand(std::span<const Word> program, Cut& cut);
   void offer_clipping(std::span<const Word> program, Cut& cut) const;
   Answer answer_if(const Word*& at, const Answer& leaf) const;

@@ -50,6 +50,7 @@ struct Network : Program {
   geometry::HyperplaneTable<D> table;
   std::vector<Producer<D>> producers;
   std::vector<geometry::OrientedHyperplane> planes;
+  std::vector<bool> shared;  ///< by hyperplane: whether it is in `planes` more than once
   std::vector<Lathe> lathes;  ///< D = 3 only
   std::vector<Mesh> meshes;   ///< D = 3 only
   std::vector<Round<D>> rounds;
@@ -68,6 +69,8 @@ struct Network : Program {
 
   /// The cut across an axis at the last position of the table's grid that is <= value, or the model's hyperplane there.
   [[nodiscard]] geometry::HyperplaneId axial_cut(int axis, double value) const { return axial_planes.cut(table, axis, table.axis_position(axis, value)); }
+  /// Whether several convex producers end in this hyperplane, or one of many half-spaces does twice.
+  [[nodiscard]] bool is_shared(geometry::HyperplaneId id) const { return id < shared.size() && shared[id]; }
   /// Whether it has solids that are refined without end.
   [[nodiscard]] bool is_round() const { return !rounds.empty() || !tori.empty() || !splines.empty() || !preimages.empty(); }
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Producer<D>& producer) const {

@@ -75,7 +75,9 @@ class PatchTree final : public geometry::ComputedFamily<D> {
   /// How many hyperplanes a patch has; they are number * that + 0, 1, ... of the family.
   [[nodiscard]] std::uint32_t hyperplanes() const { return 2 * static_cast<std::uint32_t>(D - parameters_); }
   [[nodiscard]] std::uint32_t count() const override { return first_of_level_.back() * hyperplanes(); }
-  [[nodiscard]] std::array<std::int64_t, D + 1> covector(std::uint32_t number) const override { return node(number / hyperplanes()).hyperplanes_[number % hyperplanes()]; }
+  [[nodiscard]] std::array<std::int64_t, D + 1> covector(std::uint32_t number) const override {
+    return node(number / hyperplanes()).hyperplanes_[number % hyperplanes()];
+  }
 
   /// How often the closed surface winds around a point in the frame, whose coordinates are off by at most `error`.
   /// @return nothing where the patches are not small enough to tell, or the point is too near to them.
