@@ -57,7 +57,8 @@ class AmfReader {
       for (std::size_t i = 0; i < 3; ++i) {
         if (!corners_[i]) xml_.fail("a triangle without all of its corners");
         if (*corners_[i] >= mesh_.points.size() - first_)
-          xml_.fail("a triangle names vertex " + std::to_string(*corners_[i]) + ", but there are " + std::to_string(mesh_.points.size() - first_) + " in its object, the first being 0");
+          xml_.fail("a triangle names vertex " + std::to_string(*corners_[i]) + ", but there are " +
+                    std::to_string(mesh_.points.size() - first_) + " in its object, the first being 0");
         corners[i] = static_cast<std::uint32_t>(first_) + *corners_[i];
       }
       mesh_.add_face(corners);

@@ -98,7 +98,8 @@ struct Dimension {
   int operator()(const ProjectiveMap& map) const {
     const auto stride = static_cast<std::size_t>(first()) + 1;
     if (map.matrix.size() != stride * stride)
-      throw Error("projective: a matrix of " + std::to_string(stride) + " x " + std::to_string(stride) + " is needed for a solid of " + std::to_string(first()) + " dimensions");
+      throw Error("projective: a matrix of " + std::to_string(stride) + " x " + std::to_string(stride) + " is needed for a solid of " +
+                  std::to_string(first()) + " dimensions");
     require_finite(map.matrix, "projective");
     return first();
   }
@@ -107,7 +108,8 @@ struct Dimension {
     for (const auto& point : sweep.path) {
       require_finite(point, "sweep");
       if (static_cast<int>(point.size()) != first())
-        throw Error("sweep: the path has a point of " + std::to_string(point.size()) + " coordinates, the solid has " + std::to_string(first()) + " dimensions");
+        throw Error("sweep: the path has a point of " + std::to_string(point.size()) + " coordinates, the solid has " +
+                    std::to_string(first()) + " dimensions");
     }
     return first();
   }
@@ -138,7 +140,8 @@ Expression convex_hull(int dimension, std::span<const double> points) {
 Expression undecided_hull(int dimension, std::span<const double> points) {
   require_dimension(dimension, "undecided_hull");
   require_finite(points, "undecided_hull");
-  if (points.size() % static_cast<std::size_t>(dimension) != 0) throw Error("undecided_hull: there is a point with other than " + std::to_string(dimension) + " coordinates");
+  if (points.size() % static_cast<std::size_t>(dimension) != 0)
+    throw Error("undecided_hull: there is a point with other than " + std::to_string(dimension) + " coordinates");
   if (points.empty()) return Expression(dimension);
   std::optional<Polytope> polytope;
   if (dimension == 1) {
@@ -155,8 +158,8 @@ Expression undecided_hull(int dimension, std::span<const double> points) {
 Expression simplex(int dimension, std::span<const double> points) {
   require_dimension(dimension, "simplex");
   if (points.size() != static_cast<std::size_t>((dimension + 1) * dimension))
-    throw Error("simplex: in " + std::to_string(dimension) + " dimensions it has " + std::to_string(dimension + 1) + " corners of " + std::to_string(dimension) +
-                " coordinates");
+    throw Error("simplex: in " + std::to_string(dimension) + " dimensions it has " + std::to_string(dimension + 1) + " corners of " +
+                std::to_string(dimension) + " coordinates");
   return convex_hull(dimension, points);
 }
 
@@ -237,7 +240,8 @@ Expression extrude(Expression operand, std::initializer_list<double> lengths, bo
 Expression embed(Expression operand, int dimension, double thickness) {
   require_dimension(dimension, "embed");
   if (dimension < operand.dimension())
-    throw Error("embed: a solid of " + std::to_string(operand.dimension()) + " dimensions does not fit into " + std::to_string(dimension) + "; see project and section");
+    throw Error("embed: a solid of " + std::to_string(operand.dimension()) + " dimensions does not fit into " + std::to_string(dimension) +
+                "; see project and section");
   if (!(thickness > 0)) throw Error("embed: the thickness has to be above 0: what is flat has no content");
   if (dimension == operand.dimension()) return operand;
   const std::vector<double> lengths(static_cast<std::size_t>(dimension - operand.dimension()), thickness);

@@ -358,7 +358,8 @@ struct OfConstruct {
       std::vector<Real> y(stride);
       for (std::size_t i = 0; i < stride; ++i) {
         y[i] = static_cast<Real>(map.matrix[i * stride + d]);
-        for (std::size_t j = 0; j < d; ++j) y[i] += static_cast<Real>(map.matrix[i * stride + j]) * ((corner >> j & 1U) != 0 ? first().upper[j] : first().lower[j]);
+        for (std::size_t j = 0; j < d; ++j)
+          y[i] += static_cast<Real>(map.matrix[i * stride + j]) * ((corner >> j & 1U) != 0 ? first().upper[j] : first().lower[j]);
       }
       if (!(y[d] > 0)) return everything(dimension);
       for (std::size_t i = 0; i < d; ++i) ranges[i].add(y[i] / y[d]);

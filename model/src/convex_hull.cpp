@@ -227,7 +227,8 @@ class Quickhull {
 
   void add_farthest(std::uint32_t start) {
     auto& candidates = facets_[start].outside;
-    const auto top = std::max_element(candidates.begin(), candidates.end(), [&](auto a, auto b) { return distance(facets_[start], a) < distance(facets_[start], b); });
+    const auto top = std::max_element(candidates.begin(), candidates.end(),
+                                      [&](auto a, auto b) { return distance(facets_[start], a) < distance(facets_[start], b); });
     const std::uint32_t point = *top;
     std::swap(*top, candidates.back());
     candidates.pop_back();

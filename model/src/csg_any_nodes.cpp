@@ -86,7 +86,8 @@ class Strict {
   }
   [[nodiscard]] int dimension(std::optional<double> missing = std::nullopt) const {
     const int d = integer("dimension", missing);
-    if (d < 1 || d > NodePool::most_dimensions) fail("has " + std::to_string(d) + " dimensions; 1 to " + std::to_string(NodePool::most_dimensions) + " are possible");
+    if (d < 1 || d > NodePool::most_dimensions)
+      fail("has " + std::to_string(d) + " dimensions; 1 to " + std::to_string(NodePool::most_dimensions) + " are possible");
     return d;
   }
   /// A number counts as a list of one.
@@ -197,7 +198,9 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
     case NodeKind::d_cylinder: {
       const std::vector<double> lengths = arguments.has("h") ? arguments.numbers("h") : std::vector<double>{1};
       const int d = arguments.dimension(3), axes = d - static_cast<int>(lengths.size());
-      if (axes < 1) arguments.fail("has " + std::to_string(lengths.size()) + " lengths in " + std::to_string(d) + " dimensions; one axis at least has to be round");
+      if (axes < 1)
+        arguments.fail("has " + std::to_string(lengths.size()) + " lengths in " + std::to_string(d) +
+                       " dimensions; one axis at least has to be round");
       const Expression solid = round_cylinder(axes, radius_of(arguments), lengths, fineness_of(arguments));
       return arguments.flag("center") ? centred(solid, lengths) : solid;
     }

@@ -21,8 +21,11 @@ std::filesystem::path file_of(const std::string& node, const Arguments& argument
   const auto type = std::filesystem::status(path, error).type();
   if (type == std::filesystem::file_type::directory) throw Error(node + ": " + path.string() + " is a directory, not a file");
   if (type == std::filesystem::file_type::none) throw Error(node + ": " + path.string() + " cannot be read: " + error.message());
+  if (type == std::filesystem::file_type::not_found)
+    throw Error(node + ": there is no file " + path.string() +
+                (name.find('\\') == std::string::npos ? "" : "; here it is '/' that stands between the names of folders"));
   if (type != std::filesystem::file_type::regular)
-    throw Error(node + ": there is no file " + path.string() + (name.find('\\') == std::string::npos ? "" : "; here it is '/' that stands between the names of folders"));
+    throw Error(node + ": " + path.string() + " is a pipe or a device; save what it tells as a file and name that");
   return path;
 }
 
@@ -44,7 +47,8 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   if (kind == ".dxf") {
     const std::string layer = arguments.string("layer", -1, "");
     const PlaneDrawing drawing = import_dxf(path, layer, read_frame(arguments), resolution_of(arguments));
-    if (drawing.paths.size() == 0) warn("this import is empty: there is no path " + (layer.empty() ? "" : "on a layer '" + layer + "' ") + "in " + path.string());
+    if (drawing.paths.size() == 0)
+      warn("this import is empty: there is no path " + (layer.empty() ? "" : "on a layer '" + layer + "' ") + "in " + path.string());
     return pooled_polygon(drawing.points, drawing.paths, pool);
   }
   if (kind == ".svg") {

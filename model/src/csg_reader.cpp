@@ -291,7 +291,8 @@ std::optional<double> Reader::scale_of_maps() const {
 /// A polyhedron, or an import of one, with what there is to say of it should it overlap itself.
 void Reader::remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh) {
   if (frame.kind != NodeKind::polyhedron && frame.kind != NodeKind::import) return;
-  meshes_.push_back({frame.offset, frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(), mesh, frame.is_root ? 1 : scale_of_maps()});
+  meshes_.push_back({frame.offset, frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(),
+                     mesh, frame.is_root ? 1 : scale_of_maps()});
 }
 
 /// OpenSCAD reports an open polyhedron and goes on without it; a hull takes its points all the same.

@@ -22,8 +22,8 @@ std::array<double, 3> cube_size(const Value* size, const Warn& warn) {
   if (size->kind == Value::vector && size->size == 3)
     for (const Value* at = size + 1; i < 3 && at->kind == Value::number; at += at->span) result[i++] = at->as_number;
   if (i < 3)
-    warn("the size of this cube is neither a number nor a vector of three numbers; it is taken to be [" + text_of(result[0]) + ", " + text_of(result[1]) + ", " +
-         text_of(result[2]) + "]");
+    warn("the size of this cube is neither a number nor a vector of three numbers; it is taken to be [" + text_of(result[0]) + ", " +
+         text_of(result[1]) + ", " + text_of(result[2]) + "]");
   return result;
 }
 

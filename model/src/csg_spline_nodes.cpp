@@ -130,7 +130,8 @@ std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& 
       knots.push_back(grid.numbers);
     }
   }
-  if (knots.size() != net.counts.size()) throw Error(what + " has to be a list of numbers for each of the " + std::to_string(net.counts.size()) + " parameters");
+  if (knots.size() != net.counts.size())
+    throw Error(what + " has to be a list of numbers for each of the " + std::to_string(net.counts.size()) + " parameters");
   return knots;
 }
 
@@ -162,7 +163,8 @@ Expression make_bspline(const Arguments& arguments, const std::string& node) {
       return static_cast<std::uint8_t>(each->as_number != 0);
     });
   const Value* knots = arguments.find("knots");
-  if (knots && std::find(closed.begin(), closed.end(), 1) != closed.end()) throw Error(node + ": 'closed' goes with equal distances between knots; leave out 'knots', or 'closed'");
+  if (knots && std::find(closed.begin(), closed.end(), 1) != closed.end())
+    throw Error(node + ": 'closed' goes with equal distances between knots; leave out 'knots', or 'closed'");
   for (std::size_t j = 0; j < parameters; ++j) {
     if (closed[j] != 0) {
       close_net(net, j, piece.degrees[j], node);
@@ -170,7 +172,8 @@ Expression make_bspline(const Arguments& arguments, const std::string& node) {
       for (std::size_t i = 0; i < net.counts[j] + piece.degrees[j] + 1; ++i) uniform.push_back(static_cast<double>(i));
     } else {
       if (net.counts[j] < piece.degrees[j] + std::size_t{1})
-        throw Error(node + ": " + std::to_string(net.counts[j]) + " points; degree " + std::to_string(piece.degrees[j]) + " takes at least " + std::to_string(piece.degrees[j] + 1));
+        throw Error(node + ": " + std::to_string(net.counts[j]) + " points; degree " + std::to_string(piece.degrees[j]) +
+                    " takes at least " + std::to_string(piece.degrees[j] + 1));
       piece.knots.push_back(clamped_knots(piece.degrees[j], net.counts[j]));
     }
   }
@@ -199,12 +202,14 @@ Expression make_subdivision(const Arguments& arguments) {
     const Grid face = grid_of(at, "subdivision: 'faces'");
     auto& corners = surface.faces.emplace_back();
     for (const double corner : face.numbers) {
-      if (face.counts.size() != 1 || !(corner >= 0 && corner < 4294967295.0) || corner != std::trunc(corner)) throw Error("subdivision: a face is a list of point numbers");
+      if (face.counts.size() != 1 || !(corner >= 0 && corner < 4294967295.0) || corner != std::trunc(corner))
+        throw Error("subdivision: a face is a list of point numbers");
       corners.push_back(static_cast<std::uint32_t>(corner));
     }
   }
   const std::string scheme = arguments.string("scheme", 2, "catmull-clark");
-  if (scheme != "catmull-clark" && scheme != "loop") throw Error("subdivision: there is no scheme '" + scheme.substr(0, 60) + "'; there are catmull-clark and loop");
+  if (scheme != "catmull-clark" && scheme != "loop")
+    throw Error("subdivision: there is no scheme '" + scheme.substr(0, 60) + "'; there are catmull-clark and loop");
   if (scheme == "loop") surface.scheme = SubdivisionSurface::Scheme::loop;
   return subdivision_surface(static_cast<int>(grid.counts[1]), std::move(surface));
 }

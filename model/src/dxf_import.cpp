@@ -89,7 +89,9 @@ class Joiner {
     block_ = e.block.empty() ? nullptr : &blocks_[e.block];
     // A block has its own frame, until it is inserted.
     const double scale = block_ == nullptr ? frame_.scale : 1;
-    const auto placed = [&](double x, double y) { return block_ == nullptr ? Point{(x - frame_.origin[0]) * scale, (y - frame_.origin[1]) * scale} : Point{x, y}; };
+    const auto placed = [&](double x, double y) {
+      return block_ == nullptr ? Point{(x - frame_.origin[0]) * scale, (y - frame_.origin[1]) * scale} : Point{x, y};
+    };
     const auto centre = [&] { return placed(e.number(10), e.number(20)); };
     if (e.type == "LINE") {
       line(centre(), placed(e.number(11), e.number(21)));
@@ -197,7 +199,9 @@ class Joiner {
   }
 
   static void refuse_many(double sides) {
-    if (sides > max_sides) throw Error("import: a circle, an arc or an ellipse of a DXF drawing gets more than " + std::to_string(max_sides) + " sides ($fn, $fa, $fs)");
+    if (sides > max_sides)
+      throw Error("import: a circle, an arc or an ellipse of a DXF drawing gets more than " + std::to_string(max_sides) +
+                  " sides ($fn, $fa, $fs)");
   }
 
   /// Codes 41 and 42: the first and the last angle, in radians from the major axis; 40: the minor axis as a share of it.

@@ -40,7 +40,8 @@ bool is_mesh_ending(std::string_view ending);
 ImportedMesh import_mesh(const std::filesystem::path& path);
 
 /// The solid that these meshes bound, repaired where they do not close; nothing if they enclose nothing.
-/// @param warn is told what was repaired, and what is odd but for faces that cross (overlaps_of in csg.hpp looks for those). @throws bsp2::Error also for what cannot be repaired.
+/// @param warn is told what was repaired, and what is odd but for faces that cross (overlaps_of in csg.hpp looks for those).
+/// @throws bsp2::Error also for what cannot be repaired.
 std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path, const std::function<void(const std::string&)>& warn);
 
 /// The same for each format, of the bytes of a file. @param path its name in messages.

@@ -24,7 +24,9 @@ class CrossingFinder {
 
   std::optional<MeshCrossing> run() {
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
-      if (tree_.visit_meeting(tree_[t], [&](std::uint32_t other) { return other != t && (edges_cross(other, t) || (other < t && overlaps(other, t))); })) return found_;
+      if (tree_.visit_meeting(
+              tree_[t], [&](std::uint32_t other) { return other != t && (edges_cross(other, t) || (other < t && overlaps(other, t))); }))
+        return found_;
     return std::nullopt;
   }
 

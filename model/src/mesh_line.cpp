@@ -48,7 +48,9 @@ Number height(const TriangleMesh& mesh, std::uint32_t triangle, int axis, const 
   const auto k = static_cast<std::size_t>(axis);
   const Point2 pa = along(axis, mesh.points[a]), pb = along(axis, mesh.points[b]), pc = along(axis, mesh.points[c]);
   const Number low{mesh.points[a][k]};
-  return low + (cross<Number>(pa, at, pc) * (Number{mesh.points[b][k]} - low) + cross<Number>(pa, pb, at) * (Number{mesh.points[c][k]} - low)) / cross<Number>(pa, pb, pc);
+  return low +
+         (cross<Number>(pa, at, pc) * (Number{mesh.points[b][k]} - low) + cross<Number>(pa, pb, at) * (Number{mesh.points[c][k]} - low)) /
+             cross<Number>(pa, pb, pc);
 }
 
 }  // namespace

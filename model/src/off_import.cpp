@@ -13,7 +13,8 @@ std::size_t read_keyword(TextCursor& text) {
   std::string_view word = first_word(text);
   if (word.ends_with("OFF")) {
     const std::string_view prefix = word.substr(0, word.size() - 3);
-    if (prefix.find_first_not_of("STCN") != std::string_view::npos) text.fail("'" + std::string(prefix.substr(0, 20)) + "OFF' is not a mesh in three dimensions");
+    if (prefix.find_first_not_of("STCN") != std::string_view::npos)
+      text.fail("'" + std::string(prefix.substr(0, 20)) + "OFF' is not a mesh in three dimensions");
     word = first_word(text);
     if (word == "BINARY") text.fail("binary OFF files are not read");
   } else if (word.find_first_not_of("0123456789") != std::string_view::npos) {
@@ -48,7 +49,9 @@ ImportedMesh import_off(std::string_view bytes, const std::filesystem::path& pat
     corners.clear();
     for (std::size_t k = 0; k < size; ++k) {
       const std::size_t index = text.count(text.word());
-      if (index >= points) text.fail("face " + std::to_string(f) + " names point " + std::to_string(index) + ", but there are " + std::to_string(points) + ", the first being 0");
+      if (index >= points)
+        text.fail("face " + std::to_string(f) + " names point " + std::to_string(index) + ", but there are " + std::to_string(points) +
+                  ", the first being 0");
       corners.push_back(static_cast<std::uint32_t>(index));
     }
     mesh.add_face(corners);

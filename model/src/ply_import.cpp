@@ -16,9 +16,10 @@ namespace {
 enum class Scalar : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 constexpr std::pair<std::string_view, Scalar> scalars[] = {
-    {"char", Scalar::int8},     {"uchar", Scalar::uint8},   {"short", Scalar::int16},   {"ushort", Scalar::uint16}, {"int", Scalar::int32},      {"uint", Scalar::uint32},
-    {"float", Scalar::float32}, {"double", Scalar::float64}, {"int8", Scalar::int8},     {"uint8", Scalar::uint8},   {"int16", Scalar::int16},    {"uint16", Scalar::uint16},
-    {"int32", Scalar::int32},   {"uint32", Scalar::uint32}, {"float32", Scalar::float32}, {"float64", Scalar::float64}};
+    {"char", Scalar::int8},   {"uchar", Scalar::uint8},   {"short", Scalar::int16},     {"ushort", Scalar::uint16},
+    {"int", Scalar::int32},   {"uint", Scalar::uint32},   {"float", Scalar::float32},   {"double", Scalar::float64},
+    {"int8", Scalar::int8},   {"uint8", Scalar::uint8},   {"int16", Scalar::int16},     {"uint16", Scalar::uint16},
+    {"int32", Scalar::int32}, {"uint32", Scalar::uint32}, {"float32", Scalar::float32}, {"float64", Scalar::float64}};
 
 constexpr std::size_t size_of(Scalar type) {
   constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
@@ -112,7 +113,8 @@ class TextNumbers {
 /// Those of a binary one.
 class BinaryNumbers {
  public:
-  BinaryNumbers(std::string_view bytes, std::size_t at, bool is_big, const std::filesystem::path& path) : bytes_(bytes), at_(at), is_big_(is_big), path_(path) {}
+  BinaryNumbers(std::string_view bytes, std::size_t at, bool is_big, const std::filesystem::path& path)
+      : bytes_(bytes), at_(at), is_big_(is_big), path_(path) {}
   double number(Scalar type) {
     const std::size_t size = size_of(type);
     if (size > bytes_left()) fail("the file is cut off");
@@ -154,7 +156,8 @@ class Body {
     for (const Element& element : header.elements) {
       if (element.properties.empty()) continue;
       if (element.count > numbers_.bytes_left())
-        numbers_.fail(std::to_string(element.count) + " elements '" + std::string(element.name.substr(0, 40)) + "' are more than the file holds; it is cut off");
+        numbers_.fail(std::to_string(element.count) + " elements '" + std::string(element.name.substr(0, 40)) +
+                      "' are more than the file holds; it is cut off");
       if (element.name == "tristrips") numbers_.fail("strips of triangles are not read; convert them to faces");
       for (std::size_t i = 0; i < element.count; ++i) {
         if (element.name == "vertex")
@@ -164,7 +167,9 @@ class Body {
       }
     }
     for (const std::uint32_t corner : mesh_.faces.corners)
-      if (corner >= mesh_.points.size()) numbers_.fail("a face names point " + std::to_string(corner) + ", but there are " + std::to_string(mesh_.points.size()) + ", the first being 0");
+      if (corner >= mesh_.points.size())
+        numbers_.fail("a face names point " + std::to_string(corner) + ", but there are " + std::to_string(mesh_.points.size()) +
+                      ", the first being 0");
   }
 
  private:
@@ -180,7 +185,8 @@ class Body {
       if (property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z') point[static_cast<std::size_t>(property.name[0] - 'x')] = value;
     }
     for (const double x : point)
-      if (!(std::fabs(x) <= largest_coordinate)) numbers_.fail("a coordinate of point " + std::to_string(mesh_.points.size()) + " is missing, not finite or too large");
+      if (!(std::fabs(x) <= largest_coordinate))
+        numbers_.fail("a coordinate of point " + std::to_string(mesh_.points.size()) + " is missing, not finite or too large");
     mesh_.add_point(point);
   }
 
@@ -201,7 +207,8 @@ class Body {
 
   void read_list(const Property& property) {
     const std::uint32_t size = integer(numbers_.number(*property.count));
-    if (size > numbers_.bytes_left() / numbers_.least_bytes(property.type)) numbers_.fail("a list of " + std::to_string(size) + " numbers is more than the file holds");
+    if (size > numbers_.bytes_left() / numbers_.least_bytes(property.type))
+      numbers_.fail("a list of " + std::to_string(size) + " numbers is more than the file holds");
     list_.clear();
     for (std::uint32_t i = 0; i < size; ++i) list_.push_back(numbers_.number(property.type));
   }

@@ -153,7 +153,9 @@ bool cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
   bool any = false, is_repeated = false;
   for (std::size_t corner = 0, from = 0; corner < points; from = ends[corner++]) {
     const std::span<Key> own(keys.data() + from, ends[corner] - from);
-    std::sort(own.begin(), own.end(), [](const Key& a, const Key& b) { return std::tie(a.low, a.high, a.even, a.index) < std::tie(b.low, b.high, b.even, b.index); });
+    std::sort(own.begin(), own.end(), [](const Key& a, const Key& b) {
+      return std::tie(a.low, a.high, a.even, a.index) < std::tie(b.low, b.high, b.even, b.index);
+    });
     for (std::size_t begin = 0, end = 0; begin < own.size(); begin = end) {
       while (end < own.size() && own[end].low == own[begin].low && own[end].high == own[begin].high) ++end;
       std::size_t middle = begin;
@@ -248,7 +250,8 @@ std::optional<TriangleMesh> with_turned_shells(std::optional<TriangleMesh> mesh,
     warn("inside out: the shell with the corner " + text_of(faults.turned_at) + ". Repaired: " + std::to_string(faults.turned) + " of " + all +
          (faults.turned == 1 ? " is turned" : " are turned"));
   if (faults.nested > 0)
-    warn("wound around more than once: the shell with the corner " + text_of(faults.nested_at) + " lies in another one and is wound like it, so it is no cavity but counts as inside. That holds for " +
+    warn("wound around more than once: the shell with the corner " + text_of(faults.nested_at) +
+         " lies in another one and is wound like it, so it is no cavity but counts as inside. That holds for " +
          std::to_string(faults.nested) + " of " + all);
   return mesh;
 }
@@ -285,7 +288,8 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   const auto finished = [&](std::optional<TriangleMesh> mesh) {
     return holes == Holes::cap ? with_turned_shells(std::move(mesh), warn) : outward(std::move(mesh));
   };
-  if (const auto solid = closed(given, cycles)) return finished(mesh_of(given, holes == Holes::cap ? single_triangles(given, *solid, warn) : closed_triangles(given, *solid)));
+  if (const auto solid = closed(given, cycles))
+    return finished(mesh_of(given, holes == Holes::cap ? single_triangles(given, *solid, warn) : closed_triangles(given, *solid)));
   const std::string what = text_of(given, open_edges(cycles));
   std::vector<std::string> repairs;
   const auto told = [&](const std::string& last) {

@@ -51,7 +51,8 @@ class QhullRun {
   /// @param command of Qhull; Pp: no words about precision.
   QhullRun(int dimension, std::vector<double> points, std::string command) : points_(std::move(points)), messages_(std::fopen("/dev/null", "w"), &std::fclose) {
     qh_zero(&state_, messages_.get());
-    const int error = qh_new_qhull(&state_, dimension, static_cast<int>(points_.size()) / dimension, points_.data(), False, command.data(), nullptr, messages_.get());
+    const int error = qh_new_qhull(&state_, dimension, static_cast<int>(points_.size()) / dimension, points_.data(), False, command.data(),
+                                   nullptr, messages_.get());
     if (error != qh_ERRnone) {
       release();
       throw HullNotFound("the convex hull of " + std::to_string(points_.size() / static_cast<std::size_t>(dimension)) + " points in " +

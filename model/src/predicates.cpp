@@ -55,7 +55,9 @@ std::optional<int> quick_orientation(const Point2& a, const Point2& b, const Poi
 std::optional<int> integer_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
   double difference[3][3], largest = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (!exact_difference(a[k], d[k], difference[0][k]) || !exact_difference(b[k], d[k], difference[1][k]) || !exact_difference(c[k], d[k], difference[2][k])) return std::nullopt;
+    if (!exact_difference(a[k], d[k], difference[0][k]) || !exact_difference(b[k], d[k], difference[1][k]) ||
+        !exact_difference(c[k], d[k], difference[2][k]))
+      return std::nullopt;
     for (const auto& row : difference) largest = std::max(largest, std::fabs(row[k]));
   }
   if (largest == 0) return 0;

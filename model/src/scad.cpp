@@ -23,7 +23,8 @@ class Scratch {
  public:
   Scratch() {
     std::string name = (std::filesystem::temp_directory_path() / "bsp2-XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw Error("cannot make a folder in " + std::filesystem::temp_directory_path().string() + ": " + std::strerror(errno));
+    if (mkdtemp(name.data()) == nullptr)
+      throw Error("cannot make a folder in " + std::filesystem::temp_directory_path().string() + ": " + std::strerror(errno));
     path_ = name;
   }
   ~Scratch() {
@@ -74,6 +75,9 @@ bool is_scad(const std::filesystem::path& path) { return lower_ending(path) == "
 
 ModelText convert_scad(const std::filesystem::path& path) {
   const std::string name = path.string();
+  std::error_code ignored;
+  if (const auto status = std::filesystem::status(path, ignored); std::filesystem::is_fifo(status) || std::filesystem::is_character_file(status))
+    throw Error(name + ": is a pipe or a device, and OpenSCAD source has to be a file; save it as one");
   read_text(path);  // says what is wrong with the file better than others
   const Scratch scratch;
   const std::filesystem::path made = scratch.path() / "model.csg", output = scratch.path() / "output.txt";
@@ -82,8 +86,8 @@ ModelText convert_scad(const std::filesystem::path& path) {
     status = run({"openscad", "-o", made.string(), std::filesystem::absolute(path).string()}, output);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::no_such_file_or_directory)
-      throw Error(name + ": this is OpenSCAD source, and the program 'openscad' that translates it is not installed; install it, or convert the model elsewhere: openscad -o model.csg " +
-                  path.filename().string());
+      throw Error(name + ": this is OpenSCAD source, and the program 'openscad' that translates it is not installed; install it, or convert " +
+                  "the model elsewhere: openscad -o model.csg " + path.filename().string());
     throw Error(name + ": 'openscad' cannot be started: " + error.code().message());
   }
   // An assertion that fails leaves no node, and no exit code either.
@@ -91,7 +95,9 @@ ModelText convert_scad(const std::filesystem::path& path) {
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || !std::filesystem::exists(made) || is_empty()) {
     std::string why;
     for (const std::string& line : lines_of(output, {"ERROR", "Can't", "Parser", "TRACE", "WARNING"})) why += (why.empty() ? "" : "; ") + line;
-    if (why.empty()) why = WIFSIGNALED(status) ? "it was ended by signal " + std::to_string(WTERMSIG(status)) : "exit code " + std::to_string(WEXITSTATUS(status));
+    if (why.empty())
+      why = WIFSIGNALED(status) ? "it was ended by signal " + std::to_string(WTERMSIG(status))
+                                : "exit code " + std::to_string(WEXITSTATUS(status));
     throw Error(name + ": openscad failed: " + why);
   }
   ModelText result{read_text(made), {}};

@@ -41,7 +41,8 @@ void check_piece(int dimension, const Spline::Piece& piece) {
   const std::size_t parameters = piece.degrees.size();
   if (parameters < 1 || parameters > static_cast<std::size_t>(dimension))
     throw Error("spline: " + std::to_string(parameters) + " parameters in " + std::to_string(dimension) + " dimensions");
-  if (piece.knots.size() != parameters) throw Error("spline: " + std::to_string(piece.knots.size()) + " lists of knots for " + std::to_string(parameters) + " parameters");
+  if (piece.knots.size() != parameters)
+    throw Error("spline: " + std::to_string(piece.knots.size()) + " lists of knots for " + std::to_string(parameters) + " parameters");
   std::size_t count = 1;
   std::string shape;
   for (std::size_t j = 0; j < parameters; ++j) {
@@ -81,7 +82,9 @@ std::map<Edge, Edge> fans_of(const std::vector<std::vector<std::uint32_t>>& face
         throw Error("subdivision: two faces go along the edge " + edge_text(a, b) + "; it takes one in either direction");
     }
   for (const auto& [edge, other] : next)
-    if (!next.contains({edge.second, edge.first})) throw Error("subdivision: the mesh is open at the edge " + edge_text(edge.first, edge.second) + "; it takes meshes without a border, all faces turned the same way");
+    if (!next.contains({edge.second, edge.first}))
+      throw Error("subdivision: the mesh is open at the edge " + edge_text(edge.first, edge.second) +
+                  "; it takes meshes without a border, all faces turned the same way");
   return next;
 }
 
@@ -130,7 +133,10 @@ Expression spline(int dimension, std::vector<Spline::Piece> pieces) {
   check_weights(dimension, pieces);
   const auto stride = static_cast<std::size_t>(dimension) + 1;
   const double* first = pieces.front().points.data();
-  if (std::all_of(pieces.begin(), pieces.end(), [&](const Spline::Piece& piece) { return is_one_point(piece.points, stride, {first, stride - 1}); })) return Expression(dimension);
+  if (std::all_of(pieces.begin(), pieces.end(), [&](const Spline::Piece& piece) {
+        return is_one_point(piece.points, stride, {first, stride - 1});
+      }))
+    return Expression(dimension);
   return make(dimension, Spline{std::move(pieces)});
 }
 

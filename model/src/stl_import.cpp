@@ -70,8 +70,9 @@ ImportedMesh binary(std::string_view bytes, const std::filesystem::path& path) {
     throw Error(path.string() + ": neither an STL text, which begins with 'solid', nor long enough for a binary STL file, which has a header of 84 bytes");
   const std::uint64_t facets = little_endian(bytes.data() + 80);
   if (bytes.size() < header_bytes + facet_bytes * facets)
-    throw Error(path.string() + ": byte 80: the number of facets is " + std::to_string(facets) + ", which takes " + std::to_string(header_bytes + facet_bytes * facets) +
-                " bytes in all, but the file has " + std::to_string(bytes.size()) + "; it is cut off, or no STL file");
+    throw Error(path.string() + ": byte 80: the number of facets is " + std::to_string(facets) + ", which takes " +
+                std::to_string(header_bytes + facet_bytes * facets) + " bytes in all, but the file has " + std::to_string(bytes.size()) +
+                "; it is cut off, or no STL file");
   ImportedMesh mesh;
   mesh.points.reserve(3 * facets);
   for (std::uint64_t f = 0; f < facets; ++f) {
@@ -81,7 +82,8 @@ ImportedMesh binary(std::string_view bytes, const std::filesystem::path& path) {
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t at = header_bytes + facet_bytes * f + 12 * (corner + 1) + 4 * i;
         point[i] = std::bit_cast<float>(little_endian(bytes.data() + at));
-        if (!std::isfinite(point[i])) throw Error(path.string() + ": byte " + std::to_string(at) + ": a coordinate of facet " + std::to_string(f) + " is not finite");
+        if (!std::isfinite(point[i]))
+          throw Error(path.string() + ": byte " + std::to_string(at) + ": a coordinate of facet " + std::to_string(f) + " is not finite");
       }
       corners[corner] = mesh.add_point(point);
     }

@@ -27,7 +27,9 @@ using Document = std::unique_ptr<xmlDoc, void (*)(xmlDoc*)>;
 Document read_document(const std::filesystem::path& path) {
   if (!std::ifstream(path)) throw Error("import: " + path.string() + " cannot be read");  // libxml2 would print its own line as well
   const std::unique_ptr<xmlParserCtxt, void (*)(xmlParserCtxt*)> parser(xmlNewParserCtxt(), xmlFreeParserCtxt);
-  Document document(parser ? xmlCtxtReadFile(parser.get(), path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING) : nullptr, xmlFreeDoc);
+  Document document(
+      parser ? xmlCtxtReadFile(parser.get(), path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING) : nullptr,
+      xmlFreeDoc);
   if (document) return document;
   const xmlError* fault = parser ? xmlCtxtGetLastError(parser.get()) : nullptr;
   if (fault == nullptr || fault->domain == XML_FROM_IO) throw Error("import: " + path.string() + " cannot be read");
@@ -211,7 +213,8 @@ std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path&
   if (!(dpi >= 0.001)) dpi = 72;
   const Document document = read_document(path);
   const xmlNode* root = xmlDocGetRootElement(document.get());
-  if (root == nullptr || !xmlStrEqual(root->name, reinterpret_cast<const xmlChar*>("svg"))) throw Error("import: " + path.string() + " is no SVG file: its outermost element is not 'svg'");
+  if (root == nullptr || !xmlStrEqual(root->name, reinterpret_cast<const xmlChar*>("svg")))
+    throw Error("import: " + path.string() + " is no SVG file: its outermost element is not 'svg'");
   struct Visit {
     const xmlNode* node;
     Map map;

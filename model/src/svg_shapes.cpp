@@ -174,7 +174,9 @@ class Pen {
         break;
       case 'a': {
         double rx = 0, ry = 0, turn = 0, large = 0, sweep = 0;
-        if (!numbers.next(rx) || !numbers.next(ry) || !numbers.next(turn) || !numbers.flag(large) || !numbers.flag(sweep) || !point(numbers, relative, p)) return false;
+        if (!numbers.next(rx) || !numbers.next(ry) || !numbers.next(turn) || !numbers.flag(large) || !numbers.flag(sweep) ||
+            !point(numbers, relative, p))
+          return false;
         arc(rx, ry, turn, large != 0, sweep != 0, p);
         break;
       }

@@ -96,7 +96,9 @@ struct Pen {
     Pen& pen = of(user);
     for (std::uint32_t i = 1; i <= pen.segments; ++i) {
       const double t = static_cast<double>(i) / pen.segments, s = 1 - t;
-      const auto mix = [&](auto a, auto b, auto d) { return s * s * static_cast<double>(a) + 2 * s * t * static_cast<double>(b) + t * t * static_cast<double>(d); };
+      const auto mix = [&](auto a, auto b, auto d) {
+        return s * s * static_cast<double>(a) + 2 * s * t * static_cast<double>(b) + t * t * static_cast<double>(d);
+      };
       pen.add(mix(pen.at.x, c->x, to->x), mix(pen.at.y, c->y, to->y));
     }
     pen.at = *to;
@@ -107,7 +109,8 @@ struct Pen {
     for (std::uint32_t i = 1; i <= pen.segments; ++i) {
       const double t = static_cast<double>(i) / pen.segments, s = 1 - t;
       const auto mix = [&](auto p, auto q, auto r, auto u) {
-        return s * s * s * static_cast<double>(p) + 3 * s * s * t * static_cast<double>(q) + 3 * s * t * t * static_cast<double>(r) + t * t * t * static_cast<double>(u);
+        return s * s * s * static_cast<double>(p) + 3 * s * s * t * static_cast<double>(q) + 3 * s * t * t * static_cast<double>(r) +
+               t * t * t * static_cast<double>(u);
       };
       pen.add(mix(pen.at.x, c->x, d->x, to->x), mix(pen.at.y, c->y, d->y, to->y));
     }

@@ -60,11 +60,13 @@ class PackageReader {
     std::reverse(open.begin(), open.end());
     ImportedMesh mesh;
     for (std::size_t count = 0; !open.empty(); ++count) {
-      if (count + open.size() > most_instances) throw Error(path_.string() + ": its objects are put together from more than " + std::to_string(most_instances) + " components");
+      if (count + open.size() > most_instances)
+        throw Error(path_.string() + ": its objects are put together from more than " + std::to_string(most_instances) + " components");
       const Instance instance = std::move(open.back());
       open.pop_back();
       const auto found = objects_.find(instance.object);
-      if (found == objects_.end()) throw Error(path_.string() + ": there is no object " + std::to_string(instance.object.second) + " in " + instance.object.first);
+      if (found == objects_.end())
+        throw Error(path_.string() + ": there is no object " + std::to_string(instance.object.second) + " in " + instance.object.first);
       add(found->second, instance.placement, mesh);
       for (const Instance& component : found->second.components) open.push_back({component.object, component.placement * instance.placement});
     }
@@ -102,7 +104,8 @@ class PackageReader {
   void read_part(const std::string& part) {
     const ZipFile::Entry entry = zip_.open(part);
     if (!entry) throw Error(path_.string() + ": there is no " + part + " in this 3MF file");
-    XmlStream xml([&](char* buffer, int size) { return static_cast<int>(zip_fread(entry.get(), buffer, static_cast<zip_uint64_t>(size))); }, path_.string() + ": " + part);
+    XmlStream xml([&](char* buffer, int size) { return static_cast<int>(zip_fread(entry.get(), buffer, static_cast<zip_uint64_t>(size))); },
+                  path_.string() + ": " + part);
     if (!xml.next() || xml.name() != "model") xml.fail("expected the element 'model'");
     Object* object = nullptr;
     while (xml.next()) {

@@ -64,7 +64,9 @@ TEST(AnyDimension, MatricesHaveOneRowMoreThanDimensions) {
   EXPECT_EQ(map.matrix[0], 1);  // divided by the last entry
   EXPECT_EQ(map.matrix[4], 0.5);
   EXPECT_EQ(map.matrix[6], 0.5);
-  EXPECT_NE(error_of("multmatrix([[1, 0], [0, 1]]) ball(4);").find("t.csg:1:1: multmatrix: its children have 4 dimensions, so its matrix has to be 5 x 5"), std::string::npos);
+  EXPECT_NE(error_of("multmatrix([[1, 0], [0, 1]]) ball(4);")
+                .find("t.csg:1:1: multmatrix: its children have 4 dimensions, so its matrix has to be 5 x 5"),
+            std::string::npos);
   EXPECT_EQ(parse("multmatrix([[0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 1]]) ball(4);").warnings.size(), 1U);
 }
 

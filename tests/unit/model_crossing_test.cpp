@@ -47,7 +47,8 @@ TEST(Crossing, IsFoundWhereAnEdgeGoesThroughATriangle) {
     TriangleMesh mesh;  // two tetrahedra
     for (std::uint32_t first : {0U, 4U}) {
       for (int i = 0; i < 4; ++i) mesh.points.push_back({coordinate(random) + (first == 0 ? 0 : 0.4), coordinate(random), coordinate(random)});
-      for (const auto& [a, b, c] : {std::array{0U, 2U, 1U}, {0U, 1U, 3U}, {0U, 3U, 2U}, {1U, 2U, 3U}}) mesh.triangles.push_back({first + a, first + b, first + c});
+      for (const auto& [a, b, c] : {std::array{0U, 2U, 1U}, {0U, 1U, 3U}, {0U, 3U, 2U}, {1U, 2U, 3U}})
+        mesh.triangles.push_back({first + a, first + b, first + c});
     }
     bool expected = false;
     for (std::size_t s = 0; s < 8; ++s)

@@ -274,7 +274,11 @@ TEST(Csg, ArgumentsHaveOpenScadsDefaults) {
     EXPECT_EQ(parse("color(\"" + none + "\") cube();").warnings.size(), 1U) << none;
   }
   // OpenSCAD reads numbers up to the first that is none.
-  for (const auto& [size, taken] : {std::pair("[2, 3]", "[1, 1, 1]"), {"[\"a\", 5, 6]", "[1, 1, 1]"}, {"[2, 3, undef]", "[2, 3, 1]"}, {"[2, [3], 4]", "[2, 1, 1]"}, {"true", "[1, 1, 1]"}}) {
+  for (const auto& [size, taken] : {std::pair("[2, 3]", "[1, 1, 1]"),
+                                    {"[\"a\", 5, 6]", "[1, 1, 1]"},
+                                    {"[2, 3, undef]", "[2, 3, 1]"},
+                                    {"[2, [3], 4]", "[2, 1, 1]"},
+                                    {"true", "[1, 1, 1]"}}) {
     const std::string given = std::string("cube(size = ") + size + ");";
     EXPECT_EQ(meaning(given), meaning(std::string("cube(") + taken + ");")) << given;
     EXPECT_EQ(parse(given).warnings.size(), 1U) << given;
@@ -360,8 +364,9 @@ TEST(Csg, ErrorsSayWhere) {
 
 TEST(Csg, OpenPolyhedraAreLeftOutWithAWarning) {
   const std::string open = "polyhedron(points = [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], faces = [[0,1,2],[0,3,1],[0,2,3]]);";
-  const std::string where = "this polyhedron is not closed: the edge from point 1 (1, 0, 0) to point 2 (0, 1, 0) has no matching face on its other side; 2 more "
-                            "edges are open. It encloses no volume and is left out";
+  const std::string where =
+      "this polyhedron is not closed: the edge from point 1 (1, 0, 0) to point 2 (0, 1, 0) has no matching face on its other side; 2 more "
+      "edges are open. It encloses no volume and is left out";
   const Model beside = parse("cube(9);\n " + open);
   ASSERT_EQ(beside.warnings.size(), 1U);
   EXPECT_EQ(beside.warnings[0], "test.csg:2:2: " + where);
@@ -453,7 +458,8 @@ TEST(Csg, PlaneMinkowskiSumsOfNothingAreEmpty) {
 }
 
 TEST(Csg, PartsAreThePrimitivesOfTheSource) {
-  const Model model = parse("square(1);\n%circle(1);\ngroup() { circle(0); polygon([[0,0],[2,0],[2,2],[1,1],[0,2]]); cube(1); }\n  hull() { square(2); circle(3); }");
+  const Model model = parse(
+      "square(1);\n%circle(1);\ngroup() { circle(0); polygon([[0,0],[2,0],[2,2],[1,1],[0,2]]); cube(1); }\n  hull() { square(2); circle(3); }");
   ASSERT_EQ(model.primitive_count, 4U);
   EXPECT_EQ(model.expression.node().parts, 4U);
   const auto all = [&](const std::string& text) {

@@ -156,9 +156,13 @@ TEST(Svg, ElementsAndLayersAreSelected) {
       }
     }
     for (; !groups.empty(); groups.pop_back()) text += "</g>";
-    std::ofstream(path) << "<svg xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" << text << "</svg>";
+    std::ofstream(path)
+        << "<svg xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">"
+        << text << "</svg>";
 
-    const auto is_layer = [&](const Group& group) { return any_label ? group.is_layer && group.label == wanted.layer : group.is_group && group.id == wanted.layer; };
+    const auto is_layer = [&](const Group& group) {
+      return any_label ? group.is_layer && group.label == wanted.layer : group.is_group && group.id == wanted.layer;
+    };
     double expected = 0;
     bool is_there = wanted.id.empty() && wanted.layer.empty();
     const auto look = [&](const std::vector<Group>& chain, double area) {  // whether one in the chain is named and in a layer

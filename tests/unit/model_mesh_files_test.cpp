@@ -103,9 +103,11 @@ std::string obj(const TriangleMesh& mesh) {
 }
 
 std::string ply_header(const TriangleMesh& mesh, const char* format) {
-  return std::string("ply\nformat ") + format + " 1.0\ncomment no comment\nelement thing 2\nproperty list uchar short numbers\nproperty double more\nelement vertex " +
-         std::to_string(mesh.points.size()) + "\nproperty uchar red\nproperty double x\nproperty float y\nproperty double z\nelement face " + std::to_string(mesh.triangles.size()) +
-         "\nproperty list uchar int vertex_indices\nproperty uint flags\nend_header\n";
+  return std::string("ply\nformat ") + format +
+         " 1.0\ncomment no comment\nelement thing 2\nproperty list uchar short numbers\nproperty double more\nelement vertex " +
+         std::to_string(mesh.points.size()) +
+         "\nproperty uchar red\nproperty double x\nproperty float y\nproperty double z\nelement face " +
+         std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nproperty uint flags\nend_header\n";
 }
 
 std::string ply_text(const TriangleMesh& mesh) {
@@ -193,7 +195,9 @@ class MeshFile : public ::testing::Test {
     }
     return "no error";
   }
-  std::string package(const std::string& resources, const std::string& build) const { return zipped(folder_.path(), {{"3D/3dmodel.model", model_3mf(resources, build)}}); }
+  std::string package(const std::string& resources, const std::string& build) const {
+    return zipped(folder_.path(), {{"3D/3dmodel.model", model_3mf(resources, build)}});
+  }
   /// A mesh in every format that one object goes into, with the name that its format has.
   std::vector<std::pair<std::string, std::string>> all_formats(const TriangleMesh& mesh) const {
     return {{"a.stl", stl_text(mesh)},
@@ -277,12 +281,14 @@ TEST_F(MeshFile, ErrorsSayWhere) {
   EXPECT_EQ(message("m.stl", "solid x\nfacet\nouter loop\nvertex 1 2 3\nvertex 1 2 4\nendloop\n"), ":6: a facet of fewer than three corners");
   EXPECT_EQ(message("m.stl", "solid x\n"), ":2: expected 'facet' or 'endsolid', found the end of the file; it is cut off");
   std::string binary = stl_binary({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
-  EXPECT_EQ(message("m.stl", binary.substr(0, 130)), ": byte 80: the number of facets is 1, which takes 134 bytes in all, but the file has 130; it is cut off, or no STL file");
+  EXPECT_EQ(message("m.stl", binary.substr(0, 130)),
+            ": byte 80: the number of facets is 1, which takes 134 bytes in all, but the file has 130; it is cut off, or no STL file");
   binary[84 + 12 + 4 + 2] = '\x80', binary[84 + 12 + 4 + 3] = '\x7F';
   EXPECT_EQ(message("m.stl", binary), ": byte 100: a coordinate of facet 0 is not finite");
   EXPECT_EQ(message("m.stl", "PK"), ": neither an STL text, which begins with 'solid', nor long enough for a binary STL file, which has a header of 84 bytes");
   EXPECT_EQ(message("m.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n"), ":4: face 0 names point 1, but there are 1, the first being 0");
-  EXPECT_EQ(message("m.off", "OFF\n1000000000 1 0\n0 0 0\n"), ":3: the numbers of points and faces are 1000000000 and 1, more than the file holds; it is cut off");
+  EXPECT_EQ(message("m.off", "OFF\n1000000000 1 0\n0 0 0\n"),
+            ":3: the numbers of points and faces are 1000000000 and 1, more than the file holds; it is cut off");
   EXPECT_EQ(message("m.off", "4OFF\n1 1 0\n"), ":1: '4OFF' is not a mesh in three dimensions");
   EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 2 3\n"), ":2: a face names point 2, but there are 1 so far, the first being 1");
   EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 -2 3\n"), ":2: a face names point -2, but there are 1 so far, the first being 1");
@@ -304,8 +310,11 @@ TEST_F(MeshFile, ErrorsSayWhere) {
 
 TEST_F(MeshFile, PackagesPutObjectsTogether) {
   const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
-  const std::string pair = "<object id=\"2\"><components><component objectid=\"1\"/><component objectid=\"1\" transform=\"2 0 0 0 1 0 0 0 1 10 0 0\"/></components></object>";
-  const std::string root = model_3mf(object_3mf(unit, 1) + pair, "<item objectid=\"2\" transform=\"0 1 0 -1 0 0 0 0 3 0 0 5\"/><item objectid=\"4\" p:path=\"/3D/more.model\"/>");
+  const std::string pair =
+      "<object id=\"2\"><components><component objectid=\"1\"/><component objectid=\"1\" transform=\"2 0 0 0 1 0 0 0 1 10 0 0\"/></components></object>";
+  const std::string root =
+      model_3mf(object_3mf(unit, 1) + pair,
+                "<item objectid=\"2\" transform=\"0 1 0 -1 0 0 0 0 3 0 0 5\"/><item objectid=\"4\" p:path=\"/3D/more.model\"/>");
   const std::string more = model_3mf(object_3mf(unit, 4), "");
   const std::string bytes = zipped(folder_.path(), {{"_rels/.rels", relations}, {"3D/other.model", root}, {"3D/more.model", more}});
   ASSERT_EQ(message("a.3mf", bytes), "no error");
@@ -319,7 +328,8 @@ TEST_F(MeshFile, PackagesPutObjectsTogether) {
 
 TEST_F(MeshFile, MirrorImagesInPackagesAreNotInsideOut) {
   const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
-  const std::string items = "<item objectid=\"1\" transform=\"-2 0 0 0 1 0 0 0 1 10 0 0\"/><item objectid=\"1\" transform=\"0 1 0 1 0 0 0 0 1 20 0 0\"/><item objectid=\"1\"/>";
+  const std::string items =
+      "<item objectid=\"1\" transform=\"-2 0 0 0 1 0 0 0 1 10 0 0\"/><item objectid=\"1\" transform=\"0 1 0 1 0 0 0 0 1 20 0 0\"/><item objectid=\"1\"/>";
   ASSERT_EQ(message("a.3mf", package(object_3mf(unit, 1), items)), "no error");
   const ImportedMesh mesh = import_mesh(folder_.path() / "a.3mf");
   std::vector<std::string> warnings;

@@ -68,7 +68,8 @@ std::string two_cubes(double x) { return polyhedron_of({{{0, 0, 0}, {2, 2, 2}}, 
 
 std::string mapped(const std::vector<double>& rows, const std::string& children) {
   std::string text;
-  for (std::size_t i = 0; i < 3; ++i) text += vector({rows.begin() + static_cast<std::ptrdiff_t>(4 * i), rows.begin() + static_cast<std::ptrdiff_t>(4 * i + 4)}) + ",";
+  for (std::size_t i = 0; i < 3; ++i)
+    text += vector({rows.begin() + static_cast<std::ptrdiff_t>(4 * i), rows.begin() + static_cast<std::ptrdiff_t>(4 * i + 4)}) + ",";
   return "multmatrix([" + text + "[0,0,0,1]]) {" + children + "}";
 }
 
@@ -131,7 +132,9 @@ TEST(Overlaps, TheSumKeepsItsDigits) {
 }
 
 TEST(Overlaps, AreWhereFacesWindOtherThanOnce) {
-  const auto shells = [](double side, std::size_t turned) { return overlaps(polyhedron_of({{{0, 0, 0}, {8, 8, 8}}, {{1, 1, 1}, {1 + side, 1 + side, 1 + side}}}, turned)); };
+  const auto shells = [](double side, std::size_t turned) {
+    return overlaps(polyhedron_of({{{0, 0, 0}, {8, 8, 8}}, {{1, 1, 1}, {1 + side, 1 + side, 1 + side}}}, turned));
+  };
   EXPECT_TRUE(shells(3, 1).meshes.empty()) << "a cavity";
   const MeshOverlaps nested = shells(3, 2);
   ASSERT_EQ(nested.meshes.size(), 1U);
@@ -150,7 +153,8 @@ TEST(Overlaps, AreWhereFacesWindOtherThanOnce) {
 
 /// Each place of a mesh by itself, with what the maps there make of it.
 TEST(Overlaps, EachPlaceIsListed) {
-  const std::string text = "cube(1);\n" + two_cubes(1) + "\n group() { difference() { " + mapped({2, 0, 0, 9, 0, 2, 0, 0, 0, 0, 2, 0}, two_cubes(1)) + " cube(1); } }\n" + two_cubes(1.5);
+  const std::string text = "cube(1);\n" + two_cubes(1) + "\n group() { difference() { " +
+                           mapped({2, 0, 0, 9, 0, 2, 0, 0, 0, 0, 2, 0}, two_cubes(1)) + " cube(1); } }\n" + two_cubes(1.5);
   const MeshOverlaps found = overlaps(text);
   ASSERT_EQ(found.meshes.size(), 3U);
   EXPECT_EQ(found.warnings.size(), 2U) << "equal ones once";
@@ -166,7 +170,8 @@ TEST(Overlaps, EachPlaceIsListed) {
 
 TEST(Overlaps, WhatTakesNoPartIsNotListed) {
   const std::string two = two_cubes(1);
-  for (const std::string& text : {"cube(1); %" + two, "cube(1); *" + two, two + " !cube(1);", "cube(1); intersection() { cube(0); " + two + " }", "cube(1); square(1); hull() { " + two + " }",
+  for (const std::string& text : {"cube(1); %" + two, "cube(1); *" + two, two + " !cube(1);",
+                                  "cube(1); intersection() { cube(0); " + two + " }", "cube(1); square(1); hull() { " + two + " }",
                                   "hull() { group() { " + two + " } }", "hull() { minkowski() { " + two + " cube(1); } }"})
     EXPECT_TRUE(overlaps(text).meshes.empty()) << text;
   const std::string halved = mapped({.5, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}, "!" + two + " cube(1);");
@@ -176,7 +181,8 @@ TEST(Overlaps, WhatTakesNoPartIsNotListed) {
 
 /// Under a construct there is no volume that the mesh has in the model.
 TEST(Overlaps, ConstructsLeaveNoVolume) {
-  for (const std::string around : {"resize([4, 0, 0])", "projection(cut = true)", "linear_extrude(height = 1) projection()", "minkowski() { difference()", "minkowski() { group()", "minkowski() { minkowski()"}) {
+  for (const std::string around : {"resize([4, 0, 0])", "projection(cut = true)", "linear_extrude(height = 1) projection()",
+                                   "minkowski() { difference()", "minkowski() { group()", "minkowski() { minkowski()"}) {
     const std::string text = around + " { " + two_cubes(1) + " }" + (around.starts_with("mink") ? " cube(1); }" : "");
     const MeshOverlaps found = overlaps(text);
     ASSERT_EQ(found.meshes.size(), 1U) << text;

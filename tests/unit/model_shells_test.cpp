@@ -33,7 +33,9 @@ void add(TriangleMesh& mesh, const Block& block, bool is_inward) {
     for (std::size_t k = 0; k < 3; ++k) p[k] = (i >> k & 1 ? block.high : block.low)[k];
   }
   const std::size_t from = mesh.triangles.size();
-  for (const auto& [a, b, c] : std::to_array<std::array<std::uint32_t, 3>>({{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}}))
+  for (const auto& [a, b, c] : std::to_array<std::array<std::uint32_t, 3>>({
+           {0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5},
+           {3, 7, 5}}))
     mesh.triangles.push_back({first + a, first + b, first + c});
   if (is_inward) turn(mesh, from);
 }
@@ -170,7 +172,8 @@ TEST(Shells, SolidsThatShareAnEdgeOrAVertexAreTwo) {
   add(mesh, {{0, 0, 0}, {1, 1, 1}}, false);
   add(mesh, {{1, 1, 0}, {2, 2, 1}}, true);
   for (auto& triangle : mesh.triangles)  // equal points are one, as after an import
-    for (std::uint32_t& corner : triangle) corner = static_cast<std::uint32_t>(std::find(mesh.points.begin(), mesh.points.end(), mesh.points[corner]) - mesh.points.begin());
+    for (std::uint32_t& corner : triangle)
+      corner = static_cast<std::uint32_t>(std::find(mesh.points.begin(), mesh.points.end(), mesh.points[corner]) - mesh.points.begin());
   EXPECT_EQ(shells_of(mesh).count, 2U);
   const ShellFaults faults = turn_shells(mesh);
   EXPECT_EQ(faults.turned, 1U);

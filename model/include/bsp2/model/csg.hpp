@@ -72,7 +72,8 @@ struct CsgOptions {
 /// Equal subtrees become one node. Time and memory are linear in the text, and the call stack does not grow with its
 /// nesting. Any number of threads may read different texts.
 /// @param name the name of the text in messages, usually its path.
-/// @throws bsp2::Error "name:line:column: ..." for a syntax error, for an unknown node, and for more sides than the limits of tessellation.hpp; "name: ..." for a text without a node.
+/// @throws bsp2::Error "name:line:column: ..." for a syntax error, for an unknown node, and for more sides than the limits of
+/// tessellation.hpp; "name: ..." for a text without a node.
 Model parse_csg(std::string_view text, const std::string& name, const CsgOptions& options = {});
 
 /// Reads a file. @throws bsp2::Error also if it is no readable file.
