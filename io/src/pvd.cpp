@@ -1,35 +1,27 @@
 #include "bsp2/io/pvd.hpp"
 
-#include <vtkNew.h>
-#include <vtkXMLDataElement.h>
-#include <vtkXMLUtilities.h>
-
-#include <sstream>
+#include <array>
+#include <charconv>
+#include <string>
+#include <string_view>
 
 #include "bsp2/io/file.hpp"
+#include "xml.hpp"
 
 namespace bsp2::io {
 
 void write_pvd(const std::filesystem::path& pvd, std::span<const std::pair<double, std::filesystem::path>> meshes) {
-  vtkNew<vtkXMLDataElement> file, collection;
-  file->SetName("VTKFile");
-  file->SetAttribute("type", "Collection");
-  file->SetAttribute("version", "0.1");
-  collection->SetName("Collection");
-  file->AddNestedElement(collection);
+  std::string text = R"(<?xml version="1.0"?>
+<VTKFile type="Collection" version="0.1">
+  <Collection>
+)";
   for (const auto& [time, path] : meshes) {
-    vtkNew<vtkXMLDataElement> mesh;
-    mesh->SetName("DataSet");
-    mesh->SetDoubleAttribute("timestep", time);
-    mesh->SetIntAttribute("part", 0);
-    mesh->SetAttribute("file", path.lexically_proximate(pvd.parent_path()).c_str());
-    collection->AddNestedElement(mesh);
+    std::array<char, 32> digits;
+    const std::string_view timestep(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), time).ptr);
+    const std::string file = path.lexically_proximate(pvd.parent_path()).string();
+    text += "    <DataSet timestep=\"" + std::string(timestep) + R"(" part="0" file=")" + quoted(file) + "\"/>\n";
   }
-  std::ostringstream text;
-  text << "<?xml version=\"1.0\"?>\n";
-  vtkIndent indent;
-  vtkXMLUtilities::FlattenElement(file, text, &indent);
-  write_file(pvd, text.str());
+  write_file(pvd, text + "  </Collection>\n</VTKFile>\n");
 }
 
 }  // namespace bsp2::io

@@ -1,9 +1,5 @@
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <system_error>
+#include <stdexcept>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/snapshot.hpp"
@@ -31,7 +27,8 @@ SnapshotHead read_head(hid_t file) {
   head.tolerance = hdf5::read_attribute<double>(file, "tolerance");
   if (H5Aexists(file, "angle") > 0) {
     head.angle = hdf5::read_attribute<double>(file, "angle");
-    for (std::int32_t i = 0; i < head.dimension; ++i) head.eye.push_back(hdf5::read_attribute<double>(file, eye_attribute(static_cast<std::size_t>(i)).c_str()));
+    for (std::int32_t i = 0; i < head.dimension; ++i)
+      head.eye.push_back(hdf5::read_attribute<double>(file, eye_attribute(static_cast<std::size_t>(i)).c_str()));
   }
   const auto level = hdf5::read_attribute<std::int32_t>(file, "level");
   if (level >= 0) head.level = static_cast<std::uint32_t>(level);
@@ -69,9 +66,9 @@ SnapshotHead read_head(hid_t file) {
   head.superstep_bytes_received = hdf5::read_array<std::uint64_t>(file, "supersteps/bytes_received");
   head.superstep_cells = hdf5::read_array<std::uint64_t>(file, "supersteps/cells");
   const std::size_t rows = head.superstep_name.size();
-  if (head.superstep_step.size() != rows || head.superstep_rank.size() != rows || head.superstep_seconds.size() != rows || head.superstep_work_seconds.size() != rows ||
-      head.superstep_predicted_seconds.size() != rows || head.superstep_bytes_sent.size() != rows || head.superstep_bytes_received.size() != rows ||
-      head.superstep_cells.size() != rows)
+  if (head.superstep_step.size() != rows || head.superstep_rank.size() != rows || head.superstep_seconds.size() != rows ||
+      head.superstep_work_seconds.size() != rows || head.superstep_predicted_seconds.size() != rows ||
+      head.superstep_bytes_sent.size() != rows || head.superstep_bytes_received.size() != rows || head.superstep_cells.size() != rows)
     throw Failure("the table of the supersteps is incomplete");
   return head;
 }
@@ -135,7 +132,8 @@ Wanted read_regions(hid_t file, Snapshot& snapshot, const std::function<bool(std
     node += nodes[i];
     hyperplane += hyperplanes[i];
   }
-  if (cell != hdf5::array_length(file, "cells/label") || node != hdf5::array_length(file, "tree/node_hyperplane") || hyperplane != hdf5::array_length(file, "tree/hyperplane_id"))
+  if (cell != hdf5::array_length(file, "cells/label") || node != hdf5::array_length(file, "tree/node_hyperplane") ||
+      hyperplane != hdf5::array_length(file, "tree/hyperplane_id"))
     throw Failure("the list of regions does not fit its cells");
   return rows;
 }
@@ -216,7 +214,8 @@ void read_cells(hid_t file, Snapshot& snapshot, const Rows& rows) {
       batch->region = region.next(n);
       batch->level = level.next(n);
       batch->volume = volume.next(n);
-      if (std::any_of(batch->region.begin(), batch->region.end(), [&](std::uint32_t number) { return number != of.number; })) throw Failure("a cell is in another region's place");
+      if (std::any_of(batch->region.begin(), batch->region.end(), [&](std::uint32_t number) { return number != of.number; }))
+        throw Failure("a cell is in another region's place");
       snapshot.cells.push_back(std::move(batch));
     }
 }
@@ -230,9 +229,12 @@ void read_tree(hid_t file, Snapshot& snapshot, const Rows& nodes, const Rows& hy
   for (std::size_t i = 0; i < hyperplane.size(); ++i) snapshot.tree.nodes.push_back({hyperplane[i], children[2 * i], children[2 * i + 1]});
   auto node = snapshot.tree.nodes.begin();
   for (const SnapshotRegion& region : snapshot.regions) {
-    const auto fits = [&](std::int32_t child) { return child >= 0 ? static_cast<std::uint32_t>(child) < region.nodes : static_cast<std::uint32_t>(~child) <= region.cells; };
+    const auto fits = [&](std::int32_t child) {
+      return child >= 0 ? static_cast<std::uint32_t>(child) < region.nodes : static_cast<std::uint32_t>(~child) <= region.cells;
+    };
     bool all_fit = fits(region.root);
-    for (std::uint32_t i = 0; i < region.nodes; ++i, ++node) all_fit = all_fit && fits(node->negative) && fits(node->positive) && node->hyperplane < region.hyperplanes;
+    for (std::uint32_t i = 0; i < region.nodes; ++i, ++node)
+      all_fit = all_fit && fits(node->negative) && fits(node->positive) && node->hyperplane < region.hyperplanes;
     if (!all_fit) throw Failure("the tree does not fit its cells");
   }
 }
@@ -249,27 +251,22 @@ void check_format(hid_t file, const fs::path& path) {
 
 }  // namespace
 
-Snapshot read_snapshot(const fs::path& path, SnapshotPart part, const std::function<bool(std::uint32_t)>& wanted) {
+Snapshot snapshot::read(const fs::path& path, SnapshotPart part, const std::function<bool(std::uint32_t)>& wanted) {
   const hdf5::Silence silence;
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw Error("cannot read '" + path.string() + "': " + std::generic_category().message(errno));
-  ::close(descriptor);
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) throw Error("cannot read '" + path.string() + "': it is no file");
   try {
     if (H5Fis_hdf5(path.c_str()) <= 0) throw Error("'" + path.string() + "' is no snapshot of bsp2, or it is damaged");
-    const Handle access = file_access(0);
+    const Handle access = file_access(1);
     const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
     check_format(file, path);
-    Snapshot snapshot;
-    snapshot.head = read_head(file);
-    read_frontier(file, snapshot, part, wanted);
-    const Wanted rows = read_regions(file, snapshot, wanted);
+    Snapshot result;
+    result.head = read_head(file);
+    read_frontier(file, result, part, wanted);
+    const Wanted rows = read_regions(file, result, wanted);
     if (part == SnapshotPart::all) {
-      read_cells(file, snapshot, rows.cells);
-      read_tree(file, snapshot, rows.nodes, rows.hyperplanes);
+      read_cells(file, result, rows.cells);
+      read_tree(file, result, rows.nodes, rows.hyperplanes);
     }
-    return snapshot;
+    return result;
   } catch (const Failure& failure) {
     throw Error("the snapshot '" + path.string() + "' is damaged or truncated (" + failure.what() + ")");
   } catch (const std::length_error&) {

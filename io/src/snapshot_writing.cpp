@@ -366,7 +366,7 @@ struct Prepared {
 
 void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers, const Prepared& prepared) {
   const auto& [superstep_names, share] = prepared;
-  const Handle access = file_access(writers.file_access);
+  const Handle access = file_access(writers.count);
   Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
   ArrayWriter out(file, writers);
   try {
@@ -441,14 +441,7 @@ void write_together(const fs::path& path, const fs::path& unfinished, const Snap
 
 }  // namespace
 
-void check_snapshot_path(const fs::path& path) {
-  check_folder(folder_of(path));
-  std::error_code error;
-  if (!path.has_filename() || fs::is_directory(path, error)) throw Error("cannot write the snapshot '" + path.string() + "': it is a directory");
-  if (fs::exists(path, error) && !fs::is_regular_file(path, error)) throw Error("cannot write the snapshot '" + path.string() + "': it is no regular file");
-}
-
-void write_snapshot(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
+void snapshot::write(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
   const hdf5::Silence silence;
   const fs::path unfinished = unfinished_name(path);
   const LeavesNothing clean_up{writers.rank == 0 ? unfinished : fs::path()};

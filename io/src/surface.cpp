@@ -1,13 +1,5 @@
 #include "bsp2/io/surface.hpp"
 
-#include <vtkCellArray.h>
-#include <vtkCellData.h>
-#include <vtkIntArray.h>
-#include <vtkNew.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkXMLPolyDataWriter.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -18,6 +10,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
+#include "modules.hpp"
 
 namespace bsp2::io {
 namespace fs = std::filesystem;
@@ -36,35 +29,6 @@ std::string ending_of(const fs::path& path) {
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   return ending;
-}
-
-std::string to_vtp(const TriangleSurface& surface) {
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  points->SetNumberOfPoints(static_cast<vtkIdType>(surface.points.size()));
-  for (std::size_t i = 0; i < surface.points.size(); ++i) points->SetPoint(static_cast<vtkIdType>(i), surface.points[i].data());
-  vtkNew<vtkCellArray> triangles;
-  vtkNew<vtkIntArray> part;
-  part->SetName("part");
-  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
-    const auto& [a, b, c] = surface.triangles[i];
-    const std::array<vtkIdType, 3> corners{a, b, c};
-    triangles->InsertNextCell(3, corners.data());
-    part->InsertNextValue(surface.part[i]);
-  }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetPolys(triangles);
-  data->GetCellData()->AddArray(part);
-  vtkNew<vtkXMLPolyDataWriter> writer;
-  writer->SetInputData(data);
-  writer->SetDataModeToAppended();
-  writer->EncodeAppendedDataOff();
-  writer->SetCompressorTypeToNone();
-  writer->SetHeaderTypeToUInt64();
-  writer->WriteToOutputStringOn();
-  if (writer->Write() == 0) throw Error("VTK cannot write the boundary");
-  return writer->GetOutputString();
 }
 
 std::string to_stl(const TriangleSurface& surface) {
@@ -143,13 +107,18 @@ bool is_surface_file(const fs::path& path) {
   return ending == ".vtp" || ending == ".stl" || ending == ".ply" || ending == ".obj";
 }
 
+void check_surface_file(const fs::path& path) {
+  if (!is_surface_file(path)) throw Error("cannot write '" + path.string() + "': a boundary is written as .vtp, .stl, .ply or .obj");
+  if (ending_of(path) == ".vtp") vtk_module();
+}
+
 void write_surface(const fs::path& path, const TriangleSurface& surface) {
+  check_surface_file(path);
   const std::string ending = ending_of(path);
-  if (ending == ".vtp") return write_file(path, to_vtp(surface));
+  if (ending == ".vtp") return write_file(path, vtk_module().to_vtp(surface));
   if (ending == ".stl") return write_file(path, to_stl(surface));
   if (ending == ".ply") return write_file(path, to_ply(surface));
-  if (ending == ".obj") return write_file(path, to_obj(surface));
-  throw Error("cannot write '" + path.string() + "': a boundary is written as .vtp, .stl, .ply or .obj");
+  write_file(path, to_obj(surface));
 }
 
 }  // namespace bsp2::io

@@ -2,29 +2,12 @@
 
 #include <vtkSmartPointer.h>
 
-#include <memory>
-#include <span>
-#include <vector>
-
-#include "bsp2/geometry/cell_batch.hpp"
 #include "bsp2/io/vtu.hpp"
+#include "piece.hpp"
 
 class vtkUnstructuredGrid;
 
 namespace bsp2::io {
-
-/// Consecutive cells of one batch.
-struct CellRange {
-  const geometry::CellBatch* batch;
-  std::size_t first, last;
-};
-
-/// The cells of one piece.
-using Piece = std::vector<CellRange>;
-
-/// Divides a mesh into pieces of at most `piece_cells` cells; one empty piece if the mesh is empty.
-std::vector<Piece> divide(std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
-                          std::size_t piece_cells);
 
 /// Does a piece hold a cell that is only a polyhedron?
 bool has_polyhedra(const Piece& piece);

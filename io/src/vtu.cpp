@@ -1,84 +1,24 @@
 #include "bsp2/io/vtu.hpp"
 
-#include <vtkErrorCode.h>
-#include <vtkNew.h>
-#include <vtkObject.h>
-#include <vtkUnstructuredGrid.h>
-#include <vtkXMLUnstructuredGridWriter.h>
-
 #include <algorithm>
 #include <bit>
-#include <fstream>
 #include <string>
 #include <system_error>
 
 #include "bsp2/geometry/error.hpp"
-#include "vtk_piece.hpp"
+#include "modules.hpp"
+#include "piece.hpp"
+#include "xml.hpp"
 
 namespace bsp2::io {
 namespace fs = std::filesystem;
 
 namespace {
 
-/// VTK prints its errors to stderr; ours are thrown instead.
-class SilencedVtk {
- public:
-  SilencedVtk() : before_(vtkObject::GetGlobalWarningDisplay()) { vtkObject::GlobalWarningDisplayOff(); }
-  ~SilencedVtk() { vtkObject::SetGlobalWarningDisplay(before_); }
-  SilencedVtk(const SilencedVtk&) = delete;
-  SilencedVtk& operator=(const SilencedVtk&) = delete;
-
- private:
-  int before_;
-};
-
-/// VTK notices most failed writes, but not that of a file's last bytes.
-bool is_complete(const fs::path& file) {
-  constexpr std::string_view end = "</VTKFile>\n";
-  std::ifstream in(file, std::ios::binary);
-  std::string tail(end.size(), '\0');
-  in.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
-  in.read(tail.data(), static_cast<std::streamsize>(tail.size()));
-  return in && tail == end;
-}
-
 fs::path folder_of(const fs::path& pvtu) { return pvtu.has_parent_path() ? pvtu.parent_path() : "."; }
 
 std::string piece_name(const fs::path& pvtu, std::uint64_t piece) {
   return pvtu.stem().string() + "_" + std::to_string(piece) + ".vtu";
-}
-
-/// @param shown the path in messages.
-void write_piece(const fs::path& file, const fs::path& shown, vtkUnstructuredGrid* grid) {
-  const SilencedVtk silenced;
-  vtkNew<vtkXMLUnstructuredGridWriter> writer;
-  writer->SetFileName(file.c_str());
-  writer->SetInputData(grid);
-  writer->SetDataModeToAppended();
-  writer->EncodeAppendedDataOff();
-  writer->SetCompressorTypeToNone();
-  writer->SetHeaderTypeToUInt64();
-  writer->SetIdTypeToInt32();  // a piece is small
-  const bool written = writer->Write() != 0 && writer->GetErrorCode() == vtkErrorCode::NoError;
-  if (written && is_complete(file)) return;
-  // VTK's codes below its own range are those of the system; the folder is new, so what else fails is the space.
-  const auto code = static_cast<int>(writer->GetErrorCode());
-  const bool from_system = code != vtkErrorCode::NoError && code < vtkErrorCode::FirstVTKErrorCode;
-  throw Error("cannot write '" + shown.string() + "': " + (from_system ? std::generic_category().message(code) : "the disk is full"));
-}
-
-/// For an attribute of XML.
-std::string quoted(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '&': result += "&amp;"; break;
-      case '<': result += "&lt;"; break;
-      case '"': result += "&quot;"; break;
-      default: result += c;
-    }
-  }
-  return result;
 }
 
 /// Names and types as the pieces have them.
@@ -107,6 +47,8 @@ std::string summary(const fs::path& pvtu, std::uint64_t pieces, bool has_colours
 
 }  // namespace
 
+void check_vtu() { vtk_module(); }
+
 struct VtuShare::Content {
   std::vector<Piece> pieces;
 };
@@ -114,7 +56,8 @@ struct VtuShare::Content {
 VtuShare::VtuShare(const fs::path& pvtu, int dimension, std::span<const std::shared_ptr<const geometry::CellBatch>> batches, VtuOptions options)
     : pvtu_(pvtu), options_(std::move(options)), content_(std::make_unique<Content>()) {
   if (dimension < 1 || dimension > 3)
-    throw Error("cannot write '" + pvtu.string() + "': VTK grids hold solids of dimension 1 to 3, not " + std::to_string(dimension) + "; section() or project() in the model give what can be shown");
+    throw Error("cannot write '" + pvtu.string() + "': VTK grids hold solids of dimension 1 to 3, not " + std::to_string(dimension) +
+                "; section() or project() in the model give what can be shown");
   // A cell becomes about nine tetrahedra: smaller pieces for the same memory.
   content_->pieces = divide(batches, std::max<std::size_t>(1, options_.tets ? options_.piece_cells / 4 : options_.piece_cells));
   if (content_->pieces.front().empty()) content_->pieces.clear();
@@ -125,15 +68,15 @@ VtuShare::~VtuShare() = default;
 
 VtuShare::Size VtuShare::size() const {
   const auto& pieces = content_->pieces;
-  return {pieces.size(), !options_.tets && std::any_of(pieces.begin(), pieces.end(), has_polyhedra)};
+  return {pieces.size(), !options_.tets && std::any_of(pieces.begin(), pieces.end(), [](const Piece& piece) { return vtk_module().has_polyhedra(piece); })};
 }
 
 void VtuShare::write(std::uint64_t before, const Size& all) {
   before_ = before;
   all_pieces_ = all.pieces;
   for (std::size_t i = 0; i < content_->pieces.size(); ++i) {  // one after the other: only one grid exists at a time
-    const auto grid = make_grid(content_->pieces[i], all.has_polyhedra, options_);
-    write_piece(scratch_->path() / piece_name(pvtu_, before + i), pvtu_, grid);
+    const PieceFile file{scratch_->path() / piece_name(pvtu_, before + i), pvtu_};
+    vtk_module().write_piece(file, content_->pieces[i], all.has_polyhedra, options_);
   }
   if (before > 0) return;
   try {

@@ -10,6 +10,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/surface.hpp"
 #include "bsp2/jobs/picture_options.hpp"
+#include "checks.hpp"
 #include "queue_options.hpp"
 
 namespace bsp2::jobs {
@@ -66,13 +67,18 @@ CLI::Validator acute_angle() {
           "0 .. 90"};
 }
 
-/// An option that names a file or a folder. One without a name, as by a variable of a script that is not set, is a mistake.
+/// An option that names a file or a folder.
 CLI::Option* add_path(CLI::App& app, const std::string& option, std::string& path, const std::string& description, const std::string& type) {
-  const CLI::Validator is_named([](const std::string& text) { return text.empty() ? std::string("needs a name, not an empty text") : std::string(); }, "");
-  return app.add_option(option, path, description)->check(is_named)->type_name(type);
+  return app.add_option(option, path, description)->check(is_named())->type_name(type);
 }
 
-const CLI::Range some_cells(std::uint64_t{1}, std::uint64_t{1} << 62, "1 or more");
+/// What a command works on: it has to be there.
+template <class Path>
+void add_input(CLI::App& app, const char* name, Path& path, const char* description) {
+  app.add_option(name, path, description)->required()->check(is_named())->type_name("");
+}
+
+CLI::Validator some_cells() { return is_number(std::uint64_t{1}, std::uint64_t{1} << 62, "1 or more"); }
 
 constexpr auto work_group = "What is computed";
 
@@ -82,7 +88,7 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = work_group;
   app.add_option("--regions", options.regions,
                  "divide space into N regions, rounded up to a power\nof two (default: chosen by the size of the model)")
-      ->check(CLI::Range(1U, 1U << 20, "1 .. 1048576"))
+      ->check(is_number(1U, 1U << 20, "1 .. 1048576"))
       ->type_name("N")
       ->group(group);
   app.add_option(
@@ -105,13 +111,16 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
 
 void add_threads_option(CLI::App& app, RunCommand& command, const char* group) {
   app.add_option("--threads", command.options.threads, "threads of this process; 0: one a core")
-      ->check(CLI::Range(0U, 4096U, "0 .. 4096"))
+      ->check(is_number(0U, 4096U, "0 .. 4096"))
       ->type_name("N")
       ->group(group);
 }
 
 void add_tolerance_option(CLI::App& app, RunCommand& command, const char* group) {
-  app.add_option("--tolerance", command.options.tolerance, "refine round solids until FUZZY cells are thinner\nthan this (default: a thousandth of the model,\na sixteenth in four dimensions, more above)")
+  app.add_option("--tolerance", command.options.tolerance,
+                 "refine round solids until FUZZY cells are thinner\n"
+                 "than this (default: a thousandth of the model,\n"
+                 "a sixteenth in four dimensions, more above)")
       ->check(positive_number())
       ->type_name("H")
       ->group(group);
@@ -123,18 +132,22 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = work_group;
   add_threads_option(app, command, group);
   app.add_option("--level", options.level, "stop after N cuts in a row; the rest stays FUZZY")
+      ->check(is_number(0U, 65535U, "0 .. 65535"))
       ->type_name("N")
       ->group(group);
   add_tolerance_option(app, command, group);
   app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min; with\n--snapshot: the time between two (30s)")
       ->type_name("TIME")
       ->group(group);
-  app.add_option("--cells", options.cells, "stop at about N cells")->check(some_cells)->type_name("N")->group(group);
+  app.add_option("--cells", options.cells, "stop at about N cells")->check(some_cells())->type_name("N")->group(group);
   app.add_option("--steps", options.steps, "end after N steps as long as --budget says")
-      ->check(CLI::Range(1U, 1U << 30, "1 or more"))
+      ->check(is_number(1U, 1U << 30, "1 or more"))
       ->type_name("N")
       ->group(group);
-  app.add_option("--angle", options.angle, "stop where FUZZY cells are seen thinner than this\nfrom --eye; 0.1 is three pixels of a picture of\n1000 that is 30 degrees wide")
+  app.add_option("--angle", options.angle,
+                 "stop where FUZZY cells are seen thinner than this\n"
+                 "from --eye; 0.1 is three pixels of a picture of\n"
+                 "1000 that is 30 degrees wide")
       ->check(acute_angle())
       ->type_name("DEGREES")
       ->group(group);
@@ -168,7 +181,9 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   add_path(app, "--table", raw.table,
            "write what each superstep cost each rank", "FILE.csv")->group(group);
   app.add_option("--collect", raw.collect,
-                 "where the cells of all ranks go: to the master, up a\ntree of masters, or each rank to its own files\n(default: master up to 200,000 cells, else file)")
+                 "where the cells of all ranks go: to the master, up a\n"
+                 "tree of masters, or each rank to its own files\n"
+                 "(default: master up to 200,000 cells, else file)")
       ->check(CLI::IsMember({"master", "tree", "file"}))
       ->type_name("WHERE")
       ->group(group);
@@ -178,17 +193,17 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
 }
 
 void add_tables_options(CLI::App& app, RunCommand& command) {
-  app.add_option("MODEL", command.options.model, "the model: a .csg or .scad file")->required()->type_name("");
+  add_input(app, "MODEL", command.options.model, "the model: a .csg or .scad file");
   command.tables = {1, 2, 4, 8, 16};
   app.add_option("--regions", command.tables, "numbers of nodes (default: 1,2,4,8,16)")
       ->delimiter(',')
-      ->check(CLI::Range(1U, 4096U, "1 .. 4096"))
+      ->check(is_number(1U, 4096U, "1 .. 4096"))
       ->type_name("N,N,...");
   app.add_option("--levels", command.levels, "coarse resolutions: two levels (default: those above\nwhich 5 % and 25 % of the cells lie)")
       ->delimiter(',')
-      ->check(CLI::Range(1U, 65535U, "1 .. 65535"))
+      ->check(is_number(1U, 65535U, "1 .. 65535"))
       ->type_name("A,B");
-  app.add_option("--threads", command.options.threads, "threads of a node; 0: one a core")->check(CLI::Range(0U, 4096U, "0 .. 4096"))->type_name("N");
+  app.add_option("--threads", command.options.threads, "threads of a node; 0: one a core")->check(is_number(0U, 4096U, "0 .. 4096"))->type_name("N");
 }
 
 void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& keep) {
@@ -216,7 +231,9 @@ void set_pictures(RunCommand& command, const Raw& raw) {
   if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() && command.options.eye.empty())
     throw Error(std::string("nothing is drawn: the options of pictures need --picture, --frames or -o DIR") +
                 (raw.view.eye.empty() ? "" : "; what is refined from an --eye needs --angle or --order view") + " (see 'bsp2 run --help')");
-  if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank) throw Error("--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
+  if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank)
+    throw Error(
+        "--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
 }
 
 /// Steps of their own, for what is shown of each.
@@ -242,7 +259,8 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
   if (raw.order == "priority" || raw.order == "view") command.options.order = supersteps::Order::priority;
   if (raw.order == "view" || command.options.angle) {
-    if (raw.view.eye.empty()) throw Error(std::string(raw.order == "view" ? "--order view" : "--angle") + ": add --eye X,Y,Z, from where the model is looked at");
+    if (raw.view.eye.empty())
+      throw Error(std::string(raw.order == "view" ? "--order view" : "--angle") + ": add --eye X,Y,Z, from where the model is looked at");
     command.options.eye = eye_of(raw.view);
   }
   if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
@@ -288,6 +306,14 @@ RunCommand finished(RunCommand command, const Raw& raw) {
 
 constexpr std::array commands{"run", "resume", "info", "export", "render", "query", "tables", "jobs"};
 
+/// "split, run, merge or status"
+std::string names_of_commands(const CLI::App& app) {
+  const auto all = app.get_subcommands({});
+  std::string names;
+  for (const CLI::App* each : all) names += (each == all.front() ? "" : each == all.back() ? " or " : ", ") + each->get_name();
+  return names;
+}
+
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
   const CLI::App* innermost = &app;
   std::string name = "bsp2";
@@ -296,10 +322,15 @@ constexpr std::array commands{"run", "resume", "info", "export", "render", "quer
     name += " " + innermost->get_name();
   }
   const std::string hint = " (see '" + name + " --help')";
+  const bool lacks_command = !innermost->get_subcommands({}).empty();
   using CLI::ExitCodes;
   if (const int code = error.get_exit_code(); code == static_cast<int>(ExitCodes::ExtrasError) || code == static_cast<int>(ExitCodes::RequiredError))
-    if (const auto unknown = app.remaining(true); !unknown.empty()) throw Error("unknown option or argument '" + unknown.front() + "'" + hint);
+    if (const auto unknown = app.remaining(true); !unknown.empty()) {
+      if (lacks_command && !unknown.front().starts_with('-')) throw Error("unknown command '" + name + " " + unknown.front() + "'" + hint);
+      throw Error("unknown option or argument '" + unknown.front() + "'" + hint);
+    }
   if (innermost == &app) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
+  if (lacks_command) throw Error("'" + name + "' needs a command: " + names_of_commands(*innermost) + hint);
   throw Error(error.what() + hint);
 }
 
@@ -330,29 +361,29 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   app.get_formatter()->column_width(28);
   app.require_subcommand(1);
   CLI::App* run = app.add_subcommand("run", "Evaluate a model");
-  run->add_option("MODEL", command.options.model, "the model: a .csg or .scad file")->required()->type_name("");
+  add_input(*run, "MODEL", command.options.model, "the model: a .csg or .scad file");
   add_model_options(*run, command, raw);
   add_work_options(*run, command, raw);
   add_output_options(*run, command, raw);
   CLI::App* resume = app.add_subcommand("resume", "Go on with a run that was stopped");
-  resume->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote; kept up to date")->required()->type_name("");
+  add_input(*resume, "SNAPSHOT", command.options.resume, "what --snapshot wrote; kept up to date");
   add_work_options(*resume, command, raw);
   add_output_options(*resume, command, raw);
   resume->footer("Ends with the cells of an uninterrupted run, whatever the number of threads\nand stops.");
   CLI::App* info = app.add_subcommand("info", "Tell what a snapshot holds");
-  info->add_option("SNAPSHOT", command.info, "what --snapshot wrote")->required()->type_name("");
+  add_input(*info, "SNAPSHOT", command.info, "what --snapshot wrote");
   CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot, or their surface");
-  exported->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  add_input(*exported, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*exported, "-o,--output", raw.exported,
            ".pvtu: the cells, FUZZY where nothing is decided\nyet; .stl, .ply, .obj or .vtp: the surface of the\nIN cells", "FILE")->required();
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
   CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
-  rendered->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  add_input(*rendered, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*rendered, "-o,--output", raw.rendered,
            "the picture: .png, .svg or .pdf", "FILE")->required();
   add_picture_options(*rendered, raw.view);
   CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
-  queried->add_option("SNAPSHOT", command.options.resume, "what --snapshot wrote")->required()->type_name("");
+  add_input(*queried, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*queried, "--points", raw.points,
            "a text with the coordinates of a point on each line;\n-: standard input", "FILE")->required();
   queried->add_flag("--json", command.json, "answer as JSON, not as a table");
@@ -366,7 +397,10 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_threads_option(*queue.run, command, work_group);
   add_threads_option(*queue.merge, command, work_group);
   queue.run->add_option("--budget", raw.budget, "divide a job that takes longer (60s)")->type_name("TIME")->group(work_group);
-  queue.run->add_option("--cells", command.options.cells, "divide a job that gets more cells than about N")->check(some_cells)->type_name("N")->group(work_group);
+  queue.run->add_option("--cells", command.options.cells, "divide a job that gets more cells than about N")
+      ->check(some_cells())
+      ->type_name("N")
+      ->group(work_group);
   add_output_options(*queue.merge, command, raw);
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);

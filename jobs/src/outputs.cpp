@@ -12,6 +12,7 @@
 #include "bsp2/io/pvd.hpp"
 #include "bsp2/io/snapshot.hpp"
 #include "bsp2/io/surface.hpp"
+#include "bsp2/io/vtu.hpp"
 #include "bsp2/jobs/picture_options.hpp"
 #include "bsp2/jobs/report_json.hpp"
 #include "bsp2/jobs/superstep_table.hpp"
@@ -41,7 +42,7 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
                  supersteps::RunReport& report) {
   if (possible || !folder || path != *folder / usual_name) return true;
   remove_old(path);
-  if (report.dimension == 2) return false;  // nobody looks for the boundary of a plane model
+  if (report.dimension == 2) return false;  // a plane model has no boundary: told, but no warning
   report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
                             std::to_string(report.dimension) + (report.dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
   return false;
@@ -88,6 +89,8 @@ void write_series(const RunCommand& command, const supersteps::RunResult& now, u
 void check_outputs(const RunCommand& command) {
   if (command.folder) io::check_folder(*command.folder);
   if (command.options.snapshot) io::check_snapshot_path(*command.options.snapshot);
+  if (command.mesh || command.series) io::check_vtu();
+  if (command.boundary) io::check_surface_file(*command.boundary);
   if (command.frames) io::check_folder(folder_of(frame_path(*command.frames, 0)));
   for (const auto& file : files_of(command)) {
     if (!file) continue;
@@ -96,7 +99,8 @@ void check_outputs(const RunCommand& command) {
     if (!file->has_filename() || fs::is_directory(*file, error)) throw Error("cannot write '" + file->string() + "': it is a directory");
     if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
       throw Error("cannot write '" + file->string() + "': " + error.message());
-    if (fs::equivalent(*file, command.options.resume.value_or(command.options.model), error)) throw Error("cannot write '" + file->string() + "': it is the input itself");
+    if (fs::equivalent(*file, command.options.resume.value_or(command.options.model), error))
+      throw Error("cannot write '" + file->string() + "': it is the input itself");
   }
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "bsp2/geometry/error.hpp"
+#include "checks.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -51,7 +52,7 @@ void add_picture_options(CLI::App& app, PictureText& text) {
       ->group(group);
   app.add_option("--look", text.look, "what is in the middle of the picture")->type_name("X,Y,Z")->group(group);
   app.add_option("--explode", text.explode, "move the regions apart: each by F times its way\nfrom the middle")
-      ->check(CLI::Range(0.0, 100.0, "0 .. 100"))
+      ->check(is_number(0.0, 100.0, "0 .. 100"))
       ->type_name("F")
       ->group(group);
   app.add_flag("--edges", text.edges, "draw the edges of the cells")->group(group);

@@ -43,6 +43,12 @@ void tell_interruption(const RunCommand& command, spdlog::logger& log) {
     log.warn("the other files in '{}' are of an earlier run", command.folder->string());
 }
 
+/// A plane model has no boundary to write. With -o that is no mistake and gets no warning, but who looks for the file is told.
+void tell_left_out(const RunCommand& command, const supersteps::RunReport& report, spdlog::logger& log) {
+  if (report.dimension == 2 && command.folder && command.boundary == *command.folder / boundary_name)
+    log.info("no {} is written: the model is plane, and boundaries are found for solids of dimension 3", boundary_name);
+}
+
 /// The tables need no ranks: the nodes of a cluster are measured one after the other.
 void tables_command(const RunCommand& command, std::ostream& out) {
   std::vector<std::optional<unsigned>> levels(command.levels.begin(), command.levels.end());
@@ -53,7 +59,9 @@ void tables_command(const RunCommand& command, std::ostream& out) {
 }
 
 /// Splits, evaluates or shows a queue of jobs. @return the exit code.
-int queue_command(const RunCommand& command, std::ostream& out) {
+int queue_command(const RunCommand& command, std::ostream& speech) {
+  std::ostream silence(nullptr);
+  std::ostream& out = command.quiet ? silence : speech;
   if (command.queue->action == QueueCommand::Action::split) {
     Queue::split(command.options, command.queue->folder);
     const std::size_t jobs = Queue(command.queue->folder).size();
@@ -103,10 +111,13 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     if (ranks.is_master()) print_snapshot(out, *command.info);
     return 0;
   }
+  if (command.options.resume) io::check_snapshot_is_readable(*command.options.resume);
   if (command.points && ranks.is_master()) {
     const io::SnapshotHead head = io::read_snapshot(*command.options.resume, io::SnapshotPart::head).head;
     if (!head.keep_in || !head.keep_fuzzy)
-      throw Error("the snapshot '" + command.options.resume->string() + "' does not keep all IN and FUZZY cells, so it cannot tell where points are; run the model without --keep, or with --keep in,fuzzy");
+      throw Error(
+          "the snapshot '" + command.options.resume->string() +
+          "' does not keep all IN and FUZZY cells, so it cannot tell where points are; run the model without --keep, or with --keep in,fuzzy");
     command.options.points = read_points(*command.points, head.dimension);
   }
   check_outputs(command);
@@ -135,6 +146,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   write_results(command, result, ranks);
   if (!ranks.is_master()) return 0;
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
+  if (speaks) tell_left_out(command, result.report, log);
   if (speaks) print_summary(out, result.report);
   if (command.stats) print_stats(out, result.report);
   return 0;

@@ -54,8 +54,8 @@ void Queue::split(const supersteps::RunOptions& options, const fs::path& folder)
   if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error)))
     throw Error("'" + folder.string() + "' exists and is not empty; name a new folder for the queue, or remove it");
   io::check_folder(folder);
+  const auto regions = supersteps::make_plan(options, folder / "plan.h5");  // first: of a model that is refused no folder is left
   for (const char* name : {"claims", "done"}) io::make_folder(folder / name);
-  const auto regions = supersteps::make_plan(options, folder / "plan.h5");
   const double all = std::accumulate(regions.begin(), regions.end(), 0.0, [](double sum, const auto& region) { return sum + region.work; });
   std::string text;
   std::vector<std::uint32_t> rest;  // regions in which nothing is undecided are no job each
@@ -79,7 +79,8 @@ Queue::Queue(fs::path folder) : folder_(std::move(folder)) {
     in >> job.name >> job.work;
     job.portion.parent = plan();
     for (std::uint32_t region; in >> region;) job.portion.regions.push_back(region);
-    if (job.name != std::to_string(planned_.size()) || job.portion.regions.empty()) throw Error("'" + (folder_ / "jobs.txt").string() + "' is damaged; split the model anew");
+    if (job.name != std::to_string(planned_.size()) || job.portion.regions.empty())
+      throw Error("'" + (folder_ / "jobs.txt").string() + "' is damaged; split the model anew");
     planned_.push_back(std::move(job));
   }
 }
@@ -232,8 +233,8 @@ void join_jobs(Queue& queue, bool partial, const fs::path& snapshot) {
   }
   if (count > 10) missing += " and " + std::to_string(count - 10) + " more";
   if (count > 0 && !partial)
-    throw Error("'" + queue.folder().string() + "' is not done: no result of " + (count == 1 ? "job " : "jobs ") + missing + "; evaluate them with 'bsp2 jobs run " +
-                queue.folder().string() + "', or leave them FUZZY with --partial");
+    throw Error("'" + queue.folder().string() + "' is not done: no result of " + (count == 1 ? "job " : "jobs ") + missing +
+                "; evaluate them with 'bsp2 jobs run " + queue.folder().string() + "', or leave them FUZZY with --partial");
   supersteps::join_portions(queue.plan(), portions, snapshot);
 }
 
@@ -251,12 +252,16 @@ void print_status(std::ostream& out, Queue& queue, bool all) {
     cells += job.result.cells;
     if (job.state == Job::State::finished) done += job.work;
     if (!all && job.state != Job::State::claimed) continue;
-    rows += fmt::format("  {:<16} {:>6.2f} % {:<9} {:>12} {:>10} {:>9}  {}\n", job.name, 100 * job.work, state, has_result ? grouped(job.result.cells) : "",
-                        has_result && job.result.undecided > 0 ? grouped(job.result.undecided) : "", has_result ? fmt::format("{:.1f} s", job.result.seconds) : "", claim ? claim->owner : "");
+    const std::string row = fmt::format("  {:<16} {:>6.2f} % {:<9} {:>12} {:>10} {:>9}  {}", job.name, 100 * job.work, state,
+                                        has_result ? grouped(job.result.cells) : "",
+                                        has_result && job.result.undecided > 0 ? grouped(job.result.undecided) : "",
+                                        has_result ? fmt::format("{:.1f} s", job.result.seconds) : "", claim ? claim->owner : "");
+    rows += row.substr(0, row.find_last_not_of(' ') + 1) + '\n';
   }
   std::string summary;
   for (const auto& [state, count] : counts) summary += fmt::format("{}{} {}", summary.empty() ? "" : ", ", count, state);
-  out << fmt::format("{}: {} job{}: {}; {:.0f} % of the estimated work, {} IN cells\n", queue.folder().string(), jobs.size(), jobs.size() == 1 ? "" : "s", summary, 100 * done, grouped(cells));
+  out << fmt::format("{}: {} job{}: {}; {:.0f} % of the estimated work, {} IN cells\n", queue.folder().string(), jobs.size(),
+                     jobs.size() == 1 ? "" : "s", summary, 100 * done, grouped(cells));
   if (rows.empty()) return;
   out << fmt::format("\n  {:<16} {:>8} {:<9} {:>12} {:>10} {:>9}  {}\n", "job", "work", "state", "IN cells", "undecided", "time", "where") << rows;
 }

@@ -4,10 +4,24 @@
 
 #include <numeric>
 #include <ostream>
+#include <string>
+#include <utility>
 
 #include "bsp2/io/snapshot.hpp"
 
 namespace bsp2::jobs {
+
+namespace {
+
+/// "in fuzzy"
+std::string kept(const io::SnapshotHead& head) {
+  std::string kinds;
+  for (const auto& [is_kept, kind] : {std::pair(head.keep_in, "in"), {head.keep_fuzzy, "fuzzy"}, {head.keep_out, "out"}})
+    if (is_kept) kinds += (kinds.empty() ? "" : " ") + std::string(kind);
+  return kinds;
+}
+
+}  // namespace
 
 void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
   const io::Snapshot snapshot = io::read_snapshot(path, io::SnapshotPart::head);
@@ -22,8 +36,9 @@ void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
   if (head.tolerance > 0) line("tolerance", fmt::format("{}", head.tolerance));
   if (head.angle > 0) line("angle", fmt::format("{} degrees, seen from ({})", head.angle, fmt::join(head.eye, ", ")));
   if (head.level) line("level", std::to_string(*head.level));
-  line("keep", fmt::format("{}{}{}", head.keep_in ? "in " : "", head.keep_fuzzy ? "fuzzy " : "", head.keep_out ? "out" : ""));
-  line("regions", fmt::format("{}, {} of them {}", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size(), head.complete && tokens > 0 ? "with cells that stay FUZZY" : "unfinished"));
+  line("keep", kept(head));
+  line("regions", fmt::format("{}, {} of them {}", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size(),
+                              head.complete && tokens > 0 ? "with cells that stay FUZZY" : "unfinished"));
   line("steps", std::to_string(head.steps));
   line("IN cells", fmt::format("{} finished, volume {:.12g}{}", head.in_cells, head.in_volume, tokens > 0 ? "; others are held beside what is undecided" : ""));
   if (head.keep_out) line("OUT cells", fmt::format("{} finished", head.out_cells));

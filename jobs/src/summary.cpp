@@ -59,7 +59,9 @@ void print_summary(std::ostream& out, const RunReport& report) {
       << fmt::format("  {}, {}\n\n", plural(report.ranks, "rank"), plural(report.threads, "thread") + (report.ranks > 1 ? " each" : ""));
   print_cells(out, "IN", report.in_cells, fmt::format("{:.12g}", report.in_volume));
   print_cells(out, "FUZZY", report.fuzzy_cells, fmt::format("{:.12g}", report.fuzzy_volume));
-  if (report.fuzzy_volume > 0) out << fmt::format("  {:<10}{:>21}   volume {:.12g} to {:.12g}\n", "solid", "", report.in_volume, report.in_volume + report.fuzzy_volume);
+  if (report.fuzzy_volume > 0)
+    out << fmt::format("  {:<10}{:>21}   volume {:.12g} to {:.12g}\n", "solid", "", report.in_volume,
+                       report.in_volume + report.fuzzy_volume);
   if (!report.complete)
     out << "  ended before all was decided: FUZZY cells hold what is not\n";
   else if (report.tolerance)

@@ -72,7 +72,9 @@ void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& rec
     waited += std::accumulate(record.seconds.begin(), record.seconds.end(), 0.0) - std::accumulate(record.work_seconds.begin(), record.work_seconds.end(), 0.0);
   }
   if (ranks > 1) out << fmt::format("  main threads communicated {:.3f} s while workers computed, and waited {:.3f} s\n", hidden, waited);
-  if (hidden_h > 0) out << fmt::format("  of all h, {}, {:.0f} % was hidden behind their work\n", bytes_text(h), 100 * static_cast<double>(hidden_h) / static_cast<double>(h));
+  if (hidden_h > 0)
+    out << fmt::format("  of all h, {}, {:.0f} % was hidden behind their work\n", bytes_text(h),
+                       100 * static_cast<double>(hidden_h) / static_cast<double>(h));
 }
 
 std::string to_csv(const std::vector<SuperstepRecord>& records) {

@@ -106,7 +106,9 @@ void take_cells(RegionMeshes& meshes, RegionCells cells) {
     mesh.batches = std::move(cells[number]);
     std::uint64_t count = 0;
     for (const auto& batch : mesh.batches) count += batch->size();
-    if (count != mesh.cells) throw std::logic_error("of region " + std::to_string(number) + " " + std::to_string(count) + " cells came, not " + std::to_string(mesh.cells));
+    if (count != mesh.cells)
+      throw std::logic_error("of region " + std::to_string(number) + " " + std::to_string(count) + " cells came, not " +
+                             std::to_string(mesh.cells));
   }
 }
 

@@ -59,6 +59,8 @@ unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options
 /// What the computation leaves undecided the partition does not cut either.
 dataflow::PartitionLimits limits_of_cuts(const RunOptions& options) {
   dataflow::PartitionLimits limits;
+  // Who asks for a number of regions is to get it, if it takes some seconds: 16,384 for 100,000 solids instead of 1,400.
+  if (options.regions) limits.words *= 4;
   if (options.level) limits.level = *options.level;
   limits.tolerance = options.tolerance.value_or(0);
   if (options.angle) {

@@ -58,7 +58,8 @@ void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& p
   std::vector<std::uint32_t> unfinished;
   for (const LeftOver& left : all_gather(ranks, left_over(progress))) {
     unfinished.insert(unfinished.end(), left.unfinished.begin(), left.unfinished.end());
-    for (std::size_t i = 0; i < left.region.size(); ++i) wholes.push_back({left.region[i], static_cast<geometry::Label>(left.label[i]), left.part[i], left.level[i]});
+    for (std::size_t i = 0; i < left.region.size(); ++i)
+      wholes.push_back({left.region[i], static_cast<geometry::Label>(left.label[i]), left.part[i], left.level[i]});
   }
   if (wholes.empty()) return;
   std::map<std::uint32_t, dataflow::Whole> remaining;

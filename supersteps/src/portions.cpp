@@ -174,7 +174,9 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
     std::vector<dataflow::Consumer*> consumers{&keeper};
     const std::vector<std::uint32_t> numbers = progress.region_numbers();
     const Recorded before = recorded(progress.meshes);
-    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads, before, options.cells, nullptr, consumers).evaluation;
+    auto evaluation =
+        computation<D>(alone, network, std::move(progress.partition.regions), options, threads, before, options.cells, nullptr, consumers)
+            .evaluation;
     progress.add(numbers, evaluation, before, keeper);
     progress.partition.regions = std::move(evaluation.unfinished);
     stopped = evaluation.stopped && tokens_of(progress.partition.regions) > 0;
@@ -283,11 +285,13 @@ class Joiner {
     for (const std::uint32_t region : finished_) ++seen.at(region);
     for (auto& [number, region] : left_) {
       ++seen.at(number);
-      if (dataflow::remains_of(region.frontier).elsewhere > 0) refuse(plan_path_, "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
+      if (dataflow::remains_of(region.frontier).elsewhere > 0)
+        refuse(plan_path_, "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
       if (dataflow::whole_of(region)) region.cell = dataflow::region_cell(network_, progress_.partition, number);
       progress_.partition.regions.push_back(std::move(region));
     }
-    if (std::any_of(seen.begin(), seen.end(), [](unsigned count) { return count != 1; })) refuse(plan_path_, "and its results do not fit (a region is missing, or there twice)");
+    if (std::any_of(seen.begin(), seen.end(), [](unsigned count) { return count != 1; }))
+      refuse(plan_path_, "and its results do not fit (a region is missing, or there twice)");
     Ranks alone;
     alone.begin("computation");
     give_back(alone, network_, progress_, options_of(plan_.head), alone.cores_of_a_rank(), nullptr);
@@ -345,7 +349,8 @@ namespace {
 template <int D>
 class EvaluatorOf : public PortionEvaluator::Implementation {
  public:
-  EvaluatorOf(const fs::path& path, io::Snapshot plan) : path_(path), plan_(std::move(plan)), source_(source_of(plan_.head)), network_(network_of<D>(plan_.head, source_, path)) {}
+  EvaluatorOf(const fs::path& path, io::Snapshot plan)
+      : path_(path), plan_(std::move(plan)), source_(source_of(plan_.head)), network_(network_of<D>(plan_.head, source_, path)) {}
 
   io::Snapshot evaluate(const Portion& portion, const RunOptions& options) override {
     if (portion.parent == path_) return evaluated<D>(network_, plan_.head, portion, plan_, options);

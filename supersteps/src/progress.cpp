@@ -1,6 +1,5 @@
 #include "progress.hpp"
 
-#include <hdf5.h>
 #include <xxhash.h>
 
 #include <algorithm>
@@ -16,7 +15,8 @@
 namespace boost::serialization {
 template <class Archive>
 void serialize(Archive& archive, bsp2::io::SnapshotHead& head, unsigned) {
-  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.tolerance & head.angle & head.eye & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
+  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.tolerance & head.angle & head.eye;
+  archive & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
   archive & head.complete & head.in_cells & head.out_cells & head.in_volume & head.digest & head.totals & head.partition_root;
   archive & head.partition_hyperplane & head.partition_children & head.superstep_name & head.superstep_step & head.superstep_rank;
   archive & head.superstep_seconds & head.superstep_work_seconds & head.superstep_predicted_seconds;
@@ -28,25 +28,6 @@ namespace bsp2::supersteps {
 namespace {
 
 using dataflow::Frontier;
-
-/// HDF5's access to a file that all ranks open together.
-class SharedFileAccess {
- public:
-  explicit SharedFileAccess(const Ranks& ranks) {
-    if (ranks.count() == 1) return;
-    id_ = H5Pcreate(H5P_FILE_ACCESS);
-    if (id_ < 0 || H5Pset_fapl_mpio(id_, MPI_COMM_WORLD, MPI_INFO_NULL) < 0) throw std::runtime_error("HDF5 cannot use MPI");
-  }
-  ~SharedFileAccess() {
-    if (id_ > 0) H5Pclose(id_);
-  }
-  SharedFileAccess(const SharedFileAccess&) = delete;
-  SharedFileAccess& operator=(const SharedFileAccess&) = delete;
-  [[nodiscard]] std::int64_t id() const { return id_; }
-
- private:
-  hid_t id_ = 0;
-};
 
 template <int D>
 io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, const Source& source,
@@ -173,7 +154,8 @@ void add_share(io::Snapshot& snapshot, const Progress<D>& progress) {
   snapshot.tree.ids.reserve(hyperplanes);
   snapshot.tree.hyperplanes.reserve(hyperplanes * (D + 1));
   for (const auto& [number, mesh] : progress.meshes) {
-    snapshot.regions.push_back({number, mesh.tree.root, mesh.cells, static_cast<std::uint32_t>(mesh.tree.nodes.size()), static_cast<std::uint32_t>(mesh.tree.ids.size())});
+    snapshot.regions.push_back({number, mesh.tree.root, mesh.cells, static_cast<std::uint32_t>(mesh.tree.nodes.size()),
+                                static_cast<std::uint32_t>(mesh.tree.ids.size())});
     snapshot.cells.insert(snapshot.cells.end(), mesh.batches.begin(), mesh.batches.end());
     snapshot.tree.nodes.insert(snapshot.tree.nodes.end(), mesh.tree.nodes.begin(), mesh.tree.nodes.end());
     snapshot.tree.ids.insert(snapshot.tree.ids.end(), mesh.tree.ids.begin(), mesh.tree.ids.end());
@@ -270,8 +252,6 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
     return all;
   };
   ranks.sync();
-  const SharedFileAccess access(ranks);
-  writers.file_access = access.id();
   io::write_snapshot(*options.snapshot, snapshot, writers);
 }
 
@@ -280,7 +260,8 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
   const io::Snapshot list = io::read_snapshot(*options.resume, io::SnapshotPart::head);
   const io::SnapshotHead& head = list.head;
   if (head.hyperplanes != hyperplane_digest(network))
-    throw Error("the snapshot '" + options.resume->string() + "' was written by a program that compiles its model differently; use that one, or run the model anew");
+    throw Error("the snapshot '" + options.resume->string() +
+                "' was written by a program that compiles its model differently; use that one, or run the model anew");
   Progress<D> progress(network);
   std::vector<std::int32_t> rank_of_region;
   try {
@@ -321,7 +302,8 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   resumed.keep_in = head.keep_in;
   resumed.keep_fuzzy = head.keep_fuzzy;
   resumed.keep_out = head.keep_out;
-  if (options.boundary && !head.keep_in) throw Error("the snapshot '" + options.resume->string() + "' keeps no IN cells: they have the surface; run the model with --keep in");
+  if (options.boundary && !head.keep_in)
+    throw Error("the snapshot '" + options.resume->string() + "' keeps no IN cells: they have the surface; run the model with --keep in");
   if (!options.level) resumed.level = head.level;
   if (resumed.level && (!head.level || *resumed.level < *head.level) && options.level)
     throw Error("the snapshot '" + options.resume->string() + "' is refined to " + (head.level ? "level " + std::to_string(*head.level) : "any level") +

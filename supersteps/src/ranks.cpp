@@ -362,8 +362,8 @@ std::vector<SuperstepRecord> Ranks::records() {
     }
     record.predicted_seconds = *std::max_element(record.work_seconds.begin(), record.work_seconds.end());
     if (const auto machine = implementation_->machine())
-      record.predicted_seconds = std::max(record.predicted_seconds, machine->g * static_cast<double>(hidden_h)) + machine->g * static_cast<double>(h - hidden_h) +
-                                 machine->l * static_cast<double>(syncs);
+      record.predicted_seconds = std::max(record.predicted_seconds, machine->g * static_cast<double>(hidden_h)) +
+                                 machine->g * static_cast<double>(h - hidden_h) + machine->l * static_cast<double>(syncs);
   }
   return records;
 }

@@ -248,7 +248,8 @@ namespace {
 void append(BspTree& whole, const BspTree& tree, std::uint64_t cells) {
   const std::uint64_t nodes = whole.nodes.size();
   const auto hyperplanes = static_cast<std::uint32_t>(whole.ids.size());
-  for (const BspTree::Node& node : tree.nodes) whole.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, nodes, cells), shifted(node.positive, nodes, cells)});
+  for (const BspTree::Node& node : tree.nodes)
+    whole.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, nodes, cells), shifted(node.positive, nodes, cells)});
   whole.ids.insert(whole.ids.end(), tree.ids.begin(), tree.ids.end());
   whole.hyperplanes.insert(whole.hyperplanes.end(), tree.hyperplanes.begin(), tree.hyperplanes.end());
 }

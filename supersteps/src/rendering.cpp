@@ -426,7 +426,9 @@ std::optional<PictureFormat> picture_format(const std::filesystem::path& path) {
 
 std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& options) {
   const int dimension = result.mesh.dimension;
-  if (dimension != 2 && dimension != 3) throw Error("solids of dimension 2 and 3 can be drawn, not " + std::to_string(dimension) + (dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
+  if (dimension != 2 && dimension != 3)
+    throw Error("solids of dimension 2 and 3 can be drawn, not " + std::to_string(dimension) +
+                (dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
   if (options.format == PictureFormat::png) return draw(ranks, result, options, Canvas(options.width, options.height));
   return draw(ranks, result, options, Drawing(options.width, options.height, options.format));
 }

@@ -164,8 +164,9 @@ bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& pro
     const bool stopped = computed.evaluation.stopped;
     if (ranks.count() == 1 || (!computed.shall_move && !options.cells)) return stopped;
     const bool unfinished = stopped && !progress.partition.regions.empty();
-    const Rounds all = ask_all(ranks, {std::chrono::duration<double>(Clock::now() - start).count(), options.cells ? cells_now(progress, options.keep_out) : 0, unfinished ? 1U : 0U,
-                                       options.interrupted && options.interrupted()});
+    const Rounds all = ask_all(
+        ranks, {std::chrono::duration<double>(Clock::now() - start).count(), options.cells ? cells_now(progress, options.keep_out) : 0,
+                unfinished ? 1U : 0U, options.interrupted && options.interrupted()});
     if (all.unfinished == 0 || all.interrupted || (options.budget_seconds && all.seconds >= *options.budget_seconds) || are_enough(all.cells, options))
       return stopped;
     active = all.unfinished;
@@ -255,7 +256,8 @@ void check_same_model(Ranks& ranks, const dataflow::Network<D>& network, const s
   const auto all = all_gather(ranks, std::to_string(D) + ' ' + hyperplane_digest(network) + ' ' + std::to_string(network.program.size()));
   const auto other = std::find_if(all.begin(), all.end(), [&](const std::string& compiled) { return compiled != all.front(); });
   if (other != all.end())
-    throw Error(model + ": rank " + std::to_string(other - all.begin()) + " has compiled another solid than rank 0: the files that the model imports, or its fonts, differ there");
+    throw Error(model + ": rank " + std::to_string(other - all.begin()) +
+                " has compiled another solid than rank 0: the files that the model imports, or its fonts, differ there");
 }
 
 /// The loop of supersteps.

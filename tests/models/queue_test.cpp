@@ -115,10 +115,28 @@ TEST_F(Jobs, GiveWhatARunGives) {
   EXPECT_EQ(std::count(all.text.begin(), all.text.end(), '\n'), 1 + 2 + 16) << all.text;
 }
 
+TEST_F(Jobs, SayNothingWhereTheyAreToBeQuiet) {
+  EXPECT_EQ(run({"jobs", "split", model_, queue_.string(), "--regions", "2", "--quiet"}).text, "");
+  EXPECT_EQ(run({"jobs", "run", queue_.string(), "--quiet"}).text, "");
+  EXPECT_EQ(results(), 2U);
+}
+
+/// The corrected model goes into a queue of the same name.
+TEST_F(Jobs, LeaveNoFolderOfAModelThatIsRefused) {
+  const std::string model = (folder_.path() / "model.csg").string();
+  std::ofstream(model) << "cube(";
+  EXPECT_EQ(run({"jobs", "split", model, queue_.string()}).code, 2);
+  EXPECT_FALSE(fs::exists(queue_));
+  std::ofstream(model) << "cube(1);";
+  EXPECT_EQ(run({"jobs", "split", model, queue_.string()}).code, 0);
+}
+
 /// Also at a level, with OUT cells: joins across jobs, FUZZY cells, and the BSP tree that the picture is drawn with.
 TEST_F(Jobs, DivideThemselvesAndStillGiveWhatARunGives) {
   model_ = std::string(BSP2_SOURCE_DIR) + "/examples/mechanical_piece.csg";
-  for (const std::vector<std::string>& options : {std::vector<std::string>{"--regions", "4"}, {"--regions", "2", "--level", "25", "--keep", "in", "--keep", "fuzzy", "--keep", "out"}}) {
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"--regions", "4"},
+        {"--regions", "2", "--level", "25", "--keep", "in", "--keep", "fuzzy", "--keep", "out"}}) {
     fs::remove_all(queue_);
     split(options);
     EXPECT_EQ(run(worker(60)).code, 0);

@@ -68,6 +68,11 @@ TEST(CommandLine, FilesHaveNames) {
     SCOPED_TRACE(option);
     EXPECT_NE(message_for({"run", "a.csg", option, ""}).find("needs a name"), std::string::npos) << message_for({"run", "a.csg", option, ""});
   }
+  for (const std::vector<std::string>& inputs : std::vector<std::vector<std::string>>{
+           {"run", ""}, {"tables", ""}, {"resume", ""}, {"info", ""}, {"export", "", "-o", "a.stl"}, {"render", "", "-o", "a.png"},
+           {"query", "", "--points", "p"}, {"jobs", "split", "", "q"}, {"jobs", "split", "a.csg", ""}, {"jobs", "run", ""},
+           {"jobs", "merge", ""}, {"jobs", "status", ""}})
+    EXPECT_NE(message_for(inputs).find(": needs a name, not an empty text (see 'bsp2 "), std::string::npos) << inputs[0] << ": " << message_for(inputs);
   for (const char* command : {"export", "render"}) EXPECT_NE(message_for({command, "a.h5", "-o", ""}).find("needs a name"), std::string::npos) << command;
 }
 
@@ -105,10 +110,12 @@ TEST(CommandLine, AnglesNeedAnEye) {
 }
 
 TEST(CommandLine, PicturesHaveOneSetOfOptions) {
-  for (const std::vector<std::string>& start :
-       std::vector<std::vector<std::string>>{{"run", "a.csg", "--picture", "p.svg"}, {"resume", "a.h5", "--picture", "p.svg"}, {"render", "a.h5", "-o", "p.svg"}}) {
+  for (const std::vector<std::string>& start : std::vector<std::vector<std::string>>{
+           {"run", "a.csg", "--picture", "p.svg"}, {"resume", "a.h5", "--picture", "p.svg"}, {"render", "a.h5", "-o", "p.svg"}}) {
     std::vector<std::string> arguments = start;
-    for (const char* more : {"--eye", "1,-2.5,3e1", "--look=0,0,1", "--explode", "0.5", "--edges", "--shade", "region", "--size", "640x480"}) arguments.emplace_back(more);
+    for (const char* more :
+         {"--eye", "1,-2.5,3e1", "--look=0,0,1", "--explode", "0.5", "--edges", "--shade", "region", "--size", "640x480"})
+      arguments.emplace_back(more);
     const RunCommand command = parsed(arguments);
     EXPECT_EQ(command.picture, "p.svg");
     EXPECT_EQ(command.view.format, supersteps::PictureFormat::svg);
@@ -124,7 +131,8 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
   EXPECT_NE(message_for({"render", "a.h5", "-o", "p.gif"}).find("'p.gif' must end in .png, .svg or .pdf"), std::string::npos);
   EXPECT_NE(message_for({"render", "a.h5", "-o", "p.png", "--shade", "rank"}).find("does not tell who computed"), std::string::npos);
   EXPECT_NE(message_for({"run", "a", "--edges"}).find("--picture"), std::string::npos);
-  for (const char* bad : {"--eye=1,2", "--eye=1,2,x", "--eye=1,2,nan", "--look=,,", "--size=10", "--size=0x5", "--size=9999x9999", "--size=1.5x2", "--explode=-1", "--shade=pink"})
+  for (const char* bad : {"--eye=1,2", "--eye=1,2,x", "--eye=1,2,nan", "--look=,,", "--size=10", "--size=0x5", "--size=9999x9999",
+                          "--size=1.5x2", "--explode=-1", "--shade=pink"})
     EXPECT_NE(message_for({"run", "a", "--picture", "p.png", bad}), "") << bad;
   EXPECT_NE(message_for({"run", "a", "--picture", "p.png", "--eye", "1,2,3", "--look", "1,2,3"}), "");
 }
@@ -180,11 +188,24 @@ TEST(CommandLine, TablesHaveNodesAndLevels) {
   EXPECT_TRUE(parsed({"run", "a.csg"}).tables.empty());
 }
 
+TEST(CommandLine, WorkersOfAQueueCanBeQuiet) {
+  for (const std::vector<std::string>& ask :
+       std::vector<std::vector<std::string>>{{"jobs", "split", "a.csg", "q"}, {"jobs", "run", "q"}, {"jobs", "merge", "q"}}) {
+    std::vector<std::string> quiet = ask;
+    quiet.emplace_back("--quiet");
+    EXPECT_FALSE(parsed(ask).quiet);
+    EXPECT_TRUE(parsed(quiet).quiet);
+  }
+}
+
 TEST(CommandLine, MistakesAreExplainedWithAHint) {
   EXPECT_EQ(message_for({"run", "a.csg", "--frobnicate"}),
             "unknown option or argument '--frobnicate' (see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"run", "-x"}), "unknown option or argument '-x' (see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"run"}), "MODEL is required (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"jobs"}), "'bsp2 jobs' needs a command: split, run, merge or status (see 'bsp2 jobs --help')");
+  EXPECT_EQ(message_for({"jobs", "fly"}), "unknown command 'bsp2 jobs fly' (see 'bsp2 jobs --help')");
+  EXPECT_EQ(message_for({"jobs", "--all"}), "unknown option or argument '--all' (see 'bsp2 jobs --help')");
   EXPECT_EQ(message_for({"fly"}), "unknown command 'fly' (see 'bsp2 --help')");
   EXPECT_NE(message_for({}).find("a command is required"), std::string::npos);
   for (const std::vector<std::string>& bad :
@@ -203,6 +224,17 @@ TEST(CommandLine, MistakesAreExplainedWithAHint) {
   }
 }
 
+TEST(CommandLine, NumbersOutOfTheirRangeAreNamedWithIt) {
+  EXPECT_EQ(message_for({"run", "a", "--level", "-1"}), "--level: must be a whole number, 0 .. 65535, not '-1' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"jobs", "split", "a", "q", "--level", "65536"}),
+            "--level: must be a whole number, 0 .. 65535, not '65536' (see 'bsp2 jobs split --help')");
+  EXPECT_EQ(message_for({"jobs", "run", "q", "--job", "-1"}), "--job: must be a whole number, 0 or more, not '-1' (see 'bsp2 jobs run --help')");
+  EXPECT_EQ(message_for({"run", "a", "--cells", "0"}), "--cells: must be a whole number, 1 or more, not '0' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a", "--picture", "p.png", "--explode", "-1"}), "--explode: must be a number, 0 .. 100, not '-1' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"tables", "a", "--regions", "1,x"}), "--regions: must be a whole number, 1 .. 4096, not 'x' (see 'bsp2 tables --help')");
+  EXPECT_EQ(parsed({"run", "a", "--level", "65535", "--explode", "100", "--picture", "p.png"}).options.level, 65535U);
+}
+
 TEST(CommandLine, TimesHaveUnits) {
   EXPECT_DOUBLE_EQ(parse_seconds("2s"), 2);
   EXPECT_DOUBLE_EQ(parse_seconds("1.5min"), 90);
@@ -213,8 +245,10 @@ TEST(CommandLine, TimesHaveUnits) {
 }
 
 TEST(CommandLine, HelpAndVersionArePrinted) {
-  for (const std::vector<std::string>& ask :
-       std::vector<std::vector<std::string>>{{"--help"}, {"run", "--help"}, {"resume", "--help"}, {"render", "--help"}, {"query", "--help"}, {"export", "--help"}, {"--version"}}) {
+  for (const std::vector<std::string>& ask : std::vector<std::vector<std::string>>{
+           {"--help"}, {"run", "--help"}, {"resume", "--help"}, {"render", "--help"}, {"query", "--help"}, {"export", "--help"},
+           {"tables", "--help"}, {"jobs", "--help"}, {"jobs", "split", "--help"}, {"jobs", "run", "--help"}, {"jobs", "merge", "--help"},
+           {"--version"}}) {
     std::ostringstream out;
     EXPECT_FALSE(parse_command_line(ask, out));
     EXPECT_NE(out.str().find("bsp2"), std::string::npos);

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "bsp2/geometry/error.hpp"
@@ -85,6 +86,47 @@ TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
   EXPECT_EQ(other["overlapping_meshes"].dump(), "[]");
 }
 
+/// "cells.in" of {"cells": {"in": 1}}, "parts[].name" of {"parts": [{"name": ""}]}.
+void add_paths(const nlohmann::json& json, const std::string& path, std::set<std::string>& paths) {
+  if (json.is_array())
+    for (const auto& item : json) add_paths(item, path + "[]", paths);
+  if (!json.is_object()) return;
+  for (const auto& item : json.items()) {
+    const std::string name = (path.empty() ? "" : path + ".") + item.key();
+    paths.insert(name);
+    add_paths(item.value(), name, paths);
+  }
+}
+
+/// The names in backticks in the first column of the page's table.
+std::set<std::string> documented_fields() {
+  std::ifstream page(BSP2_SOURCE_DIR "/docs/report.md");
+  std::set<std::string> fields;
+  for (std::string line; std::getline(page, line);) {
+    if (!line.starts_with("| `")) continue;
+    const std::string column = line.substr(0, line.find(" | "));
+    for (std::size_t from = column.find('`'), to = 0; from != std::string::npos; from = column.find('`', to + 1)) {
+      to = column.find('`', from + 1);
+      EXPECT_TRUE(fields.insert(column.substr(from + 1, to - from - 1)).second) << line;
+    }
+  }
+  return fields;
+}
+
+TEST(ReportJson, IsDocumentedFieldByField) {
+  auto report = sample_report();
+  report.tolerance = report.angle = 0.5;
+  report.eye = {1, 2, 3};
+  report.inertia_least = report.inertia_most = report.inertia;
+  report.named_parts = {{0, "knob"}};
+  report.measures = {{report, "all", 3}};
+  report.boundary = {12, 6.5, true};
+  report.overlapping_meshes = {{"a.csg:3:1", "", 2, 8160, 1 / 3.0}};
+  std::set<std::string> written;
+  add_paths(nlohmann::json::parse(to_json(report)), "", written);
+  EXPECT_EQ(documented_fields(), written);
+}
+
 TEST(ReportJson, ListsOverlappingMeshes) {
   auto report = sample_report();
   report.overlapping_meshes = {{"a.csg:3:1", "", 2, 8160, 1 / 3.0}, {"a.csg:4:1", "b.stl", 3, 12, {}}};
@@ -120,7 +162,10 @@ TEST(Tables, FitATerminalAndAddUp) {
   EXPECT_NE(out.str().find("Table 6: model resolution and run times, number of nodes n = 16"), std::string::npos);
   EXPECT_NE(out.str().find("246,912"), std::string::npos);  // of two nodes
   // The last node of 16 makes four times as many splits as the others.
-  EXPECT_NE(out.str().find("10^3 splits    1.000    2.000    4.000    8.000   19.000\n  max/mean       1.000    1.000    1.000    1.000    3.368"), std::string::npos) << out.str();
+  EXPECT_NE(out.str().find(
+                "10^3 splits    1.000    2.000    4.000    8.000   19.000\n  max/mean       1.000    1.000    1.000    1.000    3.368"),
+            std::string::npos)
+      << out.str();
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }

@@ -76,7 +76,8 @@ void compare_with_the_boundary(const fs::path& model, unsigned seed) {
       angle += solid_angle(points[a] - p, points[b] - p, points[c] - p);
     }
     if (expected > 1e-7) {  // nearer to the surface the sum of angles cannot tell
-      EXPECT_EQ(answer.label == geometry::Label::in, angle > 2 * std::numbers::pi) << p[0] << ' ' << p[1] << ' ' << p[2] << ", distance " << expected << ", angle " << angle;
+      EXPECT_EQ(answer.label == geometry::Label::in, angle > 2 * std::numbers::pi)
+          << p[0] << ' ' << p[1] << ' ' << p[2] << ", distance " << expected << ", angle " << angle;
     }
     EXPECT_NEAR(answer.distance, expected, 1e-9 * (1 + expected));
     EXPECT_NEAR(length(Vector{answer.nearest[0], answer.nearest[1], answer.nearest[2]} - p), answer.distance, 1e-9 * (1 + expected));
@@ -89,7 +90,8 @@ void compare_with_the_boundary(const fs::path& model, unsigned seed) {
 
 TEST(Query, AgreesWithTheTrianglesOfTheBoundary) {
   const unsigned seed = std::random_device{}();
-  for (const char* name : {"mechanical_piece", "menger_sponge"}) compare_with_the_boundary(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), seed);
+  for (const char* name : {"mechanical_piece", "menger_sponge"})
+    compare_with_the_boundary(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), seed);
 }
 
 TEST(Query, AgreesWithTheBoundaryOfARandomModel) {
@@ -101,7 +103,8 @@ TEST(Query, AgreesWithTheBoundaryOfARandomModel) {
   const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };
   for (int i = 0; i < 20; ++i) {
     const std::string c = number(0.2, 0.9), s = number(0.2, 0.9);  // turned and sheared
-    text << "multmatrix([[" << c << ",-" << s << ",0," << number(0, 5) << "],[" << s << "," << c << ",0.1," << number(0, 5) << "],[0,0,1," << number(0, 5) << "],[0,0,0,1]])"
+    text << "multmatrix([[" << c << ",-" << s << ",0," << number(0, 5) << "],[" << s << "," << c << ",0.1," << number(0, 5) << "],[0,0,1,"
+         << number(0, 5) << "],[0,0,0,1]])"
          << " difference() { cube(size=[2,1.5,1]); sphere($fn=7,r=" << number(0.5, 1.4) << "); }\n";
   }
   text.close();

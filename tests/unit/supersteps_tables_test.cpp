@@ -24,7 +24,10 @@ TEST(Tables, NodesShareTheCellsOfARun) {
   options.regions = 8;
   options.collect_cells = false;
   std::ofstream file(options.model);
-  for (int i = 0; i < 8; ++i) file << "multmatrix([[1,0,0," << i << "],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { cube(size=[1,1,1]); }\n";
+  // Each is wider than the one before: they share the hyperplanes between them alone, and are parted there.
+  for (int i = 0; i < 8; ++i)
+    file << "multmatrix([[1,0,0," << i + 0.5 << "],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { "
+         << "cube(size=[1," << 1 + i / 4.0 << ',' << 2 + i / 4.0 << "], center=true); }\n";
   file.close();
   const auto measured = measure_tables(options, {1, 2, 4, 8}, {2U, std::nullopt});
   ASSERT_EQ(measured.size(), 2U);
@@ -39,8 +42,8 @@ TEST(Tables, NodesShareTheCellsOfARun) {
     for (const NodeFigures& node : nodes) EXPECT_GE(node.seconds, 0);
   }
   EXPECT_EQ(report.in_cells, 8U);
-  EXPECT_EQ(sum(finest[0], &NodeFigures::facets), 8U * 4 + 2);  // a row of eight cubes
-  EXPECT_EQ(sum(finest[3], &NodeFigures::facets), 8U * 6);      // a cube a node
+  EXPECT_EQ(sum(finest[0], &NodeFigures::facets), 8U * 5 + 1);  // a row of eight boxes: one side of each is covered, but for the last
+  EXPECT_EQ(sum(finest[3], &NodeFigures::facets), 8U * 6);      // a box a node
   for (const NodeFigures& node : finest[3]) EXPECT_EQ(node.cells, 1U);
 }
 

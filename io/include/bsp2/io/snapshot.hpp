@@ -68,11 +68,9 @@ struct Snapshot {
   geometry::BspTree tree;
 };
 
-/// The processes that write one snapshot together. By default: this one alone, which needs no MPI.
+/// The processes that write one snapshot together: all that MPI has started, or by default this one alone, which needs no MPI.
 struct SnapshotWriters {
   int rank = 0, count = 1;
-  /// HDF5's file-access property list (a hid_t) for a file that all of them open; 0: the default one.
-  std::int64_t file_access = 0;
   /// Everybody's numbers in the order of the ranks. Collective.
   std::function<std::vector<std::vector<std::uint64_t>>(const std::vector<std::uint64_t>&)> exchange;
 };
@@ -85,6 +83,9 @@ void write_snapshot(const std::filesystem::path& path, const Snapshot& snapshot,
 
 /// Could `write_snapshot` succeed? Asked before a long run; makes nothing. @throws bsp2::Error if not.
 void check_snapshot_path(const std::filesystem::path& path);
+
+/// Is there a file to read? It need not be a snapshot. @throws bsp2::Error if not, which tells what there is instead.
+void check_snapshot_is_readable(const std::filesystem::path& path);
 
 enum class SnapshotPart : std::uint8_t {
   head,      ///< and the lists of the regions: unfinished ones with their tokens, others with their cells

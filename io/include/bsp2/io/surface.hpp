@@ -9,6 +9,9 @@ namespace bsp2::io {
 /// Can a surface be written under this name? By its ending: .vtp, .stl, .ply or .obj.
 bool is_surface_file(const std::filesystem::path& path);
 
+/// Could `write_surface` succeed, as far as the format goes? Asked before a long run. @throws bsp2::Error if not.
+void check_surface_file(const std::filesystem::path& path);
+
 /// Writes the boundary of a solid, in the format that the file's ending names:
 ///   .vtp  VTK's PolyData, coordinates in double precision, cell array `part`
 ///   .ply  binary, coordinates in double precision, property `part` of each face

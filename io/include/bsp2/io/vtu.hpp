@@ -37,6 +37,10 @@ void write_vtu(const std::filesystem::path& pvtu, int dimension,
                std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
                const VtuOptions& options = {});
 
+/// Could `write_vtu` succeed, as far as that is known without a path? Asked before a long run. @throws bsp2::Error if VTK cannot be
+/// loaded, which otherwise is tried when the first mesh is written.
+void check_vtu();
+
 /// One process's share of a mesh that several processes write as one `NAME.pvtu`, each its own pieces.
 ///
 /// All make a share and tell each other its size; then all `write`; when all have written, all `publish`; when all have
