@@ -83,11 +83,11 @@ class Session : public testing::Test {
 TEST_F(Session, ResumedAfterAnyStepsEndsAsIfUninterrupted) {
   for (const std::vector<std::string>& fixed : {std::vector<std::string>{}, {"--regions", "4", "--level", "30", "--keep", "in", "--keep", "out"}}) {
     const std::string expected = uninterrupted(fixed);
-    std::vector<std::string> arguments{"run", model_, "--snapshot", snapshot_.string(), "--budget", "60ms", "--steps", "2", "--order", "priority"};
+    std::vector<std::string> arguments{"run", model_, "--snapshot", snapshot_.string(), "--budget", "5ms", "--steps", "2", "--order", "priority"};
     arguments.insert(arguments.end(), fixed.begin(), fixed.end());
     EXPECT_EQ(run(arguments).code, 0);
     EXPECT_NE(run({"info", snapshot_.string()}).text.find("unfinished; go on"), std::string::npos);
-    const Ended middle = run({"resume", snapshot_.string(), "--budget", "60ms", "--steps", "1", "--threads", "3"});
+    const Ended middle = run({"resume", snapshot_.string(), "--budget", "5ms", "--steps", "1", "--threads", "3"});
     EXPECT_EQ(middle.code, 0) << middle.text;
     EXPECT_NE(digest(middle.text), expected);
     const Ended ended = run({"resume", snapshot_.string()});
@@ -101,7 +101,8 @@ TEST_F(Session, ResumedAfterAnyStepsEndsAsIfUninterrupted) {
 TEST_F(Session, CurvedRunsGoOnToTheirTolerance) {
   model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
   const std::string expected = uninterrupted({"--curved", "--tolerance", "0.02", "--regions", "4"});
-  const Ended first = run({"run", model_, "--curved", "--tolerance", "0.02", "--regions", "4", "--snapshot", snapshot_.string(), "--budget", "5ms", "--steps", "1"});
+  const Ended first = run({"run", model_, "--curved", "--tolerance", "0.02", "--regions", "4", "--snapshot", snapshot_.string(), "--budget",
+                           "1ms", "--steps", "1"});
   EXPECT_EQ(first.code, 0) << first.text;
   EXPECT_NE(digest(first.text), expected);
   const Ended ended = run({"resume", snapshot_.string(), "--threads", "3"});
@@ -123,16 +124,23 @@ TEST_F(Session, ASnapshotOfALevelIsRefinedFurther) {
 
 TEST_F(Session, SignalsEndTheStepWithASnapshot) {
   const std::string expected = uninterrupted();
-  auto delay = 350ms;
+  auto delay = 50ms;
+  int attempts = 0;
   for (std::deque<int> signals{SIGTERM, SIGINT, SIGUSR1}; !signals.empty(); signals.pop_front()) {
+    ASSERT_LT(attempts++, 50) << "no moment was found between the first cell and the last";
     const int signal = signals.front();
     fs::remove(snapshot_);
-    const pid_t child = start({"run", model_, "--threads", "1", "--order", "priority", "--snapshot", snapshot_.string(), "-o", (folder_.path() / "out").string()});
+    const pid_t child = start({"run", model_, "--threads", "1", "--order", "priority", "--snapshot", snapshot_.string(), "-o",
+                               (folder_.path() / "out").string()});
     bsp2::testing::wait_for_handler(child, signal);
     std::this_thread::sleep_for(delay);
     kill(child, signal);
     const Ended ended = wait(child);
-    if (ended.code == 0) continue;  // a fast machine was done before
+    if (ended.code == 0) {  // a fast machine was done before
+      delay = std::max(1ms, delay * 2 / 3);
+      signals.push_back(signal);
+      continue;
+    }
     if (ended.text.find("anything to save") != std::string::npos) {  // a slow one was not there yet
       EXPECT_EQ(ended.code, interrupted);
       EXPECT_FALSE(fs::exists(snapshot_));
@@ -148,7 +156,9 @@ TEST_F(Session, SignalsEndTheStepWithASnapshot) {
 }
 
 TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
+  const auto begin = std::chrono::steady_clock::now();
   const std::string expected = uninterrupted();
+  const auto whole = std::max(10ms, std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin));
   const auto seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
@@ -165,9 +175,9 @@ TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
     ASSERT_LT(attempts, 10 * kills) << "the runs end before they are killed";
     std::vector<std::string> arguments{"run", model_};
     if (fs::exists(snapshot_)) arguments = {"resume", snapshot_.string()};
-    arguments.insert(arguments.end(), {"--snapshot", snapshot_.string(), "--budget", "50ms", "--threads", "2"});
+    arguments.insert(arguments.end(), {"--snapshot", snapshot_.string(), "--budget", "20ms", "--threads", "2"});
     const pid_t child = start(arguments);
-    std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 600));
+    std::this_thread::sleep_for(whole / 10 + std::chrono::milliseconds(random() % static_cast<unsigned>(2 * whole.count())));
     kill(child, SIGKILL);
     const Ended ended = wait(child);
     if (ended.code == 128 + SIGKILL) ++killed;
@@ -183,14 +193,15 @@ TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
 /// Disk full, and a snapshot of another version: nothing is lost.
 TEST_F(Session, AFullDiskLeavesTheOldSnapshot) {
   const std::string expected = uninterrupted();
-  ASSERT_EQ(run({"run", model_, "--budget", "60ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
   const auto bytes = [&] {
     std::ifstream in(snapshot_, std::ios::binary);
     return std::string{std::istreambuf_iterator<char>(in), {}};
   };
   const std::string before = bytes();
   // A limit of the size of files stands for a full disk.
-  const std::string limited = "ulimit -f " + std::to_string(before.size() / 1024 + 64) + "; trap '' XFSZ; exec " + BSP2_PROGRAM + " resume " + snapshot_.string() + " > " + output_.string() + " 2>&1";
+  const std::string limited = "ulimit -f " + std::to_string(before.size() / 1024 + 64) + "; trap '' XFSZ; exec " + BSP2_PROGRAM +
+                              " resume " + snapshot_.string() + " > " + output_.string() + " 2>&1";
   const int code = code_of(std::system(("bash -c \"" + limited + "\"").c_str()));
   std::ifstream out(output_);
   const std::string text{std::istreambuf_iterator<char>(out), {}};
@@ -203,7 +214,7 @@ TEST_F(Session, AFullDiskLeavesTheOldSnapshot) {
 }
 
 TEST_F(Session, ExportsTheWholeAsItIs) {
-  ASSERT_EQ(run({"run", model_, "--budget", "100ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
   const Ended ended = run({"export", snapshot_.string(), "-o", (folder_.path() / "solid.pvtu").string()});
   EXPECT_EQ(ended.code, 0) << ended.text;
   EXPECT_TRUE(fs::exists(folder_.path() / "solid.pvtu"));
@@ -213,7 +224,7 @@ TEST_F(Session, ExportsTheWholeAsItIs) {
 }
 
 TEST_F(Session, RefusesWhatIsNoSnapshotWithOneMessage) {
-  ASSERT_EQ(run({"run", model_, "--budget", "50ms", "--steps", "1", "--snapshot", snapshot_.string()}).code, 0);
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--snapshot", snapshot_.string()}).code, 0);
   std::ifstream in(snapshot_, std::ios::binary);
   const std::string good{std::istreambuf_iterator<char>(in), {}};
   const fs::path bad = folder_.path() / "bad.h5";

@@ -159,7 +159,8 @@ std::string crowded_corner(std::mt19937& random, int count = 500) {
   std::string text = "cube(size=[100,90,80]);\n";
   for (int i = 0; i < count; ++i) {
     const bool in_corner = i % 10 != 0;
-    text += "multmatrix([[1,0,0," + number(0, in_corner ? 12 : 100) + "],[0,1,0," + number(0, in_corner ? 12 : 90) + "],[0,0,1," + number(76, in_corner ? 82 : 90) + "],[0,0,0,1]])";
+    text += "multmatrix([[1,0,0," + number(0, in_corner ? 12 : 100) + "],[0,1,0," + number(0, in_corner ? 12 : 90) + "],[0,0,1," +
+            number(76, in_corner ? 82 : 90) + "],[0,0,0,1]])";
     text += " { sphere($fn=14,r=" + number(0.5, 2) + "); }\n";
   }
   return text;

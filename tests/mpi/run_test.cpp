@@ -112,8 +112,9 @@ TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
   const testing::TemporaryFolder folder;
   const fs::path path = folder.path() / "model.csg";
   // Two corners cut off a cube of side 2, each twice: tetrahedra of volume 4 / 3 that have a pyramid in common.
-  std::ofstream(path) << "multmatrix([[3,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { polyhedron(points = [[0,0,0],[2,0,0],[0,2,0],[0,0,2],[1,0,0],[-1,0,0],[1,2,0],[1,0,2]],"
-                         "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2],[4,6,5],[4,5,7],[4,7,6],[5,6,7]]); } cube(1);";
+  std::ofstream(path)
+      << "multmatrix([[3,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { polyhedron(points = [[0,0,0],[2,0,0],[0,2,0],[0,0,2],[1,0,0],[-1,0,0],[1,2,0],[1,0,2]],"
+         "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2],[4,6,5],[4,5,7],[4,7,6],[5,6,7]]); } cube(1);";
   RunOptions options = options_for(path, 4, 1);
   Ranks ranks = Ranks::launched();
   RunReport report;
@@ -145,7 +146,9 @@ TEST(Run, RefusesImportsThatDifferBetweenRanks) {
     imported_with(5 + (ranks.rank() == ranks.count() - 1 ? 1 : 0));
     ADD_FAILURE() << "nobody noticed";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("rank " + std::to_string(ranks.count() - 1) + " has compiled another solid than rank 0"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("rank " + std::to_string(ranks.count() - 1) + " has compiled another solid than rank 0"),
+              std::string::npos)
+        << error.what();
   }
 }
 
