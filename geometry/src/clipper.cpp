@@ -68,6 +68,11 @@ void Clipper<3>::load(const Cell<3>& cell) {
 
 void Clipper<3>::add_vertex(const Vertex<3>& vertex) {
   vertices_.push(vertex);
+  enter_vertex(vertex);
+}
+
+/// One that is in `vertices_` already.
+void Clipper<3>::enter_vertex(const Vertex<3>& vertex) {
   for (int i = 0; i < 3; ++i) x_[i].push(vertex.x[i]);
   vertex_lives_.push(0xff);
   ++living_vertices_;
@@ -180,17 +185,21 @@ void Clipper<3>::mark_vertices_and_edges(std::uint8_t going) {
 /// A new vertex, on neither side, for each crossing edge.
 void Clipper<3>::cut_edges(HyperplaneId id) {
   cut_vertex_.resize(edges_.size());
+  crossing_.clear();
   for (std::size_t i = 0; i < going_edges_.size(); ++i) {
     const std::size_t e = going_edges_[i];
     if (edge_mask_[e] != crosses) continue;
-    cut_vertex_[e] = static_cast<Index>(vertices_.size());
-    if (vertices_.size() >= 0xffff) throw std::length_error("a cell has more than 65534 faces of one dimension");
-    ++splitter_->counts_.vertices;
-    add_vertex(make_vertex<3>(splitter_->table(), {edges_[e].hyperplanes[0], edges_[e].hyperplanes[1], id}, splitter_->counts_.exact_vertices));
+    cut_vertex_[e] = static_cast<Index>(vertices_.size() + crossing_.size());
+    crossing_.push(edges_[e].hyperplanes);
   }
-  const std::size_t before = vertex_mask_.size();
-  vertex_mask_.resize(vertices_.size());
-  std::memset(&vertex_mask_[0] + before, 0, vertices_.size() - before);
+  const std::size_t before = vertices_.size(), after = before + crossing_.size();
+  if (after > 0xffff) throw std::length_error("a cell has more than 65534 faces of one dimension");
+  vertices_.resize(after);
+  make_vertices<3>(splitter_->table(), crossing_, id, &vertices_[before], splitter_->counts_.exact_vertices);
+  for (std::size_t v = before; v < after; ++v) enter_vertex(vertices_[v]);
+  splitter_->counts_.vertices += after - before;
+  vertex_mask_.resize(after);
+  std::memset(&vertex_mask_[0] + before, 0, after - before);
 }
 
 /// A new edge for each crossing facet, between the points in which the plane meets the facet's outline. Where no vertex lies on the

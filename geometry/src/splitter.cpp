@@ -463,32 +463,46 @@ void Splitter<D>::copy_face(const Cell<D>& cell, int k, std::size_t face, Half& 
   half.scratch.close_face(k);
 }
 
+/// On which sides edges are, and a new vertex for each crossing one, in their order.
+template <int D>
+void Splitter<D>::cut_edges(const Cell<D>& cell, HyperplaneId id) {
+  const std::size_t count = cell.face_count(1);
+  mask_[1].resize(count);
+  crossing_.clear();
+  for (std::size_t edge = 0; edge < count; ++edge) {
+    const auto ends = cell.subfaces(1, edge);
+    mask_[1][edge] = mask_[0][ends[0]] | mask_[0][ends[1]];
+    if (mask_[1][edge] != crosses) continue;
+    EdgeHyperplanes<D> ids;
+    const auto own = cell.hyperplanes(1, edge);
+    for (int i = 0; i + 1 < D; ++i) ids[i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
+    crossing_.push(ids);
+  }
+  cuts_.resize(crossing_.size());
+  make_vertices<D>(*table_, crossing_, id, cuts_.data(), counts_.exact_vertices);
+  counts_.vertices += cuts_.size();
+}
+
 template <int D>
 void Splitter<D>::split_edges(const Cell<D>& cell, HyperplaneId id) {
   if constexpr (D > 1) {
-    const std::size_t count = cell.face_count(1);
-    mask_[1].resize(count);
-    for (std::size_t edge = 0; edge < count; ++edge) {
-      const auto ends = cell.subfaces(1, edge);
-      const std::uint8_t mask = mask_[0][ends[0]] | mask_[0][ends[1]];
-      mask_[1][edge] = mask;
+    cut_edges(cell, id);
+    const Vertex<D>* cut_vertex = cuts_.data();
+    for (std::size_t edge = 0; edge < mask_[1].size(); ++edge) {
+      const std::uint8_t mask = mask_[1][edge];
       if (mask != crosses) {
         for (unsigned h = 0; h < 2; ++h)
           if (halves_[h].wanted && mask != (h == 0 ? has_positive : has_negative)) copy_face(cell, 1, edge, halves_[h]);
         continue;
       }
-      std::array<HyperplaneId, D> ids;
-      const auto own = cell.hyperplanes(1, edge);
-      for (int i = 0; i + 1 < D; ++i) ids[i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
-      ids[D - 1] = id;
-      ++counts_.vertices;
-      const Vertex<D> vertex = make_vertex<D>(*table_, ids, counts_.exact_vertices);
+      const Vertex<D>& vertex = *cut_vertex++;
+      const auto ends = cell.subfaces(1, edge);
       for (unsigned h = 0; h < 2; ++h) {
         Half& half = halves_[h];
         if (!half.wanted) continue;
         const std::uint16_t cut = half.common[0][edge] = half.scratch.add_vertex(vertex);
         const bool first_stays = mask_[0][ends[0]] == (h == 0 ? has_negative : has_positive);
-        half.index[1][edge] = half.scratch.add_face(1, own.data());
+        half.index[1][edge] = half.scratch.add_face(1, cell.hyperplanes(1, edge).data());
         half.scratch.add_subface(1, first_stays ? half.index[0][ends[0]] : cut);
         half.scratch.add_subface(1, first_stays ? cut : half.index[0][ends[1]]);
         half.scratch.close_face(1);

@@ -17,6 +17,7 @@ namespace bsp2::geometry {
 inline constexpr std::size_t wide = 8;
 
 using Lanes = double __attribute__((vector_size(4 * sizeof(double))));
+using Bits = std::uint64_t __attribute__((vector_size(4 * sizeof(std::uint64_t))));
 using WideLanes = double __attribute__((vector_size(wide * sizeof(double))));
 using WideBits = std::uint64_t __attribute__((vector_size(wide * sizeof(std::uint64_t))));
 using WideBytes = unsigned char __attribute__((vector_size(wide)));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "bsp2/geometry/cell.hpp"
 #include "bsp2/geometry/halfspace_columns.hpp"
@@ -18,6 +19,33 @@ struct Seen {
   std::uint64_t sides = 0, exact = 0, exact_off = 0, on = 0, exact_vertices = 0;  // exact_off: exact ones that are not on
 };
 
+/// All vertices of a hyperplane at once are those that are made one by one, bit for bit. @param edges of earlier ones.
+template <int D>
+void check_together(const Model<D>& model, const Vertex<D>& vertex, std::vector<EdgeHyperplanes<D>>& edges) {
+  const HyperplaneId id = vertex.hyperplanes[D - 1];
+  std::array<HyperplaneId, D> ids = vertex.hyperplanes;
+  edges.emplace_back();
+  std::copy_n(ids.begin(), D - 1, edges.back().begin());
+  std::uint64_t exact = 0, exact_together = 0;
+  std::vector<EdgeHyperplanes<D>> crossing;
+  std::vector<Vertex<D>> expected;
+  for (const EdgeHyperplanes<D>& edge : edges) {
+    std::copy(edge.begin(), edge.end(), ids.begin());
+    if (!model.vertex(ids)) continue;
+    crossing.push_back(edge);
+    expected.push_back(make_vertex<D>(model.table, ids, exact));
+  }
+  std::vector<Vertex<D>> found(crossing.size());
+  make_vertices<D>(model.table, crossing, id, found.data(), exact_together);
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    ASSERT_EQ(std::memcmp(&found[i].x, &expected[i].x, sizeof found[i].x), 0);
+    ASSERT_EQ(found[i].error, expected[i].error);
+    ASSERT_EQ(found[i].hyperplanes, expected[i].hyperplanes);
+  }
+  ASSERT_EQ(exact_together, exact);
+  if (edges.size() == 7) edges.clear();
+}
+
 /// Vertices of random D-tuples of hyperplanes: error bounds, and sides of other hyperplanes.
 template <int D>
 void check_vertices(const Model<D>& model, Random& random, int tuples, int others, Seen& seen) {
@@ -31,6 +59,7 @@ void check_vertices(const Model<D>& model, Random& random, int tuples, int other
     return static_cast<HyperplaneId>(pick(random, 0, count - 1));
   };
   const Rational radius = oracle::rational(model.table.radius());
+  std::vector<EdgeHyperplanes<D>> edges;
   for (int i = 0; i < tuples; ++i) {
     std::array<HyperplaneId, D> ids;
     for (HyperplaneId& id : ids) id = any_id();
@@ -55,6 +84,8 @@ void check_vertices(const Model<D>& model, Random& random, int tuples, int other
     const Rational error = oracle::rational(vertex.error);
     ASSERT_LE(square, error * error) << "vertex error " << vertex.error << ", true error "
                                      << std::sqrt(square.convert_to<double>());
+    check_together(model, vertex, edges);
+    if (testing::Test::HasFatalFailure()) return;
     for (int k = 0; k < others; ++k) {
       const HyperplaneId id = any_id();
       const int expected = model.plane(id).side(*exact);
@@ -62,9 +93,9 @@ void check_vertices(const Model<D>& model, Random& random, int tuples, int other
       ASSERT_EQ(splitter.side(vertex, id, model.table.rounded(id)), expected) << "hyperplane " << id;
       ++seen.sides;
       seen.on += expected == 0;
-      const std::uint64_t exact = splitter.counts().exact_predicates - before;
-      seen.exact += exact;
-      seen.exact_off += expected != 0 ? exact : 0;
+      const std::uint64_t asked = splitter.counts().exact_predicates - before;
+      seen.exact += asked;
+      seen.exact_off += expected != 0 ? asked : 0;
     }
   }
 }

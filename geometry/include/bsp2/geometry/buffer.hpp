@@ -15,8 +15,11 @@ class Buffer {
 
  public:
   [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] T* data() { return data_.get(); }
   [[nodiscard]] const T* data() const { return data_.get(); }
+  [[nodiscard]] T* begin() { return data_.get(); }
   [[nodiscard]] const T* begin() const { return data_.get(); }
+  [[nodiscard]] T* end() { return data_.get() + size_; }
   [[nodiscard]] const T* end() const { return data_.get() + size_; }
   T& operator[](std::size_t i) { return data_[i]; }
   const T& operator[](std::size_t i) const { return data_[i]; }

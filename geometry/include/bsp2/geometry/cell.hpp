@@ -81,4 +81,13 @@ inline constexpr double largest_vertex_error = 0x1p-40;
 template <int D>
 Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& hyperplanes, std::uint64_t& exact_evaluations);
 
+/// The hyperplanes in which an edge lies.
+template <int D>
+using EdgeHyperplanes = std::array<HyperplaneId, D - 1>;
+
+/// The same for all edges that one hyperplane cuts. @param vertices one an edge, to be written.
+template <int D>
+void make_vertices(const HyperplaneTable<D>& table, std::span<const EdgeHyperplanes<D>> edges, HyperplaneId id, Vertex<D>* vertices,
+                   std::uint64_t& exact_evaluations);
+
 }  // namespace bsp2::geometry

@@ -45,7 +45,7 @@ class Clipper<3> {
   using Index = std::uint16_t;
   struct Edge {
     std::array<Index, 2> ends, facets;
-    std::array<HyperplaneId, 2> hyperplanes;
+    EdgeHyperplanes<3> hyperplanes;
   };
   struct Facet {
     std::uint32_t code;
@@ -71,6 +71,7 @@ class Clipper<3> {
   bool is_touched_ = false;    // some vertex lies on the plane
   Buffer<Index> going_vertices_, going_edges_, going_facets_;  // with vertices on the side that goes, in part or as a whole
   Buffer<Index> cut_vertex_;   // of each crossing edge
+  Buffer<EdgeHyperplanes<3>> crossing_;  // edges
   Buffer<Index> common_edge_;  // of each crossing facet
   Buffer<Index> common_list_;  // edges of the common facet
   Buffer<Index> renumbered_;   // of vertices or edges
@@ -78,6 +79,7 @@ class Clipper<3> {
 
   std::uint8_t find_sides(HyperplaneId id);
   void add_vertex(const Vertex<3>& vertex);
+  void enter_vertex(const Vertex<3>& vertex);
   void mark(std::uint8_t going);
   void mark_vertices_and_edges(std::uint8_t going);
   void cut_edges(HyperplaneId id);

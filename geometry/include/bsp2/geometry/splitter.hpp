@@ -123,6 +123,8 @@ class Splitter {
   long reach_bits_;  // coordinates in the model are below 2^reach_bits_ steps of the grid
   KernelCounts counts_;
   std::array<Buffer<std::uint8_t>, D> mask_;  // of each k-face: on which sides it has vertices
+  Buffer<EdgeHyperplanes<D>> crossing_;  // edges
+  Buffer<Vertex<D>> cuts_;               // of each of them
   std::array<Half, 2> halves_;
 
   template <typename Covector>
@@ -171,6 +173,7 @@ class Splitter {
   const ExactCovector<D>& exact(HyperplaneId id);
   const ExactCovector<D>& exact_point(const std::array<HyperplaneId, D>& ids);
   void split_vertices(const Cell<D>& cell);
+  void cut_edges(const Cell<D>& cell, HyperplaneId id);
   void split_edges(const Cell<D>& cell, HyperplaneId id);
   void split_faces(const Cell<D>& cell, int k, HyperplaneId id);
   void split_body(const Cell<D>& cell, HyperplaneId id);
