@@ -262,6 +262,13 @@ TEST_F(Program, TellsBeforeTheRunThatAModuleCannotBeLoaded) {
     EXPECT_EQ(ended.text.find("bsp2: cannot load '" + (modules / module).string() + "': "), 0U) << ended.text;
     EXPECT_FALSE(fs::exists(at + ".json")) << option;
   }
+  fs::remove_all(modules);  // then those of the build folder are not taken instead
+  for (const auto& [option, module] : all) {
+    const Ended ended = start(run + option + " --report " + at + ".json", program);
+    EXPECT_EQ(ended.code, 2) << ended.text;
+    EXPECT_EQ(ended.text.find("bsp2: cannot load " + module + ": it is not in '" + modules.string() + "'; "), 0U) << ended.text;
+    EXPECT_FALSE(fs::exists(at + ".json")) << option;
+  }
   const Ended without = start(run + "--boundary " + at + ".stl --report " + at + ".json", program);  // what needs neither
   EXPECT_EQ(without.code, 0) << without.text;
   EXPECT_TRUE(fs::exists(at + ".stl"));
