@@ -68,6 +68,21 @@ TEST_F(Modules, OfAnotherBuildAreRefused) {
   EXPECT_NE(refusal([&] { load_module("bsp2-hdf5", folder_.path()); }), "");
 }
 
+/// The dynamic linker would die of a bus error.
+TEST_F(Modules, ThatAreCutOffAreRefused) {
+  const fs::path path = folder_.path() / "bsp2-vtk.so";
+  fs::copy_file(module_folder() / "bsp2-vtk.so", path);
+  const auto whole = fs::file_size(path);
+  for (const auto length : {whole - 1, whole / 2, std::uintmax_t{5000}, std::uintmax_t{100}, std::uintmax_t{10}, std::uintmax_t{0}}) {
+    fs::resize_file(path, length);
+    const std::string message = refusal([&] { load_module("bsp2-vtk", folder_.path()); });
+    EXPECT_TRUE(message.starts_with("cannot load '" + path.string() + "': ")) << length << ": " << message;
+    if (length >= 100) {
+      EXPECT_NE(message.find("cut off: " + std::to_string(length) + " bytes of " + std::to_string(whole)), std::string::npos) << message;
+    }
+  }
+}
+
 TEST_F(Modules, ThrowErrorsThatAreCaughtAsSuch) {
   const fs::path damaged = file("damaged.h5", "\x89HDF\r\n\x1a\n and nothing more");
   EXPECT_NE(refusal([&] { read_snapshot(damaged); }).find("damaged.h5"), std::string::npos);
