@@ -41,7 +41,10 @@ void remove_old(const fs::path& path) {
 bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder, const char* usual_name, const fs::path& path,
                  supersteps::RunReport& report) {
   if (possible || !folder || path != *folder / usual_name) return true;
-  remove_old(path);
+  if (path == *folder / mesh_name)
+    io::remove_vtu(path);
+  else
+    remove_old(path);
   if (report.dimension == 2) return false;  // a plane model has no boundary: told, but no warning
   report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
                             std::to_string(report.dimension) + (report.dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
