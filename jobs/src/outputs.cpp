@@ -91,7 +91,8 @@ void write_series(const RunCommand& command, const supersteps::RunResult& now, u
 
 void check_outputs(const RunCommand& command) {
   if (command.folder) io::check_folder(*command.folder);
-  if (command.options.snapshot) io::check_snapshot_path(*command.options.snapshot);
+  for (const auto& snapshot : {command.options.snapshot, command.snapshot_copy})
+    if (snapshot) io::check_snapshot_path(*snapshot);
   if (command.mesh || command.series) io::check_vtu();
   if (command.boundary) io::check_surface_file(*command.boundary);
   if (command.frames) io::check_folder(folder_of(frame_path(*command.frames, 0)));
@@ -134,6 +135,7 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
 
 void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
+  if (command.snapshot_copy && ranks.is_master()) io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy);
   supersteps::record_costs(ranks, result.report);
   if (!ranks.is_master()) return;
   if (command.report) io::write_file(*command.report, to_json(result.report));

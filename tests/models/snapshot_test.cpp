@@ -219,8 +219,26 @@ TEST_F(Session, ExportsTheWholeAsItIs) {
   EXPECT_EQ(ended.code, 0) << ended.text;
   EXPECT_TRUE(fs::exists(folder_.path() / "solid.pvtu"));
   EXPECT_EQ(run({"export", snapshot_.string(), "-o", (folder_.path() / "solid.xyz").string()}).code, 2);
-  EXPECT_EQ(run({"resume", snapshot_.string(), "-o", (folder_.path() / "out").string()}).code, 0);
-  for (const char* name : {"report.json", "solid.pvtu", "view.png"}) EXPECT_TRUE(fs::exists(folder_.path() / "out" / name)) << name;
+}
+
+/// The folder of a resumed run has all that the folder of an uninterrupted one has.
+TEST_F(Session, ResumedIntoAFolderLeavesItsSnapshotThereToo) {
+  const fs::path out = folder_.path() / "out", there = out / "snapshot.h5", other = folder_.path() / "other.h5";
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  // Another one by name is the only one.
+  EXPECT_EQ(run({"resume", snapshot_.string(), "--steps", "1", "--budget", "1ms", "-o", out.string(), "--snapshot", other.string()}).code, 0);
+  EXPECT_TRUE(fs::exists(other));
+  EXPECT_FALSE(fs::exists(there));
+  const Ended ended = run({"resume", snapshot_.string(), "-o", out.string()});
+  EXPECT_EQ(ended.code, 0) << ended.text;
+  for (const char* name : {"report.json", "solid.pvtu", "view.png", "boundary.stl", "snapshot.h5"}) EXPECT_TRUE(fs::exists(out / name)) << name;
+  const std::string info = run({"info", there.string()}).text, kept = run({"info", snapshot_.string()}).text;
+  EXPECT_NE(info.find("complete"), std::string::npos) << info;
+  EXPECT_EQ(digest(info), digest(ended.text));
+  EXPECT_NE(kept.find("complete"), std::string::npos) << kept;
+  EXPECT_EQ(run({"resume", there.string(), "-o", out.string()}).code, 0);  // it may be the one that is resumed
+  EXPECT_EQ(digest(run({"info", there.string()}).text), digest(ended.text));
+  for (const auto& entry : fs::directory_iterator(out)) EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
 }
 
 TEST_F(Session, RefusesWhatIsNoSnapshotWithOneMessage) {
