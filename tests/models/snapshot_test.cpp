@@ -1,6 +1,7 @@
 // Runs that are stopped and resumed, as a person or a batch script does it.
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -153,6 +154,34 @@ TEST_F(Session, SignalsEndTheStepWithASnapshot) {
     EXPECT_TRUE(leftovers().empty());
     EXPECT_EQ(digest(run({"resume", snapshot_.string()}).text), expected);
   }
+}
+
+/// A model that never comes through its pipe keeps the run from getting anywhere.
+TEST_F(Session, ASignalBeforeAllTellsThatWhatIsThereIsOfAnEarlierRun) {
+  const std::string out = (folder_.path() / "out").string(), pipe = (folder_.path() / "pipe.csg").string(), small = (folder_.path() / "small.csg").string();
+  const std::string nothing = "bsp2: interrupted before there was anything to save\n";
+  const std::string others = "bsp2: the other files in '" + out + "' are of an earlier run\n";
+  const auto of_earlier = [](const std::string& file) {
+    return "bsp2: '" + file + "' is the snapshot of an earlier run: to resume it is not to go on with this one\n";
+  };
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::ofstream(small) << "cube(1);";
+  const auto interrupted_at_once = [&](const std::vector<std::string>& arguments) {
+    std::vector<std::string> all{"run", pipe};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const pid_t child = start(all);
+    bsp2::testing::wait_for_handler(child, SIGINT);
+    kill(child, SIGINT);
+    const Ended ended = wait(child);
+    EXPECT_EQ(ended.code, interrupted) << ended.text;
+    return ended.text;
+  };
+  EXPECT_EQ(interrupted_at_once({"-o", out}), nothing);
+  ASSERT_EQ(run({"run", small, "-o", out}).code, 0);
+  EXPECT_EQ(interrupted_at_once({"-o", out}), nothing + of_earlier(out + "/snapshot.h5") + others);
+  EXPECT_EQ(interrupted_at_once({}), nothing);
+  EXPECT_EQ(interrupted_at_once({"-o", out, "--snapshot", snapshot_.string()}), nothing + others);
+  EXPECT_EQ(interrupted_at_once({"--snapshot", out + "/snapshot.h5"}), nothing + of_earlier(out + "/snapshot.h5"));
 }
 
 TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
