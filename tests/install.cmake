@@ -1,4 +1,4 @@
-# Installs the program, moves the installation, and runs it: with the modules that came with it, not with those of the build.
+# Installs the program, moves the installation, and runs it: with the modules that came with it, never with those of the build.
 #   cmake -DBUILD=... -DWORK=... -DMODEL=... -P install.cmake
 file(REMOVE_RECURSE ${WORK})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --component bsp2 --prefix ${WORK}/installed COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET)
@@ -17,3 +17,11 @@ foreach(file solid.pvtu snapshot.h5 report.json)
     message(FATAL_ERROR "The installed program has not written ${file}")
   endif()
 endforeach()
+# Without its modules it does not take those of the build.
+file(GLOB_RECURSE module RELATIVE ${WORK} ${WORK}/moved/*/bsp2-vtk.so)
+cmake_path(GET module PARENT_PATH modules)
+file(REMOVE_RECURSE ${WORK}/${modules})
+execute_process(COMMAND ${WORK}/moved/bin/bsp2 run ${MODEL} -o ${WORK}/without OUTPUT_QUIET ERROR_VARIABLE message RESULT_VARIABLE code)
+if(NOT code EQUAL 2 OR NOT message MATCHES "^bsp2: cannot load [^\n]*${modules}[^\n]*\n$")
+  message(FATAL_ERROR "Without its modules the program ends with ${code}: ${message}")
+endif()

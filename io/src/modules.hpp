@@ -2,9 +2,7 @@
 
 #include <filesystem>
 #include <functional>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "bsp2/geometry/boundary.hpp"
 #include "bsp2/io/snapshot.hpp"
@@ -46,14 +44,14 @@ const Hdf5Module& hdf5_module();
 /// them, and of the compiler. Each has it as BSP2_IO_LAYOUT; this is the program's.
 extern const char* const module_layout;
 
-/// Loads `NAME.so` from the first of these folders that has it.
+/// Loads `NAME.so` from a folder.
 /// @return what its `bsp2_module` returns.
-/// @throws Error if there is none, if it cannot be loaded, or if it was built with another layout.
-const void* load_module(const std::string& name, std::span<const std::filesystem::path> folders, const char* layout = module_layout);
+/// @throws Error if it is not there, if it cannot be loaded, or if it was built with another layout.
+const void* load_module(const std::string& name, const std::filesystem::path& folder, const char* layout = module_layout);
 
-/// Where the modules may be: beside the program's folder, as in builds and installations, however they were moved; and where they
-/// were built, for programs that lie elsewhere.
-std::vector<std::filesystem::path> module_folders();
+/// Where the modules are: beside the program's folder, in builds as in installations, however they were moved. Nowhere else: what was
+/// built from other sources, or is somebody else's, is not the program's. @throws Error if the program's own place is not known.
+std::filesystem::path module_folder();
 
 }  // namespace bsp2::io
 

@@ -29,6 +29,15 @@ void check_is_file(const fs::path& path) {
     throw Error("cannot read '" + path.string() + "': it is a pipe or a device, and a snapshot has to be a file");
 }
 
+/// Brings a file to the disk.
+std::error_code sync(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+  const std::error_code error = synced ? std::error_code() : std::error_code(errno, std::generic_category());
+  if (descriptor >= 0) ::close(descriptor);
+  return error;
+}
+
 }  // namespace
 
 void check_snapshot_path(const fs::path& path) {
@@ -37,6 +46,19 @@ void check_snapshot_path(const fs::path& path) {
   if (!path.has_filename() || fs::is_directory(path, error)) throw Error("cannot write the snapshot '" + path.string() + "': it is a directory");
   if (fs::exists(path, error) && !fs::is_regular_file(path, error)) throw Error("cannot write the snapshot '" + path.string() + "': it is no regular file");
   hdf5_module();
+}
+
+void copy_snapshot(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  if (fs::equivalent(from, to, error)) return;
+  const fs::path folder = to.has_parent_path() ? to.parent_path() : fs::path("."), part = folder / ("." + to.filename().string() + ".part");
+  fs::copy_file(from, part, fs::copy_options::overwrite_existing, error);
+  if (!error) error = sync(part);
+  if (!error) fs::rename(part, to, error);
+  if (!error) return;
+  std::error_code ignored;
+  fs::remove(part, ignored);
+  throw Error("cannot write the snapshot '" + to.string() + "': " + error.message());
 }
 
 void check_snapshot_is_readable(const fs::path& path) {

@@ -21,6 +21,13 @@ std::string piece_name(const fs::path& pvtu, std::uint64_t piece) {
   return pvtu.stem().string() + "_" + std::to_string(piece) + ".vtu";
 }
 
+/// Removes pieces from this one on, as far as they are numbered without a gap.
+void remove_pieces(const fs::path& pvtu, std::uint64_t first) {
+  std::error_code ignored;
+  for (std::uint64_t i = first; fs::remove(folder_of(pvtu) / piece_name(pvtu, i), ignored); ++i) {
+  }
+}
+
 /// Names and types as the pieces have them.
 std::string summary(const fs::path& pvtu, std::uint64_t pieces, bool has_colours) {
   std::string text = R"(<VTKFile type="PUnstructuredGrid" version="1.0" byte_order=")";
@@ -92,15 +99,19 @@ void VtuShare::publish() {
 
 void VtuShare::finish() {
   publish(pvtu_.filename());
-  std::error_code ignored;
-  for (std::uint64_t i = all_pieces_; fs::remove(folder_of(pvtu_) / piece_name(pvtu_, i), ignored); ++i) {
-  }
+  remove_pieces(pvtu_, all_pieces_);
 }
 
 void VtuShare::publish(const fs::path& name) const {
   std::error_code error;
   fs::rename(scratch_->path() / name, folder_of(pvtu_) / name, error);
   if (error) throw Error("cannot write '" + pvtu_.string() + "': " + error.message());
+}
+
+void remove_vtu(const fs::path& pvtu) {
+  std::error_code ignored;
+  fs::remove(pvtu, ignored);  // first: it names the pieces
+  remove_pieces(pvtu, 0);
 }
 
 void write_vtu(const fs::path& pvtu, int dimension, std::span<const std::shared_ptr<const geometry::CellBatch>> batches,

@@ -290,8 +290,9 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     for (const char* ending : {".stl", ".ply", ".obj", ".vtp"})
       if (command.folder->extension() == ending) throw Error("-o: '" + raw.folder + "' would be a folder; the surface is written with --boundary FILE");
     command.mesh = *command.folder / mesh_name;
+    if (command.options.snapshot && raw.snapshot.empty()) command.snapshot_copy = *command.folder / snapshot_name;  // it keeps up what it resumes
     if (!command.options.snapshot) {
-      command.options.snapshot = *command.folder / "snapshot.h5";
+      command.options.snapshot = *command.folder / snapshot_name;
       if (command.options.budget_seconds && !command.options.steps && !command.shows_steps()) command.options.steps = 1;  // as without -o
     }
     if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / boundary_name;

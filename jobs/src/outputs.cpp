@@ -41,7 +41,10 @@ void remove_old(const fs::path& path) {
 bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder, const char* usual_name, const fs::path& path,
                  supersteps::RunReport& report) {
   if (possible || !folder || path != *folder / usual_name) return true;
-  remove_old(path);
+  if (path == *folder / mesh_name)
+    io::remove_vtu(path);
+  else
+    remove_old(path);
   if (report.dimension == 2) return false;  // a plane model has no boundary: told, but no warning
   report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
                             std::to_string(report.dimension) + (report.dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
@@ -88,7 +91,8 @@ void write_series(const RunCommand& command, const supersteps::RunResult& now, u
 
 void check_outputs(const RunCommand& command) {
   if (command.folder) io::check_folder(*command.folder);
-  if (command.options.snapshot) io::check_snapshot_path(*command.options.snapshot);
+  for (const auto& snapshot : {command.options.snapshot, command.snapshot_copy})
+    if (snapshot) io::check_snapshot_path(*snapshot);
   if (command.mesh || command.series) io::check_vtu();
   if (command.boundary) io::check_surface_file(*command.boundary);
   if (command.frames) io::check_folder(folder_of(frame_path(*command.frames, 0)));
@@ -131,6 +135,7 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
 
 void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
+  if (command.snapshot_copy && ranks.is_master()) io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy);
   supersteps::record_costs(ranks, result.report);
   if (!ranks.is_master()) return;
   if (command.report) io::write_file(*command.report, to_json(result.report));

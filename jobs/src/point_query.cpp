@@ -15,6 +15,9 @@
 namespace bsp2::jobs {
 namespace {
 
+/// Beyond, squares of distances are no doubles any more; models end at 1e40.
+constexpr double farthest = 1e150;
+
 constexpr const char* label_names[] = {"OUT", "IN", "FUZZY"};
 
 /// Negative in the solid.
@@ -65,15 +68,19 @@ std::vector<double> read_points(std::istream& text, const std::string& name, int
       if (c == ',') c = ' ';
     std::istringstream words(line);
     int count = 0;
-    bool good = true;
+    bool good = true, near = true;
     for (std::string word; words >> word; ++count) {
       char* end = nullptr;
       points.push_back(std::strtod(word.c_str(), &end));
       good = good && end == word.c_str() + word.size() && std::isfinite(points.back());
+      near = near && std::abs(points.back()) <= farthest;
     }
     if (count == 0 && whole.find(',') == std::string::npos) continue;
     if (!good || count != dimension)
       throw Error(fmt::format("{}:{}: '{}' is no point of dimension {}: {} numbers are needed", name, number, whole.substr(0, 60), dimension, dimension));
+    if (!near)
+      throw Error(fmt::format("{}:{}: '{}' is too far away: coordinates have to be between {:g} and {:g}", name, number, whole.substr(0, 60), -farthest,
+                              farthest));
   }
   return points;
 }

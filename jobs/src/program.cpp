@@ -33,14 +33,32 @@ spdlog::logger make_log() {
   return log;
 }
 
+/// What an interrupted run leaves in place although it is not its own. @param of_all also the snapshot that it would have written.
+std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
+  const auto is_there = [](const auto& file) { return file && std::filesystem::exists(*file); };
+  std::vector<std::string> lines;
+  const auto& snapshot = command.options.snapshot;
+  if (of_all && snapshot != command.options.resume && is_there(snapshot))
+    lines.push_back("'" + snapshot->string() + "' is the snapshot of an earlier run: to resume it is not to go on with this one");
+  if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) || is_there(command.boundary) ||
+                         is_there(command.snapshot_copy)))
+    lines.push_back("the other files in '" + command.folder->string() + "' are of an earlier run");
+  return lines;
+}
+
 void tell_interruption(const RunCommand& command, spdlog::logger& log) {
   if (const auto& snapshot = command.options.snapshot)
     log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}'", snapshot->string(), snapshot->string());
   else
     log.warn("interrupted; nothing is written (with --snapshot FILE.h5 the run could be resumed)");
-  const auto is_there = [](const auto& file) { return file && std::filesystem::exists(*file); };
-  if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) || is_there(command.boundary)))
-    log.warn("the other files in '{}' are of an earlier run", command.folder->string());
+  for (const std::string& line : earlier_files(command, false)) log.warn("{}", line);
+}
+
+/// What a signal handler says, which can make no text of its own.
+std::string farewell_of(const RunCommand& command) {
+  std::string text = "bsp2: interrupted before there was anything to save\n";
+  for (const std::string& line : earlier_files(command, true)) text += "bsp2: " + line + "\n";
+  return text;
 }
 
 /// A plane model has no boundary to write. With -o that is no mistake and gets no warning, but who looks for the file is told.
@@ -123,7 +141,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   check_outputs(command);
   std::optional<JoinedSnapshot> joined;
   if (command.queue) command.options.resume = joined.emplace(command, ranks).path();
-  const SignalWatch watch(ranks.is_master());
+  const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "");
   command.options.interrupted = SignalWatch::interrupted;
   const bool speaks = ranks.is_master() && !command.quiet;
   ProgressBar bar(stderr);

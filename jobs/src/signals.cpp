@@ -5,20 +5,20 @@
 #include <array>
 #include <atomic>
 #include <csignal>
-#include <string_view>
+#include <string>
 
 namespace bsp2::jobs {
 namespace {
 
 constexpr std::array watched{SIGINT, SIGTERM, SIGUSR1};
-std::atomic<bool> came, asked, speaks;
+std::atomic<bool> came, asked;
+std::string last_words;  // a handler may read it, as it is not changed while there is one
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no locks");
 
 /// As long as nobody has asked, nothing has been computed that could be saved.
 void remember(int) {
   if (!asked) {
-    constexpr std::string_view text = "bsp2: interrupted before there was anything to save\n";
-    if (speaks) [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
+    [[maybe_unused]] const auto written = write(STDERR_FILENO, last_words.data(), last_words.size());
     _exit(interrupted_code);
   }
   came = true;
@@ -26,8 +26,8 @@ void remember(int) {
 
 }  // namespace
 
-SignalWatch::SignalWatch(bool speaks_) {
-  speaks = speaks_;
+SignalWatch::SignalWatch(const std::string& farewell) {
+  last_words = farewell;
   came = asked = false;
   struct sigaction action {};
   action.sa_handler = remember;

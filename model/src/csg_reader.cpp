@@ -77,6 +77,7 @@ class Reader {
   Expression any_node_of(Frame& frame);
   Expression image_of(Frame& frame, const Expression& child);
   Expression construction_of(const Frame& frame, int dimension, std::span<const Expression> operands);
+  [[nodiscard]] SyntaxError nothing_left() const;
   Model result();
   [[noreturn]] void fail_open_frame();
 
@@ -496,6 +497,20 @@ void Reader::complete(const Frame& frame, Expression solid) {
   operand_places_.push_back(frame.first_place);
 }
 
+/// Of a model that is an open polyhedron alone: with what was odd about it before, which may be why it is open, and which nobody is told
+/// as a warning.
+SyntaxError Reader::nothing_left() const {
+  SyntaxError error{left_out_->offset, left_out_->text + ", and nothing else is left of the model"};
+  std::size_t more = 0;
+  constexpr std::size_t most = 3;
+  for (const SyntaxError& warning : warnings_) {
+    if (warning.offset != left_out_->offset || warning.text == left_out_->text) continue;
+    if (more++ < most) error.text += "; " + warning.text;
+  }
+  if (more > most) error.text += "; and " + std::to_string(more - most) + " more warnings";
+  return error;
+}
+
 Model Reader::result() {
   Frame& top = frames_.front();
   Model model;
@@ -509,7 +524,7 @@ Model Reader::result() {
     if (pool_.is_empty(model.expression)) places_.clear();
     model.part_offsets = std::move(places_);
   }
-  if (left_out_ && pool_.is_empty(model.expression)) throw SyntaxError{left_out_->offset, left_out_->text + ", and nothing else is left of the model"};
+  if (left_out_ && pool_.is_empty(model.expression)) throw nothing_left();
   model.primitive_count = model.part_offsets.size();
   model.construct_offsets = std::move(constructs_at_);
   model.meshes = std::move(meshes_);

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -198,6 +199,12 @@ TEST_F(Program, AFolderShowsOneRun) {
   EXPECT_FALSE(run("circle(1);", ""));
   EXPECT_TRUE(run("cube(1);", ""));
   EXPECT_FALSE(run("cube(1);", "--keep out"));
+  // Of four dimensions only figures and the snapshot are written.
+  const Ended figures = start("run " + model("simplex(dimension = 4);") + " -o " + out().string());
+  EXPECT_EQ(figures.code, 0) << figures.text;
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(out())) names.insert(entry.path().filename());
+  EXPECT_EQ(names, (std::set<std::string>{"report.json", "snapshot.h5"}));
   // A surface asked for by a name of its own is no such file.
   const fs::path mine = out() / "mine.stl";
   std::ofstream(mine) << "keep";
@@ -260,6 +267,13 @@ TEST_F(Program, TellsBeforeTheRunThatAModuleCannotBeLoaded) {
     const Ended ended = start(run + option + " --report " + at + ".json", program);
     EXPECT_EQ(ended.code, 2) << ended.text;
     EXPECT_EQ(ended.text.find("bsp2: cannot load '" + (modules / module).string() + "': "), 0U) << ended.text;
+    EXPECT_FALSE(fs::exists(at + ".json")) << option;
+  }
+  fs::remove_all(modules);  // then those of the build folder are not taken instead
+  for (const auto& [option, module] : all) {
+    const Ended ended = start(run + option + " --report " + at + ".json", program);
+    EXPECT_EQ(ended.code, 2) << ended.text;
+    EXPECT_EQ(ended.text.find("bsp2: cannot load " + module + ": it is not in '" + modules.string() + "'; "), 0U) << ended.text;
     EXPECT_FALSE(fs::exists(at + ".json")) << option;
   }
   const Ended without = start(run + "--boundary " + at + ".stl --report " + at + ".json", program);  // what needs neither

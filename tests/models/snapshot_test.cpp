@@ -1,6 +1,7 @@
 // Runs that are stopped and resumed, as a person or a batch script does it.
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -155,6 +156,34 @@ TEST_F(Session, SignalsEndTheStepWithASnapshot) {
   }
 }
 
+/// A model that never comes through its pipe keeps the run from getting anywhere.
+TEST_F(Session, ASignalBeforeAllTellsThatWhatIsThereIsOfAnEarlierRun) {
+  const std::string out = (folder_.path() / "out").string(), pipe = (folder_.path() / "pipe.csg").string(), small = (folder_.path() / "small.csg").string();
+  const std::string nothing = "bsp2: interrupted before there was anything to save\n";
+  const std::string others = "bsp2: the other files in '" + out + "' are of an earlier run\n";
+  const auto of_earlier = [](const std::string& file) {
+    return "bsp2: '" + file + "' is the snapshot of an earlier run: to resume it is not to go on with this one\n";
+  };
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::ofstream(small) << "cube(1);";
+  const auto interrupted_at_once = [&](const std::vector<std::string>& arguments) {
+    std::vector<std::string> all{"run", pipe};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const pid_t child = start(all);
+    bsp2::testing::wait_for_handler(child, SIGINT);
+    kill(child, SIGINT);
+    const Ended ended = wait(child);
+    EXPECT_EQ(ended.code, interrupted) << ended.text;
+    return ended.text;
+  };
+  EXPECT_EQ(interrupted_at_once({"-o", out}), nothing);
+  ASSERT_EQ(run({"run", small, "-o", out}).code, 0);
+  EXPECT_EQ(interrupted_at_once({"-o", out}), nothing + of_earlier(out + "/snapshot.h5") + others);
+  EXPECT_EQ(interrupted_at_once({}), nothing);
+  EXPECT_EQ(interrupted_at_once({"-o", out, "--snapshot", snapshot_.string()}), nothing + others);
+  EXPECT_EQ(interrupted_at_once({"--snapshot", out + "/snapshot.h5"}), nothing + of_earlier(out + "/snapshot.h5"));
+}
+
 TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
   const auto begin = std::chrono::steady_clock::now();
   const std::string expected = uninterrupted();
@@ -219,8 +248,26 @@ TEST_F(Session, ExportsTheWholeAsItIs) {
   EXPECT_EQ(ended.code, 0) << ended.text;
   EXPECT_TRUE(fs::exists(folder_.path() / "solid.pvtu"));
   EXPECT_EQ(run({"export", snapshot_.string(), "-o", (folder_.path() / "solid.xyz").string()}).code, 2);
-  EXPECT_EQ(run({"resume", snapshot_.string(), "-o", (folder_.path() / "out").string()}).code, 0);
-  for (const char* name : {"report.json", "solid.pvtu", "view.png"}) EXPECT_TRUE(fs::exists(folder_.path() / "out" / name)) << name;
+}
+
+/// The folder of a resumed run has all that the folder of an uninterrupted one has.
+TEST_F(Session, ResumedIntoAFolderLeavesItsSnapshotThereToo) {
+  const fs::path out = folder_.path() / "out", there = out / "snapshot.h5", other = folder_.path() / "other.h5";
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  // Another one by name is the only one.
+  EXPECT_EQ(run({"resume", snapshot_.string(), "--steps", "1", "--budget", "1ms", "-o", out.string(), "--snapshot", other.string()}).code, 0);
+  EXPECT_TRUE(fs::exists(other));
+  EXPECT_FALSE(fs::exists(there));
+  const Ended ended = run({"resume", snapshot_.string(), "-o", out.string()});
+  EXPECT_EQ(ended.code, 0) << ended.text;
+  for (const char* name : {"report.json", "solid.pvtu", "view.png", "boundary.stl", "snapshot.h5"}) EXPECT_TRUE(fs::exists(out / name)) << name;
+  const std::string info = run({"info", there.string()}).text, kept = run({"info", snapshot_.string()}).text;
+  EXPECT_NE(info.find("complete"), std::string::npos) << info;
+  EXPECT_EQ(digest(info), digest(ended.text));
+  EXPECT_NE(kept.find("complete"), std::string::npos) << kept;
+  EXPECT_EQ(run({"resume", there.string(), "-o", out.string()}).code, 0);  // it may be the one that is resumed
+  EXPECT_EQ(digest(run({"info", there.string()}).text), digest(ended.text));
+  for (const auto& entry : fs::directory_iterator(out)) EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
 }
 
 TEST_F(Session, RefusesWhatIsNoSnapshotWithOneMessage) {

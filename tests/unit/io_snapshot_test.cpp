@@ -301,6 +301,25 @@ TEST_F(SnapshotFile, AFailedWriteLeavesTheOldOne) {
   expect_equal(read_snapshot(path_), large);
 }
 
+TEST_F(SnapshotFile, IsCopiedAsAWhole) {
+  const fs::path copy = folder_.path() / "copy.h5";
+  const Snapshot old = random_snapshot(random_, 100), large = random_snapshot(random_, 2000);
+  write_snapshot(copy, old);
+  write_snapshot(path_, large);
+  for (const rlim_t bytes : {0U, 40000U}) {
+    const FullDisk disk(bytes);
+    const std::string message = refusal([&] { copy_snapshot(path_, copy); });
+    EXPECT_NE(message.find("cannot write the snapshot '" + copy.string() + "'"), std::string::npos) << bytes << " " << message;
+    EXPECT_EQ(files(), 2U);
+    expect_equal(read_snapshot(copy), old);
+  }
+  copy_snapshot(path_, copy);
+  expect_equal(read_snapshot(copy), large);
+  copy_snapshot(copy, folder_.path() / "." / "copy.h5");  // onto itself
+  expect_equal(read_snapshot(copy), large);
+  EXPECT_EQ(files(), 2U);
+}
+
 TEST_F(SnapshotFile, RefusesPathsThatCannotBeWritten) {
   const Snapshot s = random_snapshot(random_, 1);
   for (const fs::path& bad : {folder_.path(), fs::path("/dev/null"), fs::path("/dev/null/run.h5")}) {

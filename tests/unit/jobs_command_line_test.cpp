@@ -171,6 +171,13 @@ TEST(CommandLine, QueriesReadPointsOfTheDimension) {
     std::istringstream wrong(bad);
     EXPECT_THROW(read_points(wrong, "p", 3), Error) << bad;
   }
+  std::istringstream far("1e150 -1e150 0\n1 -1e155 0\n");
+  try {
+    read_points(far, "p", 3);
+    FAIL() << "the distance would be infinite";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "p:2: '1 -1e155 0' is too far away: coordinates have to be between -1e+150 and 1e+150");
+  }
   std::ostringstream out;
   const double points[] = {0.5, 0.25, 4, 1};
   print_answers(out, points, {{geometry::Label::in, 7, 0.1, {0.5, 0.15}}, {geometry::Label::out, -1, 3, {1, 1}}}, 2, false);

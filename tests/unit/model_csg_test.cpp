@@ -381,6 +381,27 @@ TEST(Csg, OpenPolyhedraAreLeftOutWithAWarning) {
   EXPECT_EQ(message("cube(1); !" + open), "test.csg:1:11: " + nothing);
 }
 
+/// The warnings that tell of it are not printed with an error.
+TEST(Csg, OpenPolyhedraAloneAreRefusedWithWhatMayBeTheCause) {
+  const auto polyhedron = [](const std::string& faces) {
+    return "polyhedron(points = [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], faces = [[0,1,2],[0,3,1],[1,3,2]," + faces + "]);";
+  };
+  const auto odd = [](int face, int point) {
+    return "; face " + std::to_string(face) + " of this polyhedron names point " + std::to_string(point) +
+           ", but there are 4 points, the first being 0; it is passed over";
+  };
+  const std::string left = ", and nothing else is left of the model";
+  const std::string one = message(polyhedron("[2,3,99]"));
+  EXPECT_TRUE(one.starts_with("test.csg:1:1: this polyhedron is not closed: ")) << one;
+  EXPECT_TRUE(one.ends_with(left + odd(3, 99))) << one;
+  const std::string many = message(polyhedron("[5,6,7],[8,9,2]"));
+  EXPECT_TRUE(many.ends_with(left + odd(3, 5) + odd(3, 6) + odd(3, 7) + "; and 2 more warnings")) << many;
+  // What is odd about something else is not the cause.
+  const std::string other = message("multmatrix([[1,0,0,inf],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube(1); " + polyhedron("[2,3]"));
+  EXPECT_TRUE(other.ends_with(left)) << other;
+  EXPECT_EQ(parse("cube(9); " + polyhedron("[2,3,99]")).warnings.size(), 2U);
+}
+
 TEST(Csg, PolyhedraThatCrossThemselvesAreToldOf) {
   // Two cubes of side 2, whose volumes sum up to 16; the second one begins at (x, x, x).
   const auto two = [](double x) {

@@ -84,6 +84,10 @@ void write_snapshot(const std::filesystem::path& path, const Snapshot& snapshot,
 /// Could `write_snapshot` succeed? Asked before a long run; makes nothing. @throws bsp2::Error if not.
 void check_snapshot_path(const std::filesystem::path& path);
 
+/// Copies a snapshot as `write_snapshot` writes one: under another name, to the disk, and then renamed. Nothing if both are one file.
+/// @throws bsp2::Error if the copy cannot be written; an old file in its place is untouched, nothing else is left.
+void copy_snapshot(const std::filesystem::path& from, const std::filesystem::path& to);
+
 /// Is there a file to read? It need not be a snapshot. @throws bsp2::Error if not, which tells what there is instead.
 void check_snapshot_is_readable(const std::filesystem::path& path);
 

@@ -37,6 +37,9 @@ void write_vtu(const std::filesystem::path& pvtu, int dimension,
                std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
                const VtuOptions& options = {});
 
+/// Removes a mesh and its pieces, if there are any.
+void remove_vtu(const std::filesystem::path& pvtu);
+
 /// Could `write_vtu` succeed, as far as that is known without a path? Asked before a long run. @throws bsp2::Error if VTK cannot be
 /// loaded, which otherwise is tried when the first mesh is written.
 void check_vtu();

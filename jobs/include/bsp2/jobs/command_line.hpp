@@ -13,7 +13,7 @@
 namespace bsp2::jobs {
 
 /// What -o calls its files.
-inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl", *picture_name = "view.png";
+inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl", *picture_name = "view.png", *snapshot_name = "snapshot.h5";
 
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
 /// `render` and `query`; or `info`.
@@ -22,6 +22,7 @@ struct RunCommand {
   supersteps::RunOptions options;
   std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
   std::optional<std::filesystem::path> mesh, boundary, picture, report;  ///< also those that -o names
+  std::optional<std::filesystem::path> snapshot_copy;                    ///< resume -o: where the snapshot goes too, at the end
   std::optional<std::filesystem::path> table;                            ///< the supersteps as CSV
   supersteps::PictureOptions view;                                       ///< of the picture and the frames
   std::optional<std::filesystem::path> frames;                           ///< a picture of each step, under this prefix

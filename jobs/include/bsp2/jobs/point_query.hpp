@@ -12,7 +12,7 @@ namespace bsp2::jobs {
 
 /// The points of a text: one a line, its coordinates between blanks or commas; empty lines and what follows a # are passed over.
 /// @param name of the text in messages. @return `dimension` numbers a point.
-/// @throws bsp2::Error "name:line: ..." for a line that is no point.
+/// @throws bsp2::Error "name:line: ..." for a line that is no point, or one too far away to tell its distance (beyond 1e150).
 std::vector<double> read_points(std::istream& text, const std::string& name, int dimension);
 
 /// The same of a file; "-" is standard input. @throws bsp2::Error also if it cannot be read.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 namespace bsp2::jobs {
 
 /// The program's exit code after a signal ended a run early: "try again later" (EX_TEMPFAIL of sysexits.h), for batch
@@ -11,8 +13,8 @@ inline constexpr int interrupted_code = 75;
 /// already the first one does, with the exit code `interrupted_code`.
 class SignalWatch {
  public:
-  /// @param speaks says on stderr that the first signal ended the program; of several ranks one is enough.
-  explicit SignalWatch(bool speaks = true);
+  /// @param farewell lines for stderr, should the first signal end the program; empty: nothing, as of several ranks one is enough.
+  explicit SignalWatch(const std::string& farewell = "bsp2: interrupted before there was anything to save\n");
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
