@@ -45,6 +45,7 @@ class Worker {
   std::uint64_t emitted = 0;
   std::atomic<std::uint64_t> decided{0};        // share of the space, in units of 2^-60
   std::atomic<std::uint64_t> decided_cells{0};  // for progress
+  std::atomic<std::int64_t> unfolding{0};       // nanoseconds, where there is a budget
   std::uint32_t index;
 
  private:
@@ -76,10 +77,12 @@ class Worker {
   bool cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest);
   std::int64_t settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut);
   Token<D>* unfold(Token<D>* token);
+  Token<D>* unfold_by_the_clock(Token<D>* token);
+  Token<D>* leave(Token<D>* token);
   Token<D>* give(Token<D>* token, Outcome<D> outcome);
   Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
   void cut(const geometry::Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<geometry::Cell<D>, 2>& halves);
-  [[nodiscard]] bool needs_cell(const Frontier::Node& node) const;
+  [[nodiscard]] bool needs_cell(const Token<D>& restored) const;
   void finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome);
   Outcome<D> combine(Join<D>& join);
   Outcome<D> suspend(Join<D>& join);

@@ -48,6 +48,15 @@ std::chrono::milliseconds patience(const EvaluateOptions& options, Clock::time_p
   return std::clamp(std::chrono::ceil<std::chrono::milliseconds>(left), shortest, longest);
 }
 
+/// Whether the time is over. What making the cells of frontiers again takes does not count: else short steps would do nothing else.
+template <int D>
+bool is_over(const Crew<D>& crew, std::chrono::duration<double> since_start) {
+  if (!crew.options.budget_seconds || !crew.fired) return false;
+  std::int64_t unfolding = 0;
+  for (const auto& worker : crew.workers) unfolding += worker->unfolding.load(std::memory_order_relaxed);
+  return since_start.count() - 1e-9 * static_cast<double>(unfolding) / static_cast<double>(crew.workers.size()) > *crew.options.budget_seconds;
+}
+
 /// The thread that called `evaluate`: serves the consumers and watches the budget.
 template <int D>
 void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
@@ -67,7 +76,7 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
       cells += worker->decided_cells.load(std::memory_order_relaxed);
       decided += std::ldexp(static_cast<double>(worker->decided.load(std::memory_order_relaxed)), -60);
     }
-    if (crew.options.budget_seconds && crew.fired && std::chrono::duration<double>(now - start).count() > *crew.options.budget_seconds) crew.stop = true;
+    if (is_over(crew, now - start)) crew.stop = true;
     if (crew.options.interrupted && crew.options.interrupted()) crew.stop = true;
     if (now - last_progress > std::chrono::milliseconds(100)) {
       last_progress = now;
@@ -90,6 +99,8 @@ void deal(Crew<D>& crew, std::vector<Region<D>> regions) {
     token->region = static_cast<std::uint32_t>(i);
     token->level = region.level;
     if (!region.frontier.empty()) token->restored = 0;
+    if (!crew.options.same_limits)
+      for (Frontier::Node& node : region.frontier.nodes) node.ended = 0;
     crew.region_numbers.push_back(region.number);
     crew.frontiers.emplace_back(std::move(region.frontier));
     crew.workers[i % crew.workers.size()]->add(token);

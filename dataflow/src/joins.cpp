@@ -1,6 +1,7 @@
 // What a worker does with outcomes: the halves of a split come together in its join, whole cells are given back, decided ones
 // are counted and go to the consumers, and frontiers become joins and tokens again.
 #include <algorithm>
+#include <chrono>
 #include <limits>
 
 #include "alike.hpp"
@@ -40,7 +41,10 @@ geometry::Moments<D> below_zero(const Cell<D>& cell, const geometry::Moments<D>&
 }  // namespace
 
 template <int D>
-bool Worker<D>::needs_cell(const Frontier::Node& node) const {
+bool Worker<D>::needs_cell(const Token<D>& restored) const {
+  const UnfoldedFrontier& frontier = crew_.frontiers[restored.region];
+  if (crew_.options.suspend && frontier.has_ended(restored.restored)) return false;
+  const Frontier::Node& node = frontier.node(restored.restored);
   if (node.kind == Frontier::Kind::emitted || node.kind == Frontier::Kind::elsewhere) return false;
   return node.kind != Frontier::Kind::held || stays(node.label);
 }
@@ -54,13 +58,7 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
   if (node.kind != Frontier::Kind::split) {
     Outcome<D> outcome;
     outcome.level = token->level;
-    if (node.kind == Frontier::Kind::elsewhere && crew_.options.suspend) {
-      outcome.form = Form::suspended_token;
-      outcome.divided = node.value != 0;
-      outcome.token = token;
-      finish(token->parent, token->side, token->region, std::move(outcome));
-      return nullptr;
-    }
+    if (node.kind == Frontier::Kind::elsewhere && crew_.options.suspend) return leave(token);
     if (node.kind == Frontier::Kind::held) {
       outcome.label = node.label;
       outcome.part = node.value;
@@ -77,30 +75,40 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
   const auto hyperplane = static_cast<geometry::HyperplaneId>(node.value);
   const std::array<std::uint32_t, 2> children{frontier.negative(token->restored), frontier.positive(token->restored)};
   Join<D>* join = join_of(*token, hyperplane);
-  std::array<Cell<D>, 2> halves;
-  cut(token->cell, hyperplane, {needs_cell(frontier.node(children[0])), needs_cell(frontier.node(children[1]))}, halves);
-  join->cell = std::move(token->cell);
   Token<D>* other = tokens_.take();
-  other->cell = std::move(halves[1]);
-  other->parent = join;
+  other->parent = token->parent = join;
   other->region = token->region;
   other->restored = children[1];
-  other->level = static_cast<std::uint16_t>(token->level + 1);
-  other->side = 1;
-  token->cell = std::move(halves[0]);
-  token->parent = join;
   token->restored = children[0];
-  token->level = other->level;
+  other->level = token->level = static_cast<std::uint16_t>(token->level + 1);
+  other->side = 1;
   token->side = 0;
+  const std::array<bool, 2> needed{needs_cell(*token), needs_cell(*other)};
+  std::array<Cell<D>, 2> halves;
+  cut(token->cell, hyperplane, needed, halves);
+  join->cell = std::move(token->cell);
+  token->cell = std::move(halves[0]);
+  other->cell = std::move(halves[1]);
   // What needs no cell is done at once: no order can be told of it.
-  if (!needs_cell(frontier.node(children[1])))
-    unfold(other);
+  if (!needed[1])
+    process(other);
   else
     add(other);
-  if (!needs_cell(frontier.node(children[0]))) return unfold(token);
+  if (!needed[0]) return process(token);
   if (crew_.options.order == Order::depth) return token;
   add(token);
   return nullptr;
+}
+
+/// The same; what making the cells again takes is no part of a budget.
+template <int D>
+Token<D>* Worker<D>::unfold_by_the_clock(Token<D>* token) {
+  if (!crew_.options.budget_seconds) return unfold(token);
+  const auto start = std::chrono::steady_clock::now();
+  Token<D>* next = unfold(token);
+  const auto taken = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count();
+  unfolding.store(unfolding.load(std::memory_order_relaxed) + taken, std::memory_order_relaxed);
+  return next;
 }
 
 /// Hands an outcome to the split it came from; whoever brings the second half goes on with the whole.
@@ -249,6 +257,7 @@ void Worker<D>::grow(std::int64_t cells) {
 
 #define BSP2_INSTANTIATE(D)                                                             \
   template Token<D>* Worker<D>::unfold(Token<D>*);                                      \
+  template Token<D>* Worker<D>::unfold_by_the_clock(Token<D>*);                         \
   template void Worker<D>::finish(Join<D>*, std::uint8_t, std::uint32_t, Outcome<D>);   \
   template std::int64_t Worker<D>::settle(Outcome<D>&, std::uint32_t);                  \
   template std::int64_t Worker<D>::emit(Outcome<D>&, std::uint32_t);                    \

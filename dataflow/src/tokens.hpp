@@ -71,13 +71,14 @@ struct Token {
   std::uint32_t restored = not_restored;  ///< else a node of the region's frontier, to be unfolded; `program` is not used
   std::uint16_t level = 0;
   std::uint8_t side = 0;
+  bool ended = false;  ///< looked at closely, and not to be cut
 };
 
 /// The frontier of a suspended region with the places of its subtrees, to be unfolded in any order by any thread.
 class UnfoldedFrontier {
  public:
   /// @throws std::invalid_argument if the nodes are no tree or do not fit the programs.
-  explicit UnfoldedFrontier(Frontier frontier) : frontier_(std::move(frontier)), end_(frontier_.nodes.size()), word_(frontier_.nodes.size() + 1) {
+  explicit UnfoldedFrontier(Frontier frontier) : frontier_(std::move(frontier)), end_(frontier_.nodes.size()), before_(frontier_.nodes.size() + 1) {
     std::vector<std::uint32_t> open;  // splits whose second subtree has not ended
     std::vector<std::uint8_t> halves;
     const auto& nodes = frontier_.nodes;
@@ -85,7 +86,10 @@ class UnfoldedFrontier {
       if (i > 0 && open.empty()) throw std::invalid_argument("a frontier has more than one root");
       const bool is_token = nodes[i].kind == Frontier::Kind::token;
       if (is_token && nodes[i].value < 0) throw std::invalid_argument("a frontier has a token of negative length");
-      word_[i + 1] = word_[i] + (is_token ? static_cast<std::size_t>(nodes[i].value) : 0);
+      before_[i + 1] = before_[i];
+      if (is_token) before_[i + 1].words += static_cast<std::size_t>(nodes[i].value);
+      if (nodes[i].kind == Frontier::Kind::elsewhere || (is_token && nodes[i].ended == 0)) ++before_[i + 1].open;
+      if (nodes[i].kind == Frontier::Kind::emitted || (nodes[i].kind == Frontier::Kind::elsewhere && nodes[i].value != 0)) ++before_[i + 1].emitted;
       if (nodes[i].kind == Frontier::Kind::split) {
         open.push_back(i);
         halves.push_back(2);
@@ -98,7 +102,7 @@ class UnfoldedFrontier {
         halves.pop_back();
       }
     }
-    if (!open.empty() || word_.back() != frontier_.programs.size()) throw std::invalid_argument("a frontier is not complete");
+    if (!open.empty() || before_.back().words != frontier_.programs.size()) throw std::invalid_argument("a frontier is not complete");
   }
 
   [[nodiscard]] bool empty() const { return frontier_.empty(); }
@@ -106,19 +110,30 @@ class UnfoldedFrontier {
   [[nodiscard]] std::uint32_t negative(std::uint32_t split) const { return split + 1; }
   [[nodiscard]] std::uint32_t positive(std::uint32_t split) const { return end_[split + 1]; }
   [[nodiscard]] std::span<const Word> program(std::uint32_t token) const {
-    return {frontier_.programs.data() + word_[token], word_[token + 1] - word_[token]};
+    return {frontier_.programs.data() + before_[token].words, before_[token + 1].words - before_[token].words};
   }
+  /// Whether a subtree has tokens and all of them have ended.
+  [[nodiscard]] bool has_ended(std::uint32_t root) const {
+    const Before &begin = before_[root], &end = before_[end_[root]];
+    return end.open == begin.open && end.words > begin.words;
+  }
+  /// Whether cells of a subtree have been emitted, as far as this portion knows.
+  [[nodiscard]] bool has_emitted(std::uint32_t root) const { return before_[end_[root]].emitted > before_[root].emitted; }
   /// Appends the subtree as it is.
   void copy(std::uint32_t root, Frontier& to) const {
     to.nodes.insert(to.nodes.end(), frontier_.nodes.begin() + root, frontier_.nodes.begin() + end_[root]);
-    to.programs.insert(to.programs.end(), frontier_.programs.begin() + static_cast<std::ptrdiff_t>(word_[root]),
-                       frontier_.programs.begin() + static_cast<std::ptrdiff_t>(word_[end_[root]]));
+    to.programs.insert(to.programs.end(), frontier_.programs.begin() + static_cast<std::ptrdiff_t>(before_[root].words),
+                       frontier_.programs.begin() + static_cast<std::ptrdiff_t>(before_[end_[root]].words));
   }
 
  private:
   Frontier frontier_;
   std::vector<std::uint32_t> end_;  // of each node: behind its subtree
-  std::vector<std::size_t> word_;   // of each node: first word of the first token at or after it
+  struct Before {
+    std::size_t words = 0;  // of the tokens' programs
+    std::uint32_t open = 0, emitted = 0;  // nodes with something to do, nodes whose cells have been emitted
+  };
+  std::vector<Before> before_;  // in all nodes before each
 };
 
 /// Where a child of a BSP node is, while several workers build the tree: 0 is empty space, positive a cell, negative a

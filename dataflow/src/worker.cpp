@@ -104,8 +104,9 @@ Token<D>* Worker<D>::process(Token<D>* token) {
   Outcome<D> outcome;
   outcome.level = token->level;
   const bool stop = crew_.stop.load(std::memory_order_relaxed);
-  if (token->restored != Token<D>::not_restored && !(stop && crew_.options.suspend)) {
-    if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token) return unfold(token);
+  if (token->restored != Token<D>::not_restored) {
+    if (crew_.options.suspend && (stop || crew_.frontiers[token->region].has_ended(token->restored))) return leave(token);
+    if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token) return unfold_by_the_clock(token);
     const auto program = crew_.frontiers[token->region].program(token->restored);
     token->program.assign(program.begin(), program.end());
     token->restored = Token<D>::not_restored;
@@ -129,14 +130,24 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     if (!stays(answer.label)) grow(-1);
   }
   if (left && crew_.options.suspend) {
-    outcome.form = Form::suspended_token;
-    outcome.token = token;
-    finish(token->parent, token->side, token->region, std::move(outcome));
-    return nullptr;
+    token->ended = !stop;
+    return leave(token);
   }
   if (left) outcome.label = Label::fuzzy;
   outcome.cell = std::move(token->cell);
   return give(token, std::move(outcome));
+}
+
+/// Leaves a token, or what is below a node of a frontier, to another evaluation. @return null.
+template <int D>
+Token<D>* Worker<D>::leave(Token<D>* token) {
+  Outcome<D> outcome;
+  outcome.level = token->level;
+  outcome.form = Form::suspended_token;
+  outcome.divided = token->restored != Token<D>::not_restored && crew_.frontiers[token->region].has_emitted(token->restored);
+  outcome.token = token;
+  finish(token->parent, token->side, token->region, std::move(outcome));
+  return nullptr;
 }
 
 /// The end of a token. @return null.
@@ -292,6 +303,7 @@ std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Loca
   template void Worker<D>::start();                            \
   template void Worker<D>::join();                             \
   template void Worker<D>::add(Token<D>*);                     \
+  template Token<D>* Worker<D>::leave(Token<D>*);              \
   template Token<D>* Worker<D>::give(Token<D>*, Outcome<D>);   \
   template Join<D>* Worker<D>::join_of(const Token<D>&, geometry::HyperplaneId); \
   template void Worker<D>::cut(const Cell<D>&, geometry::HyperplaneId, std::array<bool, 2>, std::array<Cell<D>, 2>&);

@@ -15,7 +15,7 @@ dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned t
   evaluate.order = options.order == Order::priority ? dataflow::Order::priority : dataflow::Order::depth;
   evaluate.eye = options.eye;
   if (options.angle) evaluate.angle = *options.angle * std::numbers::pi / 180;
-  evaluate.suspend = evaluate.hold_wholes = true;
+  evaluate.suspend = evaluate.hold_wholes = evaluate.same_limits = true;
   evaluate.keep_in = options.keep_in;
   evaluate.keep_fuzzy = options.keep_fuzzy;
   evaluate.keep_out = options.keep_out;

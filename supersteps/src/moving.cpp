@@ -30,7 +30,7 @@ double undecided_share(const dataflow::Frontier& frontier, int levels) {
     const int depth = depths.back();
     depths.pop_back();
     if (node.kind == dataflow::Frontier::Kind::split) depths.insert(depths.end(), 2, depth + 1);
-    if (node.kind == dataflow::Frontier::Kind::token && depth < levels) share += std::ldexp(1.0, -depth);
+    if (node.kind == dataflow::Frontier::Kind::token && node.ended == 0 && depth < levels) share += std::ldexp(1.0, -depth);
   }
   return share;
 }

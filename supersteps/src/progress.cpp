@@ -255,6 +255,21 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
   io::write_snapshot(*options.snapshot, snapshot, writers);
 }
 
+namespace {
+
+/// Whether a run leaves the same cells FUZZY as the one that wrote the snapshot.
+bool are_same_limits(const io::SnapshotHead& head, const RunOptions& options) {
+  if (options.level != head.level || options.tolerance.value_or(0) != head.tolerance || options.angle.value_or(0) != head.angle) return false;
+  return !options.angle || options.eye == head.eye;
+}
+
+/// All that is undecided is looked at again.
+void reopen(Frontier& frontier) {
+  for (Frontier::Node& node : frontier.nodes) node.ended = 0;
+}
+
+}  // namespace
+
 template <int D>
 Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options) {
   const io::Snapshot list = io::read_snapshot(*options.resume, io::SnapshotPart::head);
@@ -274,6 +289,7 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
     for (const std::string& archive : mine.frontier_archive) {
       dataflow::Region<D> region;
       dataflow::from_bytes(std::span<const char>(archive), region);
+      if (!are_same_limits(head, options)) reopen(region.frontier);
       region.cell = dataflow::region_cell(network, progress.partition, region.number);
       progress.partition.regions.push_back(std::move(region));
     }

@@ -114,6 +114,16 @@ TEST_F(Session, CurvedRunsGoOnToTheirTolerance) {
   EXPECT_EQ(digest(run({"resume", snapshot_.string(), "--tolerance", "0.02"}).text), expected);
 }
 
+/// A step takes up what earlier ones left without looking again at what they have ended.
+TEST_F(Session, StepsOfMillisecondsComeToAnEnd) {
+  model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
+  const std::string expected = uninterrupted({"--curved", "--tolerance", "0.01"});
+  const Ended ended = run({"run", model_, "--curved", "--tolerance", "0.01", "--snapshot", snapshot_.string(), "--budget", "3ms"});
+  EXPECT_EQ(ended.code, 0) << ended.text;
+  EXPECT_EQ(digest(ended.text), expected);
+  EXPECT_NE(run({"info", snapshot_.string()}).text.find("complete"), std::string::npos);
+}
+
 TEST_F(Session, ASnapshotOfALevelIsRefinedFurther) {
   const std::string expected = uninterrupted({"--level", "40"});
   EXPECT_EQ(run({"run", model_, "--level", "15", "--snapshot", snapshot_.string()}).code, 0);

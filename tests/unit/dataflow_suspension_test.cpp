@@ -157,6 +157,7 @@ int expect_suspendable(Random& random, bool with_level) {
 
   Run<D> run(network, depth);
   int interruptions = 0;
+  std::optional<unsigned> level_before;
   for (;; ++interruptions) {
     if (interruptions > 5000) {
       ADD_FAILURE() << "no progress";
@@ -170,6 +171,8 @@ int expect_suspendable(Random& random, bool with_level) {
       if (chance(random, 0.3)) options.level = static_cast<unsigned>(pick(random, 0, level ? static_cast<int>(*level) : 20));
       if (chance(random, 0.05)) options.cells = 0, options.interrupted = [] { return true; };
     }
+    options.same_limits = interruptions > 0 && options.level == level_before;
+    level_before = options.level;
     run.step(options);
     if (last || run.regions.empty()) break;
     if (chance(random, 0.5)) run.travel();
@@ -212,6 +215,48 @@ TEST(Suspension, ChangesNothingAtALevel) {
   Random random(seed);
   for (int round = 0; round < 50 && !testing::Test::HasFailure(); ++round) expect_suspendable<3>(random, true);
   for (int round = 0; round < 10 && !testing::Test::HasFailure(); ++round) expect_suspendable<2>(random, true);
+}
+
+/// However short a step is, it does something new, and looks at nothing twice that stays FUZZY.
+TEST(Suspension, ShortStepsComeToAnEnd) {
+  const Network<3> network = compile<3>(model::subtract({model::ball(3, 1), model::cuboid({1, 1, 1}, true)}), {});
+  for (const Order order : {Order::depth, Order::priority}) {
+    EvaluateOptions options;
+    options.order = order;
+    options.suspend = true;
+    options.tolerance = 0.004;
+    const auto whole = evaluate(network, partition(network, 3).regions, options, {});
+    const auto fuzzy = [](const std::vector<Region<3>>& regions) {
+      std::uint64_t cells = 0;
+      for (const Region<3>& region : regions) cells += region.cells_left(false);
+      return cells;
+    };
+    ASSERT_GT(fuzzy(whole.unfinished), 1000U);
+    options.budget_seconds = 0;  // one token, or a few
+    options.same_limits = true;
+    std::uint64_t splits = 0;
+    int steps = 0;
+    auto regions = partition(network, 3).regions;
+    for (bool stopped = true; stopped; ++steps) {
+      ASSERT_LT(steps, 5'000) << "no progress";
+      auto result = evaluate(network, std::move(regions), options, {});
+      stopped = result.stopped;
+      splits += result.totals.counts.splits;
+      regions = std::move(result.unfinished);
+    }
+    EXPECT_GT(steps, 5);
+    EXPECT_EQ(fuzzy(regions), fuzzy(whole.unfinished));
+    // Nothing is left to do, not even cells to make again; but for who wants to see more or less than before.
+    auto again = evaluate(network, std::move(regions), options, {});
+    EXPECT_EQ(again.totals.counts.splits, 0U);
+    EXPECT_EQ(fuzzy(again.unfinished), fuzzy(whole.unfinished));
+    options.same_limits = false;
+    options.tolerance = 0.001;
+    options.budget_seconds.reset();
+    const auto finer = evaluate(network, std::move(again.unfinished), options, {});
+    EXPECT_GT(fuzzy(finer.unfinished), 2 * fuzzy(whole.unfinished));
+    EXPECT_GT(splits, 1000U);
+  }
 }
 
 TEST(Suspension, LeavesNothingOnceAllIsDone) {

@@ -34,6 +34,9 @@ struct EvaluateOptions {
   std::optional<double> budget_seconds;  ///< what is undecided then is left
   std::optional<std::uint64_t> cells;    ///< likewise once there are so many cells more than at the beginning, undecided ones counted
   std::function<bool()> interrupted;     ///< asked some fifty times a second by the calling thread: true ends the evaluation likewise
+  /// The limits (level, tolerance, angle, eye) are those of the evaluation that left the frontiers: cells that ended there as deep, thin or
+  /// small enough are not looked at again. Otherwise all are.
+  bool same_limits = false;
   /// What is left is suspended: it comes back as the frontiers of Evaluation::unfinished. Otherwise it becomes FUZZY cells.
   bool suspend = false;
   /// A region that turns out to be one cell, IN or OUT and wanted, comes back as unfinished, its cell held: what is beyond the

@@ -26,7 +26,7 @@ struct Frontier {
   struct Node {
     Kind kind = Kind::token;
     geometry::Label label = geometry::Label::fuzzy;  ///< of a held cell
-    std::uint16_t unused = 0;
+    std::uint16_t ended = 0;  ///< 1: a token that will not be cut, as it is deep, thin or small enough
     std::int32_t value = 0;
     friend bool operator==(const Node&, const Node&) = default;
   };
