@@ -253,7 +253,9 @@ TEST_P(RandomResolution, ContactsAndBoundaryCoverAllFacets) {
     if (is_positive(e)) told += check_sides(e, r.surface, random);
     if (testing::Test::HasFailure()) return;
   }
-  if (std::getenv("BSP2_SEED") == nullptr) EXPECT_GT(told, 1000U);  // else all rounds are of one expression
+  if (std::getenv("BSP2_SEED") == nullptr) {  // else all rounds are of one expression
+    EXPECT_GT(told, 1000U);
+  }
 }
 
 /// The search in space against asking each point about each edge.
