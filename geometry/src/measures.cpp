@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
+#include "vector_lanes.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -41,6 +42,46 @@ void finish(Moments<D>& moments) {
   for (int i = 0; i <= D; ++i)
     for (int j = i; j <= D; ++j)
       moments.integral[Moments<D>::index(i, j)] /= factorial(D + (i > 0 ? 1 : 0) + (j > 0 ? 1 : 0));
+}
+
+constexpr std::size_t lanes = 4;
+
+/// What add_simplex() would add for the tetrahedra between the origin and each triangle, in four sums. @param triangles a multiple of four.
+BSP2_VECTOR_CLONES void add_tetrahedra(const std::array<double, 3>* points, std::span<const Triangle> triangles, Moments<3>& moments) {
+  std::array<Lanes, Moments<3>::size> sums{};
+  for (std::size_t at = 0; at < triangles.size(); at += lanes) {
+    std::array<std::array<Lanes, 3>, 3> corners;
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      for (std::size_t lane = 0; lane < lanes; ++lane)
+        for (std::size_t i = 0; i < 3; ++i) corners[corner][i][lane] = points[triangles[at + lane][corner]][i];
+    const auto& [a, b, c] = corners;
+    const Lanes product = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+    const Lanes determinant = product < 0 ? -product : product;
+    sums[0] += determinant;
+    std::array<Lanes, 3> sum;
+    for (int i = 0; i < 3; ++i) sum[i] = a[i] + b[i] + c[i];
+    for (int i = 0; i < 3; ++i) {
+      sums[Moments<3>::index(0, i + 1)] += determinant * sum[i];
+      for (int j = i; j < 3; ++j)
+        sums[Moments<3>::index(i + 1, j + 1)] += determinant * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]);
+    }
+  }
+  for (int k = 0; k < Moments<3>::size; ++k) moments.integral[k] += (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
+}
+
+/// From moments about `origin` to those about the origin of the coordinates, both undivided.
+template <int D>
+void move_undivided(const std::array<double, D>& origin, Moments<D>& moments) {
+  const auto before = moments.integral;
+  constexpr double first = D + 1, second = D + 2;  // what the divisors of the degrees differ by
+  for (int i = 0; i < D; ++i) {
+    const double first_i = before[Moments<D>::index(0, i + 1)];
+    moments.integral[Moments<D>::index(0, i + 1)] += first * origin[i] * before[0];
+    for (int j = i; j < D; ++j) {
+      const double first_j = before[Moments<D>::index(0, j + 1)];
+      moments.integral[Moments<D>::index(i + 1, j + 1)] += second * (origin[i] * first_j + origin[j] * first_i + first * origin[i] * origin[j] * before[0]);
+    }
+  }
 }
 
 /// D! times the content.
@@ -222,18 +263,18 @@ void CellWriter<D>::order_facets(const Cell<D>& cell) {
       const OrientedHyperplane code = cell.facet_hyperplane(facet);
       const auto normal = table_->rounded(code.id()).normal;
       const auto& o = vertices[loops_[begin]].x;
-      double turn = 0, length = 0, error = vertices[loops_[begin]].error;
-      for (std::size_t i = begin + 1; i + 1 < loops_.size(); ++i) {
+      double turn = 0, length = 0, error = vertices[loops_[begin]].error, bound = 0;
+      for (std::size_t i = begin + 1; i + 1 < loops_.size() && std::fabs(turn) <= bound; ++i) {  // each triangle of a convex facet turns the same way
         const auto &p = vertices[loops_[i]].x, &q = vertices[loops_[i + 1]].x;
         const double ux = p[0] - o[0], uy = p[1] - o[1], uz = p[2] - o[2], vx = q[0] - o[0], vy = q[1] - o[1], vz = q[2] - o[2];
         turn += normal[0] * (uy * vz - uz * vy) + normal[1] * (uz * vx - ux * vz) + normal[2] * (ux * vy - uy * vx);
         length += std::fabs(ux) + std::fabs(uy) + std::fabs(uz) + std::fabs(vx) + std::fabs(vy) + std::fabs(vz);
         error = std::max({error, vertices[loops_[i]].error, vertices[loops_[i + 1]].error});
+        bound = 4 * error * (length + error * static_cast<double>(edges.size())) + 0x1p-48 * length * length;
       }
       if ((turn < 0) != code.flipped()) std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.end());
       loop_ends_.push_back(static_cast<std::uint32_t>(loops_.size()));
-      if (std::fabs(turn) <= 4 * error * (length + error * static_cast<double>(edges.size())) + 0x1p-48 * length * length)
-        doubtful_.push_back(static_cast<std::uint16_t>(facet));
+      if (std::fabs(turn) <= bound) doubtful_.push_back(static_cast<std::uint16_t>(facet));
     }
     if (!doubtful_.empty()) turn_doubtful_facets();
   }
@@ -274,28 +315,24 @@ void CellWriter<D>::turn_doubtful_facets() {
 }
 
 template <int D>
-Moments<D> CellWriter<D>::measure_ordered(const Cell<D>& cell) const {
+Moments<D> CellWriter<D>::measure_ordered(const Cell<D>& cell) {
   Moments<D> moments;
   if constexpr (D == 3) {
     const auto vertices = cell.vertices();
-    const auto& o = vertices[0].x;
+    const auto& origin = vertices[0].x;
+    seen_from_first_.resize(vertices.size());
+    for (std::size_t v = 0; v < vertices.size(); ++v)
+      for (int i = 0; i < 3; ++i) seen_from_first_[v][i] = vertices[v].x[i] - origin[i];
+    triangles_.clear();
     std::size_t begin = 0;
-    for (const std::uint32_t end : loop_ends_) {
-      const auto loop = loops_.begin() + static_cast<std::ptrdiff_t>(begin);
-      const auto stop = loops_.begin() + end;
-      if (std::find(loop, stop, 0) == stop) {
-        const auto& a = vertices[loop[0]].x;
-        for (std::size_t i = begin + 1; i + 1 < end; ++i) {
-          const auto &b = vertices[loops_[i]].x, &c = vertices[loops_[i + 1]].x;
-          const double ax = a[0] - o[0], ay = a[1] - o[1], az = a[2] - o[2];
-          const double bx = b[0] - o[0], by = b[1] - o[1], bz = b[2] - o[2];
-          const double cx = c[0] - o[0], cy = c[1] - o[1], cz = c[2] - o[2];
-          const double determinant = std::fabs(ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx));
-          add_simplex<3>({o.data(), a.data(), b.data(), c.data()}, determinant, moments);
-        }
-      }
+    for (const std::size_t end : loop_ends_) {
+      if (std::find(loops_.data() + begin, loops_.data() + end, 0) == loops_.data() + end)
+        for (std::size_t i = begin + 1; i + 1 < end; ++i) triangles_.push_back({loops_[begin], loops_[i], loops_[i + 1]});
       begin = end;
     }
+    while (triangles_.size() % lanes != 0) triangles_.push_back({0, 0, 0});
+    add_tetrahedra(seen_from_first_.data(), triangles_, moments);
+    move_undivided<D>(origin, moments);
   } else {
     SimplexCutter<D>(cell, moments).run();
   }
@@ -327,10 +364,13 @@ template <int D>
 Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
   const Moments<D> moments = measure(cell);
   batch.dimension = D;
-  for (const Vertex<D>& vertex : cell.vertices()) batch.points.insert(batch.points.end(), vertex.x.begin(), vertex.x.end());
+  const auto vertices = cell.vertices();
+  const std::size_t first_coordinate = batch.points.size();
+  batch.points.resize(first_coordinate + vertices.size() * D);
+  for (std::size_t v = 0; v < vertices.size(); ++v) std::copy_n(vertices[v].x.data(), D, batch.points.data() + first_coordinate + v * D);
   batch.point_offset.push_back(static_cast<std::uint32_t>(batch.points.size() / D));
-  const auto end_facet = [&](OrientedHyperplane code) {
-    batch.facet_vertex_offset.push_back(static_cast<std::uint32_t>(batch.facet_vertices.size()));
+  const auto end_facet = [&](OrientedHyperplane code, std::size_t end) {
+    batch.facet_vertex_offset.push_back(static_cast<std::uint32_t>(end));
     const auto id = static_cast<std::int32_t>(code.id());
     batch.facet_hyperplane.push_back(code.flipped() ? ~id : id);
   };
@@ -340,21 +380,18 @@ Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
       batch.facet_vertices.push_back(i);
       const HyperplaneId id = ends[i].hyperplanes[0];
       const bool outward = ends[i].x[0] > ends[1 - i].x[0];
-      end_facet(oriented(id, (table_->rounded(id).normal[0] > 0) != outward));
+      end_facet(oriented(id, (table_->rounded(id).normal[0] > 0) != outward), batch.facet_vertices.size());
     }
   } else if constexpr (D == 3) {
-    std::size_t begin = 0;
-    for (std::size_t facet = 0; facet < loop_ends_.size(); ++facet) {
-      batch.facet_vertices.insert(batch.facet_vertices.end(), loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.begin() + loop_ends_[facet]);
-      begin = loop_ends_[facet];
-      end_facet(cell.facet_hyperplane(facet));
-    }
+    const auto first = static_cast<std::uint32_t>(batch.facet_vertices.size());
+    batch.facet_vertices.insert(batch.facet_vertices.end(), loops_.begin(), loops_.end());
+    for (std::size_t facet = 0; facet < loop_ends_.size(); ++facet) end_facet(cell.facet_hyperplane(facet), first + loop_ends_[facet]);
   } else {
     for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
-      std::set<std::uint16_t> vertices;
-      collect_vertices(cell, D - 1, facet, vertices);
-      batch.facet_vertices.insert(batch.facet_vertices.end(), vertices.begin(), vertices.end());
-      end_facet(cell.facet_hyperplane(facet));
+      std::set<std::uint16_t> corners;
+      collect_vertices(cell, D - 1, facet, corners);
+      batch.facet_vertices.insert(batch.facet_vertices.end(), corners.begin(), corners.end());
+      end_facet(cell.facet_hyperplane(facet), batch.facet_vertices.size());
     }
   }
   batch.facet_offset.push_back(static_cast<std::uint32_t>(batch.facet_hyperplane.size()));

@@ -50,6 +50,9 @@ class MomentSum {
   [[nodiscard]] static int degree(int index);
 };
 
+/// Corners, by their places among a cell's vertices.
+using Triangle = std::array<std::uint16_t, 3>;
+
 /// Flattens cells and measures them. Thread rule: one thread at a time.
 /// Cells are cut into simplices from their first vertex, facet by facet (so no term is negative).
 template <int D>
@@ -68,10 +71,12 @@ class CellWriter {
   std::vector<std::uint16_t> loops_;                      // ordered vertices of all facets (D = 3)
   std::vector<std::uint32_t> loop_ends_;
   std::vector<std::uint16_t> doubtful_;           // facets too thin to tell which way round they are
+  std::vector<std::array<double, 3>> seen_from_first_;  // the vertices, seen from the first one (D = 3)
+  std::vector<Triangle> triangles_;                     // of the facets that miss the first vertex
 
   void order_facets(const Cell<D>& cell);
   void turn_doubtful_facets();
-  Moments<D> measure_ordered(const Cell<D>& cell) const;
+  Moments<D> measure_ordered(const Cell<D>& cell);
 };
 
 }  // namespace bsp2::geometry
