@@ -6,6 +6,7 @@
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "filter.hpp"
+#include "space_cell.hpp"
 
 namespace bsp2::geometry {
 
@@ -256,37 +257,53 @@ void Clipper<3>::find_common_facet() {
 /// The half on that side as a cell of its own. Nothing of the cell at hand changes.
 Cell<3> Clipper<3>::pack_side(std::uint8_t side, std::uint32_t common_code) {
   const std::uint8_t other = crosses ^ side;
-  scratch_.clear();
-  renumbered_.resize(vertices_.size() + edges_.size());
+  const std::size_t all_vertices = vertices_.size(), all_edges = edges_.size();
+  renumbered_.resize(all_vertices + all_edges);
   Index* const vertex_number = &renumbered_[0];
-  Index* const edge_number = vertex_number + vertices_.size();
-  for (std::size_t v = 0; v < vertices_.size(); ++v)
-    if (vertex_lives_[v] != 0 && vertex_mask_[v] != other) vertex_number[v] = scratch_.add_vertex(vertices_[v]);
-  const auto add_edge = [&](std::size_t e) {
-    edge_number[e] = scratch_.add_face(1, edges_[e].hyperplanes.data());
-    for (const Index v : edges_[e].ends) scratch_.add_subface(1, vertex_number[vertex_mask_[v] == other ? cut_vertex_[e] : v]);
-    scratch_.close_face(1);
+  Index* const edge_number = vertex_number + all_vertices;
+  packed_.resize(all_vertices + all_edges);
+  Index* const packed_vertices = &packed_[0];
+  Index* const packed_edges = packed_vertices + all_vertices;
+  std::size_t vertices = 0, edges = 0, facets = 1;
+  for (std::size_t v = 0; v < all_vertices; ++v) {
+    vertex_number[v] = static_cast<Index>(vertices);
+    packed_vertices[vertices] = static_cast<Index>(v);
+    vertices += (vertex_lives_[v] != 0) & (vertex_mask_[v] != other) ? 1 : 0;
+  }
+  const auto add_edge = [&](Index e) {
+    edge_number[e] = static_cast<Index>(edges);
+    packed_edges[edges++] = e;
   };
   if (is_touched_) {
-    for (std::size_t e = 0; e < edges_.size(); ++e)
-      if (edge_lives_[e] != 0 && edge_mask_[e] != other) add_edge(e);
+    for (std::size_t e = 0; e < all_edges; ++e)
+      if (edge_lives_[e] != 0 && edge_mask_[e] != other) add_edge(static_cast<Index>(e));
   } else {  // those that go, and the common ones, which are the newest
     for (std::size_t i = 0; i < going_edges_.size(); ++i) add_edge(going_edges_[i]);
     for (std::size_t i = 0; i < common_list_.size(); ++i) add_edge(common_list_[i]);
   }
+  for (std::size_t f = 0; f < facets_.size(); ++f) facets += facets_[f].alive && facet_mask_[f] != other ? 1 : 0;
+
+  SpaceCell packed(vertices, edges, facets);
+  for (std::size_t i = 0; i < vertices; ++i) packed.vertices[i] = vertices_[packed_vertices[i]];
+  for (std::size_t i = 0; i < edges; ++i) {
+    const Index e = packed_edges[i];
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Index v = edges_[e].ends[k];
+      packed.edge_ends[2 * i + k] = vertex_number[vertex_mask_[v] == other ? cut_vertex_[e] : v];
+      packed.edge_hyperplanes[2 * i + k] = edges_[e].hyperplanes[k];
+    }
+  }
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     const Facet& facet = facets_[f];
     if (!facet.alive || facet_mask_[f] == other) continue;
-    scratch_.add_face(2, &facet.code);
     for (std::uint32_t i = 0; i < facet.count; ++i)
-      if (edge_mask_[lists_[facet.begin + i]] != other) scratch_.add_subface(2, edge_number[lists_[facet.begin + i]]);
-    if (facet_mask_[f] == crosses) scratch_.add_subface(2, edge_number[common_edge_[f]]);
-    scratch_.close_face(2);
+      if (edge_mask_[lists_[facet.begin + i]] != other) packed.add_facet_edge(edge_number[lists_[facet.begin + i]]);
+    if (facet_mask_[f] == crosses) packed.add_facet_edge(edge_number[common_edge_[f]]);
+    packed.close_facet(facet.code);
   }
-  scratch_.add_face(2, &common_code);
-  for (const Index e : common_list_) scratch_.add_subface(2, edge_number[e]);
-  scratch_.close_face(2);
-  return scratch_.pack();
+  for (const Index e : common_list_) packed.add_facet_edge(edge_number[e]);
+  packed.close_facet(common_code);
+  return packed.take();
 }
 
 /// Takes away what is on the other side.
@@ -406,20 +423,19 @@ void Clipper<3>::close_up() {
 }
 
 Cell<3> Clipper<3>::cell() {
-  scratch_.clear();
   close_up();
-  for (std::size_t v = 0; v < vertices_.size(); ++v) scratch_.add_vertex(vertices_[v]);
-  for (std::size_t e = 0; e < edges_.size(); ++e) {
-    scratch_.add_face(1, edges_[e].hyperplanes.data());
-    for (const Index v : edges_[e].ends) scratch_.add_subface(1, v);
-    scratch_.close_face(1);
+  SpaceCell packed(vertices_.size(), edges_.size(), facets_.size());
+  std::copy(vertices_.begin(), vertices_.end(), packed.vertices);
+  for (std::size_t e = 0; e < edges_.size(); ++e)
+    for (std::size_t k = 0; k < 2; ++k) {
+      packed.edge_ends[2 * e + k] = edges_[e].ends[k];
+      packed.edge_hyperplanes[2 * e + k] = edges_[e].hyperplanes[k];
+    }
+  for (const Facet& facet : facets_) {
+    for (std::uint32_t i = 0; i < facet.count; ++i) packed.add_facet_edge(lists_[facet.begin + i]);
+    packed.close_facet(facet.code);
   }
-  for (std::size_t f = 0; f < facets_.size(); ++f) {
-    scratch_.add_face(2, &facets_[f].code);
-    for (std::uint32_t i = 0; i < facets_[f].count; ++i) scratch_.add_subface(2, lists_[facets_[f].begin + i]);
-    scratch_.close_face(2);
-  }
-  return scratch_.pack();
+  return packed.take();
 }
 
 #define BSP2_INSTANTIATE(D) template class Clipper<D>;

@@ -468,9 +468,11 @@ template <int D>
 void Splitter<D>::cut_edges(const Cell<D>& cell, HyperplaneId id) {
   const std::size_t count = cell.face_count(1);
   mask_[1].resize(count);
+  cut_number_.resize(count);
   crossing_.clear();
   for (std::size_t edge = 0; edge < count; ++edge) {
     const auto ends = cell.subfaces(1, edge);
+    cut_number_[edge] = static_cast<std::uint16_t>(crossing_.size());
     mask_[1][edge] = mask_[0][ends[0]] | mask_[0][ends[1]];
     if (mask_[1][edge] != crosses) continue;
     EdgeHyperplanes<D> ids;

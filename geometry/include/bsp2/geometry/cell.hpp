@@ -61,6 +61,7 @@ class Cell {
  private:
   template <int>
   friend class CellScratch;
+  friend class SpaceCell;
   struct Level {
     std::uint32_t faces = 0, hyperplanes_at = 0, ends_at = 0, subfaces_at = 0;
   };

@@ -74,8 +74,7 @@ class Clipper<3> {
   Buffer<EdgeHyperplanes<3>> crossing_;  // edges
   Buffer<Index> common_edge_;  // of each crossing facet
   Buffer<Index> common_list_;  // edges of the common facet
-  Buffer<Index> renumbered_;   // of vertices or edges
-  CellScratch<3> scratch_;
+  Buffer<Index> renumbered_, packed_;   // of vertices or edges
 
   std::uint8_t find_sides(HyperplaneId id);
   void add_vertex(const Vertex<3>& vertex);

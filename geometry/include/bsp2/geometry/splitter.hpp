@@ -46,6 +46,7 @@ class CellScratch {
   void add_subface(int k, std::uint16_t subface) { levels_[k - 1].subfaces.push(subface); }
   void close_face(int k) { levels_[k - 1].ends.push(static_cast<std::uint32_t>(levels_[k - 1].subfaces.size())); }
   [[nodiscard]] Cell<D> pack() const;
+  [[noreturn]] static void throw_too_many_faces();
 
  private:
   struct Level {
@@ -60,7 +61,6 @@ class CellScratch {
     if (size >= std::numeric_limits<std::uint16_t>::max()) throw_too_many_faces();
     return static_cast<std::uint16_t>(size);
   }
-  [[noreturn]] static void throw_too_many_faces();
 };
 
 /// The coordinates of a cell's vertices by axis, so that one hyperplane is held against all of them at a time. The last
@@ -125,7 +125,11 @@ class Splitter {
   std::array<Buffer<std::uint8_t>, D> mask_;  // of each k-face: on which sides it has vertices
   Buffer<EdgeHyperplanes<D>> crossing_;  // edges
   Buffer<Vertex<D>> cuts_;               // of each of them
-  std::array<Half, 2> halves_;
+  Buffer<std::uint16_t> cut_number_;     // of each crossing edge
+  std::array<Half, 2> halves_;  // D != 3
+  Buffer<std::array<std::uint32_t, 2>> common_edges_;  // D = 3: their ends
+  Buffer<std::uint32_t> common_outline_;               // D = 3: edges
+  std::array<Buffer<std::uint16_t>, 3> number_, kept_;  // D = 3: of the faces of a half
 
   template <typename Covector>
   struct CachedCovector {
@@ -180,6 +184,14 @@ class Splitter {
   void copy_face(const Cell<D>& cell, int k, std::size_t face, Half& half);
   template <typename Facets>
   std::uint16_t add_common(const Cell<D>& cell, int k, const Facets& subfaces, const std::uint32_t* hyperplanes, Half& half);
+  // D = 3, in space_split.cpp
+  void find_common_facet(const Cell<D>& cell);
+  [[nodiscard]] std::array<std::uint32_t, 2> find_common_edge(const Cell<D>& cell, std::span<const std::uint16_t> outline, bool is_touched) const;
+  std::size_t number_kept(int k, std::size_t count, std::uint8_t other);
+  Cell<D> half_of(const Cell<D>& cell, HyperplaneId id, std::uint8_t side);
 };
+
+template <>
+void Splitter<3>::split(const Cell<3>& cell, HyperplaneId id, Cell<3>* negative, Cell<3>* positive);
 
 }  // namespace bsp2::geometry
