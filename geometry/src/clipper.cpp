@@ -100,7 +100,7 @@ Position Clipper<3>::cut(OrientedHyperplane plane, Cell<3>* rest) {
   ++splitter_->counts_.splits;
   mark(crosses ^ kept);
   cut_edges(id);
-  find_common_edges(id);
+  find_common_edges(id, crosses ^ kept);
   if (is_touched_) find_common_facet();
   const auto code_for = [&](std::uint8_t side) { return oriented(id, side == has_positive).code; };
   if (rest != nullptr) *rest = pack_side(crosses ^ kept, code_for(crosses ^ kept));
@@ -205,8 +205,9 @@ void Clipper<3>::cut_edges(HyperplaneId id) {
 
 /// A new edge for each crossing facet, between the points in which the plane meets the facet's outline. Where no vertex lies on the
 /// plane these are the outline of the common facet.
-void Clipper<3>::find_common_edges(HyperplaneId id) {
+void Clipper<3>::find_common_edges(HyperplaneId id, std::uint8_t going) {
   common_edge_.resize(facets_.size());
+  stays_until_.resize(facets_.size());
   common_list_.clear();
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     const Facet& facet = facets_[f];
@@ -217,15 +218,18 @@ void Clipper<3>::find_common_edges(HyperplaneId id) {
       if (found < 2) ends[found] = vertex;
       ++found;
     };
-    for (std::uint32_t i = 0; i < facet.count; ++i) {
+    std::uint32_t i = 0, first_going = facet.count;
+    for (; i < facet.count && (found < 2 || is_touched_); ++i) {
       const Index e = lists_[facet.begin + i];
+      if (edge_mask_[e] == going) first_going = std::min(first_going, i);
       if (edge_mask_[e] == crosses) {
         add(cut_vertex_[e]);
-      } else if (edge_mask_[e] == has_negative) {
+      } else if (is_touched_ && edge_mask_[e] == has_negative) {
         for (const Index v : edges_[e].ends)
           if (vertex_mask_[v] == 0) add(v);
       }
     }
+    stays_until_[f] = std::min(first_going, i);
     if (found != 2) throw std::logic_error("a plane meets the outline of a convex facet in other than two points");
     if (edges_.size() >= 0xffff) throw std::length_error("a cell has more than 65534 faces of one dimension");
     common_edge_[f] = static_cast<Index>(edges_.size());
@@ -317,9 +321,9 @@ void Clipper<3>::keep_side(std::uint8_t side, std::uint32_t common_code) {
       facet.alive = false;
       continue;
     }
-    std::uint32_t end = facet.begin;  // at least one edge goes or two are cut; there is room for the new one if it goes
+    std::uint32_t end = facet.begin + stays_until_[f];  // at least one edge goes or two are cut; there is room for the new one if it goes
     bool shrunk = false;
-    for (std::uint32_t i = facet.begin; i < facet.begin + facet.count; ++i)
+    for (std::uint32_t i = end; i < facet.begin + facet.count; ++i)
       if (edge_mask_[lists_[i]] != other)
         lists_[end++] = lists_[i];
       else

@@ -17,6 +17,7 @@ std::array<std::uint32_t, 2> Splitter<3>::find_common_edge(const Cell<3>& cell, 
     ++found;
   };
   for (const std::uint16_t edge : outline) {
+    if (found == 2 && !is_touched) break;
     if (mask_[1][edge] == crosses) {
       add(static_cast<std::uint32_t>(cell.face_count(0)) + cut_number_[edge]);
     } else if (is_touched && mask_[1][edge] == has_negative) {

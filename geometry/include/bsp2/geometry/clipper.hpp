@@ -73,6 +73,7 @@ class Clipper<3> {
   Buffer<Index> cut_vertex_;   // of each crossing edge
   Buffer<EdgeHyperplanes<3>> crossing_;  // edges
   Buffer<Index> common_edge_;  // of each crossing facet
+  Buffer<std::uint32_t> stays_until_;  // of each crossing facet: so many of its edges come before the first one that goes
   Buffer<Index> common_list_;  // edges of the common facet
   Buffer<Index> renumbered_, packed_;   // of vertices or edges
 
@@ -82,7 +83,7 @@ class Clipper<3> {
   void mark(std::uint8_t going);
   void mark_vertices_and_edges(std::uint8_t going);
   void cut_edges(HyperplaneId id);
-  void find_common_edges(HyperplaneId id);
+  void find_common_edges(HyperplaneId id, std::uint8_t going);
   void find_common_facet();
   Cell<3> pack_side(std::uint8_t side, std::uint32_t common_code);
   void keep_side(std::uint8_t side, std::uint32_t common_code);
