@@ -199,10 +199,11 @@ void add_tables_options(CLI::App& app, RunCommand& command) {
       ->delimiter(',')
       ->check(is_number(1U, 4096U, "1 .. 4096"))
       ->type_name("N,N,...");
-  app.add_option("--levels", command.levels, "coarse resolutions: two levels (default: those above\nwhich 5 % and 25 % of the cells lie)")
+  auto* const levels = app.add_option("--levels", command.levels, "coarse resolutions: two levels (default: those above\nwhich 5 % and 25 % of the cells lie)")
       ->delimiter(',')
       ->check(is_number(1U, 65535U, "1 .. 65535"))
       ->type_name("A,B");
+  app.add_flag("--brief", command.brief, "table 1 alone, to the end, without boundaries: much\nsooner for large models")->excludes(levels);
   app.add_option("--threads", command.options.threads, "threads of a node; 0: one a core")->check(is_number(0U, 4096U, "0 .. 4096"))->type_name("N");
 }
 

@@ -43,21 +43,27 @@ double imbalance(const std::vector<NodeFigures>& nodes, std::uint64_t NodeFigure
   return sum == 0 ? 1 : static_cast<double>(most) * static_cast<double>(nodes.size()) / static_cast<double>(sum);
 }
 
+/// The time of one node over that of so many, all of which wait for the slowest one.
+double efficiency(const Resolved& finest, const std::vector<NodeFigures>& nodes) {
+  return finest.nodes.front().front().seconds / (static_cast<double>(nodes.size()) * sorted_seconds(nodes).back());
+}
+
 /// Table 1, at the finest resolution.
 void print_run_times(std::ostream& out, const Resolved& finest) {
   out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions << " regions\n\n  nodes      ";
-  for (const auto& nodes : finest.nodes) out << fmt::format("{:>9}", nodes.size());
-  const auto row = [&](const char* name, auto value) {
+  for (const auto& nodes : finest.nodes) out << fmt::format(" {:>9}", nodes.size());
+  const auto row = [&](const char* name, auto value, int digits = 3) {
     out << fmt::format("\n  {:<11}", name);
-    for (const auto& nodes : finest.nodes) out << fmt::format("{:>9.3f}", value(nodes));
+    for (const auto& nodes : finest.nodes) out << fmt::format(" {:>9.{}f}", value(nodes), digits);
   };
-  row("max", [](const auto& nodes) { return sorted_seconds(nodes).back(); });
-  row("median", [](const auto& nodes) { return sorted_seconds(nodes)[nodes.size() / 2]; });
-  row("min", [](const auto& nodes) { return sorted_seconds(nodes).front(); });
-  row("sum", [](const auto& nodes) { return sum_of(nodes).seconds; });
+  row("max", [](const auto& nodes) { return sorted_seconds(nodes).back(); }, 4);
+  row("median", [](const auto& nodes) { return sorted_seconds(nodes)[nodes.size() / 2]; }, 4);
+  row("min", [](const auto& nodes) { return sorted_seconds(nodes).front(); }, 4);
+  row("sum", [](const auto& nodes) { return sum_of(nodes).seconds; }, 4);
   row("max/mean", [](const auto& nodes) { return sorted_seconds(nodes).back() * static_cast<double>(nodes.size()) / sum_of(nodes).seconds; });
+  if (finest.nodes.front().size() == 1) row("efficiency", [&](const auto& nodes) { return efficiency(finest, nodes); });
   const auto rows_of_count = [&](const char* name, std::uint64_t NodeFigures::*count, double unit) {
-    row(name, [=](const auto& nodes) { return static_cast<double>(sum_of(nodes).*count) / unit; });
+    row(name, [=](const auto& nodes) { return static_cast<double>(sum_of(nodes).*count) / unit; }, 1);
     row("max/mean", [=](const auto& nodes) { return imbalance(nodes, count); });
   };
   rows_of_count("10^3 splits", &NodeFigures::splits, 1e3);
@@ -98,15 +104,16 @@ void print_nodes(std::ostream& out, const std::vector<Resolved>& measured, std::
 
 }  // namespace
 
-void print_tables(std::ostream& out, const std::vector<Resolved>& measured) {
+void print_tables(std::ostream& out, const std::vector<Resolved>& measured, bool brief) {
   out << "Every node's figures are measured here, one node after the other, as on a\n"
          "cluster of such machines; nothing ran in parallel but the threads of a node.\n"
          "Seconds are of processor time for each thread, the least of up to five times.\n"
-         "2-cells are those of a node's boundary. Last row: sums of cells, mean seconds.\n"
-         "Splits of cells, and questions on which side of a plane a point is, count the\n"
-         "work whatever else the machine does.\n\n";
+         "Efficiency: that of one node / (nodes x max). Splits of cells, and questions on\n"
+         "which side of a plane a point is, count the work whatever else the machine does.\n";
+  if (!brief) out << "2-cells are those of a node's boundary. Last row: sums of cells, mean seconds.\n";
+  out << '\n';
   print_run_times(out, measured.back());
-  for (std::size_t i = 0; i < measured.front().nodes.size(); ++i) print_nodes(out, measured, i);
+  for (std::size_t i = 0; i < measured.front().nodes.size() && !brief; ++i) print_nodes(out, measured, i);
 }
 
 }  // namespace bsp2::jobs

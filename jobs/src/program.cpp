@@ -70,10 +70,10 @@ void tell_left_out(const RunCommand& command, const supersteps::RunReport& repor
 /// The tables need no ranks: the nodes of a cluster are measured one after the other.
 void tables_command(const RunCommand& command, std::ostream& out) {
   std::vector<std::optional<unsigned>> levels(command.levels.begin(), command.levels.end());
-  if (!levels.empty()) levels.emplace_back();
-  const auto tables = supersteps::measure_tables(command.options, command.tables, levels);
+  if (!levels.empty() || command.brief) levels.emplace_back();
+  const auto tables = supersteps::measure_tables(command.options, command.tables, levels, !command.brief);
   out << command.options.model.string() << "\n\n";
-  print_tables(out, tables);
+  print_tables(out, tables, command.brief);
 }
 
 /// Splits, evaluates or shows a queue of jobs. @return the exit code.

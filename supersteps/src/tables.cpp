@@ -79,7 +79,8 @@ constexpr unsigned regions_of_a_node = 8;
 /// The superstep computation of one node, whose regions the distribution has made. The least of several times, as what else the
 /// machine does only makes them longer.
 template <int D>
-NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<dataflow::Region<D>>& regions, const dataflow::EvaluateOptions& options) {
+NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<dataflow::Region<D>>& regions, const dataflow::EvaluateOptions& options,
+                         bool with_facets) {
   constexpr int most_times = 5;
   constexpr double enough_seconds = 0.5;
   NodeFigures figures;
@@ -100,6 +101,7 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<
     figures.predicates = evaluation.totals.counts.predicates;
   }
   if constexpr (D == 3) {
+    if (!with_facets) return figures;
     Batches batches;
     for (const auto& refinement : keeper.take()) batches.emplace_back(refinement, &refinement->cells);
     figures.facets = count_boundary_facets(network.table, batches, options.threads);
@@ -109,7 +111,7 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<
 
 template <int D>
 Resolved measure_resolution(const dataflow::Network<D>& network, const RunOptions& options, const std::vector<unsigned>& node_counts,
-                            std::optional<unsigned> level) {
+                            std::optional<unsigned> level, bool with_facets) {
   RunOptions of_level = options;
   of_level.level = level;
   const unsigned most_nodes = *std::max_element(node_counts.begin(), node_counts.end());
@@ -124,7 +126,7 @@ Resolved measure_resolution(const dataflow::Network<D>& network, const RunOption
       std::vector<dataflow::Region<D>> regions;
       for (const auto& region : partition.regions)
         if (owner[region.number] == static_cast<std::int32_t>(node)) regions.push_back(region.copy());
-      nodes.push_back(measure_node<D>(network, regions, evaluate_options(options, level)));
+      nodes.push_back(measure_node<D>(network, regions, evaluate_options(options, level), with_facets));
     }
   }
   return result;
@@ -156,7 +158,7 @@ class Levels : public dataflow::Consumer {
 
 template <int D>
 std::vector<Resolved> measure(const Source& source, RunOptions options, const std::vector<unsigned>& node_counts,
-                              std::vector<std::optional<unsigned>> levels) {
+                              std::vector<std::optional<unsigned>> levels, bool with_facets) {
   const dataflow::Network<D> network = translation<D>(source, options);
   limit_refinement(network, options);
   if (levels.empty()) {
@@ -166,21 +168,22 @@ std::vector<Resolved> measure(const Source& source, RunOptions options, const st
     levels = {seen.quantile(0.05), seen.quantile(0.25), std::nullopt};
   }
   std::vector<Resolved> result;
-  for (const auto& level : levels) result.push_back(measure_resolution<D>(network, options, node_counts, level));
+  for (const auto& level : levels) result.push_back(measure_resolution<D>(network, options, node_counts, level, with_facets));
   return result;
 }
 
 }  // namespace
 
-std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels) {
+std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels,
+                                     bool with_facets) {
   const Source source = parsed(compilation(Ranks(), options), options);
   switch (source.model.expression.dimension()) {
-    case 1: return measure<1>(source, options, node_counts, std::move(levels));
-    case 2: return measure<2>(source, options, node_counts, std::move(levels));
-    case 3: return measure<3>(source, options, node_counts, std::move(levels));
-    case 4: return measure<4>(source, options, node_counts, std::move(levels));
-    case 5: return measure<5>(source, options, node_counts, std::move(levels));
-    case 6: return measure<6>(source, options, node_counts, std::move(levels));
+    case 1: return measure<1>(source, options, node_counts, std::move(levels), with_facets);
+    case 2: return measure<2>(source, options, node_counts, std::move(levels), with_facets);
+    case 3: return measure<3>(source, options, node_counts, std::move(levels), with_facets);
+    case 4: return measure<4>(source, options, node_counts, std::move(levels), with_facets);
+    case 5: return measure<5>(source, options, node_counts, std::move(levels), with_facets);
+    case 6: return measure<6>(source, options, node_counts, std::move(levels), with_facets);
     default: throw Error(options.model.string() + ": solids of dimension 1 to 6 can be evaluated");
   }
 }

@@ -162,12 +162,23 @@ TEST(Tables, FitATerminalAndAddUp) {
   EXPECT_NE(out.str().find("Table 6: model resolution and run times, number of nodes n = 16"), std::string::npos);
   EXPECT_NE(out.str().find("246,912"), std::string::npos);  // of two nodes
   // The last node of 16 makes four times as many splits as the others.
-  EXPECT_NE(out.str().find(
-                "10^3 splits    1.000    2.000    4.000    8.000   19.000\n  max/mean       1.000    1.000    1.000    1.000    3.368"),
+  EXPECT_NE(out.str().find("10^3 splits       1.0       2.0       4.0       8.0      19.0\n"
+                           "  max/mean        1.000     1.000     1.000     1.000     3.368"),
             std::string::npos)
       << out.str();
+  EXPECT_NE(out.str().find("efficiency      1.000     0.500     0.250     0.125     0.062"), std::string::npos) << out.str();
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+}
+
+TEST(Tables, LeaveSpaceBetweenLargeNumbersAndEndEarlyIfBrief) {
+  supersteps::Resolved resolved{{}, 8192, {}};
+  for (const std::size_t nodes : {2U, 1024U}) resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{1, 0, 8'000'000'000, 90'000'000'000, 700.5});
+  std::ostringstream out;
+  print_tables(out, {resolved}, true);
+  EXPECT_NE(out.str().find(" 1401.0000 717312.0000"), std::string::npos) << out.str();  // the sums
+  EXPECT_EQ(out.str().find("efficiency"), std::string::npos) << out.str();               // of one node is nothing known
+  EXPECT_EQ(out.str().find("Table 2"), std::string::npos) << out.str();
 }
 
 using Run = std::function<RunResult(const RunOptions&, supersteps::Ranks&)>;

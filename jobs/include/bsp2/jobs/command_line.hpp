@@ -31,6 +31,7 @@ struct RunCommand {
   bool json = false;                                                     ///< and tell it as JSON
   bool tets = false, stats = false, quiet = false;
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
+  bool brief = false;            ///< only the first of them
   [[nodiscard]] bool shows_steps() const { return frames || series; }
   std::optional<QueueCommand> queue;  ///< work with a queue of jobs; to merge is to resume what they have found
   std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model

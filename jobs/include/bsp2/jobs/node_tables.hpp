@@ -11,6 +11,7 @@ namespace bsp2::jobs {
 /// 2-cells and seconds of each node at each resolution. At most 80 columns for three resolutions.
 /// @param measured at each resolution, the last one the finest; all for the same numbers of nodes.
 /// Source: the paper, tables 1 to 6.
-void print_tables(std::ostream& out, const std::vector<supersteps::Resolved>& measured);
+/// @param brief the first table alone.
+void print_tables(std::ostream& out, const std::vector<supersteps::Resolved>& measured, bool brief = false);
 
 }  // namespace bsp2::jobs

@@ -11,7 +11,7 @@ namespace bsp2::supersteps {
 /// What one node of a cluster would find and need: the regions that one of so many ranks gets, evaluated alone.
 struct NodeFigures {
   std::uint64_t cells = 0;   ///< IN and FUZZY
-  std::uint64_t facets = 0;  ///< 2-cells of their boundary: no other cell of the node covers them wholly; D = 3, else 0
+  std::uint64_t facets = 0;  ///< 2-cells of their boundary: no other cell of the node covers them wholly; D = 3, else 0; only if wanted
   /// Work that can be counted, whatever else the machine does: splits of cells, questions on which side points are.
   std::uint64_t splits = 0, predicates = 0;
   double seconds = 0;  ///< of processor for the superstep computation, for each thread; the least of up to five times
@@ -30,8 +30,10 @@ struct Resolved {
 ///
 /// Not collective: by one process.
 /// @param levels the resolutions; empty: three, at the levels above which 5 % and 25 % of the cells lie, and to the end.
+/// @param with_facets whether boundaries are counted, which takes longer than the solid.
 /// @throws bsp2::Error as run.
 /// Source: the paper, section 5 and appendix A.
-std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels);
+std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels,
+                                     bool with_facets = true);
 
 }  // namespace bsp2::supersteps
