@@ -36,7 +36,7 @@ template <>
 void Splitter<3>::find_common_facet(const Cell<3>& cell) {
   const std::uint8_t *const of_vertex = mask_[0].data(), *const of_edge = mask_[1].data();
   const std::size_t vertices = cell.face_count(0), edges = cell.face_count(1), facets = cell.facet_count();
-  const bool is_touched = std::find(of_vertex, of_vertex + vertices, std::uint8_t{0}) != of_vertex + vertices;
+  const auto touched = static_cast<std::size_t>(std::count(of_vertex, of_vertex + vertices, std::uint8_t{0}));
   mask_[2].resize(facets);
   common_edges_.clear();
   common_outline_.clear();
@@ -47,12 +47,13 @@ void Splitter<3>::find_common_facet(const Cell<3>& cell) {
     mask_[2][facet] = mask;
     if (mask == crosses) {
       common_outline_.push(static_cast<std::uint32_t>(edges + common_edges_.size()));
-      common_edges_.push(find_common_edge(cell, outline, is_touched));
-    } else if (is_touched && mask == has_negative) {
+      common_edges_.push(find_common_edge(cell, outline, touched != 0));
+    } else if (touched != 0 && mask == has_negative) {
       for (const std::uint16_t edge : outline)
         if (of_edge[edge] == 0) common_outline_.push(edge);
     }
   }
+  if (common_outline_.size() != cuts_.size() + touched) throw std::logic_error("the common facet of two halves has not as many edges as corners");
 }
 
 /// Those of the k-faces that a half keeps, in their order, which numbers them.

@@ -46,7 +46,7 @@ void CellScratch<D>::clear() {
 
 template <int D>
 void CellScratch<D>::throw_too_many_faces() {
-  throw std::length_error("a cell has more than 65534 faces of one dimension");
+  throw std::length_error("a cell has more than 65535 faces of one dimension");
 }
 
 template <int D>

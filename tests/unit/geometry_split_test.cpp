@@ -149,6 +149,111 @@ struct Checks {
   std::uint64_t splits = 0, cells = 0;
 };
 
+/// The faces of a half, one by one in their order, from those of the whole: what is kept, then what the hyperplane's cuts of the faces one
+/// dimension up are. Written for any dimension, by names instead of numbers.
+template <int D>
+class ExpectedHalf {
+ public:
+  ExpectedHalf(const Cell<D>& cell, HyperplaneId id, bool is_positive, Splitter<D>& splitter)
+      : cell_(cell), id_(id), positive_(is_positive), other_(is_positive ? below : above), splitter_(splitter) {
+    const auto rounded = splitter.table().rounded(id);
+    for (const auto& vertex : cell.vertices()) {
+      const int side = splitter.side(vertex, id, rounded);
+      mask_[0].push_back(side < 0 ? below : side > 0 ? above : 0);
+    }
+    for (int k = 1; k < D; ++k)
+      for (std::size_t face = 0; face < cell.face_count(k); ++face) {
+        mask_[k].push_back(0);
+        for (const std::uint16_t sub : cell.subfaces(k, face)) mask_[k].back() |= mask_[k - 1][sub];
+      }
+    for (int k = 0; k < D; ++k) {
+      for (std::size_t face = 0; face < cell.face_count(k); ++face)
+        if (mask_[k][face] != other_) kept_[k].emplace(face, count_[k]++);
+      if (k + 1 == D) continue;
+      for (std::size_t face = 0; face < cell.face_count(k + 1); ++face)
+        if (mask_[k + 1][face] == both) common_[k].emplace(face, count_[k]++);
+    }
+    ++count_[D - 1];  // the facet that the halves have in common
+  }
+
+  void check(const Cell<D>& half) {
+    for (int k = 0; k < D; ++k) ASSERT_EQ(half.face_count(k), count_[k]);
+    for (const auto& [face, number] : kept_[0]) check_vertex(half.vertices()[number], cell_.vertices()[face]);
+    for (const auto& [edge, number] : common_[0]) {
+      std::array<HyperplaneId, D> ids;
+      const auto own = cell_.hyperplanes(1, edge);
+      for (int i = 0; i + 1 < D; ++i) ids[i] = D == 2 ? own[i] >> 1 : own[i];
+      ids[D - 1] = id_;
+      std::uint64_t exact = 0;
+      check_vertex(half.vertices()[number], make_vertex<D>(splitter_.table(), ids, exact));
+    }
+    for (int k = 1; k < D; ++k) {
+      for (const auto& [face, number] : kept_[k]) {
+        const auto own = cell_.hyperplanes(k, face);
+        check_face(half, k, number, kept_subfaces(k, face), {own.begin(), own.end()});
+      }
+      if (k + 1 == D) continue;
+      for (const auto& [face, number] : common_[k]) {
+        std::vector<std::uint32_t> ids;
+        for (const std::uint32_t code : cell_.hyperplanes(k + 1, face)) ids.push_back(k + 2 == D ? code >> 1 : code);
+        ids.push_back(id_);
+        const auto subfaces = cell_.subfaces(k + 1, face);
+        check_face(half, k, number, common_subfaces(k, {subfaces.begin(), subfaces.end()}), ids);
+      }
+    }
+    std::vector<std::uint16_t> facets;
+    for (std::size_t facet = 0; facet < cell_.facet_count(); ++facet) facets.push_back(static_cast<std::uint16_t>(facet));
+    check_face(half, D - 1, count_[D - 1] - 1, common_subfaces(D - 1, facets), {oriented(id_, positive_).code});
+  }
+
+ private:
+  static constexpr std::uint8_t below = 1, above = 2, both = 3;
+  using Numbers = std::map<std::size_t, std::size_t>;
+  const Cell<D>& cell_;
+  HyperplaneId id_;
+  bool positive_;
+  std::uint8_t other_;
+  Splitter<D>& splitter_;
+  std::array<std::vector<std::uint8_t>, D> mask_;
+  std::array<Numbers, D> kept_, common_;  // common: by the (k+1)-face
+  std::array<std::size_t, D> count_{};
+
+  std::vector<std::uint16_t> kept_subfaces(int k, std::size_t face) {
+    std::vector<std::size_t> all;
+    for (const std::uint16_t sub : cell_.subfaces(k, face)) {
+      if (mask_[k - 1][sub] != other_)
+        all.push_back(kept_[k - 1].at(sub));
+      else if (k == 1)
+        all.push_back(common_[0].at(face));
+    }
+    if (k > 1 && mask_[k][face] == both) all.push_back(common_[k - 1].at(face));
+    return {all.begin(), all.end()};
+  }
+  /// Of the k-face in which a (k+1)-face with these k-faces meets the hyperplane.
+  std::vector<std::uint16_t> common_subfaces(int k, const std::vector<std::uint16_t>& subfaces) {
+    std::vector<std::size_t> all;
+    for (const std::uint16_t sub : subfaces) {
+      if (mask_[k][sub] == both) all.push_back(common_[k - 1].at(sub));
+      if (mask_[k][sub] != below) continue;
+      for (const std::uint16_t ridge : cell_.subfaces(k, sub))
+        if (mask_[k - 1][ridge] == 0) all.push_back(kept_[k - 1].at(ridge));
+    }
+    return {all.begin(), all.end()};
+  }
+  static void check_vertex(const Vertex<D>& vertex, const Vertex<D>& expected) {
+    ASSERT_EQ(vertex.x, expected.x);
+    ASSERT_EQ(vertex.error, expected.error);
+    ASSERT_EQ(vertex.hyperplanes, expected.hyperplanes);
+  }
+  static void check_face(const Cell<D>& half, int k, std::size_t face, const std::vector<std::uint16_t>& subfaces,
+                         const std::vector<std::uint32_t>& hyperplanes) {
+    const auto own = half.subfaces(k, face);
+    ASSERT_EQ(std::vector<std::uint16_t>(own.begin(), own.end()), subfaces) << k << "-face " << face;
+    const auto codes = half.hyperplanes(k, face);
+    ASSERT_EQ(std::vector<std::uint32_t>(codes.begin(), codes.end()), hyperplanes) << k << "-face " << face;
+  }
+};
+
 /// Splits all cells by all hyperplanes that cross them and checks every cell that appears.
 template <int D>
 void split_and_check(const Model<D>& model, const std::vector<HyperplaneId>& cuts, std::size_t most_cells,
@@ -179,6 +284,12 @@ void split_and_check(const Model<D>& model, const std::vector<HyperplaneId>& cut
       splitter.split(cell, id, &negative, &positive);
       splitter.split(cell, id, nullptr, &alone);
       ASSERT_EQ(alone.bytes(), positive.bytes());
+      if constexpr (D > 1) {
+        ExpectedHalf<D>(cell, id, false, splitter).check(negative);
+        ExpectedHalf<D>(cell, id, true, splitter).check(positive);
+        ExpectedHalf<D>(cell, id, true, splitter).check(alone);
+        if (testing::Test::HasFatalFailure()) return;
+      }
       ASSERT_EQ(writer.measure(alone).integral, writer.measure(positive).integral);
       ASSERT_EQ(splitter.classify(negative, id), Position::negative);
       ASSERT_EQ(splitter.classify(positive, id), Position::positive);
