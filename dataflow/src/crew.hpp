@@ -79,6 +79,7 @@ class Worker {
   Token<D>* unfold(Token<D>* token);
   Token<D>* unfold_by_the_clock(Token<D>* token);
   Token<D>* leave(Token<D>* token);
+  [[nodiscard]] bool has_ended(const Token<D>& token) const;
   Token<D>* give(Token<D>* token, Outcome<D> outcome);
   Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
   void cut(const geometry::Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<geometry::Cell<D>, 2>& halves);

@@ -39,22 +39,29 @@ Totals<D>& Totals<D>::operator+=(const Totals& other) {
 
 namespace {
 
+/// The time since the start but for what the worker that did most of it took to make the cells of frontiers again: short steps would do
+/// nothing else.
+template <int D>
+double seconds_of_work(const Crew<D>& crew, Clock::time_point start) {
+  std::int64_t unfolding = 0;
+  for (const auto& worker : crew.workers) unfolding = std::max(unfolding, worker->unfolding.load(std::memory_order_relaxed));
+  return std::chrono::duration<double>(Clock::now() - start - std::chrono::nanoseconds(unfolding)).count();
+}
+
 /// How long to wait for what the consumers are served, at most: not much beyond the budget.
-std::chrono::milliseconds patience(const EvaluateOptions& options, Clock::time_point start, bool is_stopped) {
+template <int D>
+std::chrono::milliseconds patience(const Crew<D>& crew, Clock::time_point start) {
   constexpr std::chrono::milliseconds shortest(1), longest(20);
-  if (is_stopped || !options.budget_seconds) return longest;
-  const std::chrono::duration<double> left = std::chrono::duration<double>(*options.budget_seconds) - (Clock::now() - start);
+  if (crew.stop || !crew.options.budget_seconds) return longest;
+  const std::chrono::duration<double> left(*crew.options.budget_seconds - seconds_of_work(crew, start));
   if (left > longest) return longest;
   return std::clamp(std::chrono::ceil<std::chrono::milliseconds>(left), shortest, longest);
 }
 
-/// Whether the time is over. What making the cells of frontiers again takes does not count: else short steps would do nothing else.
+/// Whether the time is over, for which something has been done at least.
 template <int D>
-bool is_over(const Crew<D>& crew, std::chrono::duration<double> since_start) {
-  if (!crew.options.budget_seconds || !crew.fired) return false;
-  std::int64_t unfolding = 0;
-  for (const auto& worker : crew.workers) unfolding += worker->unfolding.load(std::memory_order_relaxed);
-  return since_start.count() - 1e-9 * static_cast<double>(unfolding) / static_cast<double>(crew.workers.size()) > *crew.options.budget_seconds;
+bool is_over(const Crew<D>& crew, Clock::time_point start) {
+  return crew.options.budget_seconds && crew.fired && seconds_of_work(crew, start) > *crew.options.budget_seconds;
 }
 
 /// The thread that called `evaluate`: serves the consumers and watches the budget.
@@ -64,7 +71,7 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
   auto last_progress = start;
   for (;;) {
     const bool all_done = crew.running.load() == 0;  // before the look into the queue: nothing comes after it
-    auto item = crew.queue.pop(all_done ? std::chrono::milliseconds(0) : patience(crew.options, start, crew.stop));
+    auto item = crew.queue.pop(all_done ? std::chrono::milliseconds(0) : patience(crew, start));
     if (item)
       for (Consumer* consumer : consumers) consumer->consume(*item);
     else if (all_done)
@@ -76,7 +83,7 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
       cells += worker->decided_cells.load(std::memory_order_relaxed);
       decided += std::ldexp(static_cast<double>(worker->decided.load(std::memory_order_relaxed)), -60);
     }
-    if (is_over(crew, now - start)) crew.stop = true;
+    if (is_over(crew, start)) crew.stop = true;
     if (crew.options.interrupted && crew.options.interrupted()) crew.stop = true;
     if (now - last_progress > std::chrono::milliseconds(100)) {
       last_progress = now;

@@ -104,10 +104,11 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
 template <int D>
 Token<D>* Worker<D>::unfold_by_the_clock(Token<D>* token) {
   if (!crew_.options.budget_seconds) return unfold(token);
+  const std::int64_t before = unfolding.load(std::memory_order_relaxed);  // of this worker alone
   const auto start = std::chrono::steady_clock::now();
   Token<D>* next = unfold(token);
   const auto taken = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count();
-  unfolding.store(unfolding.load(std::memory_order_relaxed) + taken, std::memory_order_relaxed);
+  unfolding.store(before + taken, std::memory_order_relaxed);  // with that of the halves that were unfolded within
   return next;
 }
 

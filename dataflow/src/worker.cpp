@@ -105,7 +105,7 @@ Token<D>* Worker<D>::process(Token<D>* token) {
   outcome.level = token->level;
   const bool stop = crew_.stop.load(std::memory_order_relaxed);
   if (token->restored != Token<D>::not_restored) {
-    if (crew_.options.suspend && (stop || crew_.frontiers[token->region].has_ended(token->restored))) return leave(token);
+    if (crew_.options.suspend && (stop || has_ended(*token))) return leave(token);
     if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token) return unfold_by_the_clock(token);
     const auto program = crew_.frontiers[token->region].program(token->restored);
     token->program.assign(program.begin(), program.end());
@@ -138,9 +138,16 @@ Token<D>* Worker<D>::process(Token<D>* token) {
   return give(token, std::move(outcome));
 }
 
+/// Whether nothing is left to be done with a token, or below a node of a frontier, that is suspended.
+template <int D>
+bool Worker<D>::has_ended(const Token<D>& token) const {
+  return token.restored == Token<D>::not_restored ? token.ended : crew_.frontiers[token.region].has_ended(token.restored);
+}
+
 /// Leaves a token, or what is below a node of a frontier, to another evaluation. @return null.
 template <int D>
 Token<D>* Worker<D>::leave(Token<D>* token) {
+  if (has_ended(*token)) count_decided(token->level);  // there is nothing to be done
   Outcome<D> outcome;
   outcome.level = token->level;
   outcome.form = Form::suspended_token;

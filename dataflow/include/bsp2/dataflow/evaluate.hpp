@@ -31,7 +31,7 @@ struct EvaluateOptions {
   std::optional<unsigned> level;         ///< what is undecided so deep in the BSP tree is left
   std::optional<double> tolerance;       ///< what is undecided about round solids in cells thinner than this is left
   std::optional<double> angle;           ///< likewise in cells that are seen thinner than this from `eye`, in radians
-  std::optional<double> budget_seconds;  ///< what is undecided then is left
+  std::optional<double> budget_seconds;  ///< what is undecided then is left; making the cells of frontiers again is no part of it
   std::optional<std::uint64_t> cells;    ///< likewise once there are so many cells more than at the beginning, undecided ones counted
   std::function<bool()> interrupted;     ///< asked some fifty times a second by the calling thread: true ends the evaluation likewise
   /// The limits (level, tolerance, angle, eye) are those of the evaluation that left the frontiers: cells that ended there as deep, thin or
