@@ -12,13 +12,14 @@ namespace {
 using Kind = Frontier::Kind;
 constexpr Frontier::Node elsewhere{Kind::elsewhere};
 
-/// Weight of the tokens below each node: a word more than their expressions, so that none weighs nothing.
+/// Weight of the open tokens below each node: a word more than their expressions, so that none weighs nothing. Those that have ended do: they
+/// are in one half or the other, but there is nothing to do about them, and however many they are each half gets something to do.
 std::vector<std::uint64_t> weights(const Frontier& frontier, const UnfoldedFrontier& tree) {
   const auto& nodes = frontier.nodes;
   std::vector<std::uint64_t> weight(nodes.size());
   for (std::size_t i = nodes.size(); i-- > 0;) {  // children come after their parents
     const auto node = static_cast<std::uint32_t>(i);
-    if (nodes[i].kind == Kind::token) weight[i] = static_cast<std::uint64_t>(nodes[i].value) + 1;
+    if (nodes[i].kind == Kind::token && nodes[i].ended == 0) weight[i] = static_cast<std::uint64_t>(nodes[i].value) + 1;
     if (nodes[i].kind == Kind::split) weight[i] = weight[tree.negative(node)] + weight[tree.positive(node)];
   }
   return weight;
@@ -74,13 +75,13 @@ Frontier part_of(const Frontier& frontier, const UnfoldedFrontier& tree, bool em
   // Whether something below a node is of this part, is of the other, has been emitted by whomever.
   std::vector<bool> is_mine(nodes.size()), is_others(nodes.size()), is_divided(nodes.size());
   for (std::size_t i = nodes.size(); i-- > 0;) {  // children come after their parents
-    const auto [kind, label, unused, value] = nodes[i];
+    const Kind kind = nodes[i].kind;
     const auto either = [&](const std::vector<bool>& of) {
       return of[tree.negative(static_cast<std::uint32_t>(i))] || of[tree.positive(static_cast<std::uint32_t>(i))];
     };
     is_mine[i] = kind == Kind::split ? either(is_mine) : kind != Kind::elsewhere && (kind == Kind::emitted) == emitted;
     is_others[i] = kind == Kind::split ? either(is_others) : kind != Kind::elsewhere && (kind == Kind::emitted) != emitted;
-    is_divided[i] = kind == Kind::split ? either(is_divided) : kind == Kind::emitted || (kind == Kind::elsewhere && value != 0);
+    is_divided[i] = kind == Kind::split ? either(is_divided) : kind == Kind::emitted || (kind == Kind::elsewhere && nodes[i].value != 0);
   }
   Frontier part;
   std::vector<std::uint32_t> open{0};
@@ -106,6 +107,7 @@ Remains remains_of(const Frontier& frontier) {
   Remains remains;
   for (const Frontier::Node& node : frontier.nodes) {
     remains.tokens += node.kind == Kind::token ? 1 : 0;
+    remains.open += node.kind == Kind::token && node.ended == 0 ? 1 : 0;
     remains.words += node.kind == Kind::token ? static_cast<std::uint64_t>(node.value) : 0;
     remains.elsewhere += node.kind == Kind::elsewhere ? 1 : 0;
   }
@@ -119,7 +121,7 @@ Separated separate_emitted(const Frontier& frontier) {
 }
 
 std::optional<std::array<Frontier, 2>> divide(const Frontier& frontier) {
-  if (remains_of(frontier).tokens < 2) return std::nullopt;
+  if (remains_of(frontier).open < 2) return std::nullopt;
   const UnfoldedFrontier tree(frontier);
   const Way way = way_to_a_half(frontier, tree);
   return std::array{without(tree, way), only(tree, way)};

@@ -94,12 +94,16 @@ void add_rows(Rows& rows, std::uint64_t begin, std::uint64_t end) {
 void read_frontier(hid_t file, Snapshot& snapshot, SnapshotPart part, const std::function<bool(std::uint32_t)>& wanted) {
   const auto region = hdf5::read_array<std::uint32_t>(file, "frontier/region");
   const auto tokens = hdf5::read_array<std::uint64_t>(file, "frontier/tokens"), offset = hdf5::read_array<std::uint64_t>(file, "frontier/offset");
-  if (tokens.size() != region.size()) throw Failure("the frontier is incomplete");
+  // Files of before it was told apart have none: there all tokens count as open.
+  const auto open = H5Lexists(file, "frontier/open", H5P_DEFAULT) > 0 ? hdf5::read_array<std::uint64_t>(file, "frontier/open") : tokens;
+  if (tokens.size() != region.size() || open.size() != region.size()) throw Failure("the frontier is incomplete");
   check_offsets(offset, region.size(), hdf5::array_length(file, "frontier/archive"), "of the frontier");
   for (std::size_t i = 0; i < region.size(); ++i) {
     if (wanted && !wanted(region[i])) continue;
+    if (open[i] > tokens[i]) throw Failure("the tokens of the frontier do not fit");
     snapshot.frontier_region.push_back(region[i]);
     snapshot.frontier_tokens.push_back(tokens[i]);
+    snapshot.frontier_open.push_back(open[i]);
     if (part == SnapshotPart::head) continue;
     const auto bytes = hdf5::read_rows<char>(file, "frontier/archive", {{offset[i], offset[i + 1]}});
     snapshot.frontier_archive.emplace_back(bytes.begin(), bytes.end());

@@ -252,6 +252,7 @@ void write_regions(ArrayWriter& out, const Snapshot& snapshot, const Share& shar
 void write_frontier(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
   out.write<std::uint32_t>("frontier/region", share[frontier], 1, [&](const auto& append) { append(std::span(snapshot.frontier_region)); });
   out.write<std::uint64_t>("frontier/tokens", share[frontier], 1, [&](const auto& append) { append(std::span(snapshot.frontier_tokens)); });
+  out.write<std::uint64_t>("frontier/open", share[frontier], 1, [&](const auto& append) { append(std::span(snapshot.frontier_open)); });
   out.write<std::uint64_t>("frontier/offset", offsets(share[frontier], rank), 1, [&](const auto& append) {
     std::vector<std::uint64_t> ends;
     if (rank == 0) ends.push_back(0);
@@ -338,7 +339,7 @@ std::uint64_t bytes_of(const std::vector<Share>& share, const SnapshotHead& head
     const std::uint64_t rows = share[kind].total, chunk = std::clamp<std::uint64_t>(rows, 1, slab);
     return (rows + chunk - 1) / chunk * chunk * size;
   };
-  std::uint64_t bytes = array(points, 8 * d) + array(corners, 2) + array(frontier, 20) + array(archived, 1) + array(regions, 20);
+  std::uint64_t bytes = array(points, 8 * d) + array(corners, 2) + array(frontier, 28) + array(archived, 1) + array(regions, 20);
   for (const std::uint64_t size : {8, 8, 1, 4, 4, 2, 8}) bytes += array(cells, size);
   for (const std::uint64_t size : {8, 4}) bytes += array(facets, size);
   for (const std::uint64_t size : {8, 4}) bytes += array(nodes, size);

@@ -69,9 +69,7 @@ dataflow::Network<D> network_of(const io::SnapshotHead& head, const Source& sour
   return network;
 }
 
-std::uint64_t tokens_of(const io::Snapshot& snapshot) {
-  return std::accumulate(snapshot.frontier_tokens.begin(), snapshot.frontier_tokens.end(), std::uint64_t{0});
-}
+std::uint64_t sum(const std::vector<std::uint64_t>& numbers) { return std::accumulate(numbers.begin(), numbers.end(), std::uint64_t{0}); }
 
 PortionState state_of(const io::Snapshot& snapshot) {
   PortionState state;
@@ -79,7 +77,8 @@ PortionState state_of(const io::Snapshot& snapshot) {
   state.cells = snapshot.head.in_cells;
   if (snapshot.head.keep_in && !snapshot.head.keep_out)  // regions that are one cell each, held for the merge
     state.cells += static_cast<std::uint64_t>(std::count(snapshot.frontier_tokens.begin(), snapshot.frontier_tokens.end(), 0U));
-  state.undecided = tokens_of(snapshot);
+  state.undecided = sum(snapshot.frontier_tokens);
+  state.open = sum(snapshot.frontier_open);
   for (const SuperstepRecord& record : records_of(snapshot.head)) state.seconds += record.seconds.empty() ? 0 : record.seconds[0];
   return state;
 }
@@ -92,18 +91,19 @@ std::vector<Region<D>> regions_at(const io::Snapshot& snapshot, const std::vecto
   return regions;
 }
 
-/// The regions of a divided portion with something undecided, dealt out to two halves by their number of tokens.
+/// The regions of a divided portion with something to do, dealt out to two halves by their number of open tokens. Those in which all has ended
+/// stay with the parent.
 std::array<std::vector<std::size_t>, 2> dealt_regions(const io::Snapshot& parent) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < parent.frontier_region.size(); ++i)
-    if (parent.frontier_tokens[i] > 0) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return parent.frontier_tokens[a] > parent.frontier_tokens[b]; });
+    if (parent.frontier_open[i] > 0) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return parent.frontier_open[a] > parent.frontier_open[b]; });
   std::array<std::vector<std::size_t>, 2> halves;
   std::array<std::uint64_t, 2> load{};
   for (const std::size_t i : order) {
     const std::size_t half = load[1] < load[0] ? 1 : 0;
     halves[half].push_back(i);
-    load[half] += parent.frontier_tokens[i];
+    load[half] += parent.frontier_open[i];
   }
   return halves;
 }
@@ -144,11 +144,12 @@ void set_totals(io::SnapshotHead& head, const dataflow::Totals<D>& totals) {
   head.totals = dataflow::to_bytes(totals);
 }
 
+/// How many tokens there are to go on with.
 template <int D>
-std::uint64_t tokens_of(const std::vector<Region<D>>& regions) {
-  std::uint64_t tokens = 0;
-  for (const auto& region : regions) tokens += dataflow::remains_of(region.frontier).tokens;
-  return tokens;
+std::uint64_t open_of(const std::vector<Region<D>>& regions) {
+  std::uint64_t open = 0;
+  for (const auto& region : regions) open += dataflow::remains_of(region.frontier).open;
+  return open;
 }
 
 /// From the plan to the result of a portion.
@@ -179,8 +180,9 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
             .evaluation;
     progress.add(numbers, evaluation, before, keeper);
     progress.partition.regions = std::move(evaluation.unfinished);
-    stopped = evaluation.stopped && tokens_of(progress.partition.regions) > 0;
-    if ((options.interrupted && options.interrupted()) || tokens_of(progress.partition.regions) > 1) break;
+    const std::uint64_t open = open_of(progress.partition.regions);
+    stopped = evaluation.stopped && open > 0;
+    if ((options.interrupted && options.interrupted()) || open > 1) break;
   }
   alone.count_cells(progress.totals.in_cells);
 
@@ -246,7 +248,7 @@ class Joiner {
     std::vector<Region<D>> regions = regions_at<D>(part, all);
     for (std::size_t k = 0; k < regions.size(); ++k) {
       Frontier& frontier = regions[k].frontier;
-      const bool has_heirs = !part.head.complete && part.frontier_tokens[k] > 0;  // what is undecided is theirs
+      const bool has_heirs = !part.head.complete && part.frontier_open[k] > 0;  // what is undecided is theirs
       if (has_heirs) frontier = dataflow::separate_emitted(frontier).emitted;
       for (Frontier::Node& node : frontier.nodes)
         if (node.kind == Frontier::Kind::emitted) node.value = shifted(node.value, begin[regions[k].number].nodes, begin[regions[k].number].cells);

@@ -7,6 +7,7 @@
 #include <boost/serialization/string.hpp>
 #include <boost/serialization/vector.hpp>
 
+#include "bsp2/dataflow/portion.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "exchange.hpp"
@@ -65,8 +66,9 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
 }
 
 /// Who gets which region of a snapshot: undecided ones by their tokens, the largest first; of finished ones, which only
-/// have to be held, blocks that follow each other in the file.
-std::vector<std::int32_t> deal_out(const io::Snapshot& head, std::size_t regions, int ranks) {
+/// have to be held, blocks that follow each other in the file. @param reopens what has ended is looked at again.
+std::vector<std::int32_t> deal_out(const io::Snapshot& head, std::size_t regions, int ranks, bool reopens) {
+  constexpr double ended_work = 0.01;  // of an open token's: it is held, and drawn as one cell
   std::vector<std::int32_t> rank_of_region(regions, 0);
   std::uint64_t cells = 0, before = 0;
   for (const io::SnapshotRegion& region : head.regions) cells += region.cells;
@@ -75,8 +77,12 @@ std::vector<std::int32_t> deal_out(const io::Snapshot& head, std::size_t regions
     before += region.cells;
     if (rank_of_region[region.number] >= ranks) rank_of_region[region.number] = ranks - 1;  // empty ones at the end
   }
-  const std::vector<double> tokens(head.frontier_tokens.begin(), head.frontier_tokens.end());
-  const auto owner = assign_regions(tokens, ranks);
+  std::vector<double> work;
+  for (std::size_t i = 0; i < head.frontier_tokens.size(); ++i) {
+    const auto tokens = static_cast<double>(head.frontier_tokens[i]), open = static_cast<double>(head.frontier_open[i]);
+    work.push_back(reopens ? tokens : open + ended_work * (tokens - open));
+  }
+  const auto owner = assign_regions(work, ranks);
   for (std::size_t i = 0; i < owner.size(); ++i) rank_of_region.at(head.frontier_region[i]) = owner[i];
   return rank_of_region;
 }
@@ -137,11 +143,11 @@ std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head) {
 template <int D>
 void add_share(io::Snapshot& snapshot, const Progress<D>& progress) {
   for (const dataflow::Region<D>& region : progress.partition.regions) {
-    std::uint64_t tokens = region.frontier.empty() ? 1 : 0;
-    for (const Frontier::Node& node : region.frontier.nodes)
-      if (node.kind == Frontier::Kind::token) ++tokens;
+    const dataflow::Remains remains = dataflow::remains_of(region.frontier);
+    const std::uint64_t whole = region.frontier.empty() ? 1 : 0;
     snapshot.frontier_region.push_back(region.number);
-    snapshot.frontier_tokens.push_back(tokens);
+    snapshot.frontier_tokens.push_back(whole + remains.tokens);
+    snapshot.frontier_open.push_back(whole + remains.open);
     snapshot.frontier_archive.push_back(dataflow::to_bytes(region));
   }
   snapshot.tree.dimension = D;
@@ -279,17 +285,18 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
                 "' was written by a program that compiles its model differently; use that one, or run the model anew");
   Progress<D> progress(network);
   std::vector<std::int32_t> rank_of_region;
+  const bool same_limits = are_same_limits(head, options);
   try {
     progress.steps = head.steps;
     progress.partition = partition_of<D>(head);
-    rank_of_region = deal_out(list, progress.partition.nodes.size() + 1, ranks.count());
+    rank_of_region = deal_out(list, progress.partition.nodes.size() + 1, ranks.count(), !same_limits);
     const auto is_mine = [&](std::uint32_t region) { return rank_of_region[region] == ranks.rank(); };
     const io::Snapshot mine = io::read_snapshot(*options.resume, io::SnapshotPart::all, is_mine);
     progress.meshes = meshes_of<D>(mine);
     for (const std::string& archive : mine.frontier_archive) {
       dataflow::Region<D> region;
       dataflow::from_bytes(std::span<const char>(archive), region);
-      if (!are_same_limits(head, options)) reopen(region.frontier);
+      if (!same_limits) reopen(region.frontier);
       region.cell = dataflow::region_cell(network, progress.partition, region.number);
       progress.partition.regions.push_back(std::move(region));
     }

@@ -9,11 +9,13 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <random>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "bsp2/io/snapshot.hpp"
 #include "listening.hpp"
 #include "temporary_folder.hpp"
 
@@ -163,6 +165,24 @@ TEST_F(Jobs, RefineRoundSolidsAsARunDoes) {
     EXPECT_GT(results(), 2U);
     expect_merged(options);
   }
+}
+
+/// Cells that have ended as thin enough are no work: a job that is divided has some that have not for either half, whenever its time is up.
+TEST_F(Jobs, AreDividedWhereBothHalvesHaveSomethingToDo) {
+  model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
+  const std::vector<std::string> options{"--curved", "--tolerance", "0.1", "--regions", "2"};
+  split(options);
+  EXPECT_EQ(run(worker("--budget", "1ms")).code, 0);
+  int divided = 0;
+  for (const auto& entry : fs::directory_iterator(queue_ / "done")) {
+    const auto result = bsp2::io::read_snapshot(entry.path(), bsp2::io::SnapshotPart::head);
+    const auto sum = [](const std::vector<std::uint64_t>& numbers) { return std::accumulate(numbers.begin(), numbers.end(), std::uint64_t{0}); };
+    const std::uint64_t open = sum(result.frontier_open);
+    EXPECT_TRUE(result.head.complete ? open == 0 : open > 1) << entry.path() << " " << open << " of " << sum(result.frontier_tokens);
+    divided += result.head.complete ? 0 : 1;
+  }
+  EXPECT_GT(divided, 0);
+  expect_merged(options);
 }
 
 /// Workers are killed at random moments while others go on; jobs are taken again, and some are evaluated twice.

@@ -12,6 +12,7 @@ namespace {
 constexpr Frontier::Node split{Frontier::Kind::split, geometry::Label::fuzzy, 0, 7}, elsewhere{Frontier::Kind::elsewhere},
     emitted{Frontier::Kind::emitted, geometry::Label::out, 0, 3}, held{Frontier::Kind::held, geometry::Label::in, 0, 0};
 constexpr Frontier::Node token(std::int32_t words) { return {Frontier::Kind::token, geometry::Label::fuzzy, 0, words}; }
+constexpr Frontier::Node ended(std::int32_t words) { return {Frontier::Kind::token, geometry::Label::fuzzy, 1, words}; }
 
 TEST(Portion, IsDividedAtASubtreeOfAboutHalfTheWords) {
   const Frontier whole{{split, token(1), split, held, split, token(2), token(3)}, {10, 20, 21, 30, 31, 32}};
@@ -44,6 +45,26 @@ TEST(Portion, ASingleTokenIsNotDivided) {
   EXPECT_FALSE(divide({}).has_value());
   EXPECT_FALSE(divide({{token(1)}, {5}}).has_value());
   EXPECT_FALSE(divide({{split, held, split, token(1), elsewhere}, {5}}).has_value());
+}
+
+/// What is to be done is divided, not what has ended, however much that is.
+TEST(Portion, IsDividedByItsOpenTokens) {
+  constexpr int ended_tokens = 1000;
+  Frontier whole{{split, split, token(1), token(1)}, {10, 20}};
+  for (int i = 0; i < ended_tokens; ++i) {
+    if (i + 1 < ended_tokens) whole.nodes.push_back(split);
+    whole.nodes.push_back(ended(2));
+    whole.programs.insert(whole.programs.end(), {30, 31});
+  }
+  EXPECT_EQ(remains_of(whole).tokens, 2U + ended_tokens);
+  EXPECT_EQ(remains_of(whole).open, 2U);
+  const auto halves = divide(whole);
+  ASSERT_TRUE(halves.has_value());
+  for (const Frontier& half : *halves) EXPECT_EQ(remains_of(half).open, 1U);
+  EXPECT_EQ(overlay((*halves)[0], (*halves)[1]), whole);
+  EXPECT_FALSE(divide((*halves)[0]).has_value());
+  EXPECT_FALSE(divide((*halves)[1]).has_value());
+  EXPECT_FALSE(divide({{split, ended(1), ended(1)}, {10, 20}}).has_value());
 }
 
 TEST(Portion, RefusesWhatIsNotOfOneFrontier) {
@@ -115,7 +136,7 @@ class Divider {
     separations += apart.nodes.size() > 1 ? 1 : 0;
     for (const auto& half : *halves) {
       EXPECT_LT(remains_of(half).words, remains_of(left).words);
-      EXPECT_GT(remains_of(half).tokens, 0U);
+      EXPECT_GT(remains_of(half).open, 0U);
     }
     EXPECT_EQ(overlay((*halves)[0], (*halves)[1]), left);
     const int first = pick(random_, 0, 1);  // the order does not matter

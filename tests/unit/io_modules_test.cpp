@@ -100,6 +100,7 @@ TEST_F(Modules, LetExceptionsOfTheirCallersThrough) {
   Snapshot snapshot;
   snapshot.frontier_region = {3};
   snapshot.frontier_tokens = {1};
+  snapshot.frontier_open = {1};
   snapshot.frontier_archive = {"archive"};
   const fs::path path = folder_.path() / "a.h5";
   write_snapshot(path, snapshot);

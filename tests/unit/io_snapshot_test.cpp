@@ -73,6 +73,7 @@ Snapshot random_snapshot(std::mt19937& random, std::size_t cells) {
   for (std::uint32_t region = 0; region < random() % 5; ++region) {
     s.frontier_region.push_back(region);
     s.frontier_tokens.push_back(region + 3);
+    s.frontier_open.push_back(region);
     s.frontier_archive.push_back(random_bytes(random, random() % 1000));
   }
   std::uint32_t number = 2;
@@ -123,6 +124,7 @@ void expect_equal(const Snapshot& a, const Snapshot& b) {
   EXPECT_EQ(a.head.superstep_bytes_sent, b.head.superstep_bytes_sent);
   EXPECT_EQ(a.frontier_region, b.frontier_region);
   EXPECT_EQ(a.frontier_tokens, b.frontier_tokens);
+  EXPECT_EQ(a.frontier_open, b.frontier_open);
   EXPECT_EQ(a.frontier_archive, b.frontier_archive);
   EXPECT_EQ(a.tree.ids, b.tree.ids);
   EXPECT_EQ(a.tree.hyperplanes, b.tree.hyperplanes);
@@ -190,11 +192,13 @@ Snapshot some_regions(const Snapshot& whole, const std::function<bool(std::uint3
   Snapshot some = whole;
   some.frontier_region.clear();
   some.frontier_tokens.clear();
+  some.frontier_open.clear();
   some.frontier_archive.clear();
   for (std::size_t i = 0; i < whole.frontier_region.size(); ++i) {
     if (!wanted(whole.frontier_region[i])) continue;
     some.frontier_region.push_back(whole.frontier_region[i]);
     some.frontier_tokens.push_back(whole.frontier_tokens[i]);
+    some.frontier_open.push_back(whole.frontier_open[i]);
     some.frontier_archive.push_back(whole.frontier_archive[i]);
   }
   some.regions.clear();
@@ -266,6 +270,20 @@ TEST_F(SnapshotFile, RefusesAnotherVersion) {
   H5Aclose(attribute);
   H5Fclose(file);
   EXPECT_NE(refusal([&] { read_snapshot(path_); }).find("version 99"), std::string::npos);
+}
+
+TEST_F(SnapshotFile, ReadsAFileThatDoesNotTellWhatHasEnded) {
+  Snapshot snapshot = random_snapshot(random_, 2);
+  snapshot.frontier_region = {4};
+  snapshot.frontier_tokens = {3};
+  snapshot.frontier_open = {1};
+  snapshot.frontier_archive = {"archive"};
+  write_snapshot(path_, snapshot);
+  EXPECT_EQ(read_snapshot(path_, SnapshotPart::head).frontier_open, snapshot.frontier_open);
+  const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  H5Ldelete(file, "frontier/open", H5P_DEFAULT);
+  H5Fclose(file);
+  EXPECT_EQ(read_snapshot(path_, SnapshotPart::head).frontier_open, snapshot.frontier_tokens);
 }
 
 /// Files may not grow beyond a size, as on a full disk.

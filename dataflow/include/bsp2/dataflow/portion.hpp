@@ -18,6 +18,7 @@ namespace bsp2::dataflow {
 /// How much is left in a frontier.
 struct Remains {
   std::uint64_t tokens = 0;     ///< FUZZY cells
+  std::uint64_t open = 0;       ///< of them those that have not ended: what there is to do
   std::uint64_t words = 0;      ///< of their localized expressions
   std::uint64_t elsewhere = 0;  ///< subtrees that belong to other portions
 };
@@ -31,9 +32,9 @@ struct Separated {
 };
 Separated separate_emitted(const Frontier& frontier);
 
-/// Two portions of a frontier, of about equally long expressions: between a third and two thirds where no single token has more.
-/// Depends on the frontier alone.
-/// @return nothing if there are not two tokens to divide.
+/// Two portions of a frontier with about equally much to do, by the length of the open tokens' expressions: between a third and two thirds
+/// where no single token has more. Each has an open token. Depends on the frontier alone.
+/// @return nothing if there are not two open tokens to divide.
 /// @throws std::invalid_argument if the frontier is no tree.
 std::optional<std::array<Frontier, 2>> divide(const Frontier& frontier);
 

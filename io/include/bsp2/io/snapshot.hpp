@@ -57,9 +57,9 @@ struct SnapshotRegion {
 /// When several processes write, each has its own regions and all that belongs to them.
 struct Snapshot {
   SnapshotHead head;
-  // Unfinished regions: number, undecided tokens, and the region as an archive.
+  // Unfinished regions: number, undecided tokens, how many of them have not ended, and the region as an archive.
   std::vector<std::uint32_t> frontier_region;
-  std::vector<std::uint64_t> frontier_tokens;
+  std::vector<std::uint64_t> frontier_tokens, frontier_open;
   std::vector<std::string> frontier_archive;
   // Finished cells, and the BSP trees above them: for each of these regions its own, one after the other. A batch has cells
   // of one region; nodes, leaves and hyperplanes of a tree count within the region. The tree's own root is not used.

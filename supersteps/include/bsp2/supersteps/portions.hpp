@@ -39,9 +39,10 @@ struct PortionState {
   bool is_finished = false;    ///< nothing is left but what the plan's level leaves
   std::uint64_t cells = 0;     ///< IN cells
   std::uint64_t undecided = 0; ///< FUZZY cells that are left
+  std::uint64_t open = 0;      ///< of them those that are to be gone on with: not yet deep, thin or small enough
   double seconds = 0;          ///< of the computation
   /// How many portions go on with what is left: 0, 1 or 2.
-  [[nodiscard]] int halves() const { return is_finished ? 0 : undecided > 1 ? 2 : 1; }
+  [[nodiscard]] int halves() const { return is_finished ? 0 : open > 1 ? 2 : 1; }
 };
 /// @throws bsp2::Error if the file is no result of a portion.
 PortionState read_portion(const std::filesystem::path& result);
