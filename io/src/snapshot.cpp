@@ -9,6 +9,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
 #include "modules.hpp"
+#include "replacing.hpp"
 
 // What is told about a path without HDF5; the rest is in the module.
 
@@ -29,15 +30,6 @@ void check_is_file(const fs::path& path) {
     throw Error("cannot read '" + path.string() + "': it is a pipe or a device, and a snapshot has to be a file");
 }
 
-/// Brings a file to the disk.
-std::error_code sync(const fs::path& path) {
-  const int descriptor = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
-  const std::error_code error = synced ? std::error_code() : std::error_code(errno, std::generic_category());
-  if (descriptor >= 0) ::close(descriptor);
-  return error;
-}
-
 }  // namespace
 
 void check_snapshot_path(const fs::path& path) {
@@ -51,14 +43,18 @@ void check_snapshot_path(const fs::path& path) {
 void copy_snapshot(const fs::path& from, const fs::path& to) {
   std::error_code error;
   if (fs::equivalent(from, to, error)) return;
-  const fs::path folder = to.has_parent_path() ? to.parent_path() : fs::path("."), part = folder / ("." + to.filename().string() + ".part");
-  fs::copy_file(from, part, fs::copy_options::overwrite_existing, error);
-  if (!error) error = sync(part);
-  if (!error) fs::rename(part, to, error);
-  if (!error) return;
-  std::error_code ignored;
-  fs::remove(part, ignored);
-  throw Error("cannot write the snapshot '" + to.string() + "': " + error.message());
+  const fs::path part = unfinished_name(to);
+  const std::uintmax_t bytes = fs::file_size(from, error);
+  std::string why = error ? "" : lack_of_room(to, bytes);
+  if (why.empty()) {
+    fs::copy_file(from, part, fs::copy_options::overwrite_existing, error);
+    if (!error) error = put_in_place(to);
+    if (!error) return;
+    why = error.message();
+    std::error_code ignored;
+    fs::remove(part, ignored);
+  }
+  throw Error("cannot write the snapshot '" + to.string() + "': " + why);
 }
 
 void check_snapshot_is_readable(const fs::path& path) {

@@ -13,6 +13,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
 #include "hdf5.hpp"
+#include "replacing.hpp"
 #include "snapshot_format.hpp"
 
 namespace bsp2::io {
@@ -31,7 +32,6 @@ using snapshot::format_version;
 constexpr std::size_t slab = std::size_t{1} << 16;  // elements written at once, and of a chunk
 
 fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
-fs::path unfinished_name(const fs::path& path) { return folder_of(path) / ("." + path.filename().string() + ".part"); }
 
 /// How many elements of each kind all writers have, and where ours begin.
 struct Share {
@@ -351,11 +351,8 @@ std::uint64_t bytes_of(const std::vector<Share>& share, const SnapshotHead& head
 
 /// Several writers that run into the end of a disk leave HDF5 in states from which it cannot find back together: better not to
 /// begin. @throws Failure if there is not enough room.
-void check_room(const fs::path& folder, std::uint64_t bytes) {
-  std::error_code error;
-  const fs::space_info space = fs::space(folder, error);
-  if (error || space.available >= bytes) return;
-  throw Failure("No space left on device: " + std::to_string(bytes) + " bytes are needed, " + std::to_string(space.available) + " are free");
+void check_room(const fs::path& path, std::uint64_t bytes) {
+  if (const std::string why = lack_of_room(path, bytes); !why.empty()) throw Failure(why);
 }
 
 /// What the writing needs besides the snapshot. From here on all that may throw on one process alone is in the
@@ -388,15 +385,6 @@ void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWr
     throw;
   }
   out.rethrow();
-}
-
-/// To the disk, not only to the system's cache.
-void sync(const fs::path& path, int flags) {
-  const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
-  const int error = errno;
-  if (descriptor >= 0) ::close(descriptor);
-  if (!synced && error != EINVAL) throw Failure(std::generic_category().message(error));
 }
 
 /// Whatever ends the writing, no unfinished file stays.
@@ -458,16 +446,12 @@ void snapshot::write(const fs::path& path, const Snapshot& snapshot, const Snaps
   Prepared prepared;
   together(path, writers, [&] { prepared = {lines(snapshot.head.superstep_name), shares(snapshot, writers)}; });
   together(path, writers, [&] {
-    if (writers.rank == 0) check_room(folder_of(path), bytes_of(prepared.share, snapshot.head));
+    if (writers.rank == 0) check_room(path, bytes_of(prepared.share, snapshot.head));
   });
   write_together(path, unfinished, snapshot, writers, prepared);
   together(path, writers, [&] {
     if (writers.rank != 0) return;
-    sync(unfinished, O_RDWR);
-    std::error_code error;
-    fs::rename(unfinished, path, error);
-    if (error) throw Failure(error.message());
-    sync(folder_of(path), O_RDONLY | O_DIRECTORY);
+    if (const std::error_code error = put_in_place(path)) throw Failure(error.message());
   });
 }
 

@@ -135,11 +135,12 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
 
 void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
-  if (command.snapshot_copy && ranks.is_master()) io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy);
   supersteps::record_costs(ranks, result.report);
   if (!ranks.is_master()) return;
   if (command.report) io::write_file(*command.report, to_json(result.report));
   if (command.table) io::write_file(*command.table, to_csv(result.report.supersteps));
+  // The largest, and there already under its own name: what fails here takes nothing else along.
+  if (command.snapshot_copy) io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy);
 }
 
 }  // namespace bsp2::jobs

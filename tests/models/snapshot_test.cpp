@@ -280,6 +280,19 @@ TEST_F(Session, ResumedIntoAFolderLeavesItsSnapshotThereToo) {
   for (const auto& entry : fs::directory_iterator(out)) EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
 }
 
+/// A folder under the copy's unfinished name stands for a disk that is full by then.
+TEST_F(Session, ACopyThatFailsTakesNothingElseAlong) {
+  const fs::path out = folder_.path() / "out";
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  fs::create_directories(out / ".snapshot.h5.part" / "taken");
+  const std::string table = (out / "table.csv").string();
+  const Ended ended = run({"resume", snapshot_.string(), "-o", out.string(), "--table", table});
+  EXPECT_EQ(ended.code, 2) << ended.text;
+  EXPECT_NE(ended.text.find("cannot write the snapshot '" + (out / "snapshot.h5").string() + "'"), std::string::npos) << ended.text;
+  for (const char* name : {"report.json", "table.csv", "solid.pvtu"}) EXPECT_TRUE(fs::exists(out / name)) << name;
+  EXPECT_NE(run({"info", snapshot_.string()}).text.find("complete"), std::string::npos);
+}
+
 TEST_F(Session, RefusesWhatIsNoSnapshotWithOneMessage) {
   ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--snapshot", snapshot_.string()}).code, 0);
   std::ifstream in(snapshot_, std::ios::binary);

@@ -2,15 +2,19 @@
 
 #include "bsp2/io/snapshot.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <fstream>
 #include <random>
 
 #include "bsp2/geometry/error.hpp"
+#include "replacing.hpp"
 #include "temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -336,6 +340,29 @@ TEST_F(SnapshotFile, IsCopiedAsAWhole) {
   copy_snapshot(copy, folder_.path() / "." / "copy.h5");  // onto itself
   expect_equal(read_snapshot(copy), large);
   EXPECT_EQ(files(), 2U);
+}
+
+/// What is larger than the disk is refused before any of it is written. It has no bytes itself.
+TEST_F(SnapshotFile, IsCopiedOnlyWhereThereIsRoom) {
+  const fs::path copy = folder_.path() / "copy.h5";
+  set_bytes("");
+  std::error_code too_large;
+  fs::resize_file(path_, 2 * fs::space(folder_.path()).available, too_large);
+  if (too_large) GTEST_SKIP() << "no file can be that large here";
+  const FullDisk disk(100000);  // whoever copies it nevertheless shall not fill the disk
+  const std::string message = refusal([&] { copy_snapshot(path_, copy); });
+  EXPECT_NE(message.find("cannot write the snapshot '" + copy.string() + "': No space left on device: "), std::string::npos) << message;
+  EXPECT_EQ(files(), 1U);
+}
+
+/// Linux has nothing to sync in a device that keeps nothing, and says so as a file system does that cannot sync.
+TEST(Replacing, IsContentWhereNothingCanBeSynced) {
+  const int descriptor = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  EXPECT_EQ(::fsync(descriptor), -1);
+  EXPECT_EQ(errno, EINVAL);
+  ::close(descriptor);
+  EXPECT_FALSE(sync_to_disk("/dev/null", O_RDWR));
+  EXPECT_EQ(sync_to_disk("/dev/null/none", O_RDWR), std::errc::not_a_directory);
 }
 
 TEST_F(SnapshotFile, RefusesPathsThatCannotBeWritten) {

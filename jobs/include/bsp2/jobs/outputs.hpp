@@ -17,7 +17,7 @@ void write_step(const RunCommand& command, const supersteps::RunResult& now, uns
 /// @throws bsp2::Error if a file cannot be written.
 void write_cells(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks);
 
-/// Writes the rest: the boundary, a copy of the snapshot, at last the report, which then holds the costs up to here. Otherwise as write_cells.
+/// Writes the rest: the boundary, then the report, which holds the costs up to here, at last a copy of the snapshot. Otherwise as write_cells.
 void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks);
 
 }  // namespace bsp2::jobs
