@@ -33,12 +33,18 @@ spdlog::logger make_log() {
   return log;
 }
 
+/// Whether two paths, however they are written, lead to one file that is there.
+bool are_one_file(const std::optional<std::filesystem::path>& a, const std::optional<std::filesystem::path>& b) {
+  std::error_code neither_is_there;
+  return a && b && std::filesystem::equivalent(*a, *b, neither_is_there);
+}
+
 /// What an interrupted run leaves in place although it is not its own. @param of_all also the snapshot that it would have written.
 std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
   const auto is_there = [](const auto& file) { return file && std::filesystem::exists(*file); };
   std::vector<std::string> lines;
   const auto& snapshot = command.options.snapshot;
-  if (of_all && snapshot != command.options.resume && is_there(snapshot))
+  if (of_all && is_there(snapshot) && !are_one_file(snapshot, command.options.resume))
     lines.push_back("'" + snapshot->string() + "' is the snapshot of an earlier run: to resume it is not to go on with this one");
   if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) || is_there(command.boundary) ||
                          is_there(command.snapshot_copy)))

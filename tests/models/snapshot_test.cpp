@@ -194,6 +194,28 @@ TEST_F(Session, ASignalBeforeAllTellsThatWhatIsThereIsOfAnEarlierRun) {
   EXPECT_EQ(interrupted_at_once({"--snapshot", out + "/snapshot.h5"}), nothing + of_earlier(out + "/snapshot.h5"));
 }
 
+/// The snapshot that is resumed is no earlier run's, by whatever path it is named.
+TEST_F(Session, ASignalBeforeAllTellsNothingOfTheSnapshotThatIsResumed) {
+  const std::string model = (folder_.path() / "model.csg").string(), mesh = (folder_.path() / "mesh.off").string();
+  std::ofstream(model) << "import(file = \"mesh.off\");";
+  const auto write_mesh = [&](int idle_points) {
+    std::ofstream out(mesh);
+    out << "OFF\n" << idle_points + 4 << " 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+    for (int i = 0; i < idle_points; ++i) out << "7 8 9\n";
+    out << "3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+  };
+  write_mesh(0);
+  const Ended first = run({"run", model, "--snapshot", snapshot_.string()});
+  ASSERT_EQ(first.code, 0) << first.text;
+  write_mesh(4000000);  // while this is read the signal comes
+  const pid_t child = start({"resume", snapshot_.string(), "--snapshot", (folder_.path() / "." / "run.h5").string()});
+  bsp2::testing::wait_for_handler(child, SIGINT);
+  kill(child, SIGINT);
+  const Ended ended = wait(child);
+  EXPECT_EQ(ended.code, interrupted) << ended.text;
+  EXPECT_EQ(ended.text, "bsp2: interrupted before there was anything to save\n");
+}
+
 TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
   const auto begin = std::chrono::steady_clock::now();
   const std::string expected = uninterrupted();
