@@ -224,14 +224,14 @@ TEST(Suspension, ShortStepsComeToAnEnd) {
     EvaluateOptions options;
     options.order = order;
     options.suspend = true;
-    options.tolerance = 0.004;
+    options.tolerance = 0.03;
     const auto whole = evaluate(network, partition(network, 3).regions, options, {});
     const auto fuzzy = [](const std::vector<Region<3>>& regions) {
       std::uint64_t cells = 0;
       for (const Region<3>& region : regions) cells += region.cells_left(false);
       return cells;
     };
-    ASSERT_GT(fuzzy(whole.unfinished), 1000U);
+    ASSERT_GT(fuzzy(whole.unfinished), 100U);
     options.budget_seconds = 0;  // one token, or a few
     options.same_limits = true;
     std::uint64_t splits = 0;
@@ -251,11 +251,11 @@ TEST(Suspension, ShortStepsComeToAnEnd) {
     EXPECT_EQ(again.totals.counts.splits, 0U);
     EXPECT_EQ(fuzzy(again.unfinished), fuzzy(whole.unfinished));
     options.same_limits = false;
-    options.tolerance = 0.001;
+    options.tolerance = 0.008;
     options.budget_seconds.reset();
     const auto finer = evaluate(network, std::move(again.unfinished), options, {});
     EXPECT_GT(fuzzy(finer.unfinished), 2 * fuzzy(whole.unfinished));
-    EXPECT_GT(splits, 1000U);
+    EXPECT_GT(splits, 100U);
   }
 }
 
