@@ -83,7 +83,8 @@ Frontier frontier_of(const Crew<D>& crew, const TreeNumbering<D>& numbering, con
         if (token.restored != Token<D>::not_restored) {
           crew.frontiers[token.region].copy(token.restored, frontier);
         } else {
-          frontier.nodes.push_back({Frontier::Kind::token, Label::fuzzy, static_cast<std::uint16_t>(token.ended ? 1 : 0), static_cast<std::int32_t>(token.program.size())});
+          frontier.nodes.push_back(
+              {Frontier::Kind::token, Label::fuzzy, static_cast<std::uint16_t>(token.ended ? 1 : 0), static_cast<std::int32_t>(token.program.size())});
           frontier.programs.insert(frontier.programs.end(), token.program.begin(), token.program.end());
         }
         break;

@@ -194,7 +194,7 @@ void Clipper<3>::cut_edges(HyperplaneId id) {
     crossing_.push(edges_[e].hyperplanes);
   }
   const std::size_t before = vertices_.size(), after = before + crossing_.size();
-  if (after > 0xffff) throw std::length_error("a cell has more than 65535 faces of one dimension");
+  if (after > 0xffff) CellScratch<3>::throw_too_many_faces();
   vertices_.resize(after);
   make_vertices<3>(splitter_->table(), crossing_, id, &vertices_[before], splitter_->counts_.exact_vertices);
   for (std::size_t v = before; v < after; ++v) enter_vertex(vertices_[v]);
@@ -231,7 +231,7 @@ void Clipper<3>::find_common_edges(HyperplaneId id, std::uint8_t going) {
     }
     stays_until_[f] = std::min(first_going, i);
     if (found != 2) throw std::logic_error("a plane meets the outline of a convex facet in other than two points");
-    if (edges_.size() >= 0xffff) throw std::length_error("a cell has more than 65535 faces of one dimension");
+    if (edges_.size() >= 0xffff) CellScratch<3>::throw_too_many_faces();
     common_edge_[f] = static_cast<Index>(edges_.size());
     common_list_.push(common_edge_[f]);
     edges_.push({ends, {static_cast<Index>(f), static_cast<Index>(facets_.size())}, {facet.code >> 1, id}});

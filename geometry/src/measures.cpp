@@ -264,7 +264,8 @@ void CellWriter<D>::order_facets(const Cell<D>& cell) {
       const auto normal = table_->rounded(code.id()).normal;
       const auto& o = vertices[loops_[begin]].x;
       double turn = 0, length = 0, error = vertices[loops_[begin]].error, bound = 0;
-      for (std::size_t i = begin + 1; i + 1 < loops_.size() && std::fabs(turn) <= bound; ++i) {  // each triangle of a convex facet turns the same way
+      // Each triangle of a convex facet turns the same way: the first that is thick enough tells.
+      for (std::size_t i = begin + 1; i + 1 < loops_.size() && std::fabs(turn) <= bound; ++i) {
         const auto &p = vertices[loops_[i]].x, &q = vertices[loops_[i + 1]].x;
         const double ux = p[0] - o[0], uy = p[1] - o[1], uz = p[2] - o[2], vx = q[0] - o[0], vy = q[1] - o[1], vz = q[2] - o[2];
         turn += normal[0] * (uy * vz - uz * vy) + normal[1] * (uz * vx - ux * vz) + normal[2] * (ux * vy - uy * vx);
