@@ -1,10 +1,15 @@
 #include "bsp2/dataflow/partition.hpp"
 
 #include <algorithm>
-#include <atomic>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <deque>
+#include <condition_variable>
 #include <iterator>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <stdexcept>
@@ -23,91 +28,36 @@ using geometry::HyperplaneId;
 
 namespace {
 
-/// Cuts the space where its evaluation would cut it, always the region with the most work. That is one after the other; what each cut
-/// asks for, the pieces below its halves, several threads look at beforehand. No result depends on which of them did, or whether.
+constexpr unsigned sampled_levels = 3;
+constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
+
+/// A node of the evaluation's own tree. Those below the regions are only looked at.
 template <int D>
-class Partitioner {
+struct Piece {
+  Cell<D> cell;
+  std::vector<Word> program;        // localized
+  std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
+  double weight = 0;                // estimate of the work, by what is undecided of each operand
+  std::uint16_t level = 0;
+  bool is_parted = false;
+  bool is_elsewhere = false;                     // left to others
+  std::array<std::unique_ptr<Piece>, 2> halves;  // negative, positive; none: not made
+};
+
+/// What one thread looks at pieces with.
+template <int D>
+class Looker {
  public:
-  Partitioner(const Network<D>& network, const PartitionLimits& limits, unsigned threads) : network_(network), level_(limits.level), most_words_(limits.words) {
-    for (unsigned i = 0; i < std::max(1U, threads); ++i) tools_.emplace_back(network, limits);
+  Looker(const Network<D>& network, const PartitionLimits& limits) : level_(limits.level), splitter_(network.table), localizer_(network, splitter_) {
+    localizer_.set_tolerance(limits.tolerance);
+    if (limits.angle > 0) localizer_.set_view(limits.eye, limits.angle);
   }
-
-  Partition<D> run(std::size_t most_regions) {
-    look(tools_.front(), pieces_.emplace_back(), geometry::root_cell<D>(network_.table), network_.program);
-    words_ = pieces_.front().program.size();
-    std::set<Open> open;
-    std::size_t offers = 0;
-    const auto offer = [&](std::size_t piece) {
-      if (pieces_[piece].cut) open.insert({work_of(piece, sampled_levels), offers++, piece});
-    };
-    if (most_regions > 1) {
-      look_below({0}, sampled_levels);
-      offer(0);
-    }
-    for (std::size_t regions = 1; regions < most_regions && !open.empty(); ++regions) {
-      const std::size_t chosen = open.begin()->piece;
-      if (!pieces_[chosen].is_counted) break;  // enough was looked at
-      if (!pieces_[chosen].is_foreseen) look_ahead(open, most_regions - regions);
-      open.erase(open.begin());
-      pieces_[chosen].is_parted = true;
-      pieces_[chosen].cell = {};
-      offer(pieces_[chosen].first_half);
-      offer(pieces_[chosen].first_half + 1);
-    }
-    result_.root = number(0, network_.program);
-    return std::move(result_);
-  }
-
- private:
-  static constexpr unsigned sampled_levels = 3;
-  static constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
-  static constexpr std::size_t foreseen_cuts = 8;         // at a time for each thread, so that there is something to share
-  static constexpr std::size_t words_of_a_thread = 4096;  // at least: starting one takes as long as looking at some hundred
-
-  /// A node of the evaluation's own tree. Those below the regions are only looked at.
-  struct Piece {
-    Cell<D> cell;
-    std::vector<Word> program;        // localized
-    std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
-    double weight = 0;                // estimate of the work, by what is undecided of each operand
-    std::uint16_t level = 0;
-    bool is_parted = false;
-    bool is_counted = false;     // its halves' words are
-    bool is_foreseen = false;    // what parting it asks for has been made
-    std::size_t first_half = 0;  // 0: not made; the second one follows
-  };
-
-  /// A region that may be parted: the one with the most work first, of equals the one that was offered first.
-  struct Open {
-    double work;
-    std::size_t offer;
-    std::size_t piece;
-    bool operator<(const Open& other) const { return work != other.work ? work > other.work : offer < other.offer; }
-  };
-
-  /// What one thread looks at pieces with.
-  struct Tools {
-    geometry::Splitter<D> splitter;
-    Localizer<D> localizer;
-    Tools(const Network<D>& network, const PartitionLimits& limits) : splitter(network.table), localizer(network, splitter) {
-      localizer.set_tolerance(limits.tolerance);
-      if (limits.angle > 0) localizer.set_view(limits.eye, limits.angle);
-    }
-  };
-
-  const Network<D>& network_;
-  unsigned level_;
-  std::size_t most_words_;
-  std::deque<Tools> tools_;
-  std::deque<Piece> pieces_;
-  std::size_t words_ = 0;  // of the programs of those that were asked for
-  Partition<D> result_;
 
   /// What the expression is in a piece's cell.
-  void look(Tools& tools, Piece& piece, Cell<D> cell, const std::vector<Word>& program) const {
+  void look(Piece<D>& piece, Cell<D> cell, const std::vector<Word>& program) {
     typename Localizer<D>::Cut cut;
-    if (tools.localizer.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
-      for (const auto& operand : tools.localizer.undecided_operands(piece.program)) piece.weight += std::pow(static_cast<double>(operand.weight), growth);
+    if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
+      for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += std::pow(static_cast<double>(operand.weight), growth);
       if (!cut.none && piece.level < level_) piece.cut = cut.hyperplane;
     } else {
       piece.program.clear();
@@ -115,84 +65,240 @@ class Partitioner {
     piece.cell = std::move(cell);
   }
 
-  /// @param side 0 for the negative half of a piece, 1 for the positive one.
-  void make_half(Tools& tools, std::size_t of, std::size_t side) {
-    const Piece& whole = pieces_[of];
-    Cell<D> half;
-    tools.splitter.classify(whole.cell, *whole.cut);
-    tools.splitter.split(whole.cell, *whole.cut, side == 0 ? &half : nullptr, side == 1 ? &half : nullptr);
-    look(tools, pieces_[whole.first_half + side], std::move(half), whole.program);
-  }
-
-  void halve(const std::vector<std::size_t>& wholes) {
-    for (const std::size_t at : wholes) {
-      pieces_[at].first_half = pieces_.size();
-      for (int side = 0; side < 2; ++side) pieces_.emplace_back().level = static_cast<std::uint16_t>(pieces_[at].level + 1);
-    }
-    const std::size_t count = 2 * wholes.size();
+  /// Makes the halves of a piece. @return the words of their programs; 0 if there were halves before.
+  std::size_t halve(Piece<D>& whole) {
+    if (whole.halves[0]) return 0;
+    std::array<Cell<D>, 2> cells;
+    splitter_.classify(whole.cell, *whole.cut);
+    splitter_.split(whole.cell, *whole.cut, &cells[0], &cells[1]);
     std::size_t words = 0;
-    for (const std::size_t at : wholes) words += 2 * pieces_[at].program.size();
-    std::atomic<std::size_t> next{0};
-    const auto make_some = [&](std::size_t thread) {
-      for (std::size_t i = next++; i < count; i = next++) make_half(tools_[thread], wholes[i / 2], i % 2);
-    };
-    if (const std::size_t threads = std::min({tools_.size(), count, words / words_of_a_thread}); threads > 1)
-      call_on_large_stacks(threads, make_some);
+    for (std::size_t side = 0; side < 2; ++side) {
+      whole.halves[side] = std::make_unique<Piece<D>>();
+      whole.halves[side]->level = static_cast<std::uint16_t>(whole.level + 1);
+      look(*whole.halves[side], std::move(cells[side]), whole.program);
+      words += whole.halves[side]->program.size();
+    }
+    return words;
+  }
+
+ private:
+  unsigned level_;
+  geometry::Splitter<D> splitter_;
+  Localizer<D> localizer_;
+};
+
+/// Parts a piece into regions, always the one with the most work.
+template <int D>
+class District {
+ public:
+  /// @param words of programs that may be looked at.
+  District(Looker<D>& looker, std::size_t words) : looker_(looker), words_left_(words) {}
+
+  void part(Piece<D>& piece, std::size_t most_regions) {
+    if (most_regions < 2) return;
+    offer(piece);
+    for (std::size_t regions = 1; regions < most_regions && !open_.empty(); ++regions) {
+      Piece<D>& chosen = *open_.begin()->piece;
+      if (!chosen.halves[0]) break;  // enough was looked at
+      open_.erase(open_.begin());
+      chosen.is_parted = true;
+      chosen.cell = {};
+      for (auto& half : chosen.halves) offer(*half);
+    }
+  }
+
+ private:
+  /// A region that may be parted: the one with the most work first, of equals the one that was offered first.
+  struct Open {
+    double work;
+    std::size_t offer;
+    Piece<D>* piece;
+    bool operator<(const Open& other) const { return work != other.work ? work > other.work : offer < other.offer; }
+  };
+  Looker<D>& looker_;
+  std::size_t words_left_;
+  std::set<Open> open_;
+  std::size_t offers_ = 0;
+
+  void offer(Piece<D>& piece) {
+    if (piece.cut) open_.insert({sample(piece, sampled_levels), offers_++, &piece});
+  }
+
+  /// Estimate of the work on a piece, as `work_of`, for which it is looked at.
+  double sample(Piece<D>& piece, unsigned levels) {
+    if (levels == 0 || !piece.cut) return piece.weight;
+    if (!piece.halves[0]) {
+      if (words_left_ == 0) return piece.weight;
+      words_left_ -= std::min(words_left_, looker_.halve(piece));
+    }
+    const double negative = sample(*piece.halves[0], levels - 1), positive = sample(*piece.halves[1], levels - 1);
+    return negative + positive;
+  }
+};
+
+/// Estimate of the work on a piece: what is undecided some levels below it, as far as it was looked at.
+template <int D>
+double work_of(const Piece<D>& piece, unsigned levels) {
+  if (levels == 0 || !piece.cut || !piece.halves[0]) return piece.weight;
+  return work_of(*piece.halves[0], levels - 1) + work_of(*piece.halves[1], levels - 1);
+}
+
+/// Cuts the space where its evaluation would cut it: from the root on each piece gives its halves shares of its regions by their weights, until
+/// few are left, a district. Whoever looks at a piece needs nothing but the way to it, so threads and shares take different ones.
+template <int D>
+class Partitioner {
+ public:
+  Partitioner(const Network<D>& network, const PartitionLimits& limits, unsigned threads, PartitionShare share)
+      : network_(network), limits_(limits), threads_(std::max(1U, threads)), share_(share) {}
+
+  /// On a large stack.
+  PartitionPart<D> run(std::size_t most_regions) {
+    regions_of_a_district_ = std::max<std::size_t>(least_regions_of_a_district, most_regions / most_districts);
+    Looker<D> looker(network_, limits_);
+    looker.look(root_, geometry::root_cell<D>(network_.table), network_.program);
+    const std::size_t words = root_.program.size();
+    tasks_.push_back({&root_, most_regions, limits_.words - std::min(limits_.words, words), 0, share_.count});
+    open_ = 1;
+    const std::size_t threads = std::min<std::size_t>({threads_, most_regions, 1 + words * static_cast<std::size_t>(std::bit_width(most_regions)) / words_of_a_thread});
+    if (threads > 1)
+      call_on_large_stacks(threads, [&](std::size_t) {
+        Looker<D> own(network_, limits_);
+        work(own);
+      });
     else
-      make_some(0);
+      work(looker);
+    write(root_, network_.program);
+    return std::move(result_);
   }
 
-  /// Makes what the estimate of the work on pieces asks for. One thread makes it when it is asked for.
-  void look_below(std::vector<std::size_t> pieces, unsigned levels) {
-    if (tools_.size() == 1 || words_ > most_words_) return;
-    for (; levels > 0 && !pieces.empty(); --levels) {
-      std::erase_if(pieces, [&](std::size_t at) { return !pieces_[at].cut; });
-      std::vector<std::size_t> wholes, halves;
-      std::copy_if(pieces.begin(), pieces.end(), std::back_inserter(wholes), [&](std::size_t at) { return pieces_[at].first_half == 0; });
-      halve(wholes);
-      for (const std::size_t at : pieces) halves.insert(halves.end(), {pieces_[at].first_half, pieces_[at].first_half + 1});
-      pieces = std::move(halves);
+ private:
+  // Measured: with smaller districts regions differ more in their work, with fewer there is less to share.
+  static constexpr std::size_t least_regions_of_a_district = 16, most_districts = 64;
+  static constexpr std::size_t words_of_a_thread = 16384;  // at least: starting one takes as long as looking at some hundred
+
+  /// To part a piece.
+  struct Task {
+    Piece<D>* piece;
+    std::size_t regions;                // at most
+    std::size_t words;                  // of programs that may be looked at
+    unsigned first_share, share_count;  // who does it
+  };
+
+  const Network<D>& network_;
+  const PartitionLimits& limits_;
+  std::size_t threads_, regions_of_a_district_ = 1;
+  PartitionShare share_;
+  Piece<D> root_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<Task> tasks_;
+  std::size_t open_ = 0;  // tasks that wait or are worked on
+  bool failed_ = false;
+  PartitionPart<D> result_;
+
+  void work(Looker<D>& looker) {
+    try {
+      while (auto task = next())
+        for (; task; task = go_on(looker, *task)) {
+        }
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      failed_ = true;
+      changed_.notify_all();
+      throw;
     }
   }
 
-  /// Makes what the next cuts will ask for, if the regions with the most work now are parted. Most of them will be.
-  void look_ahead(const std::set<Open>& open, std::size_t cuts_left) {
-    std::vector<std::size_t> pieces;
-    for (auto region = open.begin(); region != open.end() && pieces.size() < std::min(foreseen_cuts * tools_.size(), cuts_left); ++region) {
-      pieces_[region->piece].is_foreseen = true;
-      pieces.push_back(region->piece);
-    }
-    look_below(std::move(pieces), sampled_levels + 1);
+  std::optional<Task> next() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return failed_ || open_ == 0 || !tasks_.empty(); });
+    if (failed_ || tasks_.empty()) return std::nullopt;
+    const Task task = tasks_.back();
+    tasks_.pop_back();
+    return task;
   }
 
-  /// Estimate of the work on a piece: what is undecided some levels below it. Most pieces there will be looked at anyway.
-  double work_of(std::size_t at, unsigned levels) {
-    if (levels == 0 || !pieces_[at].cut) return pieces_[at].weight;
-    if (!pieces_[at].is_counted) {
-      if (words_ > most_words_) return pieces_[at].weight;
-      if (pieces_[at].first_half == 0) halve({at});
-      for (std::size_t side = 0; side < 2; ++side) words_ += pieces_[pieces_[at].first_half + side].program.size();
-      pieces_[at].is_counted = true;
+  std::nullopt_t end() {
+    const std::lock_guard lock(mutex_);
+    if (--open_ == 0) changed_.notify_all();
+    return std::nullopt;
+  }
+
+  void add(const Task& task) {
+    const std::lock_guard lock(mutex_);
+    tasks_.push_back(task);
+    ++open_;
+    changed_.notify_one();
+  }
+
+  /// @return what is left of the task for this thread.
+  std::optional<Task> go_on(Looker<D>& looker, const Task& task) {
+    Piece<D>& piece = *task.piece;
+    if (piece.cut && task.regions > regions_of_a_district_ && task.words > 0) return part(looker, task);
+    if (task.first_share == share_.index)
+      District<D>(looker, task.words).part(piece, task.regions);
+    else
+      leave_to_others(piece);
+    return end();
+  }
+
+  /// Cuts a piece in two.
+  std::optional<Task> part(Looker<D>& looker, const Task& task) {
+    Piece<D>& piece = *task.piece;
+    const std::size_t words = task.words - std::min(task.words, looker.halve(piece));
+    piece.is_parted = true;
+    piece.cell = {};
+    const std::array<Task, 2> halves = halves_of(task, words);
+    for (const Task& half : halves)
+      if (!is_mine(half)) leave_to_others(*half.piece);
+    if (is_mine(halves[0]) && is_mine(halves[1])) add(halves[1]);
+    return is_mine(halves[0]) ? halves[0] : halves[1];
+  }
+
+  /// @param words that are left to look at.
+  static std::array<Task, 2> halves_of(const Task& task, std::size_t words) {
+    const auto& halves = task.piece->halves;
+    const double weight = std::max(halves[0]->weight + halves[1]->weight, std::numeric_limits<double>::min());
+    const auto share_of_first = [&](std::size_t whole) {  // neither of them goes without
+      const double share = std::round(static_cast<double>(whole) * halves[0]->weight / weight);
+      return std::clamp<std::size_t>(static_cast<std::size_t>(share), 1, whole - 1);
+    };
+    Task first = task, second = task;
+    first.piece = halves[0].get();
+    second.piece = halves[1].get();
+    first.regions = share_of_first(task.regions);
+    second.regions = task.regions - first.regions;
+    first.words = words / task.regions * first.regions;
+    second.words = words / task.regions * second.regions;
+    if (task.share_count > 1) {
+      first.share_count = static_cast<unsigned>(share_of_first(task.share_count));
+      second.share_count = task.share_count - first.share_count;
+      second.first_share = task.first_share + first.share_count;
     }
-    const std::size_t half = pieces_[at].first_half;
-    return work_of(half, levels - 1) + work_of(half + 1, levels - 1);
+    return {first, second};
+  }
+
+  [[nodiscard]] bool is_mine(const Task& task) const { return share_.index >= task.first_share && share_.index - task.first_share < task.share_count; }
+
+  static void leave_to_others(Piece<D>& piece) {
+    piece = {};
+    piece.is_elsewhere = true;
   }
 
   /// The regions from the negative side to the positive one. Each has the expression that was localized in the cell before the
-  /// last cut, as a token has it: firing that is what its evaluation begins with. @return the child that the piece is.
-  std::int32_t number(std::size_t at, const std::vector<Word>& program) {
-    if (!pieces_[at].is_parted) {
-      Piece& piece = pieces_[at];
-      result_.work.push_back(at == 0 ? 0 : work_of(at, sampled_levels));
+  /// last cut, as a token has it: firing that is what its evaluation begins with.
+  void write(Piece<D>& piece, const std::vector<Word>& program) {
+    using Kind = PartitionNode::Kind;
+    if (piece.is_elsewhere) {
+      result_.nodes.push_back({Kind::elsewhere, 0, 0});
+    } else if (piece.is_parted) {
+      result_.nodes.push_back({Kind::split, *piece.cut, 0});
+      for (auto& half : piece.halves) write(*half, piece.program);
+    } else {
+      const double work = &piece == &root_ ? 0 : work_of(piece, sampled_levels);
+      result_.nodes.push_back({Kind::region, 0, work});
       result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), piece.level, std::move(piece.cell), program, {}});
-      return ~static_cast<std::int32_t>(result_.regions.size() - 1);
     }
-    const std::size_t node = result_.nodes.size();
-    result_.nodes.push_back({*pieces_[at].cut, 0, 0});
-    const std::int32_t negative = number(pieces_[at].first_half, pieces_[at].program), positive = number(pieces_[at].first_half + 1, pieces_[at].program);
-    result_.nodes[node].negative = negative;
-    result_.nodes[node].positive = positive;
-    return static_cast<std::int32_t>(node);
   }
 };
 
@@ -213,111 +319,143 @@ unsigned suggested_depth(const Network<D>& network) {
 }
 
 template <int D>
-Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits, unsigned threads) {
-  Partition<D> result;
-  call_on_large_stack([&] { result = Partitioner<D>(network, limits, threads).run(std::size_t{1} << depth); });
+PartitionPart<D> part_of_partition(const Network<D>& network, unsigned depth, PartitionShare share, const PartitionLimits& limits, unsigned threads) {
+  PartitionPart<D> result;
+  call_on_large_stack([&] { result = Partitioner<D>(network, limits, threads, share).run(std::size_t{1} << depth); });
   return result;
 }
 
 namespace {
 
-/// Walks down to the regions that are asked for, localizing the program on the way.
+/// Walks through all parts at once.
 template <int D>
-class RegionMaker {
+class PartJoiner {
  public:
-  RegionMaker(const Network<D>& network, const Partition<D>& partition, std::span<const std::uint32_t> numbers)
-      : network_(network), partition_(partition), numbers_(numbers), splitter_(network.table), localizer_(network, splitter_) {
-    count(partition.root);
-  }
+  explicit PartJoiner(std::span<const std::vector<PartitionNode>> parts) : parts_(parts), next_(parts.size()) {}
 
-  std::vector<Region<D>> run() {
-    descend(partition_.root, geometry::root_cell<D>(network_.table), network_.program, 0);
-    if (result_.size() != numbers_.size()) throw std::out_of_range("the partition does not have all regions that are asked for");
+  JoinedPartition<D> run() {
+    std::vector<std::uint32_t> shares(parts_.size());
+    std::iota(shares.begin(), shares.end(), 0U);
+    result_.partition.root = join(std::move(shares));
+    for (std::size_t i = 0; i < parts_.size(); ++i)
+      if (next_[i] != parts_[i].size()) throw std::invalid_argument("a part of a partition has more than one root");
     return std::move(result_);
   }
 
  private:
-  const Network<D>& network_;
-  const Partition<D>& partition_;
-  std::span<const std::uint32_t> numbers_;
-  geometry::Splitter<D> splitter_;
-  Localizer<D> localizer_;
-  std::vector<std::size_t> wanted_ = std::vector<std::size_t>(partition_.nodes.size());  // regions below each node
-  std::vector<Region<D>> result_;
+  std::span<const std::vector<PartitionNode>> parts_;
+  std::vector<std::size_t> next_;  // node of each part
+  JoinedPartition<D> result_;
 
-  [[nodiscard]] std::size_t wanted(std::int32_t child) const {
-    if (child >= 0) return wanted_[static_cast<std::size_t>(child)];
-    return std::binary_search(numbers_.begin(), numbers_.end(), static_cast<std::uint32_t>(~child)) ? 1 : 0;
-  }
-  std::size_t count(std::int32_t child) {
-    if (child < 0) return wanted(child);
-    const auto& node = partition_.nodes[static_cast<std::size_t>(child)];
-    return wanted_[static_cast<std::size_t>(child)] = count(node.negative) + count(node.positive);
-  }
-
-  void descend(std::int32_t at, Cell<D> cell, const std::vector<Word>& program, unsigned level) {
-    if (wanted(at) == 0) return;
-    if (at < 0) {
-      result_.push_back({static_cast<std::uint32_t>(~at), static_cast<std::uint16_t>(level), std::move(cell), program, {}});
-      return;
+  /// @param shares whose parts have this node, or the mark that others have it. @return the child.
+  std::int32_t join(std::vector<std::uint32_t> shares) {
+    using Kind = PartitionNode::Kind;
+    std::erase_if(shares, [&](std::uint32_t share) {
+      if (next_[share] == parts_[share].size()) throw std::invalid_argument("a part of a partition is not complete");
+      return parts_[share][next_[share]++].kind == Kind::elsewhere;
+    });
+    if (shares.empty()) throw std::invalid_argument("nobody has a part of the partition");
+    const PartitionNode& node = parts_[shares.front()][next_[shares.front()] - 1];
+    for (const std::uint32_t share : shares)
+      if (parts_[share][next_[share] - 1] != node || (shares.size() > 1 && node.kind == Kind::region))
+        throw std::invalid_argument("two have different parts of one partition, or the same");
+    Partition<D>& partition = result_.partition;
+    if (node.kind == Kind::region) {
+      partition.work.push_back(node.work);
+      result_.share_of_region.push_back(shares.front());
+      return ~static_cast<std::int32_t>(partition.work.size() - 1);
     }
-    std::vector<Word> local;
-    typename Localizer<D>::Cut unused;
-    localizer_.fire(program, cell, local, unused);
-    const auto& node = partition_.nodes[static_cast<std::size_t>(at)];
-    splitter_.classify(cell, node.hyperplane);
-    Cell<D> negative, positive;
-    splitter_.split(cell, node.hyperplane, wanted(node.negative) != 0 ? &negative : nullptr, wanted(node.positive) != 0 ? &positive : nullptr);
-    descend(node.negative, std::move(negative), local, level + 1);
-    descend(node.positive, std::move(positive), local, level + 1);
+    const std::size_t at = partition.nodes.size();
+    partition.nodes.push_back({node.hyperplane, 0, 0});
+    const std::int32_t negative = join(shares), positive = join(std::move(shares));
+    partition.nodes[at].negative = negative;
+    partition.nodes[at].positive = positive;
+    return static_cast<std::int32_t>(at);
   }
 };
 
 }  // namespace
 
 template <int D>
-std::vector<Region<D>> make_regions(const Network<D>& network, const Partition<D>& partition, std::span<const std::uint32_t> numbers) {
-  std::vector<Region<D>> regions;
-  call_on_large_stack([&] { regions = RegionMaker<D>(network, partition, numbers).run(); });
-  return regions;
+JoinedPartition<D> join_parts(std::span<const std::vector<PartitionNode>> parts) {
+  JoinedPartition<D> result;
+  call_on_large_stack([&] { result = PartJoiner<D>(parts).run(); });
+  return result;
 }
 
 template <int D>
-Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, std::uint32_t number) {
-  // The way up from the leaf, then down again.
-  std::vector<std::int32_t> parent(partition.nodes.size(), -1);
-  std::int32_t at = -1;
-  bool found = partition.root == ~static_cast<std::int32_t>(number);
-  for (std::size_t i = 0; i < partition.nodes.size(); ++i)
-    for (const std::int32_t child : {partition.nodes[i].negative, partition.nodes[i].positive})
-      if (child >= 0)
-        parent[static_cast<std::size_t>(child)] = static_cast<std::int32_t>(i);
-      else if (~child == static_cast<std::int32_t>(number)) {
-        at = static_cast<std::int32_t>(i);
-        found = true;
-      }
-  if (!found) throw std::out_of_range("the partition has no region " + std::to_string(number));
-  std::vector<std::int32_t> path;
-  for (; at >= 0; at = parent[static_cast<std::size_t>(at)]) path.push_back(at);
-  path.insert(path.begin(), ~static_cast<std::int32_t>(number));
-  geometry::Splitter<D> splitter(network.table);
-  Cell<D> cell = geometry::root_cell<D>(network.table);
-  for (std::size_t i = path.size(); i-- > 1;) {
-    const auto& node = partition.nodes[static_cast<std::size_t>(path[i])];
-    const bool negative = node.negative == path[i - 1];
-    splitter.classify(cell, node.hyperplane);
-    Cell<D> half;
-    splitter.split(cell, node.hyperplane, negative ? &half : nullptr, negative ? nullptr : &half);
-    cell = std::move(half);
-  }
-  return cell;
+Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits, unsigned threads) {
+  PartitionPart<D> whole = part_of_partition<D>(network, depth, {}, limits, threads);
+  Partition<D> result = join_parts<D>(std::span(&whole.nodes, 1)).partition;
+  result.regions = std::move(whole.regions);
+  return result;
 }
 
-#define BSP2_INSTANTIATE(D)                                                                                                            \
-  template unsigned suggested_depth<D>(const Network<D>&);                                                                             \
-  template Partition<D> partition<D>(const Network<D>&, unsigned, const PartitionLimits&, unsigned);                                   \
-  template std::vector<Region<D>> make_regions<D>(const Network<D>&, const Partition<D>&, std::span<const std::uint32_t>);             \
-  template Cell<D> region_cell<D>(const Network<D>&, const Partition<D>&, std::uint32_t);
+namespace {
+
+/// For each node of a partition, and each of its regions, the node above it; -1 where there is none.
+struct Parents {
+  std::vector<std::int32_t> of_node, of_region;
+};
+
+template <int D>
+Parents parents_in(const Partition<D>& partition) {
+  constexpr std::int32_t not_there = -2;
+  Parents parents{std::vector<std::int32_t>(partition.nodes.size(), not_there), std::vector<std::int32_t>(partition.nodes.size() + 1, not_there)};
+  const auto set = [&](std::int32_t child, std::int32_t parent) { (child < 0 ? parents.of_region.at(static_cast<std::size_t>(~child)) : parents.of_node.at(static_cast<std::size_t>(child))) = parent; };
+  set(partition.root, -1);
+  for (std::size_t i = 0; i < partition.nodes.size(); ++i)
+    for (const std::int32_t child : {partition.nodes[i].negative, partition.nodes[i].positive}) set(child, static_cast<std::int32_t>(i));
+  return parents;
+}
+
+}  // namespace
+
+template <int D>
+void make_cells(const Network<D>& network, const Partition<D>& partition, std::span<Region<D>> regions) {
+  const Parents parents = parents_in(partition);
+  std::vector<bool> leads_there(partition.nodes.size());
+  std::vector<Region<D>*> wanted(partition.nodes.size() + 1);
+  for (Region<D>& region : regions) {
+    if (region.number >= wanted.size()) throw std::out_of_range("the partition has no region " + std::to_string(region.number));
+    if (std::exchange(wanted[region.number], &region) != nullptr) throw std::invalid_argument("there are two regions of one number");
+    for (std::int32_t at = parents.of_region[region.number]; at >= 0 && !leads_there[static_cast<std::size_t>(at)]; at = parents.of_node[static_cast<std::size_t>(at)])
+      leads_there[static_cast<std::size_t>(at)] = true;
+  }
+  const auto is_wanted = [&](std::int32_t child) { return child < 0 ? wanted.at(static_cast<std::size_t>(~child)) != nullptr : leads_there[static_cast<std::size_t>(child)]; };
+  geometry::Splitter<D> splitter(network.table);
+  std::vector<std::pair<std::int32_t, Cell<D>>> open;
+  if (!regions.empty()) open.emplace_back(partition.root, geometry::root_cell<D>(network.table));
+  while (!open.empty()) {
+    auto [at, cell] = std::move(open.back());
+    open.pop_back();
+    if (at < 0) {
+      wanted[static_cast<std::size_t>(~at)]->cell = std::move(cell);
+      continue;
+    }
+    const auto& node = partition.nodes[static_cast<std::size_t>(at)];
+    std::array<Cell<D>, 2> halves;
+    splitter.classify(cell, node.hyperplane);
+    splitter.split(cell, node.hyperplane, is_wanted(node.negative) ? &halves[0] : nullptr, is_wanted(node.positive) ? &halves[1] : nullptr);
+    if (is_wanted(node.negative)) open.emplace_back(node.negative, std::move(halves[0]));
+    if (is_wanted(node.positive)) open.emplace_back(node.positive, std::move(halves[1]));
+  }
+}
+
+template <int D>
+void add_regions(const Network<D>& network, Partition<D>& partition, std::vector<Region<D>> regions) {
+  make_cells<D>(network, partition, regions);
+  std::move(regions.begin(), regions.end(), std::back_inserter(partition.regions));
+  std::sort(partition.regions.begin(), partition.regions.end(), [](const Region<D>& a, const Region<D>& b) { return a.number < b.number; });
+}
+
+#define BSP2_INSTANTIATE(D)                                                                                                                 \
+  template unsigned suggested_depth<D>(const Network<D>&);                                                                                  \
+  template PartitionPart<D> part_of_partition<D>(const Network<D>&, unsigned, PartitionShare, const PartitionLimits&, unsigned);             \
+  template JoinedPartition<D> join_parts<D>(std::span<const std::vector<PartitionNode>>);                                                   \
+  template Partition<D> partition<D>(const Network<D>&, unsigned, const PartitionLimits&, unsigned);                                        \
+  template void make_cells<D>(const Network<D>&, const Partition<D>&, std::span<Region<D>>);                                                \
+  template void add_regions<D>(const Network<D>&, Partition<D>&, std::vector<Region<D>>);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

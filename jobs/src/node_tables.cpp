@@ -50,10 +50,10 @@ double efficiency(const Resolved& finest, const std::vector<NodeFigures>& nodes)
 
 /// Table 1, at the finest resolution.
 void print_run_times(std::ostream& out, const Resolved& finest) {
-  out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions << " regions\n\n  nodes      ";
+  out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions << " regions\n\n  nodes       ";
   for (const auto& nodes : finest.nodes) out << fmt::format(" {:>9}", nodes.size());
   const auto row = [&](const char* name, auto value, int digits = 3) {
-    out << fmt::format("\n  {:<11}", name);
+    out << fmt::format("\n  {:<12}", name);
     for (const auto& nodes : finest.nodes) out << fmt::format(" {:>9.{}f}", value(nodes), digits);
   };
   row("max", [](const auto& nodes) { return sorted_seconds(nodes).back(); }, 4);
@@ -68,6 +68,8 @@ void print_run_times(std::ostream& out, const Resolved& finest) {
   };
   rows_of_count("10^3 splits", &NodeFigures::splits, 1e3);
   rows_of_count("10^6 sides", &NodeFigures::predicates, 1e6);
+  out << fmt::format("\n  {:<12}", "distribution");
+  for (const double seconds : finest.distribution_seconds) out << fmt::format(" {:>9.4f}", seconds);
   out << "\n\n";
 }
 
@@ -109,7 +111,8 @@ void print_tables(std::ostream& out, const std::vector<Resolved>& measured, bool
          "cluster of such machines; nothing ran in parallel but the threads of a node.\n"
          "Seconds are of processor time for each thread, the least of up to five times.\n"
          "Efficiency: that of one node / (nodes x max). Splits of cells, and questions on\n"
-         "which side of a plane a point is, count the work whatever else the machine does.\n";
+         "which side of a plane a point is, count the work whatever else the machine does.\n"
+         "Distribution: the most that a node takes to find its part of the regions.\n";
   if (!brief) out << "2-cells are those of a node's boundary. Last row: sums of cells, mean seconds.\n";
   out << '\n';
   print_run_times(out, measured.back());

@@ -11,44 +11,6 @@
 namespace bsp2::supersteps {
 namespace {
 
-/// What travels: the tree, and to whom each region belongs.
-struct Plan {
-  std::int32_t root = ~0;
-  std::vector<std::uint32_t> hyperplane;
-  std::vector<std::int32_t> negative, positive, owner;
-  std::vector<double> work;
-
-  template <class Archive>
-  void serialize(Archive& archive, unsigned) {
-    archive & root & hyperplane & negative & positive & owner & work;
-  }
-};
-
-template <int D>
-Plan plan_of(const dataflow::Partition<D>& partition, int ranks, const std::vector<std::int32_t>& owner) {
-  Plan plan;
-  plan.root = partition.root;
-  for (const auto& node : partition.nodes) {
-    plan.hyperplane.push_back(node.hyperplane);
-    plan.negative.push_back(node.negative);
-    plan.positive.push_back(node.positive);
-  }
-  plan.work = partition.work;
-  plan.owner = owner.empty() ? assign_regions(partition.work, ranks) : owner;
-  const bool is_valid = std::all_of(plan.owner.begin(), plan.owner.end(), [&](std::int32_t rank) { return rank >= 0 && rank < ranks; });
-  if (plan.owner.size() != partition.work.size() || !is_valid) throw std::invalid_argument("first_rank_of_region does not name a rank for each region");
-  return plan;
-}
-
-template <int D>
-dataflow::Partition<D> partition_of(const Plan& plan) {
-  dataflow::Partition<D> partition;
-  partition.root = plan.root;
-  for (std::size_t i = 0; i < plan.hyperplane.size(); ++i) partition.nodes.push_back({plan.hyperplane[i], plan.negative[i], plan.positive[i]});
-  partition.work = plan.work;
-  return partition;
-}
-
 /// k for 2^k regions.
 template <int D>
 unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options) {
@@ -70,6 +32,31 @@ dataflow::PartitionLimits limits_of_cuts(const RunOptions& options) {
   return limits;
 }
 
+/// The rank of each region: as the caller says, or by the estimated work.
+std::vector<std::int32_t> owners(const std::vector<double>& work, int ranks, const std::vector<std::int32_t>& asked) {
+  if (asked.empty()) return assign_regions(work, ranks);
+  const bool is_valid = std::all_of(asked.begin(), asked.end(), [&](std::int32_t rank) { return rank >= 0 && rank < ranks; });
+  if (asked.size() != work.size() || !is_valid) throw std::invalid_argument("first_rank_of_region does not name a rank for each region");
+  return asked;
+}
+
+/// Sends the regions that this rank has made to their owners; the partition gets those that it owns. Cells do not travel: to split again
+/// costs less.
+template <int D>
+void hand_out(Ranks& ranks, const dataflow::Network<D>& network, dataflow::Partition<D>& partition, std::vector<dataflow::Region<D>> made,
+              const std::vector<std::int32_t>& owner) {
+  std::erase_if(made, [&](const dataflow::Region<D>& region) {
+    if (owner[region.number] == ranks.rank()) return false;
+    ranks.send(owner[region.number], dataflow::to_bytes(region));
+    return true;
+  });
+  ranks.sync();
+  std::vector<dataflow::Region<D>> received;
+  for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, received.emplace_back());
+  partition.regions = std::move(made);
+  dataflow::add_regions(network, partition, std::move(received));
+}
+
 }  // namespace
 
 std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks) {
@@ -87,28 +74,29 @@ std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ra
 }
 
 template <int D>
-Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads) {
-  dataflow::Partition<D> partition;
-  Plan plan;
-  if (ranks.is_master()) {
-    partition = dataflow::partition(network, depth_of(network, options), limits_of_cuts(options), threads);
-    plan = plan_of(partition, ranks.count(), options.first_rank_of_region);
-  }
-  broadcast(ranks, plan);
-  const auto is_mine = [&](std::uint32_t region) { return plan.owner[region] == ranks.rank(); };
-  if (ranks.is_master()) {
-    std::erase_if(partition.regions, [&](const auto& region) { return !is_mine(region.number); });
-  } else {
-    partition = partition_of<D>(plan);
-    std::vector<std::uint32_t> mine;
-    for (std::uint32_t region = 0; region < plan.owner.size(); ++region)
-      if (is_mine(region)) mine.push_back(region);
-    partition.regions = dataflow::make_regions(network, partition, mine);
-  }
-  return {std::move(partition), std::move(plan.owner)};
+dataflow::PartitionPart<D> part_of_distribution(const dataflow::Network<D>& network, const RunOptions& options, dataflow::PartitionShare share,
+                                                unsigned threads) {
+  return dataflow::part_of_partition(network, depth_of(network, options), share, limits_of_cuts(options), threads);
 }
 
-#define BSP2_STAGE(D) template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&, unsigned);
+template <int D>
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads) {
+  const dataflow::PartitionShare share{static_cast<unsigned>(ranks.rank()), static_cast<unsigned>(ranks.count())};
+  auto mine = part_of_distribution(network, options, share, threads);
+  auto [partition, maker_of_region] = dataflow::join_parts<D>(all_gather(ranks, mine.nodes));
+  std::vector<std::int32_t> owner;
+  if (ranks.is_master()) owner = owners(partition.work, ranks.count(), options.first_rank_of_region);
+  broadcast(ranks, owner);
+  for (std::uint32_t number = 0, made = 0; number < owner.size(); ++number)
+    if (maker_of_region[number] == share.index) mine.regions[made++].number = number;
+  hand_out(ranks, network, partition, std::move(mine.regions), owner);
+  return {std::move(partition), std::move(owner)};
+}
+
+#define BSP2_STAGE(D)                                                                                                  \
+  template dataflow::PartitionPart<D> part_of_distribution<D>(const dataflow::Network<D>&, const RunOptions&,         \
+                                                              dataflow::PartitionShare, unsigned);                    \
+  template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&, unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -96,18 +96,16 @@ bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>
   });
   ranks.sync();
   RegionMesh mesh;
+  std::vector<dataflow::Region<D>> moved;
   for (const auto& message : ranks.received()) {
     if (message.bytes.front() == a_region) {
-      dataflow::Region<D> region;
-      dataflow::from_bytes(std::span<const char>(message.bytes).subspan(1), region);
-      region.cell = dataflow::region_cell(network, progress.partition, region.number);
-      progress.partition.regions.push_back(std::move(region));
+      dataflow::from_bytes(std::span<const char>(message.bytes).subspan(1), moved.emplace_back());
     } else if (receive(message.bytes, mesh)) {
       const std::uint32_t number = mesh.region;
       progress.meshes[number] = std::exchange(mesh, {});
     }
   }
-  std::sort(progress.partition.regions.begin(), progress.partition.regions.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+  dataflow::add_regions(network, progress.partition, std::move(moved));
   return true;
 }
 

@@ -164,7 +164,7 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
   Progress<D> progress(network);
   progress.partition = partition_of<D>(plan);
   progress.partition.regions = regions_of<D>(portion, parent);
-  for (Region<D>& region : progress.partition.regions) region.cell = dataflow::region_cell(network, progress.partition, region.number);
+  dataflow::make_cells<D>(network, progress.partition, progress.partition.regions);
 
   Ranks alone;
   const unsigned threads = threads_of(given, alone);

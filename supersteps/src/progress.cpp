@@ -293,13 +293,12 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
     const auto is_mine = [&](std::uint32_t region) { return rank_of_region[region] == ranks.rank(); };
     const io::Snapshot mine = io::read_snapshot(*options.resume, io::SnapshotPart::all, is_mine);
     progress.meshes = meshes_of<D>(mine);
+    std::vector<dataflow::Region<D>> regions;
     for (const std::string& archive : mine.frontier_archive) {
-      dataflow::Region<D> region;
-      dataflow::from_bytes(std::span<const char>(archive), region);
-      if (!same_limits) reopen(region.frontier);
-      region.cell = dataflow::region_cell(network, progress.partition, region.number);
-      progress.partition.regions.push_back(std::move(region));
+      dataflow::from_bytes(std::span<const char>(archive), regions.emplace_back());
+      if (!same_limits) reopen(regions.back().frontier);
     }
+    dataflow::add_regions(network, progress.partition, std::move(regions));
     if (ranks.is_master()) dataflow::from_bytes(std::span<const char>(head.totals), progress.totals);
   } catch (const Error&) {
     throw;

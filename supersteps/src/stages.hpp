@@ -66,11 +66,16 @@ struct Distribution {
 /// The region with the most work goes to the rank with the least, and so on. @return the rank of each region.
 std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks);
 
-/// Distribution: the master cuts space into regions of about equal work, by a BSP tree whose depth does not depend on who
-/// computes, and assigns them to the ranks; it does so on `threads` threads. Only the tree travels; each rank makes its own regions from their paths.
+/// Distribution: space is cut into regions of about equal work, which do not depend on who computes. Each rank makes its part of them, on
+/// `threads` threads, and learns the trees of the others; the master says who gets which, and regions go to their owners without their cells.
 /// Source: the paper, section 4.2, "Distribution".
 template <int D>
 Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads);
+
+/// What one rank does of it by itself. Not collective.
+template <int D>
+dataflow::PartitionPart<D> part_of_distribution(const dataflow::Network<D>& network, const RunOptions& options, dataflow::PartitionShare share,
+                                                unsigned threads);
 
 template <int D>
 struct Computed {

@@ -110,6 +110,20 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<
 }
 
 template <int D>
+double measure_distribution(const dataflow::Network<D>& network, const RunOptions& options, unsigned nodes) {
+  constexpr unsigned most_measured = 8;
+  Ranks alone;
+  const unsigned threads = threads_of(options, alone), measured = std::min(nodes, most_measured);
+  double most = 0;
+  for (unsigned i = 0; i < measured; ++i) {
+    const double start = processor_seconds();
+    part_of_distribution<D>(network, options, {i * nodes / measured, nodes}, threads);
+    most = std::max(most, (processor_seconds() - start) / threads);
+  }
+  return most;
+}
+
+template <int D>
 Resolved measure_resolution(const dataflow::Network<D>& network, const RunOptions& options, const std::vector<unsigned>& node_counts,
                             std::optional<unsigned> level, bool with_facets) {
   RunOptions of_level = options;
@@ -118,8 +132,9 @@ Resolved measure_resolution(const dataflow::Network<D>& network, const RunOption
   if (!options.regions) of_level.regions = std::max(1U << dataflow::suggested_depth(network), regions_of_a_node * most_nodes);
   Ranks alone;
   const auto partition = distribution<D>(alone, network, of_level, threads_of(options, alone)).partition;
-  Resolved result{level, static_cast<unsigned>(partition.work.size()), {}};
+  Resolved result{level, static_cast<unsigned>(partition.work.size()), {}, {}};
   for (const unsigned count : node_counts) {
+    result.distribution_seconds.push_back(measure_distribution<D>(network, of_level, count));
     const auto owner = assign_regions(partition.work, static_cast<int>(count));
     auto& nodes = result.nodes.emplace_back();
     for (unsigned node = 0; node < count; ++node) {

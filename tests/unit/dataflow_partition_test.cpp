@@ -16,32 +16,155 @@
 namespace bsp2::dataflow {
 namespace {
 
-TEST(Partition, RegionsAreMadeAgainFromTheTreeAlone) {
+template <int D>
+void expect_same_cell(const geometry::Cell<D>& a, const geometry::Cell<D>& b) {
+  ASSERT_EQ(a.vertices().size(), b.vertices().size());
+  for (std::size_t v = 0; v < a.vertices().size(); ++v) EXPECT_EQ(a.vertices()[v].x, b.vertices()[v].x);
+}
+
+template <int D>
+void expect_same_tree(const Partition<D>& a, const Partition<D>& b) {
+  EXPECT_EQ(a.root, b.root);
+  EXPECT_EQ(a.work, b.work);
+  ASSERT_EQ(a.nodes.size(), b.nodes.size());
+  for (std::size_t i = 0; i < a.nodes.size(); ++i) {
+    EXPECT_EQ(a.nodes[i].hyperplane, b.nodes[i].hyperplane);
+    EXPECT_EQ(a.nodes[i].negative, b.nodes[i].negative);
+    EXPECT_EQ(a.nodes[i].positive, b.nodes[i].positive);
+  }
+}
+
+/// Another number of threads, and several that make their parts alone, make the same regions, also where the limit of the words ends the
+/// search. @return how many parts have no region.
+template <int D>
+int expect_same_partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits, unsigned threads, unsigned shares) {
+  const auto whole = partition(network, depth, limits), together = partition(network, depth, limits, threads);
+  expect_same_tree(whole, together);
+  std::vector<PartitionPart<D>> parts;
+  std::vector<std::vector<PartitionNode>> nodes;
+  for (unsigned i = 0; i < shares; ++i) {
+    parts.push_back(part_of_partition(network, depth, {i, shares}, limits, i % 3 == 0 ? threads : 1));
+    nodes.push_back(parts.back().nodes);
+  }
+  const auto joined = join_parts<D>(nodes);
+  expect_same_tree(whole, joined.partition);
+  EXPECT_EQ(whole.regions.size(), together.regions.size());
+  EXPECT_EQ(whole.regions.size(), joined.share_of_region.size());
+  if (testing::Test::HasFailure()) return 0;
+  std::vector<std::size_t> next(shares);
+  for (std::size_t i = 0; i < whole.regions.size(); ++i) {
+    const std::uint32_t share = joined.share_of_region[i];
+    const Region<D>& made = parts[share].regions.at(next[share]++);
+    for (const Region<D>* other : {&together.regions[i], &made}) {
+      EXPECT_EQ(other->level, whole.regions[i].level);
+      EXPECT_EQ(other->program, whole.regions[i].program);
+      expect_same_cell(other->cell, whole.regions[i].cell);
+    }
+  }
+  for (unsigned i = 0; i < shares; ++i) EXPECT_EQ(next[i], parts[i].regions.size());
+  return static_cast<int>(std::count(next.begin(), next.end(), 0U));
+}
+
+/// Cubes on a grid: large enough that threads have something to share.
+model::Expression many_cubes(Random& random) {
+  std::vector<model::Expression> cubes;
+  for (int i = 0; i < 3000; ++i) {
+    const auto at = [&] { return pick(random, 0, 400) / 8.0; };
+    cubes.push_back(model::transform(std::vector<double>{1, 0, 0, at(), 0, 1, 0, at(), 0, 0, 1, at(), 0, 0, 0, 1}, model::cuboid({2, 2, 2}, false)));
+  }
+  return model::unite(cubes);
+}
+
+TEST(Partition, IsTheSameOnAnyNumberOfThreadsAndInParts) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  int stopped = 0, idle = 0, shared = 0;
+  const auto draw = [&](const auto& network) {
+    PartitionLimits limits;
+    if (chance(random, 0.7)) limits.words = static_cast<std::size_t>(pick(random, 50, 6000));
+    if (chance(random, 0.3)) limits.level = static_cast<unsigned>(pick(random, 1, 12));
+    if (chance(random, 0.3)) limits.tolerance = network.table.width() / pick(random, 2, 64);
+    return limits;
+  };
+  for (int round = 0; round < 60 || (stopped == 0 && round < 1000); ++round) {
+    const auto threads = static_cast<unsigned>(pick(random, 2, 6)), depth = static_cast<unsigned>(pick(random, 1, 9)),
+               shares = static_cast<unsigned>(pick(random, 1, 7));
+    const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
+    const PartitionLimits limits = draw(network);
+    const int without_regions = expect_same_partition(network, depth, limits, threads, shares);
+    idle += without_regions;
+    shared += static_cast<int>(shares) - without_regions > 1 ? 1 : 0;
+    PartitionLimits without = limits;
+    without.words = PartitionLimits{}.words;
+    stopped += partition(network, depth, limits).regions.size() < partition(network, depth, without).regions.size() ? 1 : 0;
+    const Network<2> plane = compile<2>(random_expression(random, 2, Kind::solids, 2), {});
+    expect_same_partition(plane, depth, draw(plane), threads, shares);
+    if (testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(stopped, 0);
+  EXPECT_GT(idle, 0);
+  EXPECT_GT(shared, 0);
+  const Network<3> cubes = compile<3>(many_cubes(random), {});
+  for (const std::size_t words : {PartitionLimits{}.words, std::size_t{40000}, std::size_t{150000}}) {
+    PartitionLimits limits;
+    limits.words = words;
+    expect_same_partition(cubes, 8, limits, 3, 5);
+  }
+}
+
+TEST(Partition, CellsAreMadeAgainFromTheTreeAlone) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < 40; ++round) {
     const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
-    const auto whole = partition(network, static_cast<unsigned>(pick(random, 0, 5)));
+    const auto whole = partition(network, static_cast<unsigned>(pick(random, 0, 7)));
     ASSERT_EQ(whole.work.size(), whole.regions.size());
-    Partition<3> tree;
-    tree.root = whole.root;
-    tree.nodes = whole.nodes;
-    std::vector<std::uint32_t> numbers;
+    std::vector<Region<3>> regions;
     for (std::uint32_t i = 0; i < whole.regions.size(); ++i)
-      if (chance(random, 0.5)) numbers.push_back(i);
-    const auto regions = make_regions<3>(network, tree, numbers);
-    ASSERT_EQ(regions.size(), numbers.size());
-    for (std::size_t i = 0; i < regions.size(); ++i) {
-      const Region<3>& expected = whole.regions[numbers[i]];
-      EXPECT_EQ(regions[i].number, expected.number);
-      EXPECT_EQ(regions[i].level, expected.level);
-      EXPECT_EQ(regions[i].program, expected.program);
-      ASSERT_EQ(regions[i].cell.vertices().size(), expected.cell.vertices().size());
-      for (std::size_t v = 0; v < expected.cell.vertices().size(); ++v) EXPECT_EQ(regions[i].cell.vertices()[v].x, expected.cell.vertices()[v].x);
+      if (chance(random, 0.5)) regions.push_back({.number = i});
+    std::shuffle(regions.begin(), regions.end(), random);
+    make_cells<3>(network, whole, regions);
+    for (const Region<3>& region : regions) expect_same_cell(region.cell, whole.regions[region.number].cell);
+    regions.push_back({.number = static_cast<std::uint32_t>(whole.regions.size())});
+    EXPECT_THROW(make_cells<3>(network, whole, regions), std::out_of_range);
+  }
+}
+
+TEST(Partition, PartsThatDoNotFitTogetherAreRefused) {
+  using Kind = PartitionNode::Kind;
+  using Parts = std::vector<std::vector<PartitionNode>>;
+  const PartitionNode split{Kind::split, 3, 0}, region{Kind::region, 0, 1}, elsewhere{};
+  EXPECT_EQ(join_parts<3>(Parts{{split, region, elsewhere}, {split, elsewhere, region}}).share_of_region, (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_THROW(join_parts<3>(Parts{{split, region, elsewhere}, {split, elsewhere, elsewhere}}), std::invalid_argument);  // nobody has it
+  EXPECT_THROW(join_parts<3>(Parts{{split, region}}), std::invalid_argument);
+  EXPECT_THROW(join_parts<3>(Parts{{split, region, region}, {split, elsewhere, region}}), std::invalid_argument);  // two have it
+  EXPECT_THROW(join_parts<3>(Parts{{split, region, region}, {{Kind::split, 4, 0}, elsewhere, elsewhere}}), std::invalid_argument);
+  EXPECT_THROW(join_parts<3>(Parts{{region, region}}), std::invalid_argument);
+  EXPECT_THROW(join_parts<3>(Parts{}), std::invalid_argument);
+}
+
+TEST(Partition, FillsTheRootWithRegions) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  for (int round = 0; round < 60; ++round) {
+    const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
+    geometry::CellWriter<3> writer(network.table);
+    const double root = writer.measure(geometry::root_cell(network.table)).volume();
+    for (const unsigned depth : {0U, 1U, 2U, 5U}) {
+      const auto a = partition(network, depth);
+      EXPECT_LE(a.regions.size(), std::size_t{1} << depth);
+      EXPECT_EQ(a.nodes.size() + 1, a.regions.size());
+      double sum = 0;
+      for (std::size_t i = 0; i < a.regions.size(); ++i) {
+        EXPECT_LT(a.regions[i].level, a.regions.size());  // as deep as the evaluation cuts there
+        sum += writer.measure(a.regions[i].cell).volume();
+      }
+      // Corners are rounded relative to their distance from the origin, however small the root cell is.
+      EXPECT_NEAR(sum, root, 2e-12 * std::pow(root, 2 / 3.0) * network.table.radius());
     }
-    numbers.push_back(static_cast<std::uint32_t>(whole.regions.size()));
-    EXPECT_THROW(make_regions<3>(network, tree, numbers), std::out_of_range);
   }
 }
 

@@ -152,7 +152,7 @@ TEST(Summary, FitsATerminalAndGroupsDigits) {
 TEST(Tables, FitATerminalAndAddUp) {
   std::vector<supersteps::Resolved> measured;
   for (const auto level : {std::optional(12U), std::optional(100U), std::optional<unsigned>()}) {
-    supersteps::Resolved resolved{level, 128, {}};
+    supersteps::Resolved resolved{level, 128, {}, {1.5, 1, 0.5, 0.25, 0.125}};
     for (const std::size_t nodes : {1U, 2U, 4U, 8U, 16U}) resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{123456, 65432, 1000, 5000000, 12.5});
     resolved.nodes.back().back().splits = 4000;
     measured.push_back(resolved);
@@ -162,17 +162,18 @@ TEST(Tables, FitATerminalAndAddUp) {
   EXPECT_NE(out.str().find("Table 6: model resolution and run times, number of nodes n = 16"), std::string::npos);
   EXPECT_NE(out.str().find("246,912"), std::string::npos);  // of two nodes
   // The last node of 16 makes four times as many splits as the others.
-  EXPECT_NE(out.str().find("10^3 splits       1.0       2.0       4.0       8.0      19.0\n"
-                           "  max/mean        1.000     1.000     1.000     1.000     3.368"),
+  EXPECT_NE(out.str().find("10^3 splits        1.0       2.0       4.0       8.0      19.0\n"
+                           "  max/mean         1.000     1.000     1.000     1.000     3.368"),
             std::string::npos)
       << out.str();
-  EXPECT_NE(out.str().find("efficiency      1.000     0.500     0.250     0.125     0.062"), std::string::npos) << out.str();
+  EXPECT_NE(out.str().find("efficiency       1.000     0.500     0.250     0.125     0.062"), std::string::npos) << out.str();
+  EXPECT_NE(out.str().find("distribution    1.5000    1.0000    0.5000    0.2500    0.1250"), std::string::npos) << out.str();
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }
 
 TEST(Tables, LeaveSpaceBetweenLargeNumbersAndEndEarlyIfBrief) {
-  supersteps::Resolved resolved{{}, 8192, {}};
+  supersteps::Resolved resolved{{}, 8192, {}, {1, 1}};
   for (const std::size_t nodes : {2U, 1024U}) resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{1, 0, 8'000'000'000, 90'000'000'000, 700.5});
   std::ostringstream out;
   print_tables(out, {resolved}, true);

@@ -41,6 +41,8 @@ TEST(Tables, NodesShareTheCellsOfARun) {
     EXPECT_EQ(sum(nodes, &NodeFigures::predicates), report.predicates);
     for (const NodeFigures& node : nodes) EXPECT_GE(node.seconds, 0);
   }
+  EXPECT_EQ(measured[1].distribution_seconds.size(), 4U);
+  EXPECT_GT(measured[1].distribution_seconds.front(), 0);
   EXPECT_EQ(report.in_cells, 8U);
   EXPECT_EQ(sum(finest[0], &NodeFigures::facets), 8U * 5 + 1);  // a row of eight boxes: one side of each is covered, but for the last
   EXPECT_EQ(sum(finest[3], &NodeFigures::facets), 8U * 6);      // a box a node

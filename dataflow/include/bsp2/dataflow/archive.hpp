@@ -23,6 +23,7 @@
 #include <string>
 
 #include "bsp2/dataflow/evaluate.hpp"
+#include "bsp2/dataflow/partition.hpp"
 
 /// Boost.Serialization of what travels between ranks and is stored in snapshots: flat arrays, no class headers, no
 /// tracking. Works with Boost's binary archives and with those of Boost.MPI.
@@ -85,6 +86,8 @@ template <>
 struct is_bitwise_serializable<bsp2::geometry::Label> : mpl::true_ {};
 template <>
 struct is_bitwise_serializable<bsp2::dataflow::Frontier::Node> : mpl::true_ {};
+template <>
+struct is_bitwise_serializable<bsp2::dataflow::PartitionNode> : mpl::true_ {};
 
 // No header for each object, and no search for pointers to it.
 template <int D>

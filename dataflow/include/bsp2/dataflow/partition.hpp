@@ -40,25 +40,71 @@ struct PartitionLimits {
 template <int D>
 unsigned suggested_depth(const Network<D>& network);
 
-/// Parts the root cell into at most 2^depth regions, always the one with the most estimated work, by the hyperplane that its
-/// evaluation would choose for it: so the regions are tokens of the evaluation of the whole, and their cuts add no cells. What
-/// turns out to be whole on both sides of a cut is still to be given back, see giving_back.hpp. A region in which nothing is
-/// undecided is not cut further.
+/// Parts the root cell into at most 2^depth regions of about the same estimated work, by the hyperplanes that its evaluation would
+/// choose: so the regions are tokens of the evaluation of the whole, and their cuts add no cells. What turns out to be whole on both
+/// sides of a cut is still to be given back, see giving_back.hpp. A region in which nothing is undecided is not cut further.
 /// The result depends on the network, the depth and the limits alone.
-/// @param threads look at what the cuts will ask for.
+/// @param threads look at what is cut.
 template <int D>
 Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits = {}, unsigned threads = 1);
 
-/// Regions of a partition that was made elsewhere, from its nodes alone, in the order of their numbers. Costs no more than a
-/// walk down the tree to them.
-/// @param numbers which ones, in ascending order.
-/// @throws std::out_of_range if the partition does not have all of them.
-template <int D>
-std::vector<Region<D>> make_regions(const Network<D>& network, const Partition<D>& partition, std::span<const std::uint32_t> numbers);
+/// Who of several makes a partition together with others: the `index`-th of `count`.
+struct PartitionShare {
+  unsigned index = 0, count = 1;
+};
 
-/// The cell of a region, for one that has come from elsewhere without it. Uses the nodes of the partition alone.
-/// @throws std::out_of_range if the partition has no such region.
+/// A node of a part of a partition, as it travels: in prefix order, a split before its negative and its positive side.
+struct PartitionNode {
+  enum class Kind : std::uint32_t {
+    split,
+    region,
+    elsewhere  ///< a subtree that is another one's
+  };
+  Kind kind = Kind::elsewhere;
+  geometry::HyperplaneId hyperplane = 0;  ///< of a split
+  double work = 0;                        ///< of a region
+  friend bool operator==(const PartitionNode&, const PartitionNode&) = default;
+};
+
+/// What one of several has made of a partition.
 template <int D>
-geometry::Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, std::uint32_t number);
+struct PartitionPart {
+  std::vector<PartitionNode> nodes;
+  std::vector<Region<D>> regions;  ///< numbered within the part
+};
+
+/// One's part of what `partition` makes. Nothing is said to the others, and what they make is looked at no more than the way to one's own
+/// part asks for.
+template <int D>
+PartitionPart<D> part_of_partition(const Network<D>& network, unsigned depth, PartitionShare share, const PartitionLimits& limits = {}, unsigned threads = 1);
+
+template <int D>
+struct JoinedPartition {
+  Partition<D> partition;                      ///< without regions
+  std::vector<std::uint32_t> share_of_region;  ///< who has made each; its number within the part is how many of that one came before
+};
+
+/// The whole, of all parts in the order of their shares.
+/// @throws std::invalid_argument if they do not fit together.
+template <int D>
+JoinedPartition<D> join_parts(std::span<const std::vector<PartitionNode>> parts);
+
+/// Gives regions that have come from elsewhere their cells, by splitting along the nodes of the partition: one walk to all of them.
+/// @throws std::out_of_range if the partition has no such region, std::invalid_argument if one is given twice.
+template <int D>
+void make_cells(const Network<D>& network, const Partition<D>& partition, std::span<Region<D>> regions);
+
+/// Adds regions that have come from elsewhere without their cells to those of the partition, in the order of their numbers.
+/// @throws as `make_cells`.
+template <int D>
+void add_regions(const Network<D>& network, Partition<D>& partition, std::vector<Region<D>> regions);
+
+/// The cell of one region.
+template <int D>
+geometry::Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, std::uint32_t number) {
+  Region<D> region{.number = number};
+  make_cells<D>(network, partition, std::span(&region, 1));
+  return std::move(region.cell);
+}
 
 }  // namespace bsp2::dataflow
