@@ -1,18 +1,21 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
-#include <deque>
+#include <cstddef>
 #include <mutex>
-#include <optional>
+#include <utility>
+#include <vector>
 
 namespace bsp2::dataflow {
 
-/// A queue of limited length between threads: a full one holds its producers back.
+/// A queue of limited length between threads: a full one holds its producers back. Its consumer is not woken for each item, which would
+/// cost more than the item, but for a sixteenth of the capacity; fewer wait until it looks by itself.
 template <typename T>
 class BoundedQueue {
  public:
-  explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {}
+  explicit BoundedQueue(std::size_t capacity) : capacity_(capacity), worth_waking_(std::max<std::size_t>(1, capacity / 16)) {}
 
   /// Waits for room. After `close`, drops the item.
   void push(T item) {
@@ -20,19 +23,20 @@ class BoundedQueue {
     room_.wait(lock, [&] { return closed_ || items_.size() < capacity_; });
     if (closed_) return;
     items_.push_back(std::move(item));
-    filled_.notify_one();
+    const bool wakes = items_.size() == worth_waking_;
+    lock.unlock();
+    if (wakes) filled_.notify_one();
   }
 
-  /// Waits for an item, at most so long or until nudged.
-  std::optional<T> pop(std::chrono::milliseconds timeout) {
+  /// Waits for items, at most so long or until nudged. @return all that there are.
+  std::vector<T> pop_all(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
-    filled_.wait_for(lock, timeout, [&] { return nudged_ || !items_.empty(); });
+    filled_.wait_for(lock, timeout, [&] { return nudged_ || items_.size() >= worth_waking_; });
     nudged_ = false;
-    if (items_.empty()) return std::nullopt;
-    T item = std::move(items_.front());
-    items_.pop_front();
-    room_.notify_one();
-    return item;
+    std::vector<T> items = std::exchange(items_, {});
+    lock.unlock();
+    room_.notify_all();
+    return items;
   }
 
   /// Lets every waiting producer go on; nothing is accepted any more.
@@ -51,10 +55,10 @@ class BoundedQueue {
   }
 
  private:
-  std::size_t capacity_;
+  std::size_t capacity_, worth_waking_;
   std::mutex mutex_;
   std::condition_variable room_, filled_;
-  std::deque<T> items_;
+  std::vector<T> items_;
   bool closed_ = false, nudged_ = false;
 };
 

@@ -71,11 +71,10 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
   auto last_progress = start;
   for (;;) {
     const bool all_done = crew.running.load() == 0;  // before the look into the queue: nothing comes after it
-    auto item = crew.queue.pop(all_done ? std::chrono::milliseconds(0) : patience(crew, start));
-    if (item)
-      for (Consumer* consumer : consumers) consumer->consume(*item);
-    else if (all_done)
-      return;
+    const auto refinements = crew.queue.pop_all(all_done ? std::chrono::milliseconds(0) : patience(crew, start));
+    for (const auto& refinement : refinements)
+      for (Consumer* consumer : consumers) consumer->consume(refinement);
+    if (all_done) return;
     const auto now = Clock::now();
     std::uint64_t cells = 0;
     double decided = 0;

@@ -63,21 +63,40 @@ TEST(WorkDeque, GivesEveryItemToExactlyOneThread) {
 }
 
 TEST(BoundedQueue, PassesEveryItemOnInTheOrderOfItsProducer) {
-  BoundedQueue<std::unique_ptr<std::pair<int, int>>> queue(4);
   constexpr int producers = 3, count = 3000;
-  std::vector<std::thread> crew;
-  for (int p = 0; p < producers; ++p)
-    crew.emplace_back([&queue, p] {
-      for (int i = 0; i < count; ++i) queue.push(std::make_unique<std::pair<int, int>>(p, i));
-    });
-  std::vector<int> next(producers, 0);
-  for (int i = 0; i < producers * count; ++i) {
-    const auto item = queue.pop(10s);
-    ASSERT_TRUE(item.has_value());
-    ASSERT_EQ((*item)->second, next[static_cast<std::size_t>((*item)->first)]++);
+  for (const std::size_t capacity : {1U, 4U, 40U}) {
+    BoundedQueue<std::unique_ptr<std::pair<int, int>>> queue(capacity);
+    std::vector<std::thread> crew;
+    for (int p = 0; p < producers; ++p)
+      crew.emplace_back([&queue, p] {
+        for (int i = 0; i < count; ++i) queue.push(std::make_unique<std::pair<int, int>>(p, i));
+      });
+    std::vector<int> next(producers, 0);
+    for (int i = 0; i < producers * count;) {
+      const auto items = queue.pop_all(20ms);
+      ASSERT_LE(items.size(), capacity);
+      for (const auto& item : items) ASSERT_EQ(item->second, next[static_cast<std::size_t>(item->first)]++);
+      i += static_cast<int>(items.size());
+    }
+    for (std::thread& thread : crew) thread.join();
+    EXPECT_TRUE(queue.pop_all(0ms).empty());
   }
-  for (std::thread& thread : crew) thread.join();
-  EXPECT_FALSE(queue.pop(0ms).has_value());
+}
+
+TEST(BoundedQueue, WakesItsConsumerForManyOnly) {
+  BoundedQueue<int> queue(32);  // for two
+  queue.push(1);
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(queue.pop_all(20ms), std::vector<int>{1});
+  EXPECT_GE(std::chrono::steady_clock::now() - start, 15ms);
+  std::thread producer([&] {
+    std::this_thread::sleep_for(10ms);
+    queue.push(2);
+    queue.push(3);
+  });
+  EXPECT_EQ(queue.pop_all(60s), (std::vector<int>{2, 3}));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, 30s);
+  producer.join();
 }
 
 TEST(BoundedQueue, HoldsItsProducersBackWhenFull) {
@@ -91,7 +110,8 @@ TEST(BoundedQueue, HoldsItsProducersBackWhenFull) {
   });
   std::this_thread::sleep_for(30ms);
   EXPECT_LE(pushed.load(), 2);
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(queue.pop(10s), i);
+  for (int next = 0; next < 5;)
+    for (const int item : queue.pop_all(10s)) EXPECT_EQ(item, next++);
   producer.join();
 }
 
@@ -115,11 +135,11 @@ TEST(BoundedQueue, ANudgeEndsAWait) {
     queue.nudge();
   });
   const auto start = std::chrono::steady_clock::now();
-  EXPECT_FALSE(queue.pop(60s).has_value());
+  EXPECT_TRUE(queue.pop_all(60s).empty());
   EXPECT_LT(std::chrono::steady_clock::now() - start, 30s);
   nudger.join();
   const auto late = std::chrono::steady_clock::now();
-  EXPECT_FALSE(queue.pop(20ms).has_value());  // each nudge ends one wait
+  EXPECT_TRUE(queue.pop_all(20ms).empty());  // each nudge ends one wait
   EXPECT_GE(std::chrono::steady_clock::now() - late, 15ms);
 }
 
