@@ -6,67 +6,22 @@
 #include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <unordered_map>
 
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
-#include "bsp2/dataflow/lathe_producer.hpp"
-#include "lathe_shape.hpp"
 #include "lowering.hpp"
-#include "mesh_shape.hpp"
 #include "preimage_shape.hpp"
 #include "resolve.hpp"
+#include "shapes.hpp"
 #include "spline_shape.hpp"
 
 namespace bsp2::dataflow {
 namespace {
 
 using geometry::HyperplaneTable;
-using geometry::Matrix;
 using geometry::OrientedHyperplane;
-using geometry::Polytope;
 using geometry::Quad;
-
-/// A primitive's shape in a normalized frame, shared by all that have it: all boxes, say.
-template <int D>
-struct Shape {
-  std::uint32_t first_covector = 0, covector_count = 0;
-  std::vector<std::pair<double, double>> rings;  // lathe: radius and z, in the normalized frame; otherwise empty
-  Box<D> bounds;                                 // in the normalized frame
-  std::shared_ptr<const LatheShape> lathe;       // of one with very many facets; shared: by all occurrences of it
-  std::shared_ptr<const MeshShape> mesh;         // shared: by all occurrences of one mesh
-  struct RoundPart {
-    int axes;
-    double bottom, top;  // multiples of 2^-53, the larger one 1
-  };
-  std::optional<RoundPart> round;
-  std::optional<double> torus;  // its minor radius
-  const model::Spline* spline = nullptr;         // its patches are placed, not its shape
-  const model::SubdivisionSurface* subdivision = nullptr;
-  const model::Preimage* preimage = nullptr;
-  bool undecided = false;
-  [[nodiscard]] bool is_spline() const { return spline != nullptr || subdivision != nullptr; }
-  [[nodiscard]] bool is_round() const { return round || torus || is_spline() || preimage != nullptr; }
-};
-
-/// What a primitive is made of.
-template <int D>
-struct Framed {
-  std::uint32_t shape;
-  Transformer<D> frame;  // from the shape's normalized frame to the primitive's own
-};
-
-/// x -> factors x + shift, axis by axis.
-template <int D>
-Transformer<D> scaling(const std::array<double, D>& factors, const std::array<double, D>& shift = {}) {
-  Matrix<D> m{};
-  for (int i = 0; i < D; ++i) {
-    m[i][i] = factors[i];
-    m[i][D] = shift[i];
-  }
-  return Transformer<D>(m);
-}
 
 /// Collects shapes and places occurrences: from the lowered tree to a network.
 template <int D>
@@ -119,8 +74,7 @@ class Compiler {
  private:
   Lowered<D>& lowered_;  // its placements become those of the normalized frames
   const CompileOptions& options_;
-  std::vector<geometry::Covector<D>> covectors_;
-  std::vector<Shape<D>> shapes_;
+  Shapes<D> shapes_;
   std::vector<std::uint32_t> shape_of_;  // of each occurrence
 
   void check_sizes(const std::vector<Producer<D>>& producers, double reach) const {
@@ -195,230 +149,13 @@ class Compiler {
     }
   }
 
-  using KnownShapes = std::map<std::vector<double>, std::uint32_t>;  // by sides and normalized rings
-
   void make_shapes() {
-    std::unordered_map<const model::Primitive*, Framed<D>> by_node;
-    KnownShapes known;
     shape_of_.reserve(lowered_.occurrences.size());
     for (Occurrence<D>& occurrence : lowered_.occurrences) {
-      const auto make = [&] { return std::visit([&](const auto& primitive) { return make_shape(primitive, known); }, *occurrence.primitive); };
-      const auto place = [&](const Framed<D>& framed) {
-        shape_of_.push_back(framed.shape);
-        occurrence.placement = occurrence.placement.after(framed.frame);
-      };
-      if (std::holds_alternative<model::Cuboid>(*occurrence.primitive)) {  // made sooner than found
-        place(make());
-        continue;
-      }
-      auto entry = by_node.find(occurrence.primitive);
-      if (entry == by_node.end()) entry = by_node.emplace(occurrence.primitive, make()).first;
-      place(entry->second);
+      const Framed<D> framed = shapes_.of(*occurrence.primitive);
+      shape_of_.push_back(framed.shape);
+      occurrence.placement = occurrence.placement.after(framed.frame);
     }
-  }
-
-  std::uint32_t add_shape(Shape<D> shape) {
-    shapes_.push_back(std::move(shape));
-    return static_cast<std::uint32_t>(shapes_.size() - 1);
-  }
-
-  void add_covectors(Shape<D>& shape, const std::vector<geometry::Covector<D>>& covectors) {
-    shape.first_covector = static_cast<std::uint32_t>(covectors_.size());
-    shape.covector_count = static_cast<std::uint32_t>(covectors.size());
-    covectors_.insert(covectors_.end(), covectors.begin(), covectors.end());
-  }
-
-  std::optional<std::uint32_t> box_;  // the shape of all cuboids
-
-  Framed<D> make_shape(const model::Cuboid& cuboid, KnownShapes&) {
-    if (!box_) {
-      Shape<D> shape;
-      const Polytope<D> box = geometry::unit_box<D>();
-      add_covectors(shape, box.covectors);
-      shape.bounds = {box.lower, box.upper};
-      box_ = add_shape(std::move(shape));
-    }
-    std::array<double, D> size;
-    std::copy_n(cuboid.size.begin(), D, size.begin());
-    return {*box_, scaling<D>(size)};
-  }
-
-  Framed<D> make_shape(const model::Lathe& lathe, KnownShapes& known) {
-    if constexpr (D != 3) {
-      throw std::logic_error("a lathe is three-dimensional");
-    } else {
-      double widest = 0;
-      for (const auto& ring : lathe.rings) widest = std::max(widest, ring.radius);
-      const double bottom = lathe.rings.front().z, height = lathe.rings.back().z - bottom;
-      std::vector<double> radius, z, key{static_cast<double>(lathe.sides)};
-      for (const auto& ring : lathe.rings) {
-        radius.push_back(ring.radius / widest);
-        z.push_back((ring.z - bottom) / height);
-        key.insert(key.end(), {radius.back(), z.back()});
-      }
-      const auto [entry, is_new] = known.try_emplace(std::move(key), static_cast<std::uint32_t>(shapes_.size()));
-      if (is_new) {
-        Shape<D> shape;
-        Polytope<3> polytope = geometry::lathe(lathe.sides, radius, z);
-        if (polytope.covectors.size() >= LatheProducer::least_facets)
-          shape.lathe = std::make_shared<LatheShape>(lathe.sides, radius, z, polytope.covectors);
-        add_covectors(shape, polytope.covectors);
-        shape.bounds = {polytope.lower, polytope.upper};
-        for (std::size_t i = 0; i < radius.size(); ++i) shape.rings.emplace_back(radius[i], z[i]);
-        add_shape(std::move(shape));
-      }
-      return {entry->second, scaling<3>({widest, widest, height}, {0, 0, bottom})};
-    }
-  }
-
-  Framed<D> make_shape(const model::TriangleMesh& mesh, KnownShapes&) {
-    if constexpr (D != 3) {
-      throw std::logic_error("a triangle mesh is three-dimensional");
-    } else {
-      Shape<D> shape;
-      auto normalized = std::make_shared<MeshShape>(mesh);
-      add_covectors(shape, normalized->covectors);
-      normalized->covectors.clear();
-      normalized->covectors.shrink_to_fit();
-      const Transformer<3> frame = scaling<3>({normalized->scale, normalized->scale, normalized->scale}, normalized->origin);
-      shape.bounds = {normalized->lower, normalized->upper};
-      shape.mesh = std::move(normalized);
-      return {add_shape(std::move(shape)), frame};
-    }
-  }
-
-  Framed<D> make_shape(const model::RegularPolygon& polygon, KnownShapes& known) {
-    if constexpr (D != 2) {
-      throw std::logic_error("a regular polygon is two-dimensional");
-    } else {
-      const auto [entry, is_new] = known.try_emplace({static_cast<double>(polygon.sides)}, static_cast<std::uint32_t>(shapes_.size()));
-      if (is_new) {
-        Shape<D> shape;
-        const Polytope<2> polytope = geometry::regular_polygon(polygon.sides);
-        add_covectors(shape, polytope.covectors);
-        shape.bounds = {polytope.lower, polytope.upper};
-        add_shape(std::move(shape));
-      }
-      return {entry->second, scaling<2>({polygon.radius, polygon.radius})};
-    }
-  }
-
-  Framed<D> make_shape(const model::ConvexPolygon& polygon, KnownShapes&) {
-    if constexpr (D != 2 && D != 3) {
-      throw std::logic_error("a convex polygon is two- or three-dimensional");
-    } else {
-      std::vector<std::array<std::int64_t, 2>> points;
-      for (const auto& point : polygon.points) {
-        auto& on_grid = points.emplace_back();
-        for (int i = 0; i < 2; ++i) on_grid[i] = std::llround(std::ldexp(point[i] / polygon.scale, 53));
-      }
-      const Polytope<D> polytope = geometry::convex_polygon<D>(points);
-      Shape<D> shape;
-      add_covectors(shape, polytope.covectors);
-      shape.bounds = {polytope.lower, polytope.upper};
-      std::array<double, D> factors;
-      factors.fill(1);
-      factors[0] = factors[1] = polygon.scale;
-      return {add_shape(std::move(shape)), scaling<D>(factors)};
-    }
-  }
-
-  Framed<D> make_shape(const model::Round& round, KnownShapes&) {
-    const int axes = D - static_cast<int>(round.lengths.size());
-    if (axes < 2) throw std::logic_error("a round solid has two round axes or more");
-    const double widest = std::max(round.bottom, round.top);
-    const auto on_grid = [](double x) { return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53); };
-    Shape<D> shape;
-    shape.round = {axes, on_grid(round.bottom / widest), on_grid(round.top / widest)};
-    std::array<double, D> factors;
-    factors.fill(widest);
-    std::copy(round.lengths.begin(), round.lengths.end(), factors.begin() + axes);
-    const std::vector<geometry::Covector<D>> box = geometry::unit_box<D>().covectors;
-    add_covectors(shape, {box.begin() + 2 * axes, box.end()});
-    return {add_shape(std::move(shape)), scaling<D>(factors)};
-  }
-
-  Framed<D> make_shape(const model::Torus& torus, KnownShapes&) {
-    if constexpr (D != 3) {
-      throw std::logic_error("a torus is three-dimensional");
-    } else {
-      Shape<D> shape;
-      const double minor = torus.minor / torus.major, reach = std::nextafter(1 + minor, 3.0), height = std::nextafter(minor, 2.0);
-      shape.torus = minor;
-      shape.bounds = {{-reach, -reach, -height}, {reach, reach, height}};
-      return {add_shape(std::move(shape)), scaling<3>({torus.major, torus.major, torus.major})};
-    }
-  }
-
-  /// Coefficients of 60 bits: the half-spaces are within 2^-60 of what they were.
-  Framed<D> make_shape(const model::Polytope& polytope, KnownShapes&) {
-    Shape<D> shape;
-    const auto frame = frame_of(polytope);
-    shape.undecided = polytope.undecided;
-    std::vector<geometry::Covector<D>> covectors;
-    for (std::size_t at = 0; at < polytope.half_spaces.size(); at += D + 1) {
-      std::array<long double, D + 1> row{};
-      row[D] = static_cast<long double>(polytope.half_spaces[at + D]);
-      long double largest = 0;
-      for (int i = 0; i < D; ++i) {
-        const auto normal = static_cast<long double>(polytope.half_spaces[at + static_cast<std::size_t>(i)]);
-        row[i] = normal * frame.first[i];
-        row[D] += normal * frame.second[i];
-      }
-      for (const long double x : row) largest = std::max(largest, std::fabs(x));
-      const int exponent = 60 - std::ilogb(largest) - 1;
-      std::array<geometry::LocalInteger, D + 1> exact;
-      for (int i = 0; i <= D; ++i) exact[i] = static_cast<std::int64_t>(std::llround(std::ldexp(row[i], exponent)));
-      covectors.push_back(geometry::make_covector<D>(exact));
-    }
-    add_covectors(shape, covectors);
-    shape.bounds.lower.fill(std::numeric_limits<double>::infinity());
-    shape.bounds.upper.fill(-std::numeric_limits<double>::infinity());
-    for (std::size_t i = 0; i < polytope.corners.size(); ++i) {
-      const std::size_t axis = i % D;
-      const double x = (polytope.corners[i] - frame.second[axis]) / frame.first[axis];
-      const double slack = 0x1p-30;  // the corners of the half-spaces are not quite those that are given
-      shape.bounds.lower[axis] = std::min(shape.bounds.lower[axis], x - slack);
-      shape.bounds.upper[axis] = std::max(shape.bounds.upper[axis], x + slack);
-    }
-    return {add_shape(std::move(shape)), scaling<D>(frame.first, frame.second)};
-  }
-
-  /// Scale and origin of a polytope's normalized frame, in which coordinates are of the order of 1. The origin stays where it
-  /// is if it is near, so that simple numbers stay simple.
-  static std::pair<std::array<double, D>, std::array<double, D>> frame_of(const model::Polytope& polytope) {
-    double far = 0, extent = 0;
-    for (std::size_t i = 0; i < polytope.corners.size(); ++i) {
-      far = std::max(far, std::fabs(polytope.corners[i]));
-      extent = std::max(extent, std::fabs(polytope.corners[i] - polytope.corners[i % D]));
-    }
-    std::pair<std::array<double, D>, std::array<double, D>> frame{};
-    const bool moves = far > 256 * extent;
-    if (moves) std::copy_n(polytope.corners.begin(), D, frame.second.begin());
-    frame.first.fill(std::ldexp(1.0, std::ilogb(moves ? extent : far) + 1));
-    return frame;
-  }
-
-  Framed<D> make_shape(const model::Spline& spline, KnownShapes&) {
-    Shape<D> shape;
-    shape.spline = &spline;
-    shape.bounds = bounds_of<D>(spline);
-    return {add_shape(std::move(shape)), {}};
-  }
-
-  Framed<D> make_shape(const model::SubdivisionSurface& surface, KnownShapes&) {
-    Shape<D> shape;
-    shape.subdivision = &surface;
-    shape.bounds = bounds_of<D>(surface);
-    return {add_shape(std::move(shape)), {}};
-  }
-
-  Framed<D> make_shape(const model::Preimage& preimage, KnownShapes&) {
-    Shape<D> shape;
-    shape.preimage = &preimage;
-    std::copy_n(preimage.lower.begin(), D, shape.bounds.lower.begin());
-    std::copy_n(preimage.upper.begin(), D, shape.bounds.upper.begin());
-    return {add_shape(std::move(shape)), {}};
   }
 
   /// Makes room for all that is added for the producers within the box, at least for those with flat faces.
@@ -435,7 +172,7 @@ class Compiler {
 
   void add_planes(Network<D>& network, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
-    table.add_covectors(covectors_);
+    table.add_covectors(shapes_.covectors());
     reserve(network, box);
     const auto placement = [&](std::size_t i) -> const Transformer<D>& { return lowered_.occurrences[i].placement; };
     std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
@@ -458,12 +195,12 @@ class Compiler {
                 .first->second;
         std::array<double, D> factors;
         factors.fill(placed.placement.scale);
-        maps[i] = table.add_map(scaling<D>(factors, placed.placement.origin).matrix());
+        maps[i] = table.add_map(Transformer<D>::scaling(factors, placed.placement.origin).matrix());
       } else if (matters && shape.is_round()) {
         maps[i] = table.add_map(placement(i).matrix());
         if (shape.preimage != nullptr) {
           const auto& frame = frames.emplace(i, PreimageFrame<D>(producer)).first->second;
-          frames.at(i).map = table.add_map(scaling<D>(frame.scale, frame.origin).matrix());
+          frames.at(i).map = table.add_map(Transformer<D>::scaling(frame.scale, frame.origin).matrix());
         }
         if (table.orientation(maps[i]) != 0) {
           first = first.value_or(0);  // a ball has no half-spaces

@@ -33,6 +33,16 @@ Transformer<D>::Transformer(std::span<const double> matrix) {
 }
 
 template <int D>
+Transformer<D> Transformer<D>::scaling(const std::array<double, D>& factors, const std::array<double, D>& shift) {
+  Matrix<D> m{};
+  for (int i = 0; i < D; ++i) {
+    m[i][i] = factors[i];
+    m[i][D] = shift[i];
+  }
+  return Transformer(m);
+}
+
+template <int D>
 Transformer<D> Transformer<D>::after(const Transformer& inner) const {
   Matrix<D> result{};
   for (int i = 0; i < D; ++i) {

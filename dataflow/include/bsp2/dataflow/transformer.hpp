@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <utility>
@@ -24,6 +25,8 @@ class Transformer {
   explicit Transformer(const geometry::Matrix<D>& matrix) : matrix_(matrix) {}
   /// @param matrix (D+1) x (D+1), row-major, its last row 0 ... 0 1.
   explicit Transformer(std::span<const double> matrix);
+  /// x -> factors x + shift, axis by axis.
+  static Transformer scaling(const std::array<double, D>& factors, const std::array<double, D>& shift = {});
 
   /// First `inner`, then this.
   [[nodiscard]] Transformer after(const Transformer& inner) const;

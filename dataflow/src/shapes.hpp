@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "bsp2/dataflow/transformer.hpp"
+#include "bsp2/geometry/covector.hpp"
+#include "bsp2/model/expression.hpp"
+#include "lathe_shape.hpp"
+#include "mesh_shape.hpp"
+
+namespace bsp2::dataflow {
+
+/// A primitive's shape in a normalized frame, shared by all that have it: all boxes, say.
+template <int D>
+struct Shape {
+  std::uint32_t first_covector = 0, covector_count = 0;
+  std::vector<std::pair<double, double>> rings;  // lathe: radius and z, in the normalized frame; otherwise empty
+  Box<D> bounds;                                 // in the normalized frame
+  std::shared_ptr<const LatheShape> lathe;       // of one with very many facets; shared: by all occurrences of it
+  std::shared_ptr<const MeshShape> mesh;         // shared: by all occurrences of one mesh
+  struct RoundPart {
+    int axes;
+    double bottom, top;  // multiples of 2^-53, the larger one 1
+  };
+  std::optional<RoundPart> round;
+  std::optional<double> torus;  // its minor radius
+  const model::Spline* spline = nullptr;         // its patches are placed, not its shape
+  const model::SubdivisionSurface* subdivision = nullptr;
+  const model::Preimage* preimage = nullptr;
+  bool undecided = false;
+  [[nodiscard]] bool is_spline() const { return spline != nullptr || subdivision != nullptr; }
+  [[nodiscard]] bool is_round() const { return round || torus || is_spline() || preimage != nullptr; }
+};
+
+/// What a primitive is made of.
+template <int D>
+struct Framed {
+  std::uint32_t shape;
+  Transformer<D> frame;  // from the shape's normalized frame to the primitive's own
+};
+
+/// The shapes of a model's primitives, and their covectors, each once.
+template <int D>
+class Shapes {
+ public:
+  /// What a primitive is made of.
+  Framed<D> of(const model::Primitive& primitive);
+  [[nodiscard]] const Shape<D>& operator[](std::uint32_t shape) const { return shapes_[shape]; }
+  [[nodiscard]] const std::vector<geometry::Covector<D>>& covectors() const { return covectors_; }
+
+ private:
+  std::vector<geometry::Covector<D>> covectors_;
+  std::vector<Shape<D>> shapes_;
+  std::unordered_map<const model::Primitive*, Framed<D>> by_node_;
+  std::map<std::vector<double>, std::uint32_t> known_;  // lathes by sides and normalized rings, regular polygons by sides
+  std::optional<std::uint32_t> box_;                    // the shape of all cuboids
+
+  std::uint32_t add(Shape<D> shape);
+  void add_covectors(Shape<D>& shape, const std::vector<geometry::Covector<D>>& covectors);
+  Framed<D> make(const model::Cuboid& cuboid);
+  Framed<D> make(const model::Lathe& lathe);
+  Framed<D> make(const model::TriangleMesh& mesh);
+  Framed<D> make(const model::RegularPolygon& polygon);
+  Framed<D> make(const model::ConvexPolygon& polygon);
+  Framed<D> make(const model::Round& round);
+  Framed<D> make(const model::Torus& torus);
+  Framed<D> make(const model::Polytope& polytope);
+  Framed<D> make(const model::Spline& spline);
+  Framed<D> make(const model::SubdivisionSurface& surface);
+  Framed<D> make(const model::Preimage& preimage);
+};
+
+}  // namespace bsp2::dataflow
