@@ -113,7 +113,7 @@ class Crew {
   const EvaluateOptions& options;
   const TreeCodes codes;
   std::vector<std::unique_ptr<Worker<D>>> workers;
-  BoundedQueue<std::shared_ptr<const Refinement>> queue{64};
+  BoundedQueue<std::shared_ptr<const Refinement>> queue{32};  // as many again may be on their way to the consumers
   Pool<Token<D>> first_tokens;
   std::atomic<std::size_t> open_regions{0};
   std::atomic<unsigned> running{0};

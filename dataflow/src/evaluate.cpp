@@ -69,12 +69,7 @@ template <int D>
 void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
   const auto start = Clock::now();
   auto last_progress = start;
-  for (;;) {
-    const bool all_done = crew.running.load() == 0;  // before the look into the queue: nothing comes after it
-    const auto refinements = crew.queue.pop_all(all_done ? std::chrono::milliseconds(0) : patience(crew, start));
-    for (const auto& refinement : refinements)
-      for (Consumer* consumer : consumers) consumer->consume(refinement);
-    if (all_done) return;
+  const auto look_around = [&] {
     const auto now = Clock::now();
     std::uint64_t cells = 0;
     double decided = 0;
@@ -88,6 +83,16 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
       last_progress = now;
       for (Consumer* consumer : consumers) consumer->progress(std::min(1.0, decided), cells, crew.grown.load(std::memory_order_relaxed));
     }
+  };
+  for (;;) {
+    const bool all_done = crew.running.load() == 0;  // before the look into the queue: nothing comes after it
+    for (auto& refinement : crew.queue.pop_all(all_done ? std::chrono::milliseconds(0) : patience(crew, start))) {
+      for (Consumer* consumer : consumers) consumer->consume(refinement);
+      refinement.reset();  // the others may be many
+      look_around();
+    }
+    if (all_done) return;
+    look_around();
   }
 }
 

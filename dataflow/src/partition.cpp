@@ -31,13 +31,19 @@ namespace {
 constexpr unsigned sampled_levels = 3;
 constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
 
+/// Estimates of work are whole numbers: all that look at a piece must draw the same conclusions, also where their libraries round `pow` otherwise.
+using Work = std::uint64_t;
+constexpr double unit_of_work = 0x1p-8;
+
+Work work_on(std::size_t undecided) { return static_cast<Work>(std::llround(std::pow(static_cast<double>(undecided), growth) / unit_of_work)); }
+
 /// A node of the evaluation's own tree. Those below the regions are only looked at.
 template <int D>
 struct Piece {
   Cell<D> cell;
   std::vector<Word> program;        // localized
   std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
-  double weight = 0;                // estimate of the work, by what is undecided of each operand
+  Work weight = 0;                  // estimate of the work, by what is undecided of each operand
   std::uint16_t level = 0;
   bool is_parted = false;
   bool is_elsewhere = false;                     // left to others
@@ -57,7 +63,7 @@ class Looker {
   void look(Piece<D>& piece, Cell<D> cell, const std::vector<Word>& program) {
     typename Localizer<D>::Cut cut;
     if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
-      for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += std::pow(static_cast<double>(operand.weight), growth);
+      for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += work_on(operand.weight);
       if (!cut.none && piece.level < level_) piece.cut = cut.hyperplane;
     } else {
       piece.program.clear();
@@ -95,7 +101,6 @@ class District {
   District(Looker<D>& looker, std::size_t words) : looker_(looker), words_left_(words) {}
 
   void part(Piece<D>& piece, std::size_t most_regions) {
-    if (most_regions < 2) return;
     offer(piece);
     for (std::size_t regions = 1; regions < most_regions && !open_.empty(); ++regions) {
       Piece<D>& chosen = *open_.begin()->piece;
@@ -110,7 +115,7 @@ class District {
  private:
   /// A region that may be parted: the one with the most work first, of equals the one that was offered first.
   struct Open {
-    double work;
+    Work work;
     std::size_t offer;
     Piece<D>* piece;
     bool operator<(const Open& other) const { return work != other.work ? work > other.work : offer < other.offer; }
@@ -125,20 +130,20 @@ class District {
   }
 
   /// Estimate of the work on a piece, as `work_of`, for which it is looked at.
-  double sample(Piece<D>& piece, unsigned levels) {
+  Work sample(Piece<D>& piece, unsigned levels) {
     if (levels == 0 || !piece.cut) return piece.weight;
     if (!piece.halves[0]) {
       if (words_left_ == 0) return piece.weight;
       words_left_ -= std::min(words_left_, looker_.halve(piece));
     }
-    const double negative = sample(*piece.halves[0], levels - 1), positive = sample(*piece.halves[1], levels - 1);
+    const Work negative = sample(*piece.halves[0], levels - 1), positive = sample(*piece.halves[1], levels - 1);
     return negative + positive;
   }
 };
 
 /// Estimate of the work on a piece: what is undecided some levels below it, as far as it was looked at.
 template <int D>
-double work_of(const Piece<D>& piece, unsigned levels) {
+Work work_of(const Piece<D>& piece, unsigned levels) {
   if (levels == 0 || !piece.cut || !piece.halves[0]) return piece.weight;
   return work_of(*piece.halves[0], levels - 1) + work_of(*piece.halves[1], levels - 1);
 }
@@ -157,8 +162,8 @@ class Partitioner {
     Looker<D> looker(network_, limits_);
     looker.look(root_, geometry::root_cell<D>(network_.table), network_.program);
     const std::size_t words = root_.program.size();
-    tasks_.push_back({&root_, most_regions, limits_.words - std::min(limits_.words, words), 0, share_.count});
-    open_ = 1;
+    if (most_regions > 1) add({&root_, most_regions, limits_.words - std::min(limits_.words, words), 0, share_.count});
+    root_.is_elsewhere = most_regions == 1 && share_.index != 0;
     const std::size_t threads = std::min<std::size_t>({threads_, most_regions, 1 + words * static_cast<std::size_t>(std::bit_width(most_regions)) / words_of_a_thread});
     if (threads > 1)
       call_on_large_stacks(threads, [&](std::size_t) {
@@ -258,20 +263,21 @@ class Partitioner {
   /// @param words that are left to look at.
   static std::array<Task, 2> halves_of(const Task& task, std::size_t words) {
     const auto& halves = task.piece->halves;
-    const double weight = std::max(halves[0]->weight + halves[1]->weight, std::numeric_limits<double>::min());
-    const auto share_of_first = [&](std::size_t whole) {  // neither of them goes without
-      const double share = std::round(static_cast<double>(whole) * halves[0]->weight / weight);
-      return std::clamp<std::size_t>(static_cast<std::size_t>(share), 1, whole - 1);
+    const Work all = std::max<Work>(1, halves[0]->weight + halves[1]->weight);
+    const auto part_of_first = [&](std::size_t whole) -> std::size_t {  // no half goes without, but where nothing is cut one is enough
+      if (!halves[0]->cut) return 1;
+      if (!halves[1]->cut) return whole - 1;
+      return std::clamp<std::size_t>((whole * halves[0]->weight + all / 2) / all, 1, whole - 1);
     };
     Task first = task, second = task;
     first.piece = halves[0].get();
     second.piece = halves[1].get();
-    first.regions = share_of_first(task.regions);
+    first.regions = part_of_first(task.regions);
     second.regions = task.regions - first.regions;
     first.words = words / task.regions * first.regions;
     second.words = words / task.regions * second.regions;
     if (task.share_count > 1) {
-      first.share_count = static_cast<unsigned>(share_of_first(task.share_count));
+      first.share_count = static_cast<unsigned>(part_of_first(task.share_count));
       second.share_count = task.share_count - first.share_count;
       second.first_share = task.first_share + first.share_count;
     }
@@ -295,8 +301,8 @@ class Partitioner {
       result_.nodes.push_back({Kind::split, *piece.cut, 0});
       for (auto& half : piece.halves) write(*half, piece.program);
     } else {
-      const double work = &piece == &root_ ? 0 : work_of(piece, sampled_levels);
-      result_.nodes.push_back({Kind::region, 0, work});
+      const Work work = &piece == &root_ ? 0 : work_of(piece, sampled_levels);
+      result_.nodes.push_back({Kind::region, 0, static_cast<double>(work) * unit_of_work});
       result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), piece.level, std::move(piece.cell), program, {}});
     }
   }
@@ -422,24 +428,29 @@ void make_cells(const Network<D>& network, const Partition<D>& partition, std::s
     for (std::int32_t at = parents.of_region[region.number]; at >= 0 && !leads_there[static_cast<std::size_t>(at)]; at = parents.of_node[static_cast<std::size_t>(at)])
       leads_there[static_cast<std::size_t>(at)] = true;
   }
-  const auto is_wanted = [&](std::int32_t child) { return child < 0 ? wanted.at(static_cast<std::size_t>(~child)) != nullptr : leads_there[static_cast<std::size_t>(child)]; };
+  // What has been visited is wanted no more: the walk ends, whatever the nodes of a damaged partition name.
+  const auto is_wanted = [&](std::int32_t child) { return child < 0 ? wanted[static_cast<std::size_t>(~child)] != nullptr : leads_there[static_cast<std::size_t>(child)]; };
   geometry::Splitter<D> splitter(network.table);
   std::vector<std::pair<std::int32_t, Cell<D>>> open;
-  if (!regions.empty()) open.emplace_back(partition.root, geometry::root_cell<D>(network.table));
+  open.emplace_back(partition.root, regions.empty() ? Cell<D>() : geometry::root_cell<D>(network.table));
   while (!open.empty()) {
     auto [at, cell] = std::move(open.back());
     open.pop_back();
+    if (!is_wanted(at)) continue;
     if (at < 0) {
-      wanted[static_cast<std::size_t>(~at)]->cell = std::move(cell);
+      std::exchange(wanted[static_cast<std::size_t>(~at)], nullptr)->cell = std::move(cell);
       continue;
     }
+    leads_there[static_cast<std::size_t>(at)] = false;
     const auto& node = partition.nodes[static_cast<std::size_t>(at)];
     std::array<Cell<D>, 2> halves;
     splitter.classify(cell, node.hyperplane);
     splitter.split(cell, node.hyperplane, is_wanted(node.negative) ? &halves[0] : nullptr, is_wanted(node.positive) ? &halves[1] : nullptr);
-    if (is_wanted(node.negative)) open.emplace_back(node.negative, std::move(halves[0]));
-    if (is_wanted(node.positive)) open.emplace_back(node.positive, std::move(halves[1]));
+    open.emplace_back(node.negative, std::move(halves[0]));
+    open.emplace_back(node.positive, std::move(halves[1]));
   }
+  for (const Region<D>* region : wanted)
+    if (region != nullptr) throw std::out_of_range("the partition has no way to region " + std::to_string(region->number));
 }
 
 template <int D>

@@ -112,7 +112,8 @@ void print_tables(std::ostream& out, const std::vector<Resolved>& measured, bool
          "Seconds are of processor time for each thread, the least of up to five times.\n"
          "Efficiency: that of one node / (nodes x max). Splits of cells, and questions on\n"
          "which side of a plane a point is, count the work whatever else the machine does.\n"
-         "Distribution: the most that a node takes to find its part of the regions.\n";
+         "Distribution: to find a node's part of the regions, on one thread; the most of\n"
+         "up to eight nodes.\n";
   if (!brief) out << "2-cells are those of a node's boundary. Last row: sums of cells, mean seconds.\n";
   out << '\n';
   print_run_times(out, measured.back());

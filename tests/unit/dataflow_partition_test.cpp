@@ -65,10 +65,10 @@ int expect_same_partition(const Network<D>& network, unsigned depth, const Parti
   return static_cast<int>(std::count(next.begin(), next.end(), 0U));
 }
 
-/// Cubes on a grid: large enough that threads have something to share.
-model::Expression many_cubes(Random& random) {
+/// Cubes on a grid.
+model::Expression many_cubes(Random& random, int count) {
   std::vector<model::Expression> cubes;
-  for (int i = 0; i < 3000; ++i) {
+  for (int i = 0; i < count; ++i) {
     const auto at = [&] { return pick(random, 0, 400) / 8.0; };
     cubes.push_back(model::transform(std::vector<double>{1, 0, 0, at(), 0, 1, 0, at(), 0, 0, 1, at(), 0, 0, 0, 1}, model::cuboid({2, 2, 2}, false)));
   }
@@ -105,12 +105,15 @@ TEST(Partition, IsTheSameOnAnyNumberOfThreadsAndInParts) {
   EXPECT_GT(stopped, 0);
   EXPECT_GT(idle, 0);
   EXPECT_GT(shared, 0);
-  const Network<3> cubes = compile<3>(many_cubes(random), {});
-  for (const std::size_t words : {PartitionLimits{}.words, std::size_t{40000}, std::size_t{150000}}) {
+  // So large that threads have something to share.
+  for (const std::size_t words : {PartitionLimits{}.words, std::size_t{40000}, std::size_t{150000}, std::size_t{1}}) {
+    const Network<3> cubes = compile<3>(many_cubes(random, pick(random, 1000, 3000)), {});
     PartitionLimits limits;
     limits.words = words;
-    expect_same_partition(cubes, 8, limits, 3, 5);
+    expect_same_partition(cubes, 8, limits, static_cast<unsigned>(pick(random, 2, 6)), static_cast<unsigned>(pick(random, 2, 40)));
   }
+  const Network<3> cube = compile<3>(model::cuboid({1, 1, 1}, false), {});
+  for (const unsigned depth : {0U, 7U}) EXPECT_GT(expect_same_partition(cube, depth, {}, 3, 20), 0);
 }
 
 TEST(Partition, CellsAreMadeAgainFromTheTreeAlone) {
@@ -130,6 +133,30 @@ TEST(Partition, CellsAreMadeAgainFromTheTreeAlone) {
     regions.push_back({.number = static_cast<std::uint32_t>(whole.regions.size())});
     EXPECT_THROW(make_cells<3>(network, whole, regions), std::out_of_range);
   }
+}
+
+/// As regions have become one, or as a damaged snapshot may be.
+TEST(Partition, CellsToWhichNoWayLeadsAreRefused) {
+  const Network<3> network = compile<3>(model::cuboid({1, 1, 1}, false), {});
+  using Table = geometry::HyperplaneTable<3>;
+  const auto x = Table::axis_hyperplane(0, Table::axis_steps / 2), y = Table::axis_hyperplane(1, Table::axis_steps / 2),
+             further = Table::axis_hyperplane(0, Table::axis_steps / 4 * 3);
+  const auto made = [&](std::int32_t root, std::vector<Partition<3>::Node> nodes, std::vector<std::uint32_t> numbers) {
+    Partition<3> partition;
+    partition.root = root;
+    partition.nodes = std::move(nodes);
+    std::vector<Region<3>> regions;
+    for (const std::uint32_t number : numbers) regions.push_back({.number = number});
+    make_cells<3>(network, partition, regions);
+    for (const Region<3>& region : regions) EXPECT_FALSE(region.cell.vertices().empty());
+  };
+  made(0, {{x, ~0, 1}, {further, ~1, ~2}}, {2, 0, 1});
+  EXPECT_THROW(made(0, {{x, ~0, 1}, {further, ~1, ~2}}, {1, 2, 1}), std::invalid_argument);
+  EXPECT_THROW(made(~0, {{x, ~0, ~1}}, {1}), std::out_of_range);          // the whole is one region
+  EXPECT_THROW(made(0, {{x, ~0, ~2}, {y, ~1, ~1}}, {1}), std::out_of_range);  // nobody leads to the second node
+  EXPECT_THROW(made(0, {{x, 0, 0}}, {0}), std::out_of_range);
+  EXPECT_THROW(made(0, {{x, 0, ~0}}, {1}), std::out_of_range);
+  made(~0, {{x, ~0, ~1}}, {0});
 }
 
 TEST(Partition, PartsThatDoNotFitTogetherAreRefused) {

@@ -84,7 +84,7 @@ TEST(BoundedQueue, PassesEveryItemOnInTheOrderOfItsProducer) {
 }
 
 TEST(BoundedQueue, WakesItsConsumerForManyOnly) {
-  BoundedQueue<int> queue(32);  // for two
+  BoundedQueue<int> queue(16);  // for two
   queue.push(1);
   const auto start = std::chrono::steady_clock::now();
   EXPECT_EQ(queue.pop_all(20ms), std::vector<int>{1});

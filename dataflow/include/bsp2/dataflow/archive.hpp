@@ -29,7 +29,7 @@
 /// tracking. Works with Boost's binary archives and with those of Boost.MPI.
 ///
 /// Totals must be loaded into an object that was made for the same network. Of a region everything is stored but its cell:
-/// give it `region_cell(network, partition, region.number)`, or the cell that another copy of the partition holds.
+/// `make_cells` or `add_regions` give it back, or take the cell that another copy of the partition holds.
 namespace boost::serialization {
 
 template <class Archive, int D>

@@ -32,7 +32,8 @@ struct PartitionLimits {
   double tolerance = 0;
   std::vector<double> eye;
   double angle = 0;
-  /// Of all localized programs. Operands that go through the whole model stay in most pieces: then there are fewer regions.
+  /// Of all localized programs, each piece by the regions that it is to have. Operands that go through the whole model stay in most pieces:
+  /// then there are fewer regions.
   std::size_t words = std::size_t{1} << 25;
 };
 
@@ -90,7 +91,7 @@ template <int D>
 JoinedPartition<D> join_parts(std::span<const std::vector<PartitionNode>> parts);
 
 /// Gives regions that have come from elsewhere their cells, by splitting along the nodes of the partition: one walk to all of them.
-/// @throws std::out_of_range if the partition has no such region, std::invalid_argument if one is given twice.
+/// @throws std::out_of_range if no way leads to a region, std::invalid_argument if one is given twice.
 template <int D>
 void make_cells(const Network<D>& network, const Partition<D>& partition, std::span<Region<D>> regions);
 

@@ -22,8 +22,8 @@ struct Resolved {
   std::optional<unsigned> level;                ///< none: to the end
   unsigned regions = 0;
   std::vector<std::vector<NodeFigures>> nodes;  ///< for each number of nodes
-  /// For each number of nodes: of processor for what a node does of the distribution, for each thread; the most of up to eight nodes, evenly
-  /// chosen. What travels, and making the cells of regions that come from others, is not in it.
+  /// For each number of nodes: of processor for what a node does of the distribution, on one thread; the most of up to eight nodes that find
+  /// regions, evenly chosen. What travels, and making the cells of regions that come from others, is not in it.
   std::vector<double> distribution_seconds;
 };
 
