@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <optional>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include "bsp2/geometry/error.hpp"
@@ -64,9 +66,10 @@ class Reader {
   Frame header();
   void modifiers(Frame& frame);
   [[nodiscard]] bool only_points_count(const Frame& frame, bool is_solid) const;
-  [[nodiscard]] std::optional<double> scale_of_maps() const;
+  std::optional<double> scale_of_maps();
   void remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh);
   Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
+  Expression primitive_of(const Frame& frame, const Arguments& arguments);
   void interpret(Frame& frame);
   void close();
   void close_frame();
@@ -118,6 +121,7 @@ class Reader {
   struct MatrixText {
     std::array<double, 16> affine;  // as OpenSCAD reads it
     std::vector<double> square;     // as it stands, if it is square
+    std::optional<double> volume_scale{};  // once it was asked for
   };
   std::vector<MatrixText> matrices_;              // of the multmatrix frames
   std::vector<AnyNode> any_nodes_;                // of the frames of nodes that OpenSCAD does not have
@@ -125,6 +129,7 @@ class Reader {
   std::vector<Construct> constructs_;             // of the frames from hull to roof
   std::vector<SyntaxError> problems_, warnings_;
   std::vector<Model::Mesh> meshes_;
+  std::unordered_map<std::string_view, Expression> polyhedra_;  // those with nothing to warn of, by their text
   std::optional<SyntaxError> left_out_;  // the first open polyhedron that takes part
   std::size_t warnings_left_out_ = 0;
   bool root_tagged_ = false;
@@ -245,12 +250,7 @@ void Reader::interpret(Frame& frame) {
           constructs_.push_back(construct.value_or(Hull{}));
           if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
         }
-        Expression made;
-        try {
-          made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn);
-        } catch (const HollowPolyhedron& polyhedron) {
-          made = solid_of_hollow(frame, polyhedron);
-        }
+        Expression made = primitive_of(frame, arguments);
         if (is_mesh(made) && !only_points_count(frame, true)) remember_mesh(frame, arguments, made);
         operands_.push_back(std::move(made));
         operand_places_.push_back(places_.size());
@@ -260,6 +260,25 @@ void Reader::interpret(Frame& frame) {
         note(frame, error.what());
       }
     }
+  }
+}
+
+/// What a node without children is. The same polyhedra are written again and again, and to make sure that one is closed takes long.
+Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) {
+  const std::string_view written = text_.substr(frame.offset, scanner_.offset() - frame.offset);
+  if (frame.kind == NodeKind::polyhedron)
+    if (const auto found = polyhedra_.find(written); found != polyhedra_.end()) return found->second;
+  bool is_sound = true;
+  const auto warn = [&](std::string text) {
+    is_sound = false;
+    this->warn(frame, std::move(text));
+  };
+  try {
+    Expression made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn);
+    if (frame.kind == NodeKind::polyhedron && is_sound) polyhedra_.emplace(written, made);
+    return made;
+  } catch (const HollowPolyhedron& polyhedron) {
+    return solid_of_hollow(frame, polyhedron);
   }
 }
 
@@ -277,13 +296,17 @@ bool Reader::only_points_count(const Frame& frame, bool is_solid) const {
 }
 
 /// What the maps around the frame at hand multiply a solid's volume by; nothing if a construct makes another solid of it.
-std::optional<double> Reader::scale_of_maps() const {
+std::optional<double> Reader::scale_of_maps() {
   double scale = 1;
   std::size_t matrix = matrices_.size();
   bool is_root = false;
   for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
     if (is_construct(frames_[i].kind)) return std::nullopt;
-    if (frames_[i].kind == NodeKind::multmatrix) scale *= volume_scale(matrices_[--matrix].affine);
+    if (frames_[i].kind == NodeKind::multmatrix) {
+      MatrixText& map = matrices_[--matrix];
+      if (!map.volume_scale) map.volume_scale = volume_scale(map.affine);
+      scale *= *map.volume_scale;
+    }
     is_root = frames_[i].is_root;
   }
   return scale;

@@ -4,8 +4,10 @@
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <optional>
+#include <span>
 
 namespace bsp2::model {
 namespace {
@@ -21,12 +23,47 @@ bool exact_difference(double x, double y, double& difference) {
   return (x - (difference + back)) + (back - y) == 0;
 }
 
-int rational_orientation(const Point2& a, const Point2& b, const Point2& c) {
-  using Rational = boost::multiprecision::cpp_rational;
-  const Rational cu(c.u), cv(c.v);
-  const Rational left = (Rational(a.u) - cu) * (Rational(b.v) - cv);
-  const Rational right = (Rational(a.v) - cv) * (Rational(b.u) - cu);
+/// Whole numbers in the proportions of finite coordinates: multiples of a power of two that is below all their digits.
+class WholeNumbers {
+ public:
+  using Integer = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<512>>;  // and more, from the heap
+
+  explicit WholeNumbers(std::initializer_list<std::span<const double>> points) {
+    for (const auto point : points)
+      for (const double x : point)
+        if (x != 0) least_ = std::min(least_, std::ilogb(x));
+  }
+  Integer operator()(double x) const {
+    if (x == 0) return 0;
+    const int exponent = std::ilogb(x);
+    return Integer(static_cast<std::int64_t>(std::ldexp(x, 52 - exponent))) << static_cast<unsigned>(exponent - least_);
+  }
+
+ private:
+  int least_ = std::numeric_limits<int>::max();
+};
+
+int exact_orientation(const Point2& a, const Point2& b, const Point2& c) {
+  const std::array<double, 6> all{a.u, a.v, b.u, b.v, c.u, c.v};
+  const WholeNumbers whole({all});
+  const auto cu = whole(c.u), cv = whole(c.v);
+  const WholeNumbers::Integer left = (whole(a.u) - cu) * (whole(b.v) - cv), right = (whole(a.v) - cv) * (whole(b.u) - cu);
   return left.compare(right);
+}
+
+int exact_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
+  const WholeNumbers whole({a, b, c, d});
+  std::array<WholeNumbers::Integer, 3> u, v, w;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto origin = whole(d[k]);
+    u[k] = whole(a[k]) - origin, v[k] = whole(b[k]) - origin, w[k] = whole(c[k]) - origin;
+  }
+  WholeNumbers::Integer determinant = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    determinant += u[k] * (v[l] * w[m] - v[m] * w[l]);
+  }
+  return -determinant.sign();
 }
 
 /// The sign, where doubles tell for sure.
@@ -83,7 +120,7 @@ std::optional<int> integer_orientation(const Point3& a, const Point3& b, const P
 
 int orientation(const Point2& a, const Point2& b, const Point2& c) {
   const std::optional<int> quick = quick_orientation(a, b, c);
-  return quick ? *quick : rational_orientation(a, b, c);
+  return quick ? *quick : exact_orientation(a, b, c);
 }
 
 std::optional<int> quick_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
@@ -105,18 +142,7 @@ std::optional<int> quick_orientation(const Point3& a, const Point3& b, const Poi
 int orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
   if (const std::optional<int> quick = quick_orientation(a, b, c, d)) return *quick;
   if (const std::optional<int> quick = integer_orientation(a, b, c, d)) return *quick;
-  using Rational = boost::multiprecision::cpp_rational;
-  std::array<Rational, 3> u, v, w;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Rational origin(d[k]);
-    u[k] = Rational(a[k]) - origin, v[k] = Rational(b[k]) - origin, w[k] = Rational(c[k]) - origin;
-  }
-  Rational determinant = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
-    determinant += u[k] * (v[l] * w[m] - v[m] * w[l]);
-  }
-  return -determinant.sign();
+  return exact_orientation(a, b, c, d);
 }
 
 bool collinear(const Point3& a, const Point3& b, const Point3& c) {

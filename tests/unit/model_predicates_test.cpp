@@ -89,6 +89,37 @@ TEST(Predicates, OrientationIsExactNearPlanes) {
   EXPECT_EQ(orientation(Point3{0, 0, 0}, Point3{1e200, 0, 0}, Point3{0, 1e-200, 0}, Point3{5, 7e-200, 0}), 0);
 }
 
+/// Quadrilaterals whose corners are rounded to doubles, in units far from each other along the axes: beside rationals.
+TEST(Predicates, OrientationIsExactOfAnyDoubles) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937_64 random(seed);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int zeros = 0, signs = 0;
+  for (int round = 0; round < 4000; ++round) {
+    const int spread = round % 4 == 0 ? 900 : round % 4 == 1 ? 60 : 3;
+    std::array<Point3, 4> p;
+    for (auto& x : p[0]) x = unit(random);
+    for (std::size_t i = 1; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) p[i][k] = round % 8 < 4 && k == 2 ? p[0][2] : unit(random);
+    for (std::size_t k = 0; k < 3; ++k) p[3][k] = p[1][k] + p[2][k] - p[0][k];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double scale = std::ldexp(1.0, static_cast<int>(random() % static_cast<unsigned>(spread)) - spread / 2);
+      for (auto& point : p) point[k] *= scale;
+    }
+    std::array<std::array<Rational, 3>, 3> e;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) e[i][k] = Rational(p[i][k]) - Rational(p[3][k]);
+    const Rational determinant = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) + e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+                                 e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+    const int expected = -determinant.sign();
+    ASSERT_EQ(orientation(p[0], p[1], p[2], p[3]), expected) << "round " << round;
+    ++(expected == 0 ? zeros : signs);
+  }
+  EXPECT_GT(zeros, 1000);
+  EXPECT_GT(signs, 500);
+}
+
 TEST(Predicates, InsideSegmentExcludesTheEnds) {
   const Point3 a{0, 0, 0}, b{3, 6, -9};
   EXPECT_TRUE(inside_segment(a, b, {1, 2, -3}));
