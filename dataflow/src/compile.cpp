@@ -10,6 +10,7 @@
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/geometry/parallel.hpp"
 #include "lowering.hpp"
 #include "preimage_shape.hpp"
 #include "resolve.hpp"
@@ -214,6 +215,8 @@ class Compiler {
       else
         make_empty(producer);
     }
+    std::vector<std::size_t> meshes;  // the producers that are meshes
+    table.round_occurrences(options_.threads);
     const std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence);
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
@@ -239,8 +242,8 @@ class Compiler {
       }
       if constexpr (D == 3) {
         if (shape.mesh != nullptr && !shape.mesh->convex) {
-          producer.mesh = static_cast<std::int32_t>(network.meshes.size());
-          network.meshes.push_back(place_mesh(*shape.mesh, placement(i).matrix(), table.grid_exponent(), own));
+          producer.mesh = static_cast<std::int32_t>(meshes.size());
+          meshes.push_back(i);
           continue;
         }
         if (shape.lathe != nullptr) {
@@ -258,6 +261,26 @@ class Compiler {
       }
       add_half_spaces(network, producer, own);
     }
+    if constexpr (D == 3) {
+      const auto facets_of = [&](std::size_t i) { return std::span(codes.data() + first_occurrence[i], shapes_[shape_of_[i]].covector_count); };
+      place_meshes(network, meshes, facets_of);
+    }
+  }
+
+  /// @param producers that are meshes. @param facets_of the half-spaces of a producer.
+  template <typename FacetsOf>
+  void place_meshes(Network<3>& network, const std::vector<std::size_t>& producers, const FacetsOf& facets_of) const {
+    std::vector<std::optional<Mesh>> placed(producers.size());
+    constexpr std::size_t grain = 16;
+    geometry::for_each_range(producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
+      for (std::size_t k = first; k < end; ++k) {
+        const std::size_t i = producers[k];
+        const Shape<3>& shape = shapes_[shape_of_[i]];
+        placed[k] = place_mesh(*shape.mesh, lowered_.occurrences[i].placement.matrix(), network.table.grid_exponent(), facets_of(i));
+      }
+    });
+    network.meshes.reserve(placed.size());
+    for (auto& mesh : placed) network.meshes.push_back(std::move(*mesh));
   }
 
   /// The half-spaces of a convex producer, each once. One that merging has made flat is empty.

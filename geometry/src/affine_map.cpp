@@ -63,6 +63,14 @@ void minor_without(const std::array<std::array<long double, D>, D>& m, int row, 
   }
 }
 
+template <std::size_t D>
+std::array<std::array<long double, D>, D> linear_part(const std::array<std::array<Int128, D + 1>, D>& entries) {
+  std::array<std::array<long double, D>, D> linear;
+  for (std::size_t i = 0; i < D; ++i)
+    for (std::size_t j = 0; j < D; ++j) linear[i][j] = static_cast<long double>(entries[i][j]);
+  return linear;
+}
+
 /// Of at least one row and column.
 template <int D, typename Integer>
 Integer exact_minor(const std::array<std::array<Int128, D + 1>, D>& m, unsigned rows, unsigned columns) {
@@ -84,12 +92,19 @@ Integer exact_minor(const std::array<std::array<Int128, D + 1>, D>& m, unsigned 
 }  // namespace
 
 template <int D>
-AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent, Rounding& rounding) : grid_exponent_(grid_exponent) {
+AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent) : grid_exponent_(grid_exponent) {
   for (int i = 0; i < D; ++i)
     for (int j = 0; j <= D; ++j) entries_[i][j] = on_grid(matrix[i][j], grid_exponent);
-  rounding = this->rounding();
-  if (std::fabs(rounding.determinant) > rounding.determinant_magnitude * unit_roundoff)
-    orientation_ = rounding.determinant < 0 ? -1 : 1;
+  const auto linear = linear_part<D>(entries_);
+  long double determinant = 0, magnitude = 0;  // along the first row
+  for (int j = 0; j < D; ++j) {
+    long double value, size;
+    minor_without<D>(linear, 0, j, value, size);
+    determinant += linear[0][j] * (j % 2 == 0 ? value : -value);
+    magnitude += std::fabs(linear[0][j]) * size;
+  }
+  if (std::fabs(determinant) > magnitude * unit_roundoff)
+    orientation_ = determinant < 0 ? -1 : 1;
   else
     orientation_ = exact_minor<D, MinorInteger<D>>(entries_, (1u << D) - 1, (1u << D) - 1).sign();
 }
@@ -97,11 +112,8 @@ AffineMap<D>::AffineMap(const Matrix<D>& matrix, int grid_exponent, Rounding& ro
 template <int D>
 typename AffineMap<D>::Rounding AffineMap<D>::rounding() const {
   Rounding result;
-  std::array<std::array<long double, D>, D> linear;
-  for (int i = 0; i < D; ++i) {
-    for (int j = 0; j < D; ++j) linear[i][j] = static_cast<long double>(entries_[i][j]);
-    result.translation[i] = static_cast<long double>(entries_[i][D]);
-  }
+  const auto linear = linear_part<D>(entries_);
+  for (int i = 0; i < D; ++i) result.translation[i] = static_cast<long double>(entries_[i][D]);
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
       minor_without<D>(linear, j, i, result.adjugate[i][j], result.magnitude[i][j]);

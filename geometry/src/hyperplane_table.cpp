@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
+#include "bsp2/geometry/parallel.hpp"
 #include "coincidence_index.hpp"
 
 namespace bsp2::geometry {
@@ -48,7 +49,7 @@ HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const st
 
 template <int D>
 std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper) {
-  maps_.emplace_back(matrix, grid_exponent_, rounding_);
+  maps_.emplace_back(matrix, grid_exponent_);
   Extent extent;
   for (int i = 0; i < D; ++i) {
     extent.centre[i] = (lower[i] + upper[i]) / 2;
@@ -78,7 +79,6 @@ std::uint32_t HyperplaneTable<D>::add_covectors(std::span<const Covector<D>> cov
 template <int D>
 std::uint32_t HyperplaneTable<D>::add_occurrence(std::uint32_t map, std::uint32_t covector) {
   sources_.push_back({map, covector});
-  hyperplanes_.push_back(round(sources_.back()));
   return static_cast<std::uint32_t>(sources_.size() - 1);
 }
 
@@ -86,19 +86,30 @@ template <int D>
 void HyperplaneTable<D>::reserve(std::size_t maps, std::size_t occurrences) {
   maps_.reserve(maps);
   extents_.reserve(maps);
-  hyperplanes_.reserve(occurrences);
   sources_.reserve(occurrences);
 }
 
 template <int D>
-Hyperplane<D> HyperplaneTable<D>::round(const Source& source) const {
-  const AffineMap<D>& map = maps_[source.map];
-  const auto& local = covectors_[source.covector].rounded;
-  const bool is_last = source.map + 1 == maps_.size();
-  if (const auto rounded = round(map.map_rounded(local, is_last ? rounding_ : map.rounding()))) return *rounded;
-  ExactCovector<D> world;
-  maps_[source.map].map(covectors_[source.covector], world);
-  return round_exactly(world);
+void HyperplaneTable<D>::round_occurrences(unsigned threads) {
+  constexpr std::size_t grain = 256;
+  hyperplanes_.resize(sources_.size());
+  for_each_range(sources_.size(), grain, threads, [&](std::size_t first, std::size_t end) {
+    typename AffineMap<D>::Rounding rounding;
+    for (std::size_t i = first; i < end; ++i) {
+      const Source& source = sources_[i];
+      const AffineMap<D>& map = maps_[source.map];
+      const Covector<D>& local = covectors_[source.covector];
+      if (i == first || source.map != sources_[i - 1].map) rounding = map.rounding();  // those of one map follow each other
+      const auto rounded = round(map.map_rounded(local.rounded, rounding));
+      if (rounded) {
+        hyperplanes_[i] = *rounded;
+        continue;
+      }
+      ExactCovector<D> world;
+      map.map(local, world);
+      hyperplanes_[i] = round_exactly(world);
+    }
+  });
 }
 
 /// Nothing if the coefficients cancelled too much.
@@ -231,6 +242,7 @@ double HyperplaneTable<D>::bucket(double tolerance) const {
 
 template <int D>
 std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance) {
+  if (hyperplanes_.size() != sources_.size()) round_occurrences();
   CoincidenceIndex<D> index(centre_, size_, radius_, bucket(tolerance), reach(tolerance));
   std::vector<OrientedHyperplane> result(sources_.size());
   std::vector<Hyperplane<D>> hyperplanes;  // representatives, by id

@@ -1,12 +1,15 @@
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <variant>
+#include <vector>
 
+#include "bsp2/geometry/parallel.hpp"
 #include "bsp2/model/csg.hpp"
 #include "csg_arguments.hpp"
 #include "csg_scanner.hpp"
@@ -54,10 +57,25 @@ Finding finding_of(const TriangleMesh& mesh) {
   return {fault, crossing.has_value(), sum_of_faces(mesh)};
 }
 
+const TriangleMesh& mesh_of(const Expression& solid) { return std::get<TriangleMesh>(std::get<Primitive>(solid.node().value)); }
+
+/// Of each mesh once.
+std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigned threads) {
+  std::unordered_map<const Node*, Finding> findings;
+  std::vector<std::pair<const TriangleMesh*, Finding*>> meshes;  // elements of a map keep their place
+  for (const Model::Mesh& mesh : model.meshes) {
+    const auto [found, is_new] = findings.try_emplace(&mesh.solid.node());
+    if (is_new) meshes.emplace_back(&mesh_of(mesh.solid), &found->second);
+  }
+  constexpr std::size_t grain = 16;
+  geometry::for_each_range(meshes.size(), grain, threads, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) *meshes[i].second = finding_of(*meshes[i].first);
+  });
+  return findings;
+}
+
 /// Whether reading it told of shells in each other.
 bool is_nested(TriangleMesh mesh) { return turn_shells(mesh).nested > 0; }
-
-const TriangleMesh& mesh_of(const Expression& solid) { return std::get<TriangleMesh>(std::get<Primitive>(solid.node().value)); }
 
 std::string warning_of(const Model::Mesh& mesh, const std::string& fault, std::optional<double> volume) {
   std::string text = (mesh.file.empty() ? "this polyhedron " : "the mesh of " + mesh.file.string() + " ") + fault +
@@ -68,17 +86,17 @@ std::string warning_of(const Model::Mesh& mesh, const std::string& fault, std::o
 
 }  // namespace
 
-MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name) {
+MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name, unsigned threads) {
   constexpr std::size_t most_warnings = 100;
   MeshOverlaps overlaps;
-  std::map<const Node*, Finding> findings;
+  const std::unordered_map<const Node*, Finding> findings = findings_of(model, threads);
+  std::unordered_set<const Node*> seen;
   LineFinder lines(text);
   for (const Model::Mesh& mesh : model.meshes) {
     const TriangleMesh& triangles = mesh_of(mesh.solid);
-    const auto [found, is_new] = findings.try_emplace(&mesh.solid.node());
-    Finding& finding = found->second;
-    if (is_new) finding = finding_of(triangles);
+    const Finding& finding = findings.at(&mesh.solid.node());
     if (finding.fault.empty()) continue;
+    const bool is_new = seen.insert(&mesh.solid.node()).second;
     const std::string place = name + ":" + lines.at(mesh.offset);
     std::optional<double> volume;
     if (mesh.scale) volume = *mesh.scale * finding.volume;

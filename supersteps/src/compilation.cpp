@@ -25,9 +25,9 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
   return source;
 }
 
-Source parsed(Source source, const RunOptions& options) {
+Source parsed(Source source, const RunOptions& options, unsigned threads) {
   source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
-  model::MeshOverlaps overlaps = model::overlaps_of(source.model, source.text, source_name(options));
+  model::MeshOverlaps overlaps = model::overlaps_of(source.model, source.text, source_name(options), threads);
   std::move(overlaps.warnings.begin(), overlaps.warnings.end(), std::back_inserter(source.warnings));
   source.overlapping_meshes = std::move(overlaps.meshes);
   return source;
@@ -36,11 +36,11 @@ Source parsed(Source source, const RunOptions& options) {
 std::string source_name(const RunOptions& options) { return options.model.string() + (model::is_scad(options.model) ? ".csg" : ""); }
 
 template <int D>
-dataflow::Network<D> translation(const Source& source, const RunOptions& options) {
+dataflow::Network<D> translation(const Source& source, const RunOptions& options, unsigned threads) {
   const std::string name = source_name(options);
   const auto located = [&](const std::string& text) { return text.starts_with(name + ":") ? text : name + ": " + text; };
   const auto place = [&](std::size_t offset) { return model::place_in(source.text, name, offset) + ": "; };
-  dataflow::CompileOptions compile_options{.coincidence = options.coincidence};
+  dataflow::CompileOptions compile_options{.coincidence = options.coincidence, .threads = threads};
   compile_options.place_of = [&](const model::Node& node) {
     const auto found = source.model.construct_offsets.find(&node);
     return found == source.model.construct_offsets.end() ? "" : place(found->second);
@@ -74,7 +74,7 @@ void limit_refinement(const dataflow::Network<D>& network, RunOptions& options) 
 }
 
 #define BSP2_STAGE(D)                                                              \
-  template dataflow::Network<D> translation<D>(const Source&, const RunOptions&); \
+  template dataflow::Network<D> translation<D>(const Source&, const RunOptions&, unsigned); \
   template void limit_refinement<D>(const dataflow::Network<D>&, RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE

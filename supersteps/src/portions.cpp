@@ -315,14 +315,15 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
   RunOptions options = given;
   options.snapshot = plan;
   alone.begin("compilation");
-  const Source source = parsed(compilation(alone, options), options);
+  const unsigned threads = threads_of(options, alone);
+  const Source source = parsed(compilation(alone, options), options, threads);
   std::vector<double> work = with_dimension(source.model.expression.dimension(), options.model.string(), [&]<int D>() {
-    const dataflow::Network<D> network = translation<D>(source, options);
+    const dataflow::Network<D> network = translation<D>(source, options, threads);
     for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})
       if (options.strict) refuse_warnings(*warnings);
     limit_refinement(network, options);
     alone.begin("distribution");
-    Distribution<D> regions = distribution<D>(alone, network, options, threads_of(options, alone));
+    Distribution<D> regions = distribution<D>(alone, network, options, threads);
     std::vector<double> estimates = regions.partition.work;
     const auto started = begin_progress<D>(network, std::move(regions));
     save_progress(alone, network, started.first, options, source, false, alone.records());

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <future>
 
 #include "bsp2/geometry/dimensions.hpp"
+#include "bsp2/geometry/parallel.hpp"
 #include "bsp2/geometry/point_query.hpp"
 
 namespace bsp2::supersteps {
@@ -19,19 +19,16 @@ std::vector<Answer> querying(const geometry::HyperplaneTable<D>& table, const Ru
   }
   const geometry::PointQuery<D> query(table, result.tree, std::move(labels));
   std::vector<Answer> answers(points.size() / D);
-  const auto answer_some = [&](std::size_t first) {
-    for (std::size_t i = first; i < answers.size(); i += threads) {
+  constexpr std::size_t grain = 64;
+  geometry::for_each_range(answers.size(), grain, threads, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
       std::array<double, D> point;
       std::copy_n(points.begin() + static_cast<std::ptrdiff_t>(i * D), D, point.begin());
       const auto found = query.ask(point);
       answers[i] = {found.label, found.leaf == 0 ? geometry::no_part : parts[static_cast<std::size_t>(found.leaf) - 1], found.distance,
                     {found.nearest.begin(), found.nearest.end()}};
     }
-  };
-  std::vector<std::future<void>> others;
-  for (unsigned thread = 1; thread < threads; ++thread) others.push_back(std::async(std::launch::async, answer_some, thread));
-  answer_some(0);
-  for (auto& other : others) other.get();
+  });
   return answers;
 }
 

@@ -263,7 +263,7 @@ void check_same_model(Ranks& ranks, const dataflow::Network<D>& network, const s
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
-  const dataflow::Network<D> network = translation<D>(source, options);
+  const dataflow::Network<D> network = translation<D>(source, options, report.threads);
   check_same_model(ranks, network, report.model);
   limit_refinement(network, options);
   if (network.is_round()) {
@@ -362,7 +362,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   broadcasting(ranks, source);
   report.threads = threads_of(options, ranks);
   ranks.begin("compilation");
-  source = parsed(std::move(source), options);
+  source = parsed(std::move(source), options, report.threads);
   report.model = options.model.string();
   report.ranks = static_cast<unsigned>(ranks.count());
   report.dimension = source.model.expression.dimension();

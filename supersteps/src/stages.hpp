@@ -38,14 +38,15 @@ Source compilation(const Ranks& ranks, const RunOptions& options);
 /// Source: the paper, section 4.2, "Broadcasting".
 void broadcasting(Ranks& ranks, Source& source);
 
-/// Compilation on every rank, first half: the text becomes a symbolic model.
+/// Compilation on every rank, first half: the text becomes a symbolic model. @param threads that look for meshes which overlap themselves.
 /// @throws bsp2::Error that names the place in the file; the same on all ranks.
-Source parsed(Source source, const RunOptions& options);
+Source parsed(Source source, const RunOptions& options, unsigned threads);
 
-/// Compilation on every rank, second half: the symbolic model becomes a network with canonical hyperplanes and bounds.
+/// Compilation on every rank, second half: the symbolic model becomes a network with canonical hyperplanes and bounds. @param threads that
+/// place its primitives.
 /// @throws bsp2::Error for lengths that are too large or too small.
 template <int D>
-dataflow::Network<D> translation(const Source& source, const RunOptions& options);
+dataflow::Network<D> translation(const Source& source, const RunOptions& options, unsigned threads = 1);
 
 /// Round solids are refined without end, so something has to say where: a thousandth of the model unless
 /// the user does. A budget alone does not: depth first, it would be spent in one place.

@@ -177,7 +177,8 @@ class Levels : public dataflow::Consumer {
 template <int D>
 std::vector<Resolved> measure(const Source& source, RunOptions options, const std::vector<unsigned>& node_counts,
                               std::vector<std::optional<unsigned>> levels, bool with_facets) {
-  const dataflow::Network<D> network = translation<D>(source, options);
+  Ranks alone;
+  const dataflow::Network<D> network = translation<D>(source, options, threads_of(options, alone));
   limit_refinement(network, options);
   if (levels.empty()) {
     Levels seen;
@@ -194,7 +195,8 @@ std::vector<Resolved> measure(const Source& source, RunOptions options, const st
 
 std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels,
                                      bool with_facets) {
-  const Source source = parsed(compilation(Ranks(), options), options);
+  Ranks alone;
+  const Source source = parsed(compilation(alone, options), options, threads_of(options, alone));
   switch (source.model.expression.dimension()) {
     case 1: return measure<1>(source, options, node_counts, std::move(levels), with_facets);
     case 2: return measure<2>(source, options, node_counts, std::move(levels), with_facets);

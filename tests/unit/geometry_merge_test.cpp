@@ -98,6 +98,7 @@ TYPED_TEST(Merge, WithinTheToleranceMergesAndBeyondItDoesNot) {
     const std::uint32_t first = table.add_covectors(covectors),
                         facet = static_cast<std::uint32_t>(pick(random, 0, 2 * D - 1));
     table.add_occurrence(table.add_map(m), first + facet);
+    table.round_occurrences();
     const Hyperplane<D> original = table.rounded(0);
     // Moved along its normal by a share of the tolerance; every other time mirrored, which turns its facets
     // around.
@@ -205,9 +206,10 @@ TYPED_TEST(Merge, EqualsTheComparisonOfAllPairs) {
         one.half[i] = (high[i] - low[i]) / 2;
       }
       table.add_occurrence(table.add_map(m, low, high), first + static_cast<std::uint32_t>(facet));
-      one.hyperplane = table.rounded(static_cast<HyperplaneId>(all.size()));
       all.push_back(one);
     }
+    table.round_occurrences(static_cast<unsigned>(1 + round % 3));
+    for (std::size_t i = 0; i < all.size(); ++i) all[i].hyperplane = table.rounded(static_cast<HyperplaneId>(i));
     double extent = 0;  // as the table computes it
     for (int i = 0; i < D; ++i) extent = std::max(extent, upper[i] - lower[i]);
     const auto [expected, count] = merged_by_pairs<D>(all, tolerance * extent);

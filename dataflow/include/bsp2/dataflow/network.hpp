@@ -80,6 +80,7 @@ struct Network : Program {
 
 struct CompileOptions {
   double coincidence = 1e-9;  ///< hyperplanes closer than this share of the bounding box are one
+  unsigned threads = 1;       ///< that place primitives; the network is the same for any number
   /// What messages about a construct, or about a part, begin with: its place in the source. May be missing.
   std::function<std::string(const model::Node&)> place_of;
   std::function<std::string(std::int32_t)> place_of_part;

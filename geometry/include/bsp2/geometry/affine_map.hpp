@@ -34,9 +34,7 @@ class AffineMap {
   };
 
   /// @pre no entry exceeds 2^(grid_exponent + 122): a primitive may be modelled a million times its reach away from its place.
-  AffineMap(const Matrix<D>& matrix, int grid_exponent) : AffineMap(matrix, grid_exponent, Rounding()) {}
-  /// @param rounding gets what `rounding()` would return.
-  AffineMap(const Matrix<D>& matrix, int grid_exponent, Rounding& rounding);
+  AffineMap(const Matrix<D>& matrix, int grid_exponent);
   [[nodiscard]] Rounding rounding() const;
 
   /// Orientation of the linear part: +1, -1, or 0 where it is singular on the grid.
@@ -80,7 +78,6 @@ class AffineMap {
   int grid_exponent_;
   std::array<std::array<Int128, D + 1>, D> entries_;  // linear part, translation last
   int orientation_ = 0;
-  AffineMap(const Matrix<D>& matrix, int grid_exponent, Rounding&& rounding) : AffineMap(matrix, grid_exponent, rounding) {}
   using Minor = MinorInteger<D>;
   void exact_adjugate(std::array<std::array<Minor, D>, D>& adjugate, Minor& determinant) const;
 };

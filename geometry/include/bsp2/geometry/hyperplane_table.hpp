@@ -42,8 +42,11 @@ class HyperplaneTable {
   /// @return index of the first one.
   std::uint32_t add_covectors(std::span<const Covector<D>> covectors);
   [[nodiscard]] int orientation(std::uint32_t map) const { return maps_[map].orientation(); }
-  /// Adds the hyperplane `covector` placed by `map`: best the last map. @return the number of this occurrence.
+  /// Adds the hyperplane `covector` placed by `map`, best next to the others of that map. @return the number of this occurrence.
   std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector);
+
+  /// Rounds the hyperplanes of all occurrences: `rounded` then tells them by number, until `merge`, which does this if nobody has.
+  void round_occurrences(unsigned threads = 1);
 
   /// Decides which occurrences are the same hyperplane and gives ids. An occurrence is represented by another one that
   /// equals it, or (tolerance > 0) that differs from it by at most `tolerance` times the size of the model anywhere within
@@ -109,10 +112,9 @@ class HyperplaneTable {
     std::array<double, D> centre, half;
   };
   std::vector<AffineMap<D>> maps_;
-  typename AffineMap<D>::Rounding rounding_;  // of the last map
   std::vector<Extent> extents_;  // of the primitives that the maps place, until merge
   std::vector<Covector<D>> covectors_;
-  std::vector<Hyperplane<D>> hyperplanes_;  // occurrences before merge, canonical ones after it
+  std::vector<Hyperplane<D>> hyperplanes_;  // once rounded: of the occurrences; after merge: the canonical ones
   std::vector<Source> sources_;
   struct Family {
     HyperplaneId first;
@@ -128,7 +130,6 @@ class HyperplaneTable {
   [[nodiscard]] const Family& family_of(HyperplaneId id) const;
   Hyperplane<D> family_rounded(HyperplaneId id) const;
   Hyperplane<D> axis_rounded(HyperplaneId id) const;
-  Hyperplane<D> round(const Source& source) const;
   std::optional<Hyperplane<D>> round(const typename AffineMap<D>::Rounded& world) const;
   Hyperplane<D> round_exactly(const ExactCovector<D>& world) const;
   [[nodiscard]] bool equal(const Source& a, const Source& b, bool opposite) const;

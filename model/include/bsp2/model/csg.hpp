@@ -55,7 +55,8 @@ struct MeshOverlaps {
 ///
 /// Time: n log n for n triangles, more than it takes to read them.
 /// @param text the one that the model was read from, under that name.
-MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name);
+/// @param threads that look at them.
+MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name, unsigned threads = 1);
 
 /// "name:line:column" of a byte of the text that was read under that name.
 std::string place_in(std::string_view text, const std::string& name, std::size_t offset);
