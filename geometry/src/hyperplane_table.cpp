@@ -45,6 +45,7 @@ HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const st
     radius_ = std::max({radius_, std::fabs(origin_[i]), std::fabs(origin_[i] + width)});
   }
   grid_exponent_ = exponent_above(std::max({largest, size_, reach})) - 100;
+  grid_unit_ = std::ldexp(1.0L, grid_exponent_);
 }
 
 template <int D>
@@ -123,10 +124,9 @@ std::optional<Hyperplane<D>> HyperplaneTable<D>::round(const typename AffineMap<
   const long double length = std::sqrt(square);
   if (!(normal_error * D < length * 0x1p-50L)) return std::nullopt;
   Hyperplane<D> result;
-  const long double unit = std::ldexp(1.0L, grid_exponent_);
   for (int i = 0; i < D; ++i) result.normal[i] = static_cast<double>(world.value[i] / length);
-  result.offset = static_cast<double>(world.value[D] / length * unit);
-  const double constant_error = static_cast<double>(world.error[D] / length * unit);
+  result.offset = static_cast<double>(world.value[D] / length * grid_unit_);
+  const double constant_error = static_cast<double>(world.error[D] / length * grid_unit_);
   const double coefficient_error = static_cast<double>(2 * normal_error * D / length) + 2 * roundoff;
   // Rounding of the coefficients, then of the D products and sums of `at`, each at most 2^-53 of the sizes involved.
   result.error = D * radius_ * coefficient_error + constant_error + 2 * roundoff * std::fabs(result.offset) +

@@ -69,6 +69,7 @@ class Reader {
   std::optional<double> scale_of_maps();
   void remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh);
   Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
+  const Expression* known_polyhedron();
   Expression primitive_of(const Frame& frame, const Arguments& arguments);
   void interpret(Frame& frame);
   void close();
@@ -129,7 +130,8 @@ class Reader {
   std::vector<Construct> constructs_;             // of the frames from hull to roof
   std::vector<SyntaxError> problems_, warnings_;
   std::vector<Model::Mesh> meshes_;
-  std::unordered_map<std::string_view, Expression> polyhedra_;  // those with nothing to warn of, by their text
+  std::unordered_map<std::string_view, Expression> polyhedra_;  // those with nothing to warn of, by the text of their arguments
+  const Expression* known_ = nullptr;  // what the node that was begun last is, where that is known
   std::optional<SyntaxError> left_out_;  // the first open polyhedron that takes part
   std::size_t warnings_left_out_ = 0;
   bool root_tagged_ = false;
@@ -209,8 +211,21 @@ Reader::Frame Reader::header() {
   frame.is_own = is_any_node(frame.kind) || is_spline_node(frame.kind);
   frame.first_operand = operands_.size();
   frame.first_place = places_.size();
-  scanner_.arguments(arguments_, tape_);
+  arguments_.clear();
+  known_ = frame.kind == NodeKind::polyhedron ? known_polyhedron() : nullptr;
+  if (known_ == nullptr) scanner_.arguments(arguments_, tape_);
   return frame;
+}
+
+/// The same polyhedra are written again and again, and to make sure that one is closed takes long. @return null, or what stands here, which
+/// is passed over.
+const Expression* Reader::known_polyhedron() {
+  const std::size_t begin = scanner_.offset(), end = text_.find(')', begin);
+  if (end == std::string_view::npos) return nullptr;
+  const auto found = polyhedra_.find(text_.substr(begin, end + 1 - begin));
+  if (found == polyhedra_.end()) return nullptr;
+  scanner_.advance(end + 1 - begin);
+  return &found->second;
 }
 
 /// Makes of the arguments what there is to make before the children are read.
@@ -263,11 +278,9 @@ void Reader::interpret(Frame& frame) {
   }
 }
 
-/// What a node without children is. The same polyhedra are written again and again, and to make sure that one is closed takes long.
+/// What a node without children is.
 Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) {
-  const std::string_view written = text_.substr(frame.offset, scanner_.offset() - frame.offset);
-  if (frame.kind == NodeKind::polyhedron)
-    if (const auto found = polyhedra_.find(written); found != polyhedra_.end()) return found->second;
+  if (known_ != nullptr) return *known_;
   bool is_sound = true;
   const auto warn = [&](std::string text) {
     is_sound = false;
@@ -275,7 +288,10 @@ Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) 
   };
   try {
     Expression made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn);
-    if (frame.kind == NodeKind::polyhedron && is_sound) polyhedra_.emplace(written, made);
+    if (frame.kind == NodeKind::polyhedron && is_sound) {
+      const std::size_t begin = frame.offset + frame.name.size();
+      polyhedra_.emplace(text_.substr(begin, scanner_.offset() - begin), made);
+    }
     return made;
   } catch (const HollowPolyhedron& polyhedron) {
     return solid_of_hollow(frame, polyhedron);

@@ -59,7 +59,7 @@ class Scanner {
   [[nodiscard]] bool at_end() const { return at_ == end_; }
   [[nodiscard]] char peek() const { return at_ == end_ ? '\0' : *at_; }
   [[nodiscard]] std::size_t offset() const { return static_cast<std::size_t>(at_ - begin_); }
-  void advance() { ++at_; }
+  void advance(std::size_t bytes = 1) { at_ += bytes; }
   /// The identifier here, with a leading `$` if there is one; empty if there is none.
   std::string_view identifier();
   /// Reads "( arguments )" into `arguments` and `tape`.

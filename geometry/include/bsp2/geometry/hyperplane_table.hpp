@@ -108,6 +108,7 @@ class HyperplaneTable {
   double radius_ = 0, size_ = 0;
   std::array<double, D> centre_;
   int grid_exponent_ = 0;
+  long double grid_unit_ = 1;  // 2^grid_exponent_
   struct Extent {
     std::array<double, D> centre, half;
   };
