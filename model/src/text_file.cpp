@@ -12,20 +12,24 @@
 namespace bsp2::model {
 namespace {
 
+constexpr std::size_t chunk = std::size_t{1} << 20;
+
 [[noreturn]] void refuse(const std::string& name, const std::error_code& why) {
   throw Error(name + ": cannot be read: " + why.message() +
               (why == std::errc::permission_denied ? "; it takes the right to read the file and to enter the folders above it" : ""));
 }
 
-}  // namespace
-
-std::string lower_ending(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
+/// What is no text would be read to its end, which /dev/zero does not have, and a snapshot of many gigabytes late.
+void check_beginning_of_model(const std::string& text, const std::string& name) {
+  if (text.starts_with("\x89HDF"))
+    throw Error(name + ": is a snapshot, not a model; 'bsp2 info' tells what it holds, 'bsp2 resume' goes on with it, 'bsp2 export' writes its mesh");
+  const bool is_utf16 = text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF");  // the reader says so
+  if (const std::size_t zero = text.find('\0'); text.size() >= chunk && zero != std::string::npos && !is_utf16)
+    throw Error(name + ": is no text, so it holds no model: byte " + std::to_string(zero) + " is 0");
 }
 
-std::string read_text(const std::filesystem::path& path) {
+/// @param check is called with the first chunk, and throws if it is not worth while to read on.
+std::string read_file(const std::filesystem::path& path, void (*check)(const std::string& text, const std::string& name)) {
   const std::string name = path.string();
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -38,25 +42,37 @@ std::string read_text(const std::filesystem::path& path) {
   if (!file) refuse(name, {errno, std::generic_category()});
   std::string text;
   if (const auto size = std::filesystem::file_size(path, error); !error) text.reserve(size + 1);
-  for (std::size_t chunk = std::size_t{1} << 20, got = chunk; got == chunk;) {
+  for (std::size_t got = chunk; got == chunk;) {
     const std::size_t before = text.size();
     text.resize(before + chunk);
     got = std::fread(text.data() + before, 1, chunk, file.get());
     text.resize(before + got);
+    if (before == 0) check(text, name);
   }
   if (std::ferror(file.get())) refuse(name, {errno, std::generic_category()});
   if (text.empty()) throw Error(name + ": is empty, so it holds no model");
   return text;
 }
 
+}  // namespace
+
+std::string lower_ending(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+std::string read_text(const std::filesystem::path& path) {
+  return read_file(path, [](const std::string&, const std::string&) {});
+}
+
 std::string read_model_text(const std::filesystem::path& path) {
-  std::string text = read_text(path);
-  if (const std::string ending = lower_ending(path); is_mesh_ending(ending) || ending == ".dxf" || ending == ".svg")
+  std::error_code error;
+  const std::string ending = lower_ending(path);
+  if (std::filesystem::exists(path, error) && (is_mesh_ending(ending) || ending == ".dxf" || ending == ".svg"))
     throw Error(path.string() + ": is no model but something that a model imports; write import(file = \"" + path.filename().string() +
                 "\"); into a .csg file and run that");
-  if (text.starts_with("\x89HDF"))
-    throw Error(path.string() + ": is a snapshot, not a model; 'bsp2 info' tells what it holds, 'bsp2 resume' goes on with it, 'bsp2 export' writes its mesh");
-  return text;
+  return read_file(path, check_beginning_of_model);
 }
 
 }  // namespace bsp2::model

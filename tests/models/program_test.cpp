@@ -102,6 +102,7 @@ TEST_F(Program, TellsWhyAFileCannotBeRead) {
   fs::create_symlink(loop, loop);
   refused("run " + loop, loop + ": cannot be read: Too many levels of symbolic links");
   refused("run -", "-: no such file; standard input is /dev/stdin");
+  refused("run /dev/zero", "/dev/zero: is no text, so it holds no model: byte 0 is 0");
   refused("run " + source, source + ": is a pipe or a device, and OpenSCAD source has to be a file; save it as one");
   const std::string importing = model("import(\"pipe\");");
   refused("run " + importing, importing + ":1:1: import: " + pipe + " is a pipe or a device; save what it tells as a file and name that");

@@ -96,7 +96,8 @@ ModelText convert_scad(const std::filesystem::path& path);
 
 /// The whole text of a model file. @throws bsp2::Error if it is missing, a directory, not readable or empty.
 std::string read_text(const std::filesystem::path& path);
-/// The same. @throws bsp2::Error also if it is a mesh or a drawing, by its name: those are imported; or a snapshot, by its first bytes.
+/// The same. @throws bsp2::Error also if it is a mesh or a drawing, by its name: those are imported; or a snapshot,
+/// or no text at all, by its first bytes.
 std::string read_model_text(const std::filesystem::path& path);
 
 }  // namespace bsp2::model
