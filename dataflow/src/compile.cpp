@@ -151,11 +151,20 @@ class Compiler {
   }
 
   void make_shapes() {
-    shape_of_.reserve(lowered_.occurrences.size());
-    for (Occurrence<D>& occurrence : lowered_.occurrences) {
-      const Framed<D> framed = shapes_.of(*occurrence.primitive);
-      shape_of_.push_back(framed.shape);
-      occurrence.placement = occurrence.placement.after(framed.frame);
+    constexpr std::size_t at_once = 4096;  // so that few meshes are held twice
+    auto& occurrences = lowered_.occurrences;
+    shape_of_.reserve(occurrences.size());
+    std::vector<const model::Primitive*> next;
+    for (std::size_t first = 0; first < occurrences.size(); first += at_once) {
+      next.clear();
+      const auto some = std::span(occurrences).subspan(first, std::min(at_once, occurrences.size() - first));
+      for (const Occurrence<D>& occurrence : some) next.push_back(occurrence.primitive);
+      shapes_.prepare(next, options_.threads);
+      for (Occurrence<D>& occurrence : some) {
+        const Framed<D> framed = shapes_.of(*occurrence.primitive);
+        shape_of_.push_back(framed.shape);
+        occurrence.placement = occurrence.placement.after(framed.frame);
+      }
     }
   }
 

@@ -7,6 +7,7 @@
 
 #include "bsp2/dataflow/lathe_producer.hpp"
 #include "bsp2/geometry/dimensions.hpp"
+#include "bsp2/geometry/parallel.hpp"
 #include "spline_shape.hpp"
 
 namespace bsp2::dataflow {
@@ -40,6 +41,22 @@ Framed<D> Shapes<D>::of(const model::Primitive& primitive) {
   auto entry = by_node_.find(&primitive);
   if (entry == by_node_.end()) entry = by_node_.emplace(&primitive, made()).first;
   return entry->second;
+}
+
+template <int D>
+void Shapes<D>::prepare(std::span<const model::Primitive* const> primitives, unsigned threads) {
+  prepared_.clear();
+  std::vector<std::pair<const model::TriangleMesh*, std::shared_ptr<MeshShape>*>> meshes;  // elements of a map keep their place
+  for (const model::Primitive* primitive : primitives) {
+    const auto* mesh = std::get_if<model::TriangleMesh>(primitive);
+    if (mesh == nullptr || by_node_.contains(primitive)) continue;
+    const auto [place, is_new] = prepared_.try_emplace(mesh);
+    if (is_new) meshes.emplace_back(mesh, &place->second);
+  }
+  constexpr std::size_t grain = 8;
+  geometry::for_each_range(meshes.size(), grain, threads, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) *meshes[i].second = std::make_shared<MeshShape>(*meshes[i].first);
+  });
 }
 
 template <int D>
@@ -104,7 +121,8 @@ Framed<D> Shapes<D>::make(const model::TriangleMesh& mesh) {
     throw std::logic_error("a triangle mesh is three-dimensional");
   } else {
     Shape<D> shape;
-    auto normalized = std::make_shared<MeshShape>(mesh);
+    const auto prepared = prepared_.find(&mesh);
+    auto normalized = prepared == prepared_.end() ? std::make_shared<MeshShape>(mesh) : std::move(prepared->second);
     add_covectors(shape, normalized->covectors);
     normalized->covectors.clear();
     normalized->covectors.shrink_to_fit();
@@ -218,17 +236,10 @@ Framed<D> Shapes<D>::make(const model::Polytope& polytope) {
 }
 
 template <int D>
-Framed<D> Shapes<D>::make(const model::Spline& spline) {
+template <typename Surface>
+Framed<D> Shapes<D>::make_patches(const Surface& surface, const Surface* Shape<D>::*of) {
   Shape<D> shape;
-  shape.spline = &spline;
-  shape.bounds = bounds_of<D>(spline);
-  return {add(std::move(shape)), {}};
-}
-
-template <int D>
-Framed<D> Shapes<D>::make(const model::SubdivisionSurface& surface) {
-  Shape<D> shape;
-  shape.subdivision = &surface;
+  shape.*of = &surface;
   shape.bounds = bounds_of<D>(surface);
   return {add(std::move(shape)), {}};
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -52,6 +53,8 @@ class Shapes {
  public:
   /// What a primitive is made of.
   Framed<D> of(const model::Primitive& primitive);
+  /// Works out the meshes among primitives that `of` will be asked for next, on several threads: they take longest.
+  void prepare(std::span<const model::Primitive* const> primitives, unsigned threads);
   [[nodiscard]] const Shape<D>& operator[](std::uint32_t shape) const { return shapes_[shape]; }
   [[nodiscard]] const std::vector<geometry::Covector<D>>& covectors() const { return covectors_; }
 
@@ -59,6 +62,7 @@ class Shapes {
   std::vector<geometry::Covector<D>> covectors_;
   std::vector<Shape<D>> shapes_;
   std::unordered_map<const model::Primitive*, Framed<D>> by_node_;
+  std::unordered_map<const model::TriangleMesh*, std::shared_ptr<MeshShape>> prepared_;
   std::map<std::vector<double>, std::uint32_t> known_;  // lathes by sides and normalized rings, regular polygons by sides
   std::optional<std::uint32_t> box_;                    // the shape of all cuboids
 
@@ -72,9 +76,12 @@ class Shapes {
   Framed<D> make(const model::Round& round);
   Framed<D> make(const model::Torus& torus);
   Framed<D> make(const model::Polytope& polytope);
-  Framed<D> make(const model::Spline& spline);
-  Framed<D> make(const model::SubdivisionSurface& surface);
+  Framed<D> make(const model::Spline& spline) { return make_patches(spline, &Shape<D>::spline); }
+  Framed<D> make(const model::SubdivisionSurface& surface) { return make_patches(surface, &Shape<D>::subdivision); }
   Framed<D> make(const model::Preimage& preimage);
+  /// @param of the field of a shape that holds the surface.
+  template <typename Surface>
+  Framed<D> make_patches(const Surface& surface, const Surface* Shape<D>::*of);
 };
 
 }  // namespace bsp2::dataflow

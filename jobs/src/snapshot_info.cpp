@@ -43,8 +43,10 @@ void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
   line("IN cells", fmt::format("{} finished, volume {:.12g}{}", head.in_cells, head.in_volume, tokens > 0 ? "; others are held beside what is undecided" : ""));
   if (head.keep_out) line("OUT cells", fmt::format("{} finished", head.out_cells));
   line("undecided", fmt::format("{} cells", tokens));
-  line("digest", head.digest + (head.complete && tokens == 0 ? "" : " (of the finished cells)"));
-  line("state", head.complete ? "complete" : "unfinished; go on with 'bsp2 resume'");
+  if (head.in_cells > 0 || tokens == 0) line("digest", head.digest + (head.complete && tokens == 0 ? "" : " (of the finished cells)"));
+  line("state", !head.complete ? "unfinished; go on with 'bsp2 resume'"
+                : tokens > 0   ? "complete; 'bsp2 resume' tells volumes and digest of all cells"
+                               : "complete");
 }
 
 }  // namespace bsp2::jobs
