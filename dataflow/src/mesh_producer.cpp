@@ -120,8 +120,9 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& 
   const std::size_t begin = out.size();
   out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
   out.resize(begin + header, 0);
+  const std::vector<Side> sides = sides_of(cell.cell());
   for_each_facet(leaf, [&](Word facet) {
-    if (may_meet(mesh_.facets[facet], cell)) out.push_back(facet);
+    if (may_meet(mesh_.facets[facet], cell, sides)) out.push_back(facet);
   });
   std::optional<Reference> reference = reference_of(leaf);
   if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
@@ -134,8 +135,17 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& 
   return Label::fuzzy;
 }
 
+std::vector<MeshProducer::Side> MeshProducer::sides_of(const geometry::Cell<3>& cell) const {
+  std::vector<Side> sides(cell.facet_count());
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const OrientedHyperplane plane = cell.facet_hyperplane(i);
+    sides[i] = {network_.table.rounded(plane.id()), plane.id(), plane.flipped()};
+  }
+  return sides;
+}
+
 /// False only where the facet certainly has no point inside the cell.
-bool MeshProducer::may_meet(const Mesh::Facet& facet, CellView<3>& cell) const {
+bool MeshProducer::may_meet(const Mesh::Facet& facet, CellView<3>& cell, std::span<const Side> sides) const {
   const CellExtent<3>& extent = cell.extent();
   const Point *a = &mesh_.points[facet.corners[0]], *b = &mesh_.points[facet.corners[1]], *c = &mesh_.points[facet.corners[2]];
   for (int i = 0; i < 3; ++i) {
@@ -146,23 +156,23 @@ bool MeshProducer::may_meet(const Mesh::Facet& facet, CellView<3>& cell) const {
   if (extent.position(h) != Position::crossing) return false;
   if (cell.quick()) return true;
   if (!cell.crosses(facet.plane.id())) return false;
-  for (std::size_t side = 0; side < cell.cell().facet_count(); ++side) {
-    const OrientedHyperplane plane = cell.cell().facet_hyperplane(side);
-    if (corner_side(facet.corners[0], plane) >= 0 && corner_side(facet.corners[1], plane) >= 0 &&
-        corner_side(facet.corners[2], plane) >= 0)
-      return false;
-  }
-  return true;
+  return std::none_of(sides.begin(), sides.end(), [&](const Side& side) {
+    return std::all_of(facet.corners.begin(), facet.corners.end(), [&](std::uint32_t corner) { return is_beyond(corner, side); });
+  });
 }
 
-/// Side of a mesh point; -1 also where it is uncertain. A point lies on the hyperplanes of the facets around it.
-int MeshProducer::corner_side(std::uint32_t corner, OrientedHyperplane plane) const {
-  const auto h = network_.table.rounded(plane.id());
-  const double value = plane.flipped() ? -h.at(mesh_.points[corner]) : h.at(mesh_.points[corner]);
-  const double bound = h.error + 2 * mesh_.error;
-  if (value > bound) return 1;
+/// Whether a mesh point is certainly outside the cell there, or on that hyperplane.
+bool MeshProducer::is_beyond(std::uint32_t corner, const Side& side) const {
+  const double value = side.flipped ? -side.rounded.at(mesh_.points[corner]) : side.rounded.at(mesh_.points[corner]);
+  return value > side.rounded.error + 2 * mesh_.error || is_on(corner, side.id, value, side.rounded.error);
+}
+
+/// Whether a mesh point is known to be on a hyperplane, that of a facet around it. @param value the hyperplane's at the rounded point.
+bool MeshProducer::is_on(std::uint32_t corner, HyperplaneId id, double value, double error) const {
+  const double moved = network_.coincidence * network_.table.width();  // by merging, at most
+  if (std::fabs(value) > error + 2 * (mesh_.error + moved)) return false;
   const auto first = mesh_.incident.begin() + mesh_.incident_offset[corner], last = mesh_.incident.begin() + mesh_.incident_offset[corner + 1];
-  return std::binary_search(first, last, plane.id()) ? 0 : -1;
+  return std::binary_search(first, last, id);
 }
 
 bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) const {
@@ -357,32 +367,41 @@ std::optional<HyperplaneId> MeshProducer::median(const Word* leaf, CellView<3>& 
   return std::nullopt;
 }
 
+/// The plane of a facet that parts few others and leaves as many on either side.
 HyperplaneId MeshProducer::best_plane(const Word* leaf) const {
   std::vector<Word> facets;
   for_each_facet(leaf, [&](Word facet) { facets.push_back(facet); });
   if (facets.size() > many_facets) facets.resize(many_facets);
+  std::vector<std::uint32_t> corners;  // each once: neighbours share them
+  for (const Word facet : facets) corners.insert(corners.end(), mesh_.facets[facet].corners.begin(), mesh_.facets[facet].corners.end());
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  std::vector<std::array<std::size_t, 3>> corners_of(facets.size());
+  for (std::size_t i = 0; i < facets.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      corners_of[i][k] = static_cast<std::size_t>(std::lower_bound(corners.begin(), corners.end(), mesh_.facets[facets[i]].corners[k]) - corners.begin());
+  constexpr unsigned low = 1, high = 2, both = low | high;
+  std::vector<unsigned> sides(corners.size());
   HyperplaneId best = 0;
   long best_cost = -1;
   for (const Word candidate : facets) {
-    const OrientedHyperplane plane = mesh_.facets[candidate].plane;
-    const auto h = network_.table.rounded(plane.id());
+    const HyperplaneId id = mesh_.facets[candidate].plane.id();
+    const auto h = network_.table.rounded(id);
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const double value = h.at(mesh_.points[corners[k]]);
+      sides[k] = is_on(corners[k], id, value, h.error) ? 0 : value < 0 ? low : high;
+    }
     long cut = 0, negative = 0, positive = 0;
-    for (const Word other : facets) {
-      int low = 0, high = 0;
-      for (const std::uint32_t corner : mesh_.facets[other].corners) {
-        const double value = h.at(mesh_.points[corner]);
-        const auto first = mesh_.incident.begin() + mesh_.incident_offset[corner], last = mesh_.incident.begin() + mesh_.incident_offset[corner + 1];
-        if (std::binary_search(first, last, plane.id())) continue;
-        (value < 0 ? low : high) = 1;
-      }
-      cut += low & high;
-      negative += low;
-      positive += high;
+    for (const auto& [a, b, c] : corners_of) {
+      const unsigned side = sides[a] | sides[b] | sides[c];
+      cut += side == both ? 1 : 0;
+      negative += (side & low) != 0 ? 1 : 0;
+      positive += (side & high) != 0 ? 1 : 0;
     }
     const long cost = 4 * cut + std::labs(negative - positive) + 1;
     if (best_cost < 0 || cost < best_cost) {
       best_cost = cost;
-      best = plane.id();
+      best = id;
     }
   }
   return best;

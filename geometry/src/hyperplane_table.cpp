@@ -137,6 +137,36 @@ std::optional<Hyperplane<D>> HyperplaneTable<D>::round(const typename AffineMap<
 }
 
 template <int D>
+std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(HyperplaneId id) const {
+  constexpr long double unit_roundoff = 0x1p-64L;
+  Refined result{};
+  if (id >= first_axis_id) {
+    const Hyperplane<D> h = axis_rounded(id);
+    std::copy(h.normal.begin(), h.normal.end(), result.normal.begin());
+    result.offset = h.offset;
+    result.error = 2 * unit_roundoff * radius_;  // of the one subtraction
+    return result;
+  }
+  if (id >= sources_.size()) return std::nullopt;
+  const AffineMap<D>& map = maps_[sources_[id].map];
+  const auto world = map.map_rounded(covectors_[sources_[id].covector].rounded, map.rounding());
+  long double square = 0, normal_error = 0;
+  for (int i = 0; i < D; ++i) {
+    square += world.value[i] * world.value[i];
+    normal_error = std::max(normal_error, world.error[i]);
+  }
+  const long double length = std::sqrt(square);
+  if (!(normal_error < length * 0x1p-50L)) return std::nullopt;
+  for (int i = 0; i < D; ++i) result.normal[i] = world.value[i] / length;
+  result.offset = world.value[D] / length * grid_unit_;
+  // That the length is rounded makes it another multiple of the same hyperplane. Then as in `round`.
+  const long double size = std::fabs(result.offset), reach = D * static_cast<long double>(radius_);
+  result.error = reach * (2 * normal_error / length + 2 * unit_roundoff) + 2 * world.error[D] / length * grid_unit_ + 4 * unit_roundoff * size +
+                 (D + 2) * unit_roundoff * (reach + size);
+  return result;
+}
+
+template <int D>
 Hyperplane<D> HyperplaneTable<D>::round_exactly(const ExactCovector<D>& world) const {
   long top = 0;
   for (int i = 0; i < D; ++i)

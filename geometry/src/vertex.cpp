@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <optional>
 
 #include "bsp2/geometry/cell.hpp"
 #include "bsp2/geometry/dimensions.hpp"
@@ -13,16 +14,42 @@
 namespace bsp2::geometry {
 namespace {
 
-template <int D>
-Vertex<D> exact_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids) {
-  std::array<ExactCovector<D>, D> rows;
-  for (int i = 0; i < D; ++i) rows[i] = table.exact(ids[i]);
-  const auto point = meeting_point<D>(rows);
+/// @param point in homogeneous coordinates, in the table's grid units.
+template <int D, typename Integer>
+Vertex<D> rounded_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids, const std::array<Integer, D + 1>& point) {
   Vertex<D> vertex{{}, 8 * D * 0x1p-53 * table.radius(), ids};
-  const auto top = static_cast<long>(mp::msb(ExactInteger<D>(mp::abs(point[D]))));
+  const auto top = static_cast<long>(mp::msb(Integer(mp::abs(point[D]))));
   const double weight = scaled_to_double(point[D], top);
   for (int i = 0; i < D; ++i) vertex.x[i] = scaled_to_double(point[i], top - table.grid_exponent()) / weight;
   return vertex;
+}
+
+/// The primitive that all of these hyperplanes are of, as those of a finely faceted surface: the map that places it.
+template <int D>
+std::optional<std::uint32_t> common_map(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids) {
+  const auto* first = table.source(ids[0]);
+  for (const HyperplaneId id : ids) {
+    const auto* source = table.source(id);
+    if (source == nullptr || source->map != first->map) return std::nullopt;
+  }
+  return first->map;
+}
+
+/// Hyperplanes of one primitive meet in its own frame, where the numbers are a third as long, and its map takes the point to the model.
+template <int D>
+Vertex<D> exact_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids) {
+  if (const auto map = common_map<D>(table, ids)) {
+    using Integer = FixedInteger<896>;  // minors of D rows of 216 bits, or 114 above D = 3, times entries of 122
+    std::array<std::array<Integer, D + 1>, D> rows;
+    for (int i = 0; i < D; ++i) {
+      const auto& covector = table.covector(table.source(ids[i])->covector).exact;
+      for (int j = 0; j <= D; ++j) rows[i][j] = Integer(covector[j]);
+    }
+    return rounded_vertex<D>(table, ids, table.map(*map).image(meeting_point<D>(rows)));
+  }
+  std::array<ExactCovector<D>, D> rows;
+  for (int i = 0; i < D; ++i) rows[i] = table.exact(ids[i]);
+  return rounded_vertex<D>(table, ids, meeting_point<D>(rows));
 }
 
 /// The rounded meeting point and its error bound.
@@ -86,6 +113,9 @@ struct Meetings {
 constexpr double least_size = 0x1p-24;
 
 [[gnu::always_inline]] inline void make_positive(double& value) {
+  value = std::fabs(value);
+}
+[[gnu::always_inline]] inline void make_positive(long double& value) {
   value = std::fabs(value);
 }
 [[gnu::always_inline]] inline void make_positive(Lanes& values) {
@@ -155,6 +185,31 @@ bool solve_by_cross_products(const std::array<Hyperplane<3>, 3>& h, Vertex<3>& v
   return at.size >= least_size;
 }
 
+/// In long double, in which cross products and the determinant are off by less than 2^-60: for planes that are nearly parallel.
+bool solve_by_refined_planes(const HyperplaneTable<3>& table, const std::array<HyperplaneId, 3>& ids, Vertex<3>& vertex) {
+  constexpr long double least_size_refined = 0x1p-34L;
+  std::array<Planes<long double>, 3> planes;
+  for (int i = 0; i < 3; ++i) {
+    const auto refined = table.refined(ids[i]);
+    if (!refined) return false;
+    planes[i] = {refined->normal, refined->offset, refined->error};
+  }
+  Meetings<long double> at;
+  meet(planes[0], planes[1], planes[2], at);
+  for (int i = 0; i < 3; ++i) vertex.x[i] = static_cast<double>(at.x[i]);
+  vertex.error = static_cast<double>(at.error) * (1 + 0x1p-50) + 4 * 0x1p-53 * table.radius();
+  vertex.hyperplanes = ids;
+  return at.size >= least_size_refined && vertex.error < largest_vertex_error * table.radius();
+}
+
+/// Where doubles do not tell well enough.
+Vertex<3> careful_vertex(const HyperplaneTable<3>& table, const std::array<HyperplaneId, 3>& ids, std::uint64_t& exact_evaluations) {
+  Vertex<3> vertex;
+  if (solve_by_refined_planes(table, ids, vertex)) return vertex;
+  ++exact_evaluations;
+  return exact_vertex<3>(table, ids);
+}
+
 /// Columns become rows.
 [[gnu::always_inline]] inline void transpose(std::array<Lanes, 4>& m) {
   const Lanes a = __builtin_shufflevector(m[0], m[1], 0, 4, 2, 6), b = __builtin_shufflevector(m[0], m[1], 1, 5, 3, 7);
@@ -200,6 +255,7 @@ Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<Hyperpla
   else
     solved = solve_by_elimination<D>(h, vertex);
   if (solved && vertex.error < largest_vertex_error * table.radius()) return vertex;
+  if constexpr (D == 3) return careful_vertex(table, ids, exact_evaluations);
   ++exact_evaluations;
   return exact_vertex<D>(table, ids);
 }
@@ -231,8 +287,7 @@ BSP2_VECTOR_CLONES void make_vertices_in_space(const HyperplaneTable<3>& table, 
       Vertex<3>& vertex = vertices[done + lane];
       vertex.hyperplanes = {edges[done + lane][0], edges[done + lane][1], id};
       if (at.size[lane] >= least_size && vertex.error < largest_error) continue;
-      ++exact_evaluations;
-      vertex = exact_vertex<3>(table, vertex.hyperplanes);
+      vertex = careful_vertex(table, vertex.hyperplanes, exact_evaluations);
     }
   }
 }

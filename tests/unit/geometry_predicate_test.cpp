@@ -100,7 +100,25 @@ void check_vertices(const Model<D>& model, Random& random, int tuples, int other
   }
 }
 
-/// The rounded copies, at random points of the root cell and at its corners.
+/// A refined copy at a point, beside the exact value over the exact length of the normal.
+template <int D>
+void check_refined(const Model<D>& model, HyperplaneId id, const std::array<double, D>& x) {
+  const auto refined = model.table.refined(id);
+  if (!refined) return;
+  ASSERT_LE(refined->error, static_cast<long double>(model.table.rounded(id).error));
+  long double value = refined->offset;
+  oracle::Real square = 0;
+  for (int i = 0; i < D; ++i) {
+    value += refined->normal[i] * x[i];
+    square += oracle::Real(refined->normal[i]) * refined->normal[i];
+  }
+  ASSERT_LE(abs(square - 1), oracle::Real(0x1p-60)) << "hyperplane " << id;
+  const auto exact = model.plane(id);
+  const oracle::Real truth = oracle::real(exact.at(oracle::point<D>(x))) / exact.length();
+  ASSERT_LE(abs(oracle::Real(value) - truth), oracle::Real(refined->error)) << "hyperplane " << id;
+}
+
+/// The rounded and the refined copies, at random points of the root cell and at its corners.
 template <int D>
 void check_rounded(const Model<D>& model, Random& random, int points) {
   const auto value = [&](int axis, double share) {
@@ -116,6 +134,8 @@ void check_rounded(const Model<D>& model, Random& random, int points) {
         x[axis] = value(axis, i % 2 == 0 ? uniform(random, 0, 1) : static_cast<double>(pick(random, 0, 1)));
       const oracle::Real truth = oracle::real(exact.at(oracle::point<D>(x))) / length;
       ASSERT_LE(abs(oracle::Real(rounded.at(x)) - truth), oracle::Real(rounded.error)) << "hyperplane " << id;
+      check_refined<D>(model, id, x);
+      if (testing::Test::HasFatalFailure()) return;
     }
   }
 }

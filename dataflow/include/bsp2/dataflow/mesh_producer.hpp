@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "bsp2/dataflow/network.hpp"
 #include "bsp2/dataflow/process.hpp"
@@ -32,6 +34,12 @@ class MeshProducer {
     Point point;
     std::int32_t winding;
   };
+  /// A facet of a cell.
+  struct Side {
+    geometry::Hyperplane<3> rounded;
+    geometry::HyperplaneId id;
+    bool flipped;  ///< the cell is where `rounded` is positive
+  };
   static constexpr std::size_t at_flag = Program::header, at_point = at_flag + 1, at_winding = at_point + 6, header = at_winding + 1;
   const Network<3>& network_;
   const Producer<3>& producer_;
@@ -40,8 +48,10 @@ class MeshProducer {
   /// The facets of a leaf's state: all of the mesh if it is whole.
   template <typename Visit>
   void for_each_facet(const Word* leaf, Visit&& visit) const;
-  [[nodiscard]] bool may_meet(const Mesh::Facet& facet, CellView<3>& cell) const;
-  [[nodiscard]] int corner_side(std::uint32_t corner, geometry::OrientedHyperplane plane) const;
+  [[nodiscard]] std::vector<Side> sides_of(const geometry::Cell<3>& cell) const;
+  [[nodiscard]] bool may_meet(const Mesh::Facet& facet, CellView<3>& cell, std::span<const Side> sides) const;
+  [[nodiscard]] bool is_beyond(std::uint32_t corner, const Side& side) const;
+  [[nodiscard]] bool is_on(std::uint32_t corner, geometry::HyperplaneId id, double value, double error) const;
   [[nodiscard]] bool is_inside(const Point& point, const geometry::Cell<3>& cell) const;
   [[nodiscard]] std::optional<Reference> reference_of(const Word* leaf) const;
   [[nodiscard]] std::optional<std::int32_t> winding_at(const Point& point, const Reference& from, const Word* leaf) const;

@@ -52,6 +52,18 @@ class AffineMap {
     return point;
   }
 
+  /// The image of a point in homogeneous coordinates, the weight last, exactly: in units of 2^grid_exponent.
+  /// @pre the integers hold 125 bits more than the point's.
+  template <typename Integer>
+  [[nodiscard]] std::array<Integer, D + 1> image(const std::array<Integer, D + 1>& p) const {
+    std::array<Integer, D + 1> point;
+    for (int i = 0; i < D; ++i)
+      for (int j = 0; j <= D; ++j)
+        if (entries_[i][j] != 0) point[i] += Integer(entries_[i][j]) * p[j];
+    point[D] = p[D];
+    return point;
+  }
+
   /// The covector in the model's frame in long double, and a bound of each coefficient's error.
   struct Rounded {
     std::array<long double, D + 1> value, error;

@@ -70,6 +70,13 @@ class HyperplaneTable {
   }
   /// The rounded hyperplanes of primitives, by id.
   [[nodiscard]] std::span<const Hyperplane<D>> rounded() const { return hyperplanes_; }
+  /// A hyperplane of a primitive or across an axis with up to eleven bits more, for where it meets others that are nearly parallel.
+  struct Refined {
+    std::array<long double, D> normal;
+    long double offset, error;  ///< error: as that of Hyperplane, where values are computed in long double
+  };
+  /// Nothing for hyperplanes of families, and where coefficients cancelled too much.
+  [[nodiscard]] std::optional<Refined> refined(HyperplaneId id) const;
   [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
   /// Where a hyperplane comes from: the covector in a primitive's frame, which primitives of one shape share, and the map that places it.
   /// Hyperplanes of one map lie in the model as their covectors do in the frame: maps keep sides and meeting points.
