@@ -170,7 +170,7 @@ bool MeshProducer::is_beyond(std::uint32_t corner, const Side& side) const {
 /// Whether a mesh point is known to be on a hyperplane, that of a facet around it. @param value the hyperplane's at the rounded point.
 bool MeshProducer::is_on(std::uint32_t corner, HyperplaneId id, double value, double error) const {
   const double moved = network_.coincidence * network_.table.width();  // by merging, at most
-  if (std::fabs(value) > error + 2 * (mesh_.error + moved)) return false;
+  if (std::fabs(value) > error + 4 * (mesh_.error + moved)) return false;  // the mesh may reach far beyond the model, where values are rounded more
   const auto first = mesh_.incident.begin() + mesh_.incident_offset[corner], last = mesh_.incident.begin() + mesh_.incident_offset[corner + 1];
   return std::binary_search(first, last, id);
 }
