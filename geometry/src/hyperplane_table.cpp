@@ -5,6 +5,7 @@
 #include <iterator>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/parallel.hpp"
@@ -21,6 +22,17 @@ int exponent_above(double x) {
   int e = 0;
   std::frexp(x, &e);
   return e;
+}
+
+/// The length of a covector's normal, and the largest error of its coefficients.
+template <int D>
+std::pair<long double, long double> length_of_normal(const typename AffineMap<D>::Rounded& world) {
+  long double square = 0, error = 0;
+  for (int i = 0; i < D; ++i) {
+    square += world.value[i] * world.value[i];
+    error = std::max(error, world.error[i]);
+  }
+  return {std::sqrt(square), error};
 }
 
 }  // namespace
@@ -116,12 +128,7 @@ void HyperplaneTable<D>::round_occurrences(unsigned threads) {
 /// Nothing if the coefficients cancelled too much.
 template <int D>
 std::optional<Hyperplane<D>> HyperplaneTable<D>::round(const typename AffineMap<D>::Rounded& world) const {
-  long double square = 0, normal_error = 0;
-  for (int i = 0; i < D; ++i) {
-    square += world.value[i] * world.value[i];
-    normal_error = std::max(normal_error, world.error[i]);
-  }
-  const long double length = std::sqrt(square);
+  const auto [length, normal_error] = length_of_normal<D>(world);
   if (!(normal_error * D < length * 0x1p-50L)) return std::nullopt;
   Hyperplane<D> result;
   for (int i = 0; i < D; ++i) result.normal[i] = static_cast<double>(world.value[i] / length);
@@ -150,12 +157,7 @@ std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(
   if (id >= sources_.size()) return std::nullopt;
   const AffineMap<D>& map = maps_[sources_[id].map];
   const auto world = map.map_rounded(covectors_[sources_[id].covector].rounded, map.rounding());
-  long double square = 0, normal_error = 0;
-  for (int i = 0; i < D; ++i) {
-    square += world.value[i] * world.value[i];
-    normal_error = std::max(normal_error, world.error[i]);
-  }
-  const long double length = std::sqrt(square);
+  const auto [length, normal_error] = length_of_normal<D>(world);
   if (!(normal_error < length * 0x1p-50L)) return std::nullopt;
   for (int i = 0; i < D; ++i) result.normal[i] = world.value[i] / length;
   result.offset = world.value[D] / length * grid_unit_;
