@@ -89,6 +89,8 @@ class Worker {
   Outcome<D> suspend(Join<D>& join);
   std::int64_t settle(Outcome<D>& outcome, std::uint32_t region);
   std::int64_t emit(Outcome<D>& outcome, std::uint32_t region);
+  void write(const Outcome<D>& outcome, std::uint32_t region);
+  [[nodiscard]] std::int32_t source_part(const Outcome<D>& outcome) const;
   void count(const Outcome<D>& outcome, const geometry::Moments<D>& moments);
   void flush();
   void count_decided(std::uint16_t level);
@@ -104,13 +106,14 @@ class Worker {
 template <int D>
 class Crew {
  public:
-  Crew(const Network<D>& network_, const EvaluateOptions& options_)
-      : network(network_), options(options_), codes(std::max(1u, options_.threads)) {
+  Crew(const Network<D>& network_, const EvaluateOptions& options_, bool writes_cells_)
+      : network(network_), options(options_), writes_cells(writes_cells_), codes(std::max(1u, options_.threads)) {
     for (std::uint32_t i = 0; i < std::max(1u, options.threads); ++i) workers.push_back(std::make_unique<Worker<D>>(*this, i));
   }
 
   const Network<D>& network;
   const EvaluateOptions& options;
+  const bool writes_cells;  // to batches, for the consumers
   const TreeCodes codes;
   std::vector<std::unique_ptr<Worker<D>>> workers;
   BoundedQueue<std::shared_ptr<const Refinement>> queue{32};  // as many again may be on their way to the consumers

@@ -1,29 +1,110 @@
 #include <xxhash.h>
 
 #include <cstdio>
+#include <set>
+#include <span>
+#include <vector>
 
 #include "bsp2/dataflow/evaluate.hpp"
+#include "bsp2/geometry/dimensions.hpp"
 
 namespace bsp2::dataflow {
+namespace {
+
+using geometry::Cell;
+
+constexpr std::uint64_t multiplier = 0x9e3779b97f4a7c15u;
+
+/// A number for a corner whose sum over corners stands for their set.
+constexpr std::uint64_t mixed(std::uint64_t corner) {  // as splitmix64 does
+  std::uint64_t x = (corner + 1) * multiplier;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+constexpr auto mixed_corners = [] {
+  std::array<std::uint64_t, 256> table{};
+  for (std::size_t corner = 0; corner < table.size(); ++corner) table[corner] = mixed(corner);
+  return table;
+}();
+
+std::uint64_t key_of(std::uint16_t corner) {
+  return corner < mixed_corners.size() ? mixed_corners[corner] : mixed(corner);
+}
+
+template <int D>
+void collect_corners(const Cell<D>& cell, int k, std::size_t face, std::set<std::uint16_t>& corners) {
+  for (const std::uint16_t sub : cell.subfaces(k, face)) {
+    if (k == 1)
+      corners.insert(sub);
+    else
+      collect_corners(cell, k - 1, sub, corners);
+  }
+}
+
+/// The sum of the keys of a facet's corners, twice: around a facet in space, each corner ends two edges.
+template <int D>
+std::uint64_t twice_the_corners(const Cell<D>& cell, std::size_t facet) {
+  std::uint64_t sum = 0;
+  if constexpr (D == 1) {
+    sum = 2 * key_of(static_cast<std::uint16_t>(facet));
+  } else if constexpr (D == 3) {
+    const std::uint16_t* const ends = cell.subfaces(1, 0).data();  // two of each edge
+    for (const std::uint16_t edge : cell.subfaces(2, facet)) sum += key_of(ends[2 * edge]) + key_of(ends[2 * edge + 1]);
+  } else {
+    std::set<std::uint16_t> corners;
+    collect_corners(cell, D - 1, facet, corners);
+    for (const std::uint16_t corner : corners) sum += 2 * key_of(corner);
+  }
+  return sum;
+}
+
+/// Puts what a cell's hash is made of together, facet by facet.
+class CellHash {
+ public:
+  void add_facet(std::uint64_t twice_the_corners) {
+    facets_ = facets_ * multiplier + twice_the_corners;
+    ++facet_count_;
+  }
+  [[nodiscard]] Digest digest(std::span<const double> points, geometry::Label label, std::int32_t part, std::uint16_t level) const {
+    const std::array<std::uint64_t, 4> head{points.size() | std::uint64_t{facet_count_} << 32,
+                                            static_cast<std::uint64_t>(label) | std::uint64_t{level} << 8 | std::uint64_t{static_cast<std::uint32_t>(part)} << 32,
+                                            XXH3_64bits(points.data(), points.size_bytes()), facets_};
+    const XXH128_hash_t hash = XXH3_128bits(head.data(), sizeof head);
+    Digest one;
+    one.words = {hash.low64, hash.high64};
+    return one;
+  }
+
+ private:
+  std::uint64_t facets_ = 0;
+  std::uint32_t facet_count_ = 0;
+};
+
+}  // namespace
 
 void Digest::add(const geometry::CellBatch& batch, std::size_t cell) {
-  const auto points = batch.cell_points(cell);
-  const std::uint32_t first_facet = batch.facet_offset[cell], last_facet = batch.facet_offset[cell + 1];
-  const std::uint32_t first_vertex = batch.facet_vertex_offset[first_facet], last_vertex = batch.facet_vertex_offset[last_facet];
-  std::uint64_t corners = 0;  // of each facet
-  for (std::uint32_t facet = first_facet; facet < last_facet; ++facet)
-    corners = corners * 0x9e3779b97f4a7c15u + batch.facet_vertex_offset[facet + 1] - batch.facet_vertex_offset[facet];
-  const std::array<std::uint64_t, 6> head{
-      points.size() | std::uint64_t{last_facet - first_facet} << 32,
-      static_cast<std::uint64_t>(batch.label[cell]) | std::uint64_t{batch.level[cell]} << 8,
-      static_cast<std::uint32_t>(batch.part[cell]),
-      XXH3_64bits(points.data(), points.size_bytes()),
-      XXH3_64bits(batch.facet_vertices.data() + first_vertex, (last_vertex - first_vertex) * sizeof(std::uint16_t)),
-      corners};
-  const XXH128_hash_t hash = XXH3_128bits(head.data(), sizeof head);
-  Digest one;
-  one.words = {hash.low64, hash.high64};
-  *this += one;
+  CellHash hash;
+  for (std::uint32_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet) {
+    std::uint64_t sum = 0;
+    for (const std::uint16_t corner : batch.vertices_of_facet(facet)) sum += 2 * key_of(corner);
+    hash.add_facet(sum);
+  }
+  *this += hash.digest(batch.cell_points(cell), batch.label[cell], batch.part[cell], batch.level[cell]);
+}
+
+template <int D>
+void Digest::add(const Cell<D>& cell, geometry::Label label, std::int32_t part, std::uint16_t level) {
+  CellHash hash;
+  const std::size_t facets = D == 1 ? 2 : cell.facet_count();
+  for (std::size_t facet = 0; facet < facets; ++facet) hash.add_facet(twice_the_corners(cell, facet));
+  thread_local std::vector<double> points;  // one after the other, as in a batch
+  points.resize(cell.vertices().size() * D);
+  double* next = points.data();
+  for (const auto& vertex : cell.vertices())
+    for (const double x : vertex.x) *next++ = x;
+  *this += hash.digest(points, label, part, level);
 }
 
 Digest& Digest::operator+=(const Digest& other) {
@@ -37,5 +118,9 @@ std::string Digest::hex() const {
   std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(words[1]), static_cast<unsigned long long>(words[0]));
   return text.data();
 }
+
+#define BSP2_INSTANTIATE(D) template void Digest::add<D>(const geometry::Cell<D>&, geometry::Label, std::int32_t, std::uint16_t);
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
 
 }  // namespace bsp2::dataflow

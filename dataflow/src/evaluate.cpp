@@ -122,7 +122,7 @@ void deal(Crew<D>& crew, std::vector<Region<D>> regions) {
 template <int D>
 Evaluation<D> run_crew(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
                        std::span<Consumer* const> consumers, bool refine) {
-  Crew<D> crew(network, options);
+  Crew<D> crew(network, options, std::any_of(consumers.begin(), consumers.end(), [](const Consumer* consumer) { return consumer->takes_cells(); }));
   crew.stop = !refine;
   deal(crew, std::move(regions));
   crew.running = static_cast<unsigned>(crew.workers.size());

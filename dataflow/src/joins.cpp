@@ -192,10 +192,27 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   const EvaluateOptions& options = crew_.options;
   const bool kept = outcome.label == Label::in ? options.keep_in : outcome.label == Label::fuzzy ? options.keep_fuzzy : options.keep_out;
   if (outcome.label == Label::out && !kept) return 0;
-  if (!kept) {
+  if (kept && crew_.writes_cells) {
+    write(outcome, region);
+  } else {
     count(outcome, writer_.measure(outcome.cell));
-    return 0;
+    if (kept) totals.digest.add(outcome.cell, outcome.label, source_part(outcome), outcome.level);
   }
+  if (!kept) return 0;
+  const std::uint64_t number = emitted++;
+  decided_cells.store(emitted, std::memory_order_relaxed);
+  return crew_.codes.cell(index, number);
+}
+
+/// The part of a cell as the consumers know it.
+template <int D>
+std::int32_t Worker<D>::source_part(const Outcome<D>& outcome) const {
+  return outcome.part >= 0 ? crew_.network.producers[outcome.part].part : outcome.part;
+}
+
+/// Counts a cell, and adds it to the batch at hand.
+template <int D>
+void Worker<D>::write(const Outcome<D>& outcome, std::uint32_t region) {
   if (batch_ == nullptr) {
     batch_ = std::make_shared<Refinement>();
     batch_->worker = index;
@@ -204,14 +221,11 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   CellBatch& cells = batch_->cells;
   count(outcome, writer_.append(outcome.cell, cells));
   cells.label.push_back(outcome.label);
-  cells.part.push_back(outcome.part >= 0 ? crew_.network.producers[outcome.part].part : outcome.part);
+  cells.part.push_back(source_part(outcome));
   cells.region.push_back(crew_.region_numbers[region]);
   cells.level.push_back(outcome.level);
   totals.digest.add(cells, cells.size() - 1);
-  const std::uint64_t number = emitted++;
-  decided_cells.store(emitted, std::memory_order_relaxed);
   if (cells.size() >= cells_per_batch) flush();
-  return crew_.codes.cell(index, number);
 }
 
 template <int D>

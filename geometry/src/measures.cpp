@@ -315,8 +315,30 @@ void CellWriter<D>::turn_doubtful_facets() {
   }
 }
 
+/// The facets that miss the first vertex in triangles: a fan over each, whose edges may come in any order.
 template <int D>
-Moments<D> CellWriter<D>::measure_ordered(const Cell<D>& cell) {
+void CellWriter<D>::cut_into_triangles(const Cell<D>& cell) {
+  const std::uint16_t* const ends = cell.subfaces(1, 0).data();  // two of each edge
+  triangles_.resize(std::max(triangles_.size(), 2 * cell.face_count(1) + lanes));
+  triangle_count_ = 0;
+  for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
+    const auto edges = cell.subfaces(2, facet);
+    const std::uint16_t apex = ends[2 * edges[0]];
+    std::size_t found = triangle_count_;
+    bool is_at_first = false;
+    for (const std::uint16_t edge : edges) {  // without branches: there is no telling which edges meet the apex
+      const std::uint16_t a = ends[2 * edge], b = ends[2 * edge + 1];
+      triangles_[found] = {apex, a, b};
+      found += (a != apex) & (b != apex) ? 1 : 0;
+      is_at_first |= (a == 0) | (b == 0);
+    }
+    if (!is_at_first) triangle_count_ = found;
+  }
+  while (triangle_count_ % lanes != 0) triangles_[triangle_count_++] = {0, 0, 0};
+}
+
+template <int D>
+Moments<D> CellWriter<D>::measure(const Cell<D>& cell) {
   Moments<D> moments;
   if constexpr (D == 3) {
     const auto vertices = cell.vertices();
@@ -324,27 +346,14 @@ Moments<D> CellWriter<D>::measure_ordered(const Cell<D>& cell) {
     seen_from_first_.resize(vertices.size());
     for (std::size_t v = 0; v < vertices.size(); ++v)
       for (int i = 0; i < 3; ++i) seen_from_first_[v][i] = vertices[v].x[i] - origin[i];
-    triangles_.clear();
-    std::size_t begin = 0;
-    for (const std::size_t end : loop_ends_) {
-      if (std::find(loops_.data() + begin, loops_.data() + end, 0) == loops_.data() + end)
-        for (std::size_t i = begin + 1; i + 1 < end; ++i) triangles_.push_back({loops_[begin], loops_[i], loops_[i + 1]});
-      begin = end;
-    }
-    while (triangles_.size() % lanes != 0) triangles_.push_back({0, 0, 0});
-    add_tetrahedra(seen_from_first_.data(), triangles_, moments);
+    cut_into_triangles(cell);
+    add_tetrahedra(seen_from_first_.data(), std::span(triangles_).first(triangle_count_), moments);
     move_undivided<D>(origin, moments);
   } else {
     SimplexCutter<D>(cell, moments).run();
   }
   finish(moments);
   return moments;
-}
-
-template <int D>
-Moments<D> CellWriter<D>::measure(const Cell<D>& cell) {
-  order_facets(cell);
-  return measure_ordered(cell);
 }
 
 namespace {
@@ -364,6 +373,7 @@ void collect_vertices(const Cell<D>& cell, int k, std::size_t face, std::set<std
 template <int D>
 Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
   const Moments<D> moments = measure(cell);
+  order_facets(cell);
   batch.dimension = D;
   const auto vertices = cell.vertices();
   const std::size_t first_coordinate = batch.points.size();

@@ -32,6 +32,7 @@ class Contact : public dataflow::Consumer {
       : ranks_(ranks), share_(share), limits_(limits), report_(std::move(report)), stream_(stream) {}
 
   void consume(const std::shared_ptr<const dataflow::Refinement>&) override {}
+  [[nodiscard]] bool takes_cells() const override { return false; }
   void progress(double done, std::uint64_t cells, std::int64_t grown) override;
   /// The work of this rank is done; waits until that of all is. Collective.
   void finish();

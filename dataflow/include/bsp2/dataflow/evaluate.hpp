@@ -68,11 +68,14 @@ struct Region {
   }
 };
 
-/// Order-independent sum of 128-bit hashes of cells: label, part, level and geometry, byte for byte. Which region they are in does
-/// not count: the cells are the same for any number of regions.
+/// Order-independent sum of 128-bit hashes of cells: label, part, level, coordinates byte for byte, and which corners each facet has.
+/// Which region they are in does not count: the cells are the same for any number of regions.
 struct Digest {
   std::array<std::uint64_t, 2> words{};
   void add(const geometry::CellBatch& batch, std::size_t cell);
+  /// The same for a cell that has not been written to a batch.
+  template <int D>
+  void add(const geometry::Cell<D>& cell, geometry::Label label, std::int32_t part, std::uint16_t level);
   Digest& operator+=(const Digest& other);
   [[nodiscard]] std::string hex() const;
 };

@@ -72,11 +72,12 @@ class CellWriter {
   std::vector<std::uint32_t> loop_ends_;
   std::vector<std::uint16_t> doubtful_;           // facets too thin to tell which way round they are
   std::vector<std::array<double, 3>> seen_from_first_;  // the vertices, seen from the first one (D = 3)
-  std::vector<Triangle> triangles_;                     // of the facets that miss the first vertex
+  std::vector<Triangle> triangles_;                     // of the facets that miss the first vertex; there may be more memory than triangles
+  std::size_t triangle_count_ = 0;
 
+  void cut_into_triangles(const Cell<D>& cell);
   void order_facets(const Cell<D>& cell);
   void turn_doubtful_facets();
-  Moments<D> measure_ordered(const Cell<D>& cell);
 };
 
 }  // namespace bsp2::geometry
