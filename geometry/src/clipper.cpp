@@ -36,6 +36,14 @@ std::array<double, D> Clipper<D>::centre() const {
 
 // --- three dimensions: faces in place ------------------------------------------------------------------------------------
 
+namespace {
+
+[[noreturn]] void throw_no_two_points() {
+  throw std::logic_error("a plane meets the outline of a convex facet in other than two points");
+}
+
+}  // namespace
+
 void Clipper<3>::load(const Cell<3>& cell) {
   const auto vertices = cell.vertices();
   vertices_.clear();
@@ -98,13 +106,14 @@ Position Clipper<3>::cut(OrientedHyperplane plane, Cell<3>* rest) {
     return side == kept ? Position::negative : Position::positive;
   }
   ++splitter_->counts_.splits;
-  mark(crosses ^ kept);
+  const std::uint8_t going = crosses ^ kept;
+  mark(going);
   cut_edges(id);
-  find_common_edges(id, crosses ^ kept);
-  if (is_touched_) find_common_facet();
+  find_common_edges(id);
+  if (is_touched_) find_common_facet(going);
   const auto code_for = [&](std::uint8_t side) { return oriented(id, side == has_positive).code; };
-  if (rest != nullptr) *rest = pack_side(crosses ^ kept, code_for(crosses ^ kept));
-  keep_side(kept, code_for(kept));
+  if (rest != nullptr) *rest = pack_going(going, code_for(going));
+  drop_going(going, code_for(kept));
   return Position::crossing;
 }
 
@@ -145,42 +154,50 @@ std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
   return all;
 }
 
-/// What has vertices on the side that goes, which of a large cell are few: of the rest nothing is looked at again.
+/// What has vertices on the side that goes, which of a large cell is little: of the rest nothing is looked at again.
 void Clipper<3>::mark(std::uint8_t going) {
-  const std::uint8_t staying = crosses ^ going;
   mark_vertices_and_edges(going);
   facet_mask_.resize(facets_.size());
-  std::memset(&facet_mask_[0], staying, facets_.size());
-  going_facets_.clear();
-  for (std::size_t i = 0; i < going_edges_.size(); ++i)
-    for (const Index f : edges_[going_edges_[i]].facets) {
-      if (facet_mask_[f] != staying) continue;
-      facet_mask_[f] = crosses;
-      going_facets_.push(f);
-    }
-  for (std::size_t i = 0; i < going_facets_.size(); ++i) {
-    const Facet& facet = facets_[going_facets_[i]];
-    std::uint8_t all = 0;
-    for (std::uint32_t k = 0; k < facet.count && (all & staying) == 0; ++k) all |= edge_mask_[lists_[facet.begin + k]];
-    if ((all & staying) == 0) facet_mask_[going_facets_[i]] = going;
+  std::memset(&facet_mask_[0], 0, facets_.size());
+  for (std::size_t i = 0; i < going_edges_.size(); ++i) {
+    const Edge& edge = edges_[going_edges_[i]];
+    const std::uint8_t mask = edge_mask_[going_edges_[i]];
+    facet_mask_[edge.facets[0]] |= mask;
+    facet_mask_[edge.facets[1]] |= mask;
+  }
+  if (is_touched_) mark_touched_facets(going);
+}
+
+/// Where the plane goes through vertices, a facet may cross it of which no edge does.
+void Clipper<3>::mark_touched_facets(std::uint8_t going) {
+  for (std::size_t f = 0; f < facets_.size(); ++f) {
+    if (facet_mask_[f] != going) continue;
+    for (std::uint32_t i = 0; i < facets_[f].count; ++i) facet_mask_[f] |= edge_mask_[lists_[facets_[f].begin + i]];
   }
 }
 
 void Clipper<3>::mark_vertices_and_edges(std::uint8_t going) {
   const std::uint8_t *const lives = edge_lives_.data(), *const of_vertex = vertex_mask_.data();
-  going_vertices_.clear();
   const std::size_t vertices = vertices_.size(), edges = edges_.size();
-  for (std::size_t v = 0; v < vertices; ++v)
-    if (of_vertex[v] == going) going_vertices_.push(static_cast<Index>(v));
-  going_edges_.clear();
+  going_vertices_.resize(vertices);
+  std::size_t found = 0;
+  for (std::size_t v = 0; v < vertices; ++v) {  // without branches: there is no telling which ones go
+    going_vertices_[found] = static_cast<Index>(v);
+    found += of_vertex[v] == going ? 1 : 0;
+  }
+  going_vertices_.resize(found);
+  going_edges_.resize(edges);
   edge_mask_.resize(edges);
   std::uint8_t* const of_edge = &edge_mask_[0];
   const Edge* const all = edges_.data();
+  found = 0;
   for (std::size_t e = 0; e < edges; ++e) {
     const std::uint8_t mask = (of_vertex[all[e].ends[0]] | of_vertex[all[e].ends[1]]) & lives[e];
     of_edge[e] = mask;
-    if ((mask & going) != 0) going_edges_.push(static_cast<Index>(e));
+    going_edges_[found] = static_cast<Index>(e);
+    found += (mask & going) != 0 ? 1 : 0;
   }
+  going_edges_.resize(found);
 }
 
 /// A new vertex, on neither side, for each crossing edge.
@@ -203,55 +220,79 @@ void Clipper<3>::cut_edges(HyperplaneId id) {
   std::memset(&vertex_mask_[0] + before, 0, after - before);
 }
 
-/// A new edge for each crossing facet, between the points in which the plane meets the facet's outline. Where no vertex lies on the
-/// plane these are the outline of the common facet.
-void Clipper<3>::find_common_edges(HyperplaneId id, std::uint8_t going) {
-  common_edge_.resize(facets_.size());
-  stays_until_.resize(facets_.size());
-  common_list_.clear();
-  for (std::size_t f = 0; f < facets_.size(); ++f) {
-    const Facet& facet = facets_[f];
-    if (!facet.alive || facet_mask_[f] != crosses) continue;
-    std::array<Index, 2> ends{};
-    std::size_t found = 0;
-    const auto add = [&](Index vertex) {
-      if (found < 2) ends[found] = vertex;
-      ++found;
-    };
-    std::uint32_t i = 0, first_going = facet.count;
-    for (; i < facet.count && (found < 2 || is_touched_); ++i) {
-      const Index e = lists_[facet.begin + i];
-      if (edge_mask_[e] == going) first_going = std::min(first_going, i);
-      if (edge_mask_[e] == crosses) {
-        add(cut_vertex_[e]);
-      } else if (is_touched_ && edge_mask_[e] == has_negative) {
-        for (const Index v : edges_[e].ends)
-          if (vertex_mask_[v] == 0) add(v);
-      }
-    }
-    stays_until_[f] = std::min(first_going, i);
-    if (found != 2) throw std::logic_error("a plane meets the outline of a convex facet in other than two points");
-    if (edges_.size() >= 0xffff) CellScratch<3>::throw_too_many_faces();
-    common_edge_[f] = static_cast<Index>(edges_.size());
-    common_list_.push(common_edge_[f]);
-    edges_.push({ends, {static_cast<Index>(f), static_cast<Index>(facets_.size())}, {facet.code >> 1, id}});
-    edge_lives_.push(0xff);
+/// The two points in which the plane meets the outline of each crossing facet, where it goes through no vertex: what its two crossing
+/// edges are cut in.
+void Clipper<3>::find_common_ends() {
+  common_ends_.resize(facets_.size());
+  ends_found_.resize(facets_.size());
+  std::memset(&ends_found_[0], 0, facets_.size());
+  for (std::size_t i = 0; i < going_edges_.size(); ++i) {
+    const Index e = going_edges_[i];
+    if (edge_mask_[e] != crosses) continue;
+    for (const Index f : edges_[e].facets) common_ends_[f][ends_found_[f]++ & 1] = cut_vertex_[e];  // in ascending order
   }
-  const std::size_t before = edge_mask_.size();
-  edge_mask_.resize(edges_.size());
-  std::memset(&edge_mask_[0] + before, 0, edges_.size() - before);
 }
 
-/// The outline of the common facet: the new edges, and those that lie on the plane already. Each of these belongs to two
-/// facets, one a side, and is taken from the negative one.
-void Clipper<3>::find_common_facet() {
+/// The same of one facet, where it goes through vertices.
+std::array<std::uint16_t, 2> Clipper<3>::touched_ends(const Facet& facet) const {
+  std::array<Index, 2> ends{};
+  std::size_t found = 0;
+  const auto add = [&](Index vertex) {
+    if (found < 2) ends[found] = vertex;
+    ++found;
+  };
+  for (std::uint32_t i = 0; i < facet.count; ++i) {
+    const Index e = lists_[facet.begin + i];
+    if (edge_mask_[e] == crosses) {
+      add(cut_vertex_[e]);
+    } else if (edge_mask_[e] == has_negative) {
+      for (const Index v : edges_[e].ends)
+        if (vertex_mask_[v] == 0) add(v);
+    }
+  }
+  if (found != 2) throw_no_two_points();
+  return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
+}
+
+/// A new edge for each crossing facet, between the points in which the plane meets the facet's outline. Where no vertex lies on the
+/// plane these are the outline of the common facet.
+void Clipper<3>::find_common_edges(HyperplaneId id) {
+  const std::size_t facets = facets_.size(), before = edges_.size();
+  crossing_facets_.resize(facets);
+  std::size_t found = 0;
+  for (std::size_t f = 0; f < facets; ++f) {  // without branches: there is no telling which ones cross
+    crossing_facets_[found] = static_cast<Index>(f);
+    found += facet_mask_[f] == crosses ? 1 : 0;
+  }
+  crossing_facets_.resize(found);
+  if (before + found > 0xffff) CellScratch<3>::throw_too_many_faces();
+  if (!is_touched_) find_common_ends();
+  edges_.resize(before + found);
+  edge_lives_.resize(before + found);
+  edge_mask_.resize(before + found);
+  common_edge_.resize(facets);
+  common_list_.resize(found);
+  for (std::size_t i = 0; i < found; ++i) {
+    const Index f = crossing_facets_[i];
+    if (!is_touched_ && ends_found_[f] != 2) throw_no_two_points();
+    const auto e = static_cast<Index>(before + i);
+    edges_[e] = {is_touched_ ? touched_ends(facets_[f]) : common_ends_[f], {f, static_cast<Index>(facets)}, {facets_[f].code >> 1, id}};
+    edge_lives_[e] = 0xff;
+    edge_mask_[e] = 0;
+    common_edge_[f] = common_list_[i] = e;
+  }
+}
+
+/// The outline of the common facet where vertices lie on the plane: the new edges, and those that lie on the plane already. Each of these
+/// belongs to two facets, one a side, and is taken from the negative one.
+void Clipper<3>::find_common_facet(std::uint8_t going) {
   common_list_.clear();
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     const Facet& facet = facets_[f];
     if (!facet.alive) continue;
     if (facet_mask_[f] == crosses) {
       common_list_.push(common_edge_[f]);
-    } else if (facet_mask_[f] == has_negative) {
+    } else if (facet_mask_[f] == (going == has_negative ? has_negative : 0)) {
       for (std::uint32_t i = 0; i < facet.count; ++i)
         if (edge_mask_[lists_[facet.begin + i]] == 0) common_list_.push(lists_[facet.begin + i]);
     }
@@ -261,9 +302,9 @@ void Clipper<3>::find_common_facet() {
   if (common_list_.size() != corners) throw std::logic_error("the common facet of two halves has not as many edges as corners");
 }
 
-/// The half on that side as a cell of its own. Nothing of the cell at hand changes.
-Cell<3> Clipper<3>::pack_side(std::uint8_t side, std::uint32_t common_code) {
-  const std::uint8_t other = crosses ^ side;
+/// What goes, as a cell of its own. Nothing of the cell at hand changes.
+Cell<3> Clipper<3>::pack_going(std::uint8_t going, std::uint32_t common_code) {
+  const std::uint8_t other = crosses ^ going;
   const std::size_t all_vertices = vertices_.size(), all_edges = edges_.size();
   renumbered_.resize(all_vertices + all_edges);
   Index* const vertex_number = &renumbered_[0];
@@ -288,7 +329,7 @@ Cell<3> Clipper<3>::pack_side(std::uint8_t side, std::uint32_t common_code) {
     for (std::size_t i = 0; i < going_edges_.size(); ++i) add_edge(going_edges_[i]);
     for (std::size_t i = 0; i < common_list_.size(); ++i) add_edge(common_list_[i]);
   }
-  for (std::size_t f = 0; f < facets_.size(); ++f) facets += facets_[f].alive && facet_mask_[f] != other ? 1 : 0;
+  for (std::size_t f = 0; f < facets_.size(); ++f) facets += facet_mask_[f] != 0 ? 1 : 0;
 
   SpaceCell packed(vertices, edges, facets);
   for (std::size_t i = 0; i < vertices; ++i) packed.vertices[i] = vertices_[packed_vertices[i]];
@@ -301,10 +342,12 @@ Cell<3> Clipper<3>::pack_side(std::uint8_t side, std::uint32_t common_code) {
     }
   }
   for (std::size_t f = 0; f < facets_.size(); ++f) {
+    if (facet_mask_[f] == 0) continue;
     const Facet& facet = facets_[f];
-    if (!facet.alive || facet_mask_[f] == other) continue;
-    for (std::uint32_t i = 0; i < facet.count; ++i)
-      if (edge_mask_[lists_[facet.begin + i]] != other) packed.add_facet_edge(edge_number[lists_[facet.begin + i]]);
+    for (std::uint32_t i = 0; i < facet.count; ++i) {
+      const Index e = lists_[facet.begin + i];
+      packed.add_facet_edge_if(edge_mask_[e] != other, edge_number[e]);
+    }
     if (facet_mask_[f] == crosses) packed.add_facet_edge(edge_number[common_edge_[f]]);
     packed.close_facet(facet.code);
   }
@@ -313,44 +356,42 @@ Cell<3> Clipper<3>::pack_side(std::uint8_t side, std::uint32_t common_code) {
   return packed.take();
 }
 
-/// Takes away what is on the other side.
-void Clipper<3>::keep_side(std::uint8_t side, std::uint32_t common_code) {
-  const std::uint8_t other = crosses ^ side;
+/// Takes away what goes.
+void Clipper<3>::drop_going(std::uint8_t going, std::uint32_t common_code) {
   const auto common = static_cast<Index>(facets_.size());
-  for (std::size_t f = 0; f < facets_.size(); ++f) {
-    Facet& facet = facets_[f];
-    if (!facet.alive || facet_mask_[f] == side) continue;
-    if (facet_mask_[f] == other) {
-      facet.alive = false;
-      continue;
-    }
-    std::uint32_t end = facet.begin + stays_until_[f];  // at least one edge goes or two are cut; there is room for the new one if it goes
-    bool shrunk = false;
-    for (std::uint32_t i = end; i < facet.begin + facet.count; ++i)
-      if (edge_mask_[lists_[i]] != other)
-        lists_[end++] = lists_[i];
-      else
-        shrunk = true;
-    if (shrunk) {
-      lists_[end++] = common_edge_[f];
-      facet.count = end - facet.begin;
-    } else {  // moves to the end, where it may grow
-      const auto begin = static_cast<std::uint32_t>(lists_.size());
-      for (std::uint32_t i = facet.begin; i < end; ++i) lists_.push(Index{lists_[i]});
-      lists_.push(common_edge_[f]);
-      facet.begin = begin;
-      ++facet.count;
-    }
-  }
+  for (std::size_t f = 0; f < facets_.size(); ++f)
+    if (facet_mask_[f] == going) facets_[f].alive = false;
+  for (std::size_t i = 0; i < crossing_facets_.size(); ++i) shorten(facets_[crossing_facets_[i]], going, common_edge_[crossing_facets_[i]]);
   facets_.push({common_code, static_cast<std::uint32_t>(lists_.size()), static_cast<std::uint32_t>(common_list_.size()), true});
   for (const Index e : common_list_) {
     lists_.push(e);
     for (Index& facet : edges_[e].facets)  // of an edge that lay on the plane already
       if (facet != common && !facets_[facet].alive) facet = common;
   }
-  bury_edges(other);
+  bury_edges(going);
   bury_vertices();
   if (vertices_.size() > 2 * living_vertices_ + 16) close_up();
+}
+
+/// Takes the edges that go from a crossing facet's outline, and adds the new one.
+void Clipper<3>::shorten(Facet& facet, std::uint8_t going, Index new_edge) {
+  const std::uint32_t before = facet.begin + facet.count;
+  std::uint32_t end = facet.begin;
+  for (std::uint32_t i = facet.begin; i < before; ++i) {  // without branches
+    const Index e = lists_[i];
+    lists_[end] = e;
+    end += edge_mask_[e] != going ? 1 : 0;
+  }
+  if (end == before) {  // moves to the end, where it may grow
+    const auto begin = static_cast<std::uint32_t>(lists_.size());
+    for (std::uint32_t i = facet.begin; i < end; ++i) lists_.push(Index{lists_[i]});
+    lists_.push(new_edge);
+    facet.begin = begin;
+    ++facet.count;
+  } else {
+    lists_[end++] = new_edge;
+    facet.count = end - facet.begin;
+  }
 }
 
 void Clipper<3>::bury_edges(std::uint8_t side) {

@@ -24,6 +24,11 @@ class SpaceCell {
   std::uint16_t* facet_edges;        // two an edge
 
   void add_facet_edge(std::uint16_t edge) { facet_edges[filled_++] = edge; }
+  /// The same without a branch. What is not wanted is overwritten by the next one: there has to be one, of this facet or another.
+  void add_facet_edge_if(bool wanted, std::uint16_t edge) {
+    facet_edges[filled_] = edge;
+    filled_ += wanted ? 1 : 0;
+  }
   void close_facet(std::uint32_t hyperplane) {
     facet_hyperplanes[closed_] = hyperplane;
     facet_ends[closed_++] = filled_;

@@ -7,9 +7,21 @@
 
 namespace bsp2::geometry {
 
-/// The two points in which the hyperplane meets a facet's outline.
+namespace {
+
+std::array<std::uint32_t, 2> ascending(std::uint32_t a, std::uint32_t b) {
+  return {std::min(a, b), std::max(a, b)};
+}
+
+[[noreturn]] void throw_no_two_points() {
+  throw std::logic_error("a hyperplane meets the outline of a convex facet in other than two points");
+}
+
+}  // namespace
+
+/// The two points in which a hyperplane through vertices meets a facet's outline.
 template <>
-std::array<std::uint32_t, 2> Splitter<3>::find_common_edge(const Cell<3>& cell, std::span<const std::uint16_t> outline, bool is_touched) const {
+std::array<std::uint32_t, 2> Splitter<3>::find_common_edge(const Cell<3>& cell, std::span<const std::uint16_t> outline) const {
   std::array<std::uint32_t, 2> ends{};
   std::size_t found = 0;
   const auto add = [&](std::uint32_t vertex) {
@@ -17,43 +29,69 @@ std::array<std::uint32_t, 2> Splitter<3>::find_common_edge(const Cell<3>& cell, 
     ++found;
   };
   for (const std::uint16_t edge : outline) {
-    if (found == 2 && !is_touched) break;
     if (mask_[1][edge] == crosses) {
       add(static_cast<std::uint32_t>(cell.face_count(0)) + cut_number_[edge]);
-    } else if (is_touched && mask_[1][edge] == has_negative) {
+    } else if (mask_[1][edge] == has_negative) {
       for (const std::uint16_t vertex : cell.subfaces(1, edge))
         if (mask_[0][vertex] == 0) add(vertex);
     }
   }
-  if (found != 2) throw std::logic_error("a hyperplane meets the outline of a convex facet in other than two points");
-  return ends;
+  if (found != 2) throw_no_two_points();
+  return ascending(ends[0], ends[1]);
 }
 
-/// A new edge for each crossing facet, between the points in which the hyperplane meets its outline; and the outline of the facet that both
-/// halves have in common: the new edges, and those that lie on the hyperplane already. Each of these belongs to two facets, one a side, and
-/// is taken from the negative one. New vertices are numbered on from the cell's own, and new edges, too.
+/// A new edge for each crossing facet, between the points in which the hyperplane meets its outline. These are the outline of the facet
+/// that both halves have in common. New vertices are numbered on from the cell's own, and new edges, too.
 template <>
-void Splitter<3>::find_common_facet(const Cell<3>& cell) {
-  const std::uint8_t *const of_vertex = mask_[0].data(), *const of_edge = mask_[1].data();
-  const std::size_t vertices = cell.face_count(0), edges = cell.face_count(1), facets = cell.facet_count();
-  const auto touched = static_cast<std::size_t>(std::count(of_vertex, of_vertex + vertices, std::uint8_t{0}));
+void Splitter<3>::find_common_edges(const Cell<3>& cell) {
+  const std::uint8_t* const of_edge = mask_[1].data();
+  const std::uint16_t* const number = cut_number_.data();
+  const std::size_t edges = cell.face_count(1), facets = cell.facet_count();
+  const auto first = static_cast<std::uint32_t>(cell.face_count(0));
+  mask_[2].resize(facets);
+  common_edges_.resize(facets);
+  common_outline_.resize(facets);
+  std::size_t crossing = 0;
+  for (std::size_t facet = 0; facet < facets; ++facet) {  // hardly any branches: there is no telling which edges and facets cross
+    std::array<std::uint32_t, 4> ends{};
+    std::size_t found = 0;
+    std::uint8_t mask = 0;
+    for (const std::uint16_t edge : cell.subfaces(2, facet)) {
+      mask |= of_edge[edge];
+      ends[found & 3] = first + number[edge];
+      found += of_edge[edge] == crosses ? 1 : 0;
+    }
+    mask_[2][facet] = mask;
+    if (found != (mask == crosses ? 2 : 0)) throw_no_two_points();
+    common_edges_[crossing] = ascending(ends[0], ends[1]);
+    common_outline_[crossing] = static_cast<std::uint32_t>(edges + crossing);
+    crossing += mask == crosses ? 1 : 0;
+  }
+  common_edges_.resize(crossing);
+  common_outline_.resize(crossing);
+}
+
+/// The same where vertices lie on the hyperplane, and maybe edges: each of these belongs to two facets, one a side, and is taken from the
+/// negative one.
+template <>
+void Splitter<3>::find_touched_edges(const Cell<3>& cell) {
+  const std::size_t edges = cell.face_count(1), facets = cell.facet_count();
   mask_[2].resize(facets);
   common_edges_.clear();
   common_outline_.clear();
   for (std::size_t facet = 0; facet < facets; ++facet) {
     const auto outline = cell.subfaces(2, facet);
     std::uint8_t mask = 0;
-    for (const std::uint16_t edge : outline) mask |= of_edge[edge];
+    for (const std::uint16_t edge : outline) mask |= mask_[1][edge];
     mask_[2][facet] = mask;
     if (mask == crosses) {
       common_outline_.push(static_cast<std::uint32_t>(edges + common_edges_.size()));
-      common_edges_.push(find_common_edge(cell, outline, touched != 0));
-    } else if (touched != 0 && mask == has_negative) {
+      common_edges_.push(find_common_edge(cell, outline));
+    } else if (mask == has_negative) {
       for (const std::uint16_t edge : outline)
-        if (of_edge[edge] == 0) common_outline_.push(edge);
+        if (mask_[1][edge] == 0) common_outline_.push(edge);
     }
   }
-  if (common_outline_.size() != cuts_.size() + touched) throw std::logic_error("the common facet of two halves has not as many edges as corners");
 }
 
 /// Those of the k-faces that a half keeps, in their order, which numbers them.
@@ -100,8 +138,7 @@ Cell<3> Splitter<3>::half_of(const Cell<3>& cell, HyperplaneId id, std::uint8_t 
   for (std::size_t i = 0; i < facets; ++i) {
     const std::size_t facet = kept_[2][i];
     const std::uint32_t hyperplane = cell.hyperplanes(2, facet)[0];
-    for (const std::uint16_t edge : cell.subfaces(2, facet))
-      if (mask_[1][edge] != other) half.add_facet_edge(edge_number[edge]);
+    for (const std::uint16_t edge : cell.subfaces(2, facet)) half.add_facet_edge_if(mask_[1][edge] != other, edge_number[edge]);
     if (mask_[2][facet] == crosses) {
       const auto& ends = common_edges_[next - edges];
       for (std::size_t k = 0; k < 2; ++k) half.edge_ends[2 * next + k] = vertex(ends[k]);
@@ -121,7 +158,13 @@ template <>
 void Splitter<3>::split(const Cell<3>& cell, HyperplaneId id, Cell<3>* negative, Cell<3>* positive) {
   ++counts_.splits;
   cut_edges(cell, id);
-  find_common_facet(cell);
+  const std::uint8_t* const of_vertex = mask_[0].data();
+  const auto touched = static_cast<std::size_t>(std::count(of_vertex, of_vertex + cell.face_count(0), std::uint8_t{0}));
+  if (touched == 0)
+    find_common_edges(cell);
+  else
+    find_touched_edges(cell);
+  if (common_outline_.size() != cuts_.size() + touched) throw std::logic_error("the common facet of two halves has not as many edges as corners");
   if (negative != nullptr) *negative = half_of(cell, id, has_negative);
   if (positive != nullptr) *positive = half_of(cell, id, has_positive);
 }

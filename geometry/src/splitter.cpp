@@ -515,7 +515,7 @@ void Splitter<D>::split_edges(const Cell<D>& cell, HyperplaneId id) {
 
 /// The (k-1)-face in which a crossing k-face with these (k-1)-faces meets the hyperplane. Its own (k-2)-faces are the
 /// common ones of the crossing (k-1)-faces, and those that lie on the hyperplane already: each of these belongs to two
-/// (k-1)-faces, one a side, and is taken from the negative one.
+/// (k-1)-faces, one a side, and is taken from the negative one. The ends of a new edge are in ascending order.
 template <int D>
 template <typename Subfaces>
 std::uint16_t Splitter<D>::add_common(const Cell<D>& cell, int k, const Subfaces& subfaces, const std::uint32_t* hyperplanes, Half& half) {
@@ -529,6 +529,7 @@ std::uint16_t Splitter<D>::add_common(const Cell<D>& cell, int k, const Subfaces
     }
   }
   half.scratch.close_face(k - 1);
+  if (k == 2) half.scratch.order_last_edge();
   return index;
 }
 

@@ -238,6 +238,7 @@ class ExpectedHalf {
       for (const std::uint16_t ridge : cell_.subfaces(k, sub))
         if (mask_[k - 1][ridge] == 0) all.push_back(kept_[k - 1].at(ridge));
     }
+    if (k == 1) std::sort(all.begin(), all.end());
     return {all.begin(), all.end()};
   }
   static void check_vertex(const Vertex<D>& vertex, const Vertex<D>& expected) {

@@ -67,13 +67,16 @@ class Clipper<3> {
   double error_ = 0;  // the largest of the vertices'
   // Of the cut at hand.
   Buffer<double> values_;
-  Buffer<std::uint8_t> vertex_mask_, edge_mask_, facet_mask_;
+  Buffer<std::uint8_t> vertex_mask_, edge_mask_;
+  Buffer<std::uint8_t> facet_mask_;  // 0 where nothing goes
   bool is_touched_ = false;    // some vertex lies on the plane
-  Buffer<Index> going_vertices_, going_edges_, going_facets_;  // with vertices on the side that goes, in part or as a whole
+  Buffer<Index> going_vertices_, going_edges_;  // with vertices on the side that goes, in part or as a whole
   Buffer<Index> cut_vertex_;   // of each crossing edge
   Buffer<EdgeHyperplanes<3>> crossing_;  // edges
-  Buffer<Index> common_edge_;  // of each crossing facet
-  Buffer<std::uint32_t> stays_until_;  // of each crossing facet: so many of its edges come before the first one that goes
+  Buffer<Index> crossing_facets_;
+  Buffer<Index> common_edge_;                    // of each crossing facet
+  Buffer<std::array<Index, 2>> common_ends_;     // likewise: where the new edge ends
+  Buffer<std::uint8_t> ends_found_;              // likewise: how many of these
   Buffer<Index> common_list_;  // edges of the common facet
   Buffer<Index> renumbered_, packed_;   // of vertices or edges
 
@@ -82,11 +85,15 @@ class Clipper<3> {
   void enter_vertex(const Vertex<3>& vertex);
   void mark(std::uint8_t going);
   void mark_vertices_and_edges(std::uint8_t going);
+  void mark_touched_facets(std::uint8_t going);
   void cut_edges(HyperplaneId id);
-  void find_common_edges(HyperplaneId id, std::uint8_t going);
-  void find_common_facet();
-  Cell<3> pack_side(std::uint8_t side, std::uint32_t common_code);
-  void keep_side(std::uint8_t side, std::uint32_t common_code);
+  void find_common_ends();
+  [[nodiscard]] std::array<Index, 2> touched_ends(const Facet& facet) const;
+  void find_common_edges(HyperplaneId id);
+  void find_common_facet(std::uint8_t going);
+  Cell<3> pack_going(std::uint8_t going, std::uint32_t common_code);
+  void drop_going(std::uint8_t going, std::uint32_t common_code);
+  void shorten(Facet& facet, std::uint8_t going, Index new_edge);
   void bury_edges(std::uint8_t side);
   void bury_vertices();
   void close_up();

@@ -45,6 +45,12 @@ class CellScratch {
   }
   void add_subface(int k, std::uint16_t subface) { levels_[k - 1].subfaces.push(subface); }
   void close_face(int k) { levels_[k - 1].ends.push(static_cast<std::uint32_t>(levels_[k - 1].subfaces.size())); }
+  /// Puts the ends of the edge that was added last in ascending order.
+  void order_last_edge() {
+    auto& ends = levels_[0].subfaces;
+    const std::size_t count = ends.size();
+    if (ends[count - 2] > ends[count - 1]) std::swap(ends[count - 2], ends[count - 1]);
+  }
   [[nodiscard]] Cell<D> pack() const;
   [[noreturn]] static void throw_too_many_faces();
 
@@ -185,8 +191,9 @@ class Splitter {
   template <typename Facets>
   std::uint16_t add_common(const Cell<D>& cell, int k, const Facets& subfaces, const std::uint32_t* hyperplanes, Half& half);
   // D = 3, in space_split.cpp
-  void find_common_facet(const Cell<D>& cell);
-  [[nodiscard]] std::array<std::uint32_t, 2> find_common_edge(const Cell<D>& cell, std::span<const std::uint16_t> outline, bool is_touched) const;
+  void find_common_edges(const Cell<D>& cell);
+  void find_touched_edges(const Cell<D>& cell);
+  [[nodiscard]] std::array<std::uint32_t, 2> find_common_edge(const Cell<D>& cell, std::span<const std::uint16_t> outline) const;
   std::size_t number_kept(int k, std::size_t count, std::uint8_t other);
   Cell<D> half_of(const Cell<D>& cell, HyperplaneId id, std::uint8_t side);
 };
