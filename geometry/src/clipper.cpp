@@ -91,8 +91,7 @@ void Clipper<3>::enter_vertex(const Vertex<3>& vertex) {
 std::array<double, 3> Clipper<3>::centre() const {
   std::array<double, 3> sum{};
   for (std::size_t v = 0; v < vertices_.size(); ++v)
-    if (vertex_lives_[v] != 0)
-      for (int i = 0; i < 3; ++i) sum[i] += x_[i][v];
+    for (int i = 0; i < 3; ++i) sum[i] += vertex_lives_[v] != 0 ? x_[i][v] : 0.0;
   for (double& x : sum) x /= static_cast<double>(living_vertices_);
   return sum;
 }
@@ -203,14 +202,17 @@ void Clipper<3>::mark_vertices_and_edges(std::uint8_t going) {
 /// A new vertex, on neither side, for each crossing edge.
 void Clipper<3>::cut_edges(HyperplaneId id) {
   cut_vertex_.resize(edges_.size());
-  crossing_.clear();
-  for (std::size_t i = 0; i < going_edges_.size(); ++i) {
+  crossing_.resize(going_edges_.size());
+  const std::size_t before = vertices_.size();
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < going_edges_.size(); ++i) {  // without branches
     const std::size_t e = going_edges_[i];
-    if (edge_mask_[e] != crosses) continue;
-    cut_vertex_[e] = static_cast<Index>(vertices_.size() + crossing_.size());
-    crossing_.push(edges_[e].hyperplanes);
+    cut_vertex_[e] = static_cast<Index>(before + found);
+    crossing_[found] = edges_[e].hyperplanes;
+    found += edge_mask_[e] == crosses ? 1 : 0;
   }
-  const std::size_t before = vertices_.size(), after = before + crossing_.size();
+  crossing_.resize(found);
+  const std::size_t after = before + found;
   if (after > 0xffff) CellScratch<3>::throw_too_many_faces();
   vertices_.resize(after);
   make_vertices<3>(splitter_->table(), crossing_, id, &vertices_[before], splitter_->counts_.exact_vertices);
@@ -426,12 +428,13 @@ void Clipper<3>::close_up() {
   std::size_t vertices = 0;
   witness_ = none;
   error_ = 0;
-  for (std::size_t v = 0; v < vertices_.size(); ++v) {
-    if (vertex_lives_[v] == 0) continue;
+  for (std::size_t v = 0; v < vertices_.size(); ++v) {  // without branches
+    const bool lives = vertex_lives_[v] != 0;
     renumbered_[v] = static_cast<Index>(vertices);
-    error_ = std::max(error_, vertices_[v].error);
+    error_ = std::max(error_, lives ? vertices_[v].error : 0.0);
     for (auto& column : x_) column[vertices] = column[v];
-    vertices_[vertices++] = Vertex<3>(vertices_[v]);
+    vertices_[vertices] = Vertex<3>(vertices_[v]);
+    vertices += lives ? 1 : 0;
   }
   vertices_.resize(vertices);
   for (auto& column : x_) column.resize(vertices);
@@ -443,9 +446,9 @@ void Clipper<3>::close_up() {
 
   std::size_t edges = 0;
   for (std::size_t e = 0; e < edges_.size(); ++e) {
-    if (edge_lives_[e] == 0) continue;
     renumbered_[e] = static_cast<Index>(edges);
-    edges_[edges++] = Edge(edges_[e]);
+    edges_[edges] = Edge(edges_[e]);
+    edges += edge_lives_[e] != 0 ? 1 : 0;
   }
   edges_.resize(edges);
   edge_lives_.resize(edges);

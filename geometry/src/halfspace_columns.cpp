@@ -25,10 +25,13 @@ BSP2_VECTOR_CLONES std::size_t find_furthest(const double* const* columns, const
     furthest_index = value > furthest ? index : furthest_index;
     furthest = value > furthest ? value : furthest;
   }
-  std::size_t best = 0;
-  for (std::size_t lane = 1; lane < wide; ++lane)
-    if (furthest[lane] > furthest[best] || (furthest[lane] == furthest[best] && furthest_index[lane] < furthest_index[best])) best = lane;
-  return static_cast<std::size_t>(furthest_index[best]);
+  double most = furthest[0], first = infinity;  // of the furthest ones, the first; without branches
+  for (std::size_t lane = 1; lane < wide; ++lane) most = furthest[lane] > most ? furthest[lane] : most;
+  for (std::size_t lane = 0; lane < wide; ++lane) {
+    const double candidate = furthest[lane] == most ? furthest_index[lane] : infinity;
+    first = candidate < first ? candidate : first;
+  }
+  return static_cast<std::size_t>(first);
 }
 
 }  // namespace

@@ -315,17 +315,36 @@ int Splitter<D>::compute_exact_side(const std::array<HyperplaneId, D>& vertex, H
   return side_of_point<D>(point, exact(id));
 }
 
+/// What the filter, and the hyperplanes that a vertex is named by, tell of its side: without branches, as there is no telling.
+template <int D>
+auto Splitter<D>::quick_side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded) -> QuickSide {
+  const double value = rounded.at(vertex.x);
+  const double bound = rounded.error + vertex.error * (1 + 0x1p-40);
+  const int mask = (value < -bound ? has_negative : 0) | (value > bound ? has_positive : 0);
+  int is_own = 0;
+  for (const HyperplaneId own : vertex.hyperplanes) is_own |= own == id ? 1 : 0;
+  return {static_cast<std::uint8_t>(mask), (mask == 0 ? 1 : 0) & (is_own ^ 1)};
+}
+
 template <int D>
 Position Splitter<D>::classify(const Cell<D>& cell, HyperplaneId id) {
   const Hyperplane<D> rounded = table_->rounded(id);
   const auto vertices = cell.vertices();
   mask_[0].resize(vertices.size());
   std::uint8_t all = 0;
+  int doubtful = 0;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const int s = side(vertices[i], id, rounded);
-    const std::uint8_t mask = s < 0 ? has_negative : s > 0 ? has_positive : 0;
+    const auto [mask, is_doubtful] = quick_side(vertices[i], id, rounded);
     mask_[0][i] = mask;
     all |= mask;
+    doubtful |= is_doubtful;
+  }
+  counts_.predicates += vertices.size();
+  for (std::size_t i = 0; doubtful != 0 && i < vertices.size(); ++i) {
+    if (mask_[0][i] != 0) continue;
+    const int s = side(vertices[i], id, rounded);
+    mask_[0][i] = s < 0 ? has_negative : s > 0 ? has_positive : 0;
+    all |= mask_[0][i];
   }
   return all == crosses ? Position::crossing : all == has_positive ? Position::positive : Position::negative;
 }
@@ -469,17 +488,17 @@ void Splitter<D>::cut_edges(const Cell<D>& cell, HyperplaneId id) {
   const std::size_t count = cell.face_count(1);
   mask_[1].resize(count);
   cut_number_.resize(count);
-  crossing_.clear();
-  for (std::size_t edge = 0; edge < count; ++edge) {
+  crossing_.resize(count);
+  std::size_t found = 0;
+  for (std::size_t edge = 0; edge < count; ++edge) {  // without branches: there is no telling which ones cross
     const auto ends = cell.subfaces(1, edge);
-    cut_number_[edge] = static_cast<std::uint16_t>(crossing_.size());
+    cut_number_[edge] = static_cast<std::uint16_t>(found);
     mask_[1][edge] = mask_[0][ends[0]] | mask_[0][ends[1]];
-    if (mask_[1][edge] != crosses) continue;
-    EdgeHyperplanes<D> ids;
     const auto own = cell.hyperplanes(1, edge);
-    for (int i = 0; i + 1 < D; ++i) ids[i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
-    crossing_.push(ids);
+    for (int i = 0; i + 1 < D; ++i) crossing_[found][i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
+    found += mask_[1][edge] == crosses ? 1 : 0;
   }
+  crossing_.resize(found);
   cuts_.resize(crossing_.size());
   make_vertices<D>(*table_, crossing_, id, cuts_.data(), counts_.exact_vertices);
   counts_.vertices += cuts_.size();

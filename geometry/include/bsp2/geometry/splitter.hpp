@@ -171,6 +171,11 @@ class Splitter {
   std::vector<CachedSide> side_cache_;   // cells that share a vertex ask the same again
   std::vector<CachedSide> frame_cache_;  // within a frame, by covectors: what one primitive asked, the next of its shape asks again
 
+  struct QuickSide {
+    std::uint8_t mask;
+    int is_doubtful;
+  };
+  static QuickSide quick_side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded);
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
   int compute_exact_side(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
   std::optional<int> side_in_frame(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
