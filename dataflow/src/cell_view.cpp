@@ -9,34 +9,27 @@
 namespace bsp2::dataflow {
 
 template <int D>
-CellExtent<D>::CellExtent(const geometry::Cell<D>& cell) : Box<D>(Box<D>::empty()) {
-  auto& low = this->lower;
-  auto& high = this->upper;
-  centre.fill(0);
-  double error = 0;
-  const auto vertices = cell.vertices();
-  for (const auto& vertex : vertices) {
-    error = std::max(error, vertex.error);
-    for (int i = 0; i < D; ++i) {
-      low[i] = std::min(low[i], vertex.x[i]);
-      high[i] = std::max(high[i], vertex.x[i]);
-      centre[i] += vertex.x[i];
-    }
-  }
+CellExtent<D>::CellExtent(const geometry::Cell<D>& cell) {
+  const geometry::VertexRange<D> range = geometry::vertex_range(cell);
   for (int i = 0; i < D; ++i) {
-    centre[i] /= static_cast<double>(vertices.size());
-    low[i] -= error;
-    high[i] += error;
-    middle[i] = (low[i] + high[i]) / 2;
-    half[i] = (high[i] - low[i]) / 2 * (1 + 0x1p-40);
+    const double low = this->lower[i] = range.lower[i] - range.error;
+    const double high = this->upper[i] = range.upper[i] + range.error;
+    centre[i] = range.sum[i] / static_cast<double>(cell.vertices().size());
+    middle[i] = (low + high) / 2;
+    half[i] = (high - low) / 2 * (1 + 0x1p-40);
   }
-  double square = 0;
-  for (const auto& vertex : vertices) {
+}
+
+template <int D>
+double CellExtent<D>::radius(const geometry::Cell<D>& cell) const {
+  double square = 0, error = 0;
+  for (const auto& vertex : cell.vertices()) {
     double sum = 0;
     for (int i = 0; i < D; ++i) sum += (vertex.x[i] - centre[i]) * (vertex.x[i] - centre[i]);
     square = std::max(square, sum);
+    error = std::max(error, vertex.error);
   }
-  radius = std::sqrt(square) * (1 + 0x1p-40) + error;
+  return std::sqrt(square) * (1 + 0x1p-40) + error;
 }
 
 template <int D>

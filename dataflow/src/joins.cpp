@@ -240,11 +240,11 @@ void Worker<D>::count(const Outcome<D>& outcome, const geometry::Moments<D>& mom
   } else {
     ++totals.in_cells;
     totals.in.add(moments);
-    for (const auto& vertex : outcome.cell.vertices())
-      for (int i = 0; i < D; ++i) {
-        totals.lower[i] = std::min(totals.lower[i], vertex.x[i]);
-        totals.upper[i] = std::max(totals.upper[i], vertex.x[i]);
-      }
+    const auto range = geometry::vertex_range(outcome.cell);
+    for (int i = 0; i < D; ++i) {
+      totals.lower[i] = std::min(totals.lower[i], range.lower[i]);
+      totals.upper[i] = std::max(totals.upper[i], range.upper[i]);
+    }
   }
 }
 

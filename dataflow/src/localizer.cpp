@@ -343,26 +343,23 @@ std::span<const geometry::OrientedHyperplane> Localizer<D>::listed_planes(const 
   return ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
 }
 
-namespace {
-
-/// How often a hyperplane is among half-spaces: counted in words as wide as theirs, by an index, as compilers make vectors of it.
-std::uint32_t occurrences(std::span<const geometry::OrientedHyperplane> planes, geometry::HyperplaneId id) {
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < planes.size(); ++i) count += planes[i].id() == id ? 1 : 0;
-  return count;
-}
-
-}  // namespace
-
 /// The half-space of an operand in which most others end, too (or one that has it twice): a cut there tells about all of them.
 template <int D>
-std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span<const Word> program, const Word* leaf) const {
+std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span<const Word> program, const Word* leaf) {
+  listed_.clear();
+  shared_.clear();
+  for (const auto plane : listed_planes(leaf))
+    if (network_->is_shared(plane.id())) shared_.push_back(plane);
+  if (shared_.empty()) return std::nullopt;
+  for (const std::uint32_t at : active_) {
+    const auto planes = listed_planes(program.data() + at);
+    listed_.insert(listed_.end(), planes.begin(), planes.end());
+  }
   std::optional<geometry::OrientedHyperplane> chosen;
   std::pair<std::uint32_t, double> most;  // operands, and how far the centre is outside
-  for (const auto plane : listed_planes(leaf)) {
-    if (!network_->is_shared(plane.id())) continue;
-    std::uint32_t operands = 0;
-    for (const std::uint32_t at : active_) operands += occurrences(listed_planes(program.data() + at), plane.id());
+  for (const auto plane : shared_) {
+    std::uint32_t operands = 0;  // counted in words as wide as theirs, by an index, as compilers make vectors of it
+    for (std::size_t i = 0; i < listed_.size(); ++i) operands += listed_[i].id() == plane.id() ? 1 : 0;
     if (operands == 1 || (chosen && operands < most.first)) continue;  // 1: the operand itself
     const double value = view_.table().rounded(plane.id()).at(view_.extent().centre);
     const std::pair key(operands, plane.flipped() ? -value : value);

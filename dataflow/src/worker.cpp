@@ -71,11 +71,12 @@ template <int D>
 void Worker<D>::add(Token<D>* token) {
   if (crew_.options.order == Order::depth) return deque.push(token);
   const CellExtent<D> extent(token->cell);
-  double key = extent.radius;
+  const double radius = extent.radius(token->cell);
+  double key = radius;
   if (!crew_.options.eye.empty()) {
     double square = 0;
     for (std::size_t i = 0; i < D; ++i) square += (extent.centre[i] - crew_.options.eye[i]) * (extent.centre[i] - crew_.options.eye[i]);
-    key /= std::max(std::sqrt(square), extent.radius);
+    key /= std::max(std::sqrt(square), radius);
   }
   const std::lock_guard lock(crew_.heap_mutex);
   crew_.heap.push_back({key, token});

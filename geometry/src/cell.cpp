@@ -1,10 +1,13 @@
 #include "bsp2/geometry/cell.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/splitter.hpp"
+#include "vector_lanes.hpp"
 
 namespace bsp2::geometry {
 
@@ -16,6 +19,46 @@ Cell<D> Cell<D>::copy() const {
   result.vertex_count_ = vertex_count_;
   result.levels_ = levels_;
   return result;
+}
+
+namespace {
+
+/// A vertex's error stands behind its coordinates: four numbers at a time.
+BSP2_VECTOR_CLONES void find_range(std::span<const Vertex<3>> vertices, VertexRange<3>& range) {
+  static_assert(offsetof(Vertex<3>, error) == 3 * sizeof(double));
+  Lanes low = Lanes{} + std::numeric_limits<double>::infinity(), high = -low, sum{}, at;
+  for (const Vertex<3>& vertex : vertices) {
+    std::memcpy(&at, &vertex, sizeof at);
+    low = at < low ? at : low;
+    high = at > high ? at : high;
+    sum += at;
+  }
+  range = {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}, {sum[0], sum[1], sum[2]}, high[3]};
+}
+
+}  // namespace
+
+template <int D>
+VertexRange<D> vertex_range(const Cell<D>& cell) {
+  VertexRange<D> range;
+  if constexpr (D == 3) {
+    find_range(cell.vertices(), range);
+  } else {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    range.lower.fill(infinity);
+    range.upper.fill(-infinity);
+    range.sum.fill(0);
+    range.error = 0;
+    for (const Vertex<D>& vertex : cell.vertices()) {
+      range.error = std::max(range.error, vertex.error);
+      for (int i = 0; i < D; ++i) {
+        range.lower[i] = std::min(range.lower[i], vertex.x[i]);
+        range.upper[i] = std::max(range.upper[i], vertex.x[i]);
+        range.sum[i] += vertex.x[i];
+      }
+    }
+  }
+  return range;
 }
 
 namespace {
@@ -81,6 +124,7 @@ Cell<D> root_cell(const HyperplaneTable<D>& table) {
 
 #define BSP2_INSTANTIATE(D)                                                                                          \
   template class Cell<D>;                                                                                            \
+  template VertexRange<D> vertex_range<D>(const Cell<D>&);                                                           \
   template Cell<D> root_cell<D>(const HyperplaneTable<D>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE

@@ -77,7 +77,7 @@ void check_stream_of(const Network<D>& network, const P& producer, unsigned deep
     }
     const Advice advice = producer.advise(left.data(), view);
     if (advice.none) {  // slivers where planes of several wedges nearly meet, by the rounding of chords and tangents
-      ASSERT_TRUE(view.extent().radius < 1e-6 || (has_needles && volume < 1e-12 * whole));
+      ASSERT_TRUE(view.extent().radius(view.cell()) < 1e-6 || (has_needles && volume < 1e-12 * whole));
       fuzzy += volume;
       continue;
     }

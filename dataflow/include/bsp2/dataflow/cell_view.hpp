@@ -11,14 +11,15 @@
 
 namespace bsp2::dataflow {
 
-/// A box and a ball around a cell, slightly enlarged: quick, conservative tests before the exact ones.
+/// A box around a cell, slightly enlarged: quick, conservative tests before the exact ones.
 template <int D>
 struct CellExtent : Box<D> {
   std::array<double, D> middle, half;  ///< the box's centre and half its size
   std::array<double, D> centre;        ///< mean of the vertices, inside the cell
-  double radius;
   CellExtent() = default;
   explicit CellExtent(const geometry::Cell<D>& cell);
+  /// Of a ball around the centre that contains the cell, slightly enlarged.
+  [[nodiscard]] double radius(const geometry::Cell<D>& cell) const;
   [[nodiscard]] double length(int axis) const { return this->upper[axis] - this->lower[axis]; }
   /// The axes, the longest extent first.
   [[nodiscard]] std::array<int, D> axes_by_length() const;

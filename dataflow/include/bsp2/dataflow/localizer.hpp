@@ -68,6 +68,7 @@ class Localizer {
   double angle_ = 0;  // 0: there is no eye
   std::vector<std::pair<double, geometry::HyperplaneId>> candidates_;  // by their distance from a place
   std::vector<Stretch> stretches_;  // of the undecided operands along an axis
+  std::vector<geometry::OrientedHyperplane> listed_, shared_;  // half-spaces of all operands that are lists of them, and those in which the one at hand may end with others
 
   Answer localize(std::span<const Word> program, std::vector<Word>& out, bool quick);
   Answer visit(const Word*& at, std::vector<Word>& out);
@@ -87,7 +88,7 @@ class Localizer {
   bool choose_between_operands(std::span<const Word> program, Cut& cut);
   bool take_nearest_candidate(Cut& cut);
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> listed_planes(const Word* leaf) const;
-  [[nodiscard]] std::optional<geometry::OrientedHyperplane> shared_plane(std::span<const Word> program, const Word* leaf) const;
+  [[nodiscard]] std::optional<geometry::OrientedHyperplane> shared_plane(std::span<const Word> program, const Word* leaf);
   void choose_operand(std::span<const Word> program, Cut& cut);
   void offer_clipping(std::span<const Word> program, Cut& cut) const;
   Answer answer_if(const Word*& at, const Answer& leaf) const;

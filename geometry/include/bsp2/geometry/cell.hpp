@@ -70,6 +70,16 @@ class Cell {
   std::array<Level, (D > 1 ? D - 1 : 1)> levels_{};
 };
 
+/// What all vertices of a cell tell by axis, as their coordinates are rounded.
+template <int D>
+struct VertexRange {
+  std::array<double, D> lower, upper, sum;
+  double error;  ///< the largest of the vertices' error bounds
+};
+
+template <int D>
+VertexRange<D> vertex_range(const Cell<D>& cell);
+
 /// The Hasse diagram of the table's root cell: the box of all axis positions.
 template <int D>
 Cell<D> root_cell(const HyperplaneTable<D>& table);
