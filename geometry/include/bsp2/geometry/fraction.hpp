@@ -49,10 +49,7 @@ class Fraction {
   }
   Fraction& operator+=(const Fraction& other) { return add(other, 0); }
   Fraction& operator-=(const Fraction& other) { return add(other, ~Word{0}); }
-  friend Fraction operator*(Fraction a, Fraction b) {
-    const Word signs = a.sign_mask() ^ b.sign_mask();
-    a.negate_if(a.sign_mask());
-    b.negate_if(b.sign_mask());
+  friend Fraction operator*(const Fraction& a, const Fraction& b) {
     const auto product = [&](int i, int k) { return Double{a.word_[i]} * b.word_[k]; };
     const auto low = [](Double x) { return static_cast<Word>(x); };
     const auto high = [](Double x) { return static_cast<Word>(x >> 64); };
@@ -62,8 +59,9 @@ class Fraction {
     const Double middle = Double{high(lowest)} + high(p12) + high(p21) + low(p22);
     Fraction result;
     result.word_ = {low(lowest), low(middle), high(p22) + high(middle)};
-    result.negate_if(signs);
-    return result;
+    // Read without their signs, the words of a negative factor are those of one that is larger by 1.
+    result -= b.masked(a.sign_mask());
+    return result -= a.masked(b.sign_mask());
   }
 
  private:
@@ -72,6 +70,11 @@ class Fraction {
   std::array<Word, 3> word_{};  // two's complement, the least significant first
 
   [[nodiscard]] Word sign_mask() const { return -(word_[2] >> 63); }
+  [[nodiscard]] Fraction masked(Word mask) const {
+    Fraction result;
+    result.word_ = {word_[0] & mask, word_[1] & mask, word_[2] & mask};
+    return result;
+  }
   void negate_if(Word mask) {
     Fraction result;
     word_ = result.add(*this, mask).word_;
