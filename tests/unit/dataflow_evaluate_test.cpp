@@ -103,6 +103,38 @@ TEST(Evaluate, ServesAnyNumberOfConsumersWithTheSameBatches) {
   EXPECT_EQ(result.cells_of_worker.size(), 2U);
 }
 
+/// Is there for the progress alone.
+class Onlooker : public Consumer {
+ public:
+  void consume(const std::shared_ptr<const Refinement>&) override { ++batches; }
+  [[nodiscard]] bool takes_cells() const override { return false; }
+  int batches = 0;
+};
+
+TEST(Evaluate, FindsTheSameWhetherCellsAreWrittenOrNot) {
+  auto far = identity_matrix(3);
+  far[3] = -30;
+  const auto pillar = model::transform(far, model::cylinder(3, 5, 5, 300, false));  // a cell with 600 corners
+  const Network<3> network = compile<3>(model::unite({grid_of_solids(3), pillar}), {});
+  Keeper keeper;
+  Onlooker onlooker;
+  std::vector<Consumer*> both{&onlooker, &keeper}, one{&onlooker};
+  const auto written = evaluate(network, partition(network, 1).regions, keep_everything(2), both);
+  EXPECT_GT(onlooker.batches, 0);  // what is written for one goes to all
+  std::size_t largest = 0;
+  for (const auto& refinement : keeper.refinements)
+    for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) largest = std::max(largest, refinement->cells.point_count(cell));
+  EXPECT_GT(largest, 256U);
+  onlooker.batches = 0;
+  const auto seen = evaluate(network, partition(network, 1).regions, keep_everything(2), one);
+  EXPECT_EQ(onlooker.batches, 0);
+  EXPECT_EQ(seen.totals.digest.hex(), written.totals.digest.hex());
+  EXPECT_EQ(seen.totals.in.state(), written.totals.in.state());
+  EXPECT_EQ(seen.totals.in_cells, written.totals.in_cells);
+  EXPECT_EQ(seen.totals.out_cells, written.totals.out_cells);
+  EXPECT_EQ(seen.totals.lower, written.totals.lower);
+}
+
 TEST(Evaluate, KeepsWhatIsAskedFor) {
   const Network<3> network = compile<3>(grid_of_solids(2), {});
   for (int mask = 0; mask < 8; ++mask) {
