@@ -1,7 +1,6 @@
 #include <xxhash.h>
 
 #include <cstdio>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -33,29 +32,15 @@ std::uint64_t key_of(std::uint16_t corner) {
   return corner < mixed_corners.size() ? mixed_corners[corner] : mixed(corner);
 }
 
-template <int D>
-void collect_corners(const Cell<D>& cell, int k, std::size_t face, std::set<std::uint16_t>& corners) {
-  for (const std::uint16_t sub : cell.subfaces(k, face)) {
-    if (k == 1)
-      corners.insert(sub);
-    else
-      collect_corners(cell, k - 1, sub, corners);
-  }
-}
-
 /// The sum of the keys of a facet's corners, twice: around a facet in space, each corner ends two edges.
 template <int D>
 std::uint64_t twice_the_corners(const Cell<D>& cell, std::size_t facet) {
   std::uint64_t sum = 0;
-  if constexpr (D == 1) {
-    sum = 2 * key_of(static_cast<std::uint16_t>(facet));
-  } else if constexpr (D == 3) {
+  if constexpr (D == 3) {
     const std::uint16_t* const ends = cell.subfaces(1, 0).data();  // two of each edge
     for (const std::uint16_t edge : cell.subfaces(2, facet)) sum += key_of(ends[2 * edge]) + key_of(ends[2 * edge + 1]);
   } else {
-    std::set<std::uint16_t> corners;
-    collect_corners(cell, D - 1, facet, corners);
-    for (const std::uint16_t corner : corners) sum += 2 * key_of(corner);
+    for (const std::uint16_t corner : geometry::facet_vertices(cell, facet)) sum += 2 * key_of(corner);
   }
   return sum;
 }
@@ -97,8 +82,7 @@ void Digest::add(const geometry::CellBatch& batch, std::size_t cell) {
 template <int D>
 void Digest::add(const Cell<D>& cell, geometry::Label label, std::int32_t part, std::uint16_t level) {
   CellHash hash;
-  const std::size_t facets = D == 1 ? 2 : cell.facet_count();
-  for (std::size_t facet = 0; facet < facets; ++facet) hash.add_facet(twice_the_corners(cell, facet));
+  for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) hash.add_facet(twice_the_corners(cell, facet));
   thread_local std::vector<double> points;  // one after the other, as in a batch
   points.resize(cell.vertices().size() * D);
   double* next = points.data();

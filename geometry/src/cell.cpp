@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <set>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/splitter.hpp"
@@ -59,6 +60,26 @@ VertexRange<D> vertex_range(const Cell<D>& cell) {
     }
   }
   return range;
+}
+
+namespace {
+
+template <int D>
+void collect_vertices(const Cell<D>& cell, int k, std::size_t face, std::set<std::uint16_t>& vertices) {
+  if (k == 0) {
+    vertices.insert(static_cast<std::uint16_t>(face));
+    return;
+  }
+  for (const std::uint16_t sub : cell.subfaces(k, face)) collect_vertices(cell, k - 1, sub, vertices);
+}
+
+}  // namespace
+
+template <int D>
+std::vector<std::uint16_t> facet_vertices(const Cell<D>& cell, std::size_t facet) {
+  std::set<std::uint16_t> vertices;
+  collect_vertices(cell, D - 1, facet, vertices);
+  return {vertices.begin(), vertices.end()};
 }
 
 namespace {
@@ -125,6 +146,7 @@ Cell<D> root_cell(const HyperplaneTable<D>& table) {
 #define BSP2_INSTANTIATE(D)                                                                                          \
   template class Cell<D>;                                                                                            \
   template VertexRange<D> vertex_range<D>(const Cell<D>&);                                                           \
+  template std::vector<std::uint16_t> facet_vertices<D>(const Cell<D>&, std::size_t);                                \
   template Cell<D> root_cell<D>(const HyperplaneTable<D>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE

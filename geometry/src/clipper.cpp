@@ -36,14 +36,6 @@ std::array<double, D> Clipper<D>::centre() const {
 
 // --- three dimensions: faces in place ------------------------------------------------------------------------------------
 
-namespace {
-
-[[noreturn]] void throw_no_two_points() {
-  throw std::logic_error("a plane meets the outline of a convex facet in other than two points");
-}
-
-}  // namespace
-
 void Clipper<3>::load(const Cell<3>& cell) {
   const auto vertices = cell.vertices();
   vertices_.clear();

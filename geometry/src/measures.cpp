@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -356,20 +355,6 @@ Moments<D> CellWriter<D>::measure(const Cell<D>& cell) {
   return moments;
 }
 
-namespace {
-
-/// All vertices of a k-face.
-template <int D>
-void collect_vertices(const Cell<D>& cell, int k, std::size_t face, std::set<std::uint16_t>& vertices) {
-  if (k == 0) {
-    vertices.insert(static_cast<std::uint16_t>(face));
-    return;
-  }
-  for (const std::uint16_t sub : cell.subfaces(k, face)) collect_vertices(cell, k - 1, sub, vertices);
-}
-
-}  // namespace
-
 template <int D>
 Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
   const Moments<D> moments = measure(cell);
@@ -399,8 +384,7 @@ Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
     for (std::size_t facet = 0; facet < loop_ends_.size(); ++facet) end_facet(cell.facet_hyperplane(facet), first + loop_ends_[facet]);
   } else {
     for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
-      std::set<std::uint16_t> corners;
-      collect_vertices(cell, D - 1, facet, corners);
+      const auto corners = facet_vertices(cell, facet);
       batch.facet_vertices.insert(batch.facet_vertices.end(), corners.begin(), corners.end());
       end_facet(cell.facet_hyperplane(facet), batch.facet_vertices.size());
     }

@@ -40,4 +40,8 @@ Cell<3> SpaceCell::take() {
   return std::move(cell_);
 }
 
+void throw_no_two_points() {
+  throw std::logic_error("a plane meets the outline of a convex facet in other than two points");
+}
+
 }  // namespace bsp2::geometry

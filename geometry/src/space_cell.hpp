@@ -41,4 +41,7 @@ class SpaceCell {
   std::uint32_t filled_ = 0, closed_ = 0;
 };
 
+/// What no convex facet does.
+[[noreturn]] void throw_no_two_points();
+
 }  // namespace bsp2::geometry

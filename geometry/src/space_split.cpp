@@ -13,10 +13,6 @@ std::array<std::uint32_t, 2> ascending(std::uint32_t a, std::uint32_t b) {
   return {std::min(a, b), std::max(a, b)};
 }
 
-[[noreturn]] void throw_no_two_points() {
-  throw std::logic_error("a hyperplane meets the outline of a convex facet in other than two points");
-}
-
 }  // namespace
 
 /// The two points in which a hyperplane through vertices meets a facet's outline.

@@ -68,7 +68,8 @@ class Localizer {
   double angle_ = 0;  // 0: there is no eye
   std::vector<std::pair<double, geometry::HyperplaneId>> candidates_;  // by their distance from a place
   std::vector<Stretch> stretches_;  // of the undecided operands along an axis
-  std::vector<geometry::OrientedHyperplane> listed_, shared_;  // half-spaces of all operands that are lists of them, and those in which the one at hand may end with others
+  std::vector<geometry::OrientedHyperplane> listed_;  // half-spaces of all operands that are lists of them
+  std::vector<geometry::OrientedHyperplane> shared_;  // those of the operand at hand in which others may end, too
 
   Answer localize(std::span<const Word> program, std::vector<Word>& out, bool quick);
   Answer visit(const Word*& at, std::vector<Word>& out);

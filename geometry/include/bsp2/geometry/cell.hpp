@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "bsp2/geometry/block.hpp"
 #include "bsp2/geometry/hyperplane.hpp"
@@ -79,6 +80,10 @@ struct VertexRange {
 
 template <int D>
 VertexRange<D> vertex_range(const Cell<D>& cell);
+
+/// The vertices of a facet, in ascending order. Takes memory: in space the ends of the facet's edges tell the same.
+template <int D>
+std::vector<std::uint16_t> facet_vertices(const Cell<D>& cell, std::size_t facet);
 
 /// The Hasse diagram of the table's root cell: the box of all axis positions.
 template <int D>
