@@ -112,8 +112,8 @@ Position Clipper<3>::cut(OrientedHyperplane plane, Cell<3>* rest) {
 std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
   const Hyperplane<3> h = splitter_->table().rounded(id);
   const std::size_t count = vertices_.size();
-  const std::size_t padded = (count + 3) / 4 * 4;
-  values_.resize(padded);
+  const std::size_t padded = (count + 3) / 4 * 4, marked = (count + wide - 1) / wide * wide;
+  values_.resize(marked);
   for (auto& column : x_) {  // the last one again
     column.resize(padded);
     for (std::size_t v = count; v < padded; ++v) column[v] = column[count - 1];
@@ -124,14 +124,15 @@ std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
   splitter_->counts_.predicates += living_vertices_;
   if (largest < -bound) return has_negative;
   if (least > bound) return has_positive;
-  vertex_mask_.resize(count);
+  vertex_mask_.resize(marked);
+  std::uint8_t* const mask = vertex_mask_.data();
+  const std::uint8_t* const lives = vertex_lives_.data();
+  filter::mark(values_.data(), count, bound, mask);
   std::uint8_t all = 0, doubtful = 0;
   for (std::size_t v = 0; v < count; ++v) {
-    const double value = values_[v];
-    const auto mask = static_cast<std::uint8_t>((value > bound ? has_positive : 0) | (value < -bound ? has_negative : 0));
-    vertex_mask_[v] = mask & vertex_lives_[v];
-    all |= vertex_mask_[v];
-    doubtful |= static_cast<std::uint8_t>(mask == 0) & vertex_lives_[v];
+    doubtful |= static_cast<std::uint8_t>(mask[v] == 0 ? 0xff : 0) & lives[v];
+    mask[v] &= lives[v];
+    all |= mask[v];
   }
   is_touched_ = false;
   if (doubtful == 0) return all;

@@ -79,6 +79,19 @@ BSP2_VECTOR_CLONES Range evaluate(const Points& points, const Hyperplane<3>& h, 
   return range_of(low, high);
 }
 
+BSP2_VECTOR_CLONES void mark(const double* values, std::size_t count, double bound, std::uint8_t* marks) {
+  const WideLanes zero{}, one = zero + 1, two = zero + 2;
+  for (std::size_t at = 0; at < count; at += wide) {
+    WideLanes value;
+    std::memcpy(&value, values + at, sizeof value);
+    const WideLanes found = (value < -bound ? one : zero) + (value > bound ? two : zero) + 0x1p52;  // now the lowest bits are the number
+    WideBits bits;
+    std::memcpy(&bits, &found, sizeof bits);
+    const auto bytes = __builtin_convertvector(bits, WideBytes);
+    std::memcpy(marks + at, &bytes, sizeof bytes);
+  }
+}
+
 BSP2_VECTOR_CLONES Range find_range(const Points& points, const Hyperplane<3>& h, double bound, std::uint64_t& looked_at) {
   return find_range_inline(points, h, bound, looked_at);
 }

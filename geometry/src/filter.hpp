@@ -25,6 +25,10 @@ struct Range {
 /// The hyperplane's value at each point, and once more at those that fill up the last four. @return their range.
 Range evaluate(const Points& points, const Hyperplane<3>& h, double* values);
 
+/// For each value 1 if it is below -bound, 2 if it is above bound, else 0; and once more for those that fill up the last eight.
+/// @pre there is room for as many values and marks as the next multiple of 8.
+void mark(const double* values, std::size_t count, double bound, std::uint8_t* marks);
+
 /// The range of the hyperplane's values at the points; only a part of it if that is beyond `bound` on both sides already.
 /// @param looked_at is increased by the number of points that were looked at.
 Range find_range(const Points& points, const Hyperplane<3>& h, double bound, std::uint64_t& looked_at);
