@@ -144,7 +144,7 @@ std::optional<Hyperplane<D>> HyperplaneTable<D>::round(const typename AffineMap<
 }
 
 template <int D>
-std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(HyperplaneId id) const {
+std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(HyperplaneId id, LastMap& last) const {
   constexpr long double unit_roundoff = 0x1p-64L;
   Refined result{};
   if (id >= first_axis_id) {
@@ -155,8 +155,10 @@ std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(
     return result;
   }
   if (id >= sources_.size()) return std::nullopt;
-  const AffineMap<D>& map = maps_[sources_[id].map];
-  const auto world = map.map_rounded(covectors_[sources_[id].covector].rounded, map.rounding());
+  const Source& source = sources_[id];
+  const AffineMap<D>& map = maps_[source.map];
+  if (last.number != source.map) last = {source.map, map.rounding()};
+  const auto world = map.map_rounded(covectors_[source.covector].rounded, last.rounding);
   const auto [length, normal_error] = length_of_normal<D>(world);
   if (!(normal_error < length * 0x1p-50L)) return std::nullopt;
   for (int i = 0; i < D; ++i) result.normal[i] = world.value[i] / length;

@@ -189,8 +189,9 @@ bool solve_by_cross_products(const std::array<Hyperplane<3>, 3>& h, Vertex<3>& v
 bool solve_by_refined_planes(const HyperplaneTable<3>& table, const std::array<HyperplaneId, 3>& ids, Vertex<3>& vertex) {
   constexpr long double least_size_refined = 0x1p-34L;
   std::array<Planes<long double>, 3> planes;
+  HyperplaneTable<3>::LastMap last;
   for (int i = 0; i < 3; ++i) {
-    const auto refined = table.refined(ids[i]);
+    const auto refined = table.refined(ids[i], last);
     if (!refined) return false;
     planes[i] = {refined->normal, refined->offset, refined->error};
   }

@@ -103,7 +103,8 @@ void check_vertices(const Model<D>& model, Random& random, int tuples, int other
 /// A refined copy at a point, beside the exact value over the exact length of the normal.
 template <int D>
 void check_refined(const Model<D>& model, HyperplaneId id, const std::array<double, D>& x) {
-  const auto refined = model.table.refined(id);
+  typename HyperplaneTable<D>::LastMap last;
+  const auto refined = model.table.refined(id, last);
   if (!refined) return;
   ASSERT_LE(refined->error, static_cast<long double>(model.table.rounded(id).error));
   long double value = refined->offset;

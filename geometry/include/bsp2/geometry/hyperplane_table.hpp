@@ -75,8 +75,13 @@ class HyperplaneTable {
     std::array<long double, D> normal;
     long double offset, error;  ///< error: as that of Hyperplane, where values are computed in long double
   };
+  /// The map of the hyperplane that was refined last: those that meet are mostly of one primitive.
+  struct LastMap {
+    std::uint32_t number = ~std::uint32_t{0};
+    typename AffineMap<D>::Rounding rounding;
+  };
   /// Nothing for hyperplanes of families, and where coefficients cancelled too much.
-  [[nodiscard]] std::optional<Refined> refined(HyperplaneId id) const;
+  [[nodiscard]] std::optional<Refined> refined(HyperplaneId id, LastMap& last) const;
   [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
   /// Where a hyperplane comes from: the covector in a primitive's frame, which primitives of one shape share, and the map that places it.
   /// Hyperplanes of one map lie in the model as their covectors do in the frame: maps keep sides and meeting points.
