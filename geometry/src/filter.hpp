@@ -25,8 +25,8 @@ struct Range {
 /// The hyperplane's value at each point, and once more at those that fill up the last four. @return their range.
 Range evaluate(const Points& points, const Hyperplane<3>& h, double* values);
 
-/// For each value 1 if it is below -bound, 2 if it is above bound, else 0; and once more for those that fill up the last eight.
-/// @pre there is room for as many values and marks as the next multiple of 8.
+/// For each value 1 if it is below -bound, 2 if it is above bound, else 0. @pre there is room for as many values and marks as the next
+/// multiple of 8; marks beyond `count` mean nothing.
 void mark(const double* values, std::size_t count, double bound, std::uint8_t* marks);
 
 /// The range of the hyperplane's values at the points; only a part of it if that is beyond `bound` on both sides already.

@@ -342,6 +342,7 @@ Position Splitter<D>::classify(const Cell<D>& cell, HyperplaneId id) {
   counts_.predicates += vertices.size();
   for (std::size_t i = 0; doubtful != 0 && i < vertices.size(); ++i) {
     if (mask_[0][i] != 0) continue;
+    --counts_.predicates;  // counted again there
     const int s = side(vertices[i], id, rounded);
     mask_[0][i] = s < 0 ? has_negative : s > 0 ? has_positive : 0;
     all |= mask_[0][i];
