@@ -60,6 +60,22 @@ Sample random_sample(Random& random) {
   return {Fraction::scaled(value, exponent), value.sign() < 0 ? cpp_int(-units) : units};
 }
 
+TEST(Fractions, AreMultipliedUpToAHalfOfEitherSign) {
+  std::vector<ExactInteger<3>> sizes{0, 1, 2};
+  for (const unsigned bit : {63U, 64U, 65U, 127U, 128U, 129U, 190U})
+    for (const int more : {-1, 0, 1}) sizes.push_back((ExactInteger<3>(1) << bit) + more);
+  sizes.push_back((ExactInteger<3>(1) << 191) - 1);
+  std::vector<Sample> samples{{Fraction::scaled(ExactInteger<3>(-1), -1), cpp_int(-1) << 191}};  // -1/2
+  for (const auto& size : sizes)
+    for (const int sign : {1, -1}) samples.push_back({Fraction::scaled(ExactInteger<3>(sign * size), -Fraction::bits), sign * cpp_int(size)});
+  for (const Sample& a : samples)
+    for (const Sample& b : samples) {
+      const cpp_int error = cpp_int(units_of(a.fraction * b.fraction) << Fraction::bits) - a.units * b.units;
+      ASSERT_LT(abs(error), cpp_int(6) << Fraction::bits) << a.units << " * " << b.units;
+      ASSERT_TRUE((a.units != 0 && b.units != 0) || (a.fraction * b.fraction).is_zero());
+    }
+}
+
 TEST(Fractions, AreIntegersOf192Bits) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
