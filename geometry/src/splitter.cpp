@@ -350,8 +350,24 @@ Position Splitter<D>::classify(const Cell<D>& cell, HyperplaneId id) {
   return all == crosses ? Position::crossing : all == has_positive ? Position::positive : Position::negative;
 }
 
+namespace {
+
+/// Where a cell lies that has a facet on the hyperplane, as most have that touch it.
+template <int D>
+std::optional<Position> side_of_facet(const Cell<D>& cell, HyperplaneId id) {
+  if constexpr (D > 1) {
+    const std::uint32_t* const codes = cell.hyperplanes(D - 1, 0).data();
+    for (std::size_t facet = 0; facet < cell.facet_count(); ++facet)
+      if (const OrientedHyperplane plane{codes[facet]}; plane.id() == id) return plane.flipped() ? Position::positive : Position::negative;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 template <int D>
 Position Splitter<D>::position(const Cell<D>& cell, HyperplaneId id, const Hyperplane<D>& rounded) {
+  if (const auto side = side_of_facet(cell, id)) return *side;
   int seen = 0;
   for (const Vertex<D>& vertex : cell.vertices()) {
     const int s = side(vertex, id, rounded);
@@ -409,11 +425,11 @@ bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& col
     static_assert(block % wide == 0);
     const auto stored = table_->rounded();
     std::array<filter::Sides, block> sides;
-    std::size_t found = crossing.size();
+    std::array<std::uint32_t, block> codes;
     for (std::size_t first = 0; first < planes.size(); first += block) {
       const auto some = planes.subspan(first, std::min(block, planes.size() - first));
       counts_.predicates += filter::find_sides(points_of(columns), columns.error * (1 + 0x1p-40), stored.data(), some, sides.data());
-      crossing.resize(found + some.size());
+      std::size_t found = 0;
       bool is_outside = false;
       for (std::size_t i = 0; i < some.size(); ++i) {  // hardly any branches: there is no telling which ones cross
         const OrientedHyperplane plane = some[i];
@@ -422,13 +438,13 @@ bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& col
           if (is_outside) return false;
           where = sides_of(position(cell, plane.id(), stored[plane.id()]));
         }
-        crossing[found] = plane.code;
+        codes[found] = plane.code;
         found += where == filter::both ? 1 : 0;
         is_outside |= where == (plane.flipped() ? filter::all_negative : filter::all_positive);
       }
       if (is_outside) return false;
+      crossing.insert(crossing.end(), codes.begin(), codes.begin() + found);
     }
-    crossing.resize(found);
     return true;
   } else {
     return std::all_of(planes.begin(), planes.end(), [&](OrientedHyperplane plane) {
