@@ -170,10 +170,12 @@ int MomentSum<D>::degree(int index) {
 
 namespace {
 
-/// value * 2^-exponent rounded to the nearest integer, halves to the even one. From the bits: the library's ways are calls.
-Int128 on_grid(double value, int exponent) {
-  constexpr int fraction = 52, bias = 1023;
-  constexpr std::uint64_t leading = std::uint64_t{1} << fraction;
+/// Of a number in its bits: mantissa * 2^(exponent - 1023 - 52). From the bits: the library's ways are calls.
+constexpr int fraction = 52, bias = 1023;
+constexpr std::uint64_t leading = std::uint64_t{1} << fraction;
+
+/// What on_grid() does with all other numbers.
+[[gnu::noinline]] Int128 on_grid_by_cases(double value, int exponent) {
   const auto bits = std::bit_cast<std::uint64_t>(value);
   if (bits << 1 == 0) return 0;
   const int field = static_cast<int>(bits >> fraction & 0x7ff);  // 0: below 2^-1022, without a leading bit
@@ -189,6 +191,17 @@ Int128 on_grid(double value, int exponent) {
     size = static_cast<Int128>(whole + (rest > half || (rest == half && whole % 2 != 0) ? 1 : 0));
   }
   return bits >> 63 != 0 ? -size : size;
+}
+
+/// value * 2^-exponent rounded to the nearest integer, halves to the even one.
+[[gnu::always_inline]] inline Int128 on_grid(double value, int exponent) {
+  constexpr int widest = 126 - fraction - 1;
+  const auto bits = std::bit_cast<std::uint64_t>(value);
+  const int field = static_cast<int>(bits >> fraction & 0x7ff), shift = field - bias - fraction - exponent;
+  if (field == 0 || field == 0x7ff || shift < 0 || shift > widest) return on_grid_by_cases(value, exponent);
+  const Int128 size = static_cast<Int128>((bits & (leading - 1)) | leading) << shift;
+  const Int128 sign = -static_cast<Int128>(bits >> 63);  // 0, or all bits
+  return (size ^ sign) - sign;
 }
 
 }  // namespace
