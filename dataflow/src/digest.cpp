@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bsp2/dataflow/evaluate.hpp"
+#include "bsp2/geometry/buffer.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 
 namespace bsp2::dataflow {
@@ -32,19 +33,6 @@ std::uint64_t key_of(std::uint16_t corner) {
   return corner < mixed_corners.size() ? mixed_corners[corner] : mixed(corner);
 }
 
-/// The sum of the keys of a facet's corners, twice: around a facet in space, each corner ends two edges.
-template <int D>
-std::uint64_t twice_the_corners(const Cell<D>& cell, std::size_t facet) {
-  std::uint64_t sum = 0;
-  if constexpr (D == 3) {
-    const std::uint16_t* const ends = cell.subfaces(1, 0).data();  // two of each edge
-    for (const std::uint16_t edge : cell.subfaces(2, facet)) sum += key_of(ends[2 * edge]) + key_of(ends[2 * edge + 1]);
-  } else {
-    for (const std::uint16_t corner : geometry::facet_vertices(cell, facet)) sum += 2 * key_of(corner);
-  }
-  return sum;
-}
-
 /// Puts what a cell's hash is made of together, facet by facet.
 class CellHash {
  public:
@@ -67,6 +55,29 @@ class CellHash {
   std::uint32_t facet_count_ = 0;
 };
 
+/// Around a facet in space, each corner ends two edges.
+void add_facets(const Cell<3>& cell, CellHash& hash) {
+  thread_local geometry::Buffer<std::uint64_t> of_edge;  // the sum of the keys of its ends
+  const std::size_t edges = cell.face_count(1);
+  const std::uint16_t* const ends = cell.subfaces(1, 0).data();  // two of each edge
+  of_edge.resize(edges);
+  for (std::size_t edge = 0; edge < edges; ++edge) of_edge[edge] = key_of(ends[2 * edge]) + key_of(ends[2 * edge + 1]);
+  for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
+    std::uint64_t sum = 0;
+    for (const std::uint16_t edge : cell.subfaces(2, facet)) sum += of_edge[edge];
+    hash.add_facet(sum);
+  }
+}
+
+template <int D>
+void add_facets(const Cell<D>& cell, CellHash& hash) {
+  for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
+    std::uint64_t sum = 0;
+    for (const std::uint16_t corner : geometry::facet_vertices(cell, facet)) sum += 2 * key_of(corner);
+    hash.add_facet(sum);
+  }
+}
+
 }  // namespace
 
 void Digest::add(const geometry::CellBatch& batch, std::size_t cell) {
@@ -82,7 +93,7 @@ void Digest::add(const geometry::CellBatch& batch, std::size_t cell) {
 template <int D>
 void Digest::add(const Cell<D>& cell, geometry::Label label, std::int32_t part, std::uint16_t level) {
   CellHash hash;
-  for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) hash.add_facet(twice_the_corners(cell, facet));
+  add_facets(cell, hash);
   thread_local std::vector<double> points;  // one after the other, as in a batch
   points.resize(cell.vertices().size() * D);
   double* next = points.data();
