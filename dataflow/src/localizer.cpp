@@ -30,7 +30,7 @@ namespace {
 constexpr std::size_t few_operands = 4;
 constexpr double least_relief = 80;
 /// A curved solid counts as at least so many half-spaces: it is cut again and again.
-constexpr std::size_t least_of_curved = 16;
+constexpr std::uint32_t least_of_curved = 16;
 /// Programs longer than this are first localized without looking at vertices: a cut between operands may come before that.
 constexpr std::size_t long_program = 256;
 /// Programs up to this length are closed up where an operand has gone.
@@ -109,11 +109,11 @@ bool Localizer<D>::is_thin() const {
 /// Leaves to choose from only what ends by itself, and splines that end within the cell.
 template <int D>
 void Localizer<D>::leave_round_operands(std::span<const Word> program) {
-  std::erase_if(active_, [&](std::uint32_t at) {
-    const Producer<D>& producer = network_->producers[program[at + 2]];
-    if (producer.spline >= 0) return !SplineProducer<D>(*network_, producer).end(program.data() + at, view_);
-    return producer.torus >= 0 || producer.preimage >= 0 ||
-           (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(program.data() + at) == 0);
+  std::erase_if(active_, [&](const ActiveLeaf& active) {
+    const Word* const leaf = program.data() + active.at;
+    const Producer<D>& producer = network_->producers[leaf[2]];
+    if (producer.spline >= 0) return !SplineProducer<D>(*network_, producer).end(leaf, view_);
+    return producer.torus >= 0 || producer.preimage >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(leaf) == 0);
   });
 }
 
@@ -166,7 +166,7 @@ Answer Localizer<D>::visit_combiner(const Word*& at, std::vector<Word>& out) {
   if (combiner.is_transparent() && length <= longest_move && out[begin + Program::header + 1] == length - Program::header) {
     const auto first = out.begin() + static_cast<std::ptrdiff_t>(begin);
     out.erase(first, first + static_cast<std::ptrdiff_t>(Program::header));
-    for (std::size_t i = first_active; i < active_.size(); ++i) active_[i] -= Program::header;
+    for (std::size_t i = first_active; i < active_.size(); ++i) active_[i].at -= Program::header;
   }
   return {Label::fuzzy};
 }
@@ -179,12 +179,15 @@ Answer Localizer<D>::visit_leaf(const Word*& at, std::vector<Word>& out) {
   Label label = Label::out;
   if (!view_.extent().misses(producer)) {
     const std::size_t begin = out.size();
-    label = with_producer(leaf, [&](const auto& process) { return process.ask(leaf, view_, out); });
-    if (label == Label::fuzzy) {
-      out[begin + 1] = static_cast<Word>(out.size() - begin);
-      active_.push_back(static_cast<std::uint32_t>(begin));
-      return {Label::fuzzy};
-    }
+    label = with_producer(leaf, [&](const auto& process) {
+      const Label answer = process.ask(leaf, view_, out);
+      if (answer == Label::fuzzy) {
+        out[begin + 1] = static_cast<Word>(out.size() - begin);
+        active_.push_back({static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(process.undecided(out.data() + begin))});
+      }
+      return answer;
+    });
+    if (label == Label::fuzzy) return {Label::fuzzy};
     if (label == Label::in && producer.undecided) {  // no cut will tell more
       out.resize(begin);
       out.insert(out.end(), {leaf[0] & ~Program::whole, Program::header, leaf[2]});
@@ -236,11 +239,6 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
 }
 
 template <int D>
-std::size_t Localizer<D>::undecided(const Word* leaf) const {
-  return with_producer(leaf, [&](const auto& process) { return process.undecided(leaf); });
-}
-
-template <int D>
 bool Localizer<D>::is_curved(const Word* leaf) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
   return producer.round >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0;
@@ -249,17 +247,14 @@ bool Localizer<D>::is_curved(const Word* leaf) const {
 template <int D>
 double Localizer<D>::work_left(std::span<const Word> program) const {
   std::size_t all = 0;
-  for (const std::uint32_t at : active_) {
-    const Word* leaf = program.data() + at;
-    all += is_curved(leaf) ? std::max(least_of_curved, undecided(leaf)) : undecided(leaf);
-  }
+  for (const ActiveLeaf& leaf : active_) all += is_curved(program.data() + leaf.at) ? std::max(least_of_curved, leaf.undecided) : leaf.undecided;
   return static_cast<double>(all);
 }
 
 template <int D>
 std::vector<typename Localizer<D>::UndecidedOperand> Localizer<D>::undecided_operands(std::span<const Word> program) const {
   std::vector<UndecidedOperand> operands;
-  for (const std::uint32_t leaf : active_) operands.push_back({program[leaf + 2], undecided(program.data() + leaf)});
+  for (const ActiveLeaf& leaf : active_) operands.push_back({program[leaf.at + 2], leaf.undecided});
   return operands;
 }
 
@@ -270,8 +265,8 @@ template <int D>
 Parting Localizer<D>::part_operands(std::span<const Word> program, int axis) {
   const CellExtent<D>& extent = view_.extent();
   stretches_.clear();
-  for (const std::uint32_t leaf : active_) {
-    const Producer<D>& producer = network_->producers[program[leaf + 2]];
+  for (const ActiveLeaf& leaf : active_) {
+    const Producer<D>& producer = network_->producers[program[leaf.at + 2]];
     stretches_.push_back({std::max(producer.lower[axis], extent.lower[axis]), std::min(producer.upper[axis], extent.upper[axis])});
   }
   return best_parting(stretches_);
@@ -304,8 +299,8 @@ bool Localizer<D>::choose_between_operands(std::span<const Word> program, Cut& c
   const auto& table = view_.table();
   const double margin = extent.length(axis) * 1e-3;
   candidates_.clear();
-  for (const std::uint32_t leaf : active_) {
-    const Producer<D>& producer = network_->producers[program[leaf + 2]];
+  for (const ActiveLeaf& leaf : active_) {
+    const Producer<D>& producer = network_->producers[program[leaf.at + 2]];
     for (const int side : {0, 1}) {
       const double bound = side == 0 ? producer.lower[axis] : producer.upper[axis];
       if (bound < extent.lower[axis] + margin || bound > extent.upper[axis] - margin) continue;
@@ -351,8 +346,8 @@ std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span
   for (const auto plane : listed_planes(leaf))
     if (network_->is_shared(plane.id())) shared_.push_back(plane);
   if (shared_.empty()) return std::nullopt;
-  for (const std::uint32_t at : active_) {
-    const auto planes = listed_planes(program.data() + at);
+  for (const ActiveLeaf& other : active_) {
+    const auto planes = listed_planes(program.data() + other.at);
     listed_.insert(listed_.end(), planes.begin(), planes.end());
   }
   std::optional<geometry::OrientedHyperplane> chosen;
@@ -373,15 +368,9 @@ std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span
 /// Cuts along the operand with the fewest undecided half-spaces or facets: where another operand ends, too, else as its producer advises.
 template <int D>
 void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
-  const Word* best = nullptr;
-  std::size_t least = 0;
-  for (const std::uint32_t at : active_) {
-    const Word* leaf = program.data() + at;
-    const std::size_t left = undecided(leaf);
-    if (best != nullptr && left >= least) continue;
-    least = left;
-    best = leaf;
-  }
+  const ActiveLeaf& fewest = *std::ranges::min_element(active_, {}, &ActiveLeaf::undecided);  // the first of those
+  const Word* const best = program.data() + fewest.at;
+  const std::size_t least = fewest.undecided;
   std::optional<geometry::OrientedHyperplane> shared;
   if (active_.size() > 1 && least <= ConvexProducer<D>::many_planes) shared = shared_plane(program, best);
   const Advice advice =
@@ -401,7 +390,7 @@ void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
 /// Where one operand is left, and a list of half-spaces says where it is: nothing needs to be asked again until it is decided.
 template <int D>
 void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const {
-  const Word* const leaf = program.data() + active_.front();
+  const Word* const leaf = program.data() + active_.front().at;
   const auto planes = listed_planes(leaf);
   if (planes.size() < 2 || planes.size() > ConvexProducer<D>::many_planes) return;
   const bool negated = (leaf[0] & Program::negated) != 0;

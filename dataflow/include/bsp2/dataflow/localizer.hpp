@@ -60,7 +60,11 @@ class Localizer {
  private:
   const Network<D>* network_;
   CellView<D> view_;                   // of the cell at hand
-  std::vector<std::uint32_t> active_;  // where the undecided leaves start in the simplified program, but for those that stay so
+  struct ActiveLeaf {
+    std::uint32_t at;         // where it starts in the simplified program
+    std::uint32_t undecided;  // how many of its half-spaces or facets are
+  };
+  std::vector<ActiveLeaf> active_;     // the undecided leaves, but for those that stay so
   bool stays_undecided_ = false;       // there may be leaves that do
   std::vector<Word> second_pass_;
   double tolerance_ = 0;
@@ -77,7 +81,6 @@ class Localizer {
   Answer visit_leaf(const Word*& at, std::vector<Word>& out);
   template <typename Use>
   auto with_producer(const Word* leaf, Use&& use) const;
-  [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   [[nodiscard]] bool is_curved(const Word* leaf) const;
   [[nodiscard]] double work_left(std::span<const Word> program) const;
 
