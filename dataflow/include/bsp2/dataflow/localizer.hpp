@@ -70,7 +70,13 @@ class Localizer {
   double tolerance_ = 0;
   std::array<double, D> eye_{};
   double angle_ = 0;  // 0: there is no eye
-  std::vector<std::pair<double, geometry::HyperplaneId>> candidates_;  // by their distance from a place
+  /// Where an operand ends, for a cut between operands.
+  struct Candidate {
+    double distance;  // from where the cut would be best
+    Word producer;
+    std::uint8_t axis, side;
+  };
+  std::vector<Candidate> candidates_;
   std::vector<Stretch> stretches_;  // of the undecided operands along an axis
   std::vector<geometry::OrientedHyperplane> listed_;  // half-spaces of all operands that are lists of them
   std::vector<geometry::OrientedHyperplane> shared_;  // those of the operand at hand in which others may end, too
@@ -90,6 +96,8 @@ class Localizer {
   Parting part_operands(std::span<const Word> program, int axis);
   std::pair<int, Parting> axis_between_operands(std::span<const Word> program);
   bool choose_between_operands(std::span<const Word> program, Cut& cut);
+  void add_ends(std::span<const Word> program, int axis, double place);
+  [[nodiscard]] geometry::HyperplaneId hyperplane_at(const Candidate& end) const;
   bool take_nearest_candidate(Cut& cut);
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> listed_planes(const Word* leaf) const;
   [[nodiscard]] std::optional<geometry::OrientedHyperplane> shared_plane(std::span<const Word> program, const Word* leaf);
