@@ -39,18 +39,35 @@ Parting part_evenly(std::span<const Stretch> stretches, double lower, double upp
   return {share(least, 0, stretches.size()), lower + static_cast<double>(best) / scale};
 }
 
-Parting part_at_median(std::span<const Stretch> stretches) {
-  std::vector<double> ends;
-  ends.reserve(2 * stretches.size());
-  for (const Stretch& stretch : stretches) ends.insert(ends.end(), {stretch.lower, stretch.upper});
-  const auto middle = ends.begin() + static_cast<std::ptrdiff_t>(stretches.size());
-  std::nth_element(ends.begin(), middle, ends.end());
+/// The end with as many ends below it as stretches, so in the middle: it is looked for only among those as near as one of the places.
+double median_of_ends(std::span<const Stretch> stretches, double lower, double upper) {
+  const double scale = places / (upper - lower);
+  const auto place_of = [&](double end) { return static_cast<std::size_t>(std::min<std::int32_t>(static_cast<std::int32_t>((end - lower) * scale), places - 1)); };
+  std::array<std::size_t, places> ends{};
+  for (const Stretch& stretch : stretches) {
+    ++ends[place_of(stretch.lower)];
+    ++ends[place_of(stretch.upper)];
+  }
+  std::size_t place = 0, left = stretches.size();
+  for (; left >= ends[place]; ++place) left -= ends[place];
+  std::vector<double> near;
+  near.reserve(ends[place]);
+  for (const Stretch& stretch : stretches)
+    for (const double end : {stretch.lower, stretch.upper})
+      if (place_of(end) == place) near.push_back(end);
+  const auto middle = near.begin() + static_cast<std::ptrdiff_t>(left);
+  std::nth_element(near.begin(), middle, near.end());
+  return *middle;
+}
+
+Parting part_at_median(std::span<const Stretch> stretches, double lower, double upper) {
+  const double middle = median_of_ends(stretches, lower, upper);
   std::size_t below = 0, above = 0;
   for (const Stretch& stretch : stretches) {
-    below += stretch.lower < *middle ? 1 : 0;
-    above += stretch.upper > *middle ? 1 : 0;
+    below += stretch.lower < middle ? 1 : 0;
+    above += stretch.upper > middle ? 1 : 0;
   }
-  return {share(below, above, stretches.size()), *middle};
+  return {share(below, above, stretches.size()), middle};
 }
 
 }  // namespace
@@ -63,10 +80,10 @@ Parting best_parting(std::span<const Stretch> stretches) {
     lower = std::min(lower, stretch.lower);
     upper = std::max(upper, stretch.upper);
   }
-  Parting parting{1, lower};
-  if (upper > lower) parting = part_evenly(stretches, lower, upper);
+  if (!(upper > lower)) return {1, lower};
+  const Parting parting = part_evenly(stretches, lower, upper);
   if (parting.share <= poor || stretches.size() <= many) return parting;
-  const Parting other = part_at_median(stretches);
+  const Parting other = part_at_median(stretches, lower, upper);
   return other.share < parting.share ? other : parting;
 }
 
