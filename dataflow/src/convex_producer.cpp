@@ -22,7 +22,7 @@ Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Wo
   out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
   const std::size_t begin = out.size();
   const auto planes = undecided_planes(leaf);
-  if (!whole && !cell.quick()) {  // what crossed the cell that this one was cut from crosses it most often, too: no box would tell
+  if (!whole) {  // exactly at once: what crossed the cell that this one was cut from crosses it most often, too, so a box would not tell
     if (!cell.find_crossing(planes, out)) return Label::out;
     return out.size() == begin ? Label::in : Label::fuzzy;
   }

@@ -57,12 +57,13 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   const bool quick = program.size() > long_program && has_many_leaves(program);
   Answer answer = localize(program, out, quick);
   if (answer.label != Label::fuzzy) return answer;
-  const bool thin = is_thin();
-  if (quick) {
-    if (!thin && choose_between_operands(out, cut)) {
-      cut.hasty = true;
-      return answer;
-    }
+  const bool thin = is_thin(), between_first = quick && !thin;
+  if (between_first && choose_between_operands(out, cut)) {
+    cut.hasty = was_hasty_;
+    return answer;
+  }
+  const bool again = was_hasty_;
+  if (again) {
     std::swap(out, second_pass_);
     answer = localize(second_pass_, out, false);
     if (answer.label != Label::fuzzy) return answer;
@@ -70,7 +71,7 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, st
   const bool is_last = active_.size() == 1;
   if (thin) leave_round_operands(out);  // what is left to choose from; the expression still has them
   cut.none = active_.empty();
-  if (cut.none || choose_between_operands(out, cut)) return answer;
+  if (cut.none || ((again || !between_first) && choose_between_operands(out, cut))) return answer;
   choose_operand(out, cut);
   if (is_last && !stays_undecided_) offer_clipping(out, cut);
   return answer;
@@ -127,7 +128,7 @@ template <int D>
 Answer Localizer<D>::localize(std::span<const Word> program, std::vector<Word>& out, bool quick) {
   out.clear();
   active_.clear();
-  stays_undecided_ = false;
+  stays_undecided_ = was_hasty_ = false;
   view_.be_quick(quick);
   if (program.empty()) return {Label::out};
   const Word* at = program.data();
@@ -187,7 +188,10 @@ Answer Localizer<D>::visit_leaf(const Word*& at, std::vector<Word>& out) {
       }
       return answer;
     });
-    if (label == Label::fuzzy) return {Label::fuzzy};
+    if (label == Label::fuzzy) {
+      was_hasty_ |= view_.quick() && listed_planes(leaf).empty();
+      return {Label::fuzzy};
+    }
     if (label == Label::in && producer.undecided) {  // no cut will tell more
       out.resize(begin);
       out.insert(out.end(), {leaf[0] & ~Program::whole, Program::header, leaf[2]});

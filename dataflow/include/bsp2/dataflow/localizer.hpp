@@ -66,6 +66,7 @@ class Localizer {
   };
   std::vector<ActiveLeaf> active_;     // the undecided leaves, but for those that stay so
   bool stays_undecided_ = false;       // there may be leaves that do
+  bool was_hasty_ = false;             // some leaves were asked quickly, and may be decided
   std::vector<Word> second_pass_;
   double tolerance_ = 0;
   std::array<double, D> eye_{};
