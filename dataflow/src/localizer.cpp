@@ -364,20 +364,15 @@ std::span<const geometry::OrientedHyperplane> Localizer<D>::listed_planes(const 
 /// The half-space of an operand in which most others end, too (or one that has it twice): a cut there tells about all of them.
 template <int D>
 std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span<const Word> program, const Word* leaf) {
-  listed_.clear();
   shared_.clear();
   for (const auto plane : listed_planes(leaf))
     if (network_->is_shared(plane.id())) shared_.push_back(plane);
   if (shared_.empty()) return std::nullopt;
-  for (const ActiveLeaf& other : active_) {
-    const auto planes = listed_planes(program.data() + other.at);
-    listed_.insert(listed_.end(), planes.begin(), planes.end());
-  }
+  count_shared(program);
   std::optional<geometry::OrientedHyperplane> chosen;
   std::pair<std::uint32_t, double> most;  // operands, and how far the centre is outside
   for (const auto plane : shared_) {
-    std::uint32_t operands = 0;  // counted in words as wide as theirs, by an index, as compilers make vectors of it
-    for (std::size_t i = 0; i < listed_.size(); ++i) operands += listed_[i].id() == plane.id() ? 1 : 0;
+    const std::uint32_t operands = operands_at_[place_of_[plane.id()]];
     if (operands == 1 || (chosen && operands < most.first)) continue;  // 1: the operand itself
     const double value = view_.table().rounded(plane.id()).at(view_.extent().centre);
     const std::pair key(operands, plane.flipped() ? -value : value);
@@ -385,7 +380,18 @@ std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span
     most = key;
     chosen = plane;
   }
+  for (const auto plane : shared_) place_of_[plane.id()] = 0;
   return chosen;
+}
+
+/// How many undecided operands end in each of the half-spaces `shared_`, by places from 1 on. What is not one of them counts at 0.
+template <int D>
+void Localizer<D>::count_shared(std::span<const Word> program) {
+  place_of_.resize(network_->shared.size());
+  operands_at_.assign(shared_.size() + 1, 0);
+  for (std::size_t i = 0; i < shared_.size(); ++i) place_of_[shared_[i].id()] = static_cast<std::uint16_t>(i + 1);
+  for (const ActiveLeaf& other : active_)
+    for (const auto plane : listed_planes(program.data() + other.at)) ++operands_at_[place_of_[plane.id()]];
 }
 
 /// Cuts along the operand with the fewest undecided half-spaces or facets: where another operand ends, too, else as its producer advises.

@@ -79,8 +79,9 @@ class Localizer {
   };
   std::vector<Candidate> candidates_;
   std::vector<Stretch> stretches_;  // of the undecided operands along an axis
-  std::vector<geometry::OrientedHyperplane> listed_;  // half-spaces of all operands that are lists of them
-  std::vector<geometry::OrientedHyperplane> shared_;  // those of the operand at hand in which others may end, too
+  std::vector<geometry::OrientedHyperplane> shared_;  // half-spaces of the operand at hand in which others may end, too
+  std::vector<std::uint16_t> place_of_;     // of each hyperplane among those, 0 for all others
+  std::vector<std::uint32_t> operands_at_;  // each place
 
   Answer localize(std::span<const Word> program, std::vector<Word>& out, bool quick);
   Answer visit(const Word*& at, std::vector<Word>& out);
@@ -102,6 +103,7 @@ class Localizer {
   bool take_nearest_candidate(Cut& cut);
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> listed_planes(const Word* leaf) const;
   [[nodiscard]] std::optional<geometry::OrientedHyperplane> shared_plane(std::span<const Word> program, const Word* leaf);
+  void count_shared(std::span<const Word> program);
   void choose_operand(std::span<const Word> program, Cut& cut);
   void offer_clipping(std::span<const Word> program, Cut& cut) const;
   Answer answer_if(const Word*& at, const Answer& leaf) const;
