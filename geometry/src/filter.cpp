@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace bsp2::geometry::filter {
 
@@ -45,23 +46,64 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
   return range.least < -bound && range.largest > bound ? both : range.largest < -bound ? all_negative : range.least > bound ? all_positive : doubtful;
 }
 
-/// The same for eight, into `sides`. Each comparison is a choice between constants: others the compiler makes one lane at a time.
-[[gnu::always_inline]] inline void find_sides_of(const WideLanes& low, const WideLanes& high, const WideLanes& bound, Sides* sides) {
-  const WideLanes zero{}, one = zero + 1, two = zero + 2, three = zero + 3;
-  const WideLanes some = (low < -bound ? one : zero) + (high > bound ? two : zero);
-  const WideLanes all = (high < -bound ? one : zero) + (low > bound ? two : zero);
-  const WideLanes found = (some == three ? three : all) + 0x1p52;  // now the lowest bits are the number
-  WideBits bits;
-  std::memcpy(&bits, &found, sizeof bits);
-  const auto bytes = __builtin_convertvector(bits, WideBytes);
-  std::memcpy(sides, &bytes, sizeof bytes);
-}
+/// Some hyperplanes, one a lane. `Numbers` and `Whole` are vectors of one length.
+template <typename Numbers, typename Whole>
+class SeveralHyperplanes {
+ public:
+  static constexpr std::size_t lanes = sizeof(Numbers) / sizeof(double);
 
-/// Eight hyperplanes, one a lane.
-struct EightHyperplanes {
-  WideLanes x{}, y{}, z{}, offset{}, error{};
-  [[gnu::always_inline]] void evaluate(const Points& points, std::size_t at, WideLanes& value) const {
-    value = offset + x * points.x[at] + y * points.y[at] + z * points.z[at];
+  /// On which sides of each of the first planes the points are. @return the number of values looked at.
+  [[gnu::always_inline]] static std::size_t find_sides(const Points& points, double error_of_points, const Hyperplane<3>* hyperplanes,
+                                                       std::span<const OrientedHyperplane> planes, Sides* sides) {
+    const std::size_t last = (planes.size() < lanes ? planes.size() : lanes) - 1;  // it fills up the lanes
+    const auto at = [&](std::size_t lane) __attribute__((always_inline)) -> const Hyperplane<3>& { return hyperplanes[planes[lane < last ? lane : last].id()]; };
+    const SeveralHyperplanes several(at, std::make_index_sequence<lanes>());
+    return (last + 1) * several.find_sides(points, several.error_ + error_of_points, sides);
+  }
+
+ private:
+  Numbers x_, y_, z_, offset_, error_;
+
+  template <typename At, std::size_t... Lane>
+  [[gnu::always_inline]] SeveralHyperplanes(const At& at, std::index_sequence<Lane...>)
+      : x_{at(Lane).normal[0]...}, y_{at(Lane).normal[1]...}, z_{at(Lane).normal[2]...}, offset_{at(Lane).offset...}, error_{at(Lane).error...} {}
+
+  [[gnu::always_inline]] void evaluate(const Points& points, std::size_t at, Numbers& value) const {
+    value = offset_ + x_ * points.x[at] + y_ * points.y[at] + z_ * points.z[at];
+  }
+
+  /// @return how many points were looked at: not all where each plane has some far beyond the bound on both sides.
+  [[gnu::always_inline]] std::size_t find_sides(const Points& points, const Numbers& bound, Sides* sides) const {
+    constexpr std::size_t at_once = 256;
+    Numbers low, high, value;
+    evaluate(points, 0, low);
+    high = low;
+    std::size_t v = 1;
+    bool all_cross = false;
+    while (v < points.count && !all_cross) {
+      for (const std::size_t end = points.count < v + at_once ? points.count : v + at_once; v < end; ++v) {
+        evaluate(points, v, value);
+        low = value < low ? value : low;
+        high = value > high ? value : high;
+      }
+      if (v == points.count) break;
+      all_cross = true;
+      for (std::size_t lane = 0; lane < lanes; ++lane) all_cross = all_cross && low[lane] < -bound[lane] && high[lane] > bound[lane];
+    }
+    write(low, high, bound, sides);
+    return v;
+  }
+
+  /// Each comparison is a choice between constants: others the compiler makes one lane at a time.
+  [[gnu::always_inline]] static void write(const Numbers& low, const Numbers& high, const Numbers& bound, Sides* sides) {
+    const Numbers zero{}, one = zero + 1, two = zero + 2, three = zero + 3;
+    const Numbers some = (low < -bound ? one : zero) + (high > bound ? two : zero);
+    const Numbers all = (high < -bound ? one : zero) + (low > bound ? two : zero);
+    const Numbers found = (some == three ? three : all) + 0x1p52;  // now the lowest bits are the number
+    Whole bits;
+    std::memcpy(&bits, &found, sizeof bits);
+    bits &= std::uint64_t{both};
+    std::memcpy(sides, &bits, sizeof bits);
   }
 };
 
@@ -98,43 +140,15 @@ BSP2_VECTOR_CLONES Range find_range(const Points& points, const Hyperplane<3>& h
 
 BSP2_VECTOR_CLONES std::size_t find_sides(const Points& points, double error, const Hyperplane<3>* hyperplanes, std::span<const OrientedHyperplane> planes,
                                           Sides* sides) {
-  constexpr std::size_t least_worth = 5, at_once = 256;
+  using Four = SeveralHyperplanes<Lanes, Bits>;
+  using Eight = SeveralHyperplanes<WideLanes, WideBits>;
   std::uint64_t looked_at = 0;
   std::size_t i = 0;
-  for (; i + least_worth <= planes.size(); i += wide) {
-    EightHyperplanes eight;
-    for (std::size_t lane = 0; lane < wide; ++lane) {
-      if (i + wide + lane < planes.size()) __builtin_prefetch(hyperplanes + planes[i + wide + lane].id());
-      const Hyperplane<3>& h = hyperplanes[planes[std::min(i + lane, planes.size() - 1)].id()];
-      eight.x[lane] = h.normal[0];
-      eight.y[lane] = h.normal[1];
-      eight.z[lane] = h.normal[2];
-      eight.offset[lane] = h.offset;
-      eight.error[lane] = h.error;
-    }
-    const WideLanes bound = eight.error + error;
-    WideLanes low, high, value;
-    eight.evaluate(points, 0, low);
-    high = low;
-    std::size_t v = 1;
-    bool all_cross = false;
-    while (v < points.count && !all_cross) {
-      for (const std::size_t end = std::min(points.count, v + at_once); v < end; ++v) {
-        eight.evaluate(points, v, value);
-        low = value < low ? value : low;
-        high = value > high ? value : high;
-      }
-      if (v == points.count) break;
-      all_cross = true;
-      for (std::size_t lane = 0; lane < wide; ++lane) all_cross = all_cross && low[lane] < -bound[lane] && high[lane] > bound[lane];
-    }
-    find_sides_of(low, high, bound, sides + i);
-    looked_at += std::min(wide, planes.size() - i) * v;
-  }
-  for (; i < planes.size(); ++i) {
-    const Hyperplane<3>& h = hyperplanes[planes[i].id()];
-    sides[i] = sides_of(find_range_inline(points, h, h.error + error, looked_at), h.error + error);
-  }
+  for (; i + Four::lanes < planes.size(); i += Eight::lanes) looked_at += Eight::find_sides(points, error, hyperplanes, planes.subspan(i), sides + i);
+  for (; i + 1 < planes.size(); i += Four::lanes) looked_at += Four::find_sides(points, error, hyperplanes, planes.subspan(i), sides + i);
+  if (i >= planes.size()) return looked_at;
+  const Hyperplane<3>& h = hyperplanes[planes[i].id()];
+  sides[i] = sides_of(find_range_inline(points, h, h.error + error, looked_at), h.error + error);
   return looked_at;
 }
 

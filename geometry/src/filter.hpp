@@ -33,8 +33,8 @@ void mark(const double* values, std::size_t count, double bound, std::uint8_t* m
 /// @param looked_at is increased by the number of points that were looked at.
 Range find_range(const Points& points, const Hyperplane<3>& h, double bound, std::uint64_t& looked_at);
 
-/// Where points are: 0 if that is in doubt.
-enum Sides : std::uint8_t { doubtful = 0, all_negative = 1, all_positive = 2, both = 3 };
+/// Where points are: 0 if that is in doubt. As wide as a number, so that a vector of them needs no packing.
+enum Sides : std::uint64_t { doubtful = 0, all_negative = 1, all_positive = 2, both = 3 };
 
 /// On which sides of each hyperplane the points certainly are. A multiple of `wide` answers is written.
 /// @param hyperplanes those of the table, by id. @param error of each point. @return the number of values looked at.
