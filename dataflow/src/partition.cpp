@@ -35,7 +35,16 @@ constexpr double growth = 0.7;  // of the work with an operand's half-spaces; me
 using Work = std::uint64_t;
 constexpr double unit_of_work = 0x1p-8;
 
-Work work_on(std::size_t undecided) { return static_cast<Work>(std::llround(std::pow(static_cast<double>(undecided), growth) / unit_of_work)); }
+Work power_of(std::size_t undecided) { return static_cast<Work>(std::llround(std::pow(static_cast<double>(undecided), growth) / unit_of_work)); }
+
+Work work_on(std::size_t undecided) {
+  static const auto few = [] {
+    std::array<Work, 256> work;
+    for (std::size_t i = 0; i < work.size(); ++i) work[i] = power_of(i);
+    return work;
+  }();
+  return undecided < few.size() ? few[undecided] : power_of(undecided);
+}
 
 /// A node of the evaluation's own tree. Those below the regions are only looked at.
 template <int D>
