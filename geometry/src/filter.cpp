@@ -1,6 +1,7 @@
 #include "filter.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <utility>
@@ -65,8 +66,42 @@ class SeveralHyperplanes {
   Numbers x_, y_, z_, offset_, error_;
 
   template <typename At, std::size_t... Lane>
-  [[gnu::always_inline]] SeveralHyperplanes(const At& at, std::index_sequence<Lane...>)
-      : x_{at(Lane).normal[0]...}, y_{at(Lane).normal[1]...}, z_{at(Lane).normal[2]...}, offset_{at(Lane).offset...}, error_{at(Lane).error...} {}
+  [[gnu::always_inline]] SeveralHyperplanes(const At& at, std::index_sequence<Lane...>) : error_{at(Lane).error...} {
+    FourColumns first;
+    read_four(at, 0, first);
+    if constexpr (lanes == 4) {
+      x_ = first.x, y_ = first.y, z_ = first.z, offset_ = first.offset;
+    } else {
+      FourColumns last;
+      read_four(at, 4, last);
+      join(first.x, last.x, x_);
+      join(first.y, last.y, y_);
+      join(first.z, last.z, z_);
+      join(first.offset, last.offset, offset_);
+    }
+  }
+
+  struct FourColumns {
+    Lanes x, y, z, offset;
+  };
+
+  /// Each hyperplane in one piece: a number of each at a time is twice the instructions.
+  template <typename At>
+  [[gnu::always_inline]] static void read_four(const At& at, std::size_t first, FourColumns& columns) {
+    static_assert(offsetof(Hyperplane<3>, offset) == 3 * sizeof(double));
+    Lanes row[4];
+    for (std::size_t lane = 0; lane < 4; ++lane) std::memcpy(&row[lane], &at(first + lane), sizeof row[lane]);
+    const Lanes xz01 = __builtin_shufflevector(row[0], row[1], 0, 4, 2, 6), yo01 = __builtin_shufflevector(row[0], row[1], 1, 5, 3, 7);
+    const Lanes xz23 = __builtin_shufflevector(row[2], row[3], 0, 4, 2, 6), yo23 = __builtin_shufflevector(row[2], row[3], 1, 5, 3, 7);
+    columns.x = __builtin_shufflevector(xz01, xz23, 0, 1, 4, 5);
+    columns.y = __builtin_shufflevector(yo01, yo23, 0, 1, 4, 5);
+    columns.z = __builtin_shufflevector(xz01, xz23, 2, 3, 6, 7);
+    columns.offset = __builtin_shufflevector(yo01, yo23, 2, 3, 6, 7);
+  }
+
+  [[gnu::always_inline]] static void join(const Lanes& low, const Lanes& high, Numbers& all) {
+    all = __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+  }
 
   [[gnu::always_inline]] void evaluate(const Points& points, std::size_t at, Numbers& value) const {
     value = offset_ + x_ * points.x[at] + y_ * points.y[at] + z_ * points.z[at];
@@ -79,19 +114,21 @@ class SeveralHyperplanes {
     evaluate(points, 0, low);
     high = low;
     std::size_t v = 1;
-    bool all_cross = false;
-    while (v < points.count && !all_cross) {
+    do {
       for (const std::size_t end = points.count < v + at_once ? points.count : v + at_once; v < end; ++v) {
         evaluate(points, v, value);
         low = value < low ? value : low;
         high = value > high ? value : high;
       }
-      if (v == points.count) break;
-      all_cross = true;
-      for (std::size_t lane = 0; lane < lanes; ++lane) all_cross = all_cross && low[lane] < -bound[lane] && high[lane] > bound[lane];
-    }
-    write(low, high, bound, sides);
+      write(low, high, bound, sides);
+    } while (v < points.count && !all_are_both(sides));
     return v;
+  }
+
+  static bool all_are_both(const Sides* sides) {
+    bool all = true;
+    for (std::size_t lane = 0; lane < lanes; ++lane) all = all && sides[lane] == both;
+    return all;
   }
 
   /// Each comparison is a choice between constants: others the compiler makes one lane at a time.

@@ -7,7 +7,7 @@
 /// A function that is compiled for several processors; the one at hand is chosen when the program starts. By GCC: Clang of Debian 12 passes
 /// over the attribute, and sanitizers are not there yet when the choice is made.
 #if defined(__x86_64__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define BSP2_VECTOR_CLONES __attribute__((target_clones("avx512f", "fma", "default")))
+#define BSP2_VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define BSP2_VECTOR_CLONES
 #endif
