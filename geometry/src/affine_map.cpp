@@ -113,7 +113,7 @@ template <int D>
 typename AffineMap<D>::Rounding AffineMap<D>::rounding() const {
   Rounding result;
   const auto linear = linear_part<D>(entries_);
-  for (int i = 0; i < D; ++i) result.translation[i] = static_cast<long double>(entries_[i][D]);
+  result.translation = translation();
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
       minor_without<D>(linear, j, i, result.adjugate[i][j], result.magnitude[i][j]);
@@ -193,10 +193,8 @@ void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const 
 }
 
 template <int D>
-typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const {
-  Rounded world;
-  world.value[D] = rounding.determinant * local[D];
-  long double constant_magnitude = rounding.determinant_magnitude * std::fabs(local[D]);
+typename AffineMap<D>::RoundedNormal AffineMap<D>::map_normal_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const {
+  RoundedNormal normal;
   for (int j = 0; j < D; ++j) {
     long double value = 0, magnitude = 0;
     for (int i = 0; i < D; ++i) {
@@ -204,16 +202,65 @@ typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long d
       value += local[i] * rounding.adjugate[i][j];
       magnitude += std::fabs(local[i]) * rounding.magnitude[i][j];
     }
-    world.value[j] = value;
-    world.error[j] = magnitude * unit_roundoff;
-    const long double translation = rounding.translation[j];
-    world.value[D] -= value * translation;
-    constant_magnitude += magnitude * std::fabs(translation);
+    normal.value[j] = orientation_ < 0 ? -value : value;
+    normal.error[j] = magnitude * unit_roundoff;
+    normal.magnitude[j] = magnitude;
   }
-  world.error[D] = constant_magnitude * unit_roundoff;
-  if (orientation_ < 0)
-    for (long double& coefficient : world.value) coefficient = -coefficient;
+  return normal;
+}
+
+template <int D>
+typename AffineMap<D>::RoundedConstant AffineMap<D>::map_constant_rounded(const std::array<long double, D + 1>& local, const RoundedNormal& normal,
+                                                                          const Rounding& rounding) const {
+  long double value = (orientation_ < 0 ? -rounding.determinant : rounding.determinant) * local[D];
+  long double magnitude = rounding.determinant_magnitude * std::fabs(local[D]);
+  for (int j = 0; j < D; ++j) {
+    value -= normal.value[j] * rounding.translation[j];
+    magnitude += normal.magnitude[j] * std::fabs(rounding.translation[j]);
+  }
+  return {value, magnitude * unit_roundoff};
+}
+
+template <int D>
+typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const {
+  const RoundedNormal normal = map_normal_rounded(local, rounding);
+  const RoundedConstant constant = map_constant_rounded(local, normal, rounding);
+  Rounded world;
+  std::copy_n(normal.value.begin(), D, world.value.begin());
+  std::copy_n(normal.error.begin(), D, world.error.begin());
+  world.value[D] = constant.value;
+  world.error[D] = constant.error;
   return world;
+}
+
+template <int D>
+std::array<long double, D> AffineMap<D>::translation() const {
+  std::array<long double, D> result;
+  for (int i = 0; i < D; ++i) result[i] = static_cast<long double>(entries_[i][D]);
+  return result;
+}
+
+template <int D>
+bool AffineMap<D>::is_translate_of(const AffineMap& other) const {
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j)
+      if (entries_[i][j] != other.entries_[i][j]) return false;
+  return true;
+}
+
+template <int D>
+std::uint64_t AffineMap<D>::hash_of_linear_part() const {
+  std::uint64_t hash = 0;
+  const auto add = [&](std::uint64_t word) {
+    hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 32;
+  };
+  for (int i = 0; i < D; ++i)
+    for (int j = 0; j < D; ++j) {
+      add(static_cast<std::uint64_t>(entries_[i][j]));
+      add(static_cast<std::uint64_t>(entries_[i][j] >> 64));
+    }
+  return hash;
 }
 
 template <int D>

@@ -131,20 +131,17 @@ class CoincidenceIndex {
   }
 
   void add(const Hyperplane<D>& h, const Key& key, std::uint32_t id) {
+    std::size_t alone = 0;
+    bool has_classes = false;
+    buckets_.find(key.tag, [&](std::uint32_t entry) { (entry & class_bit) == 0 ? void(++alone) : void(has_classes = true); });
+    if (!has_classes && alone < crowd) return buckets_.add(key.tag, id);  // as mostly
     std::array<double, D> normal;
     for (int i = 0; i < D; ++i) normal[i] = std::nearbyint(key.sign * h.normal[i] / class_width) * class_width + 0.0;  // one zero
-    std::size_t alone = 0;
     std::uint32_t own = class_bit;
     buckets_.find(key.tag, [&](std::uint32_t entry) {
-      if ((entry & class_bit) == 0)
-        ++alone;
-      else if (classes_[entry & ~class_bit] == normal)
-        own = entry & ~class_bit;
+      if ((entry & class_bit) != 0 && classes_[entry & ~class_bit] == normal) own = entry & ~class_bit;
     });
-    if (own == class_bit && alone < crowd) {
-      buckets_.add(key.tag, id);
-      return;
-    }
+    if (own == class_bit && alone < crowd) return buckets_.add(key.tag, id);
     if (own == class_bit) {
       own = static_cast<std::uint32_t>(classes_.size());
       classes_.push_back(normal);

@@ -25,8 +25,8 @@ int exponent_above(double x) {
 }
 
 /// The length of a covector's normal, and the largest error of its coefficients.
-template <int D>
-std::pair<long double, long double> length_of_normal(const typename AffineMap<D>::Rounded& world) {
+template <int D, typename Rounded>
+std::pair<long double, long double> length_of_normal(const Rounded& world) {
   long double square = 0, error = 0;
   for (int i = 0; i < D; ++i) {
     square += world.value[i] * world.value[i];
@@ -104,16 +104,68 @@ void HyperplaneTable<D>::reserve(std::size_t maps, std::size_t occurrences) {
 
 template <int D>
 void HyperplaneTable<D>::round_occurrences(unsigned threads) {
-  constexpr std::size_t grain = 256;
+  constexpr std::size_t grain = 16;
   hyperplanes_.resize(sources_.size());
-  for_each_range(sources_.size(), grain, threads, [&](std::size_t first, std::size_t end) {
-    typename AffineMap<D>::Rounding rounding;
-    for (std::size_t i = first; i < end; ++i) {
-      const Source& source = sources_[i];
-      const AffineMap<D>& map = maps_[source.map];
-      const Covector<D>& local = covectors_[source.covector];
-      if (i == first || source.map != sources_[i - 1].map) rounding = map.rounding();  // those of one map follow each other
-      const auto rounded = round(map.map_rounded(local.rounded, rounding));
+  const std::vector<Stretch> stretches = stretches_of_one_map();
+  for_each_range(stretches.size(), grain, threads, [&](std::size_t first, std::size_t end) {
+    std::vector<std::optional<Direction>> directions;
+    for (std::size_t i = first; i < end; ++i)
+      if (stretches[i].leads) round_alike(stretches, i, directions);
+  });
+}
+
+/// The occurrences in order, cut where the map changes and into pieces that threads can share out. Those of translates with the same
+/// covectors, as of one solid at many places, are chained to the first of them, or to one of the first: what was met long ago is forgotten.
+template <int D>
+auto HyperplaneTable<D>::stretches_of_one_map() const -> std::vector<Stretch> {
+  constexpr std::uint32_t most = 256;
+  std::vector<Stretch> stretches;
+  for (std::uint32_t i = 0; i < sources_.size(); ++i) {
+    if (i == 0 || sources_[i].map != sources_[i - 1].map || i - stretches.back().first == most) stretches.push_back({i, i});
+    stretches.back().end = i + 1;
+  }
+  std::vector<std::uint32_t> last_alike(std::size_t{1} << 14, Stretch::none);
+  std::uint32_t map = ~std::uint32_t{0};
+  std::uint64_t hash = 0;
+  for (std::uint32_t i = 0; i < stretches.size(); ++i) {
+    const Source& source = sources_[stretches[i].first];
+    if (source.map != map) hash = maps_[map = source.map].hash_of_linear_part();
+    std::uint32_t& last = last_alike[(hash + source.covector * 0x9e3779b97f4a7c15u) >> 32 & (last_alike.size() - 1)];
+    if (last != Stretch::none && are_alike(stretches[last], stretches[i])) {
+      stretches[last].next = i;
+      stretches[i].leads = false;
+    }
+    last = i;
+  }
+  return stretches;
+}
+
+template <int D>
+bool HyperplaneTable<D>::are_alike(const Stretch& a, const Stretch& b) const {
+  const auto *const sources = sources_.data(), *const of_a = sources + a.first, *const of_b = sources + b.first;
+  return std::equal(of_a, sources + a.end, of_b, sources + b.end, [](const Source& x, const Source& y) { return x.covector == y.covector; }) &&
+         maps_[of_a->map].is_translate_of(maps_[of_b->map]);
+}
+
+/// Rounds a stretch and those that are chained to it.
+/// @param directions room for the normals, which they have in common.
+template <int D>
+void HyperplaneTable<D>::round_alike(const std::vector<Stretch>& stretches, std::size_t leader, std::vector<std::optional<Direction>>& directions) {
+  const Stretch& first = stretches[leader];
+  const AffineMap<D>& first_map = maps_[sources_[first.first].map];
+  auto rounding = first_map.rounding();
+  directions.clear();
+  for (std::uint32_t i = first.first; i < first.end; ++i)
+    directions.push_back(direction_of(first_map.map_normal_rounded(covectors_[sources_[i].covector].rounded, rounding)));
+  for (std::size_t at = leader; at != Stretch::none; at = stretches[at].next) {
+    const Stretch& stretch = stretches[at];
+    const AffineMap<D>& map = maps_[sources_[stretch.first].map];
+    rounding.translation = map.translation();
+    for (std::uint32_t i = stretch.first; i < stretch.end; ++i) {
+      const Covector<D>& local = covectors_[sources_[i].covector];
+      const auto& direction = directions[i - stretch.first];
+      std::optional<Hyperplane<D>> rounded;
+      if (direction) rounded = at_distance(*direction, map.map_constant_rounded(local.rounded, direction->normal, rounding));
       if (rounded) {
         hyperplanes_[i] = *rounded;
         continue;
@@ -122,23 +174,29 @@ void HyperplaneTable<D>::round_occurrences(unsigned threads) {
       map.map(local, world);
       hyperplanes_[i] = round_exactly(world);
     }
-  });
+  }
 }
 
 /// Nothing if the coefficients cancelled too much.
 template <int D>
-std::optional<Hyperplane<D>> HyperplaneTable<D>::round(const typename AffineMap<D>::Rounded& world) const {
-  const auto [length, normal_error] = length_of_normal<D>(world);
+auto HyperplaneTable<D>::direction_of(const typename AffineMap<D>::RoundedNormal& normal) const -> std::optional<Direction> {
+  const auto [length, normal_error] = length_of_normal<D>(normal);
   if (!(normal_error * D < length * 0x1p-50L)) return std::nullopt;
+  Direction result{normal, length, {}, static_cast<double>(2 * normal_error * D / length) + 2 * roundoff};
+  for (int i = 0; i < D; ++i) result.unit[i] = static_cast<double>(normal.value[i] / length);
+  return result;
+}
+
+/// Nothing if the constant cancelled too much: a covector of the frame that is far away from its primitive; never seen, but kept exact.
+template <int D>
+std::optional<Hyperplane<D>> HyperplaneTable<D>::at_distance(const Direction& direction, const typename AffineMap<D>::RoundedConstant& constant) const {
   Hyperplane<D> result;
-  for (int i = 0; i < D; ++i) result.normal[i] = static_cast<double>(world.value[i] / length);
-  result.offset = static_cast<double>(world.value[D] / length * grid_unit_);
-  const double constant_error = static_cast<double>(world.error[D] / length * grid_unit_);
-  const double coefficient_error = static_cast<double>(2 * normal_error * D / length) + 2 * roundoff;
+  result.normal = direction.unit;
+  result.offset = static_cast<double>(constant.value / direction.length * grid_unit_);
+  const double constant_error = static_cast<double>(constant.error / direction.length * grid_unit_);
   // Rounding of the coefficients, then of the D products and sums of `at`, each at most 2^-53 of the sizes involved.
-  result.error = D * radius_ * coefficient_error + constant_error + 2 * roundoff * std::fabs(result.offset) +
+  result.error = D * radius_ * direction.error + constant_error + 2 * roundoff * std::fabs(result.offset) +
                  (D + 2) * roundoff * (D * radius_ + std::fabs(result.offset));
-  // A covector of the frame that is far away from its primitive would be rounded badly; never seen, but kept exact.
   if (constant_error > 0x1p-48 * (radius_ + std::fabs(result.offset))) return std::nullopt;
   return result;
 }
@@ -367,7 +425,9 @@ template <int D>
 Hyperplane<D> HyperplaneTable<D>::family_rounded(HyperplaneId id) const {
   const Family& family = family_of(id);
   const auto local = std::visit([&](const auto& hyperplanes) { return hyperplanes.rounded(id - family.first); }, family.hyperplanes);
-  if (const auto rounded = round(maps_[family.map].map_rounded(local, family.rounding))) return *rounded;
+  const AffineMap<D>& map = maps_[family.map];
+  if (const auto direction = direction_of(map.map_normal_rounded(local, family.rounding)))
+    if (const auto rounded = at_distance(*direction, map.map_constant_rounded(local, direction->normal, family.rounding))) return *rounded;
   return round_exactly(exact(id));
 }
 

@@ -1,9 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <vector>
 
@@ -44,28 +46,62 @@ TEST(ForEachRange, PassesOnWhatOneThrowsAfterAllHaveEnded) {
   }
 }
 
-TEST(RoundOccurrences, FindsTheSameOnAnyNumberOfThreads) {
+/// Occurrences of boxes and of prisms with many sides under random maps. Half of the maps are translates of earlier ones, or mirrored.
+struct Occurrences {
+  HyperplaneTable<3> table{{-4, -4, -4}, {4, 4, 4}, 8};
+  struct Place {
+    Matrix<3> matrix;
+    std::uint32_t covector;
+  };
+  std::vector<Covector<3>> covectors = unit_box<3>().covectors;
+  std::vector<Place> places;  // of each occurrence
+
+  explicit Occurrences(std::mt19937& random) {
+    const std::array<double, 2> radius{1, 0.5}, z{0, 1};
+    const auto prism = lathe(600, radius, z).covectors;
+    const std::array<std::uint32_t, 2> first{0, static_cast<std::uint32_t>(covectors.size())};
+    covectors.insert(covectors.end(), prism.begin(), prism.end());
+    const std::array<std::uint32_t, 2> count{first[1], static_cast<std::uint32_t>(prism.size())};
+    table.add_covectors(covectors);
+    std::uniform_real_distribution<double> unit(-1, 1);
+    std::vector<Matrix<3>> matrices;
+    for (int k = 0; k < 300; ++k) {
+      Matrix<3> matrix;
+      for (auto& row : matrix)
+        for (auto& entry : row) entry = unit(random);
+      if (k > 0 && random() % 2 == 0) {
+        const Matrix<3>& earlier = matrices[random() % matrices.size()];
+        for (int i = 0; i < 3; ++i) std::copy_n(earlier[i].begin(), 3, matrix[i].begin());
+        if (random() % 4 == 0) std::swap(matrix[0], matrix[1]);
+      }
+      matrices.push_back(matrix);
+      const std::uint32_t map = table.add_map(matrix);
+      const std::size_t kind = random() % 8 == 0 ? 1 : 0, left_out = random() % 3;
+      for (std::uint32_t i = left_out; i < count[kind]; ++i) {
+        table.add_occurrence(map, first[kind] + i);
+        places.push_back({matrix, first[kind] + i});
+      }
+    }
+  }
+};
+
+TEST(RoundOccurrences, FindsOnAnyNumberOfThreadsWhatEachOccurrenceIsAlone) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  std::uniform_real_distribution<double> unit(-1, 1);
-  HyperplaneTable<3> table({-4, -4, -4}, {4, 4, 4}, 8);
-  const auto covectors = unit_box<3>().covectors;
-  const std::uint32_t first = table.add_covectors(covectors);
-  for (int k = 0; k < 500; ++k) {
-    Matrix<3> matrix;
-    for (auto& row : matrix)
-      for (auto& entry : row) entry = unit(random);
-    const std::uint32_t map = table.add_map(matrix);
-    for (std::uint32_t i = 0; i < covectors.size(); ++i) table.add_occurrence(map, first + i);
-  }
-  HyperplaneTable<3> alone = table;
-  alone.round_occurrences(1);
-  table.round_occurrences(4);
-  ASSERT_EQ(table.size(), 500 * covectors.size());
-  for (HyperplaneId i = 0; i < table.size(); ++i) {
-    const Hyperplane<3> a = alone.rounded(i), b = table.rounded(i);
-    ASSERT_TRUE(a.normal == b.normal && a.offset == b.offset && a.error == b.error) << "occurrence " << i;
+  Occurrences occurrences(random);
+  HyperplaneTable<3> threaded = occurrences.table;
+  occurrences.table.round_occurrences(1);
+  threaded.round_occurrences(4);
+  ASSERT_EQ(threaded.size(), occurrences.places.size());
+  for (HyperplaneId i = 0; i < threaded.size(); ++i) {
+    HyperplaneTable<3> alone({-4, -4, -4}, {4, 4, 4}, 8);
+    const auto& [matrix, covector] = occurrences.places[i];
+    alone.add_occurrence(alone.add_map(matrix), alone.add_covectors(std::span(&occurrences.covectors[covector], 1)));
+    alone.round_occurrences();
+    const Hyperplane<3> a = alone.rounded(0);
+    for (const Hyperplane<3>& b : {occurrences.table.rounded(i), threaded.rounded(i)})
+      ASSERT_TRUE(a.normal == b.normal && a.offset == b.offset && a.error == b.error) << "occurrence " << i;
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <span>
 
 #include "bsp2/geometry/covector.hpp"
@@ -70,6 +71,23 @@ class AffineMap {
   };
   /// @param rounding of this map.
   [[nodiscard]] Rounded map_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const;
+  /// The same in two steps: the normal first, which all translates of this map give a covector.
+  struct RoundedNormal {
+    std::array<long double, D> value, error;
+    std::array<long double, D> magnitude;  ///< the sums of the sizes of its terms
+  };
+  [[nodiscard]] RoundedNormal map_normal_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const;
+  struct RoundedConstant {
+    long double value, error;
+  };
+  /// @param rounding of this map, or that of a translate with this map's `translation`.
+  [[nodiscard]] RoundedConstant map_constant_rounded(const std::array<long double, D + 1>& local, const RoundedNormal& normal, const Rounding& rounding) const;
+  [[nodiscard]] std::array<long double, D> translation() const;
+
+  /// Whether the two maps differ by a translation alone.
+  [[nodiscard]] bool is_translate_of(const AffineMap& other) const;
+  /// The same for all translates.
+  [[nodiscard]] std::uint64_t hash_of_linear_part() const;
 
   /// The inverse map, from the model to the frame: y = matrix (x - origin).
   struct Inverse {

@@ -143,7 +143,25 @@ class HyperplaneTable {
   [[nodiscard]] const Family& family_of(HyperplaneId id) const;
   Hyperplane<D> family_rounded(HyperplaneId id) const;
   Hyperplane<D> axis_rounded(HyperplaneId id) const;
-  std::optional<Hyperplane<D>> round(const typename AffineMap<D>::Rounded& world) const;
+  /// Neighbouring occurrences of one map.
+  struct Stretch {
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+    std::uint32_t first, end;
+    std::uint32_t next = none;  ///< the next one that is alike: of the same covectors, placed by a translate of the map
+    bool leads = true;          ///< no earlier one is chained to it
+  };
+  /// What translates of one map give a covector in common.
+  struct Direction {
+    typename AffineMap<D>::RoundedNormal normal;
+    long double length;  // of the normal
+    std::array<double, D> unit;
+    double error;  // of its coefficients
+  };
+  [[nodiscard]] std::vector<Stretch> stretches_of_one_map() const;
+  [[nodiscard]] bool are_alike(const Stretch& a, const Stretch& b) const;
+  void round_alike(const std::vector<Stretch>& stretches, std::size_t leader, std::vector<std::optional<Direction>>& directions);
+  [[nodiscard]] std::optional<Direction> direction_of(const typename AffineMap<D>::RoundedNormal& normal) const;
+  [[nodiscard]] std::optional<Hyperplane<D>> at_distance(const Direction& direction, const typename AffineMap<D>::RoundedConstant& constant) const;
   Hyperplane<D> round_exactly(const ExactCovector<D>& world) const;
   [[nodiscard]] bool equal(const Source& a, const Source& b, bool opposite) const;
   struct Occurrence {
