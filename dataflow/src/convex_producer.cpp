@@ -13,13 +13,13 @@ using geometry::OrientedHyperplane;
 using geometry::Position;
 
 template <int D>
-Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const {
+Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
   const bool whole = (leaf[0] & Program::whole) != 0;
   if (cell.quick() && whole && cell.extent().contains(producer_)) {
-    out.insert(out.end(), leaf, leaf + Program::header);
+    out.append({leaf, Program::header});
     return Label::fuzzy;
   }
-  out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
+  out.push(leaf[0] & ~Program::whole, 0, leaf[2]);
   const std::size_t begin = out.size();
   const auto planes = undecided_planes(leaf);
   if (!whole) {  // exactly at once: what crossed the cell that this one was cut from crosses it most often, too, so a box would not tell
@@ -29,7 +29,7 @@ Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Wo
   for (const OrientedHyperplane plane : planes) {
     const Position where = cell.position(plane);
     if (where == Position::positive) return Label::out;
-    if (where == Position::crossing) out.push_back(plane.code);
+    if (where == Position::crossing) out.push(plane.code);
   }
   return out.size() == begin ? Label::in : Label::fuzzy;
 }

@@ -63,7 +63,7 @@ class Worker {
   Pool<Token<D>> tokens_;
   Pool<Join<D>> joins_;
   std::shared_ptr<Refinement> batch_;
-  std::vector<Word> program_;
+  Words program_;
   std::vector<Piece> pieces_;
   geometry::HalfspaceColumns<D> left_;  // of a chain
   pthread_t thread_{};
@@ -80,11 +80,11 @@ class Worker {
   Token<D>* unfold_by_the_clock(Token<D>* token);
   Token<D>* leave(Token<D>* token);
   [[nodiscard]] bool has_ended(const Token<D>& token) const;
-  Token<D>* give(Token<D>* token, Outcome<D> outcome);
+  Token<D>* give(Token<D>* token, Outcome<D>&& outcome);
   Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
   void cut(const geometry::Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<geometry::Cell<D>, 2>& halves);
   [[nodiscard]] bool needs_cell(const Token<D>& restored) const;
-  void finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome);
+  void finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D>&& outcome);
   Outcome<D> combine(Join<D>& join);
   Outcome<D> suspend(Join<D>& join);
   std::int64_t settle(Outcome<D>& outcome, std::uint32_t region);

@@ -106,7 +106,7 @@ void deal(Crew<D>& crew, std::vector<Region<D>> regions) {
     Region<D>& region = regions[i];
     Token<D>* token = crew.first_tokens.take();
     token->cell = std::move(region.cell);
-    token->program = std::move(region.program);
+    token->program.assign(region.program);
     token->region = static_cast<std::uint32_t>(i);
     token->level = region.level;
     if (!region.frontier.empty()) token->restored = 0;

@@ -33,8 +33,8 @@ class EvenCutter {
   Localizer<D> localizer_;
   std::vector<Region<D>> regions_;
 
-  void cut(Cell<D> cell, const std::vector<Word>& program, unsigned level, unsigned cuts) {
-    std::vector<Word> local;
+  void cut(Cell<D> cell, std::span<const Word> program, unsigned level, unsigned cuts) {
+    Words local;
     typename Localizer<D>::Cut unused;
     const bool fuzzy = localizer_.fire(program, cell, local, unused).label == geometry::Label::fuzzy;
     std::optional<HyperplaneId> hyperplane;
@@ -43,7 +43,7 @@ class EvenCutter {
       regions_.push_back({static_cast<std::uint32_t>(regions_.size()),
                           static_cast<std::uint16_t>(level),
                           std::move(cell),
-                          fuzzy ? std::move(local) : program,
+                          fuzzy ? std::vector<Word>(local.begin(), local.end()) : std::vector<Word>(program.begin(), program.end()),
                           {}});
       return;
     }

@@ -114,7 +114,7 @@ Token<D>* Worker<D>::unfold_by_the_clock(Token<D>* token) {
 
 /// Hands an outcome to the split it came from; whoever brings the second half goes on with the whole.
 template <int D>
-void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D> outcome) {
+void Worker<D>::finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D>&& outcome) {
   while (parent != nullptr) {
     parent->outcomes[side] = std::move(outcome);
     if (parent->pending.fetch_sub(1, std::memory_order_acq_rel) == 2) return;
@@ -273,7 +273,7 @@ void Worker<D>::grow(std::int64_t cells) {
 #define BSP2_INSTANTIATE(D)                                                             \
   template Token<D>* Worker<D>::unfold(Token<D>*);                                      \
   template Token<D>* Worker<D>::unfold_by_the_clock(Token<D>*);                         \
-  template void Worker<D>::finish(Join<D>*, std::uint8_t, std::uint32_t, Outcome<D>);   \
+  template void Worker<D>::finish(Join<D>*, std::uint8_t, std::uint32_t, Outcome<D>&&); \
   template std::int64_t Worker<D>::settle(Outcome<D>&, std::uint32_t);                  \
   template std::int64_t Worker<D>::emit(Outcome<D>&, std::uint32_t);                    \
   template void Worker<D>::flush();                                                     \

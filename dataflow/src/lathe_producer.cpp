@@ -27,15 +27,15 @@ LatheProducer::Range LatheProducer::range_of(const Word* leaf) const {
   return {state[1], state[2], state[3], state[4]};
 }
 
-Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& out) const {
+Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   if ((leaf[0] & (Program::whole | Program::ranged)) == 0) return ConvexProducer<3>(network_, producer_).ask(leaf, cell, out);
   const bool is_whole = (leaf[0] & Program::whole) != 0;
   if (cell.quick() && is_whole && cell.extent().contains(producer_)) {
-    out.insert(out.end(), leaf, leaf + Program::header);
+    out.append({leaf, Program::header});
     return Label::fuzzy;
   }
   const std::size_t begin = out.size();
-  out.insert(out.end(), {leaf[0] & ~(Program::whole | Program::ranged), 0, leaf[2]});
+  out.push(leaf[0] & ~(Program::whole | Program::ranged), 0, leaf[2]);
   Word caps = 0;
   for (std::size_t cap = 0; cap < lathe_.caps.size(); ++cap) {
     if (!is_whole && (leaf[Program::header] & cap_bit(cap)) == 0) continue;
@@ -50,11 +50,11 @@ Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>&
   if (is_within_sides(at)) range.sides = 0;
   if (size(range) > few_facets && (cell.quick() || parting(range, cell))) {
     out[begin] |= Program::ranged;
-    out.insert(out.end(), {caps, range.first_band, range.bands, range.first_side, range.sides});
+    out.push(caps, range.first_band, range.bands, range.first_side, range.sides);
     return Label::fuzzy;
   }
   for (std::size_t cap = 0; cap < lathe_.caps.size(); ++cap)
-    if ((caps & cap_bit(cap)) != 0) out.push_back(lathe_.caps[cap]);
+    if ((caps & cap_bit(cap)) != 0) out.push(lathe_.caps[cap]);
   const OrientedHyperplane* const facets = network_.planes.data() + producer_.first_plane + lathe_.caps.size();
   for (std::uint32_t k = 0; k < range.sides; ++k) {
     const std::size_t side = (range.first_side + k) % lathe_.sides;
@@ -62,7 +62,7 @@ Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>&
       const OrientedHyperplane plane = facets[side * lathe_.bands + band];
       const Position where = cell.position(plane);
       if (where == Position::positive) return Label::out;
-      if (where == Position::crossing) out.push_back(plane.code);
+      if (where == Position::crossing) out.push(plane.code);
     }
   }
   return out.size() == begin + Program::header ? Label::in : Label::fuzzy;

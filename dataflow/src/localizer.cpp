@@ -52,7 +52,7 @@ bool has_many_leaves(std::span<const Word> program) {
 // --- firing ----------------------------------------------------------------------------------------------------------
 
 template <int D>
-Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, std::vector<Word>& out, Cut& cut) {
+Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, Words& out, Cut& cut) {
   view_.look_at(cell);
   const bool quick = program.size() > long_program && has_many_leaves(program);
   Answer answer = localize(program, out, quick);
@@ -110,22 +110,23 @@ bool Localizer<D>::is_thin() const {
 /// Leaves to choose from only what ends by itself, and splines that end within the cell.
 template <int D>
 void Localizer<D>::leave_round_operands(std::span<const Word> program) {
-  std::erase_if(active_, [&](const ActiveLeaf& active) {
+  const auto* const end = std::remove_if(active_.begin(), active_.end(), [&](const ActiveLeaf& active) {
     const Word* const leaf = program.data() + active.at;
     const Producer<D>& producer = network_->producers[leaf[2]];
     if (producer.spline >= 0) return !SplineProducer<D>(*network_, producer).end(leaf, view_);
     return producer.torus >= 0 || producer.preimage >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(leaf) == 0);
   });
+  active_.resize(static_cast<std::size_t>(end - active_.begin()));
 }
 
 template <int D>
-Answer Localizer<D>::decide(std::span<const Word> program, const Cell<D>& cell, std::vector<Word>& out) {
+Answer Localizer<D>::decide(std::span<const Word> program, const Cell<D>& cell, Words& out) {
   view_.look_at(cell);
   return localize(program, out, false);
 }
 
 template <int D>
-Answer Localizer<D>::localize(std::span<const Word> program, std::vector<Word>& out, bool quick) {
+Answer Localizer<D>::localize(std::span<const Word> program, Words& out, bool quick) {
   out.clear();
   active_.clear();
   stays_undecided_ = was_hasty_ = false;
@@ -136,17 +137,17 @@ Answer Localizer<D>::localize(std::span<const Word> program, std::vector<Word>& 
 }
 
 template <int D>
-Answer Localizer<D>::visit(const Word*& at, std::vector<Word>& out) {
+Answer Localizer<D>::visit(const Word*& at, Words& out) {
   return (at[0] & Program::kind_mask) == Program::kind_leaf ? visit_leaf(at, out) : visit_combiner(at, out);
 }
 
 template <int D>
-Answer Localizer<D>::visit_combiner(const Word*& at, std::vector<Word>& out) {
+Answer Localizer<D>::visit_combiner(const Word*& at, Words& out) {
   const Word kind = at[0] & Program::kind_mask;
   const Word* const end = at + at[1];
   const std::size_t begin = out.size(), first_active = active_.size();
   Combiner combiner(kind, at[2]);
-  out.insert(out.end(), {kind, 0, 0});
+  out.push(kind, 0, 0);
   at += Program::header;
   while (at != end) {
     const Answer operand = visit(at, out);
@@ -165,15 +166,15 @@ Answer Localizer<D>::visit_combiner(const Word*& at, std::vector<Word>& out) {
   out[begin + 2] = combiner.memory();
   // A single operand needs no combiner. Long ones stay: closing up many of them, one in the other, would take quadratic time.
   if (combiner.is_transparent() && length <= longest_move && out[begin + Program::header + 1] == length - Program::header) {
-    const auto first = out.begin() + static_cast<std::ptrdiff_t>(begin);
-    out.erase(first, first + static_cast<std::ptrdiff_t>(Program::header));
+    std::copy(out.begin() + begin + Program::header, out.end(), out.begin() + begin);
+    out.resize(out.size() - Program::header);
     for (std::size_t i = first_active; i < active_.size(); ++i) active_[i].at -= Program::header;
   }
   return {Label::fuzzy};
 }
 
 template <int D>
-Answer Localizer<D>::visit_leaf(const Word*& at, std::vector<Word>& out) {
+Answer Localizer<D>::visit_leaf(const Word*& at, Words& out) {
   const Word* const leaf = at;
   at += leaf[1];
   const Producer<D>& producer = network_->producers[leaf[2]];
@@ -184,7 +185,7 @@ Answer Localizer<D>::visit_leaf(const Word*& at, std::vector<Word>& out) {
       const Label answer = process.ask(leaf, view_, out);
       if (answer == Label::fuzzy) {
         out[begin + 1] = static_cast<Word>(out.size() - begin);
-        active_.push_back({static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(process.undecided(out.data() + begin))});
+        active_.push({static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(process.undecided(out.data() + begin))});
       }
       return answer;
     });
@@ -194,7 +195,7 @@ Answer Localizer<D>::visit_leaf(const Word*& at, std::vector<Word>& out) {
     }
     if (label == Label::in && producer.undecided) {  // no cut will tell more
       out.resize(begin);
-      out.insert(out.end(), {leaf[0] & ~Program::whole, Program::header, leaf[2]});
+      out.push(leaf[0] & ~Program::whole, Program::header, leaf[2]);
       stays_undecided_ = true;
       return {Label::fuzzy};
     }
@@ -228,14 +229,14 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
   if constexpr (D == 3) {
     if (producer.lathe >= 0) {
       const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
-      std::vector<Word> unused;
+      Words unused;
       return LatheProducer(*network_, producer).ask(whole, view_, unused) == Label::in;
     }
   }
   if (producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0) return false;
   if (producer.round >= 0) {
     const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
-    std::vector<Word> unused;
+    Words unused;
     return RoundProducer<D>(*network_, producer).ask(whole, view_, unused) == Label::in;
   }
   const auto planes = network_->planes_of(producer);
@@ -419,7 +420,7 @@ void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
 /// Where one operand is left, and a list of half-spaces says where it is: nothing needs to be asked again until it is decided.
 template <int D>
 void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const {
-  const Word* const leaf = program.data() + active_.front().at;
+  const Word* const leaf = program.data() + active_[0].at;
   const auto planes = listed_planes(leaf);
   if (planes.size() < 2 || planes.size() > ConvexProducer<D>::many_planes) return;
   const bool negated = (leaf[0] & Program::negated) != 0;

@@ -86,7 +86,7 @@ std::optional<int> exact_crossing(const ExactPoint& p, const ExactPoint& q, cons
                   {sign_of_determinant(pq, pa, pb), sign_of_determinant(pq, pb, pc), sign_of_determinant(pq, pc, pa)});
 }
 
-void put_point(std::vector<Word>& out, std::size_t at, const Point& point) {
+void put_point(Words& out, std::size_t at, const Point& point) {
   for (int i = 0; i < 3; ++i) {
     const auto bits = std::bit_cast<std::uint64_t>(point[i]);
     out[at + 2 * i] = static_cast<Word>(bits);
@@ -111,18 +111,19 @@ void MeshProducer::for_each_facet(const Word* leaf, Visit&& visit) const {
   }
 }
 
-Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& out) const {
+Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   const bool whole = (leaf[0] & Program::whole) != 0;
   if (cell.quick() && whole && cell.extent().contains(producer_)) {
-    out.insert(out.end(), leaf, leaf + Program::header);
+    out.append({leaf, Program::header});
     return Label::fuzzy;
   }
   const std::size_t begin = out.size();
-  out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
-  out.resize(begin + header, 0);
+  out.push(leaf[0] & ~Program::whole, 0, leaf[2]);
+  out.resize(begin + header);
+  std::fill(out.begin() + begin + Program::header, out.end(), 0);
   const std::vector<Side> sides = sides_of(cell.cell());
   for_each_facet(leaf, [&](Word facet) {
-    if (may_meet(mesh_.facets[facet], cell, sides)) out.push_back(facet);
+    if (may_meet(mesh_.facets[facet], cell, sides)) out.push(facet);
   });
   std::optional<Reference> reference = reference_of(leaf);
   if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
@@ -369,8 +370,8 @@ std::optional<HyperplaneId> MeshProducer::median(const Word* leaf, CellView<3>& 
 
 /// The plane of a facet that parts few others and leaves as many on either side.
 HyperplaneId MeshProducer::best_plane(const Word* leaf) const {
-  std::vector<Word> facets;
-  for_each_facet(leaf, [&](Word facet) { facets.push_back(facet); });
+  Words facets;
+  for_each_facet(leaf, [&](Word facet) { facets.push(facet); });
   if (facets.size() > many_facets) facets.resize(many_facets);
   std::vector<std::uint32_t> corners;  // each once: neighbours share them
   for (const Word facet : facets) corners.insert(corners.end(), mesh_.facets[facet].corners.begin(), mesh_.facets[facet].corners.end());

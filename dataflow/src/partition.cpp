@@ -50,7 +50,7 @@ Work work_on(std::size_t undecided) {
 template <int D>
 struct Piece {
   Cell<D> cell;
-  std::vector<Word> program;        // localized
+  Words program;        // localized
   std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
   Work weight = 0;                  // estimate of the work, by what is undecided of each operand
   std::uint16_t level = 0;
@@ -69,7 +69,7 @@ class Looker {
   }
 
   /// What the expression is in a piece's cell.
-  void look(Piece<D>& piece, Cell<D> cell, const std::vector<Word>& program) {
+  void look(Piece<D>& piece, Cell<D> cell, std::span<const Word> program) {
     typename Localizer<D>::Cut cut;
     if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
       for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += work_on(operand.weight);
@@ -302,7 +302,7 @@ class Partitioner {
 
   /// The regions from the negative side to the positive one. Each has the expression that was localized in the cell before the
   /// last cut, as a token has it: firing that is what its evaluation begins with.
-  void write(Piece<D>& piece, const std::vector<Word>& program) {
+  void write(Piece<D>& piece, std::span<const Word> program) {
     using Kind = PartitionNode::Kind;
     if (piece.is_elsewhere) {
       result_.nodes.push_back({Kind::elsewhere, 0, 0});
@@ -312,7 +312,7 @@ class Partitioner {
     } else {
       const Work work = &piece == &root_ ? 0 : work_of(piece, sampled_levels);
       result_.nodes.push_back({Kind::region, 0, static_cast<double>(work) * unit_of_work});
-      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), piece.level, std::move(piece.cell), program, {}});
+      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), piece.level, std::move(piece.cell), {program.begin(), program.end()}, {}});
     }
   }
 };

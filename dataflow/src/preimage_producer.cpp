@@ -152,13 +152,13 @@ std::vector<std::array<double, F>> PreimageProducer<D>::points_of(const Image& i
 // --- asking --------------------------------------------------------------------------------------------------------------
 
 template <int D>
-Label PreimageProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const {
+Label PreimageProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
   if (cell.quick()) {
-    out.insert(out.end(), leaf, leaf + leaf[1]);
+    out.append({leaf, leaf[1]});
     return Label::fuzzy;
   }
   const Image image = image_of(cell);
-  out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
+  out.push(leaf[0] & ~Program::whole, 0, leaf[2]);
   return std::visit(
       [&]<typename Kind>(const Kind& solid) {
         if constexpr (requires { solid.tree; }) {
@@ -166,7 +166,7 @@ Label PreimageProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<
         } else {
           Word level = 0;
           const Label answer = std::isfinite(image.error) ? label(solid, image, level) : Label::fuzzy;
-          out.push_back(level);
+          out.push(level);
           return answer;
         }
       },
@@ -239,7 +239,7 @@ Label PreimageProducer<D>::label(const preimage::TorusSolid& solid, const Image&
 /// As SplineProducer does.
 template <int D>
 template <int F>
-Label PreimageProducer<D>::keep_patches(const PatchTree<F>& tree, const Word* leaf, const Image& image, const CellView<D>& cell, std::vector<Word>& out) const {
+Label PreimageProducer<D>::keep_patches(const PatchTree<F>& tree, const Word* leaf, const Image& image, const CellView<D>& cell, Words& out) const {
   using Node = typename PatchTree<F>::Node;
   const std::size_t begin = out.size();
   const auto points = points_of<F>(image);
@@ -252,7 +252,7 @@ Label PreimageProducer<D>::keep_patches(const PatchTree<F>& tree, const Word* le
   }
   const auto keep = [&](const auto& self, std::uint32_t patch, const Node& node, std::uint32_t level) -> void {
     if (node.box().misses(box) || !node.may_be_between(points, image.error)) return;
-    if (node.size() <= 2 * size || level == tree.levels()) return out.push_back(patch);
+    if (node.size() <= 2 * size || level == tree.levels()) return out.push(patch);
     const auto first = tree.first_half(patch);
     const Node* const below = tree.halves_of(node, level);
     for (std::uint32_t half = 0; half < tree.halves(); ++half) self(self, first + half, below[half], level + 1);

@@ -27,9 +27,9 @@ typename RoundProducer<D>::State RoundProducer<D>::state_of(const Word* leaf) co
 }
 
 template <int D>
-void RoundProducer<D>::put(const State& state, std::vector<Word>& out) const {
-  out.insert(out.end(), {static_cast<Word>(state.kind), state.wedge.face, state.wedge.level});
-  out.insert(out.end(), state.wedge.at.begin(), state.wedge.at.begin() + round_.family.axes() - 1);
+void RoundProducer<D>::put(const State& state, Words& out) const {
+  out.push(static_cast<Word>(state.kind), state.wedge.face, state.wedge.level);
+  out.append(std::span(state.wedge.at).first(static_cast<std::size_t>(round_.family.axes() - 1)));
 }
 
 template <int D>
@@ -48,24 +48,24 @@ std::size_t RoundProducer<D>::undecided(const Word* leaf) const {
 // --- asking ------------------------------------------------------------------------------------------------------------
 
 template <int D>
-Label RoundProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const {
+Label RoundProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
   State state = state_of(leaf);
-  out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
+  out.push(leaf[0] & ~Program::whole, 0, leaf[2]);
   const std::size_t begin = out.size();
   put(state, out);
   const std::size_t first_plane = out.size();
   for (const OrientedHyperplane plane : planes_of(leaf)) {
     const Position where = cell.position(plane);
     if (where == Position::positive) return Label::out;
-    if (where == Position::crossing) out.push_back(plane.code);
+    if (where == Position::crossing) out.push(plane.code);
   }
   if (cell.quick()) return Label::fuzzy;
   const Label label = state.kind == State::Kind::inside ? Label::in : ask_round(state, cell);
   if (label == Label::out || (label == Label::in && out.size() == first_plane)) return label;
   if (label == Label::in) state.kind = State::Kind::inside;
-  std::vector<Word> words;
+  Words words;
   put(state, words);
-  std::copy(words.begin(), words.end(), out.begin() + static_cast<std::ptrdiff_t>(begin));
+  std::copy(words.begin(), words.end(), out.begin() + begin);
   return Label::fuzzy;
 }
 

@@ -87,10 +87,10 @@ bool SplineProducer<D>::may_meet(Number patch, const Node& node, const Image& im
 }
 
 template <int D>
-void SplineProducer<D>::keep(Number patch, const Node& node, std::uint32_t level, const Image& image, CellView<D>& cell, std::vector<Word>& out) const {
+void SplineProducer<D>::keep(Number patch, const Node& node, std::uint32_t level, const Image& image, CellView<D>& cell, Words& out) const {
   if (!may_meet(patch, node, image, cell)) return;
   if (node.size() <= patch_by_cell * image.size || level == tree_.levels()) {
-    out.push_back(patch);
+    out.push(patch);
     return;
   }
   const Number first = tree_.first_half(patch);
@@ -99,14 +99,14 @@ void SplineProducer<D>::keep(Number patch, const Node& node, std::uint32_t level
 }
 
 template <int D>
-Label SplineProducer<D>::ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const {
+Label SplineProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
   const bool whole = (leaf[0] & Program::whole) != 0;
   if (cell.quick() && whole && cell.extent().contains(producer_)) {
-    out.insert(out.end(), leaf, leaf + Program::header);
+    out.append({leaf, Program::header});
     return Label::fuzzy;
   }
   const Image image = image_of(cell);
-  out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2]});
+  out.push(leaf[0] & ~Program::whole, 0, leaf[2]);
   const std::size_t begin = out.size();
   const auto keep_some = [&](Number patch) { keep(patch, tree_.node(patch), tree_.level(patch), image, cell, out); };
   if (whole) {

@@ -65,7 +65,7 @@ template <int D>
 struct Token {
   static constexpr std::uint32_t not_restored = 0xffffffff;
   geometry::Cell<D> cell;
-  std::vector<Word> program;
+  Words program;
   Join<D>* parent = nullptr;
   std::uint32_t region = 0;
   std::uint32_t restored = not_restored;  ///< else a node of the region's frontier, to be unfolded; `program` is not used

@@ -20,14 +20,14 @@ TorusProducer::State TorusProducer::state_of(const Word* leaf) const {
 
 std::size_t TorusProducer::undecided(const Word* leaf) const { return 2 + 2 * std::size_t{state_of(leaf).wedge.level}; }
 
-Label TorusProducer::ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& out) const {
+Label TorusProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   State state = state_of(leaf);
   if (!cell.quick()) {
     tighten(state, cell);
     if (state.known)
       if (const Label label = ask_vertices(state.wedge, cell); label != Label::fuzzy) return label;
   }
-  out.insert(out.end(), {leaf[0] & ~Program::whole, 0, leaf[2], state.known ? 1U : 0U, state.wedge.face, state.wedge.level, state.wedge.at[0]});
+  out.push(leaf[0] & ~Program::whole, 0, leaf[2], state.known ? 1U : 0U, state.wedge.face, state.wedge.level, state.wedge.at[0]);
   return Label::fuzzy;
 }
 

@@ -109,7 +109,7 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     if (crew_.options.suspend && (stop || has_ended(*token))) return leave(token);
     if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token) return unfold_by_the_clock(token);
     const auto program = crew_.frontiers[token->region].program(token->restored);
-    token->program.assign(program.begin(), program.end());
+    token->program.assign(program);
     token->restored = Token<D>::not_restored;
   }
   const bool deep = crew_.options.level && token->level >= *crew_.options.level;
@@ -123,7 +123,7 @@ Token<D>* Worker<D>::process(Token<D>* token) {
     if (!crew_.fired.load(std::memory_order_relaxed)) crew_.fired = true;
     left = answer.label == Label::fuzzy;
     if (left && !deep && !cut.none) {
-      std::swap(token->program, program_);
+      token->program.swap(program_);
       return may_clip(*token, cut) ? clip(token, cut) : split(token, cut);
     }
     outcome.label = answer.label;
@@ -160,7 +160,7 @@ Token<D>* Worker<D>::leave(Token<D>* token) {
 
 /// The end of a token. @return null.
 template <int D>
-Token<D>* Worker<D>::give(Token<D>* token, Outcome<D> outcome) {
+Token<D>* Worker<D>::give(Token<D>* token, Outcome<D>&& outcome) {
   count_decided(token->level);
   finish(token->parent, token->side, token->region, std::move(outcome));
   tokens_.give(token);
@@ -312,7 +312,7 @@ std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Loca
   template void Worker<D>::join();                             \
   template void Worker<D>::add(Token<D>*);                     \
   template Token<D>* Worker<D>::leave(Token<D>*);              \
-  template Token<D>* Worker<D>::give(Token<D>*, Outcome<D>);   \
+  template Token<D>* Worker<D>::give(Token<D>*, Outcome<D>&&); \
   template Join<D>* Worker<D>::join_of(const Token<D>&, geometry::HyperplaneId); \
   template void Worker<D>::cut(const Cell<D>&, geometry::HyperplaneId, std::array<bool, 2>, std::array<Cell<D>, 2>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

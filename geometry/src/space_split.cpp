@@ -112,7 +112,8 @@ Cell<3> Splitter<3>::half_of(const Cell<3>& cell, HyperplaneId id, std::uint8_t 
   const std::size_t old_vertices = cell.face_count(0), old_edges = cell.face_count(1);
   const std::size_t vertices = number_kept(0, old_vertices, other), edges = number_kept(1, old_edges, other);
   const std::size_t facets = number_kept(2, cell.facet_count(), other);
-  const std::uint16_t *const vertex_number = number_[0].data(), *const edge_number = number_[1].data();
+  const std::uint16_t *const vertex_number = number_[0].data(), *const edge_number = number_[1].data(), *const cut_number = cut_number_.data();
+  const std::uint8_t* const of_vertex = mask_[0].data();
   SpaceCell half(vertices + cuts_.size(), edges + common_edges_.size(), facets + 1);
 
   const Vertex<3>* const old = cell.vertices().data();
@@ -125,7 +126,8 @@ Cell<3> Splitter<3>::half_of(const Cell<3>& cell, HyperplaneId id, std::uint8_t 
     const std::size_t edge = kept_[1][i];
     for (std::size_t k = 0; k < 2; ++k) {
       const std::uint16_t end = old_ends[2 * edge + k];
-      half.edge_ends[2 * i + k] = static_cast<std::uint16_t>(mask_[0][end] == other ? vertices + cut_number_[edge] : vertex_number[end]);
+      const std::uint32_t cut = of_vertex[end] == other ? ~0u : 0u;  // without a branch: there is no telling
+      half.edge_ends[2 * i + k] = static_cast<std::uint16_t>((static_cast<std::uint32_t>(vertices + cut_number[edge]) & cut) | (vertex_number[end] & ~cut));
       half.edge_hyperplanes[2 * i + k] = old_hyperplanes[2 * edge + k];
     }
   }

@@ -419,17 +419,18 @@ Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& colu
 
 template <int D>
 bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes,
-                                std::vector<std::uint32_t>& crossing) {
+                                Buffer<std::uint32_t>& crossing) {
   if constexpr (D == 3) {
     constexpr std::size_t block = 64;
     static_assert(block % wide == 0);
     const auto stored = table_->rounded();
     std::array<filter::Sides, block> sides;
-    std::array<std::uint32_t, block> codes;
     for (std::size_t first = 0; first < planes.size(); first += block) {
       const auto some = planes.subspan(first, std::min(block, planes.size() - first));
       counts_.predicates += filter::find_sides(points_of(columns), columns.error * (1 + 0x1p-40), stored.data(), some, sides.data());
-      std::size_t found = 0;
+      const std::size_t before = crossing.size();
+      crossing.resize(before + some.size());
+      std::uint32_t* codes = crossing.data() + before;
       bool is_outside = false;
       for (std::size_t i = 0; i < some.size(); ++i) {  // hardly any branches: there is no telling which ones cross
         const OrientedHyperplane plane = some[i];
@@ -438,18 +439,18 @@ bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& col
           if (is_outside) return false;
           where = sides_of(position(cell, plane.id(), stored[plane.id()]));
         }
-        codes[found] = plane.code;
-        found += where == filter::both ? 1 : 0;
+        *codes = plane.code;
+        codes += where == filter::both ? 1 : 0;
         is_outside |= where == (plane.flipped() ? filter::all_negative : filter::all_positive);
       }
       if (is_outside) return false;
-      crossing.insert(crossing.end(), codes.begin(), codes.begin() + found);
+      crossing.resize(static_cast<std::size_t>(codes - crossing.data()));
     }
     return true;
   } else {
     return std::all_of(planes.begin(), planes.end(), [&](OrientedHyperplane plane) {
       const Position where = position(cell, columns, plane.id(), table_->rounded(plane.id()));
-      if (where == Position::crossing) crossing.push_back(plane.code);
+      if (where == Position::crossing) crossing.push(plane.code);
       return where == Position::crossing || (where == Position::negative) != plane.flipped();
     });
   }
@@ -506,14 +507,20 @@ void Splitter<D>::cut_edges(const Cell<D>& cell, HyperplaneId id) {
   mask_[1].resize(count);
   cut_number_.resize(count);
   crossing_.resize(count);
+  const std::uint16_t* const ends = cell.subfaces(1, 0).data();
+  const std::uint32_t* const hyperplanes = cell.hyperplanes(1, 0).data();
+  const std::uint8_t* const of_vertex = mask_[0].data();
+  std::uint8_t* const of_edge = mask_[1].data();
+  std::uint16_t* const number = cut_number_.data();
+  EdgeHyperplanes<D>* const crossing = crossing_.data();
   std::size_t found = 0;
   for (std::size_t edge = 0; edge < count; ++edge) {  // without branches: there is no telling which ones cross
-    const auto ends = cell.subfaces(1, edge);
-    cut_number_[edge] = static_cast<std::uint16_t>(found);
-    mask_[1][edge] = mask_[0][ends[0]] | mask_[0][ends[1]];
-    const auto own = cell.hyperplanes(1, edge);
-    for (int i = 0; i + 1 < D; ++i) crossing_[found][i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
-    found += mask_[1][edge] == crosses ? 1 : 0;
+    const std::uint8_t mask = of_vertex[ends[2 * edge]] | of_vertex[ends[2 * edge + 1]];
+    number[edge] = static_cast<std::uint16_t>(found);
+    of_edge[edge] = mask;
+    const std::uint32_t* const own = hyperplanes + (D - 1) * edge;
+    for (int i = 0; i + 1 < D; ++i) crossing[found][i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
+    found += mask == crosses ? 1 : 0;
   }
   crossing_.resize(found);
   cuts_.resize(crossing_.size());

@@ -114,15 +114,15 @@ Stream<D> refine(const model::Expression& e, Random& random, std::uint64_t most 
   Localizer<D> localizer(network, splitter);
   struct Token {
     Cell<D> cell;
-    std::vector<Word> program;
+    Words program;
   };
   std::vector<Token> stack;
-  stack.push_back({geometry::root_cell(network.table), network.program});
+  stack.push_back({geometry::root_cell(network.table), Words(network.program)});
   Stream<D> result;
   while (!stack.empty()) {
     const Token token = std::move(stack.back());
     stack.pop_back();
-    std::vector<Word> simplified, again;
+    Words simplified, again;
     typename Localizer<D>::Cut cut, other;
     const Answer answer = localizer.fire(token.program, token.cell, simplified, cut);
     // The result depends on the arguments alone.
@@ -149,7 +149,7 @@ Stream<D> refine(const model::Expression& e, Random& random, std::uint64_t most 
     // Corners are rounded: coordinates of up to 16 move the faces of a cell, however thin it is, by 2^-50.
     EXPECT_NEAR(writer.measure(negative.cell).volume() + writer.measure(positive.cell).volume(), whole, 1e-12 * whole + 1e-14);
     // What is said to be OUT beforehand is OUT.
-    std::vector<Word> unused;
+    Words unused;
     if (cut.negative_is_out) {
       EXPECT_EQ(localizer.fire(simplified, negative.cell, unused, other).label, Label::out);
     }
@@ -215,7 +215,7 @@ Answer fire_at_middle(const model::Expression& e, std::string* left = nullptr) {
       cell = std::move(half);
     }
   Localizer<3> localizer(network, splitter);
-  std::vector<Word> out;
+  Words out;
   Localizer<3>::Cut cut;
   const Answer answer = localizer.fire(network.program, cell, out, cut);
   if (left != nullptr) *left = answer.label == Label::fuzzy ? text(out) : "";

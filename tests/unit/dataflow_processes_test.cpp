@@ -42,7 +42,7 @@ std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, 
   struct Undecided {
     std::string path;
     Cell<D> cell;
-    std::vector<Word> state;
+    Words state;
   };
   std::vector<Undecided> stack;
   stack.push_back({"", geometry::root_cell(network.table), {Program::kind_leaf | Program::whole, Program::header, 0}});
@@ -51,7 +51,7 @@ std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, 
     const Undecided at = std::move(stack.back());
     stack.pop_back();
     view.look_at(at.cell);
-    std::vector<Word> left;
+    Words left;
     Refinement refinement{at.path, producer.ask(at.state.data(), view, left), {}, writer.measure(at.cell).volume(), point_in(at.cell, random)};
     if (refinement.label == Label::fuzzy) {
       left[1] = static_cast<Word>(left.size());
@@ -67,7 +67,7 @@ std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, 
       Undecided negative{at.path + '-', {}, left}, positive{at.path + '+', {}, left};
       splitter.split(at.cell, advice.plane.id(), &negative.cell, &positive.cell);
       // What the advice promises.
-      std::vector<Word> unused;
+      Words unused;
       const Undecided &beyond = advice.plane.flipped() ? negative : positive, &behind = advice.plane.flipped() ? positive : negative;
       if (advice.beyond_is_out) {
         view.look_at(beyond.cell);
@@ -179,13 +179,13 @@ TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
     const ConvexProducer<3> convex(network, network.producers[0]);
     geometry::Splitter<3> splitter(network.table);
     CellView<3> view(splitter);
-    const std::vector<Word> whole{Program::kind_leaf | Program::whole, Program::header, 0};
+    const Words whole{Program::kind_leaf | Program::whole, Program::header, 0};
     for (int descent = 0; descent < 20; ++descent) {
       Cell<3> cell = geometry::root_cell(network.table);
-      std::vector<Word> state = whole, plain = whole;
+      Words state = whole, plain = whole;
       for (int depth = 0; depth < 40; ++depth) {
         view.look_at(cell);
-        std::vector<Word> left, plain_left;
+        Words left, plain_left;
         const Label label = lathe.ask(state.data(), view, left), truth = convex.ask(plain.data(), view, plain_left);
         // A cell may be outside although no half-space alone keeps it there.
         const bool sharper = label == Label::out && truth == Label::fuzzy;
@@ -313,7 +313,7 @@ TEST(Localizer, LooksCloselyAtWhatItWillNotCut) {
     Cell<3> root = geometry::root_cell(network.table), beyond;
     if (splitter.classify(root, plane.id()) != Position::crossing) continue;
     splitter.split(root, plane.id(), plane.flipped() ? &beyond : nullptr, plane.flipped() ? nullptr : &beyond);
-    std::vector<Word> left;
+    Words left;
     Localizer<3>::Cut cut;
     EXPECT_EQ(localizer.decide(network.program, beyond, left).label, Label::out);
     hasty += localizer.fire(network.program, beyond, left, cut).label == Label::fuzzy;

@@ -290,12 +290,12 @@ TYPED_TEST(Predicate, ManyHalfSpacesAreToldApartAsOneByOne) {
         const bool behind = k % 3 == 0 ? pick(random, 0, 1) == 1 : where != Position::positive;  // seldom outside of any
         planes.push_back(oriented(id, !behind));
       }
-      std::vector<std::uint32_t> expected{7, 8, 9}, found = expected;  // appended to what is there
+      Buffer<std::uint32_t> expected{7, 8, 9}, found = expected;  // appended to what is there
       bool inside = true;
       for (const OrientedHyperplane plane : planes) {
         const Position where = splitter.position(cell, plane.id(), model.table.rounded(plane.id()));
         if (where == Position::crossing)
-          expected.push_back(plane.code);
+          expected.push(plane.code);
         else
           inside = inside && (where == Position::negative) != plane.flipped();
       }

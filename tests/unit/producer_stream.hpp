@@ -45,7 +45,7 @@ void check_stream_of(const Network<D>& network, const P& producer, unsigned deep
   CellView<D> view(splitter);
   struct Item {
     geometry::Cell<D> cell;
-    std::vector<Word> state;
+    Words state;
     unsigned level;
     std::vector<std::array<double, D>> on_surface;
   };
@@ -57,7 +57,7 @@ void check_stream_of(const Network<D>& network, const P& producer, unsigned deep
     const Item at = std::move(stack.back());
     stack.pop_back();
     view.look_at(at.cell);
-    std::vector<Word> left;
+    Words left;
     const geometry::Label label = producer.ask(at.state.data(), view, left);
     const double volume = writer.measure(at.cell).volume();
     if (label != geometry::Label::fuzzy) {
@@ -87,7 +87,7 @@ void check_stream_of(const Network<D>& network, const P& producer, unsigned deep
     splitter.split(at.cell, advice.plane.id(), &negative.cell, &positive.cell);
     const double parts = writer.measure(negative.cell).volume() + writer.measure(positive.cell).volume();
     ASSERT_NEAR(parts, volume, 1e-12 * whole) << "the halves are not the cell";
-    std::vector<Word> unused;
+    Words unused;
     if (advice.beyond_is_out) {
       view.look_at(advice.plane.flipped() ? negative.cell : positive.cell);
       ASSERT_EQ(producer.ask(left.data(), view, unused), geometry::Label::out);

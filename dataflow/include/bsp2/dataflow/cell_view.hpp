@@ -64,7 +64,7 @@ class CellView {
     return where == Position::negative ? Position::positive : Position::negative;
   }
   /// Splitter::find_crossing for this cell. Exact.
-  bool find_crossing(std::span<const geometry::OrientedHyperplane> planes, std::vector<std::uint32_t>& crossing) {
+  bool find_crossing(std::span<const geometry::OrientedHyperplane> planes, geometry::Buffer<std::uint32_t>& crossing) {
     return splitter_->find_crossing(*cell_, columns_, planes, crossing);
   }
   /// The least extent of the cell across one of its facets, not less than its width by any rounding. D = 1: its length.

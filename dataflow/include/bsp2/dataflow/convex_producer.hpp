@@ -17,7 +17,7 @@ class ConvexProducer {
  public:
   ConvexProducer(const Network<D>& network, const Producer<D>& producer) : network_(network), producer_(producer) {}
 
-  geometry::Label ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const;
+  geometry::Label ask(const Word* leaf, CellView<D>& cell, Words& out) const;
   [[nodiscard]] std::size_t undecided(const Word* leaf) const {
     return (leaf[0] & Program::whole) != 0 ? producer_.plane_count : leaf[1] - Program::header;
   }

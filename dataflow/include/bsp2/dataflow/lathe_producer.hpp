@@ -20,7 +20,7 @@ class LatheProducer {
   LatheProducer(const Network<3>& network, const Producer<3>& producer)
       : network_(network), producer_(producer), lathe_(network.lathes[producer.lathe]) {}
 
-  geometry::Label ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& out) const;
+  geometry::Label ask(const Word* leaf, CellView<3>& cell, Words& out) const;
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   Advice advise(const Word* leaf, CellView<3>& cell) const;
 

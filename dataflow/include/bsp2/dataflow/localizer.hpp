@@ -36,7 +36,7 @@ class Localizer {
   /// The expression `program` within `cell`: IN, OUT, or FUZZY with the simplified expression in `out` and the hyperplane
   /// to split by in `cut`. The result depends on the arguments alone. FUZZY may be hasty: that the cell is better cut at
   /// once, between many operands, than looked at closely.
-  Answer fire(std::span<const Word> program, const geometry::Cell<D>& cell, std::vector<Word>& out, Cut& cut);
+  Answer fire(std::span<const Word> program, const geometry::Cell<D>& cell, Words& out, Cut& cut);
 
   /// Cells thinner than this are not cut along round solids. 0: all are.
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
@@ -44,7 +44,7 @@ class Localizer {
   void set_view(std::span<const double> eye, double angle);
 
   /// The same for a cell that will not be cut: FUZZY only if some producer really is undecided.
-  Answer decide(std::span<const Word> program, const geometry::Cell<D>& cell, std::vector<Word>& out);
+  Answer decide(std::span<const Word> program, const geometry::Cell<D>& cell, Words& out);
 
   /// An operand that is left, and how many of its half-spaces or facets are undecided.
   struct UndecidedOperand {
@@ -64,10 +64,10 @@ class Localizer {
     std::uint32_t at;         // where it starts in the simplified program
     std::uint32_t undecided;  // how many of its half-spaces or facets are
   };
-  std::vector<ActiveLeaf> active_;     // the undecided leaves, but for those that stay so
+  geometry::Buffer<ActiveLeaf> active_;     // the undecided leaves, but for those that stay so
   bool stays_undecided_ = false;       // there may be leaves that do
   bool was_hasty_ = false;             // some leaves were asked quickly, and may be decided
-  std::vector<Word> second_pass_;
+  Words second_pass_;
   double tolerance_ = 0;
   std::array<double, D> eye_{};
   double angle_ = 0;  // 0: there is no eye
@@ -83,10 +83,10 @@ class Localizer {
   std::vector<std::uint16_t> place_of_;     // of each hyperplane among those, 0 for all others
   std::vector<std::uint32_t> operands_at_;  // each place
 
-  Answer localize(std::span<const Word> program, std::vector<Word>& out, bool quick);
-  Answer visit(const Word*& at, std::vector<Word>& out);
-  Answer visit_combiner(const Word*& at, std::vector<Word>& out);
-  Answer visit_leaf(const Word*& at, std::vector<Word>& out);
+  Answer localize(std::span<const Word> program, Words& out, bool quick);
+  Answer visit(const Word*& at, Words& out);
+  Answer visit_combiner(const Word*& at, Words& out);
+  Answer visit_leaf(const Word*& at, Words& out);
   template <typename Use>
   auto with_producer(const Word* leaf, Use&& use) const;
   [[nodiscard]] bool is_curved(const Word* leaf) const;

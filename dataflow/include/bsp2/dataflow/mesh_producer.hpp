@@ -21,7 +21,7 @@ class MeshProducer {
   MeshProducer(const Network<3>& network, const Producer<3>& producer)
       : network_(network), producer_(producer), mesh_(network.meshes[producer.mesh]) {}
 
-  geometry::Label ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& out) const;
+  geometry::Label ask(const Word* leaf, CellView<3>& cell, Words& out) const;
   [[nodiscard]] std::size_t undecided(const Word* leaf) const {
     return (leaf[0] & Program::whole) != 0 ? mesh_.facets.size() : leaf[1] - header;
   }

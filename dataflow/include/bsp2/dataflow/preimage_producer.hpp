@@ -20,7 +20,7 @@ class PreimageProducer {
   PreimageProducer(const Network<D>& network, const Producer<D>& producer)
       : network_(network), preimage_(network.preimages[static_cast<std::size_t>(producer.preimage)]) {}
 
-  geometry::Label ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const;
+  geometry::Label ask(const Word* leaf, CellView<D>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   /// A hyperplane of the solid; else across the axis of the model along which the image is longest. No advice where the cell
@@ -46,7 +46,7 @@ class PreimageProducer {
   geometry::Label label(const preimage::RoundSolid& solid, const Image& image, Word& level) const;
   geometry::Label label(const preimage::TorusSolid& solid, const Image& image, Word& level) const;
   template <int F>
-  geometry::Label keep_patches(const PatchTree<F>& tree, const Word* leaf, const Image& image, const CellView<D>& cell, std::vector<Word>& out) const;
+  geometry::Label keep_patches(const PatchTree<F>& tree, const Word* leaf, const Image& image, const CellView<D>& cell, Words& out) const;
   template <int F>
   [[nodiscard]] geometry::Label label_off_patches(const PatchTree<F>& tree, const CellView<D>& cell) const;
 

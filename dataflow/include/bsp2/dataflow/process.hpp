@@ -40,7 +40,7 @@ struct Advice {
 /// A producer as the network drives it, one cell at a time. What it still does not know about a cell is its *state*, the
 /// words of a leaf of the program; the state for a half of the cell follows from the state for the cell.
 template <typename P, int D>
-concept ProducerProcess = requires(const P& producer, const Word* leaf, CellView<D>& cell, std::vector<Word>& out) {
+concept ProducerProcess = requires(const P& producer, const Word* leaf, CellView<D>& cell, Words& out) {
   /// The label within the cell; for FUZZY the leaf with its new state is appended to `out`, all but its length.
   { producer.ask(leaf, cell, out) } -> std::same_as<geometry::Label>;
   /// How many half-spaces or facets are undecided: an estimate of the work that is left.

@@ -3,10 +3,14 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "bsp2/geometry/buffer.hpp"
+
 namespace bsp2::dataflow {
 
 /// One word of a program.
 using Word = std::uint32_t;
+/// A program, or a part of one, that is being written.
+using Words = geometry::Buffer<Word>;
 
 /// How a localized expression is written down: a tree in prefix order,
 ///   leaf      kind_leaf | flags, length, producer, state words

@@ -21,7 +21,7 @@ class RoundProducer {
   RoundProducer(const Network<D>& network, const Producer<D>& producer)
       : network_(network), producer_(producer), round_(network.rounds[static_cast<std::size_t>(producer.round)]) {}
 
-  geometry::Label ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const;
+  geometry::Label ask(const Word* leaf, CellView<D>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   /// How many half-spaces of the box are undecided.
@@ -49,7 +49,7 @@ class RoundProducer {
 
   [[nodiscard]] std::size_t header() const { return at_place + static_cast<std::size_t>(round_.family.axes() - 1); }
   [[nodiscard]] State state_of(const Word* leaf) const;
-  void put(const State& state, std::vector<Word>& out) const;
+  void put(const State& state, Words& out) const;
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Word* leaf) const;
   geometry::Label ask_round(State& state, CellView<D>& cell) const;
   geometry::Label ask_vertices(const State& state, const CellView<D>& cell) const;

@@ -19,7 +19,7 @@ class SplineProducer {
   SplineProducer(const Network<D>& network, const Producer<D>& producer)
       : producer_(producer), spline_(network.splines[static_cast<std::size_t>(producer.spline)]), tree_(*spline_.tree) {}
 
-  geometry::Label ask(const Word* leaf, CellView<D>& cell, std::vector<Word>& out) const;
+  geometry::Label ask(const Word* leaf, CellView<D>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   /// An axis-parallel hyperplane that cuts off an end of the cell with no patch in it, if there is one that is worth it. Without
@@ -48,7 +48,7 @@ class SplineProducer {
   [[nodiscard]] Box<D> in_frame(const Box<D>& box) const;
   [[nodiscard]] Image image_of(const CellView<D>& cell) const;
   [[nodiscard]] bool may_meet(Number patch, const Node& node, const Image& image, CellView<D>& cell) const;
-  void keep(Number patch, const Node& node, std::uint32_t level, const Image& image, CellView<D>& cell, std::vector<Word>& out) const;
+  void keep(Number patch, const Node& node, std::uint32_t level, const Image& image, CellView<D>& cell, Words& out) const;
   [[nodiscard]] geometry::Label label_off_patches(const CellView<D>& cell) const;
 };
 

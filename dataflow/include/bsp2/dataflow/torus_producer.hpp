@@ -16,7 +16,7 @@ class TorusProducer {
  public:
   TorusProducer(const Network<3>& network, const Producer<3>& producer) : network_(network), torus_(network.tori[static_cast<std::size_t>(producer.torus)]) {}
 
-  geometry::Label ask(const Word* leaf, CellView<3>& cell, std::vector<Word>& out) const;
+  geometry::Label ask(const Word* leaf, CellView<3>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
   /// The plane that cuts off what is farthest out, then the one within it, then what halves the wedge; at the last level

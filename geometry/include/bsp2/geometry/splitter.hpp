@@ -105,7 +105,7 @@ class Splitter {
 
   /// Which of these half-spaces, all of primitives, cross the cell: their codes are appended to `crossing`, in the same order.
   /// @return false as soon as one is met that the cell is outside of; then what was appended means nothing.
-  bool find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes, std::vector<std::uint32_t>& crossing);
+  bool find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes, Buffer<std::uint32_t>& crossing);
 
   /// Splits the cell that was classified last, and crosses the hyperplane, into its two halves and their common facet.
   /// A null pointer leaves that half unbuilt. Linear in the faces of the cell.
