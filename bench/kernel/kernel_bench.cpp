@@ -144,7 +144,7 @@ void BM_Classification(benchmark::State& state) {
   Splitter<D> splitter(network.table);
   dataflow::Localizer<D> localizer(network, splitter);
   const auto root = geometry::root_cell(network.table);
-  std::vector<dataflow::Word> out;
+  dataflow::Words out;
   for (auto _ : state) benchmark::DoNotOptimize(localizer.decide(network.program, root, out));
   state.SetItemsProcessed(state.iterations() * network.producers[0].plane_count);
 }
