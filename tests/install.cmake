@@ -5,7 +5,7 @@ execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --component bsp2 --p
 file(RENAME ${WORK}/installed ${WORK}/moved)
 execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_DEBUG=libs ${WORK}/moved/bin/bsp2 run ${MODEL} -o ${WORK}/out
   COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET ERROR_VARIABLE libraries)
-foreach(module bsp2-vtk.so bsp2-hdf5.so)
+foreach(module bsp2-vtk.so bsp2-hdf5.so bsp2-cairo.so)
   string(REGEX MATCHALL "calling init: [^\n]*/${module}" found "${libraries}")
   string(FIND "${found}" "calling init: ${WORK}/moved/" place)
   if(NOT place EQUAL 0 OR found MATCHES ";")
@@ -17,7 +17,7 @@ execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_DEBUG=libs ${BUILD}/bin/bsp2 
 if("${libraries}${built}" MATCHES "trying file=([^/][^\n]*)")
   message(FATAL_ERROR "A library is looked for in the current directory: '${CMAKE_MATCH_1}'")
 endif()
-foreach(file solid.pvtu snapshot.h5 report.json)
+foreach(file solid.pvtu snapshot.h5 report.json view.png)
   if(NOT EXISTS ${WORK}/out/${file})
     message(FATAL_ERROR "The installed program has not written ${file}")
   endif()

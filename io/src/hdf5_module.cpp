@@ -5,5 +5,5 @@
 
 const void* bsp2_module(const char* layout) {
   static constexpr bsp2::io::Hdf5Module module{bsp2::io::snapshot::write, bsp2::io::snapshot::read};
-  return std::strcmp(layout, BSP2_IO_LAYOUT) == 0 ? &module : nullptr;
+  return std::strcmp(layout, BSP2_MODULE_LAYOUT) == 0 ? &module : nullptr;
 }

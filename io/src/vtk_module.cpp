@@ -98,5 +98,5 @@ std::string to_vtp(const geometry::TriangleSurface& surface) {
 
 const void* bsp2_module(const char* layout) {
   static constexpr bsp2::io::VtkModule module{bsp2::io::has_polyhedra, bsp2::io::write_piece, bsp2::io::to_vtp};
-  return std::strcmp(layout, BSP2_IO_LAYOUT) == 0 ? &module : nullptr;
+  return std::strcmp(layout, BSP2_MODULE_LAYOUT) == 0 ? &module : nullptr;
 }

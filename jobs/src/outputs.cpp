@@ -95,6 +95,7 @@ void check_outputs(const RunCommand& command) {
     if (snapshot) io::check_snapshot_path(*snapshot);
   if (command.mesh || command.series) io::check_vtu();
   if (command.boundary) io::check_surface_file(*command.boundary);
+  if (command.picture || command.frames) supersteps::check_pictures();
   if (command.frames) io::check_folder(folder_of(frame_path(*command.frames, 0)));
   for (const auto& file : files_of(command)) {
     if (!file) continue;

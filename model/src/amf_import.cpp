@@ -76,19 +76,19 @@ class AmfReader {
 }  // namespace
 
 ImportedMesh import_amf(std::string_view bytes, const std::filesystem::path& path) {
-  std::optional<ZipFile> zip;
-  ZipFile::Entry entry(nullptr, &zip_fclose);
+  std::unique_ptr<ZipFile> zip;
+  std::unique_ptr<ZipFile::Entry> entry;
   XmlStream::Read read = [bytes](char* buffer, int size) mutable {
     const std::size_t count = std::min(bytes.size(), static_cast<std::size_t>(size));
     std::memcpy(buffer, bytes.data(), count);
     bytes.remove_prefix(count);
     return static_cast<int>(count);
   };
-  if (ZipFile::is_zip(bytes)) {
-    zip.emplace(bytes, path);
+  if (is_zip(bytes)) {
+    zip = open_zip(bytes, path);
     entry = zip->open_first(".amf");
     if (!entry) throw Error(path.string() + ": there is nothing to read in this zip file");
-    read = [&entry](char* buffer, int size) { return static_cast<int>(zip_fread(entry.get(), buffer, static_cast<zip_uint64_t>(size))); };
+    read = [&entry](char* buffer, int size) { return entry->read(buffer, size); };
   }
   XmlStream xml(std::move(read), path.string());
   return AmfReader(xml).read();

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include "bsp2/geometry/error.hpp"
@@ -50,7 +51,7 @@ std::string without_slash(std::string_view name) { return std::string(name.subst
 
 class PackageReader {
  public:
-  PackageReader(std::string_view bytes, const std::filesystem::path& path) : zip_(bytes, path), path_(path) {}
+  PackageReader(std::string_view bytes, const std::filesystem::path& path) : zip_(open_zip(bytes, path)), path_(path) {}
 
   ImportedMesh read() {
     const std::string root = root_part();
@@ -78,7 +79,7 @@ class PackageReader {
   std::string root_part() const {
     constexpr std::size_t most_bytes = 1 << 20;
     const std::string usual = "3D/3dmodel.model";
-    const auto relations = zip_.text("_rels/.rels", most_bytes);
+    const auto relations = zip_->text("_rels/.rels", most_bytes);
     if (!relations) return usual;
     std::string_view left = *relations;
     XmlStream xml(
@@ -102,10 +103,9 @@ class PackageReader {
   }
 
   void read_part(const std::string& part) {
-    const ZipFile::Entry entry = zip_.open(part);
+    const std::unique_ptr<ZipFile::Entry> entry = zip_->open(part);
     if (!entry) throw Error(path_.string() + ": there is no " + part + " in this 3MF file");
-    XmlStream xml([&](char* buffer, int size) { return static_cast<int>(zip_fread(entry.get(), buffer, static_cast<zip_uint64_t>(size))); },
-                  path_.string() + ": " + part);
+    XmlStream xml([&](char* buffer, int size) { return entry->read(buffer, size); }, path_.string() + ": " + part);
     if (!xml.next() || xml.name() != "model") xml.fail("expected the element 'model'");
     Object* object = nullptr;
     while (xml.next()) {
@@ -211,7 +211,7 @@ class PackageReader {
       mesh.add_face(is_mirrored ? std::array{first + a, first + c, first + b} : std::array{first + a, first + b, first + c});
   }
 
-  ZipFile zip_;
+  std::unique_ptr<ZipFile> zip_;
   const std::filesystem::path& path_;
   std::vector<std::string> parts_;  // the first is the root; read in this order
   std::map<ObjectName, Object> objects_;

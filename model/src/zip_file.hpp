@@ -1,7 +1,6 @@
 #pragma once
 
-#include <zip.h>
-
+#include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -13,20 +12,26 @@ namespace bsp2::model {
 /// The entries of a zip file, whose bytes are in memory. What is read is unpacked piece by piece.
 class ZipFile {
  public:
-  /// @param bytes outlive this. @throws bsp2::Error if they are no zip file.
-  ZipFile(std::string_view bytes, const std::filesystem::path& path);
-  [[nodiscard]] static bool is_zip(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
+  /// An entry that is read from its beginning. Not longer than its file.
+  class Entry {
+   public:
+    virtual ~Entry() = default;
+    /// @return the number of bytes, 0 at the end, < 0 for an error.
+    virtual int read(char* buffer, int size) = 0;
+  };
 
-  using Entry = std::unique_ptr<zip_file_t, int (*)(zip_file_t*)>;
+  virtual ~ZipFile() = default;
   /// An entry by name (the case of letters makes no difference); null if there is none.
-  [[nodiscard]] Entry open(const std::string& name) const;
+  [[nodiscard]] virtual std::unique_ptr<Entry> open(const std::string& name) const = 0;
   /// The first entry with this ending, else the first one; null if there is none at all.
-  [[nodiscard]] Entry open_first(std::string_view ending) const;
+  [[nodiscard]] virtual std::unique_ptr<Entry> open_first(std::string_view ending) const = 0;
   /// All of a small entry; nothing if there is none or if it is longer than `most` bytes.
   [[nodiscard]] std::optional<std::string> text(const std::string& name, std::size_t most) const;
-
- private:
-  std::unique_ptr<zip_t, void (*)(zip_t*)> archive_;
 };
+
+[[nodiscard]] inline bool is_zip(std::string_view bytes) { return bytes.starts_with("PK\x03\x04"); }
+
+/// @param bytes outlive the result. @throws bsp2::Error if they are no zip file.
+std::unique_ptr<ZipFile> open_zip(std::string_view bytes, const std::filesystem::path& path);
 
 }  // namespace bsp2::model

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cairo.h>
-
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -9,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/supersteps/rendering.hpp"
+#include "bsp2/supersteps/picture_format.hpp"
 
 /// What a picture is drawn on: samples (Canvas) or a list of polygons (Drawing). Both can be taken off as layers, which
 /// travel and are put over each other again, so that the picture does not depend on who drew what.
@@ -48,36 +46,25 @@ struct Layer {
 class Canvas {
  public:
   using Layer = supersteps::Layer;
-  Canvas(int width, int height);
+  virtual ~Canvas() = default;
 
-  [[nodiscard]] int strips() const { return (height_ + strip_height_ - 1) / strip_height_; }
+  [[nodiscard]] virtual int strips() const = 0;
   /// The first and the last strip that a polygon between two heights touches; in that order, but where it touches none.
-  [[nodiscard]] std::array<std::uint8_t, 2> strips_between(double low, double high) const;
+  [[nodiscard]] virtual std::array<std::uint8_t, 2> strips_between(double low, double high) const = 0;
   /// What is drawn from now on, and put: of the others nothing is. The canvas is empty.
-  void begin_strip(int strip);
-  void fill(std::span<const std::array<double, 2>> polygon, const Ink& ink);
+  virtual void begin_strip(int strip) = 0;
+  virtual void fill(std::span<const std::array<double, 2>> polygon, const Ink& ink) = 0;
   /// What has been drawn; the canvas is empty again.
-  [[nodiscard]] Layer take();
+  [[nodiscard]] virtual Layer take() = 0;
   /// Puts a layer of this strip over what has been drawn.
-  void put(const Layer& layer);
+  virtual void put(const Layer& layer) = 0;
   /// Puts the strip before a background and into the image.
-  void end_strip(const Colour& background);
+  virtual void end_strip(const Colour& background) = 0;
   /// The image as the bytes of a PNG file. Call once, after all strips.
-  [[nodiscard]] std::string file();
-
- private:
-  static constexpr int samples = 3;  // an edge of a pixel
-  using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
-
-  int width_, height_, strip_height_, strip_ = 0;
-  Surface surface_, tile_, image_{nullptr, cairo_surface_destroy};
-  std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context_;
-  std::array<double, 2> low_, high_;  // of what has been drawn, in samples of the strip
-
-  void forget();
-  void set_source(const Ink& ink);
-  std::uint32_t* row(int y);
+  [[nodiscard]] virtual std::string file() = 0;
 };
+
+std::unique_ptr<Canvas> make_canvas(int width, int height);
 
 /// A list of polygons that becomes an SVG or PDF file.
 class Drawing {

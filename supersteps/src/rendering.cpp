@@ -391,7 +391,7 @@ Box3 shown_by(Ranks& ranks, const RunResult& result, const PictureOptions& optio
 }
 
 template <typename Target>
-std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& options, Target target) {
+std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& options, Target& target) {
   const Box3 shown = shown_by(ranks, result, options);
   const Camera camera(options, result.mesh.dimension, shown);
   const Space space(result, camera, shown, options.explode);
@@ -429,8 +429,12 @@ std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& 
   if (dimension != 2 && dimension != 3)
     throw Error("solids of dimension 2 and 3 can be drawn, not " + std::to_string(dimension) +
                 (dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
-  if (options.format == PictureFormat::png) return draw(ranks, result, options, Canvas(options.width, options.height));
-  return draw(ranks, result, options, Drawing(options.width, options.height, options.format));
+  if (options.format == PictureFormat::png) {
+    const std::unique_ptr<Canvas> canvas = make_canvas(options.width, options.height);
+    return draw(ranks, result, options, *canvas);
+  }
+  Drawing drawing(options.width, options.height, options.format);
+  return draw(ranks, result, options, drawing);
 }
 
 std::string render(SolidMesh mesh, geometry::BspTree tree, const PictureOptions& options) {

@@ -51,13 +51,13 @@ TEST_F(Modules, AreOneForAllThreads) {
 }
 
 TEST_F(Modules, AreTakenFromTheFolderThatIsNamed) {
-  EXPECT_EQ(load_module("bsp2-vtk", module_folder()), &vtk_module());
+  EXPECT_EQ(load_module("bsp2-vtk", module_folder(), module_layout), &vtk_module());
   file("bsp2-vtk.so", "no library");
-  EXPECT_NE(refusal([&] { load_module("bsp2-vtk", folder_.path()); }).find(folder_.path().string()), std::string::npos);
+  EXPECT_NE(refusal([&] { load_module("bsp2-vtk", folder_.path(), module_layout); }).find(folder_.path().string()), std::string::npos);
 }
 
 TEST_F(Modules, ThatAreMissingAreNamedWithThePlaceToLookAt) {
-  const std::string message = refusal([&] { load_module("bsp2-vtk", folder_.path()); });
+  const std::string message = refusal([&] { load_module("bsp2-vtk", folder_.path(), module_layout); });
   EXPECT_TRUE(message.starts_with("cannot load bsp2-vtk.so: it is not in '" + folder_.path().string() + "'; ")) << message;
 }
 
@@ -65,7 +65,7 @@ TEST_F(Modules, OfAnotherBuildAreRefused) {
   const std::string message = refusal([] { load_module("bsp2-hdf5", module_folder(), "another"); });
   EXPECT_NE(message.find("another build"), std::string::npos) << message;
   fs::create_symlink("/proc/self/exe", folder_.path() / "bsp2-hdf5.so");  // a program is no module at all
-  EXPECT_NE(refusal([&] { load_module("bsp2-hdf5", folder_.path()); }), "");
+  EXPECT_NE(refusal([&] { load_module("bsp2-hdf5", folder_.path(), module_layout); }), "");
 }
 
 /// The dynamic linker would die of a bus error.
@@ -75,7 +75,7 @@ TEST_F(Modules, ThatAreCutOffAreRefused) {
   const auto whole = fs::file_size(path);
   for (const auto length : {whole - 1, whole / 2, std::uintmax_t{5000}, std::uintmax_t{100}, std::uintmax_t{10}, std::uintmax_t{0}}) {
     fs::resize_file(path, length);
-    const std::string message = refusal([&] { load_module("bsp2-vtk", folder_.path()); });
+    const std::string message = refusal([&] { load_module("bsp2-vtk", folder_.path(), module_layout); });
     EXPECT_TRUE(message.starts_with("cannot load '" + path.string() + "': ")) << length << ": " << message;
     if (length >= 100) {
       EXPECT_NE(message.find("cut off: " + std::to_string(length) + " bytes of " + std::to_string(whole)), std::string::npos) << message;

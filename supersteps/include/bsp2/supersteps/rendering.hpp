@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "bsp2/supersteps/picture_format.hpp"
 #include "bsp2/supersteps/run.hpp"
 
 namespace bsp2::supersteps {
@@ -19,10 +20,11 @@ enum class Shade : std::uint8_t {
   label
 };
 
-enum class PictureFormat : std::uint8_t { png, svg, pdf };
-
 /// The format that a file's ending names.
 std::optional<PictureFormat> picture_format(const std::filesystem::path& path);
+
+/// Loads what draws pictures, so that a run does not find at its end that it cannot. Any thread. @throws Error if that fails.
+void check_pictures();
 
 /// Camera and looks of a picture. Lengths and points are in model units; in the plane z = 0.
 struct PictureOptions {

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "text.hpp"
+
+namespace bsp2::model {
+
+/// What bsp2-text does.
+struct TextModule {
+  TextOutlines (*text_outlines)(const std::string& text, const TextStyle& style, const std::function<void(std::string)>& warn);
+};
+
+}  // namespace bsp2::model

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "zip_file.hpp"
+
+namespace bsp2::model {
+
+/// What bsp2-zip does.
+struct ZipModule {
+  std::unique_ptr<ZipFile> (*open_zip)(std::string_view bytes, const std::filesystem::path& path);
+};
+
+}  // namespace bsp2::model
