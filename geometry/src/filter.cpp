@@ -67,36 +67,26 @@ class SeveralHyperplanes {
 
   template <typename At, std::size_t... Lane>
   [[gnu::always_inline]] SeveralHyperplanes(const At& at, std::index_sequence<Lane...>) : error_{at(Lane).error...} {
-    FourColumns first;
+    std::array<Lanes, 4> first;
     read_four(at, 0, first);
     if constexpr (lanes == 4) {
-      x_ = first.x, y_ = first.y, z_ = first.z, offset_ = first.offset;
+      x_ = first[0], y_ = first[1], z_ = first[2], offset_ = first[3];
     } else {
-      FourColumns last;
+      std::array<Lanes, 4> last;
       read_four(at, 4, last);
-      join(first.x, last.x, x_);
-      join(first.y, last.y, y_);
-      join(first.z, last.z, z_);
-      join(first.offset, last.offset, offset_);
+      join(first[0], last[0], x_);
+      join(first[1], last[1], y_);
+      join(first[2], last[2], z_);
+      join(first[3], last[3], offset_);
     }
   }
 
-  struct FourColumns {
-    Lanes x, y, z, offset;
-  };
-
   /// Each hyperplane in one piece: a number of each at a time is twice the instructions.
   template <typename At>
-  [[gnu::always_inline]] static void read_four(const At& at, std::size_t first, FourColumns& columns) {
+  [[gnu::always_inline]] static void read_four(const At& at, std::size_t first, std::array<Lanes, 4>& columns) {
     static_assert(offsetof(Hyperplane<3>, offset) == 3 * sizeof(double));
-    Lanes row[4];
-    for (std::size_t lane = 0; lane < 4; ++lane) std::memcpy(&row[lane], &at(first + lane), sizeof row[lane]);
-    const Lanes xz01 = __builtin_shufflevector(row[0], row[1], 0, 4, 2, 6), yo01 = __builtin_shufflevector(row[0], row[1], 1, 5, 3, 7);
-    const Lanes xz23 = __builtin_shufflevector(row[2], row[3], 0, 4, 2, 6), yo23 = __builtin_shufflevector(row[2], row[3], 1, 5, 3, 7);
-    columns.x = __builtin_shufflevector(xz01, xz23, 0, 1, 4, 5);
-    columns.y = __builtin_shufflevector(yo01, yo23, 0, 1, 4, 5);
-    columns.z = __builtin_shufflevector(xz01, xz23, 2, 3, 6, 7);
-    columns.offset = __builtin_shufflevector(yo01, yo23, 2, 3, 6, 7);
+    for (std::size_t lane = 0; lane < 4; ++lane) std::memcpy(&columns[lane], &at(first + lane), sizeof(Lanes));
+    transpose(columns);
   }
 
   [[gnu::always_inline]] static void join(const Lanes& low, const Lanes& high, Numbers& all) {

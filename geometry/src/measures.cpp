@@ -50,21 +50,25 @@ BSP2_VECTOR_CLONES void add_tetrahedra(const std::array<double, 3>* points, std:
   std::array<Lanes, Moments<3>::size> sums{};
   for (std::size_t at = 0; at < triangles.size(); at += lanes) {
     std::array<std::array<Lanes, 3>, 3> corners;
-    for (std::size_t corner = 0; corner < 3; ++corner)
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        for (std::size_t i = 0; i < 3; ++i) corners[corner][i][lane] = points[triangles[at + lane][corner]][i];
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      const auto &p = points[triangles[at][corner]], &q = points[triangles[at + 1][corner]];
+      const auto &r = points[triangles[at + 2][corner]], &s = points[triangles[at + 3][corner]];
+      for (std::size_t i = 0; i < 3; ++i) corners[corner][i] = Lanes{p[i], q[i], r[i], s[i]};
+    }
     const auto& [a, b, c] = corners;
     const Lanes product = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
     const Lanes determinant = product < 0 ? -product : product;
     sums[0] += determinant;
-    std::array<Lanes, 3> sum;
-    for (int i = 0; i < 3; ++i) sum[i] = a[i] + b[i] + c[i];
+    const std::array<Lanes, 3> sum{a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]};
+#pragma GCC unroll 3  // so that all sums stay in registers
     for (int i = 0; i < 3; ++i) {
       sums[Moments<3>::index(0, i + 1)] += determinant * sum[i];
+#pragma GCC unroll 3
       for (int j = i; j < 3; ++j)
         sums[Moments<3>::index(i + 1, j + 1)] += determinant * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]);
     }
   }
+#pragma GCC unroll 10
   for (int k = 0; k < Moments<3>::size; ++k) moments.integral[k] += (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
 }
 

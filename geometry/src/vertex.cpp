@@ -211,16 +211,6 @@ Vertex<3> careful_vertex(const HyperplaneTable<3>& table, const std::array<Hyper
   return exact_vertex<3>(table, ids);
 }
 
-/// Columns become rows.
-[[gnu::always_inline]] inline void transpose(std::array<Lanes, 4>& m) {
-  const Lanes a = __builtin_shufflevector(m[0], m[1], 0, 4, 2, 6), b = __builtin_shufflevector(m[0], m[1], 1, 5, 3, 7);
-  const Lanes c = __builtin_shufflevector(m[2], m[3], 0, 4, 2, 6), d = __builtin_shufflevector(m[2], m[3], 1, 5, 3, 7);
-  m[0] = __builtin_shufflevector(a, c, 0, 1, 4, 5);
-  m[1] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
-  m[2] = __builtin_shufflevector(a, c, 2, 3, 6, 7);
-  m[3] = __builtin_shufflevector(b, d, 2, 3, 6, 7);
-}
-
 constexpr std::size_t lanes = sizeof(Lanes) / sizeof(double);
 
 /// One hyperplane a lane.
