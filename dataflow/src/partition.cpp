@@ -28,8 +28,7 @@ using geometry::HyperplaneId;
 
 namespace {
 
-constexpr unsigned sampled_levels = 3;
-constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured, as the levels
+constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured
 
 /// Estimates of work are whole numbers: all that look at a piece must draw the same conclusions, also where their libraries round `pow` otherwise.
 using Work = std::uint64_t;
@@ -107,13 +106,13 @@ template <int D>
 class District {
  public:
   /// @param words of programs that may be looked at.
-  District(Looker<D>& looker, std::size_t words) : looker_(looker), words_left_(words) {}
+  District(Looker<D>& looker, std::size_t words, unsigned sampled_levels) : looker_(looker), words_left_(words), sampled_levels_(sampled_levels) {}
 
   void part(Piece<D>& piece, std::size_t most_regions) {
     offer(piece);
     for (std::size_t regions = 1; regions < most_regions && !open_.empty(); ++regions) {
       Piece<D>& chosen = *open_.begin()->piece;
-      if (!chosen.halves[0]) break;  // enough was looked at
+      if (!look_below(chosen)) break;  // enough was looked at
       open_.erase(open_.begin());
       chosen.is_parted = true;
       chosen.cell = {};
@@ -131,20 +130,25 @@ class District {
   };
   Looker<D>& looker_;
   std::size_t words_left_;
+  unsigned sampled_levels_;
   std::set<Open> open_;
   std::size_t offers_ = 0;
 
   void offer(Piece<D>& piece) {
-    if (piece.cut) open_.insert({sample(piece, sampled_levels), offers_++, &piece});
+    if (piece.cut) open_.insert({sample(piece, sampled_levels_), offers_++, &piece});
+  }
+
+  /// Sees to the halves of a piece that is to be cut, unless enough was looked at. @return whether there are some.
+  bool look_below(Piece<D>& piece) {
+    if (piece.halves[0]) return true;
+    if (words_left_ == 0) return false;
+    words_left_ -= std::min(words_left_, looker_.halve(piece));
+    return true;
   }
 
   /// Estimate of the work on a piece, as `work_of`, for which it is looked at.
   Work sample(Piece<D>& piece, unsigned levels) {
-    if (levels == 0 || !piece.cut) return piece.weight;
-    if (!piece.halves[0]) {
-      if (words_left_ == 0) return piece.weight;
-      words_left_ -= std::min(words_left_, looker_.halve(piece));
-    }
+    if (levels == 0 || !piece.cut || !look_below(piece)) return piece.weight;
     const Work negative = sample(*piece.halves[0], levels - 1), positive = sample(*piece.halves[1], levels - 1);
     return negative + positive;
   }
@@ -250,7 +254,7 @@ class Partitioner {
     Piece<D>& piece = *task.piece;
     if (piece.cut && task.regions > regions_of_a_district_ && task.words > 0) return part(looker, task);
     if (task.first_share == share_.index)
-      District<D>(looker, task.words).part(piece, task.regions);
+      District<D>(looker, task.words, limits_.sampled_levels).part(piece, task.regions);
     else
       leave_to_others(piece);
     return end();
@@ -310,7 +314,7 @@ class Partitioner {
       result_.nodes.push_back({Kind::split, *piece.cut, 0});
       for (auto& half : piece.halves) write(*half, piece.program);
     } else {
-      const Work work = &piece == &root_ ? 0 : work_of(piece, sampled_levels);
+      const Work work = &piece == &root_ ? 0 : work_of(piece, limits_.sampled_levels);
       result_.nodes.push_back({Kind::region, 0, static_cast<double>(work) * unit_of_work});
       result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), piece.level, std::move(piece.cell), {program.begin(), program.end()}, {}});
     }

@@ -18,9 +18,11 @@ unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options
   return dataflow::suggested_depth(network);
 }
 
-/// What the computation leaves undecided the partition does not cut either.
-dataflow::PartitionLimits limits_of_cuts(const RunOptions& options) {
+/// What the computation leaves undecided the partition does not cut either. How much work a region is matters where several ranks share them, or
+/// take up a snapshot: threads take tokens from each other, whatever the regions.
+dataflow::PartitionLimits limits_of_cuts(const RunOptions& options, unsigned ranks) {
   dataflow::PartitionLimits limits;
+  if (ranks == 1 && !options.snapshot) limits.sampled_levels = 0;
   // Who asks for a number of regions is to get about that, if it takes some seconds: 16,384 for 100,000 solids instead of 1,400.
   if (options.regions) limits.words *= 4;
   if (options.level) limits.level = *options.level;
@@ -77,14 +79,14 @@ std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ra
 
 template <int D>
 dataflow::PartitionPart<D> part_of_distribution(const dataflow::Network<D>& network, const RunOptions& options, dataflow::PartitionShare share,
-                                                unsigned threads) {
-  return dataflow::part_of_partition(network, depth_of(network, options), share, limits_of_cuts(options), threads);
+                                                unsigned threads, unsigned for_ranks) {
+  return dataflow::part_of_partition(network, depth_of(network, options), share, limits_of_cuts(options, std::max(share.count, for_ranks)), threads);
 }
 
 template <int D>
-Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads) {
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads, unsigned for_ranks) {
   const dataflow::PartitionShare share{static_cast<unsigned>(ranks.rank()), static_cast<unsigned>(ranks.count())};
-  auto mine = part_of_distribution(network, options, share, threads);
+  auto mine = part_of_distribution(network, options, share, threads, for_ranks);
   auto [partition, maker_of_region] = dataflow::join_parts<D>(all_gather(ranks, mine.nodes));
   std::vector<std::int32_t> owner;
   if (ranks.is_master()) owner = owners(partition.work, ranks.count(), options.first_rank_of_region);
@@ -97,8 +99,8 @@ Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, 
 
 #define BSP2_STAGE(D)                                                                                                  \
   template dataflow::PartitionPart<D> part_of_distribution<D>(const dataflow::Network<D>&, const RunOptions&,         \
-                                                              dataflow::PartitionShare, unsigned);                    \
-  template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&, unsigned);
+                                                              dataflow::PartitionShare, unsigned, unsigned);          \
+  template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&, unsigned, unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

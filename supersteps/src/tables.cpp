@@ -134,7 +134,7 @@ Resolved measure_resolution(const dataflow::Network<D>& network, const RunOption
   const unsigned most_nodes = *std::max_element(node_counts.begin(), node_counts.end());
   if (!options.regions) of_level.regions = std::max(1U << dataflow::suggested_depth(network), regions_of_a_node * most_nodes);
   Ranks alone;
-  const auto partition = distribution<D>(alone, network, of_level, threads_of(options, alone)).partition;
+  const auto partition = distribution<D>(alone, network, of_level, threads_of(options, alone), most_nodes).partition;
   Resolved result{level, static_cast<unsigned>(partition.work.size()), {}, {}};
   for (const unsigned count : node_counts) {
     result.distribution_seconds.push_back(measure_distribution<D>(network, of_level, count));

@@ -32,6 +32,8 @@ struct PartitionLimits {
   double tolerance = 0;
   std::vector<double> eye;
   double angle = 0;
+  /// The work on a piece is estimated so many cuts below it, which are looked at for that alone; 0: by what is undecided in itself.
+  unsigned sampled_levels = 3;
   /// Of all localized programs, each piece by the regions that it is to have. Operands that go through the whole model stay in most pieces:
   /// then there are fewer regions.
   std::size_t words = std::size_t{1} << 25;
