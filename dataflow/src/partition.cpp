@@ -101,7 +101,7 @@ class Looker {
   Localizer<D> localizer_;
 };
 
-/// Parts a piece into regions, always the one with the most work.
+/// Parts a piece into regions, always the one in which most is undecided. Their work is estimated in the end, where that is asked for.
 template <int D>
 class District {
  public:
@@ -118,10 +118,11 @@ class District {
       chosen.cell = {};
       for (auto& half : chosen.halves) offer(*half);
     }
+    for (const Open& region : open_) sample(*region.piece, sampled_levels_);
   }
 
  private:
-  /// A region that may be parted: the one with the most work first, of equals the one that was offered first.
+  /// A region that may be parted: the one with the most undecided first, of equals the one that was offered first.
   struct Open {
     Work work;
     std::size_t offer;
@@ -135,7 +136,7 @@ class District {
   std::size_t offers_ = 0;
 
   void offer(Piece<D>& piece) {
-    if (piece.cut) open_.insert({sample(piece, sampled_levels_), offers_++, &piece});
+    if (piece.cut) open_.insert({piece.weight, offers_++, &piece});
   }
 
   /// Sees to the halves of a piece that is to be cut, unless enough was looked at. @return whether there are some.

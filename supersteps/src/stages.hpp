@@ -67,10 +67,9 @@ struct Distribution {
 /// The region with the most work goes to the rank with the least, and so on. @return the rank of each region.
 std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks);
 
-/// Distribution: space is cut into regions of about equal work, the same for any number of ranks but one, which does not look so closely.
-/// Each rank makes its part of them, on `threads` threads, and learns the trees of the others; the master says who gets which, and regions
-/// go to their owners without their cells.
-/// @param for_ranks so many will share the regions, if more than these ranks.
+/// Distribution: space is cut into regions of about equal work, which do not depend on who computes. Each rank makes its part of them, on
+/// `threads` threads, and learns the trees of the others; the master says who gets which, and regions go to their owners without their cells.
+/// @param for_ranks so many will share the regions, if more than these ranks: then work is estimated more closely than for one.
 /// Source: the paper, section 4.2, "Distribution".
 template <int D>
 Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads, unsigned for_ranks = 1);

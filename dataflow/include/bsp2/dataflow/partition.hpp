@@ -32,7 +32,8 @@ struct PartitionLimits {
   double tolerance = 0;
   std::vector<double> eye;
   double angle = 0;
-  /// The work on a piece is estimated so many cuts below it, which are looked at for that alone; 0: by what is undecided in itself.
+  /// The work on a region is estimated so many cuts below it, which are looked at for that alone; 0: by what is undecided in itself.
+  /// The regions are the same.
   unsigned sampled_levels = 3;
   /// Of all localized programs, each piece by the regions that it is to have. Operands that go through the whole model stay in most pieces:
   /// then there are fewer regions.
@@ -43,7 +44,7 @@ struct PartitionLimits {
 template <int D>
 unsigned suggested_depth(const Network<D>& network);
 
-/// Parts the root cell into at most 2^depth regions of about the same estimated work, by the hyperplanes that its evaluation would
+/// Parts the root cell into at most 2^depth regions in which about as much is undecided, by the hyperplanes that its evaluation would
 /// choose: so the regions are tokens of the evaluation of the whole, and their cuts add no cells. What turns out to be whole on both
 /// sides of a cut is still to be given back, see giving_back.hpp. A region in which nothing is undecided is not cut further.
 /// The result depends on the network, the depth and the limits alone.
