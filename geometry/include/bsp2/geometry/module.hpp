@@ -4,7 +4,7 @@
 #include <string>
 
 /// Shared libraries of our own that are loaded when they are first asked for. What needs a large library of others that most runs do not
-/// need lives in one: cmake/room.cmake builds it, docs/modules.md tells how they are made and what can go wrong.
+/// need lives in one: cmake/module.cmake builds it, docs/modules.md tells how they are made and what can go wrong.
 namespace bsp2 {
 
 /// Loads `NAME.so` from a folder; it is never unloaded. Any thread.
