@@ -69,7 +69,7 @@ std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ra
 
 /// Distribution: space is cut into regions of about equal work, which do not depend on who computes. Each rank makes its part of them, on
 /// `threads` threads, and learns the trees of the others; the master says who gets which, and regions go to their owners without their cells.
-/// @param for_ranks so many will share the regions, if more than these ranks: then work is estimated more closely than for one.
+/// @param for_ranks so many will share the regions, if more than these ranks: for many, work is estimated more closely.
 /// Source: the paper, section 4.2, "Distribution".
 template <int D>
 Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads, unsigned for_ranks = 1);
