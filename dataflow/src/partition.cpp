@@ -49,7 +49,7 @@ Work work_on(std::size_t undecided) {
 template <int D>
 struct Piece {
   Cell<D> cell;
-  Words program;        // localized
+  Words program;                    // localized
   std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
   Work weight = 0;                  // estimate of the work, by what is undecided of each operand
   std::uint16_t level = 0;
