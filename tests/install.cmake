@@ -17,6 +17,25 @@ execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_DEBUG=libs ${BUILD}/bin/bsp2 
 if("${libraries}${built}" MATCHES "trying file=([^/][^\n]*)")
   message(FATAL_ERROR "A library is looked for in the current directory: '${CMAKE_MATCH_1}'")
 endif()
+# What text() and packed files need comes with it, too.
+file(WRITE ${WORK}/text.csg "linear_extrude(height = 1) { text(text = \"b\"); }\n")
+execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_DEBUG=libs ${WORK}/moved/bin/bsp2 run ${WORK}/text.csg
+  COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET ERROR_VARIABLE libraries)
+if(NOT libraries MATCHES "calling init: ${WORK}/moved/[^\n]*/bsp2-text.so")
+  message(FATAL_ERROR "The installed program draws text without its module")
+endif()
+file(WRITE ${WORK}/packed/solid.amf "<amf unit=\"millimeter\"><object id=\"0\"><mesh><vertices>"
+  "<vertex><coordinates><x>0</x><y>0</y><z>0</z></coordinates></vertex><vertex><coordinates><x>1</x><y>0</y><z>0</z></coordinates></vertex>"
+  "<vertex><coordinates><x>0</x><y>1</y><z>0</z></coordinates></vertex><vertex><coordinates><x>0</x><y>0</y><z>1</z></coordinates></vertex></vertices>"
+  "<volume><triangle><v1>0</v1><v2>2</v2><v3>1</v3></triangle><triangle><v1>0</v1><v2>1</v2><v3>3</v3></triangle>"
+  "<triangle><v1>1</v1><v2>2</v2><v3>3</v3></triangle><triangle><v1>0</v1><v2>3</v2><v3>2</v3></triangle></volume></mesh></object></amf>\n")
+execute_process(COMMAND ${CMAKE_COMMAND} -E tar cf ../packed.amf --format=zip solid.amf WORKING_DIRECTORY ${WORK}/packed COMMAND_ERROR_IS_FATAL ANY)
+file(WRITE ${WORK}/packed.csg "import(file = \"packed.amf\");\n")
+execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_DEBUG=libs ${WORK}/moved/bin/bsp2 run ${WORK}/packed.csg
+  COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET ERROR_VARIABLE libraries)
+if(NOT libraries MATCHES "calling init: ${WORK}/moved/[^\n]*/bsp2-zip.so")
+  message(FATAL_ERROR "The installed program opens a package without its module")
+endif()
 foreach(file solid.pvtu snapshot.h5 report.json view.png)
   if(NOT EXISTS ${WORK}/out/${file})
     message(FATAL_ERROR "The installed program has not written ${file}")

@@ -54,15 +54,16 @@ void check_length(const fs::path& path) {
 const void* load_module(const std::string& name, const fs::path& folder, const char* layout) {
   const std::string file = name + ".so";
   const fs::path path = folder / file;
-  std::error_code ignored;
-  if (!fs::exists(path, ignored))
+  std::error_code error;
+  if (!fs::exists(path, error) && error) refuse("'" + path.string() + "'", error.message());
+  if (!fs::exists(path, error))
     refuse(file, "it is not in '" + folder.string() +
                      "'; it comes with the program, and both have to keep their places to each other in the build folder or installation");
   check_length(path);
   void* const library = ::dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
   if (library == nullptr) refuse("'" + path.string() + "'", reason_of(path));
   const auto entry = reinterpret_cast<decltype(&bsp2_module)>(::dlsym(library, "bsp2_module"));
-  const void* const module = entry == nullptr ? nullptr : entry(layout);
+  const void* const module = entry == nullptr ? nullptr : entry(name.c_str(), layout);
   if (module == nullptr) refuse("'" + path.string() + "'", "it belongs to another build of bsp2; build or install the program and its modules together");
   return module;
 }

@@ -21,6 +21,7 @@ struct PieceFile {
 
 /// What bsp2-vtk does.
 struct VtkModule {
+  static constexpr const char* name = "bsp2-vtk";
   /// Does a piece hold a cell that is only a polyhedron?
   bool (*has_polyhedra)(const Piece& piece);
   /// @param with_polyhedron write one cell as a polyhedron even if it is simpler. @throws Error if the disk is full.
@@ -31,6 +32,7 @@ struct VtkModule {
 
 /// What bsp2-hdf5 does: see write_snapshot and read_snapshot.
 struct Hdf5Module {
+  static constexpr const char* name = "bsp2-hdf5";
   void (*write_snapshot)(const std::filesystem::path& path, const Snapshot& snapshot, const SnapshotWriters& writers);
   /// @param path a file that can be opened.
   Snapshot (*read_snapshot)(const std::filesystem::path& path, SnapshotPart part, const std::function<bool(std::uint32_t region)>& wanted);

@@ -96,7 +96,4 @@ std::string to_vtp(const geometry::TriangleSurface& surface) {
 }  // namespace
 }  // namespace bsp2::io
 
-const void* bsp2_module(const char* layout) {
-  static constexpr bsp2::io::VtkModule module{bsp2::io::has_polyhedra, bsp2::io::write_piece, bsp2::io::to_vtp};
-  return std::strcmp(layout, BSP2_MODULE_LAYOUT) == 0 ? &module : nullptr;
-}
+BSP2_DEFINE_MODULE(bsp2::io::VtkModule, bsp2::io::has_polyhedra, bsp2::io::write_piece, bsp2::io::to_vtp)

@@ -6,8 +6,7 @@
 namespace bsp2::model {
 
 std::unique_ptr<ZipFile> open_zip(std::string_view bytes, const std::filesystem::path& path) {
-  static const void* const module = load_module("bsp2-zip", module_folder(), BSP2_MODULE_LAYOUT);
-  return static_cast<const ZipModule*>(module)->open_zip(bytes, path);
+  return loaded_module<ZipModule>(BSP2_MODULE_LAYOUT).open_zip(bytes, path);
 }
 
 std::optional<std::string> ZipFile::text(const std::string& name, std::size_t most) const {

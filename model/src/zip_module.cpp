@@ -61,7 +61,4 @@ std::unique_ptr<ZipFile> open_archive(std::string_view bytes, const std::filesys
 }  // namespace
 }  // namespace bsp2::model
 
-const void* bsp2_module(const char* layout) {
-  static constexpr bsp2::model::ZipModule module{bsp2::model::open_archive};
-  return std::strcmp(layout, BSP2_MODULE_LAYOUT) == 0 ? &module : nullptr;
-}
+BSP2_DEFINE_MODULE(bsp2::model::ZipModule, bsp2::model::open_archive)

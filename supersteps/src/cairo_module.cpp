@@ -275,7 +275,4 @@ std::unique_ptr<Canvas> new_canvas(int width, int height) { return std::make_uni
 }  // namespace
 }  // namespace bsp2::supersteps
 
-const void* bsp2_module(const char* layout) {
-  static constexpr bsp2::supersteps::CairoModule module{bsp2::supersteps::new_canvas, bsp2::supersteps::draw_vectors};
-  return std::strcmp(layout, BSP2_MODULE_LAYOUT) == 0 ? &module : nullptr;
-}
+BSP2_DEFINE_MODULE(bsp2::supersteps::CairoModule, bsp2::supersteps::new_canvas, bsp2::supersteps::draw_vectors)

@@ -9,10 +9,7 @@
 namespace bsp2::supersteps {
 namespace {
 
-const CairoModule& cairo_module() {
-  static const void* const module = load_module("bsp2-cairo", module_folder(), BSP2_MODULE_LAYOUT);
-  return *static_cast<const CairoModule*>(module);
-}
+const CairoModule& cairo_module() { return loaded_module<CairoModule>(BSP2_MODULE_LAYOUT); }
 
 }  // namespace
 
