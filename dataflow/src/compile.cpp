@@ -176,6 +176,7 @@ class Compiler {
       ++maps;
       planes += shapes_[shape_of_[i]].covector_count;
     }
+    if (planes > std::numeric_limits<std::uint32_t>::max()) throw Error("the model's primitives have more than 4,294,967,295 half-spaces; divide it");
     network.table.reserve(maps, planes);
     network.planes.reserve(planes);
   }

@@ -36,7 +36,7 @@ Range find_range(const Points& points, const Hyperplane<3>& h, double bound, std
 /// Where points are: 0 if that is in doubt. As wide as a number, so that a vector of them needs no packing.
 enum Sides : std::uint64_t { doubtful = 0, all_negative = 1, all_positive = 2, both = 3 };
 
-/// On which sides of each hyperplane the points certainly are. A multiple of `wide` answers is written.
+/// On which sides of each hyperplane the points certainly are. There must be room for the next multiple of `wide`.
 /// @param hyperplanes those of the table, by id. @param error of each point. @return the number of values looked at.
 std::size_t find_sides(const Points& points, double error, const Hyperplane<3>* hyperplanes, std::span<const OrientedHyperplane> planes, Sides* sides);
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
+#include "bsp2/geometry/error.hpp"
 #include "bsp2/geometry/parallel.hpp"
 #include "coincidence_index.hpp"
 
@@ -106,34 +107,36 @@ template <int D>
 void HyperplaneTable<D>::round_occurrences(unsigned threads) {
   constexpr std::size_t grain = 16;
   hyperplanes_.resize(sources_.size());
-  const std::vector<Stretch> stretches = stretches_of_one_map();
+  const std::vector<Stretch> stretches = stretches_of_one_map(threads);
   for_each_range(stretches.size(), grain, threads, [&](std::size_t first, std::size_t end) {
     std::vector<std::optional<Direction>> directions;
     for (std::size_t i = first; i < end; ++i)
-      if (stretches[i].leads) round_alike(stretches, i, directions);
+      if (stretches[i].place == 0) round_alike(stretches, i, directions);
   });
 }
 
 /// The occurrences in order, cut where the map changes and into pieces that threads can share out. Those of translates with the same
-/// covectors, as of one solid at many places, are chained to the first of them, or to one of the first: what was met long ago is forgotten.
+/// covectors, as of one solid at many places, make chains: not longer than a thread should have to round at once, and a new one where two kinds
+/// share an entry of the table and take turns in it.
 template <int D>
-auto HyperplaneTable<D>::stretches_of_one_map() const -> std::vector<Stretch> {
-  constexpr std::uint32_t most = 256;
+auto HyperplaneTable<D>::stretches_of_one_map(unsigned threads) const -> std::vector<Stretch> {
+  constexpr std::uint32_t most = 256, longest_chain = 64;
   std::vector<Stretch> stretches;
   for (std::uint32_t i = 0; i < sources_.size(); ++i) {
     if (i == 0 || sources_[i].map != sources_[i - 1].map || i - stretches.back().first == most) stretches.push_back({i, i});
     stretches.back().end = i + 1;
   }
   std::vector<std::uint32_t> last_alike(std::size_t{1} << 14, Stretch::none);
-  std::uint32_t map = ~std::uint32_t{0};
-  std::uint64_t hash = 0;
+  std::vector<std::uint64_t> hash(maps_.size());
+  for_each_range(maps_.size(), 1024, threads, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) hash[i] = maps_[i].hash_of_linear_part();
+  });
   for (std::uint32_t i = 0; i < stretches.size(); ++i) {
     const Source& source = sources_[stretches[i].first];
-    if (source.map != map) hash = maps_[map = source.map].hash_of_linear_part();
-    std::uint32_t& last = last_alike[(hash + source.covector * 0x9e3779b97f4a7c15u) >> 32 & (last_alike.size() - 1)];
-    if (last != Stretch::none && are_alike(stretches[last], stretches[i])) {
+    std::uint32_t& last = last_alike[(hash[source.map] + source.covector * 0x9e3779b97f4a7c15u) >> 32 & (last_alike.size() - 1)];
+    if (last != Stretch::none && stretches[last].place + 1 < longest_chain && are_alike(stretches[last], stretches[i])) {
       stretches[last].next = i;
-      stretches[i].leads = false;
+      stretches[i].place = stretches[last].place + 1;
     }
     last = i;
   }
@@ -379,6 +382,7 @@ std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance) {
       best_distance = distance;
     });
     if (best == sources.size()) {
+      if (best == first_axis_id) throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
       hyperplanes.push_back(hyperplanes_[i]);
       sources.push_back(sources_[i]);
       index.add(hyperplanes_[i], key, best);

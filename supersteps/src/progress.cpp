@@ -97,6 +97,7 @@ std::string hyperplane_digest(const dataflow::Network<D>& network) {
     std::array<double, D + 1> values;
     std::copy(h.normal.begin(), h.normal.end(), values.begin());
     values[D] = h.offset;
+    for (double& value : values) value += 0.0;  // 0 and -0 are one
     hash = XXH3_64bits_withSeed(values.data(), sizeof values, hash);
   }
   return std::to_string(hash);

@@ -134,11 +134,14 @@ Resolved measure_resolution(const dataflow::Network<D>& network, const RunOption
   const unsigned most_nodes = *std::max_element(node_counts.begin(), node_counts.end());
   if (!options.regions) of_level.regions = std::max(1U << dataflow::suggested_depth(network), regions_of_a_node * most_nodes);
   Ranks alone;
-  const auto partition = distribution<D>(alone, network, of_level, threads_of(options, alone), most_nodes).partition;
+  const unsigned threads = threads_of(options, alone);
+  const auto partition = distribution<D>(alone, network, of_level, threads, most_nodes).partition;
   Resolved result{level, static_cast<unsigned>(partition.work.size()), {}, {}};
   for (const unsigned count : node_counts) {
     result.distribution_seconds.push_back(measure_distribution<D>(network, of_level, count));
-    const auto owner = assign_regions(partition.work, static_cast<int>(count));
+    // The regions are the same for any number of nodes, but few nodes do not look below them.
+    const auto work = count == most_nodes ? partition.work : distribution<D>(alone, network, of_level, threads, count).partition.work;
+    const auto owner = assign_regions(work, static_cast<int>(count));
     auto& nodes = result.nodes.emplace_back();
     for (unsigned node = 0; node < count; ++node) {
       std::vector<dataflow::Region<D>> regions;

@@ -148,7 +148,7 @@ class HyperplaneTable {
     static constexpr std::uint32_t none = ~std::uint32_t{0};
     std::uint32_t first, end;
     std::uint32_t next = none;  ///< the next one that is alike: of the same covectors, placed by a translate of the map
-    bool leads = true;          ///< no earlier one is chained to it
+    std::uint32_t place = 0;    ///< in its chain; the first one leads
   };
   /// What translates of one map give a covector in common.
   struct Direction {
@@ -157,7 +157,7 @@ class HyperplaneTable {
     std::array<double, D> unit;
     double error;  // of its coefficients
   };
-  [[nodiscard]] std::vector<Stretch> stretches_of_one_map() const;
+  [[nodiscard]] std::vector<Stretch> stretches_of_one_map(unsigned threads) const;
   [[nodiscard]] bool are_alike(const Stretch& a, const Stretch& b) const;
   void round_alike(const std::vector<Stretch>& stretches, std::size_t leader, std::vector<std::optional<Direction>>& directions);
   [[nodiscard]] std::optional<Direction> direction_of(const typename AffineMap<D>::RoundedNormal& normal) const;
