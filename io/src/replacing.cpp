@@ -33,6 +33,8 @@ std::error_code sync_to_disk(const fs::path& path, int flags) {
 
 std::error_code put_in_place(const fs::path& path) {
   const fs::path unfinished = unfinished_name(path);
+  std::error_code ignored;
+  if (const fs::file_status old = fs::status(path, ignored); fs::is_regular_file(old)) fs::permissions(unfinished, old.permissions(), ignored);
   std::error_code error = sync_to_disk(unfinished, O_RDWR);
   if (!error) fs::rename(unfinished, path, error);
   if (!error) error = sync_to_disk(folder_of(path), O_RDONLY | O_DIRECTORY);

@@ -5,7 +5,9 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <sstream>
 #include <string>
 
 #include "bsp2/geometry/error.hpp"
@@ -31,28 +33,53 @@ std::string ending_of(const fs::path& path) {
   return ending;
 }
 
+using SinglePoint = std::array<float, 3>;
+
+SinglePoint single(const std::array<double, 3>& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
+
+/// What rounding to single precision does to a surface.
+struct Rounding {
+  double moved = 0;  ///< a coordinate, at most; infinite if one is too large
+  double size = 0;   ///< the longest side of the surface's box
+};
+
+Rounding rounding_of(const TriangleSurface& surface) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Rounding result;
+  std::array<double, 3> lower, upper;
+  lower.fill(infinity);
+  upper.fill(-infinity);
+  for (const auto& point : surface.points)
+    for (int k = 0; k < 3; ++k) {
+      const bool fits = std::fabs(point[k]) <= std::numeric_limits<float>::max();
+      result.moved = std::max(result.moved, fits ? std::fabs(static_cast<float>(point[k]) - point[k]) : infinity);
+      lower[k] = std::min(lower[k], point[k]);
+      upper[k] = std::max(upper[k], point[k]);
+    }
+  for (int k = 0; k < 3; ++k) result.size = std::max(result.size, upper[k] - lower[k]);
+  return result;
+}
+
 std::string to_stl(const TriangleSurface& surface) {
-  using Point = std::array<float, 3>;
-  const auto rounded = [&](std::uint32_t point) {
-    const auto& p = surface.points[point];
-    return Point{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
-  };
+  const auto rounded = [&](std::uint32_t point) { return single(surface.points[point]); };
   std::string bytes = "binary STL, written by bsp2";  // must not begin with "solid"
   bytes.resize(80, ' ');
   put(bytes, std::uint32_t{0});
   std::uint32_t count = 0;
   for (const auto& triangle : surface.triangles) {
-    const Point a = rounded(triangle[0]), b = rounded(triangle[1]), c = rounded(triangle[2]);
+    const SinglePoint a = rounded(triangle[0]), b = rounded(triangle[1]), c = rounded(triangle[2]);
     if (a == b || b == c || c == a) continue;
-    const auto &p = surface.points[triangle[0]], &q = surface.points[triangle[1]], &r = surface.points[triangle[2]];
-    std::array<double, 3> normal;
+    std::array<double, 3> p, q, r, normal;  // of the corners as they are written, which may turn a sliver over
+    std::copy_n(a.begin(), 3, p.begin());
+    std::copy_n(b.begin(), 3, q.begin());
+    std::copy_n(c.begin(), 3, r.begin());
     for (int k = 0; k < 3; ++k) {
       const int l = (k + 1) % 3, m = (k + 2) % 3;
       normal[k] = (q[l] - p[l]) * (r[m] - p[m]) - (q[m] - p[m]) * (r[l] - p[l]);
     }
     const double length = std::hypot(normal[0], normal[1], normal[2]);
     for (const double n : normal) put(bytes, static_cast<float>(length > 0 ? n / length : 0));
-    for (const Point& corner : {a, b, c})
+    for (const SinglePoint& corner : {a, b, c})
       for (const float x : corner) put(bytes, x);
     put(bytes, std::uint16_t{0});
     ++count;
@@ -102,6 +129,24 @@ std::string to_obj(const TriangleSurface& surface) {
 
 }  // namespace
 
+namespace {
+
+/// @return a warning, as write_surface.
+std::string write_stl(const fs::path& path, const TriangleSurface& surface) {
+  constexpr double much = 1e-5;
+  const Rounding rounding = rounding_of(surface);
+  if (std::isinf(rounding.moved))
+    throw Error("cannot write '" + path.string() + "': coordinates above 3.4e38 are too large for the single precision of .stl; --boundary FILE.ply, .obj or .vtp keeps them");
+  write_file(path, to_stl(surface));
+  if (!(rounding.moved > much * rounding.size)) return "";
+  std::ostringstream text;
+  text << path.string() << ": the single precision of .stl moves corners by up to " << rounding.moved << ", and the solid is only " << rounding.size
+       << " long; .ply, .obj and .vtp keep all digits";
+  return text.str();
+}
+
+}  // namespace
+
 bool is_surface_file(const fs::path& path) {
   const std::string ending = ending_of(path);
   return ending == ".vtp" || ending == ".stl" || ending == ".ply" || ending == ".obj";
@@ -112,13 +157,12 @@ void check_surface_file(const fs::path& path) {
   if (ending_of(path) == ".vtp") vtk_module();
 }
 
-void write_surface(const fs::path& path, const TriangleSurface& surface) {
+std::string write_surface(const fs::path& path, const TriangleSurface& surface) {
   check_surface_file(path);
   const std::string ending = ending_of(path);
-  if (ending == ".vtp") return write_file(path, vtk_module().to_vtp(surface));
-  if (ending == ".stl") return write_file(path, to_stl(surface));
-  if (ending == ".ply") return write_file(path, to_ply(surface));
-  write_file(path, to_obj(surface));
+  if (ending == ".stl") return write_stl(path, surface);
+  write_file(path, ending == ".vtp" ? vtk_module().to_vtp(surface) : ending == ".ply" ? to_ply(surface) : to_obj(surface));
+  return "";
 }
 
 }  // namespace bsp2::io

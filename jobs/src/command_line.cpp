@@ -136,7 +136,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("N")
       ->group(group);
   add_tolerance_option(app, command, group);
-  app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min; with\n--snapshot: the time between two (30s)")
+  app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min (a number\nalone: seconds); with --snapshot: the time between\ntwo (30s)")
       ->type_name("TIME")
       ->group(group);
   app.add_option("--cells", options.cells, "stop at about N cells")->check(some_cells())->type_name("N")->group(group);
@@ -389,7 +389,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_path(*queried, "--points", raw.points,
            "a text with the coordinates of a point on each line;\n-: standard input", "FILE")->required();
   queried->add_flag("--json", command.json, "answer as JSON, not as a table");
-  add_threads_option(*queried, command, "OPTIONS");
+  add_threads_option(*queried, command, "Options");
   queried->footer("The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY counts as both.");
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);

@@ -1,9 +1,12 @@
 #include "bsp2/jobs/outputs.hpp"
 
 #include <spdlog/fmt/fmt.h>
+#include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -31,6 +34,22 @@ std::array<std::optional<fs::path>, 6> files_of(const RunCommand& command) {
   return {command.mesh, command.boundary, command.picture, command.report, command.table, command.series};
 }
 
+/// Each output needs a name of its own.
+void check_names(const RunCommand& command) {
+  std::vector<fs::path> files;
+  const auto add = [&](const std::optional<fs::path>& file) {
+    if (!file) return;
+    for (const fs::path& other : files)
+      if (are_one_file(*file, other) && (!fs::exists(*file) || fs::is_regular_file(*file)))  // a device may take several
+        throw Error("two outputs would be written to one file, '" + file->string() + "': give each its own name");
+    files.push_back(*file);
+  };
+  for (const auto& file : files_of(command)) add(file);
+  add(command.options.snapshot);
+  const auto& copy = command.snapshot_copy;
+  if (copy && !(command.options.snapshot && are_one_file(*copy, *command.options.snapshot))) add(copy);  // else it is there already
+}
+
 /// A folder of -o shows one run: what it does not write is not left there by another one.
 void remove_old(const fs::path& path) {
   std::error_code nothing_there;
@@ -53,7 +72,11 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
 
 /// On the master.
 void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
-  if (result.boundary) return io::write_surface(path, *result.boundary);
+  if (result.boundary) {
+    const std::string warning = io::write_surface(path, *result.boundary);
+    if (!warning.empty()) result.report.warnings.push_back(warning);
+    return;
+  }
   const int d = result.report.dimension;
   if (is_possible(false, "boundary", folder, boundary_name, path, result.report))
     throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
@@ -89,7 +112,13 @@ void write_series(const RunCommand& command, const supersteps::RunResult& now, u
 
 }  // namespace
 
+bool are_one_file(const fs::path& a, const fs::path& b) {
+  std::error_code unknown;
+  return fs::weakly_canonical(fs::absolute(a, unknown), unknown) == fs::weakly_canonical(fs::absolute(b, unknown), unknown);
+}
+
 void check_outputs(const RunCommand& command) {
+  check_names(command);
   if (command.folder) io::check_folder(*command.folder);
   for (const auto& snapshot : {command.options.snapshot, command.snapshot_copy})
     if (snapshot) io::check_snapshot_path(*snapshot);
@@ -104,9 +133,21 @@ void check_outputs(const RunCommand& command) {
     if (!file->has_filename() || fs::is_directory(*file, error)) throw Error("cannot write '" + file->string() + "': it is a directory");
     if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
       throw Error("cannot write '" + file->string() + "': " + error.message());
+    if (fs::exists(*file, error) && ::access(file->c_str(), W_OK) != 0)
+      throw Error("cannot write '" + file->string() + "': " + std::generic_category().message(errno));
     if (fs::equivalent(*file, command.options.resume.value_or(command.options.model), error))
       throw Error("cannot write '" + file->string() + "': it is the input itself");
   }
+}
+
+std::vector<fs::path> written_files(const RunCommand& command) {
+  std::vector<fs::path> files;
+  std::error_code ignored;
+  for (const auto& file : files_of(command))
+    if (file && fs::is_regular_file(*file, ignored)) files.push_back(*file);
+  for (const auto& snapshot : {command.options.snapshot, command.snapshot_copy})
+    if (snapshot && fs::is_regular_file(*snapshot, ignored)) files.push_back(*snapshot);
+  return files;
 }
 
 void write_step(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {

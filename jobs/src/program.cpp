@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <exception>
 #include <sstream>
+#include <utility>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/jobs/command_line.hpp"
@@ -33,18 +34,13 @@ spdlog::logger make_log() {
   return log;
 }
 
-/// Whether two paths, however they are written, lead to one file that is there.
-bool are_one_file(const std::optional<std::filesystem::path>& a, const std::optional<std::filesystem::path>& b) {
-  std::error_code neither_is_there;
-  return a && b && std::filesystem::equivalent(*a, *b, neither_is_there);
-}
-
 /// What an interrupted run leaves in place although it is not its own. @param of_all also the snapshot that it would have written.
 std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
   const auto is_there = [](const auto& file) { return file && std::filesystem::exists(*file); };
   std::vector<std::string> lines;
   const auto& snapshot = command.options.snapshot;
-  if (of_all && is_there(snapshot) && !are_one_file(snapshot, command.options.resume))
+  const auto& resumed = command.options.resume;
+  if (of_all && is_there(snapshot) && !(resumed && are_one_file(*snapshot, *resumed)))
     lines.push_back("'" + snapshot->string() + "' is the snapshot of an earlier run: to resume it is not to go on with this one");
   if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) || is_there(command.boundary) ||
                          is_there(command.snapshot_copy)))
@@ -54,7 +50,8 @@ std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
 
 void tell_interruption(const RunCommand& command, spdlog::logger& log) {
   if (const auto& snapshot = command.options.snapshot)
-    log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}'", snapshot->string(), snapshot->string());
+    log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'", snapshot->string(), snapshot->string(),
+             command.folder ? " -o " + command.folder->string() : "");
   else
     log.warn("interrupted; nothing is written (with --snapshot FILE.h5 the run could be resumed)");
   for (const std::string& line : earlier_files(command, false)) log.warn("{}", line);
@@ -71,6 +68,11 @@ std::string farewell_of(const RunCommand& command) {
 void tell_left_out(const RunCommand& command, const supersteps::RunReport& report, spdlog::logger& log) {
   if (report.dimension == 2 && command.folder && command.boundary == *command.folder / boundary_name)
     log.info("no {} is written: the model is plane, and boundaries are found for solids of dimension 3", boundary_name);
+}
+
+void tell_written(std::ostream& out, const RunCommand& command) {
+  const char* name = "\n  written   ";
+  for (const std::filesystem::path& file : written_files(command)) out << std::exchange(name, "            ") << file.string() << '\n';
 }
 
 /// The tables need no ranks: the nodes of a cluster are measured one after the other.
@@ -173,16 +175,18 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   if (speaks) tell_left_out(command, result.report, log);
   if (speaks) print_summary(out, result.report);
   if (command.stats) print_stats(out, result.report);
+  if (speaks) tell_written(out, command);
   return 0;
 }
 
 /// Nobody reads on (a closed pipe) is fine; a full disk is not.
 void finish(std::ostream& out) {
-  errno = 0;
   out.flush();
-  if (!out && errno != EPIPE && errno != 0) {
-    throw Error("cannot write to standard output: " + std::generic_category().message(errno));
-  }
+  if (out) return;
+  out.clear();
+  errno = 0;
+  out << '\n' << std::flush;  // what went wrong may be long ago: another attempt tells why
+  if (!out && errno != EPIPE && errno != 0) throw Error("cannot write to standard output: " + std::generic_category().message(errno));
 }
 
 /// @return the exit code of what `body` does; only one of the ranks tells why it failed.

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <csignal>
 #include <string>
+#include <string_view>
 
 namespace bsp2::jobs {
 namespace {
@@ -15,13 +16,18 @@ std::atomic<bool> came, asked;
 std::string last_words;  // a handler may read it, as it is not changed while there is one
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no locks");
 
+constexpr std::string_view in_midst = "bsp2: interrupted; ending once what there is has been written, or at once if interrupted again\n";
+
+void say(std::string_view text) { [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size()); }
+
 /// As long as nobody has asked, nothing has been computed that could be saved.
 void remember(int) {
   if (!asked) {
-    [[maybe_unused]] const auto written = write(STDERR_FILENO, last_words.data(), last_words.size());
+    say(last_words);
     _exit(interrupted_code);
   }
   came = true;
+  if (!last_words.empty()) say(in_midst);
 }
 
 }  // namespace

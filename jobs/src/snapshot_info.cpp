@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bsp2/io/snapshot.hpp"
+#include "bsp2/jobs/superstep_table.hpp"
 
 namespace bsp2::jobs {
 
@@ -40,12 +41,12 @@ void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
   line("regions", fmt::format("{}, {} of them {}", head.partition_hyperplane.size() + 1, snapshot.frontier_region.size(),
                               head.complete && tokens > 0 ? "with cells that stay FUZZY" : "unfinished"));
   line("steps", std::to_string(head.steps));
-  line("IN cells", fmt::format("{} finished, volume {:.12g}{}", head.in_cells, head.in_volume, tokens > 0 ? "; others are held beside what is undecided" : ""));
-  if (head.keep_out) line("OUT cells", fmt::format("{} finished", head.out_cells));
-  line("undecided", fmt::format("{} cells", tokens));
+  line("IN cells", fmt::format("{} finished, volume {:.12g}{}", grouped(head.in_cells), head.in_volume, tokens > 0 ? "; others are held beside what is undecided" : ""));
+  if (head.keep_out) line("OUT cells", fmt::format("{} finished", grouped(head.out_cells)));
+  line("undecided", fmt::format("{} cells", grouped(tokens)));
   if (head.in_cells > 0 || tokens == 0) line("digest", head.digest + (head.complete && tokens == 0 ? "" : " (of the finished cells)"));
   line("state", !head.complete ? "unfinished; go on with 'bsp2 resume'"
-                : tokens > 0   ? "complete; 'bsp2 resume' tells volumes and digest of all cells"
+                : tokens > 0   ? "complete" + (head.level ? fmt::format(" to level {}", *head.level) : "") + "; 'bsp2 resume' tells volumes and digest of all cells"
                                : "complete");
 }
 

@@ -9,9 +9,11 @@
 #include <hb.h>
 
 #include <algorithm>
-#include <cstring>
 #include <map>
 #include <memory>
+#include <set>
+#include <span>
+#include <string>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/geometry/module.hpp"
@@ -146,6 +148,21 @@ std::array<double, 2> aligned(const TextStyle& style, const Extent& extent) {
   return origin;
 }
 
+/// Letters without a glyph of their own are drawn as the font's box for them. @param info what the text was shaped to.
+void warn_of_missing(const std::string& text, std::span<const hb_glyph_info_t> info, const char* font, const std::function<void(std::string)>& warn) {
+  std::set<std::string> missing;
+  for (const hb_glyph_info_t& glyph : info) {
+    if (glyph.codepoint != 0 || static_cast<unsigned char>(text[glyph.cluster]) < ' ') continue;
+    std::size_t end = glyph.cluster + 1;
+    while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) ++end;  // the rest of the letter in UTF-8
+    missing.insert(text.substr(glyph.cluster, end - glyph.cluster));
+  }
+  if (missing.empty()) return;
+  std::string letters;
+  for (const std::string& letter : missing) letters += letter;
+  warn(std::string("the font '") + font + "' has no glyph for: " + letters);
+}
+
 TextOutlines find_outlines(const std::string& text, const TextStyle& style, const std::function<void(std::string)>& warn) {
   FT_Library raw_library = nullptr;
   if (FT_Init_FreeType(&raw_library) != 0) throw Error("text: FreeType does not start");
@@ -186,6 +203,8 @@ TextOutlines find_outlines(const std::string& text, const TextStyle& style, cons
     }
   }
 
+  warn_of_missing(text, {info, count}, face->family_name, warn);
+
   const std::array<double, 2> origin = aligned(style, extent);
   std::array<double, 2> pen_at{};
   TextOutlines outlines;
@@ -204,7 +223,4 @@ TextOutlines find_outlines(const std::string& text, const TextStyle& style, cons
 }  // namespace
 }  // namespace bsp2::model
 
-const void* bsp2_module(const char* layout) {
-  static constexpr bsp2::model::TextModule module{bsp2::model::find_outlines};
-  return std::strcmp(layout, BSP2_MODULE_LAYOUT) == 0 ? &module : nullptr;
-}
+BSP2_DEFINE_MODULE(bsp2::model::TextModule, bsp2::model::find_outlines)

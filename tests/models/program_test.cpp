@@ -58,6 +58,36 @@ class Program : public testing::Test {
   }
 };
 
+// However long ago writing failed, and whoever wrote.
+TEST_F(Program, AFullDiskIsToldOf) {
+  for (const std::string& arguments : {std::string("--version"), std::string("--help"), std::string("run --help"), "run --quiet --stats " + model("cube(1);")}) {
+    const Ended ended = start("", "(" BSP2_PROGRAM " " + arguments + " > /dev/full)");
+    EXPECT_EQ(ended.code, 2) << arguments;
+    EXPECT_EQ(ended.text, "bsp2: cannot write to standard output: No space left on device\n") << arguments;
+  }
+}
+
+TEST_F(Program, TwoOutputsNeedTwoNames) {
+  const std::string cube = model("cube(1);"), here = folder_.path().string();
+  for (const std::string& outputs : {"--report " + here + "/x --table " + here + "/x", "--snapshot " + here + "/a.stl --boundary " + here + "/./a.stl",
+                                    "-o " + here + "/out --table " + here + "/out/report.json"}) {
+    const Ended ended = start("run " + cube + " " + outputs);
+    EXPECT_EQ(ended.code, 2) << ended.text;
+    EXPECT_NE(ended.text.find("two outputs would be written to one file"), std::string::npos) << ended.text;
+  }
+  EXPECT_EQ(start("run " + cube + " --quiet --report /dev/null --table /dev/null").code, 0);
+}
+
+TEST_F(Program, WarnsOfWhatNobodyWants) {
+  for (const auto& [text, warning] : {std::pair<std::string, std::string>{"difference() { cube(1); cube(2); }", "the solid is empty"},
+                                      {"linear_extrude(height = 1) { text(text = \"a\xe6\x97\xa5\xe6\x9c\xac\"); }", "has no glyph for: \xe6\x97\xa5\xe6\x9c\xac"},
+                                      {"multmatrix([[1, 0, 0, 1e6], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(0.1); }", "the single precision of .stl"}}) {
+    const Ended ended = start("run --quiet " + model(text) + " --boundary " + (folder_.path() / "a.stl").string());
+    EXPECT_EQ(ended.code, 0) << ended.text;
+    EXPECT_NE(ended.text.find(warning), std::string::npos) << ended.text;
+  }
+}
+
 TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
   expect_refused("", "empty");
   expect_refused("cube(size=[1,2,3])", ":1:");

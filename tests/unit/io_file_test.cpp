@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -56,6 +59,26 @@ TEST_F(File, FollowsLinksAndKeepsDevices) {
   EXPECT_TRUE(fs::is_character_file("/dev/null"));
 }
 
+TEST_F(File, IsMadeWhereALinkLeads) {
+  const fs::path link = folder.path() / "link";
+  fs::create_directory(folder.path() / "deep");
+  fs::create_symlink("deep/middle", link);
+  fs::create_symlink("real", folder.path() / "deep" / "middle");
+  write_file(link, "new");
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_TRUE(fs::is_symlink(folder.path() / "deep" / "middle"));
+  EXPECT_EQ(content(folder.path() / "deep" / "real"), "new");
+}
+
+TEST_F(File, KeepsItsPermissions) {
+  const fs::path path = folder.path() / "private";
+  write_file(path, "old");
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+  write_file(path, "new");
+  EXPECT_EQ(content(path), "new");
+  EXPECT_EQ(fs::status(path).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+}
+
 TEST_F(File, FailsWithThePathAndLeavesNothing) {
   const auto full = message_of([] { write_file("/dev/full", "x"); });
   EXPECT_NE(full.find("'/dev/full': No space left"), std::string::npos) << full;
@@ -96,6 +119,29 @@ TEST_F(File, TemporaryDirectoryVanishesWithItsContent) {
   }
   EXPECT_EQ(entries(), 0);
   EXPECT_THROW(TemporaryDirectory(folder.path() / "missing"), Error);
+}
+
+/// What a process left that was killed goes with the next one; what belongs to a living one, or is not ours, stays.
+TEST_F(File, TemporaryDirectoriesOfTheDeadAreRemoved) {
+  const auto long_ago = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  const TemporaryDirectory alive(folder.path());
+  fs::last_write_time(alive.path(), long_ago);
+  fs::create_directory(folder.path() / ".bsp2-stranger");
+  fs::last_write_time(folder.path() / ".bsp2-stranger", long_ago);
+  const pid_t child = fork();
+  if (child == 0) {
+    const TemporaryDirectory scratch(folder.path());
+    write_file(scratch.path() / "x", "y");
+    fs::last_write_time(scratch.path(), long_ago);
+    _exit(0);
+  }
+  int status = -1;
+  waitpid(child, &status, 0);
+  ASSERT_EQ(status, 0);
+  ASSERT_EQ(entries(), 3);
+  { const TemporaryDirectory next(folder.path()); }
+  EXPECT_EQ(entries(), 2);
+  EXPECT_TRUE(fs::exists(alive.path()));
 }
 
 }  // namespace

@@ -73,7 +73,9 @@ TEST(Polygon, PiecesAreDisjointIfItsEdgesOnlyMeetAtCorners) {
     const bool expected = is_simple(cycle);
     ++(expected ? simple : crossing);
     ASSERT_EQ(polygon.disjoint, expected);
-    if (expected) ASSERT_NEAR(area_of(polygon), std::fabs(area_of(cycle)), 1e-9);
+    if (expected) {
+      ASSERT_NEAR(area_of(polygon), std::fabs(area_of(cycle)), 1e-9);
+    }
   }
   EXPECT_GT(simple, 500);
   EXPECT_GT(crossing, 500);

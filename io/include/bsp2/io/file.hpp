@@ -7,7 +7,7 @@ namespace bsp2::io {
 
 /// Writes a whole file at once: under a temporary name in the same folder, then renamed, so that nobody ever
 /// sees half a file. What is no regular file (a device, a pipe) is written directly, a symbolic link is
-/// followed.
+/// followed. A file that is replaced keeps its permissions; one that must not be written stays.
 /// @throws bsp2::Error that names the path; the old file, if any, is untouched.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
@@ -22,7 +22,8 @@ void check_folder(const std::filesystem::path& path);
 
 /// A new, hidden folder in `parent` that is removed with what is left in it at the end of its life.
 ///
-/// Files that belong together are written here and then moved to the parent, which is a rename.
+/// Files that belong together are written here and then moved to the parent, which is a rename. If the process is killed the folder stays, and
+/// the next one that makes a folder in the same place removes it: it is locked while its owner lives.
 class TemporaryDirectory {
  public:
   /// @throws bsp2::Error if `parent` is no folder in which one can write.
@@ -35,6 +36,7 @@ class TemporaryDirectory {
 
  private:
   std::filesystem::path path_;
+  int lock_ = -1;
 };
 
 }  // namespace bsp2::io

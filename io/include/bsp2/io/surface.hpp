@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "bsp2/geometry/boundary.hpp"
 
@@ -17,9 +18,10 @@ void check_surface_file(const std::filesystem::path& path);
 ///   .ply  binary, coordinates in double precision, property `part` of each face
 ///   .obj  text with all digits, a group `part_N` for each part
 ///   .stl  binary; the format knows single precision and no parts. Triangles whose corners coincide in single
-///         precision are left out: the file stays closed.
+///         precision are left out, so each edge still has as many triangles on one side as on the other.
 /// The file appears under its name when it is complete.
-/// @throws bsp2::Error if it cannot be written or its ending is another one.
-void write_surface(const std::filesystem::path& path, const geometry::TriangleSurface& surface);
+/// @return a warning where single precision moves corners by more than a hundred-thousandth of the surface's size; else empty.
+/// @throws bsp2::Error if it cannot be written, its ending is another one, or a coordinate is too large for its precision.
+[[nodiscard]] std::string write_surface(const std::filesystem::path& path, const geometry::TriangleSurface& surface);
 
 }  // namespace bsp2::io

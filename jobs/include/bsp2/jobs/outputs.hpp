@@ -1,11 +1,20 @@
 #pragma once
 
+#include <filesystem>
+#include <vector>
+
 #include "bsp2/jobs/command_line.hpp"
 
 namespace bsp2::jobs {
 
+/// Whether two paths, however they are written, lead to one place, be there a file yet or not.
+bool are_one_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
 /// Could the outputs be written? Asked before a long run. @throws bsp2::Error if not.
 void check_outputs(const RunCommand& command);
+
+/// The files that a run has written, for the user to find; of a mesh and of a series the one to open.
+std::vector<std::filesystem::path> written_files(const RunCommand& command);
 
 /// Writes what there is after a step, as was asked for: a picture, the cells. Collective, within Ranks::together.
 /// @throws bsp2::Error if a file cannot be written.
