@@ -149,7 +149,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   check_outputs(command);
   std::optional<JoinedSnapshot> joined;
   if (command.queue) command.options.resume = joined.emplace(command, ranks).path();
-  const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "");
+  const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "", ranks.count() == 1);
   command.options.interrupted = SignalWatch::interrupted;
   const bool speaks = ranks.is_master() && !command.quiet;
   ProgressBar bar(stderr);

@@ -12,7 +12,7 @@ namespace bsp2::jobs {
 namespace {
 
 constexpr std::array watched{SIGINT, SIGTERM, SIGUSR1};
-std::atomic<bool> came, asked;
+std::atomic<bool> came, asked, answers;
 std::string last_words;  // a handler may read it, as it is not changed while there is one
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no locks");
 
@@ -27,13 +27,14 @@ void remember(int) {
     _exit(interrupted_code);
   }
   came = true;
-  if (!last_words.empty()) say(in_midst);
+  if (answers) say(in_midst);
 }
 
 }  // namespace
 
-SignalWatch::SignalWatch(const std::string& farewell) {
+SignalWatch::SignalWatch(const std::string& farewell, bool speaks) {
   last_words = farewell;
+  answers = speaks;
   came = asked = false;
   struct sigaction action {};
   action.sa_handler = remember;

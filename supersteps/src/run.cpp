@@ -386,7 +386,8 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
     case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
-  if (result.report.complete && result.report.in_cells + result.report.fuzzy_cells == 0) result.report.warnings.emplace_back("the solid is empty");
+  if (ranks.is_master() && result.report.complete && result.report.in_cells + result.report.fuzzy_cells == 0)
+    result.report.warnings.emplace_back("the solid is empty");
   if (ranks.is_master()) result.report.measures = measuring(source.model.expression, options, result.report);
   record_costs(ranks, result.report);
   return result;

@@ -81,7 +81,7 @@ check() { # NAME DIR
 
 # Much of it is decided early, and it takes some seconds.
 awk 'BEGIN { srand(1); print "difference() { cube(size=[20,20,20]);"
-  for (i = 0; i < 1300; ++i) printf "multmatrix([[1,0,0,%f],[0,1,0,%f],[0,0,1,%f],[0,0,0,1]]) { sphere($fn=10,r=0.7); }\n", 20*rand(), 20*rand(), 20*rand()
+  for (i = 0; i < 2000; ++i) printf "multmatrix([[1,0,0,%f],[0,1,0,%f],[0,0,1,%f],[0,0,0,1]]) { sphere($fn=14,r=0.6); }\n", 20*rand(), 20*rand(), 20*rand()
   print "}" }' >model.csg
 "$bsp2" run model.csg --regions 32 --report plain.json --quiet || fail "the plain run"
 mkdir plain && mv plain.json plain/report.json

@@ -13,8 +13,9 @@ inline constexpr int interrupted_code = 75;
 /// already the first one does, with the exit code `interrupted_code`.
 class SignalWatch {
  public:
-  /// @param farewell lines for stderr, should the first signal end the program; empty: signals are not told of, as of several ranks one is enough.
-  explicit SignalWatch(const std::string& farewell = "bsp2: interrupted before there was anything to save\n");
+  /// @param farewell lines for stderr, should the first signal end the program; empty: nothing, as of several ranks one is enough.
+  /// @param speaks a line for stderr also where a signal is remembered. Not on several ranks: there one that fails has the others signalled.
+  explicit SignalWatch(const std::string& farewell = "bsp2: interrupted before there was anything to save\n", bool speaks = true);
   ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
