@@ -177,7 +177,7 @@ class Compiler {
       planes += shapes_[shape_of_[i]].covector_count;
     }
     if (planes > std::numeric_limits<std::uint32_t>::max()) throw Error("the model's primitives have more than 4,294,967,295 half-spaces; divide it");
-    network.table.reserve(maps, planes);
+    network.table.reserve(maps);
     network.planes.reserve(planes);
   }
 
@@ -226,8 +226,7 @@ class Compiler {
         make_empty(producer);
     }
     std::vector<std::size_t> meshes;  // the producers that are meshes
-    table.round_occurrences(options_.threads);
-    const std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence);
+    const std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence, options_.threads);
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
       Producer<D>& producer = network.producers[i];
       if (producer.is_empty()) continue;

@@ -1,9 +1,12 @@
 #include "bsp2/geometry/hyperplane_table.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -92,90 +95,91 @@ std::uint32_t HyperplaneTable<D>::add_covectors(std::span<const Covector<D>> cov
 
 template <int D>
 std::uint32_t HyperplaneTable<D>::add_occurrence(std::uint32_t map, std::uint32_t covector) {
-  sources_.push_back({map, covector});
-  return static_cast<std::uint32_t>(sources_.size() - 1);
+  const std::uint32_t number = occurrences_.empty() ? 0 : occurrences_.back().first + occurrences_.back().count;
+  if (occurrences_.empty() || occurrences_.back().map != map || occurrences_.back().covector + occurrences_.back().count != covector)
+    occurrences_.push_back({map, covector, number, 0});
+  ++occurrences_.back().count;
+  return number;
 }
 
 template <int D>
-void HyperplaneTable<D>::reserve(std::size_t maps, std::size_t occurrences) {
+void HyperplaneTable<D>::reserve(std::size_t maps) {
   maps_.reserve(maps);
   extents_.reserve(maps);
-  sources_.reserve(occurrences);
+  occurrences_.reserve(maps);
 }
 
+// --- rounding --------------------------------------------------------------------------------------------------------
+
+/// Rounds the hyperplanes of a window.
 template <int D>
-void HyperplaneTable<D>::round_occurrences(unsigned threads) {
+void HyperplaneTable<D>::round(Window& window, unsigned threads) const {
   constexpr std::size_t grain = 16;
-  hyperplanes_.resize(sources_.size());
-  const std::vector<Stretch> stretches = stretches_of_one_map(threads);
-  for_each_range(stretches.size(), grain, threads, [&](std::size_t first, std::size_t end) {
+  window.begin.clear();
+  std::size_t count = 0;
+  for (const Stretch& stretch : window.stretches) {
+    window.begin.push_back(count);
+    count += stretch.count;
+  }
+  window.hyperplanes.resize(count);
+  chain_alike(window);
+  for_each_range(window.stretches.size(), grain, threads, [&](std::size_t first, std::size_t end) {
     std::vector<std::optional<Direction>> directions;
-    for (std::size_t i = first; i < end; ++i)
-      if (stretches[i].place == 0) round_alike(stretches, i, directions);
+    for (std::size_t i = first; i < end; ++i) {
+      if (i + 2 < end) {  // maps are not in the order of sizes
+        const auto* const soon = reinterpret_cast<const char*>(&maps_[window.stretches[i + 2].map]);
+        for (std::size_t line = 0; line < sizeof(AffineMap<D>); line += 64) __builtin_prefetch(soon + line);
+      }
+      if (window.stretches[i].place == 0) round_alike(window, i, directions);
+    }
   });
 }
 
-/// The occurrences in order, cut where the map changes and into pieces that threads can share out. Those of translates with the same
-/// covectors, as of one solid at many places, make chains: not longer than a thread should have to round at once, and a new one where two kinds
-/// share an entry of the table and take turns in it.
+/// Stretches of translates with the same covectors, as of one solid at many places, make chains: not longer than a thread should have to round
+/// at once, and a new one where two kinds share an entry of the table and take turns in it.
 template <int D>
-auto HyperplaneTable<D>::stretches_of_one_map(unsigned threads) const -> std::vector<Stretch> {
-  constexpr std::uint32_t most = 256, longest_chain = 64;
-  std::vector<Stretch> stretches;
-  for (std::uint32_t i = 0; i < sources_.size(); ++i) {
-    if (i == 0 || sources_[i].map != sources_[i - 1].map || i - stretches.back().first == most) stretches.push_back({i, i});
-    stretches.back().end = i + 1;
-  }
-  std::vector<std::uint32_t> last_alike(std::size_t{1} << 14, Stretch::none);
-  std::vector<std::uint64_t> hash(maps_.size());
-  for_each_range(maps_.size(), 1024, threads, [&](std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) hash[i] = maps_[i].hash_of_linear_part();
-  });
-  for (std::uint32_t i = 0; i < stretches.size(); ++i) {
-    const Source& source = sources_[stretches[i].first];
-    std::uint32_t& last = last_alike[(hash[source.map] + source.covector * 0x9e3779b97f4a7c15u) >> 32 & (last_alike.size() - 1)];
-    if (last != Stretch::none && stretches[last].place + 1 < longest_chain && are_alike(stretches[last], stretches[i])) {
-      stretches[last].next = i;
-      stretches[i].place = stretches[last].place + 1;
+void HyperplaneTable<D>::chain_alike(Window& window) const {
+  constexpr std::uint32_t longest_chain = 64;
+  const auto are_alike = [&](const Stretch& a, const Stretch& b) {
+    return a.hash == b.hash && a.covector == b.covector && a.count == b.count && maps_[a.map].is_translate_of(maps_[b.map]);
+  };
+  window.last_alike.assign(std::bit_ceil(2 * window.stretches.size()), Stretch::none);
+  for (std::uint32_t i = 0; i < window.stretches.size(); ++i) {
+    Stretch& stretch = window.stretches[i];
+    std::uint32_t& last = window.last_alike[stretch.hash >> 32 & (window.last_alike.size() - 1)];
+    if (last != Stretch::none && window.stretches[last].place + 1 < longest_chain && are_alike(window.stretches[last], stretch)) {
+      window.stretches[last].next = i;
+      stretch.place = window.stretches[last].place + 1;
     }
     last = i;
   }
-  return stretches;
-}
-
-template <int D>
-bool HyperplaneTable<D>::are_alike(const Stretch& a, const Stretch& b) const {
-  const auto *const sources = sources_.data(), *const of_a = sources + a.first, *const of_b = sources + b.first;
-  return std::equal(of_a, sources + a.end, of_b, sources + b.end, [](const Source& x, const Source& y) { return x.covector == y.covector; }) &&
-         maps_[of_a->map].is_translate_of(maps_[of_b->map]);
 }
 
 /// Rounds a stretch and those that are chained to it.
 /// @param directions room for the normals, which they have in common.
 template <int D>
-void HyperplaneTable<D>::round_alike(const std::vector<Stretch>& stretches, std::size_t leader, std::vector<std::optional<Direction>>& directions) {
-  const Stretch& first = stretches[leader];
-  const AffineMap<D>& first_map = maps_[sources_[first.first].map];
+void HyperplaneTable<D>::round_alike(Window& window, std::size_t leader, std::vector<std::optional<Direction>>& directions) const {
+  const Stretch& first = window.stretches[leader];
+  const AffineMap<D>& first_map = maps_[first.map];
+  const Covector<D>* const covectors = covectors_.data() + first.covector;
   auto rounding = first_map.rounding();
   directions.clear();
-  for (std::uint32_t i = first.first; i < first.end; ++i)
-    directions.push_back(direction_of(first_map.map_normal_rounded(covectors_[sources_[i].covector].rounded, rounding)));
-  for (std::size_t at = leader; at != Stretch::none; at = stretches[at].next) {
-    const Stretch& stretch = stretches[at];
-    const AffineMap<D>& map = maps_[sources_[stretch.first].map];
+  for (std::uint32_t i = 0; i < first.count; ++i) directions.push_back(direction_of(first_map.map_normal_rounded(covectors[i].rounded, rounding)));
+  for (std::size_t at = leader; at != Stretch::none; at = window.stretches[at].next) {
+    const AffineMap<D>& map = maps_[window.stretches[at].map];
+    Hyperplane<D>* const hyperplanes = window.hyperplanes.data() + window.begin[at];
     rounding.translation = map.translation();
-    for (std::uint32_t i = stretch.first; i < stretch.end; ++i) {
-      const Covector<D>& local = covectors_[sources_[i].covector];
-      const auto& direction = directions[i - stretch.first];
+    for (std::uint32_t i = 0; i < first.count; ++i) {
+      const auto& direction = directions[i];
       std::optional<Hyperplane<D>> rounded;
-      if (direction) rounded = at_distance(*direction, map.map_constant_rounded(local.rounded, direction->normal, rounding));
+      if (direction) rounded = at_distance(*direction, map.map_constant_rounded(covectors[i].rounded, direction->normal, rounding));
       if (rounded) {
-        hyperplanes_[i] = *rounded;
+        hyperplanes[i] = *rounded;
         continue;
       }
       ExactCovector<D> world;
-      map.map(local, world);
-      hyperplanes_[i] = round_exactly(world);
+      map.map(covectors[i], world);
+      hyperplanes[i] = round_exactly(world);
     }
   }
 }
@@ -264,28 +268,30 @@ bool HyperplaneTable<D>::equal(const Source& a, const Source& b, bool opposite) 
   return true;
 }
 
-/// Occurrences, those of large primitives first.
+/// The occurrences, those of large primitives first, in pieces that threads can share out.
 template <int D>
-std::vector<std::uint32_t> HyperplaneTable<D>::by_size() const {
-  struct Run {  // of one map
-    double size;
-    std::uint32_t first, end;
-  };
-  std::vector<Run> runs;
-  runs.reserve(extents_.size());
-  for (std::uint32_t i = 0; i < sources_.size(); ++i) {
-    if (i == 0 || sources_[i].map != sources_[i - 1].map) {
-      const auto& half = extents_[sources_[i].map].half;
-      runs.push_back({*std::max_element(half.begin(), half.end()), i, i});
+auto HyperplaneTable<D>::by_size(unsigned threads) const -> std::vector<Stretch> {
+  constexpr std::uint32_t most = 256;
+  std::vector<std::uint64_t> hash(maps_.size());
+  for_each_range(maps_.size(), 1024, threads, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) hash[i] = maps_[i].hash_of_linear_part();
+  });
+  std::vector<double> size(extents_.size());
+  for (std::size_t i = 0; i < size.size(); ++i) size[i] = *std::max_element(extents_[i].half.begin(), extents_[i].half.end());
+  std::vector<std::uint32_t> order(occurrences_.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return size[occurrences_[a].map] > size[occurrences_[b].map]; });
+  std::vector<Stretch> stretches;
+  stretches.reserve(order.size());
+  for (const std::uint32_t i : order) {
+    const Stretch& whole = occurrences_[i];
+    for (std::uint32_t begin = 0; begin < whole.count; begin += most) {
+      const std::uint32_t covector = whole.covector + begin;
+      stretches.push_back({.map = whole.map, .covector = covector, .first = whole.first + begin, .count = std::min(most, whole.count - begin),
+                           .hash = hash[whole.map] + covector * 0x9e3779b97f4a7c15u});
     }
-    runs.back().end = i + 1;
   }
-  std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.size > b.size; });
-  std::vector<std::uint32_t> order;
-  order.reserve(sources_.size());
-  for (const Run& run : runs)
-    for (std::uint32_t i = run.first; i < run.end; ++i) order.push_back(i);
-  return order;
+  return stretches;
 }
 
 /// Whether an occurrence coincides with a representative, at which distance and on which side.
@@ -318,11 +324,12 @@ double HyperplaneTable<D>::window(const Extent& extent, double tolerance) const 
 }
 
 /// How far coincident hyperplanes are apart at most, where they are compared.
+/// @param hyperplanes all of them, if there is no tolerance.
 template <int D>
-double HyperplaneTable<D>::reach(double tolerance) const {
+double HyperplaneTable<D>::reach(double tolerance, std::span<const Hyperplane<D>> hyperplanes) const {
   if (tolerance > 0) return tolerance * size_;
   double error = 0;
-  for (const Hyperplane<D>& h : hyperplanes_) error = std::max(error, h.error);
+  for (const Hyperplane<D>& h : hyperplanes) error = std::max(error, h.error);
   return 8 * D * error;
 }
 
@@ -335,64 +342,91 @@ double HyperplaneTable<D>::bucket(double tolerance) const {
   return std::max(16 * tolerance, std::clamp(4 * mean, 0x1p-10, 0x1p-8));
 }
 
+/// Gives ids to the hyperplanes of one window after the other.
 template <int D>
-std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance) {
-  if (hyperplanes_.size() != sources_.size()) round_occurrences();
-  CoincidenceIndex<D> index(centre_, size_, radius_, bucket(tolerance), reach(tolerance));
-  std::vector<OrientedHyperplane> result(sources_.size());
-  std::vector<Hyperplane<D>> hyperplanes;  // representatives, by id
-  std::vector<Source> sources;
-  hyperplanes.reserve(hyperplanes_.size());
-  sources.reserve(sources_.size());
-  const std::vector<std::uint32_t> order = by_size();
-  constexpr std::size_t ahead = 16;  // what is looked up next is fetched from memory meanwhile
-  std::array<typename CoincidenceIndex<D>::Key, ahead> keys;
-  const auto fetch = [&](std::size_t k) {
-    if (k + ahead < order.size()) {
-      __builtin_prefetch(&hyperplanes_[order[k + ahead]]);
-      __builtin_prefetch(&sources_[order[k + ahead]]);
+class HyperplaneTable<D>::Merging {
+ public:
+  Merging(HyperplaneTable& table, double tolerance, std::size_t occurrences) : table_(table), tolerance_(tolerance), codes_(occurrences) {}
+
+  void add(const Window& window) {
+    if (!index_)
+      index_.emplace(table_.centre_, table_.size_, table_.radius_, table_.bucket(tolerance_), table_.reach(tolerance_, window.hyperplanes));
+    const std::size_t count = window.hyperplanes.size();
+    const auto look_ahead = [&](std::size_t at) {
+      if (at >= count) return;
+      keys_[at % ahead] = index_->key(window.hyperplanes[at]);
+      index_->prefetch(keys_[at % ahead]);
+    };
+    for (std::size_t at = 0; at < ahead; ++at) look_ahead(at);
+    std::size_t at = 0;
+    for (const Stretch& stretch : window.stretches) {
+      if (&stretch != &window.stretches.back()) {
+        __builtin_prefetch(&table_.extents_[(&stretch + 1)->map]);
+        __builtin_prefetch(&codes_[(&stretch + 1)->first], 1);
+      }
+      const double own_window = table_.window(table_.extents_[stretch.map], tolerance_);
+      for (std::uint32_t i = 0; i < stretch.count; ++i, ++at) {
+        const Key key = keys_[at % ahead];
+        look_ahead(at + ahead);
+        codes_[stretch.first + i] = code({&window.hyperplanes[at], {stretch.map, stretch.covector + i}}, key, own_window);
+      }
     }
-    if (k >= order.size()) return;
-    __builtin_prefetch(&extents_[sources_[order[k]].map]);
-    __builtin_prefetch(&result[order[k]], 1);
-    keys[k % ahead] = index.key(hyperplanes_[order[k]]);
-    index.prefetch(keys[k % ahead]);
-  };
-  for (std::size_t k = 0; k < ahead; ++k) fetch(k);
-  double own_window = 0;
-  const Extent* last = nullptr;
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const std::uint32_t i = order[k];
-    const auto key = keys[k % ahead];
-    fetch(k + ahead);
-    const Occurrence occurrence{&hyperplanes_[i], sources_[i]};
-    const Extent& extent = extents_[sources_[i].map];
-    if (&extent != last) own_window = window(extent, tolerance);
-    last = &extent;
-    auto best = static_cast<std::uint32_t>(sources.size());
+  }
+  [[nodiscard]] std::vector<OrientedHyperplane> take() { return std::move(codes_); }
+
+ private:
+  using Key = typename CoincidenceIndex<D>::Key;
+  static constexpr std::size_t ahead = 16;  // what is looked up next is fetched from memory meanwhile
+
+  HyperplaneTable& table_;
+  double tolerance_;
+  std::vector<OrientedHyperplane> codes_;
+  std::optional<CoincidenceIndex<D>> index_;
+  std::array<Key, ahead> keys_;
+
+  OrientedHyperplane code(const Occurrence& occurrence, const Key& key, double own_window) {
+    auto& hyperplanes = table_.hyperplanes_;
+    auto best = static_cast<std::uint32_t>(hyperplanes.size());
     bool best_opposite = false;
     double best_distance = std::numeric_limits<double>::infinity();
-    index.find(hyperplanes_[i], key, extent.centre, own_window, [&](std::uint32_t id) {
+    index_->find(*occurrence.hyperplane, key, table_.extents_[occurrence.source.map].centre, own_window, [&](std::uint32_t id) {
       double distance;
       bool opposite;
-      if (!coincide(occurrence, {&hyperplanes[id], sources[id]}, tolerance, distance, opposite)) return;
+      if (!table_.coincide(occurrence, {&hyperplanes[id], table_.sources_[id]}, tolerance_, distance, opposite)) return;
       if (distance > best_distance || (distance == best_distance && id > best)) return;
       best = id;
       best_opposite = opposite;
       best_distance = distance;
     });
-    if (best == sources.size()) {
+    if (best == hyperplanes.size()) {
       if (best == first_axis_id) throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
-      hyperplanes.push_back(hyperplanes_[i]);
-      sources.push_back(sources_[i]);
-      index.add(hyperplanes_[i], key, best);
+      hyperplanes.push_back(*occurrence.hyperplane);
+      table_.sources_.push_back(occurrence.source);
+      index_->add(*occurrence.hyperplane, key, best);
     }
-    result[i] = oriented(best, best_opposite);
+    return oriented(best, best_opposite);
   }
-  hyperplanes_ = std::move(hyperplanes);
-  sources_ = std::move(sources);
+};
+
+template <int D>
+std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance, unsigned threads) {
+  constexpr std::size_t at_once = 4096;  // what is rounded is looked up while it is in the processor's cache
+  const std::size_t count = occurrences_.empty() ? 0 : std::size_t{occurrences_.back().first} + occurrences_.back().count;
+  const std::size_t enough = !(tolerance > 0) ? count : threads == 1 ? at_once : 16 * at_once * threads;  // but threads need something to share
+  std::vector<Stretch> stretches = by_size(threads);
+  occurrences_ = {};
+  hyperplanes_.reserve(count);
+  sources_.reserve(count);
+  Merging merging(*this, tolerance, count);
+  Window window;
+  for (std::size_t first = 0, end = 0; first < stretches.size(); first = end) {
+    for (std::size_t inside = 0; end < stretches.size() && inside < enough; ++end) inside += stretches[end].count;
+    window.stretches = std::span(stretches).subspan(first, end - first);
+    round(window, threads);
+    merging.add(window);
+  }
   extents_ = {};
-  return result;
+  return merging.take();
 }
 
 template <int D>

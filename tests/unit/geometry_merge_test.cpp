@@ -38,6 +38,15 @@ class Merge : public testing::Test {};
 using Dimensions = testing::Types<Dimension<1>, Dimension<2>, Dimension<3>, Dimension<4>>;
 TYPED_TEST_SUITE(Merge, Dimensions);
 
+/// A hyperplane as a table rounds it that has no other. @param table an empty one.
+template <int D>
+Hyperplane<D> rounded_alone(HyperplaneTable<D> table, const Covector<D>& covector, const Matrix<D>& matrix) {
+  const std::uint32_t map = table.add_map(matrix);
+  table.add_occurrence(map, table.add_covectors(std::span(&covector, 1)));
+  table.merge(0);
+  return table.rounded(0);
+}
+
 TYPED_TEST(Merge, WithoutToleranceMergesExactlyWhatIsEqual) {
   constexpr int D = TypeParam::value;
   const std::uint64_t seed = new_seed();
@@ -94,12 +103,12 @@ TYPED_TEST(Merge, WithinTheToleranceMergesAndBeyondItDoesNot) {
       m[i][D] = uniform(random, -0.3, 0.3) * size;
     }
     const auto covectors = unit_box<D>().covectors;
-    HyperplaneTable<D> table(lower, upper, 4 * D * size);
+    const HyperplaneTable<D> alone(lower, upper, 4 * D * size);
+    HyperplaneTable<D> table = alone;
     const std::uint32_t first = table.add_covectors(covectors),
                         facet = static_cast<std::uint32_t>(pick(random, 0, 2 * D - 1));
     table.add_occurrence(table.add_map(m), first + facet);
-    table.round_occurrences();
-    const Hyperplane<D> original = table.rounded(0);
+    const Hyperplane<D> original = rounded_alone<D>(alone, covectors[facet], m);
     // Moved along its normal by a share of the tolerance; every other time mirrored, which turns its facets
     // around.
     const std::array<double, 4> shares{0.9, 1.1, -0.9, -1.1};
@@ -173,7 +182,9 @@ TYPED_TEST(Merge, EqualsTheComparisonOfAllPairs) {
     lower.fill(away - size / 2);
     upper.fill(away + size / 2);
     HyperplaneTable<D> table(lower, upper, 2 * away + 4 * D * size);
-    const std::uint32_t first = table.add_covectors(unit_box<D>().covectors);
+    const HyperplaneTable<D> alone = table;
+    const auto covectors = unit_box<D>().covectors;
+    const std::uint32_t first = table.add_covectors(covectors);
     std::vector<Matrix<D>> directions;  // some along the axes, some turned
     for (int k = 0; k < 3; ++k) {
       Matrix<D> direction = identity<D>();
@@ -206,10 +217,9 @@ TYPED_TEST(Merge, EqualsTheComparisonOfAllPairs) {
         one.half[i] = (high[i] - low[i]) / 2;
       }
       table.add_occurrence(table.add_map(m, low, high), first + static_cast<std::uint32_t>(facet));
+      one.hyperplane = rounded_alone<D>(alone, covectors[static_cast<std::size_t>(facet)], m);
       all.push_back(one);
     }
-    table.round_occurrences();
-    for (std::size_t i = 0; i < all.size(); ++i) all[i].hyperplane = table.rounded(static_cast<HyperplaneId>(i));
     double extent = 0;  // as the table computes it
     for (int i = 0; i < D; ++i) extent = std::max(extent, upper[i] - lower[i]);
     const auto [expected, count] = merged_by_pairs<D>(all, tolerance * extent);

@@ -85,23 +85,31 @@ struct Occurrences {
   }
 };
 
-TEST(RoundOccurrences, FindsOnAnyNumberOfThreadsWhatEachOccurrenceIsAlone) {
+TEST(Merge, RoundsOnAnyNumberOfThreadsAsEachOccurrenceIsAlone) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   Occurrences occurrences(random);
-  HyperplaneTable<3> threaded = occurrences.table;
-  occurrences.table.round_occurrences(1);
-  threaded.round_occurrences(4);
-  ASSERT_EQ(threaded.size(), occurrences.places.size());
-  for (HyperplaneId i = 0; i < threaded.size(); ++i) {
-    HyperplaneTable<3> alone({-4, -4, -4}, {4, 4, 4}, 8);
-    const auto& [matrix, covector] = occurrences.places[i];
-    alone.add_occurrence(alone.add_map(matrix), alone.add_covectors(std::span(&occurrences.covectors[covector], 1)));
-    alone.round_occurrences();
-    const Hyperplane<3> a = alone.rounded(0);
-    for (const Hyperplane<3>& b : {occurrences.table.rounded(i), threaded.rounded(i)})
-      ASSERT_TRUE(a.normal == b.normal && a.offset == b.offset && a.error == b.error) << "occurrence " << i;
+  for (const double tolerance : {0.0, 1e-12}) {
+    HyperplaneTable<3> one = occurrences.table, threaded = occurrences.table;
+    const auto codes = one.merge(tolerance, 1);
+    ASSERT_EQ(threaded.merge(tolerance, 4), codes);
+    ASSERT_EQ(codes.size(), occurrences.places.size());
+    std::size_t own = 0;
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+      HyperplaneTable<3> alone({-4, -4, -4}, {4, 4, 4}, 8);
+      const auto& [matrix, covector] = occurrences.places[i];
+      if (one.source(codes[i].id())->covector != covector) continue;  // another one represents it
+      const std::uint32_t map = alone.add_map(matrix);
+      alone.add_occurrence(map, alone.add_covectors(std::span(&occurrences.covectors[covector], 1)));
+      alone.merge(tolerance);
+      const Hyperplane<3> a = alone.rounded(0);
+      for (const Hyperplane<3>& b : {one.rounded(codes[i].id()), threaded.rounded(codes[i].id())})
+        ASSERT_TRUE(a.normal == b.normal && a.offset == b.offset && a.error == b.error) << "occurrence " << i;
+      ++own;
+    }
+    EXPECT_GT(own, one.size() - 1);
+    EXPECT_GT(one.size(), codes.size() / 2);
   }
 }
 

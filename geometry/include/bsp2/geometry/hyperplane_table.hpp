@@ -33,8 +33,8 @@ class HyperplaneTable {
   /// @param reach a bound of |x_i| over all primitives that will be added.
   HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper, double reach);
 
-  /// Makes room for so many; more may come.
-  void reserve(std::size_t maps, std::size_t occurrences);
+  /// Makes room for so many maps and their occurrences; more may come.
+  void reserve(std::size_t maps);
   /// The map that places a primitive, and bounds of the placed primitive.
   std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
   /// The same for a primitive that may be anywhere in the model.
@@ -45,14 +45,11 @@ class HyperplaneTable {
   /// Adds the hyperplane `covector` placed by `map`, best next to the others of that map. @return the number of this occurrence.
   std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector);
 
-  /// Rounds the hyperplanes of all occurrences: `rounded` then tells them by number, until `merge`, which does this if nobody has.
-  void round_occurrences(unsigned threads = 1);
-
   /// Decides which occurrences are the same hyperplane and gives ids. An occurrence is represented by another one that
   /// equals it, or (tolerance > 0) that differs from it by at most `tolerance` times the size of the model anywhere within
   /// the bounds of its own primitive: so no primitive's face moves by more. Large primitives represent small ones.
   /// @return the oriented hyperplane of each occurrence.
-  std::vector<OrientedHyperplane> merge(double tolerance);
+  std::vector<OrientedHyperplane> merge(double tolerance, unsigned threads = 1);
 
   /// Gives ids to the hyperplanes of a family, placed by `map`. After `merge`. @return the first id: add the number.
   using AnyFamily = std::conditional_t<D == 3, std::variant<RoundFamily<D>, SharedFamily<D>, TorusFamily>, std::variant<RoundFamily<D>, SharedFamily<D>>>;
@@ -127,7 +124,16 @@ class HyperplaneTable {
   std::vector<AffineMap<D>> maps_;
   std::vector<Extent> extents_;  // of the primitives that the maps place, until merge
   std::vector<Covector<D>> covectors_;
-  std::vector<Hyperplane<D>> hyperplanes_;  // once rounded: of the occurrences; after merge: the canonical ones
+  /// Occurrences with numbers that follow each other: of one map, and of covectors that follow each other.
+  struct Stretch {
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+    std::uint32_t map, covector, first, count;
+    std::uint32_t next = none;  ///< the next one in this window that is alike: of the same covectors, placed by a translate of the map
+    std::uint32_t place = 0;    ///< in the chain that these make; the first one leads
+    std::uint64_t hash = 0;     ///< the same for all that are alike
+  };
+  std::vector<Stretch> occurrences_;  // until merge
+  std::vector<Hyperplane<D>> hyperplanes_;  // from merge on, by id, and where they come from
   std::vector<Source> sources_;
   struct Family {
     HyperplaneId first;
@@ -143,13 +149,14 @@ class HyperplaneTable {
   [[nodiscard]] const Family& family_of(HyperplaneId id) const;
   Hyperplane<D> family_rounded(HyperplaneId id) const;
   Hyperplane<D> axis_rounded(HyperplaneId id) const;
-  /// Neighbouring occurrences of one map.
-  struct Stretch {
-    static constexpr std::uint32_t none = ~std::uint32_t{0};
-    std::uint32_t first, end;
-    std::uint32_t next = none;  ///< the next one that is alike: of the same covectors, placed by a translate of the map
-    std::uint32_t place = 0;    ///< in its chain; the first one leads
+  /// Some stretches and their hyperplanes, one after the other.
+  struct Window {
+    std::span<Stretch> stretches;
+    std::vector<std::size_t> begin;  // of each stretch among the hyperplanes
+    std::vector<Hyperplane<D>> hyperplanes;
+    std::vector<std::uint32_t> last_alike;  // the last stretch of a hash
   };
+  class Merging;
   /// What translates of one map give a covector in common.
   struct Direction {
     typename AffineMap<D>::RoundedNormal normal;
@@ -157,9 +164,10 @@ class HyperplaneTable {
     std::array<double, D> unit;
     double error;  // of its coefficients
   };
-  [[nodiscard]] std::vector<Stretch> stretches_of_one_map(unsigned threads) const;
-  [[nodiscard]] bool are_alike(const Stretch& a, const Stretch& b) const;
-  void round_alike(const std::vector<Stretch>& stretches, std::size_t leader, std::vector<std::optional<Direction>>& directions);
+  [[nodiscard]] std::vector<Stretch> by_size(unsigned threads) const;
+  void round(Window& window, unsigned threads) const;
+  void chain_alike(Window& window) const;
+  void round_alike(Window& window, std::size_t leader, std::vector<std::optional<Direction>>& directions) const;
   [[nodiscard]] std::optional<Direction> direction_of(const typename AffineMap<D>::RoundedNormal& normal) const;
   [[nodiscard]] std::optional<Hyperplane<D>> at_distance(const Direction& direction, const typename AffineMap<D>::RoundedConstant& constant) const;
   Hyperplane<D> round_exactly(const ExactCovector<D>& world) const;
@@ -171,8 +179,7 @@ class HyperplaneTable {
   [[nodiscard]] bool coincide(const Occurrence& a, const Occurrence& representative, double tolerance, double& distance, bool& opposite) const;
   [[nodiscard]] double window(const Extent& extent, double tolerance) const;
   [[nodiscard]] double bucket(double tolerance) const;
-  [[nodiscard]] double reach(double tolerance) const;
-  [[nodiscard]] std::vector<std::uint32_t> by_size() const;
+  [[nodiscard]] double reach(double tolerance, std::span<const Hyperplane<D>> hyperplanes) const;
 };
 
 }  // namespace bsp2::geometry
