@@ -48,7 +48,8 @@ class HyperplaneTable {
   /// Decides which occurrences are the same hyperplane and gives ids. An occurrence is represented by another one that
   /// equals it, or (tolerance > 0) that differs from it by at most `tolerance` times the size of the model anywhere within
   /// the bounds of its own primitive: so no primitive's face moves by more. Large primitives represent small ones.
-  /// @return the oriented hyperplane of each occurrence.
+  /// @param threads that round hyperplanes; the result is the same for any number.
+  /// @return the oriented hyperplane of each occurrence. @throws Error if there are more hyperplanes than ids.
   std::vector<OrientedHyperplane> merge(double tolerance, unsigned threads = 1);
 
   /// Gives ids to the hyperplanes of a family, placed by `map`. After `merge`. @return the first id: add the number.
