@@ -41,13 +41,15 @@ std::string read_file(const std::filesystem::path& path, void (*check)(const std
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
   if (!file) refuse(name, {errno, std::generic_category()});
   std::string text;
-  if (const auto size = std::filesystem::file_size(path, error); !error) text.reserve(size + 1);
-  for (std::size_t got = chunk; got == chunk;) {
-    const std::size_t before = text.size();
-    text.resize(before + chunk);
-    got = std::fread(text.data() + before, 1, chunk, file.get());
+  const auto size = std::filesystem::file_size(path, error);
+  text.reserve(error ? chunk : size + 1);  // one more, so that the end is met
+  for (bool more = true; more;) {
+    const std::size_t before = text.size(), reserved = text.capacity() - before, room = reserved == 0 ? chunk : std::min(chunk, reserved);
+    text.resize(before + room);
+    const std::size_t got = std::fread(text.data() + before, 1, room, file.get());
     text.resize(before + got);
     if (before == 0) check(text, name);
+    more = got == room;
   }
   if (std::ferror(file.get())) refuse(name, {errno, std::generic_category()});
   if (text.empty()) throw Error(name + ": is empty, so it holds no model");
