@@ -21,6 +21,14 @@ void broadcast(Ranks& ranks, T& value) {
   for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, value);
 }
 
+/// The same of a text, which may be long: as it is, without an archive.
+inline void broadcast(Ranks& ranks, std::string& text) {
+  if (ranks.is_master())
+    for (int rank = 1; rank < ranks.count(); ++rank) ranks.send(rank, text);
+  ranks.sync();
+  for (const auto& message : ranks.received()) text.assign(message.bytes);
+}
+
 /// All values in the order of the ranks, on the master; empty elsewhere.
 /// @param blank what the values are loaded into.
 template <typename T>

@@ -223,14 +223,16 @@ class Ranks::Implementation {
     return true;
   }
 
-  /// Sleeps ever longer, up to a millisecond: short waits stay short.
+  /// Sleeps ever longer, an eighth of the time waited so far and up to a millisecond: no wait becomes much longer than it has to be.
   void wait() {
+    constexpr double short_wait = 0.5e-3, longest_sleep = 1e-3;
     const auto start = Clock::now();
-    for (int tries = 0; !try_sync(); ++tries) {
-      if (tries < 100)
+    while (!try_sync()) {
+      const double waited = seconds_since(start);
+      if (waited < short_wait)
         std::this_thread::yield();
       else
-        std::this_thread::sleep_for(std::chrono::microseconds(std::min(1000, tries)));
+        std::this_thread::sleep_for(std::chrono::duration<double>(std::min(waited / 8, longest_sleep)));
     }
     waited_ += seconds_since(start);
   }
