@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -33,21 +32,10 @@ class Compiler {
 
   Network<D> run() {
     make_shapes();
-    const auto& occurrences = lowered_.occurrences;
-    std::vector<Producer<D>> producers;
-    producers.reserve(occurrences.size());
+    std::vector<Producer<D>> producers = make_producers();
     double reach = 0;
-    for (const Occurrence<D>& occurrence : occurrences) {
-      const Shape<D>& shape = shapes_[shape_of_[producers.size()]];
-      const Transformer<D>& placement = occurrence.placement;
-      Producer<D> producer;
-      producer.part = occurrence.part;
-      producer.undecided = shape.undecided;
-      static_cast<Box<D>&>(producer) = shape.round ? placement.image_of_round(shape.round->axes)
-                                       : shape.rings.empty() ? placement.image(shape.bounds) : placement.image(shape.rings);
+    for (const Producer<D>& producer : producers)
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
-      producers.push_back(producer);
-    }
     check_sizes(producers, reach);
     Box<D> box = bounds_of(lowered_, producers);
     if (box.is_empty()) return empty_network();
@@ -85,10 +73,9 @@ class Compiler {
     }
   }
 
-  /// By the exponents: arithmetic of 113 bits is slow.
+  /// By the exponents.
   static bool is_surely_small(const Transformer<D>& placement, double reach) {
-    __extension__ using Bits = unsigned __int128;
-    const auto exponent = [](Quad x) { return static_cast<int>(std::bit_cast<Bits>(x) >> 112 & 0x7fff); };
+    const auto exponent = [](Quad x) { return geometry::QuadBits(x).exponent_field(); };
     const int limit = exponent(static_cast<Quad>(std::min(1e40L, 0x1p20L * static_cast<long double>(reach))));
     for (const auto& row : placement.matrix())
       for (const Quad entry : row)
@@ -152,40 +139,73 @@ class Compiler {
 
   void make_shapes() {
     constexpr std::size_t at_once = 4096;  // so that few meshes are held twice
-    auto& occurrences = lowered_.occurrences;
-    shape_of_.reserve(occurrences.size());
+    const auto& occurrences = lowered_.occurrences;
     std::vector<const model::Primitive*> next;
     for (std::size_t first = 0; first < occurrences.size(); first += at_once) {
       next.clear();
       const auto some = std::span(occurrences).subspan(first, std::min(at_once, occurrences.size() - first));
       for (const Occurrence<D>& occurrence : some) next.push_back(occurrence.primitive);
       shapes_.prepare(next, options_.threads);
-      for (Occurrence<D>& occurrence : some) {
-        const Framed<D> framed = shapes_.of(*occurrence.primitive);
-        shape_of_.push_back(framed.shape);
-        occurrence.placement = occurrence.placement.after(framed.frame);
-      }
     }
   }
 
-  /// Makes room for all that is added for the producers within the box, at least for those with flat faces.
-  void reserve(Network<D>& network, const Box<D>& box) const {
-    std::size_t maps = 0, planes = 0;
-    for (std::size_t i = 0; i < network.producers.size(); ++i) {
-      if (box.misses(network.producers[i])) continue;
-      ++maps;
+  /// Placements become those of the shapes' normalized frames.
+  std::vector<Producer<D>> make_producers() {
+    constexpr std::size_t grain = 64;
+    auto& occurrences = lowered_.occurrences;
+    shape_of_.resize(occurrences.size());
+    std::vector<Producer<D>> producers(occurrences.size());
+    geometry::for_each_range(occurrences.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) {
+        Occurrence<D>& occurrence = occurrences[i];
+        const Framed<D> framed = shapes_.of(*occurrence.primitive);
+        shape_of_[i] = framed.shape;
+        occurrence.placement = occurrence.placement.after(framed.frame);
+        const Shape<D>& shape = shapes_[framed.shape];
+        producers[i].part = occurrence.part;
+        producers[i].undecided = shape.undecided;
+        static_cast<Box<D>&>(producers[i]) = image_of(shape, occurrence.placement);
+      }
+    });
+    return producers;
+  }
+
+  static Box<D> image_of(const Shape<D>& shape, const Transformer<D>& placement) {
+    if (shape.round) return placement.image_of_round(shape.round->axes);
+    return shape.rings.empty() ? placement.image(shape.bounds) : placement.image(shape.rings);
+  }
+
+  static constexpr std::uint32_t no_map = ~std::uint32_t{0};
+
+  /// Adds the maps of the producers that the box does not miss. Makes room for all that is added for these, at least for those with flat faces.
+  /// @return the map of each producer.
+  std::vector<std::uint32_t> add_maps(Network<D>& network, const Box<D>& box) const {
+    constexpr std::size_t grain = 64;
+    const auto& producers = network.producers;
+    std::vector<std::uint32_t> map_of(producers.size(), no_map);
+    std::size_t planes = 0;
+    std::uint32_t maps = 0;
+    for (std::size_t i = 0; i < producers.size(); ++i) {
+      if (box.misses(producers[i])) continue;
+      map_of[i] = maps++;
       planes += shapes_[shape_of_[i]].covector_count;
     }
     if (planes > std::numeric_limits<std::uint32_t>::max()) throw Error("the model's primitives have more than 4,294,967,295 half-spaces; divide it");
-    network.table.reserve(maps);
     network.planes.reserve(planes);
+    network.table.reserve(maps);
+    network.table.add_maps(maps);
+    geometry::for_each_range(producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i)
+        if (map_of[i] != no_map) network.table.set_map(map_of[i], lowered_.occurrences[i].placement.matrix(), producers[i].lower, producers[i].upper);
+    });
+    return map_of;
   }
 
   void add_planes(Network<D>& network, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
-    table.add_covectors(shapes_.covectors());
-    reserve(network, box);
+    table.add_covectors(shapes_.take_covectors());
     const auto placement = [&](std::size_t i) -> const Transformer<D>& { return lowered_.occurrences[i].placement; };
+    const std::vector<std::uint32_t> map_of = add_maps(network, box);
     std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
     first_occurrence.reserve(network.producers.size());
     std::map<std::size_t, PreimageFrame<D>> frames;  // by producer
@@ -196,8 +216,9 @@ class Compiler {
       const Shape<D>& shape = shapes_[shape_of_[i]];
       first_occurrence.push_back(0);
       std::optional<std::uint32_t> first;
-      const bool matters = !box.misses(producer);
-      if (matters) first = placement(i).emit(table, shape.first_covector, shape.covector_count, producer);
+      const bool matters = map_of[i] != no_map;
+      if (matters && shape.covector_count > 0 && table.orientation(map_of[i]) != 0)
+        first = table.add_occurrences(map_of[i], shape.first_covector, shape.covector_count);
       if (matters && shape.is_spline()) {
         first = 0;  // it has no half-spaces
         ++rounds;

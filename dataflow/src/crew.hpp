@@ -2,8 +2,6 @@
 
 // The workers of one evaluation, and what they share. Private to evaluate.cpp, worker.cpp, joins.cpp and assembling.cpp.
 
-#include <pthread.h>
-
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -29,13 +27,12 @@ namespace bsp2::dataflow {
 template <int D>
 class Crew;
 
-/// One pthread of the crew with everything that is its own.
+/// What one thread of the crew does, with everything that is its own.
 template <int D>
 class Worker {
  public:
   Worker(Crew<D>& crew, std::uint32_t index);
-  void start();
-  void join();
+  /// On a thread of its own, with a large stack. Throws nothing: the crew knows of failures.
   void run();
   void add(Token<D>* token);
 
@@ -66,7 +63,6 @@ class Worker {
   Words program_;
   std::vector<Piece> pieces_;
   geometry::HalfspaceColumns<D> left_;  // of a chain
-  pthread_t thread_{};
 
   void work();
   Token<D>* next();

@@ -7,7 +7,9 @@
 
 #include "assembling.hpp"
 #include "bsp2/geometry/dimensions.hpp"
+#include "bsp2/geometry/threads.hpp"
 #include "crew.hpp"
+#include "large_stack.hpp"
 
 namespace bsp2::dataflow {
 
@@ -126,14 +128,16 @@ Evaluation<D> run_crew(const Network<D>& network, std::vector<Region<D>> regions
   crew.stop = !refine;
   deal(crew, std::move(regions));
   crew.running = static_cast<unsigned>(crew.workers.size());
-  std::size_t started = 0;
+  using Begin = geometry::Threads::Begin;
+  geometry::Threads threads;
   try {
-    for (; started < crew.workers.size(); ++started) crew.workers[started]->start();
+    for (const auto& worker : crew.workers)
+      threads.start([&worker] { worker->run(); }, worker->index == 0 ? Begin::here : Begin::elsewhere, large_stack_bytes);
     serve(crew, consumers);
   } catch (...) {
     crew.fail();
   }
-  for (std::size_t i = 0; i < started; ++i) crew.workers[i]->join();
+  threads.join();
   crew.rethrow();
 
   Evaluation<D> result{Totals<D>(network.table.radius(), network.table.width()), {}, {}, {}, {}, crew.stop};

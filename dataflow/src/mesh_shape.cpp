@@ -15,7 +15,7 @@ constexpr std::size_t most_half_spaces = 10000;
 
 /// Side of an integer point: sign of n . (p 2^-53) + d, exactly.
 int side(const geometry::Covector<3>& plane, const std::array<std::int64_t, 3>& point) {
-  long double value = std::ldexp(plane.rounded[3], 53), magnitude = std::fabs(value);
+  long double value = plane.rounded[3] * 0x1p53L, magnitude = std::fabs(value);
   for (int i = 0; i < 3; ++i) {
     const long double term = plane.rounded[i] * static_cast<long double>(point[i]);
     value += term;
@@ -90,9 +90,12 @@ bool MeshShape::is_convex() const {
   for (const auto& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
-  for (const auto& plane : covectors)
-    for (const std::uint32_t point : used)
-      if (side(plane, points[point]) > 0) return false;
+  for (std::size_t i = 0; i < triangles.size(); ++i)
+    for (const std::uint32_t point : used) {
+      const auto& own = triangles[i];
+      if (point == own[0] || point == own[1] || point == own[2]) continue;  // on the plane, which only exact numbers would tell
+      if (side(covectors[i], points[point]) > 0) return false;
+    }
   return true;
 }
 

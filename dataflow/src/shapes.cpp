@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <type_traits>
 
 #include "bsp2/dataflow/lathe_producer.hpp"
 #include "bsp2/geometry/dimensions.hpp"
@@ -35,28 +36,43 @@ std::pair<std::array<double, D>, std::array<double, D>> frame_of(const model::Po
 }  // namespace
 
 template <int D>
-Framed<D> Shapes<D>::of(const model::Primitive& primitive) {
-  const auto made = [&] { return std::visit([&](const auto& kind) { return make(kind); }, primitive); };
-  if (std::holds_alternative<model::Cuboid>(primitive)) return made();  // sooner than found
-  auto entry = by_node_.find(&primitive);
-  if (entry == by_node_.end()) entry = by_node_.emplace(&primitive, made()).first;
-  return entry->second;
+Framed<D> Shapes<D>::of(const model::Primitive& primitive) const {
+  const auto* const cuboid = std::get_if<model::Cuboid>(&primitive);
+  if (cuboid == nullptr) return by_node_.at(&primitive);
+  std::array<double, D> size;
+  std::copy_n(cuboid->size.begin(), D, size.begin());
+  return {box_.value(), Transformer<D>::scaling(size)};
 }
 
 template <int D>
 void Shapes<D>::prepare(std::span<const model::Primitive* const> primitives, unsigned threads) {
-  prepared_.clear();
+  prepare_meshes(primitives, threads);
+  const auto make_new = [&]<typename Kind>(const model::Primitive* primitive, const Kind& kind) {
+    if constexpr (std::is_same_v<Kind, model::Cuboid>)
+      make_box();
+    else if (!by_node_.contains(primitive))
+      by_node_.emplace(primitive, make(kind));
+  };
+  for (const model::Primitive* primitive : primitives) std::visit([&](const auto& kind) { make_new(primitive, kind); }, *primitive);
+}
+
+template <int D>
+void Shapes<D>::prepare_meshes(std::span<const model::Primitive* const> primitives, unsigned threads) {
+  meshes_.clear();
   std::vector<std::pair<const model::TriangleMesh*, std::shared_ptr<MeshShape>*>> meshes;  // elements of a map keep their place
   for (const model::Primitive* primitive : primitives) {
     const auto* mesh = std::get_if<model::TriangleMesh>(primitive);
     if (mesh == nullptr || by_node_.contains(primitive)) continue;
-    const auto [place, is_new] = prepared_.try_emplace(mesh);
+    const auto [place, is_new] = meshes_.try_emplace(mesh);
     if (is_new) meshes.emplace_back(mesh, &place->second);
   }
   constexpr std::size_t grain = 8;
   geometry::for_each_range(meshes.size(), grain, threads, [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) *meshes[i].second = std::make_shared<MeshShape>(*meshes[i].first);
   });
+  std::size_t count = covectors_.size();
+  for (const auto& mesh : meshes) count += (*mesh.second)->covectors.size();
+  if (count > covectors_.capacity()) covectors_.reserve(std::max(count, 2 * covectors_.capacity()));
 }
 
 template <int D>
@@ -73,17 +89,13 @@ void Shapes<D>::add_covectors(Shape<D>& shape, const std::vector<geometry::Covec
 }
 
 template <int D>
-Framed<D> Shapes<D>::make(const model::Cuboid& cuboid) {
-  if (!box_) {
-    Shape<D> shape;
-    const Polytope<D> box = geometry::unit_box<D>();
-    add_covectors(shape, box.covectors);
-    shape.bounds = {box.lower, box.upper};
-    box_ = add(std::move(shape));
-  }
-  std::array<double, D> size;
-  std::copy_n(cuboid.size.begin(), D, size.begin());
-  return {*box_, Transformer<D>::scaling(size)};
+void Shapes<D>::make_box() {
+  if (box_) return;
+  Shape<D> shape;
+  const Polytope<D> box = geometry::unit_box<D>();
+  add_covectors(shape, box.covectors);
+  shape.bounds = {box.lower, box.upper};
+  box_ = add(std::move(shape));
 }
 
 template <int D>
@@ -121,14 +133,13 @@ Framed<D> Shapes<D>::make(const model::TriangleMesh& mesh) {
     throw std::logic_error("a triangle mesh is three-dimensional");
   } else {
     Shape<D> shape;
-    const auto prepared = prepared_.find(&mesh);
-    auto normalized = prepared == prepared_.end() ? std::make_shared<MeshShape>(mesh) : std::move(prepared->second);
+    const auto normalized = std::move(meshes_.at(&mesh));
     add_covectors(shape, normalized->covectors);
     normalized->covectors.clear();
     normalized->covectors.shrink_to_fit();
     const Transformer<3> frame = Transformer<3>::scaling({normalized->scale, normalized->scale, normalized->scale}, normalized->origin);
     shape.bounds = {normalized->lower, normalized->upper};
-    shape.mesh = std::move(normalized);
+    shape.mesh = normalized;
     return {add(std::move(shape)), frame};
   }
 }

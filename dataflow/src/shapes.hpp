@@ -51,24 +51,26 @@ struct Framed {
 template <int D>
 class Shapes {
  public:
-  /// What a primitive is made of.
-  Framed<D> of(const model::Primitive& primitive);
-  /// Works out the meshes among primitives that `of` will be asked for next, on several threads: they take longest.
+  /// Works out what primitives are made of; meshes on several threads, as they take longest.
   void prepare(std::span<const model::Primitive* const> primitives, unsigned threads);
+  /// What a primitive is made of that was prepared. Any number of threads may ask.
+  [[nodiscard]] Framed<D> of(const model::Primitive& primitive) const;
   [[nodiscard]] const Shape<D>& operator[](std::uint32_t shape) const { return shapes_[shape]; }
-  [[nodiscard]] const std::vector<geometry::Covector<D>>& covectors() const { return covectors_; }
+  /// Of all shapes; the last one to be asked for.
+  [[nodiscard]] std::vector<geometry::Covector<D>> take_covectors() { return std::move(covectors_); }
 
  private:
   std::vector<geometry::Covector<D>> covectors_;
   std::vector<Shape<D>> shapes_;
   std::unordered_map<const model::Primitive*, Framed<D>> by_node_;
-  std::unordered_map<const model::TriangleMesh*, std::shared_ptr<MeshShape>> prepared_;
+  std::unordered_map<const model::TriangleMesh*, std::shared_ptr<MeshShape>> meshes_;  // whose shapes are still to be made
   std::map<std::vector<double>, std::uint32_t> known_;  // lathes by sides and normalized rings, regular polygons by sides
   std::optional<std::uint32_t> box_;                    // the shape of all cuboids
 
+  void prepare_meshes(std::span<const model::Primitive* const> primitives, unsigned threads);
   std::uint32_t add(Shape<D> shape);
   void add_covectors(Shape<D>& shape, const std::vector<geometry::Covector<D>>& covectors);
-  Framed<D> make(const model::Cuboid& cuboid);
+  void make_box();
   Framed<D> make(const model::Lathe& lathe);
   Framed<D> make(const model::TriangleMesh& mesh);
   Framed<D> make(const model::RegularPolygon& polygon);

@@ -1,7 +1,6 @@
 #include "bsp2/dataflow/transformer.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "bsp2/geometry/dimensions.hpp"
@@ -9,17 +8,10 @@
 namespace bsp2::dataflow {
 
 using geometry::Matrix;
+using geometry::is_one;
+using geometry::is_zero;
 using geometry::Quad;
-
-namespace {
-
-__extension__ using Bits = unsigned __int128;
-
-// From the bits: arithmetic of 113 bits is slow.
-bool is_zero(Quad x) { return std::bit_cast<Bits>(x) << 1 == 0; }
-bool is_one(Quad x) { return std::bit_cast<Bits>(x) == Bits{0x3fff} << 112; }
-
-}  // namespace
+using geometry::to_long_double;
 
 template <int D>
 Transformer<D>::Transformer() : matrix_{} {
@@ -29,15 +21,15 @@ Transformer<D>::Transformer() : matrix_{} {
 template <int D>
 Transformer<D>::Transformer(std::span<const double> matrix) {
   for (int i = 0; i < D; ++i)
-    for (int j = 0; j <= D; ++j) matrix_[i][j] = matrix[static_cast<std::size_t>(i * (D + 1) + j)];
+    for (int j = 0; j <= D; ++j) matrix_[i][j] = geometry::to_quad(matrix[static_cast<std::size_t>(i * (D + 1) + j)]);
 }
 
 template <int D>
 Transformer<D> Transformer<D>::scaling(const std::array<double, D>& factors, const std::array<double, D>& shift) {
   Matrix<D> m{};
   for (int i = 0; i < D; ++i) {
-    m[i][i] = factors[i];
-    m[i][D] = shift[i];
+    m[i][i] = geometry::to_quad(factors[i]);
+    m[i][D] = geometry::to_quad(shift[i]);
   }
   return Transformer(m);
 }
@@ -66,7 +58,7 @@ template <int D>
 Box<D> Transformer<D>::around(const std::array<std::pair<long double, long double>, D>& reach) const {
   Box<D> image;
   for (int i = 0; i < D; ++i) {
-    const auto translation = static_cast<long double>(matrix_[i][D]);
+    const auto translation = to_long_double(matrix_[i][D]);
     const long double low = translation + reach[i].first, high = translation + reach[i].second;
     const long double slack = 0x1p-50L * std::max(std::fabs(low), std::fabs(high));
     image.lower[i] = static_cast<double>(low - slack);
@@ -80,7 +72,7 @@ Box<D> Transformer<D>::image(const Box<D>& box) const {
   std::array<std::pair<long double, long double>, D> reach{};
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
-      const auto factor = static_cast<long double>(matrix_[i][j]);
+      const auto factor = to_long_double(matrix_[i][j]);
       const long double a = factor * box.lower[j], b = factor * box.upper[j];
       reach[i].first += std::min(a, b);
       reach[i].second += std::max(a, b);
@@ -93,8 +85,9 @@ Box<D> Transformer<D>::image(std::span<const std::pair<double, double>> rings) c
   std::array<std::pair<long double, long double>, D> reach{};
   if constexpr (D == 3)
     for (int i = 0; i < D; ++i) {
-      const long double across = std::hypot(static_cast<long double>(matrix_[i][0]), static_cast<long double>(matrix_[i][1]));
-      const auto along = static_cast<long double>(matrix_[i][2]);
+      const auto x = to_long_double(matrix_[i][0]), y = to_long_double(matrix_[i][1]);
+      const long double across = std::sqrt(x * x + y * y);  // squares of what doubles hold are far from the limits
+      const auto along = to_long_double(matrix_[i][2]);
       auto& [low, high] = reach[i];
       low = std::numeric_limits<long double>::infinity();
       high = -low;
@@ -112,28 +105,15 @@ Box<D> Transformer<D>::image_of_round(int axes) const {
   for (int i = 0; i < D; ++i) {
     auto& [low, high] = reach[i];
     long double square = 0;
-    for (int j = 0; j < axes; ++j) square += static_cast<long double>(matrix_[i][j]) * static_cast<long double>(matrix_[i][j]);
+    for (int j = 0; j < axes; ++j) square += to_long_double(matrix_[i][j]) * to_long_double(matrix_[i][j]);
     high = std::sqrt(square);
     low = -high;
     for (int j = axes; j < D; ++j) {
-      const auto along = static_cast<long double>(matrix_[i][j]);
+      const auto along = to_long_double(matrix_[i][j]);
       (along < 0 ? low : high) += along;
     }
   }
   return around(reach);
-}
-
-template <int D>
-std::optional<std::uint32_t> Transformer<D>::emit(geometry::HyperplaneTable<D>& table, std::uint32_t first, std::uint32_t count,
-                                                  const Box<D>& bounds) const {
-  const std::uint32_t map = table.add_map(matrix_, bounds.lower, bounds.upper);
-  if (table.orientation(map) == 0) return std::nullopt;
-  std::optional<std::uint32_t> occurrence;
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t next = table.add_occurrence(map, first + i);
-    if (!occurrence) occurrence = next;
-  }
-  return occurrence;
 }
 
 #define BSP2_INSTANTIATE(D) template class Transformer<D>;

@@ -8,7 +8,6 @@
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "crew.hpp"
-#include "large_stack.hpp"
 
 namespace bsp2::dataflow {
 
@@ -22,20 +21,6 @@ Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
   totals.reset_bounds();
   localizer_.set_tolerance(crew.options.tolerance.value_or(0));
   if (crew.options.angle) localizer_.set_view(crew.options.eye, *crew.options.angle);
-}
-
-template <int D>
-void Worker<D>::start() {
-  const auto body = [](void* self) -> void* {
-    static_cast<Worker*>(self)->run();
-    return nullptr;
-  };
-  thread_ = start_on_large_stack(body, this);
-}
-
-template <int D>
-void Worker<D>::join() {
-  pthread_join(thread_, nullptr);
 }
 
 template <int D>
@@ -308,8 +293,7 @@ std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Loca
 
 #define BSP2_INSTANTIATE(D)                                    \
   template Worker<D>::Worker(Crew<D>&, std::uint32_t);         \
-  template void Worker<D>::start();                            \
-  template void Worker<D>::join();                             \
+  template void Worker<D>::run();                              \
   template void Worker<D>::add(Token<D>*);                     \
   template Token<D>* Worker<D>::leave(Token<D>*);              \
   template Token<D>* Worker<D>::give(Token<D>*, Outcome<D>&&); \

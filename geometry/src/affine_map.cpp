@@ -12,20 +12,23 @@
 namespace bsp2::geometry {
 namespace {
 
-constexpr long double unit_roundoff = 0x1p-58L;  // up to 40 operations at 2^-64 each, in D = 6
-
-/// value * 2^-exponent rounded to the nearest integer, halves away from 0. From the bits: arithmetic of 113 bits is slow.
+/// value * 2^-exponent rounded to the nearest integer, halves away from 0.
 Int128 on_grid(Quad value, int exponent) {
-  __extension__ using Bits = unsigned __int128;
-  constexpr int fraction = 112, bias = 16383;
-  const auto bits = std::bit_cast<Bits>(value);
-  const int field = static_cast<int>(bits >> fraction & 0x7fff);  // 0: below 2^-16382
-  const int shift = field - bias - fraction - exponent;
+  using Bits = QuadBits::Bits;
+  constexpr int fraction = QuadBits::fraction_size;
+  const QuadBits bits(value);
+  const int field = bits.exponent_field();
+  const int shift = field - QuadBits::bias - fraction - exponent;
   if (shift > 12) throw std::logic_error("an affine map exceeds the model's grid");  // at most 2^125; also what is not finite
   if (field == 0 || shift < -fraction - 2) return 0;
-  const Bits mantissa = (bits & ((Bits{1} << fraction) - 1)) | Bits{1} << fraction;
+  const Bits mantissa = bits.fraction() | Bits{1} << fraction;
   const Bits size = shift >= 0 ? mantissa << shift : (mantissa + (Bits{1} << (-shift - 1))) >> -shift;
-  return bits >> 127 != 0 ? -static_cast<Int128>(size) : static_cast<Int128>(size);
+  return bits.is_negative() ? -static_cast<Int128>(size) : static_cast<Int128>(size);
+}
+
+/// The nearest number: of two that are exact the sum is rounded once. static_cast without a call.
+long double nearest(Int128 x) {
+  return static_cast<long double>(static_cast<std::int64_t>(x >> 64)) * 0x1p64L + static_cast<long double>(static_cast<std::uint64_t>(x));
 }
 
 /// Determinant of the n x n minor of `m` without row and column, by cofactors, and the sum of its terms' sizes.
@@ -67,7 +70,7 @@ template <std::size_t D>
 std::array<std::array<long double, D>, D> linear_part(const std::array<std::array<Int128, D + 1>, D>& entries) {
   std::array<std::array<long double, D>, D> linear;
   for (std::size_t i = 0; i < D; ++i)
-    for (std::size_t j = 0; j < D; ++j) linear[i][j] = static_cast<long double>(entries[i][j]);
+    for (std::size_t j = 0; j < D; ++j) linear[i][j] = nearest(entries[i][j]);
   return linear;
 }
 
@@ -116,13 +119,15 @@ typename AffineMap<D>::Rounding AffineMap<D>::rounding() const {
   result.translation = translation();
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) {
-      minor_without<D>(linear, j, i, result.adjugate[i][j], result.magnitude[i][j]);
+      long double magnitude;
+      minor_without<D>(linear, j, i, result.adjugate[i][j], magnitude);
+      result.magnitude[i][j] = static_cast<double>(magnitude);
       if ((i + j) % 2 != 0) result.adjugate[i][j] = -result.adjugate[i][j];
     }
   // Along the first row.
   for (int j = 0; j < D; ++j) {
     result.determinant += linear[0][j] * result.adjugate[j][0];
-    result.determinant_magnitude += std::fabs(linear[0][j]) * result.magnitude[j][0];
+    result.determinant_magnitude += std::fabs(static_cast<double>(linear[0][j])) * result.magnitude[j][0];
   }
   return result;
 }
@@ -194,31 +199,20 @@ void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const 
 
 template <int D>
 typename AffineMap<D>::RoundedNormal AffineMap<D>::map_normal_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const {
-  RoundedNormal normal;
-  for (int j = 0; j < D; ++j) {
-    long double value = 0, magnitude = 0;
-    for (int i = 0; i < D; ++i) {
-      if (local[i] == 0) continue;  // as most are of boxes
-      value += local[i] * rounding.adjugate[i][j];
-      magnitude += std::fabs(local[i]) * rounding.magnitude[i][j];
+  RoundedNormal normal{};
+  for (int i = 0; i < D; ++i) {
+    if (local[i] == 0) continue;  // as most are of boxes
+    const double size = std::fabs(static_cast<double>(local[i]));
+    for (int j = 0; j < D; ++j) {
+      normal.value[j] += local[i] * rounding.adjugate[i][j];
+      normal.magnitude[j] += size * rounding.magnitude[i][j];
     }
-    normal.value[j] = orientation_ < 0 ? -value : value;
-    normal.error[j] = magnitude * unit_roundoff;
-    normal.magnitude[j] = magnitude;
+  }
+  for (int j = 0; j < D; ++j) {
+    if (orientation_ < 0) normal.value[j] = -normal.value[j];
+    normal.error[j] = normal.magnitude[j] * unit_roundoff;
   }
   return normal;
-}
-
-template <int D>
-typename AffineMap<D>::RoundedConstant AffineMap<D>::map_constant_rounded(const std::array<long double, D + 1>& local, const RoundedNormal& normal,
-                                                                          const Rounding& rounding) const {
-  long double value = (orientation_ < 0 ? -rounding.determinant : rounding.determinant) * local[D];
-  long double magnitude = rounding.determinant_magnitude * std::fabs(local[D]);
-  for (int j = 0; j < D; ++j) {
-    value -= normal.value[j] * rounding.translation[j];
-    magnitude += normal.magnitude[j] * std::fabs(rounding.translation[j]);
-  }
-  return {value, magnitude * unit_roundoff};
 }
 
 template <int D>
@@ -236,7 +230,7 @@ typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long d
 template <int D>
 std::array<long double, D> AffineMap<D>::translation() const {
   std::array<long double, D> result;
-  for (int i = 0; i < D; ++i) result[i] = static_cast<long double>(entries_[i][D]);
+  for (int i = 0; i < D; ++i) result[i] = nearest(entries_[i][D]);
   return result;
 }
 

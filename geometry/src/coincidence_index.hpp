@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "bsp2/geometry/hyperplane.hpp"
+#include "vector_lanes.hpp"
 
 namespace bsp2::geometry {
 
@@ -22,9 +25,14 @@ class HashIndex {
   }
   /// Calls `visit` with the values of all entries of the tag, in the order in which they came.
   template <typename Visit>
-  void find(std::uint32_t tag, Visit&& visit) const {
+  [[gnu::always_inline]] void find(std::uint32_t tag, Visit&& visit) const {
     for (std::size_t at = place(tag); entries_[at].value != none; at = (at + 1) & (entries_.size() - 1))
       if (entries_[at].tag == tag) visit(entries_[at].value);
+  }
+  /// The value of the entry in the tag's own place, if it is one of the tag.
+  [[nodiscard]] std::optional<std::uint32_t> first(std::uint32_t tag) const {
+    const Entry& entry = entries_[place(tag)];
+    return entry.tag == tag && entry.value != none ? std::optional(entry.value) : std::nullopt;
   }
   void prefetch(std::uint32_t tag) const { __builtin_prefetch(&entries_[place(tag)]); }
 
@@ -62,12 +70,19 @@ class HashIndex {
 /// them that are full of boxes along the axes, or of one solid at many places. Those of a class are found by where they pass.
 template <int D>
 class CoincidenceIndex {
+  using Forms = Lanes;  // three of them
+
  public:
   /// @param centre, size of the model.
-  /// @param bucket width of one, as a share of the size.
-  /// @param reach hyperplanes are looked for that are at most so far apart at a point.
-  CoincidenceIndex(const std::array<double, D>& centre, double size, double radius, double bucket, double reach)
-      : width_(bucket), centre_(centre), size_(size), radius_(radius), reach_(reach), cell_(4 * std::max({reach, class_width * size, 0x1p-46 * radius})) {}
+  /// @param bucket width of one, as a share of the size; the power of two below it is taken.
+  CoincidenceIndex(const std::array<double, D>& centre, double size, double radius, double bucket)
+      : width_(std::ldexp(1.0, std::ilogb(bucket))), per_width_(1 / width_), centre_(centre), size_(size), radius_(radius) {}
+
+  /// Before any is added: hyperplanes are looked for that are at most so far apart at a point.
+  void set_reach(double reach) {
+    reach_ = reach;
+    cell_ = 4 * std::max({reach, class_width * size_, 0x1p-46 * radius_});
+  }
 
   /// Turning a normal by 1 in all, as a sum over the axes, changes no form by more where it moves the hyperplane by half the
   /// model's size at the centre: 0.868 + 0.618 / 2.
@@ -75,36 +90,28 @@ class CoincidenceIndex {
 
   /// Where a hyperplane is looked for.
   struct Key {
-    double value;                 // at the centre
-    std::array<double, 3> forms;
-    double sign;                  // that makes the first form positive
-    double margin;                // how far the forms, with that sign, are from those of the next bucket or the other sign
-    std::uint32_t tag;            // of the bucket
+    double margin;      // how far the forms, with the sign that makes the first one positive, are from those of the next bucket or the other sign
+    std::uint32_t tag;  // of the bucket
   };
+  /// Any number of threads may ask.
   [[nodiscard]] Key key(const Hyperplane<D>& h) const {
-    Key key;
-    key.value = h.at(centre_);
-    const double value = key.value / size_;
-    key.forms = {0.618033988749895 * value, 0.414213562373095 * value, -0.302775637731995 * value};
-    constexpr std::array<std::array<double, 6>, 3> weights{{{0.754877666, -0.569840291, 0.324717957, 0.219149, -0.8192, 0.4656},
-                                                            {-0.465571232, 0.682327804, 0.867653, -0.3473, 0.2956, 0.7321},
-                                                            {0.5436890127, 0.295597743, -0.8392867, 0.6180, 0.1323, -0.3813}}};
-    for (int k = 0; k < 3; ++k)
-      for (int i = 0; i < D; ++i) key.forms[k] += weights[k][i] * h.normal[i];
-    key.sign = key.forms[0] < 0 ? -1 : 1;
-    key.margin = std::fabs(key.forms[0]) / 2;
-    std::array<std::int64_t, 3> at;
-    for (int i = 0; i < 3; ++i) {
-      const double form = key.sign * key.forms[i];
-      at[i] = bucket(form);
-      const double within = form - static_cast<double>(at[i]) * width_;
-      key.margin = std::min({key.margin, within, width_ - within});
-    }
-    key.tag = tag_of(at);
-    return key;
+    const Place place(*this, h);
+    const Forms forms = place.forms * place.sign;
+    Forms scaled = forms * per_width_;
+    if (std::fabs(place.value) > far * size_ * width_) [[unlikely]]  // forms are at most 1.3 more than 0.62 of value by size
+      clamp(scaled);
+    const Forms middle = scaled + to_whole;
+    const Forms off = (scaled - (middle - to_whole)) * width_;  // exact: the width is a power of two
+    const double farthest = std::max({std::fabs(off[0]), std::fabs(off[1]), std::fabs(off[2])});
+    return {std::min(forms[0] / 2, width_ / 2 - farthest), tag_of(reinterpret_cast<Bits>(middle))};
   }
   /// Fetches from memory what `find` will begin with.
   void prefetch(const Key& key) const { buckets_.prefetch(key.tag); }
+  /// The first hyperplane in its bucket, if it can be told from one look.
+  [[nodiscard]] std::optional<std::uint32_t> first(const Key& key) const {
+    const auto entry = buckets_.first(key.tag);
+    return entry && (*entry & class_bit) == 0 ? entry : std::nullopt;
+  }
 
   /// Calls `visit` with each id whose hyperplane, or the opposite one, is within `window` of h in all forms and within the reach
   /// of it at `point`; and with some others.
@@ -114,20 +121,10 @@ class CoincidenceIndex {
       if ((entry & class_bit) == 0)
         visit(entry);
       else
-        find_in_class(entry & ~class_bit, h, key, point, visit);
+        find_in_class(entry & ~class_bit, h, point, visit);
     };
     if (window < key.margin) return buckets_.find(key.tag, visit_entry);  // as mostly
-    for (const double sign : {1.0, -1.0}) {
-      if (sign * key.forms[0] < -2 * window) continue;  // entries have the sign that makes the first form positive
-      std::array<std::int64_t, 3> low, high, at;
-      for (int i = 0; i < 3; ++i) {
-        low[i] = bucket(sign * key.forms[i] - window);
-        high[i] = bucket(sign * key.forms[i] + window);
-      }
-      for (at[0] = low[0]; at[0] <= high[0]; ++at[0])
-        for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
-          for (at[2] = low[2]; at[2] <= high[2]; ++at[2]) buckets_.find(tag_of(at), visit_entry);
-    }
+    find_widely(Place(*this, h), window, visit_entry);
   }
 
   void add(const Hyperplane<D>& h, const Key& key, std::uint32_t id) {
@@ -135,8 +132,9 @@ class CoincidenceIndex {
     bool has_classes = false;
     buckets_.find(key.tag, [&](std::uint32_t entry) { (entry & class_bit) == 0 ? void(++alone) : void(has_classes = true); });
     if (!has_classes && alone < crowd) return buckets_.add(key.tag, id);  // as mostly
+    const Place place(*this, h);
     std::array<double, D> normal;
-    for (int i = 0; i < D; ++i) normal[i] = std::nearbyint(key.sign * h.normal[i] / class_width) * class_width + 0.0;  // one zero
+    for (int i = 0; i < D; ++i) normal[i] = std::nearbyint(place.sign * h.normal[i] / class_width) * class_width + 0.0;  // one zero
     std::uint32_t own = class_bit;
     buckets_.find(key.tag, [&](std::uint32_t entry) {
       if ((entry & class_bit) != 0 && classes_[entry & ~class_bit] == normal) own = entry & ~class_bit;
@@ -147,22 +145,55 @@ class CoincidenceIndex {
       classes_.push_back(normal);
       buckets_.add(key.tag, own | class_bit);
     }
-    members_.add(tag_of(own, cell(key.sign * key.value)), id);
+    members_.add(tag_of(own, cell(place.sign * place.value)), id);
   }
 
  private:
   static constexpr std::uint32_t class_bit = 1u << 31;
   static constexpr double class_width = 0x1p-43;  // normals of a class: much more than their rounding, much less than tolerances
   static constexpr std::size_t crowd = 4;  // hyperplanes without a class in one bucket
-  double width_;  // of a bucket
+  double width_, per_width_;  // of a bucket, and 1 by it: powers of two
   std::array<double, D> centre_;
-  double size_, radius_, reach_, cell_;
+  double size_, radius_, reach_ = 0, cell_ = 0;
   HashIndex buckets_;  // ids, and classes with `class_bit`
   std::vector<std::array<double, D>> classes_;  // their normals
   HashIndex members_;  // ids by class and value at the centre
 
+  /// Where a hyperplane is in the space of the forms.
+  struct Place {
+    double value;  // at the centre
+    Forms forms;
+    double sign;  // that makes the first form positive
+
+    Place(const CoincidenceIndex& index, const Hyperplane<D>& h) : value(h.at(index.centre_)) {
+      static constexpr Forms of_value{0.618033988749895, 0.414213562373095, -0.302775637731995};
+      static constexpr Forms of_normal[]{{0.754877666, -0.465571232, 0.5436890127}, {-0.569840291, 0.682327804, 0.295597743},
+                                         {0.324717957, 0.867653, -0.8392867},       {0.219149, -0.3473, 0.6180},
+                                         {-0.8192, 0.2956, 0.1323},                 {0.4656, 0.7321, -0.3813}};
+      forms = of_value * (value / index.size_);
+      for (int i = 0; i < D; ++i) forms += of_normal[i] * h.normal[i];
+      sign = forms[0] < 0 ? -1 : 1;
+    }
+  };
+
+  /// In all buckets that the window touches.
   template <typename Visit>
-  void find_in_class(std::uint32_t number, const Hyperplane<D>& h, const Key& key, const std::array<double, D>& point, Visit&& visit) const {
+  [[gnu::noinline]] void find_widely(const Place& place, double window, const Visit& visit) const {
+    for (const double sign : {1.0, -1.0}) {
+      if (sign * place.forms[0] < -2 * window) continue;  // entries have the sign that makes the first form positive
+      Forms first = (place.forms * sign - window) * per_width_, last = (place.forms * sign + window) * per_width_;
+      clamp(first);
+      clamp(last);
+      const auto low = reinterpret_cast<Bits>(first + to_whole), high = reinterpret_cast<Bits>(last + to_whole);
+      Bits at = low;
+      for (at[0] = low[0]; at[0] <= high[0]; ++at[0])
+        for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
+          for (at[2] = low[2]; at[2] <= high[2]; ++at[2]) buckets_.find(tag_of(at), visit);
+    }
+  }
+
+  template <typename Visit>
+  void find_in_class(std::uint32_t number, const Hyperplane<D>& h, const std::array<double, D>& point, Visit&& visit) const {
     const std::array<double, D>& normal = classes_[number];
     double dot = 0;
     for (int i = 0; i < D; ++i) dot += h.normal[i] * normal[i];
@@ -170,7 +201,7 @@ class CoincidenceIndex {
     // What a member has at the centre if it equals h at the point; and how far that may be off: by rounding, and since the
     // class's normal is not quite the member's. A primitive that comes from farther away than the model is large is so large
     // itself that hyperplanes that coincide all over it differ at the centre by little more than the reach.
-    double value = key.value, slack = reach_ + 0x1p-48 * (radius_ + std::fabs(h.offset));
+    double value = h.at(centre_), slack = reach_ + 0x1p-48 * (radius_ + std::fabs(h.offset));
     for (int i = 0; i < D; ++i) {
       const double step = point[i] - centre_[i];
       if (std::fabs(step) > size_) {
@@ -183,7 +214,12 @@ class CoincidenceIndex {
     for (std::int64_t at = cell(sign * value - slack), last = cell(sign * value + slack); at <= last; ++at) members_.find(tag_of(number, at), visit);
   }
 
-  [[nodiscard]] std::int64_t bucket(double f) const { return floor_of(f / width_); }
+  // Buckets are the whole numbers nearest to forms by the width: they have this added, as numbers of its size are whole, and follow each
+  // other as their bits do.
+  static constexpr double to_whole = 0x1.8p52, far = 0x1p50;
+  static void clamp(Forms& scaled) {
+    for (int i = 0; i < 3; ++i) scaled[i] = std::clamp(scaled[i], -far, far);
+  }
   [[nodiscard]] std::int64_t cell(double value) const { return floor_of(value / cell_); }
   /// Of what is far away, too.
   static std::int64_t floor_of(double x) {
@@ -195,9 +231,9 @@ class CoincidenceIndex {
     hash = (hash ^ x) * 0x9e3779b97f4a7c15u;
     return hash ^ hash >> 32;
   }
-  static std::uint32_t tag_of(const std::array<std::int64_t, 3>& at) {
+  [[gnu::always_inline]] static std::uint32_t tag_of(const Bits& at) {
     std::uint64_t hash = 0;
-    for (const std::int64_t x : at) hash = mix(hash, static_cast<std::uint64_t>(x));
+    for (int i = 0; i < 3; ++i) hash = mix(hash, at[i]);
     return static_cast<std::uint32_t>(hash * 0x9e3779b97f4a7c15u >> 32);
   }
   static std::uint32_t tag_of(std::uint32_t number, std::int64_t cell) {

@@ -165,14 +165,13 @@ Polytope<D> convex_polygon(std::span<const std::array<std::int64_t, 2>> points) 
 
 Covector<3> triangle_covector(const std::array<std::array<std::int64_t, 3>, 3>& points) {
   using I = LocalInteger;
-  std::array<I, 3> u, v, p;
+  std::array<Int128, 3> u, v;  // of 54 bits, so the normal has less than 110
   for (int i = 0; i < 3; ++i) {
-    p[i] = points[0][i];
-    u[i] = I(points[1][i]) - points[0][i];
-    v[i] = I(points[2][i]) - points[0][i];
+    u[i] = static_cast<Int128>(points[1][i]) - points[0][i];
+    v[i] = static_cast<Int128>(points[2][i]) - points[0][i];
   }
   const I a = u[1] * v[2] - u[2] * v[1], b = u[2] * v[0] - u[0] * v[2], c = u[0] * v[1] - u[1] * v[0];
-  return make_covector<3>({a << 53, b << 53, c << 53, -(a * p[0] + b * p[1] + c * p[2])});
+  return make_covector<3>({a << 53, b << 53, c << 53, -(a * points[0][0] + b * points[0][1] + c * points[0][2])});
 }
 
 #define BSP2_INSTANTIATE(D)                                                         \

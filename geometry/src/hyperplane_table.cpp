@@ -30,8 +30,9 @@ int exponent_above(double x) {
 
 /// The length of a covector's normal, and the largest error of its coefficients.
 template <int D, typename Rounded>
-std::pair<long double, long double> length_of_normal(const Rounded& world) {
-  long double square = 0, error = 0;
+std::pair<long double, double> length_of_normal(const Rounded& world) {
+  long double square = 0;
+  double error = 0;
   for (int i = 0; i < D; ++i) {
     square += world.value[i] * world.value[i];
     error = std::max(error, world.error[i]);
@@ -65,15 +66,28 @@ HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const st
 }
 
 template <int D>
-std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper) {
-  maps_.emplace_back(matrix, grid_exponent_);
-  Extent extent;
+std::uint32_t HyperplaneTable<D>::add_maps(std::size_t count) {
+  const std::size_t first = maps_.size();
+  maps_.resize(first + count);
+  extents_.resize(first + count);
+  return static_cast<std::uint32_t>(first);
+}
+
+template <int D>
+void HyperplaneTable<D>::set_map(std::uint32_t map, const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper) {
+  maps_[map] = AffineMap<D>(matrix, grid_exponent_);
+  Extent& extent = extents_[map];
   for (int i = 0; i < D; ++i) {
     extent.centre[i] = (lower[i] + upper[i]) / 2;
     extent.half[i] = (upper[i] - lower[i]) / 2;
   }
-  extents_.push_back(extent);
-  return static_cast<std::uint32_t>(maps_.size() - 1);
+}
+
+template <int D>
+std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper) {
+  const std::uint32_t map = add_maps(1);
+  set_map(map, matrix, lower, upper);
+  return map;
 }
 
 template <int D>
@@ -94,11 +108,19 @@ std::uint32_t HyperplaneTable<D>::add_covectors(std::span<const Covector<D>> cov
 }
 
 template <int D>
-std::uint32_t HyperplaneTable<D>::add_occurrence(std::uint32_t map, std::uint32_t covector) {
+std::uint32_t HyperplaneTable<D>::add_covectors(std::vector<Covector<D>>&& covectors) {
+  if (!covectors_.empty()) return add_covectors(std::span<const Covector<D>>(covectors));
+  covectors_ = std::move(covectors);
+  return 0;
+}
+
+template <int D>
+std::uint32_t HyperplaneTable<D>::add_occurrences(std::uint32_t map, std::uint32_t covector, std::uint32_t count) {
   const std::uint32_t number = occurrences_.empty() ? 0 : occurrences_.back().first + occurrences_.back().count;
-  if (occurrences_.empty() || occurrences_.back().map != map || occurrences_.back().covector + occurrences_.back().count != covector)
-    occurrences_.push_back({map, covector, number, 0});
-  ++occurrences_.back().count;
+  if (!occurrences_.empty() && occurrences_.back().map == map && occurrences_.back().covector + occurrences_.back().count == covector)
+    occurrences_.back().count += count;
+  else if (count > 0)
+    occurrences_.push_back({map, covector, number, count});
   return number;
 }
 
@@ -108,6 +130,16 @@ void HyperplaneTable<D>::reserve(std::size_t maps) {
   extents_.reserve(maps);
   occurrences_.reserve(maps);
 }
+
+/// Some stretches and their hyperplanes, one after the other.
+template <int D>
+struct HyperplaneTable<D>::Window {
+  std::span<Stretch> stretches;
+  std::vector<std::size_t> begin;  // of each stretch among the hyperplanes
+  std::vector<Hyperplane<D>> hyperplanes;
+  std::vector<typename CoincidenceIndex<D>::Key> keys;  // of the hyperplanes
+  std::vector<std::uint32_t> last_alike;                // the last stretch of a hash
+};
 
 // --- rounding --------------------------------------------------------------------------------------------------------
 
@@ -188,8 +220,9 @@ void HyperplaneTable<D>::round_alike(Window& window, std::size_t leader, std::ve
 template <int D>
 auto HyperplaneTable<D>::direction_of(const typename AffineMap<D>::RoundedNormal& normal) const -> std::optional<Direction> {
   const auto [length, normal_error] = length_of_normal<D>(normal);
-  if (!(normal_error * D < length * 0x1p-50L)) return std::nullopt;
-  Direction result{normal, length, {}, static_cast<double>(2 * normal_error * D / length) + 2 * roundoff};
+  const auto rounded_length = static_cast<double>(length);
+  if (!(normal_error * D < rounded_length * 0x1p-50)) return std::nullopt;
+  Direction result{normal, length, {}, 2 * normal_error * D / rounded_length + 2 * roundoff, static_cast<double>(grid_unit_) / rounded_length * (1 + 0x1p-50)};
   for (int i = 0; i < D; ++i) result.unit[i] = static_cast<double>(normal.value[i] / length);
   return result;
 }
@@ -200,7 +233,7 @@ std::optional<Hyperplane<D>> HyperplaneTable<D>::at_distance(const Direction& di
   Hyperplane<D> result;
   result.normal = direction.unit;
   result.offset = static_cast<double>(constant.value / direction.length * grid_unit_);
-  const double constant_error = static_cast<double>(constant.error / direction.length * grid_unit_);
+  const double constant_error = constant.error * direction.grid_units;
   // Rounding of the coefficients, then of the D products and sums of `at`, each at most 2^-53 of the sizes involved.
   result.error = D * radius_ * direction.error + constant_error + 2 * roundoff * std::fabs(result.offset) +
                  (D + 2) * roundoff * (D * radius_ + std::fabs(result.offset));
@@ -225,7 +258,7 @@ std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(
   if (last.number != source.map) last = {source.map, map.rounding()};
   const auto world = map.map_rounded(covectors_[source.covector].rounded, last.rounding);
   const auto [length, normal_error] = length_of_normal<D>(world);
-  if (!(normal_error < length * 0x1p-50L)) return std::nullopt;
+  if (!(static_cast<long double>(normal_error) < length * 0x1p-50L)) return std::nullopt;
   for (int i = 0; i < D; ++i) result.normal[i] = world.value[i] / length;
   result.offset = world.value[D] / length * grid_unit_;
   // That the length is rounded makes it another multiple of the same hyperplane. Then as in `round`.
@@ -273,7 +306,7 @@ template <int D>
 auto HyperplaneTable<D>::by_size(unsigned threads) const -> std::vector<Stretch> {
   constexpr std::uint32_t most = 256;
   std::vector<std::uint64_t> hash(maps_.size());
-  for_each_range(maps_.size(), 1024, threads, [&](std::size_t first, std::size_t end) {
+  for_each_range(maps_.size(), 16384, threads, [&](std::size_t first, std::size_t end) {
     for (std::size_t i = first; i < end; ++i) hash[i] = maps_[i].hash_of_linear_part();
   });
   std::vector<double> size(extents_.size());
@@ -346,18 +379,18 @@ double HyperplaneTable<D>::bucket(double tolerance) const {
 template <int D>
 class HyperplaneTable<D>::Merging {
  public:
-  Merging(HyperplaneTable& table, double tolerance, std::size_t occurrences) : table_(table), tolerance_(tolerance), codes_(occurrences) {}
+  Merging(HyperplaneTable& table, double tolerance, std::size_t occurrences)
+      : table_(table), tolerance_(tolerance), codes_(occurrences), index_(table.centre_, table.size_, table.radius_, table.bucket(tolerance)) {}
+
+  /// Any number of threads may do this.
+  void find_keys(Window& window) const {
+    window.keys.resize(window.hyperplanes.size());
+    for (std::size_t i = 0; i < window.keys.size(); ++i) window.keys[i] = index_.key(window.hyperplanes[i]);
+  }
 
   void add(const Window& window) {
-    if (!index_)
-      index_.emplace(table_.centre_, table_.size_, table_.radius_, table_.bucket(tolerance_), table_.reach(tolerance_, window.hyperplanes));
-    const std::size_t count = window.hyperplanes.size();
-    const auto look_ahead = [&](std::size_t at) {
-      if (at >= count) return;
-      keys_[at % ahead] = index_->key(window.hyperplanes[at]);
-      index_->prefetch(keys_[at % ahead]);
-    };
-    for (std::size_t at = 0; at < ahead; ++at) look_ahead(at);
+    index_.set_reach(table_.reach(tolerance_, window.hyperplanes));
+    for (std::size_t at = 0; at < far_ahead; ++at) look_ahead(window, at);
     std::size_t at = 0;
     for (const Stretch& stretch : window.stretches) {
       if (&stretch != &window.stretches.back()) {
@@ -366,9 +399,8 @@ class HyperplaneTable<D>::Merging {
       }
       const double own_window = table_.window(table_.extents_[stretch.map], tolerance_);
       for (std::uint32_t i = 0; i < stretch.count; ++i, ++at) {
-        const Key key = keys_[at % ahead];
-        look_ahead(at + ahead);
-        codes_[stretch.first + i] = code({&window.hyperplanes[at], {stretch.map, stretch.covector + i}}, key, own_window);
+        look_ahead(window, at + far_ahead);
+        codes_[stretch.first + i] = code({&window.hyperplanes[at], {stretch.map, stretch.covector + i}}, window.keys[at], own_window);
       }
     }
   }
@@ -376,20 +408,27 @@ class HyperplaneTable<D>::Merging {
 
  private:
   using Key = typename CoincidenceIndex<D>::Key;
-  static constexpr std::size_t ahead = 16;  // what is looked up next is fetched from memory meanwhile
+  static constexpr std::size_t far_ahead = 16, ahead = 8;
 
   HyperplaneTable& table_;
   double tolerance_;
   std::vector<OrientedHyperplane> codes_;
-  std::optional<CoincidenceIndex<D>> index_;
-  std::array<Key, ahead> keys_;
+  CoincidenceIndex<D> index_;
+
+  /// What is looked up next is fetched from memory meanwhile: the place in the index, then the first hyperplane that is there.
+  void look_ahead(const Window& window, std::size_t at) const {
+    if (at < window.keys.size()) index_.prefetch(window.keys[at]);
+    const std::size_t near = at + ahead - far_ahead;
+    if (at < far_ahead - ahead || near >= window.keys.size()) return;
+    if (const auto id = index_.first(window.keys[near])) __builtin_prefetch(&table_.hyperplanes_[*id]);
+  }
 
   OrientedHyperplane code(const Occurrence& occurrence, const Key& key, double own_window) {
     auto& hyperplanes = table_.hyperplanes_;
     auto best = static_cast<std::uint32_t>(hyperplanes.size());
     bool best_opposite = false;
     double best_distance = std::numeric_limits<double>::infinity();
-    index_->find(*occurrence.hyperplane, key, table_.extents_[occurrence.source.map].centre, own_window, [&](std::uint32_t id) {
+    index_.find(*occurrence.hyperplane, key, table_.extents_[occurrence.source.map].centre, own_window, [&](std::uint32_t id) {
       double distance;
       bool opposite;
       if (!table_.coincide(occurrence, {&hyperplanes[id], table_.sources_[id]}, tolerance_, distance, opposite)) return;
@@ -402,7 +441,7 @@ class HyperplaneTable<D>::Merging {
       if (best == first_axis_id) throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
       hyperplanes.push_back(*occurrence.hyperplane);
       table_.sources_.push_back(occurrence.source);
-      index_->add(*occurrence.hyperplane, key, best);
+      index_.add(*occurrence.hyperplane, key, best);
     }
     return oriented(best, best_opposite);
   }
@@ -412,19 +451,23 @@ template <int D>
 std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance, unsigned threads) {
   constexpr std::size_t at_once = 4096;  // what is rounded is looked up while it is in the processor's cache
   const std::size_t count = occurrences_.empty() ? 0 : std::size_t{occurrences_.back().first} + occurrences_.back().count;
-  const std::size_t enough = !(tolerance > 0) ? count : threads == 1 ? at_once : 16 * at_once * threads;  // but threads need something to share
+  const std::size_t enough = tolerance > 0 ? at_once : count;
   std::vector<Stretch> stretches = by_size(threads);
   occurrences_ = {};
   hyperplanes_.reserve(count);
   sources_.reserve(count);
-  Merging merging(*this, tolerance, count);
-  Window window;
+  std::vector<std::span<Stretch>> windows;
   for (std::size_t first = 0, end = 0; first < stretches.size(); first = end) {
     for (std::size_t inside = 0; end < stretches.size() && inside < enough; ++end) inside += stretches[end].count;
-    window.stretches = std::span(stretches).subspan(first, end - first);
-    round(window, threads);
-    merging.add(window);
+    windows.push_back(std::span(stretches).subspan(first, end - first));
   }
+  Merging merging(*this, tolerance, count);
+  const auto round_window = [&](std::size_t i, Window& window) {
+    window.stretches = windows[i];
+    round(window, windows.size() == 1 ? threads : 1);
+    merging.find_keys(window);
+  };
+  MadeAhead<Window>::run(windows.size(), threads, round_window, [&](const Window& window) { merging.add(window); });
   extents_ = {};
   return merging.take();
 }

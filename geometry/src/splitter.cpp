@@ -424,7 +424,7 @@ bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& col
     constexpr std::size_t block = 64;
     static_assert(block % wide == 0);
     const auto stored = table_->rounded();
-    std::array<filter::Sides, block> sides;
+    alignas(64) std::array<filter::Sides, block> sides;  // stored in pieces of that size
     for (std::size_t first = 0; first < planes.size(); first += block) {
       const auto some = planes.subspan(first, std::min(block, planes.size() - first));
       counts_.predicates += filter::find_sides(points_of(columns), columns.error * (1 + 0x1p-40), stored.data(), some, sides.data());

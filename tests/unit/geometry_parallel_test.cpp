@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <array>
@@ -7,10 +8,13 @@
 #include <random>
 #include <span>
 #include <stdexcept>
+#include <string>
+#include <system_error>
 #include <vector>
 
 #include "bsp2/geometry/hyperplane_table.hpp"
 #include "bsp2/geometry/parallel.hpp"
+#include "bsp2/geometry/threads.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -44,6 +48,121 @@ TEST(ForEachRange, PassesOnWhatOneThrowsAfterAllHaveEnded) {
     EXPECT_THROW(for_each_range(20, 1, 3, work), std::runtime_error) << bad;
     EXPECT_EQ(running, 0);
   }
+}
+
+TEST(MadeAhead, UsesEachItemOnceInOrderAndHoldsFew) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  for (int round = 0; round < 200; ++round) {
+    const std::size_t count = random() % 100;
+    const unsigned threads = random() % 5;
+    std::atomic<std::size_t> made = 0;
+    std::size_t used = 0, most_held = 0;
+    const auto make = [&](std::size_t i, std::size_t& item) {
+      item = 3 * i + 1;
+      ++made;
+    };
+    MadeAhead<std::size_t>::run(count, threads, make, [&](std::size_t item) {
+      EXPECT_EQ(item, 3 * used + 1);
+      most_held = std::max(most_held, made - used);
+      ++used;
+    });
+    EXPECT_EQ(used, count);
+    EXPECT_EQ(made, count);
+    EXPECT_LE(most_held, std::max(1U, 2 * threads));
+  }
+}
+
+TEST(MadeAhead, PassesOnWhatIsThrownWhereverThatIs) {
+  for (const unsigned threads : {1U, 2U, 4U})
+    for (std::size_t bad = 0; bad < 30; ++bad) {
+      const auto throw_at = [&](std::size_t i) {
+        if (i == bad) throw std::runtime_error("bad");
+      };
+      const auto make = [](std::size_t i, std::size_t& item) { item = i; };
+      const auto bad_make = [&](std::size_t i, std::size_t& item) {
+        throw_at(i);
+        item = i;
+      };
+      EXPECT_THROW(MadeAhead<std::size_t>::run(30, threads, bad_make, [](std::size_t) {}), std::runtime_error) << bad;
+      EXPECT_THROW(MadeAhead<std::size_t>::run(30, threads, make, throw_at), std::runtime_error) << bad;
+    }
+}
+
+cpu_set_t allowed_processors() {
+  cpu_set_t allowed;
+  EXPECT_EQ(sched_getaffinity(0, sizeof allowed, &allowed), 0);
+  return allowed;
+}
+
+TEST(Threads, MayGoWhereverTheProcessMayOnceTheyHaveBegun) {
+  const cpu_set_t allowed = allowed_processors();
+  for (const auto where : {Threads::Begin::here, Threads::Begin::elsewhere}) {
+    std::atomic<int> ran = 0;
+    Threads threads;
+    for (int i = 0; i < 8; ++i)
+      threads.start(
+          [&] {
+            const cpu_set_t own = allowed_processors();
+            EXPECT_TRUE(CPU_EQUAL(&own, &allowed));
+            ++ran;
+          },
+          where, i % 2 == 0 ? 0 : std::size_t{1} << 20);
+    threads.join();
+    EXPECT_EQ(ran, 8);
+  }
+}
+
+TEST(Threads, RunWhereOnlyOneProcessorIsLeft) {
+  Threads outer;  // so that the others keep theirs
+  outer.start(
+      [] {
+        const cpu_set_t allowed = allowed_processors();
+        cpu_set_t one;
+        CPU_ZERO(&one);
+        for (std::size_t i = 0; i < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++i)
+          if (CPU_ISSET(i, &allowed)) CPU_SET(i, &one);
+        ASSERT_EQ(sched_setaffinity(0, sizeof one, &one), 0);
+        std::atomic<int> ran = 0;
+        Threads threads;
+        threads.start([&] { ++ran; }, Threads::Begin::here);
+        threads.start([&] { ++ran; }, Threads::Begin::elsewhere);
+        threads.join();
+        EXPECT_EQ(ran, 2);
+      },
+      Threads::Begin::elsewhere);
+  outer.join();
+}
+
+TEST(Threads, AreWaitedForAndTheFirstFailureIsPassedOn) {
+  std::atomic<int> ended = 0;
+  Threads threads;
+  for (int i = 0; i < 4; ++i)
+    threads.start(
+        [&ended, i] {
+          ++ended;
+          if (i > 0) throw std::runtime_error(std::to_string(i));
+        },
+        Threads::Begin::elsewhere);
+  try {
+    threads.join();
+    ADD_FAILURE() << "nothing was thrown";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "1");
+  }
+  EXPECT_EQ(ended, 4);
+  {
+    Threads left;
+    left.start([&] { ++ended; }, Threads::Begin::here);
+  }
+  EXPECT_EQ(ended, 5);
+}
+
+TEST(Threads, TellWhenTheSystemHasNoRoomForAStack) {
+  Threads threads;
+  EXPECT_THROW(threads.start([] {}, Threads::Begin::elsewhere, std::size_t{1} << 48), std::system_error);
+  threads.join();
 }
 
 /// Occurrences of boxes and of prisms with many sides under random maps. Half of the maps are translates of earlier ones, or mirrored.

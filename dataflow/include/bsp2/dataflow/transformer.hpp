@@ -1,14 +1,12 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <span>
 #include <utility>
 
 #include "bsp2/dataflow/box.hpp"
 #include "bsp2/dataflow/process.hpp"
 #include "bsp2/geometry/affine_map.hpp"
-#include "bsp2/geometry/hyperplane_table.hpp"
 
 namespace bsp2::dataflow {
 
@@ -16,7 +14,8 @@ namespace bsp2::dataflow {
 /// one output stream, their images.
 ///
 /// Covectors are multiplied by the adjugate matrix, points by the matrix. Since a map refines nothing by itself, the network
-/// applies it once, at compilation, to all hyperplanes that the producer will ever emit: what it costs a cell is nothing.
+/// applies it once, at compilation, to all hyperplanes that the producer will ever emit (geometry::HyperplaneTable::add_occurrences): what it
+/// costs a cell is nothing.
 /// Source: the paper, section 4.1, "Transformers".
 template <int D>
 class Transformer {
@@ -38,9 +37,6 @@ class Transformer {
   [[nodiscard]] Box<D> image(std::span<const std::pair<double, double>> rings) const;
   /// Contains the image of the unit ball of the first `axes` axes times [0, 1] along the others.
   [[nodiscard]] Box<D> image_of_round(int axes) const;
-  /// Emits the images of `count` covectors of the table, beginning with `first`, for a producer that these bounds hold.
-  /// @return the number of the first occurrence, or nothing where the map is singular on the table's grid.
-  std::optional<std::uint32_t> emit(geometry::HyperplaneTable<D>& table, std::uint32_t first, std::uint32_t count, const Box<D>& bounds) const;
 
  private:
   geometry::Matrix<D> matrix_;

@@ -49,6 +49,9 @@ class Buffer {
   T& operator[](std::size_t i) { return data_[i]; }
   const T& operator[](std::size_t i) const { return data_[i]; }
   void clear() { size_ = 0; }
+  void reserve(std::size_t capacity) {
+    if (capacity > capacity_) grow(capacity);
+  }
   /// One value or several. They are stored one by one: a list of them would be stored first, and read again in other pieces.
   template <typename... Values>
   [[gnu::always_inline]] void push(const T& first, const Values&... others) {

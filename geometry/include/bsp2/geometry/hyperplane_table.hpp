@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bsp2/geometry/affine_map.hpp"
+#include "bsp2/geometry/buffer.hpp"
 #include "bsp2/geometry/computed_family.hpp"
 #include "bsp2/geometry/covector.hpp"
 #include "bsp2/geometry/hyperplane.hpp"
@@ -35,15 +36,22 @@ class HyperplaneTable {
 
   /// Makes room for so many maps and their occurrences; more may come.
   void reserve(std::size_t maps);
+  /// Numbers for maps, each of which `set_map` makes; different threads may make different ones. @return the first number.
+  std::uint32_t add_maps(std::size_t count);
   /// The map that places a primitive, and bounds of the placed primitive.
+  void set_map(std::uint32_t map, const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
+  /// Both for one.
   std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
   /// The same for a primitive that may be anywhere in the model.
   std::uint32_t add_map(const Matrix<D>& matrix);
   /// @return index of the first one.
   std::uint32_t add_covectors(std::span<const Covector<D>> covectors);
+  /// The same; the first ones are not copied.
+  std::uint32_t add_covectors(std::vector<Covector<D>>&& covectors);
   [[nodiscard]] int orientation(std::uint32_t map) const { return maps_[map].orientation(); }
-  /// Adds the hyperplane `covector` placed by `map`, best next to the others of that map. @return the number of this occurrence.
-  std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector);
+  /// Adds the hyperplanes of `count` covectors from `covector` on, placed by `map`. @return the number of the first of these occurrences.
+  std::uint32_t add_occurrences(std::uint32_t map, std::uint32_t covector, std::uint32_t count);
+  std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector) { return add_occurrences(map, covector, 1); }
 
   /// Decides which occurrences are the same hyperplane and gives ids. An occurrence is represented by another one that
   /// equals it, or (tolerance > 0) that differs from it by at most `tolerance` times the size of the model anywhere within
@@ -122,8 +130,8 @@ class HyperplaneTable {
   struct Extent {
     std::array<double, D> centre, half;
   };
-  std::vector<AffineMap<D>> maps_;
-  std::vector<Extent> extents_;  // of the primitives that the maps place, until merge
+  Buffer<AffineMap<D>> maps_;
+  Buffer<Extent> extents_;  // of the primitives that the maps place, until merge
   std::vector<Covector<D>> covectors_;
   /// Occurrences with numbers that follow each other: of one map, and of covectors that follow each other.
   struct Stretch {
@@ -150,20 +158,15 @@ class HyperplaneTable {
   [[nodiscard]] const Family& family_of(HyperplaneId id) const;
   Hyperplane<D> family_rounded(HyperplaneId id) const;
   Hyperplane<D> axis_rounded(HyperplaneId id) const;
-  /// Some stretches and their hyperplanes, one after the other.
-  struct Window {
-    std::span<Stretch> stretches;
-    std::vector<std::size_t> begin;  // of each stretch among the hyperplanes
-    std::vector<Hyperplane<D>> hyperplanes;
-    std::vector<std::uint32_t> last_alike;  // the last stretch of a hash
-  };
+  struct Window;
   class Merging;
   /// What translates of one map give a covector in common.
   struct Direction {
     typename AffineMap<D>::RoundedNormal normal;
     long double length;  // of the normal
     std::array<double, D> unit;
-    double error;  // of its coefficients
+    double error;       // of its coefficients
+    double grid_units;  // not less than the grid's unit by the length
   };
   [[nodiscard]] std::vector<Stretch> by_size(unsigned threads) const;
   void round(Window& window, unsigned threads) const;
