@@ -193,7 +193,9 @@ class Compiler {
     if (planes > std::numeric_limits<std::uint32_t>::max()) throw Error("the model's primitives have more than 4,294,967,295 half-spaces; divide it");
     network.planes.reserve(planes);
     network.table.reserve(maps);
-    network.table.add_maps(maps);
+    const std::uint32_t first_map = network.table.add_maps(maps);
+    for (std::uint32_t& map : map_of)
+      if (map != no_map) map += first_map;
     geometry::for_each_range(producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
       for (std::size_t i = first; i < end; ++i)
         if (map_of[i] != no_map) network.table.set_map(map_of[i], lowered_.occurrences[i].placement.matrix(), producers[i].lower, producers[i].upper);

@@ -131,8 +131,8 @@ Evaluation<D> run_crew(const Network<D>& network, std::vector<Region<D>> regions
   using Begin = geometry::Threads::Begin;
   geometry::Threads threads;
   try {
-    for (const auto& worker : crew.workers)
-      threads.start([&worker] { worker->run(); }, worker->index == 0 ? Begin::here : Begin::elsewhere, large_stack_bytes);
+    for (std::size_t i = crew.workers.size(); i-- > 0;)  // the one that begins here last: it takes the processor
+      threads.start([&worker = *crew.workers[i]] { worker.run(); }, i == 0 ? Begin::here : Begin::elsewhere, large_stack_bytes);
     serve(crew, consumers);
   } catch (...) {
     crew.fail();

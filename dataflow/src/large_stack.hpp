@@ -15,7 +15,8 @@ template <typename Function>
 void call_on_large_stacks(std::size_t count, const Function& function) {
   using Begin = geometry::Threads::Begin;
   geometry::Threads threads;
-  for (std::size_t i = 0; i < count; ++i) threads.start([&function, i] { function(i); }, i == 0 ? Begin::here : Begin::elsewhere, large_stack_bytes);
+  for (std::size_t i = count; i-- > 0;)  // the one that begins here last: it takes the processor
+    threads.start([&function, i] { function(i); }, i == 0 ? Begin::here : Begin::elsewhere, large_stack_bytes);
   threads.join();
 }
 

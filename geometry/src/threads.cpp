@@ -1,6 +1,5 @@
 #include "bsp2/geometry/threads.hpp"
 
-#include <cerrno>
 #include <system_error>
 #include <utility>
 
@@ -44,7 +43,7 @@ void Threads::start(std::function<void()> work, Begin where, std::size_t stack_b
   Call& call = calls_.emplace_back(Call{std::move(work), {}, nullptr, {}});
   if (processors) call.allowed = processors->allowed;
   int error = create(call.thread, run, &call, stack_bytes, processors ? &processors->first : nullptr);
-  if (error == EINVAL && processors) {  // a processor has just been taken from the process
+  if (error != 0 && processors) {  // a processor has just been taken from the process, or it may not choose
     call.allowed.reset();
     error = create(call.thread, run, &call, stack_bytes, nullptr);
   }

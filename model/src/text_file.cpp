@@ -42,7 +42,7 @@ std::string read_file(const std::filesystem::path& path, void (*check)(const std
   if (!file) refuse(name, {errno, std::generic_category()});
   std::string text;
   const auto size = std::filesystem::file_size(path, error);
-  text.reserve(error ? chunk : size + 1);  // one more, so that the end is met
+  text.reserve(error || size == 0 ? chunk : size + 1);  // one more, so that the end is met; of some files it is told that they have none
   for (bool more = true; more;) {
     const std::size_t before = text.size(), reserved = text.capacity() - before, room = reserved == 0 ? chunk : std::min(chunk, reserved);
     text.resize(before + room);

@@ -36,8 +36,9 @@ class HyperplaneTable {
 
   /// Makes room for so many maps and their occurrences; more may come.
   void reserve(std::size_t maps);
-  /// Numbers for maps, each of which `set_map` makes; different threads may make different ones. @return the first number.
-  std::uint32_t add_maps(std::size_t count);
+  /// Numbers for maps, each of which `set_map` has to make before anything else is asked of it, and before `merge`; different threads may
+  /// make different ones. @return the first number.
+  [[nodiscard]] std::uint32_t add_maps(std::size_t count);
   /// The map that places a primitive, and bounds of the placed primitive.
   void set_map(std::uint32_t map, const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
   /// Both for one.

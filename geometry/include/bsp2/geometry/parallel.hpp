@@ -36,9 +36,11 @@ class MadeAhead {
   static void run(std::size_t count, unsigned threads, const Make& make, const Use& use) {
     MadeAhead ahead(count, threads);
     Threads others;
-    for (std::size_t i = 1; i < std::min<std::size_t>(threads, count); ++i)
-      others.start([&] { ahead.attempt([&] { ahead.make_all(make); }); }, Threads::Begin::elsewhere);
-    ahead.attempt([&] { ahead.use_all(make, use); });
+    ahead.attempt([&] {  // also where a thread cannot be started: those that were wait for items to be used
+      for (std::size_t i = 1; i < std::min<std::size_t>(threads, count); ++i)
+        others.start([&] { ahead.attempt([&] { ahead.make_all(make); }); }, Threads::Begin::elsewhere);
+      ahead.use_all(make, use);
+    });
     others.join();
   }
 
