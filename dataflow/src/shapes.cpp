@@ -133,13 +133,13 @@ Framed<D> Shapes<D>::make(const model::TriangleMesh& mesh) {
     throw std::logic_error("a triangle mesh is three-dimensional");
   } else {
     Shape<D> shape;
-    const auto normalized = std::move(meshes_.at(&mesh));
+    std::shared_ptr<MeshShape> normalized = std::move(meshes_.at(&mesh));
     add_covectors(shape, normalized->covectors);
     normalized->covectors.clear();
     normalized->covectors.shrink_to_fit();
     const Transformer<3> frame = Transformer<3>::scaling({normalized->scale, normalized->scale, normalized->scale}, normalized->origin);
     shape.bounds = {normalized->lower, normalized->upper};
-    shape.mesh = normalized;
+    shape.mesh = std::move(normalized);
     return {add(std::move(shape)), frame};
   }
 }

@@ -56,7 +56,7 @@ class Shapes {
   /// What a primitive is made of that was prepared. Any number of threads may ask.
   [[nodiscard]] Framed<D> of(const model::Primitive& primitive) const;
   [[nodiscard]] const Shape<D>& operator[](std::uint32_t shape) const { return shapes_[shape]; }
-  /// Of all shapes; the last one to be asked for.
+  /// Gives those of all shapes away: nothing may be prepared after that.
   [[nodiscard]] std::vector<geometry::Covector<D>> take_covectors() { return std::move(covectors_); }
 
  private:

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -98,7 +97,7 @@ class CoincidenceIndex {
     const Place place(*this, h);
     const Forms forms = place.forms * place.sign;
     Forms scaled = forms * per_width_;
-    if (std::fabs(place.value) > far * size_ * width_) [[unlikely]]  // forms are at most 1.3 more than 0.62 of value by size
+    if (std::fabs(place.value) > far * size_ * width_) [[unlikely]]  // forms are at most 1.5 more than 0.62 of value by size
       clamp(scaled);
     const Forms middle = scaled + to_whole;
     const Forms off = (scaled - (middle - to_whole)) * width_;  // exact: the width is a power of two

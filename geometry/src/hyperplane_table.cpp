@@ -356,11 +356,10 @@ double HyperplaneTable<D>::window(const Extent& extent, double tolerance) const 
   return CoincidenceIndex<D>::sensitivity * std::min(most_turn, tolerance * size_ / smallest) + (D + 1) * tolerance + rounding;
 }
 
-/// How far coincident hyperplanes are apart at most, where they are compared.
-/// @param hyperplanes all of them, if there is no tolerance.
+/// How far hyperplanes that are equal are apart at most, where they are compared. @param hyperplanes all of them: without a tolerance there is
+/// one window.
 template <int D>
-double HyperplaneTable<D>::reach(double tolerance, std::span<const Hyperplane<D>> hyperplanes) const {
-  if (tolerance > 0) return tolerance * size_;
+double HyperplaneTable<D>::reach_of_errors(std::span<const Hyperplane<D>> hyperplanes) {
   double error = 0;
   for (const Hyperplane<D>& h : hyperplanes) error = std::max(error, h.error);
   return 8 * D * error;
@@ -380,7 +379,9 @@ template <int D>
 class HyperplaneTable<D>::Merging {
  public:
   Merging(HyperplaneTable& table, double tolerance, std::size_t occurrences)
-      : table_(table), tolerance_(tolerance), codes_(occurrences), index_(table.centre_, table.size_, table.radius_, table.bucket(tolerance)) {}
+      : table_(table), tolerance_(tolerance), codes_(occurrences), index_(table.centre_, table.size_, table.radius_, table.bucket(tolerance)) {
+    if (tolerance > 0) index_.set_reach(tolerance * table.size_);
+  }
 
   /// Any number of threads may do this.
   void find_keys(Window& window) const {
@@ -389,7 +390,7 @@ class HyperplaneTable<D>::Merging {
   }
 
   void add(const Window& window) {
-    index_.set_reach(table_.reach(tolerance_, window.hyperplanes));
+    if (!(tolerance_ > 0)) index_.set_reach(table_.reach_of_errors(window.hyperplanes));
     for (std::size_t at = 0; at < far_ahead; ++at) look_ahead(window, at);
     std::size_t at = 0;
     for (const Stretch& stretch : window.stretches) {

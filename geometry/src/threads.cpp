@@ -16,13 +16,14 @@ std::optional<Processors> processors_for(Threads::Begin where) {
   Processors processors;
   const int at_hand = sched_getcpu();
   if (at_hand < 0 || sched_getaffinity(0, sizeof processors.allowed, &processors.allowed) != 0 || CPU_COUNT(&processors.allowed) < 2) return std::nullopt;
-  cpu_set_t this_one;
-  CPU_ZERO(&this_one);
-  CPU_SET(static_cast<std::size_t>(at_hand), &this_one);
-  if (where == Threads::Begin::here)
-    processors.first = this_one;
-  else
-    CPU_XOR(&processors.first, &processors.allowed, &this_one);
+  const auto own = static_cast<std::size_t>(at_hand);
+  processors.first = processors.allowed;
+  if (where == Threads::Begin::elsewhere) {
+    CPU_CLR(own, &processors.first);
+  } else {
+    CPU_ZERO(&processors.first);
+    CPU_SET(own, &processors.first);
+  }
   return processors;
 }
 
@@ -70,9 +71,9 @@ void Threads::wait() {
 
 void Threads::join() {
   wait();
-  for (const Call& call : calls_)
+  const std::deque<Call> ended = std::exchange(calls_, {});
+  for (const Call& call : ended)
     if (call.failure) std::rethrow_exception(call.failure);
-  calls_.clear();
 }
 
 }  // namespace bsp2::geometry

@@ -1,10 +1,15 @@
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sched.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <cstdlib>
+#include <fstream>
 #include <random>
 #include <span>
 #include <stdexcept>
@@ -89,6 +94,46 @@ TEST(MadeAhead, PassesOnWhatIsThrownWhereverThatIs) {
       EXPECT_THROW(MadeAhead<std::size_t>::run(30, threads, make, throw_at), std::runtime_error) << bad;
     }
 }
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which need more address space than is left here
+
+/// Room for one stack more, not for two.
+void leave_room_for_one_thread() {
+  constexpr std::size_t stack = std::size_t{64} << 20;
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, stack);
+  pthread_setattr_default_np(&attributes);
+  std::size_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  const rlim_t most = pages * static_cast<std::size_t>(sysconf(_SC_PAGESIZE)) + stack + stack / 2;
+  const rlimit limit{most, most};
+  setrlimit(RLIMIT_AS, &limit);
+  alarm(20);  // a test that waits for ever ends, too
+}
+
+/// 0 if a failing start is passed on, after one thread has begun.
+template <typename Run>
+[[noreturn]] void exit_after(const Run& run) {
+  leave_room_for_one_thread();
+  try {
+    run();
+  } catch (const std::system_error&) {
+    std::exit(0);
+  }
+  std::exit(1);
+}
+
+TEST(MadeAhead, EndsWhereASecondThreadCannotBeStarted) {
+  const auto run = [] { MadeAhead<std::size_t>::run(1000, 4, [](std::size_t i, std::size_t& item) { item = i; }, [](std::size_t) {}); };
+  EXPECT_EXIT(exit_after(run), testing::ExitedWithCode(0), "");
+}
+
+TEST(ForEachRange, EndsWhereASecondThreadCannotBeStarted) {
+  EXPECT_EXIT(exit_after([] { for_each_range(1000, 1, 4, [](std::size_t, std::size_t) {}); }), testing::ExitedWithCode(0), "");
+}
+
+#endif
 
 cpu_set_t allowed_processors() {
   cpu_set_t allowed;

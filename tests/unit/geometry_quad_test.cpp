@@ -54,7 +54,7 @@ TEST(Quad, IsRoundedToLongDoubleAsTheLibraryDoes) {
     }
     expect_same_long_double(std::bit_cast<Quad>(bits));
   }
-  for (const double x : {0.0, 1.0, 1e308, 5e-324})
+  for (const double x : {0.0, 1.0, 1e308, 5e-324, std::numeric_limits<double>::infinity()})
     for (const double sign : {1.0, -1.0}) expect_same_long_double(static_cast<Quad>(sign * x));
   // Near the limits of the exponent, which both formats have in common.
   for (const int field : {0, 1, 2, 0x7ffd, 0x7ffe, 0x7fff})

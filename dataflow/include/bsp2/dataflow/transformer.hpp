@@ -14,8 +14,8 @@ namespace bsp2::dataflow {
 /// one output stream, their images.
 ///
 /// Covectors are multiplied by the adjugate matrix, points by the matrix. Since a map refines nothing by itself, the network
-/// applies it once, at compilation, to all hyperplanes that the producer will ever emit (geometry::HyperplaneTable::add_occurrences): what it
-/// costs a cell is nothing.
+/// applies it once, at compilation, to all hyperplanes that the producer will ever emit (geometry::HyperplaneTable::merge): what it costs a
+/// cell is nothing.
 /// Source: the paper, section 4.1, "Transformers".
 template <int D>
 class Transformer {

@@ -41,7 +41,7 @@ class HyperplaneTable {
   [[nodiscard]] std::uint32_t add_maps(std::size_t count);
   /// The map that places a primitive, and bounds of the placed primitive.
   void set_map(std::uint32_t map, const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
-  /// Both for one.
+  /// `add_maps(1)` and `set_map`.
   std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
   /// The same for a primitive that may be anywhere in the model.
   std::uint32_t add_map(const Matrix<D>& matrix);
@@ -184,7 +184,7 @@ class HyperplaneTable {
   [[nodiscard]] bool coincide(const Occurrence& a, const Occurrence& representative, double tolerance, double& distance, bool& opposite) const;
   [[nodiscard]] double window(const Extent& extent, double tolerance) const;
   [[nodiscard]] double bucket(double tolerance) const;
-  [[nodiscard]] double reach(double tolerance, std::span<const Hyperplane<D>> hyperplanes) const;
+  [[nodiscard]] static double reach_of_errors(std::span<const Hyperplane<D>> hyperplanes);
 };
 
 }  // namespace bsp2::geometry

@@ -176,6 +176,7 @@ class Splitter {
     int is_doubtful;
   };
   static QuickSide quick_side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded);
+  // in exact_side.cpp
   int exact_side(const Vertex<D>& vertex, HyperplaneId id);
   int compute_exact_side(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
   std::optional<int> side_in_frame(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
@@ -187,6 +188,7 @@ class Splitter {
   const FractionCovector& point_in_fractions(const std::array<HyperplaneId, D>& ids);
   const ExactCovector<D>& exact(HyperplaneId id);
   const ExactCovector<D>& exact_point(const std::array<HyperplaneId, D>& ids);
+  // the general split
   void split_vertices(const Cell<D>& cell);
   void cut_edges(const Cell<D>& cell, HyperplaneId id);
   void split_edges(const Cell<D>& cell, HyperplaneId id);

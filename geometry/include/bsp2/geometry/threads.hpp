@@ -14,17 +14,18 @@ namespace bsp2::geometry {
 /// Threads that are started by one, and waited for together.
 ///
 /// Linux leaves a new thread on the processor of the one that starts it now and then, also where others are idle, and if that one goes on
-/// working nothing moves it for up to four milliseconds. So each begins where it should, and may go anywhere from then on.
+/// working nothing moves it for up to 3.5 milliseconds as measured. So each begins where it should, and may go anywhere from then on.
 class Threads {
  public:
   enum class Begin {
     here,      ///< on this processor: the caller is about to wait
-    elsewhere  ///< on any other one that the process may use: the caller goes on working
+    elsewhere  ///< on any other one that the caller may use: it goes on working
   };
 
   Threads() = default;
   Threads(const Threads&) = delete;
   Threads& operator=(const Threads&) = delete;
+  /// Waits for all; what they threw is lost.
   ~Threads() { wait(); }
 
   /// @param stack_bytes 0: as many as usual. @throws std::system_error if the system has no thread left.

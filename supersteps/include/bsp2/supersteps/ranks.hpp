@@ -33,7 +33,7 @@ class Failure : public std::runtime_error {
 ///
 /// Thread rule: the main thread makes all calls. "Collective" means that all ranks call the function in the same order.
 /// If one rank fails, its `together` tells the others, whose next collective call throws: no rank waits for ever.
-/// A rank that waits sleeps, so that its cores serve the others.
+/// A rank that waits gives way, and sleeps before long, so that its cores serve the others.
 class Ranks {
  public:
   /// This process alone.
