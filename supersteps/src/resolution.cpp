@@ -174,7 +174,7 @@ class RegionsInTurn {
   explicit RegionsInTurn(CellShare& share) : share_(share) {
     std::size_t facets = 0;
     for (const auto& batch : share.batches) facets += batch->facet_hyperplane.size();
-    enough_ = std::max<std::size_t>(facets / 32, std::size_t{1} << 16);
+    enough_ = std::max<std::size_t>(facets / 32, std::size_t{1} << 14);
   }
   /// The next ones; none at the end. What is taken is gone from the share.
   [[nodiscard]] CellShare next() {
