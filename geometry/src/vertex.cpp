@@ -185,30 +185,57 @@ bool solve_by_cross_products(const std::array<Hyperplane<3>, 3>& h, Vertex<3>& v
   return at.size >= least_size;
 }
 
-/// In long double, in which cross products and the determinant are off by less than 2^-60: for planes that are nearly parallel.
-bool solve_by_refined_planes(const HyperplaneTable<3>& table, const std::array<HyperplaneId, 3>& ids, Vertex<3>& vertex) {
-  constexpr long double least_size_refined = 0x1p-34L;
-  std::array<Planes<long double>, 3> planes;
-  HyperplaneTable<3>::LastMap last;
-  for (int i = 0; i < 3; ++i) {
-    const auto refined = table.refined(ids[i], last);
+/// Planes in long double. Where one vertex needs them, others of the same cut do, which share planes with it: the last ones are kept.
+class RefinedPlanes {
+ public:
+  explicit RefinedPlanes(const HyperplaneTable<3>& table) : table_(table) {}
+  [[nodiscard]] const HyperplaneTable<3>& table() const { return table_; }
+  /// @return whether the plane can be refined.
+  bool find(HyperplaneId id, Planes<long double>& planes) {
+    for (const Entry& entry : entries_)
+      if (entry.id == id) {
+        planes = entry.planes;
+        return true;
+      }
+    const auto refined = table_.refined(id, last_);
     if (!refined) return false;
-    planes[i] = {refined->normal, refined->offset, refined->error};
+    planes = {refined->normal, refined->offset, refined->error};
+    entries_[next_++ % entries_.size()] = {id, planes};
+    return true;
   }
+
+ private:
+  struct Entry {
+    HyperplaneId id = ~HyperplaneId{0};
+    Planes<long double> planes{};
+  };
+  const HyperplaneTable<3>& table_;
+  HyperplaneTable<3>::LastMap last_;
+  std::array<Entry, 4> entries_;
+  std::size_t next_ = 0;
+};
+
+/// In long double, in which cross products and the determinant are off by less than 2^-60: for planes that are nearly parallel.
+bool solve_by_refined_planes(RefinedPlanes& refined, const std::array<HyperplaneId, 3>& ids, Vertex<3>& vertex) {
+  constexpr long double least_size_refined = 0x1p-34L;
+  const double radius = refined.table().radius();
+  std::array<Planes<long double>, 3> planes;
+  for (int i = 0; i < 3; ++i)
+    if (!refined.find(ids[i], planes[i])) return false;
   Meetings<long double> at;
   meet(planes[0], planes[1], planes[2], at);
   for (int i = 0; i < 3; ++i) vertex.x[i] = static_cast<double>(at.x[i]);
-  vertex.error = static_cast<double>(at.error) * (1 + 0x1p-50) + 4 * 0x1p-53 * table.radius();
+  vertex.error = static_cast<double>(at.error) * (1 + 0x1p-50) + 4 * 0x1p-53 * radius;
   vertex.hyperplanes = ids;
-  return at.size >= least_size_refined && vertex.error < largest_vertex_error * table.radius();
+  return at.size >= least_size_refined && vertex.error < largest_vertex_error * radius;
 }
 
 /// Where doubles do not tell well enough.
-Vertex<3> careful_vertex(const HyperplaneTable<3>& table, const std::array<HyperplaneId, 3>& ids, std::uint64_t& exact_evaluations) {
+Vertex<3> careful_vertex(RefinedPlanes& refined, const std::array<HyperplaneId, 3>& ids, std::uint64_t& exact_evaluations) {
   Vertex<3> vertex;
-  if (solve_by_refined_planes(table, ids, vertex)) return vertex;
+  if (solve_by_refined_planes(refined, ids, vertex)) return vertex;
   ++exact_evaluations;
-  return exact_vertex<3>(table, ids);
+  return exact_vertex<3>(refined.table(), ids);
 }
 
 constexpr std::size_t lanes = sizeof(Lanes) / sizeof(double);
@@ -246,7 +273,10 @@ Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<Hyperpla
   else
     solved = solve_by_elimination<D>(h, vertex);
   if (solved && vertex.error < largest_vertex_error * table.radius()) return vertex;
-  if constexpr (D == 3) return careful_vertex(table, ids, exact_evaluations);
+  if constexpr (D == 3) {
+    RefinedPlanes refined(table);
+    return careful_vertex(refined, ids, exact_evaluations);
+  }
   ++exact_evaluations;
   return exact_vertex<D>(table, ids);
 }
@@ -261,6 +291,7 @@ BSP2_VECTOR_CLONES void make_vertices_in_space(const HyperplaneTable<3>& table, 
   Planes<Lanes> common{}, first{}, second{};
   spread(table.rounded(id), common);
   std::array<std::array<Hyperplane<3>, lanes>, 2> computed;  // of those that are not the primitives' own
+  std::optional<RefinedPlanes> refined;                      // few cuts need them
   for (std::size_t done = 0; done < edges.size(); done += lanes) {
     const std::size_t count = std::min(lanes, edges.size() - done);
     std::array<std::array<const Hyperplane<3>*, lanes>, 2> pairs;
@@ -278,7 +309,8 @@ BSP2_VECTOR_CLONES void make_vertices_in_space(const HyperplaneTable<3>& table, 
       Vertex<3>& vertex = vertices[done + lane];
       vertex.hyperplanes = {edges[done + lane][0], edges[done + lane][1], id};
       if (at.size[lane] >= least_size && vertex.error < largest_error) continue;
-      vertex = careful_vertex(table, vertex.hyperplanes, exact_evaluations);
+      if (!refined) refined.emplace(table);
+      vertex = careful_vertex(*refined, vertex.hyperplanes, exact_evaluations);
     }
   }
 }
