@@ -50,6 +50,7 @@ MeshShape::MeshShape(const model::TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     auto plane = geometry::triangle_covector({points[triangle[0]], points[triangle[1]], points[triangle[2]]});
     if (plane.exact[0].is_zero() && plane.exact[1].is_zero() && plane.exact[2].is_zero()) continue;
+    for (std::size_t i = 0; i < 3; ++i) plane.points[i] = triangle[i] + 1;
     triangles.push_back(triangle);
     covectors.push_back(std::move(plane));
   }

@@ -83,6 +83,17 @@ const ExactCovector<D>& Splitter<D>::exact_point(const std::array<HyperplaneId, 
   return known.point;
 }
 
+/// Whether covectors of one frame are known to have a point in common, as all planes around a corner of a mesh have: then most vertices
+/// that are not off another hyperplane are that corner.
+template <int D>
+bool have_common_point(const HyperplaneTable<D>& table, const std::array<std::uint32_t, D + 1>& covectors) {
+  return std::ranges::any_of(table.covector(covectors[0]).points, [&](std::uint32_t point) {
+    return point != 0 && std::all_of(covectors.begin() + 1, covectors.end(), [&](std::uint32_t other) {
+      return std::ranges::find(table.covector(other).points, point) != table.covector(other).points.end();
+    });
+  });
+}
+
 /// Where all hyperplanes are of one primitive, as around the corners of a sphere: the same in its own frame, where the
 /// coefficients are a third as long, and the answer is that of all primitives of its shape.
 template <int D>
@@ -105,6 +116,7 @@ std::optional<int> Splitter<D>::side_in_frame(const std::array<HyperplaneId, D>&
 /// Columns may be divided by a power of two: that only scales the frame's axes.
 template <int D>
 int Splitter<D>::compute_side_in_frame(const std::array<std::uint32_t, D + 1>& covectors) const {
+  if (have_common_point<D>(*table_, covectors)) return 0;
   using Integer = FixedInteger<D <= 3 ? 896 : 512>;  // D + 1 coefficients of 216 bits; above D = 3, of 64
   std::array<std::array<Integer, D + 1>, D> rows;
   std::array<Integer, D + 1> last;

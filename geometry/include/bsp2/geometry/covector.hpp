@@ -15,6 +15,9 @@ template <int D>
 struct Covector {
   std::array<LocalInteger, D + 1> exact;
   std::array<long double, D + 1> rounded;  ///< each coefficient with a relative error below 2^-63
+  /// Numbers of points that it passes through exactly, as a mesh's facets do through their corners; 0: none. Covectors of one frame with a
+  /// number in common have that point in common.
+  std::array<std::uint32_t, 3> points{};
 };
 
 template <int D>
