@@ -121,10 +121,10 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   out.push(leaf[0] & ~Program::whole, 0, leaf[2]);
   out.resize(begin + header);
   std::fill(out.begin() + begin + Program::header, out.end(), 0);
-  const std::vector<Side> sides = sides_of(cell.cell());
   for_each_facet(leaf, [&](Word facet) {
-    if (may_meet(mesh_.facets[facet], cell, sides)) out.push(facet);
+    if (may_meet(mesh_.facets[facet], cell)) out.push(facet);
   });
+  if (!cell.quick()) drop_beyond(cell, out, begin + header);
   std::optional<Reference> reference = reference_of(leaf);
   if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
   if (out.size() == begin + header) return winding_within(cell, reference) != 0 ? Label::in : Label::out;
@@ -136,44 +136,66 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   return Label::fuzzy;
 }
 
-std::vector<MeshProducer::Side> MeshProducer::sides_of(const geometry::Cell<3>& cell) const {
-  std::vector<Side> sides(cell.facet_count());
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    const OrientedHyperplane plane = cell.facet_hyperplane(i);
-    sides[i] = {network_.table.rounded(plane.id()), plane.id(), plane.flipped()};
-  }
-  return sides;
-}
-
-/// False only where the facet certainly has no point inside the cell.
-bool MeshProducer::may_meet(const Mesh::Facet& facet, CellView<3>& cell, std::span<const Side> sides) const {
+/// False only where the facet certainly has no point inside the cell: by boxes, and by the facet's plane.
+bool MeshProducer::may_meet(const Mesh::Facet& facet, CellView<3>& cell) const {
   const CellExtent<3>& extent = cell.extent();
   const Point *a = &mesh_.points[facet.corners[0]], *b = &mesh_.points[facet.corners[1]], *c = &mesh_.points[facet.corners[2]];
   for (int i = 0; i < 3; ++i) {
     if (std::min({(*a)[i], (*b)[i], (*c)[i]}) - mesh_.error > extent.upper[i]) return false;
     if (std::max({(*a)[i], (*b)[i], (*c)[i]}) + mesh_.error < extent.lower[i]) return false;
   }
-  const auto h = cell.table().rounded(facet.plane.id());
-  if (extent.position(h) != Position::crossing) return false;
-  if (cell.quick()) return true;
-  if (!cell.crosses(facet.plane.id())) return false;
-  return std::none_of(sides.begin(), sides.end(), [&](const Side& side) {
-    return std::all_of(facet.corners.begin(), facet.corners.end(), [&](std::uint32_t corner) { return is_beyond(corner, side); });
-  });
+  if (extent.position(cell.table().rounded(facet.plane.id())) != Position::crossing) return false;
+  return cell.quick() || cell.crosses(facet.plane.id());
+}
+
+void MeshProducer::load(std::span<const Word> facets, geometry::TriangleColumns& triangles) const {
+  triangles.resize(facets.size());
+  for (std::size_t i = 0; i < facets.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k) triangles.set(i, k, mesh_.points[mesh_.facets[facets[i]].corners[k]]);
+}
+
+/// Drops from a list, from its `first` entry on, the facets that are certainly outside of one side of the cell, or on it.
+void MeshProducer::drop_beyond(CellView<3>& cell, Words& facets, std::size_t first) const {
+  using geometry::TriangleColumns;
+  constexpr Word dropped = ~Word{0};
+  const std::span<Word> list{facets.begin() + first, facets.end()};
+  TriangleColumns& triangles = cell.triangles();
+  load(list, triangles);
+  for (std::size_t i = 0; i < cell.cell().facet_count(); ++i) {
+    const OrientedHyperplane plane = cell.cell().facet_hyperplane(i);
+    const auto rounded = cell.table().rounded(plane.id());
+    const Side side{plane.flipped() ? rounded.opposite() : rounded, plane.id()};
+    const auto sides = triangles.sides(side.rounded, -reach_of_points_on(side.rounded), side.rounded.error + 2 * mesh_.error);
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      if ((sides[k] & TriangleColumns::below) != 0 || list[k] == dropped) continue;
+      const auto& corners = mesh_.facets[list[k]].corners;
+      if (std::all_of(corners.begin(), corners.end(), [&](std::uint32_t corner) { return is_beyond(corner, side); })) list[k] = dropped;
+    }
+  }
+  facets.resize(first + static_cast<std::size_t>(std::remove(list.begin(), list.end(), dropped) - list.begin()));
 }
 
 /// Whether a mesh point is certainly outside the cell there, or on that hyperplane.
 bool MeshProducer::is_beyond(std::uint32_t corner, const Side& side) const {
-  const double value = side.flipped ? -side.rounded.at(mesh_.points[corner]) : side.rounded.at(mesh_.points[corner]);
-  return value > side.rounded.error + 2 * mesh_.error || is_on(corner, side.id, value, side.rounded.error);
+  const double value = side.rounded.at(mesh_.points[corner]);
+  return value > side.rounded.error + 2 * mesh_.error || (value >= -reach_of_points_on(side.rounded) && is_on(corner, side.id));
 }
 
-/// Whether a mesh point is known to be on a hyperplane, that of a facet around it. @param value the hyperplane's at the rounded point.
-bool MeshProducer::is_on(std::uint32_t corner, HyperplaneId id, double value, double error) const {
+/// Where a hyperplane's value at a mesh point is larger, that is not on it. (The mesh may reach far beyond the model, where values are
+/// rounded more.)
+double MeshProducer::reach_of_points_on(const geometry::Hyperplane<3>& rounded) const {
   const double moved = network_.coincidence * network_.table.width();  // by merging, at most
-  if (std::fabs(value) > error + 4 * (mesh_.error + moved)) return false;  // the mesh may reach far beyond the model, where values are rounded more
+  return rounded.error + 4 * (mesh_.error + moved);
+}
+
+/// Whether a mesh point is known to be on a hyperplane, that of a facet around it.
+bool MeshProducer::is_on(std::uint32_t corner, HyperplaneId id) const {
   const auto first = mesh_.incident.begin() + mesh_.incident_offset[corner], last = mesh_.incident.begin() + mesh_.incident_offset[corner + 1];
-  return std::binary_search(first, last, id);
+  constexpr std::ptrdiff_t few = 16;
+  if (last - first > few) return std::binary_search(first, last, id);
+  bool found = false;  // without branches
+  for (auto at = first; at != last; ++at) found |= *at == id;
+  return found;
 }
 
 bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) const {
@@ -321,7 +343,7 @@ std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
 
 Advice MeshProducer::advise(const Word* leaf, CellView<3>& cell) const {
   const auto parting = median(leaf, cell);
-  return {geometry::oriented(parting ? *parting : best_plane(leaf))};
+  return {geometry::oriented(parting ? *parting : best_plane(leaf, cell))};
 }
 
 namespace {
@@ -369,43 +391,48 @@ std::optional<HyperplaneId> MeshProducer::median(const Word* leaf, CellView<3>& 
 }
 
 /// The plane of a facet that parts few others and leaves as many on either side.
-HyperplaneId MeshProducer::best_plane(const Word* leaf) const {
-  Words facets;
-  for_each_facet(leaf, [&](Word facet) { facets.push(facet); });
-  if (facets.size() > many_facets) facets.resize(many_facets);
-  std::vector<std::uint32_t> corners;  // each once: neighbours share them
-  for (const Word facet : facets) corners.insert(corners.end(), mesh_.facets[facet].corners.begin(), mesh_.facets[facet].corners.end());
-  std::sort(corners.begin(), corners.end());
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-  std::vector<std::array<std::size_t, 3>> corners_of(facets.size());
-  for (std::size_t i = 0; i < facets.size(); ++i)
-    for (std::size_t k = 0; k < 3; ++k)
-      corners_of[i][k] = static_cast<std::size_t>(std::lower_bound(corners.begin(), corners.end(), mesh_.facets[facets[i]].corners[k]) - corners.begin());
-  constexpr unsigned low = 1, high = 2, both = low | high;
-  std::vector<unsigned> sides(corners.size());
+HyperplaneId MeshProducer::best_plane(const Word* leaf, CellView<3>& cell) const {
+  using geometry::TriangleColumns;
+  std::array<Word, many_facets> list;
+  const std::span<Word> facets{list.data(), std::min(undecided(leaf), many_facets)};
+  for (std::size_t i = 0; i < facets.size(); ++i) facets[i] = (leaf[0] & Program::whole) != 0 ? static_cast<Word>(i) : leaf[header + i];
+  TriangleColumns& triangles = cell.triangles();
+  load(facets, triangles);
   HyperplaneId best = 0;
-  long best_cost = -1;
+  int best_cost = -1;
   for (const Word candidate : facets) {
     const HyperplaneId id = mesh_.facets[candidate].plane.id();
-    const auto h = network_.table.rounded(id);
-    for (std::size_t k = 0; k < corners.size(); ++k) {
-      const double value = h.at(mesh_.points[corners[k]]);
-      sides[k] = is_on(corners[k], id, value, h.error) ? 0 : value < 0 ? low : high;
+    const auto h = cell.table().rounded(id);
+    const double reach = reach_of_points_on(h);
+    const auto sides = triangles.sides(h, -reach, reach);
+    int cut = 0, negative = 0, positive = 0;
+    for (std::size_t i = 0; i < facets.size(); ++i) {
+      unsigned side = sides[i];
+      if ((side & TriangleColumns::between) != 0) side |= sides_of_near_corners(mesh_.facets[facets[i]], mesh_.facets[candidate], h, reach);
+      const int below = (side & TriangleColumns::below) != 0 ? 1 : 0, above = (side & TriangleColumns::above) != 0 ? 1 : 0;
+      cut += below & above;
+      negative += below;
+      positive += above;
     }
-    long cut = 0, negative = 0, positive = 0;
-    for (const auto& [a, b, c] : corners_of) {
-      const unsigned side = sides[a] | sides[b] | sides[c];
-      cut += side == both ? 1 : 0;
-      negative += (side & low) != 0 ? 1 : 0;
-      positive += (side & high) != 0 ? 1 : 0;
-    }
-    const long cost = 4 * cut + std::labs(negative - positive) + 1;
+    const int cost = 4 * cut + std::abs(negative - positive) + 1;
     if (best_cost < 0 || cost < best_cost) {
       best_cost = cost;
       best = id;
     }
   }
   return best;
+}
+
+/// The sides of those corners of a facet that are near another one's plane and not known to be on it, as far as rounded numbers tell.
+unsigned MeshProducer::sides_of_near_corners(const Mesh::Facet& facet, const Mesh::Facet& other, const geometry::Hyperplane<3>& plane, double reach) const {
+  unsigned sides = 0;
+  for (const std::uint32_t corner : facet.corners) {
+    if (std::ranges::find(other.corners, corner) != other.corners.end()) continue;  // as nearly all that are near
+    const double value = plane.at(mesh_.points[corner]);
+    if (std::fabs(value) > reach || is_on(corner, other.plane.id())) continue;
+    sides |= value < 0 ? geometry::TriangleColumns::below : geometry::TriangleColumns::above;
+  }
+  return sides;
 }
 
 }  // namespace bsp2::dataflow

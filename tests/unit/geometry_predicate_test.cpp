@@ -9,6 +9,7 @@
 #include "bsp2/geometry/cell.hpp"
 #include "bsp2/geometry/halfspace_columns.hpp"
 #include "bsp2/geometry/splitter.hpp"
+#include "bsp2/geometry/triangle_columns.hpp"
 #include "geometry_oracle.hpp"
 
 namespace bsp2::geometry {
@@ -341,6 +342,44 @@ TYPED_TEST(Predicate, TheFurthestHalfSpaceIsTheFirstWithTheLargestValue) {
       columns.remove(gone);
     }
   }
+}
+
+/// Triangles held against a plane together are each where its corners are one by one, bit for bit.
+TEST(TriangleColumns, SidesAreThoseOfTheCorners) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  TriangleColumns triangles;
+  std::array<std::size_t, 8> seen{};
+  for (int round = 0; round < 300; ++round) {
+    Hyperplane<3> plane{{}, uniform(random, -0.5, 0.5), 0};
+    for (double& x : plane.normal) x = uniform(random, -1, 1);
+    std::vector<std::array<std::array<double, 3>, 3>> corners(static_cast<std::size_t>(pick(random, 0, 40)));
+    std::vector<double> values{-0.1, 0.1};
+    triangles.resize(corners.size());
+    for (std::size_t i = 0; i < corners.size(); ++i)
+      for (std::size_t k = 0; k < 3; ++k) {
+        for (double& x : corners[i][k]) x = uniform(random, -1, 1);
+        triangles.set(i, k, corners[i][k]);
+        values.push_back(plane.at(corners[i][k]));
+      }
+    // Bounds that are values: equal is between.
+    double low = values[static_cast<std::size_t>(pick(random, 0, static_cast<int>(values.size()) - 1))];
+    double high = values[static_cast<std::size_t>(pick(random, 0, static_cast<int>(values.size()) - 1))];
+    if (low > high) std::swap(low, high);
+    const auto sides = triangles.sides(plane, low, high);
+    ASSERT_EQ(sides.size(), corners.size());
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      unsigned expected = 0;
+      for (const auto& corner : corners[i]) {
+        const double value = plane.at(corner);
+        expected |= value < low ? TriangleColumns::below : value > high ? TriangleColumns::above : TriangleColumns::between;
+      }
+      ASSERT_EQ(sides[i], expected) << i;
+      ++seen[expected];
+    }
+  }
+  for (unsigned sides = 1; sides < 8; ++sides) EXPECT_GT(seen[sides], 0U) << sides;
 }
 
 /// Points that no filter tells apart, each held first against each other one: a cache that takes nothing for an answer is found out.

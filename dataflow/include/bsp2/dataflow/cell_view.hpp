@@ -8,6 +8,7 @@
 #include "bsp2/dataflow/box.hpp"
 #include "bsp2/geometry/cell.hpp"
 #include "bsp2/geometry/splitter.hpp"
+#include "bsp2/geometry/triangle_columns.hpp"
 
 namespace bsp2::dataflow {
 
@@ -54,6 +55,9 @@ class CellView {
   [[nodiscard]] geometry::Splitter<D>& splitter() { return *splitter_; }
   [[nodiscard]] const geometry::HyperplaneTable<D>& table() const { return splitter_->table(); }
 
+  /// Room for the facets of a mesh, for one question.
+  [[nodiscard]] geometry::TriangleColumns& triangles() { return triangles_; }
+
   /// Where the cell lies: from its box if that is enough, else (unless quick) from its vertices, exactly.
   geometry::Position position(geometry::OrientedHyperplane plane) {
     using geometry::Position;
@@ -79,6 +83,7 @@ class CellView {
   const geometry::Cell<D>* cell_ = nullptr;
   CellExtent<D> extent_;
   geometry::VertexColumns<D> columns_;
+  geometry::TriangleColumns triangles_;
   bool quick_ = false;
 };
 

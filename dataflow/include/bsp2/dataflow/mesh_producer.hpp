@@ -36,9 +36,8 @@ class MeshProducer {
   };
   /// A facet of a cell.
   struct Side {
-    geometry::Hyperplane<3> rounded;
+    geometry::Hyperplane<3> rounded;  ///< the cell is where it is negative
     geometry::HyperplaneId id;
-    bool flipped;  ///< the cell is where `rounded` is positive
   };
   static constexpr std::size_t at_flag = Program::header, at_point = at_flag + 1, at_winding = at_point + 6, header = at_winding + 1;
   const Network<3>& network_;
@@ -48,10 +47,12 @@ class MeshProducer {
   /// The facets of a leaf's state: all of the mesh if it is whole.
   template <typename Visit>
   void for_each_facet(const Word* leaf, Visit&& visit) const;
-  [[nodiscard]] std::vector<Side> sides_of(const geometry::Cell<3>& cell) const;
-  [[nodiscard]] bool may_meet(const Mesh::Facet& facet, CellView<3>& cell, std::span<const Side> sides) const;
+  [[nodiscard]] bool may_meet(const Mesh::Facet& facet, CellView<3>& cell) const;
+  void load(std::span<const Word> facets, geometry::TriangleColumns& triangles) const;
+  void drop_beyond(CellView<3>& cell, Words& facets, std::size_t first) const;
   [[nodiscard]] bool is_beyond(std::uint32_t corner, const Side& side) const;
-  [[nodiscard]] bool is_on(std::uint32_t corner, geometry::HyperplaneId id, double value, double error) const;
+  [[nodiscard]] double reach_of_points_on(const geometry::Hyperplane<3>& rounded) const;
+  [[nodiscard]] bool is_on(std::uint32_t corner, geometry::HyperplaneId id) const;
   [[nodiscard]] bool is_inside(const Point& point, const geometry::Cell<3>& cell) const;
   [[nodiscard]] std::optional<Reference> reference_of(const Word* leaf) const;
   [[nodiscard]] std::optional<std::int32_t> winding_at(const Point& point, const Reference& from, const Word* leaf) const;
@@ -61,7 +62,8 @@ class MeshProducer {
   [[nodiscard]] std::int32_t exact_winding(const CellView<3>& cell) const;
   [[nodiscard]] Reference outside() const;
   [[nodiscard]] std::optional<geometry::HyperplaneId> median(const Word* leaf, CellView<3>& cell) const;
-  [[nodiscard]] geometry::HyperplaneId best_plane(const Word* leaf) const;
+  [[nodiscard]] geometry::HyperplaneId best_plane(const Word* leaf, CellView<3>& cell) const;
+  [[nodiscard]] unsigned sides_of_near_corners(const Mesh::Facet& facet, const Mesh::Facet& other, const geometry::Hyperplane<3>& plane, double reach) const;
 };
 
 }  // namespace bsp2::dataflow

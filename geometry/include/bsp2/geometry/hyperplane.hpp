@@ -33,6 +33,11 @@ struct Hyperplane {
     for (int i = 0; i < D; ++i) sum += normal[i] * x[i];
     return sum;
   }
+  [[nodiscard]] Hyperplane opposite() const {
+    Hyperplane h{{}, -offset, error};
+    for (int i = 0; i < D; ++i) h.normal[i] = -normal[i];
+    return h;
+  }
 };
 
 }  // namespace bsp2::geometry
