@@ -1,14 +1,17 @@
 #include "mesh_crossing.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <map>
+#include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
 
+#include "bsp2/geometry/parallel.hpp"
 #include "box_tree.hpp"
 #include "csg_arguments.hpp"
 #include "mesh_line.hpp"
@@ -18,16 +21,31 @@ namespace {
 
 using Corners = std::array<std::uint32_t, 3>;
 
+/// Finds crossings among pairs of triangles; several finders may share the work on one mesh.
 class CrossingFinder {
  public:
-  explicit CrossingFinder(const TriangleMesh& mesh) : mesh_(mesh), tree_(triangle_boxes(mesh)) {}
+  CrossingFinder(const TriangleMesh& mesh, const BoxTree& tree) : mesh_(mesh), tree_(tree) {}
 
-  std::optional<MeshCrossing> run() {
+  /// The first one in the order of the triangles.
+  std::optional<MeshCrossing> first() {
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
       if (tree_.visit_meeting(
               tree_[t], [&](std::uint32_t other) { return other != t && (edges_cross(other, t) || (other < t && overlaps(other, t))); }))
         return found_;
     return std::nullopt;
+  }
+  /// Whether there is any where branch k meets itself or later ones, in the order of the tree: that is several times faster.
+  bool any(std::span<const BoxTree::Branch> branches, std::size_t k) {
+    return tree_.visit_meeting_pairs(branches, k, [&](std::uint32_t i, std::uint32_t j) {
+      return edges_cross(i, j) || edges_cross(j, i) || overlaps(std::min(i, j), std::max(i, j));
+    });
+  }
+  /// Takes over what another finder has hit. @return whether that makes a crossing of what each of them has.
+  bool add(const CrossingFinder& other) {
+    return std::ranges::any_of(other.hits_, [&](const auto& hit) {
+      const auto [seen, is_new] = hits_.insert(hit);
+      return !is_new && seen->second != hit.second;
+    });
   }
 
  private:
@@ -149,7 +167,7 @@ class CrossingFinder {
   }
 
   const TriangleMesh& mesh_;
-  const BoxTree tree_;
+  const BoxTree& tree_;
   std::optional<MeshCrossing> found_;
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t, std::uint32_t, int>, std::uint32_t> hits_;
 };
@@ -162,7 +180,18 @@ std::string point_text(const Point3& p) {
 
 }  // namespace
 
-std::optional<MeshCrossing> self_crossing(const TriangleMesh& mesh) { return CrossingFinder(mesh).run(); }
+std::optional<MeshCrossing> self_crossing(const TriangleMesh& mesh, unsigned threads) {
+  constexpr std::size_t parts_of_thread = 32;
+  const BoxTree tree(triangle_boxes(mesh));
+  const auto branches = tree.branches(threads > 1 ? parts_of_thread * threads : 1);
+  std::vector<CrossingFinder> finders(branches.size(), CrossingFinder(mesh, tree));
+  std::atomic<bool> found = false;
+  geometry::for_each_range(branches.size(), 1, threads, [&](std::size_t k, std::size_t) {
+    if (!found && finders[k].any(branches, k)) found = true;
+  });
+  for (std::size_t k = 1; k < finders.size() && !found; ++k) found = finders[0].add(finders[k]);
+  return found ? CrossingFinder(mesh, tree).first() : std::nullopt;
+}
 
 std::string text_of(const MeshCrossing& crossing) {
   const auto list = [](const auto& points) {

@@ -43,9 +43,9 @@ double sum_of_faces(const TriangleMesh& mesh) {
 
 std::string point_text(const Point3& p) { return "(" + text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]) + ")"; }
 
-Finding finding_of(const TriangleMesh& mesh) {
+Finding finding_of(const TriangleMesh& mesh, unsigned threads) {
   std::string fault;
-  const auto crossing = self_crossing(mesh);
+  const auto crossing = self_crossing(mesh, threads);
   if (crossing) {
     fault = "crosses itself: " + text_of(*crossing);
   } else if (const auto odd = odd_winding(mesh)) {
@@ -59,7 +59,7 @@ Finding finding_of(const TriangleMesh& mesh) {
 
 const TriangleMesh& mesh_of(const Expression& solid) { return std::get<TriangleMesh>(std::get<Primitive>(solid.node().value)); }
 
-/// Of each mesh once.
+/// Of each mesh once. Large ones are looked at by all threads, the others by one each.
 std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigned threads) {
   std::unordered_map<const Node*, Finding> findings;
   std::vector<std::pair<const TriangleMesh*, Finding*>> meshes;  // elements of a map keep their place
@@ -67,9 +67,12 @@ std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigne
     const auto [found, is_new] = findings.try_emplace(&mesh.solid.node());
     if (is_new) meshes.emplace_back(&mesh_of(mesh.solid), &found->second);
   }
-  constexpr std::size_t grain = 16;
-  geometry::for_each_range(meshes.size(), grain, threads, [&](std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) *meshes[i].second = finding_of(*meshes[i].first);
+  constexpr std::size_t grain = 16, many_triangles = 10000;
+  const auto is_large = [&](const auto& mesh) { return mesh.first->triangles.size() >= many_triangles; };
+  const auto small = std::partition(meshes.begin(), meshes.end(), is_large);
+  for (auto mesh = meshes.begin(); mesh != small; ++mesh) *mesh->second = finding_of(*mesh->first, threads);
+  geometry::for_each_range(static_cast<std::size_t>(meshes.end() - small), grain, threads, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) *small[static_cast<std::ptrdiff_t>(i)].second = finding_of(*small[static_cast<std::ptrdiff_t>(i)].first, 1);
   });
   return findings;
 }

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <random>
+#include <utility>
 
+#include "box_tree.hpp"
 #include "mesh_crossing.hpp"
 #include "model_helpers.hpp"
 
@@ -73,6 +77,70 @@ TEST(Crossing, IsFoundWhereAnEdgeGoesThroughATriangle) {
 TEST(Crossing, IsFoundBetweenBoxesOnAGrid) {
   EXPECT_TRUE(self_crossing(both(box({0, 0, 0}, {2, 2, 2}), box({1, 1, 1}, {3, 3, 3}))));
   EXPECT_TRUE(self_crossing(both(box({0, 0, 0}, {4, 4, 4}), box({1, 1, -1}, {3, 3, 5})))) << "right through";
+}
+
+/// Of many boxes: any two that cross are found, by any number of threads, and the same place is told.
+TEST(Crossing, IsTheSameForAnyThreads) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  int crossing = 0;
+  constexpr int rounds = 120;
+  for (int round = 0; round < rounds; ++round) {
+    const bool on_grid = round % 2 == 0;  // there edges hit edges, and faces lie in each other
+    std::vector<TriangleMesh> boxes;
+    TriangleMesh all;
+    for (int i = 0; i < 40; ++i) {
+      Point3 low, high;
+      for (std::size_t k = 0; k < 3; ++k) {
+        low[k] = std::uniform_real_distribution<double>(0, 25)(random);
+        high[k] = low[k] + std::uniform_real_distribution<double>(0.1, 2)(random);
+        if (on_grid) low[k] = std::floor(low[k]), high[k] = low[k] + 2;
+      }
+      all = both(all, boxes.emplace_back(box(low, high)));
+    }
+    const auto found = self_crossing(all);
+    crossing += found ? 1 : 0;
+    if (!on_grid) {
+      bool expected = false;
+      for (std::size_t i = 0; i < boxes.size(); ++i)
+        for (std::size_t j = 0; j < i && !expected; ++j) expected = self_crossing(both(boxes[i], boxes[j])).has_value();
+      ASSERT_EQ(found.has_value(), expected);
+    }
+    for (const unsigned threads : {2U, 3U}) {
+      const auto again = self_crossing(all, threads);
+      ASSERT_EQ(again.has_value(), found.has_value());
+      ASSERT_EQ(again ? text_of(*again) : "", found ? text_of(*found) : "");
+    }
+  }
+  EXPECT_GT(crossing, rounds / 20);
+  EXPECT_LT(crossing, rounds);
+}
+
+TEST(BoxTree, FindsEachPairThatMeetsOnce) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  for (int round = 0; round < 200; ++round) {
+    std::vector<Box3> boxes(std::uniform_int_distribution<std::size_t>(0, 60)(random));
+    for (Box3& box : boxes)
+      for (std::size_t k = 0; k < 3; ++k) {
+        box.low[k] = std::uniform_int_distribution<int>(0, 9)(random);
+        box.high[k] = box.low[k] + std::uniform_int_distribution<int>(0, 3)(random);
+      }
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> expected, found;
+    for (std::uint32_t j = 0; j < boxes.size(); ++j)
+      for (std::uint32_t i = 0; i < j; ++i)
+        if (boxes[i].meets(boxes[j])) expected[{i, j}] = 1;
+    const BoxTree tree(boxes);
+    const auto branches = tree.branches(std::uniform_int_distribution<std::size_t>(1, 20)(random));
+    for (std::size_t k = 0; k < branches.size(); ++k)
+      EXPECT_FALSE(tree.visit_meeting_pairs(branches, k, [&](std::uint32_t i, std::uint32_t j) {
+        ++found[std::minmax(i, j)];
+        return false;
+      }));
+    ASSERT_EQ(found, expected);
+  }
 }
 
 TEST(Crossing, TouchingIsNone) {
