@@ -22,6 +22,7 @@ namespace {
 using Point = std::array<double, 3>;
 /// Above so many facets, space is cut between them rather than along one of them.
 constexpr std::size_t many_facets = 24;
+constexpr Word dropped = ~Word{0};  // in the place of a facet
 constexpr Word whole_leaf[] = {Program::kind_leaf | Program::whole, Program::header, 0};
 
 // --- the same exactly, for the rare cells thinner than doubles resolve: in units of 2^(grid_exponent - 53) ----------
@@ -156,29 +157,29 @@ void MeshProducer::load(std::span<const Word> facets, geometry::TriangleColumns&
 
 /// Drops from a list, from its `first` entry on, the facets that are certainly outside of one side of the cell, or on it.
 void MeshProducer::drop_beyond(CellView<3>& cell, Words& facets, std::size_t first) const {
+  constexpr std::size_t at_once = 1024;  // few enough to stay in the cache
+  for (std::size_t at = first; at < facets.size(); at += at_once)
+    mark_beyond(cell, {facets.begin() + at, facets.begin() + std::min(at + at_once, facets.size())});
+  facets.resize(static_cast<std::size_t>(std::remove(facets.begin() + first, facets.end(), dropped) - facets.begin()));
+}
+
+/// Puts `dropped` in the place of those facets.
+void MeshProducer::mark_beyond(CellView<3>& cell, std::span<Word> facets) const {
   using geometry::TriangleColumns;
-  constexpr Word dropped = ~Word{0};
-  const std::span<Word> list{facets.begin() + first, facets.end()};
   TriangleColumns& triangles = cell.triangles();
-  load(list, triangles);
+  load(facets, triangles);
   for (std::size_t i = 0; i < cell.cell().facet_count(); ++i) {
     const OrientedHyperplane plane = cell.cell().facet_hyperplane(i);
     const auto rounded = cell.table().rounded(plane.id());
-    const Side side{plane.flipped() ? rounded.opposite() : rounded, plane.id()};
-    const auto sides = triangles.sides(side.rounded, -reach_of_points_on(side.rounded), side.rounded.error + 2 * mesh_.error);
-    for (std::size_t k = 0; k < list.size(); ++k) {
-      if ((sides[k] & TriangleColumns::below) != 0 || list[k] == dropped) continue;
-      const auto& corners = mesh_.facets[list[k]].corners;
-      if (std::all_of(corners.begin(), corners.end(), [&](std::uint32_t corner) { return is_beyond(corner, side); })) list[k] = dropped;
+    const geometry::Hyperplane<3> side = plane.flipped() ? rounded.opposite() : rounded;  // the cell is where it is negative
+    const double outside = side.error + 2 * mesh_.error, reach = reach_of_points_on(side);
+    const auto sides = triangles.sides(side, -reach, outside);
+    const auto is_beyond = [&](std::uint32_t corner) { return side.at(mesh_.points[corner]) > outside || is_on(corner, plane.id()); };
+    for (std::size_t k = 0; k < facets.size(); ++k) {
+      if ((sides[k] & TriangleColumns::below) != 0 || facets[k] == dropped) continue;
+      if (sides[k] == TriangleColumns::above || std::ranges::all_of(mesh_.facets[facets[k]].corners, is_beyond)) facets[k] = dropped;
     }
   }
-  facets.resize(first + static_cast<std::size_t>(std::remove(list.begin(), list.end(), dropped) - list.begin()));
-}
-
-/// Whether a mesh point is certainly outside the cell there, or on that hyperplane.
-bool MeshProducer::is_beyond(std::uint32_t corner, const Side& side) const {
-  const double value = side.rounded.at(mesh_.points[corner]);
-  return value > side.rounded.error + 2 * mesh_.error || (value >= -reach_of_points_on(side.rounded) && is_on(corner, side.id));
 }
 
 /// Where a hyperplane's value at a mesh point is larger, that is not on it. (The mesh may reach far beyond the model, where values are

@@ -83,8 +83,7 @@ const ExactCovector<D>& Splitter<D>::exact_point(const std::array<HyperplaneId, 
   return known.point;
 }
 
-/// Whether covectors of one frame are known to have a point in common, as all planes around a corner of a mesh have: then most vertices
-/// that are not off another hyperplane are that corner.
+/// Whether covectors of one frame are known to have a point in common, as all planes around a corner of a mesh have.
 template <int D>
 bool have_common_point(const HyperplaneTable<D>& table, const std::array<std::uint32_t, D + 1>& covectors) {
   return std::ranges::any_of(table.covector(covectors[0]).points, [&](std::uint32_t point) {

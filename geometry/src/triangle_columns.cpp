@@ -40,6 +40,7 @@ BSP2_VECTOR_CLONES void find_triangle_sides(const double* coordinates, std::size
 void TriangleColumns::resize(std::size_t count) {
   count_ = count;
   padded_ = (count + wide - 1) / wide * wide;
+  coordinates_.clear();
   coordinates_.resize(9 * padded_);
   for (std::size_t column = 0; column < 9; ++column) std::fill_n(coordinates_.begin() + column * padded_ + count, padded_ - count, 0.0);
   sides_.resize(padded_);

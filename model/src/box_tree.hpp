@@ -71,7 +71,7 @@ class BoxTree {
     return false;
   }
 
-  /// Parts of the tree that have all boxes together, at least so many if there are as many boxes.
+  /// Parts of the tree that have all boxes together: at least so many, unless all of them are leaves.
   [[nodiscard]] std::vector<Branch> branches(std::size_t least) const {
     std::vector<Branch> all;
     if (!order_.empty()) all.push_back({0, order_});

@@ -34,7 +34,7 @@ class CrossingFinder {
         return found_;
     return std::nullopt;
   }
-  /// Whether there is any where branch k meets itself or later ones, in the order of the tree: that is several times faster.
+  /// Whether there is any where branch k meets itself or later ones, in the order of the tree: that is twice as fast.
   bool any(std::span<const BoxTree::Branch> branches, std::size_t k) {
     return tree_.visit_meeting_pairs(branches, k, [&](std::uint32_t i, std::uint32_t j) {
       return edges_cross(i, j) || edges_cross(j, i) || overlaps(std::min(i, j), std::max(i, j));
@@ -181,9 +181,10 @@ std::string point_text(const Point3& p) {
 }  // namespace
 
 std::optional<MeshCrossing> self_crossing(const TriangleMesh& mesh, unsigned threads) {
-  constexpr std::size_t parts_of_thread = 32;
+  constexpr std::size_t parts_of_thread = 32, most_parts = 256, triangles_of_part = 256;  // each part is held against all later ones
   const BoxTree tree(triangle_boxes(mesh));
-  const auto branches = tree.branches(threads > 1 ? parts_of_thread * threads : 1);
+  const std::size_t parts = std::min({parts_of_thread * threads, most_parts, mesh.triangles.size() / triangles_of_part});
+  const auto branches = tree.branches(threads > 1 ? parts : 1);
   std::vector<CrossingFinder> finders(branches.size(), CrossingFinder(mesh, tree));
   std::atomic<bool> found = false;
   geometry::for_each_range(branches.size(), 1, threads, [&](std::size_t k, std::size_t) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -59,7 +60,9 @@ Finding finding_of(const TriangleMesh& mesh, unsigned threads) {
 
 const TriangleMesh& mesh_of(const Expression& solid) { return std::get<TriangleMesh>(std::get<Primitive>(solid.node().value)); }
 
-/// Of each mesh once. Large ones are looked at by all threads, the others by one each.
+bool is_large(const TriangleMesh& mesh) { return mesh.triangles.size() >= 10000; }
+
+/// Of each mesh once. Where a few are large, all threads look at each of those; one looks at each other one.
 std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigned threads) {
   std::unordered_map<const Node*, Finding> findings;
   std::vector<std::pair<const TriangleMesh*, Finding*>> meshes;  // elements of a map keep their place
@@ -67,13 +70,19 @@ std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigne
     const auto [found, is_new] = findings.try_emplace(&mesh.solid.node());
     if (is_new) meshes.emplace_back(&mesh_of(mesh.solid), &found->second);
   }
-  constexpr std::size_t grain = 16, many_triangles = 10000;
-  const auto is_large = [&](const auto& mesh) { return mesh.first->triangles.size() >= many_triangles; };
-  const auto small = std::partition(meshes.begin(), meshes.end(), is_large);
-  for (auto mesh = meshes.begin(); mesh != small; ++mesh) *mesh->second = finding_of(*mesh->first, threads);
-  geometry::for_each_range(static_cast<std::size_t>(meshes.end() - small), grain, threads, [&](std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) *small[static_cast<std::ptrdiff_t>(i)].second = finding_of(*small[static_cast<std::ptrdiff_t>(i)].first, 1);
-  });
+  constexpr std::size_t grain = 16;
+  const auto end_of_large = std::partition(meshes.begin(), meshes.end(), [](const auto& mesh) { return is_large(*mesh.first); });
+  const std::span large(meshes.begin(), end_of_large), others(end_of_large, meshes.end());
+  const auto look_at = [&](std::span<const std::pair<const TriangleMesh*, Finding*>> some, std::size_t at_once) {
+    geometry::for_each_range(some.size(), at_once, threads, [&](std::size_t first, std::size_t end) {
+      for (const auto& [mesh, finding] : some.subspan(first, end - first)) *finding = finding_of(*mesh, 1);
+    });
+  };
+  if (large.size() >= threads)
+    look_at(large, 1);
+  else
+    for (const auto& [mesh, finding] : large) *finding = finding_of(*mesh, threads);
+  look_at(others, grain);
   return findings;
 }
 

@@ -472,6 +472,40 @@ TEST(PredicateInSpace, IsZeroForAllFacetsAroundAMeshVertexUnderAnyMap) {
   EXPECT_GT(seen.exact, 1000U);
 }
 
+/// Facets whose corners are numbered, some with one in common and some with none, of meshes so small that no filter tells their points apart.
+TEST(PredicateInSpace, AgreesWithRationalsWhereCornersAreKnown) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  Seen seen;
+  for (int round = 0; round < 40; ++round) {
+    // An octahedron of a few steps of the grid, or of more of them.
+    const int size = pick(random, 4, 50);
+    const auto coordinate = [&](int bits) { return std::uniform_int_distribution<std::int64_t>(-(std::int64_t{1} << bits), std::int64_t{1} << bits)(random); };
+    const std::array<std::int64_t, 3> centre{coordinate(52), coordinate(52), coordinate(52)};
+    std::vector<std::array<std::int64_t, 3>> corners;
+    for (std::size_t k = 0; k < 6; ++k) {
+      auto& corner = corners.emplace_back(centre);
+      corner[k / 2] += (k % 2 == 0 ? 1 : -1) * (std::int64_t{1} << size);
+      for (auto& x : corner) x += coordinate(size - 2);
+    }
+    std::vector<Covector<3>> covectors;
+    for (std::uint32_t facet = 0; facet < 8; ++facet) {
+      std::array<std::uint32_t, 3> own{facet & 1, 2 + (facet >> 1 & 1), 4 + (facet >> 2 & 1)};
+      auto& plane = covectors.emplace_back(triangle_covector({corners[own[0]], corners[own[1]], corners[own[2]]}));
+      for (std::size_t k = 0; k < 3; ++k) plane.points[k] = own[k] + 1;
+    }
+    const Matrix<3> m = product<3>(rotation<3>(0, 1, uniform(random, 0, 6)), random_box<3>(random, 1).matrix);
+    Matrix<3> moved = m;  // the same numbers mean other points there
+    moved[pick(random, 0, 2)][3] += std::ldexp(1.0, -pick(random, 30, 52));
+    const Model<3> model({-4, -4, -4}, {4, 4, 4}, 16, {{m, covectors}, {moved, covectors}}, 0);
+    check_vertices(model, random, 40, 12, seen);
+    if (testing::Test::HasFatalFailure()) return;
+  }
+  EXPECT_GT(seen.exact, 500U);
+  EXPECT_GT(seen.exact_off, 100U);
+}
+
 TEST(PredicateInSpace, AgreesWithRationalsOnLathesAndMeshesUnderTheirLargestCoefficients) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);

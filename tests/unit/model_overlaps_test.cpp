@@ -75,6 +75,36 @@ std::string mapped(const std::vector<double>& rows, const std::string& children)
 
 MeshOverlaps overlaps(const std::string& text, const std::string& name = "test.csg") { return overlaps_of(parse_csg(text, name), text, name); }
 
+/// Large meshes, of which all threads look at each or each at one, and small ones: the same is told by any number of threads.
+TEST(Overlaps, AreTheSameForAnyThreads) {
+  const auto boxes_in_a_row = [](std::size_t count, double step) {
+    std::vector<Box> boxes;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double x = static_cast<double>(i) * step;
+      boxes.push_back({{x, 0, 0}, {x + 2, 2, 2}});
+    }
+    return boxes;
+  };
+  auto crossing = boxes_in_a_row(900, 3);  // 10,800 triangles
+  crossing.push_back({{1501, 1, 1}, {1502, 5, 5}});
+  auto nested = boxes_in_a_row(900, 3);
+  nested.push_back({{1500.5, 0.5, 0.5}, {1501.5, 1.5, 1.5}});
+  const std::string text = polyhedron_of(crossing) + polyhedron_of(boxes_in_a_row(900, 3)) + two_cubes(1) + polyhedron_of(nested) + two_cubes(3);
+  const Model model = parse_csg(text, "test.csg");
+  const MeshOverlaps alone = overlaps_of(model, text, "test.csg", 1);
+  ASSERT_EQ(alone.meshes.size(), 3U);
+  EXPECT_EQ(alone.warnings.size(), 3U);
+  for (const unsigned threads : {2U, 5U}) {  // fewer than there are large ones, and more
+    const MeshOverlaps found = overlaps_of(model, text, "test.csg", threads);
+    EXPECT_EQ(found.warnings, alone.warnings);
+    ASSERT_EQ(found.meshes.size(), alone.meshes.size());
+    for (std::size_t i = 0; i < found.meshes.size(); ++i) {
+      EXPECT_EQ(found.meshes[i].place, alone.meshes[i].place);
+      EXPECT_EQ(found.meshes[i].volume_by_faces, alone.meshes[i].volume_by_faces);
+    }
+  }
+}
+
 /// k boxes sum up to the sum of their volumes, times the determinants of the maps around them, however they lie. All numbers are small
 /// integers, so this sum is exact; equal coordinates make faces lie in one plane, touch, and be the same.
 TEST(Overlaps, FacesSumUpToAllBoxesTimesTheDeterminants) {

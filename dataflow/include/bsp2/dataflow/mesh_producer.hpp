@@ -34,11 +34,6 @@ class MeshProducer {
     Point point;
     std::int32_t winding;
   };
-  /// A facet of a cell.
-  struct Side {
-    geometry::Hyperplane<3> rounded;  ///< the cell is where it is negative
-    geometry::HyperplaneId id;
-  };
   static constexpr std::size_t at_flag = Program::header, at_point = at_flag + 1, at_winding = at_point + 6, header = at_winding + 1;
   const Network<3>& network_;
   const Producer<3>& producer_;
@@ -50,7 +45,7 @@ class MeshProducer {
   [[nodiscard]] bool may_meet(const Mesh::Facet& facet, CellView<3>& cell) const;
   void load(std::span<const Word> facets, geometry::TriangleColumns& triangles) const;
   void drop_beyond(CellView<3>& cell, Words& facets, std::size_t first) const;
-  [[nodiscard]] bool is_beyond(std::uint32_t corner, const Side& side) const;
+  void mark_beyond(CellView<3>& cell, std::span<Word> facets) const;
   [[nodiscard]] double reach_of_points_on(const geometry::Hyperplane<3>& rounded) const;
   [[nodiscard]] bool is_on(std::uint32_t corner, geometry::HyperplaneId id) const;
   [[nodiscard]] bool is_inside(const Point& point, const geometry::Cell<3>& cell) const;
