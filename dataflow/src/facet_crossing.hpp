@@ -20,6 +20,43 @@ inline int sign_of_determinant(const std::array<double, 3>& u, const std::array<
   return value > bound ? 1 : value < -bound ? -1 : 0;
 }
 
+/// The same in the plane.
+inline int sign_of_determinant(const std::array<double, 2>& u, const std::array<double, 2>& v, double error) {
+  const double value = u[0] * v[1] - u[1] * v[0], s = std::fabs(u[0]) + std::fabs(u[1]), t = std::fabs(v[0]) + std::fabs(v[1]);
+  const double bound = 2 * error * (s + t + error) + 4 * 0x1p-52 * s * t;
+  return value > bound ? 1 : value < -bound ? -1 : 0;
+}
+
+/// A segment that is held against very many facets: most of them are passed over by boxes and by how they lie beside the segment seen
+/// along an axis.
+class SegmentAmongFacets {
+ public:
+  /// @param error of differences of coordinates.
+  SegmentAmongFacets(const std::array<double, 3>& p, const std::array<double, 3>& q, double error) : p_(p), along_(minus(q, p)), error_(error) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      low_[i] = std::min(p[i], q[i]) - error;
+      high_[i] = std::max(p[i], q[i]) + error;
+    }
+  }
+  /// Whether the segment certainly misses the facet.
+  [[nodiscard]] bool misses(const std::array<double, 3>& a, const std::array<double, 3>& b, const std::array<double, 3>& c) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (std::max({a[i], b[i], c[i]}) < low_[i] || std::min({a[i], b[i], c[i]}) > high_[i]) return true;
+    return is_beside(a, b, c, 0, 1) || is_beside(a, b, c, 1, 2);
+  }
+
+ private:
+  std::array<double, 3> p_, along_, low_{}, high_{};
+  double error_;
+
+  [[nodiscard]] bool is_beside(const std::array<double, 3>& a, const std::array<double, 3>& b, const std::array<double, 3>& c, std::size_t i,
+                               std::size_t j) const {
+    const auto side = [&](const std::array<double, 3>& x) { return sign_of_determinant({along_[i], along_[j]}, {x[i] - p_[i], x[j] - p_[j]}, error_); };
+    const int first = side(a);
+    return first != 0 && side(b) == first && side(c) == first;
+  }
+};
+
 /// How the winding number changes from p to q across a facet abc: -1, 0, +1, or nothing if a sign leaves it open.
 /// @param p_side, q_side signs of [a-p, b-p, c-p] and of the same with q.
 /// @param line the signs of [q-p, a-p, b-p], [q-p, b-p, c-p], [q-p, c-p, a-p].
@@ -46,10 +83,7 @@ inline std::optional<int> crossing(const std::array<double, 3>& p, const std::ar
 inline std::optional<int> crossing(const std::array<double, 2>& p, const std::array<double, 2>& q, const std::array<double, 2>& a,
                                    const std::array<double, 2>& b, double error) {
   const auto side = [&](const std::array<double, 2>& from, const std::array<double, 2>& u, const std::array<double, 2>& v) {
-    const std::array<double, 2> x{u[0] - from[0], u[1] - from[1]}, y{v[0] - from[0], v[1] - from[1]};
-    const double value = x[0] * y[1] - x[1] * y[0], s = std::fabs(x[0]) + std::fabs(x[1]), t = std::fabs(y[0]) + std::fabs(y[1]);
-    const double bound = 2 * error * (s + t + error) + 4 * 0x1p-52 * s * t;
-    return value > bound ? 1 : value < -bound ? -1 : 0;
+    return sign_of_determinant({u[0] - from[0], u[1] - from[1]}, {v[0] - from[0], v[1] - from[1]}, error);
   };
   const int a_side = side(p, q, a), b_side = side(p, q, b), p_side = side(a, b, p), q_side = side(a, b, q);
   if ((a_side != 0 && a_side == b_side) || (p_side != 0 && p_side == q_side)) return 0;

@@ -229,9 +229,12 @@ std::optional<std::int32_t> MeshProducer::winding_beside(const CellView<3>& view
     for (int i = 0; i < 3; ++i) far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
     std::int32_t winding = 0;
     bool certain = true;
+    const SegmentAmongFacets segment(far, centre, error);
     for (std::size_t index = 0; index < mesh_.facets.size() && certain; ++index) {
       const auto& corners = mesh_.facets[index].corners;
-      const auto change = crossing(far, centre, mesh_.points[corners[0]], mesh_.points[corners[1]], mesh_.points[corners[2]], error);
+      const Point &a = mesh_.points[corners[0]], &b = mesh_.points[corners[1]], &c = mesh_.points[corners[2]];
+      if (segment.misses(a, b, c)) continue;
+      const auto change = crossing(far, centre, a, b, c, error);
       certain = change.has_value();
       winding += change.value_or(0);
     }
@@ -322,9 +325,12 @@ std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
     std::optional<ExactPoint> exact_near, exact_far;
     std::int32_t winding = 0;
     bool certain = true;
+    const SegmentAmongFacets segment(far, near, error);
     for (std::size_t index = 0; index < mesh_.facets.size() && certain; ++index) {
       const auto& corners = mesh_.facets[index].corners;
-      auto change = crossing(far, near, mesh_.points[corners[0]], mesh_.points[corners[1]], mesh_.points[corners[2]], error);
+      const Point &a = mesh_.points[corners[0]], &b = mesh_.points[corners[1]], &c = mesh_.points[corners[2]];
+      if (segment.misses(a, b, c)) continue;
+      auto change = crossing(far, near, a, b, c, error);
       if (!change) {
         if (!exact_near) {
           exact_near = exact_mix(network_.table, vertices, weights);
