@@ -425,6 +425,10 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnRandomBoxesOfAllSizes) {
   EXPECT_GT(seen.sides, 20U);
 }
 
+std::int64_t coordinate(Random& random, int bits) {
+  return std::uniform_int_distribution<std::int64_t>(-(std::int64_t{1} << bits), std::int64_t{1} << bits)(random);
+}
+
 TEST(PredicateInSpace, IsZeroForAllFacetsAroundAMeshVertexUnderAnyMap) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -432,17 +436,13 @@ TEST(PredicateInSpace, IsZeroForAllFacetsAroundAMeshVertexUnderAnyMap) {
   Seen seen;
   for (int round = 0; round < 100; ++round) {
     // A fan of triangles around one corner, all its coordinates arbitrary 53-bit numbers.
-    const auto coordinate = [&](int bits) {
-      return std::uniform_int_distribution<std::int64_t>(-(std::int64_t{1} << bits),
-                                                         std::int64_t{1} << bits)(random);
-    };
-    const std::array<std::int64_t, 3> apex{coordinate(53), coordinate(53), coordinate(53)};
+    const std::array<std::int64_t, 3> apex{coordinate(random, 53), coordinate(random, 53), coordinate(random, 53)};
     const int narrow = pick(random, 1, 40);  // fans from wide open to almost degenerate
     std::vector<std::array<std::int64_t, 3>> rim;
     for (int k = 0; k < 7; ++k) {
       auto& p = rim.emplace_back(apex);
       for (auto& x : p)
-        x = std::clamp<std::int64_t>(x + coordinate(53 - narrow), -(std::int64_t{1} << 53),
+        x = std::clamp<std::int64_t>(x + coordinate(random, 53 - narrow), -(std::int64_t{1} << 53),
                                      std::int64_t{1} << 53);
     }
     std::vector<Covector<3>> covectors;
@@ -481,13 +481,12 @@ TEST(PredicateInSpace, AgreesWithRationalsWhereCornersAreKnown) {
   for (int round = 0; round < 40; ++round) {
     // An octahedron of a few steps of the grid, or of more of them.
     const int size = pick(random, 4, 50);
-    const auto coordinate = [&](int bits) { return std::uniform_int_distribution<std::int64_t>(-(std::int64_t{1} << bits), std::int64_t{1} << bits)(random); };
-    const std::array<std::int64_t, 3> centre{coordinate(52), coordinate(52), coordinate(52)};
+    const std::array<std::int64_t, 3> centre{coordinate(random, 52), coordinate(random, 52), coordinate(random, 52)};
     std::vector<std::array<std::int64_t, 3>> corners;
     for (std::size_t k = 0; k < 6; ++k) {
       auto& corner = corners.emplace_back(centre);
       corner[k / 2] += (k % 2 == 0 ? 1 : -1) * (std::int64_t{1} << size);
-      for (auto& x : corner) x += coordinate(size - 2);
+      for (auto& x : corner) x += coordinate(random, size - 2);
     }
     std::vector<Covector<3>> covectors;
     for (std::uint32_t facet = 0; facet < 8; ++facet) {

@@ -20,7 +20,6 @@ class TriangleColumns {
 
   /// What was in it is gone. @post the corners of `count` triangles are to be set.
   void resize(std::size_t count);
-  [[nodiscard]] std::size_t size() const { return count_; }
   void set(std::size_t triangle, std::size_t corner, const std::array<double, 3>& point) {
     for (std::size_t axis = 0; axis < 3; ++axis) coordinates_[(3 * corner + axis) * padded_ + triangle] = point[axis];
   }
