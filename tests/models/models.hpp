@@ -24,6 +24,11 @@ inline std::filesystem::path shared() {
   return std::filesystem::is_directory(path) ? path : std::filesystem::path();
 }
 
+/// Inputs that once went wrong, each with what is right in cases.tsv.
+inline std::filesystem::path cases() {
+  return std::filesystem::path(BSP2_SOURCE_DIR) / "tests" / "cases";
+}
+
 inline supersteps::RunReport run_file(const std::filesystem::path& path, unsigned threads = 2,
                                       double coincidence = 1e-9) {
   supersteps::RunOptions options;
