@@ -51,11 +51,19 @@ struct Piece {
   Cell<D> cell;
   Words program;                    // localized
   std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
+  std::array<bool, 2> half_is_out{};  // what is known of the halves before they are looked at
   Work weight = 0;                  // estimate of the work, by what is undecided of each operand
   std::uint16_t level = 0;
   bool is_parted = false;
   bool is_elsewhere = false;                     // left to others
   std::array<std::unique_ptr<Piece>, 2> halves;  // negative, positive; none: not made
+
+  /// What the evaluation would go on with in a half: nothing where the cut has told that it is OUT. To ask about it again would not do: in
+  /// a narrower cell a round solid has other tangents, and may not know any more what the one that it was cut along has told.
+  [[nodiscard]] std::span<const Word> program_of_half(std::size_t side) const {
+    if (half_is_out[side]) return {};
+    return program;
+  }
 };
 
 /// What one thread looks at pieces with.
@@ -72,7 +80,10 @@ class Looker {
     typename Localizer<D>::Cut cut;
     if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
       for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += work_on(operand.weight);
-      if (!cut.none && piece.level < level_) piece.cut = cut.hyperplane;
+      if (!cut.none && piece.level < level_) {
+        piece.cut = cut.hyperplane;
+        piece.half_is_out = {cut.negative_is_out, cut.positive_is_out};
+      }
     } else {
       piece.program.clear();
     }
@@ -89,7 +100,7 @@ class Looker {
     for (std::size_t side = 0; side < 2; ++side) {
       whole.halves[side] = std::make_unique<Piece<D>>();
       whole.halves[side]->level = static_cast<std::uint16_t>(whole.level + 1);
-      look(*whole.halves[side], std::move(cells[side]), whole.program);
+      look(*whole.halves[side], std::move(cells[side]), whole.program_of_half(side));
       words += whole.halves[side]->program.size();
     }
     return words;
@@ -313,7 +324,7 @@ class Partitioner {
       result_.nodes.push_back({Kind::elsewhere, 0, 0});
     } else if (piece.is_parted) {
       result_.nodes.push_back({Kind::split, *piece.cut, 0});
-      for (auto& half : piece.halves) write(*half, piece.program);
+      for (std::size_t side = 0; side < 2; ++side) write(*piece.halves[side], piece.program_of_half(side));
     } else {
       const Work work = &piece == &root_ ? 0 : work_of(piece, limits_.sampled_levels);
       result_.nodes.push_back({Kind::region, 0, static_cast<double>(work) * unit_of_work});

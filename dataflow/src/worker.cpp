@@ -172,47 +172,50 @@ void Worker<D>::cut(const Cell<D>& cell, geometry::HyperplaneId hyperplane, std:
   splitter_.split(cell, hyperplane, built[0] ? &halves[0] : nullptr, built[1] ? &halves[1] : nullptr);
 }
 
+/// A half that the cut tells to be OUT is so, and is not asked about again: in a narrower cell a round solid has other tangents, and may not
+/// know any more what the one that it was cut along has told.
 template <int D>
 Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& plane) {
+  const std::array<bool, 2> is_out{plane.negative_is_out, plane.positive_is_out};
   const bool need_out = crew_.options.keep_out;
-  std::array<bool, 2> built{need_out || !plane.negative_is_out, need_out || !plane.positive_is_out};
+  const std::array<bool, 2> built{need_out || !is_out[0], need_out || !is_out[1]};
   grow(built[0] + built[1] - 1);
   Join<D>* join = join_of(*token, plane.hyperplane);
   std::array<Cell<D>, 2> halves;
   cut(token->cell, plane.hyperplane, built, halves);
   join->cell = std::move(token->cell);
+  const std::uint32_t region = token->region;
   const auto level = static_cast<std::uint16_t>(token->level + 1);
 
-  if (built[0] && built[1]) {
+  if (!is_out[0] && !is_out[1]) {
     Token<D>* other = tokens_.take();
     other->program = token->program;
     other->cell = std::move(halves[1]);
     other->parent = join;
-    other->region = token->region;
+    other->region = region;
     other->level = level;
     other->side = 1;
     add(other);
+  }
+  const std::uint8_t mine = is_out[0] ? 1 : 0;
+  const bool is_left = !is_out[mine];
+  if (is_left) {
+    token->cell = std::move(halves[mine]);
+    token->parent = join;
+    token->level = level;
+    token->side = mine;
   } else {
+    tokens_.give(token);
+  }
+  for (std::uint8_t side = 0; side < 2; ++side) {
+    if (!is_out[side]) continue;
     Outcome<D> outside;
     outside.level = level;
+    outside.cell = std::move(halves[side]);
     count_decided(level);
-    const std::uint8_t side = built[0] ? 1 : 0;
-    finish(join, side, token->region, std::move(outside));
-    if (!built[0] && !built[1]) {  // both halves are OUT
-      tokens_.give(token);
-      Outcome<D> second;
-      second.level = level;
-      count_decided(level);
-      finish(join, static_cast<std::uint8_t>(1 - side), join->region, std::move(second));
-      return nullptr;
-    }
+    finish(join, side, region, std::move(outside));
   }
-  const std::uint8_t mine = built[0] ? 0 : 1;
-  token->cell = std::move(halves[mine]);
-  token->parent = join;
-  token->level = level;
-  token->side = mine;
-  if (crew_.options.order == Order::depth) return token;
+  if (!is_left || crew_.options.order == Order::depth) return is_left ? token : nullptr;
   add(token);
   return nullptr;
 }

@@ -12,6 +12,7 @@
 #include "bsp2/dataflow/giving_back.hpp"
 #include "bsp2/model/builder.hpp"
 #include "dataflow_oracle.hpp"
+#include "in_regions.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -211,58 +212,6 @@ model::Expression wall() {
   return model::unite(bricks);
 }
 
-/// Totals of an evaluation in many regions, evaluated in random lots; what is whole is given back after each, as the engine does.
-template <int D>
-Totals<D> evaluated_in_lots(const Network<D>& network, unsigned depth, EvaluateOptions options, Random& random) {
-  PartitionLimits limits;
-  if (options.level) limits.level = *options.level;
-  limits.tolerance = options.tolerance.value_or(0);
-  Partition<D> parts = partition(network, depth, limits);
-  Totals<D> totals(network.table.radius(), network.table.width());
-  totals.reset_bounds();
-  std::vector<Region<D>> waiting = std::move(parts.regions), left;
-  std::shuffle(waiting.begin(), waiting.end(), random);
-  while (!waiting.empty()) {
-    std::vector<Region<D>> lot;
-    for (int i = pick(random, 1, 5); i > 0 && !waiting.empty(); --i) {
-      lot.push_back(std::move(waiting.back()));
-      waiting.pop_back();
-    }
-    options.suspend = options.hold_wholes = true;
-    auto found = evaluate(network, std::move(lot), options, {});
-    totals += found.totals;
-    for (auto& region : found.unfinished) left.push_back(std::move(region));
-    std::vector<Whole> wholes;
-    std::vector<std::uint32_t> unfinished;
-    for (const auto& region : waiting) unfinished.push_back(region.number);
-    for (const auto& region : left)
-      if (const auto whole = whole_of(region))
-        wholes.push_back(*whole);
-      else
-        unfinished.push_back(region.number);
-    std::map<std::uint32_t, Whole> remaining;
-    for (const Whole& whole : give_back<D>(network, parts, wholes, unfinished)) remaining.emplace(whole.region, whole);
-    std::vector<Region<D>> certain, others;
-    for (auto& region : left) {
-      const bool was_whole = whole_of(region).has_value();
-      const auto is = remaining.find(region.number);
-      if (was_whole && is == remaining.end()) continue;
-      if (was_whole)
-        region = {region.number,
-                  is->second.level,
-                  region_cell(network, parts, region.number),
-                  {},
-                  {{{Frontier::Kind::held, is->second.label, 0, is->second.part}}, {}}};
-      (was_whole && is->second.is_certain ? certain : others).push_back(std::move(region));
-    }
-    totals += picture<D>(network, certain, options, {}).totals;
-    left = std::move(others);
-  }
-  for (const auto& region : left) EXPECT_TRUE(!whole_of(region) || options.level || network.is_round()) << "region " << region.number << " waits for nobody";
-  totals += picture<D>(network, left, options, {}).totals;
-  return totals;
-}
-
 /// @return by how many cells there would be more if nothing were given back across cuts.
 template <int D>
 std::uint64_t expect_the_same_in_regions(const model::Expression& e, const EvaluateOptions& options, Random& random) {
@@ -270,7 +219,7 @@ std::uint64_t expect_the_same_in_regions(const model::Expression& e, const Evalu
   const auto whole = evaluate(network, partition(network, 0).regions, options, {}).totals;
   std::uint64_t given_back = 0;
   for (const unsigned depth : {1U, 3U, 6U}) {
-    const auto parts = evaluated_in_lots<D>(network, depth, options, random);
+    const auto parts = evaluated_in_regions<D>(network, depth, options, random);
     EXPECT_EQ(parts.digest.hex(), whole.digest.hex()) << "depth " << depth;
     EXPECT_EQ(parts.in_cells, whole.in_cells);
     EXPECT_EQ(parts.fuzzy_cells, whole.fuzzy_cells);
