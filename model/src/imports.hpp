@@ -19,6 +19,7 @@ namespace bsp2::model {
 struct ImportedMesh {
   std::vector<Point3> points;
   FaceCycles faces;  ///< clockwise seen from outside, as in a polyhedron
+  std::vector<std::string> warnings{};  ///< what is odd about the file, which was read all the same
 
   /// @return its index.
   std::uint32_t add_point(const Point3& point);
@@ -34,7 +35,8 @@ bool is_mesh_ending(std::string_view ending);
 
 /// The meshes of a file (STL, OFF, OBJ, PLY, 3MF, AMF).
 ///
-/// Strict: what is damaged or cut off is an error with its line or byte, never half a mesh. Coordinates are finite and at most
+/// Strict: what is damaged or cut off is an error with its line or byte, never half a mesh; only of the number of facets that a binary
+/// STL file tells its length knows better, which gets a warning. Coordinates are finite and at most
 /// largest_coordinate.
 /// @throws bsp2::Error if the file cannot be read.
 ImportedMesh import_mesh(const std::filesystem::path& path);

@@ -50,6 +50,7 @@ ImportedMesh import_mesh(const std::filesystem::path& path) {
 
 std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path, const std::function<void(const std::string&)>& warn) {
   const ImportedMesh mesh = import_mesh(path);
+  for (const std::string& text : mesh.warnings) warn(path.string() + ": " + text);
   std::optional<TriangleMesh> closed;
   try {
     closed = repaired_mesh(mesh.points, mesh.faces, Holes::cap, [&](const std::string& text) { warn("the mesh of " + path.string() + " is " + text); });

@@ -267,7 +267,8 @@ TEST_F(MeshFile, WhatIsCutOffIsNeverHalfAMesh) {
     const std::size_t step = 1 + bytes.size() / 50;
     for (std::size_t size = 1; size < bytes.size(); size += step) {
       const std::string text = message(name, bytes.substr(0, size));
-      if (text == "no error") {
+      const bool has_whole_facets = name == "B.STL" && size > 84 && (size - 84) % 50 == 0;  // its header may be wrong: read, with a warning
+      if (text == "no error" && !(has_whole_facets && !import_mesh(folder_.path() / name).warnings.empty())) {
         EXPECT_GT(size + 20, bytes.size()) << name << " cut at " << size << " of " << bytes.size();
       }
     }
