@@ -172,6 +172,8 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   write_results(command, result, ranks);
   if (!ranks.is_master()) return 0;
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
+  if (speaks)
+    for (const std::string& note : result.report.notes) log.info("note: {}", note);
   if (speaks) tell_left_out(command, result.report, log);
   if (speaks) print_summary(out, result.report);
   if (command.stats) print_stats(out, result.report);

@@ -84,6 +84,7 @@ std::string to_json(const supersteps::RunReport& report) {
   json["cpu_seconds"] = report.cpu_seconds;
   json["peak_rss_bytes"] = report.peak_rss_bytes;
   json["warnings"] = report.warnings;
+  json["notes"] = report.notes;
   json["overlapping_meshes"] = Json::array();
   for (const auto& mesh : report.overlapping_meshes) json["overlapping_meshes"].push_back(overlapping(mesh));
   // A path need not be UTF-8, a JSON text must.

@@ -41,12 +41,12 @@ DrawingFrame read_frame(const Arguments& arguments) {
 
 }  // namespace
 
-Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
+Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn, const Warn& note) {
   const std::filesystem::path path = file_of("import", arguments, folder);
   const std::string kind = lower_ending(path);
   if (kind == ".dxf") {
     const std::string layer = arguments.string("layer", -1, "");
-    const PlaneDrawing drawing = import_dxf(path, layer, read_frame(arguments), resolution_of(arguments));
+    const PlaneDrawing drawing = import_dxf(path, layer, read_frame(arguments), resolution_of(arguments), {warn, note});
     if (drawing.paths.size() == 0)
       warn("this import is empty: there is no path " + (layer.empty() ? "" : "on a layer '" + layer + "' ") + "in " + path.string());
     return pooled_polygon(drawing.points, drawing.paths, pool);
@@ -54,7 +54,7 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
   if (kind == ".svg") {
     std::vector<Expression> shapes;
     const SvgSelection selection{arguments.string("id", -1, ""), arguments.string("layer", -1, "")};
-    const auto drawings = import_svg(path, arguments.number("dpi", -1, 72), arguments.flag("center", -1), selection);
+    const auto drawings = import_svg(path, arguments.number("dpi", -1, 72), arguments.flag("center", -1), selection, {warn, note});
     if (!drawings) {
       warn("this import is empty: there is no " + selection.text() + " in " + path.string());
       return pool.empty(2);

@@ -112,7 +112,7 @@ std::string why_not(std::string_view name) {
 }
 
 Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
-                          const Warn& warn) {
+                          const Warn& warn, const Warn& note) {
   if (kind >= NodeKind::simplex) return make_any_primitive(kind, arguments, pool);
   switch (kind) {
     case NodeKind::cube:
@@ -130,7 +130,7 @@ Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::
     case NodeKind::text:
       return make_text(arguments, pool, warn);
     case NodeKind::import:
-      return make_import(arguments, folder, pool, warn);
+      return make_import(arguments, folder, pool, warn, note);
     case NodeKind::surface:
       return make_surface(arguments, folder, pool, warn);
     case NodeKind::bezier:

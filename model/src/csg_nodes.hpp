@@ -86,9 +86,9 @@ class HollowPolyhedron : public Error {
 
 /// The solid of a primitive, with OpenSCAD's meaning of bad arguments: what has no size is empty.
 /// @throws bsp2::Error without a position, for more sides than anybody needs; HollowPolyhedron.
-/// @param folder what the names of files are relative to.
+/// @param folder what the names of files are relative to. @param note is told what needs no warning.
 Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
-                          const Warn& warn);
+                          const Warn& warn, const Warn& note);
 
 /// The 4 x 4 matrix of a multmatrix node, row-major.
 std::array<double, 16> read_matrix(const Arguments& arguments);

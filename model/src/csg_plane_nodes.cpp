@@ -19,17 +19,22 @@ void read_paths(const Value* list, std::size_t points, FaceCycles& paths, const 
     return;
   }
   const Value* path = list + 1;
+  std::size_t missing = 0;
+  std::uint32_t first_with_missing = 0;
   for (std::uint32_t p = 0; p < list->size; path += path->span, ++p) {
     if (path->kind != Value::vector) continue;
     for (const Value* index = path + 1; index != path + path->span; index += index->span) {
       const double x = index->kind == Value::number ? index->as_number : -1;
       if (x >= 0 && x < static_cast<double>(points))
         paths.corners.push_back(static_cast<std::uint32_t>(x));
-      else
-        warn("path " + std::to_string(p) + " of this polygon names a point that is not there; there are " + std::to_string(points));
+      else if (missing++ == 0)
+        first_with_missing = p;
     }
     paths.end_face();
   }
+  if (missing > 0)
+    warn("path " + std::to_string(first_with_missing) + " of this polygon names a point that is not there; there are " + std::to_string(points) +
+         (missing == 1 ? "" : "; in all, " + std::to_string(missing) + " names of points are passed over"));
 }
 
 }  // namespace

@@ -21,7 +21,8 @@ Expression make_polygon(const Arguments& arguments, NodePool& pool, const Warn& 
 Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& warn);
 
 /// @param folder what the names of files are relative to.
-Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn);
+/// @param note is told what is right and good to know, such as the units of a file.
+Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn, const Warn& note);
 Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn);
 
 /// The points inside an odd number of the paths.

@@ -91,16 +91,37 @@ class Reader {
     problems_.push_back({frame.offset, std::move(text)});
   }
   void warn(const Frame& frame, std::string text) {
+    if (is_outside(frame.kind) && is_told(warnings_, text)) return;
     if (warnings_.size() < most_warnings)
-      warnings_.push_back({frame.offset, std::move(text)});
+      warnings_.push_back({{frame.offset, std::move(text)}});
     else
       ++warnings_left_out_;
   }
+  void remark(const Frame& frame, std::string text) {
+    if (!is_told(notes_, text) && notes_.size() < most_warnings) notes_.push_back({{frame.offset, std::move(text)}});
+  }
+  /// What it is like is said by a font or a file, in the same words at each place.
+  static bool is_outside(NodeKind kind) { return kind == NodeKind::text || kind == NodeKind::import || kind == NodeKind::surface || is_extrusion(kind); }
   static bool is_construct(NodeKind kind) { return kind >= NodeKind::hull && kind < NodeKind::cube; }
   static bool is_extrusion(NodeKind kind) { return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude || kind == NodeKind::roof; }
   static bool is_mesh(const Expression& solid) {
     const auto* shape = std::get_if<Primitive>(&solid.node().value);
     return shape != nullptr && std::holds_alternative<TriangleMesh>(*shape);
+  }
+  struct Remark {
+    SyntaxError error;
+    std::size_t more_places = 0;
+  };
+  /// Counts a place where it is told already.
+  static bool is_told(std::vector<Remark>& remarks, const std::string& text) {
+    const auto told = std::find_if(remarks.begin(), remarks.end(), [&](const Remark& each) { return each.error.text == text; });
+    if (told == remarks.end()) return false;
+    ++told->more_places;
+    return true;
+  }
+  std::string located(const Remark& remark) {
+    const std::size_t more = remark.more_places;
+    return located(remark.error) + (more == 0 ? "" : " (and at " + std::to_string(more) + (more == 1 ? " more place)" : " more places)"));
   }
   std::string located(const SyntaxError& error) {
     return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
@@ -128,7 +149,8 @@ class Reader {
   std::vector<AnyNode> any_nodes_;                // of the frames of nodes that OpenSCAD does not have
   std::vector<std::optional<Colour>> colours_;    // of the color frames
   std::vector<Construct> constructs_;             // of the frames from hull to roof
-  std::vector<SyntaxError> problems_, warnings_;
+  std::vector<SyntaxError> problems_;
+  std::vector<Remark> warnings_, notes_;
   std::vector<Model::Mesh> meshes_;
   std::unordered_map<std::string_view, Expression> polyhedra_;  // those with nothing to warn of, by the text of their arguments
   const Expression* known_ = nullptr;  // what the node that was begun last is, where that is known
@@ -190,6 +212,7 @@ void Reader::modifiers(Frame& frame) {
   if (!root || root_tagged_ || frame.absence == Absence::disabled) return;
   root_tagged_ = frame.is_root = true;
   frame.absence = Absence::none;
+  notes_.clear();
   warnings_.clear();  // of what is not in the tree now
   meshes_.clear();
   left_out_.reset();
@@ -287,7 +310,8 @@ Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) 
     this->warn(frame, std::move(text));
   };
   try {
-    Expression made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn);
+    const auto note = [&](std::string text) { remark(frame, std::move(text)); };
+    Expression made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn, note);
     if (frame.kind == NodeKind::polyhedron && is_sound) {
       const std::size_t begin = frame.offset + frame.name.size();
       polyhedra_.emplace(text_.substr(begin, scanner_.offset() - begin), made);
@@ -542,9 +566,9 @@ SyntaxError Reader::nothing_left() const {
   SyntaxError error{left_out_->offset, left_out_->text + ", and nothing else is left of the model"};
   std::size_t more = 0;
   constexpr std::size_t most = 3;
-  for (const SyntaxError& warning : warnings_) {
-    if (warning.offset != left_out_->offset || warning.text == left_out_->text) continue;
-    if (more++ < most) error.text += "; " + warning.text;
+  for (const Remark& warning : warnings_) {
+    if (warning.error.offset != left_out_->offset || warning.error.text == left_out_->text) continue;
+    if (more++ < most) error.text += "; " + warning.error.text;
   }
   if (more > most) error.text += "; and " + std::to_string(more - most) + " more warnings";
   return error;
@@ -569,7 +593,8 @@ Model Reader::result() {
   model.meshes = std::move(meshes_);
   std::erase_if(model.meshes, [&](const Model::Mesh& mesh) { return !std::binary_search(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset); });
   if (model.expression.dimension() == 0) model.expression = pool_.empty(3);
-  for (const SyntaxError& warning : warnings_) model.warnings.push_back(located(warning));
+  for (const Remark& warning : warnings_) model.warnings.push_back(located(warning));
+  for (const Remark& each : notes_) model.notes.push_back(located(each));
   if (warnings_left_out_ > 0)
     model.warnings.push_back(name_ + ": and " + std::to_string(warnings_left_out_) + " more warnings");
   return model;

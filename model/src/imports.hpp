@@ -70,11 +70,21 @@ struct DrawingFrame {
   double scale = 1;
 };
 
-/// The paths of a DXF drawing's lines, arcs, circles, ellipses, polylines (bulges are passed over) and inserted blocks. As in OpenSCAD their points
-/// lie on a grid of 2^-10, ends next to each other on it meet, and open paths are closed by a straight line.
-/// @param layer only what is on this layer; empty: everything.
-/// @throws bsp2::Error if the file cannot be read or is cut off.
-PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution);
+/// Who is told what there is to say about a drawing; each may be empty.
+struct Remarks {
+  std::function<void(const std::string&)> warn;  ///< what is not read, and others
+  std::function<void(const std::string&)> note;  ///< what is right as it is, and good to know
+};
+
+/// The paths of a DXF drawing's lines, arcs, circles, ellipses, splines, polylines, solids and inserted blocks. As in OpenSCAD
+/// their points lie on a grid of 2^-10, ends next to each other on it meet, and open paths are closed by a straight line.
+///
+/// Bounded, whatever the numbers in the file say: a million lines, and blocks that are inserted some hundred thousand times.
+/// @param layer only what is on this layer (of an INSERT: its own, whatever is in the block); empty: everything.
+/// @param remarks is warned once of all that is not read, by its kinds, and told the units of the file.
+/// @throws bsp2::Error if the file cannot be read or is cut off, if a number in it is none, if a block inserts itself.
+PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution,
+                        const Remarks& remarks = {});
 
 /// What is wanted of an SVG drawing, with what is in it; empty names: everything.
 struct SvgSelection {
@@ -86,12 +96,15 @@ struct SvgSelection {
 };
 
 /// The areas of an SVG drawing's paths, rectangles, circles, ellipses, polygons and lines, one drawing a shape, in millimetres
-/// with y upwards. As in OpenSCAD 2021.01: a line (a path whose ends are apart, a polyline) has the width of its stroke, areas
-/// have no strokes; text and <use> are passed over.
+/// with y upwards. As in OpenSCAD 2021.01 a line (a path whose ends are apart, a polyline) has the width of its stroke, areas
+/// have no strokes. What is hidden (`display`, `visibility`, by attributes, styles or a simple style sheet) is left out, `<use>` is
+/// followed.
 /// @param dpi units of a length without unit in an inch; 72 if it is no positive number.
 /// @param center whether the middle of what is drawn (of the selection) is moved to the origin.
+/// @param remarks is warned once of all that is not read, by its kinds.
 /// @return nothing if there is nothing of that name.
-/// @throws bsp2::Error if the file cannot be read.
-std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection = {});
+/// @throws bsp2::Error if the file cannot be read, if a <use> uses itself, or if they multiply to more than a million elements.
+std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection = {},
+                                                    const Remarks& remarks = {});
 
 }  // namespace bsp2::model

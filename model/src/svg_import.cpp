@@ -2,17 +2,23 @@
 #include <libxml/tree.h>
 
 #include <algorithm>
+#include <array>
 #include <clipper.hpp>
 #include <cmath>
 #include <fstream>
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <sstream>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
 
 #include "bsp2/geometry/error.hpp"
 #include "imports.hpp"
 #include "svg_shapes.hpp"
+#include "svg_style.hpp"
+#include "unread.hpp"
 
 // Scalable Vector Graphics 1.1, as far as OpenSCAD 2021.01 reads it: the areas of shapes.
 
@@ -47,13 +53,13 @@ struct Map {
   }
 };
 
-Map map_of(std::string text) {
+Map map_of(const std::string& text) {
   Map map;
-  for (std::size_t open = 0; (open = text.find('(')) != std::string::npos;) {
+  for (std::size_t begin = 0, open = 0; (open = text.find('(', begin)) != std::string::npos;) {
     const std::size_t close = std::min(text.find(')', open), text.size());
     const auto v = svg::numbers_of(text.substr(open + 1, close - open - 1));
     const auto at = [&](std::size_t i, double missing) { return i < v.size() ? v[i] : missing; };
-    const std::string name = text.substr(0, open);
+    const std::string name = text.substr(begin, open - begin);
     const auto is = [&](const char* what) { return name.find(what) != std::string::npos; };
     Map next;
     if (is("matrix") && v.size() == 6) next = {v[0], v[1], v[2], v[3], v[4], v[5]};
@@ -66,7 +72,7 @@ Map map_of(std::string text) {
       next = {c, s, -s, c, x - c * x + s * y, y - s * x - c * y};
     }
     map = map.after(next);
-    text.erase(0, std::min(close + 1, text.size()));
+    begin = std::min(close + 1, text.size());
   }
   return map;
 }
@@ -76,25 +82,12 @@ bool is_line(const std::vector<Point>& path) {
   return std::hypot(path.back()[0] - path[0][0], path.back()[1] - path[0][1]) > 0.1;
 }
 
-/// What an element says about its strokes, itself or in its style; it inherits nothing, as in OpenSCAD.
-std::string stroke_property(const xmlNode* node, const std::string& key) {
-  std::istringstream style(svg::attribute(node, "style"));
-  for (std::string property; std::getline(style, property, ';');) {
-    const auto colon = property.find(':');
-    const auto first = property.find_first_not_of(" \t\r\n");
-    if (colon == std::string::npos || property.substr(first, colon - first) != key) continue;
-    const auto value = property.find_first_not_of(" \t", colon + 1);
-    return value == std::string::npos ? "" : property.substr(value);
-  }
-  return svg::attribute(node, key.c_str());
-}
-
 /// The area of a line with a width, on OpenSCAD's grid of 1e-4 units: its joins are mitres and its caps squares, if nothing else
-/// is said.
-std::vector<std::vector<Point>> stroke_of(const xmlNode* node, const std::vector<Point>& line) {
+/// is said. An element inherits nothing of this, as in OpenSCAD.
+std::vector<std::vector<Point>> stroke_of(const xmlNode* node, const std::vector<Point>& line, const svg::StyleSheet& styles) {
   constexpr double grid = 1e4, largest = 1e12;
-  const double given = svg::user_units(stroke_property(node, "stroke-width")), width = given >= 0.01 && given < largest ? given : 1;
-  const std::string cap = stroke_property(node, "stroke-linecap"), join = stroke_property(node, "stroke-linejoin");
+  const double given = svg::user_units(styles.property(node, "stroke-width")), width = given >= 0.01 && given < largest ? given : 1;
+  const std::string cap = styles.property(node, "stroke-linecap"), join = styles.property(node, "stroke-linejoin");
   ClipperLib::Path scaled;
   for (const Point& p : line) {
     if (!(std::fabs(p[0]) < largest && std::fabs(p[1]) < largest)) return {};
@@ -122,6 +115,30 @@ double page_length(const xmlNode* svg, const char* name, double box, bool has_bo
   return length->number * unit;
 }
 
+/// How a view box lies in what is `width` wide and `height` high.
+struct Fit {
+  double sx = 1, sy = 1;
+  Point align{};
+
+  Fit(const xmlNode* node, const std::vector<double>& box, double width, double height) : sx(width / box[2]), sy(height / box[3]) {
+    const std::string aspect = svg::attribute(node, "preserveAspectRatio");
+    if (aspect.find("none") != std::string::npos) return;
+    sx = sy = aspect.find("slice") != std::string::npos ? std::max(sx, sy) : std::min(sx, sy);
+    const auto aligned = [&](char axis, double room) {
+      const auto at = aspect.find(axis);
+      const std::string where = at == std::string::npos ? "" : aspect.substr(at + 1, 3);
+      return where == "Min" ? 0 : where == "Max" ? room : room / 2;
+    };
+    align = {aligned('x', width - sx * box[2]), aligned('Y', height - sy * box[3])};
+  }
+};
+
+/// The four numbers of a view box; none if it has no area.
+std::vector<double> view_box(const xmlNode* node) {
+  std::vector<double> v = svg::numbers_of(svg::attribute(node, "viewBox"));
+  return v.size() == 4 && v[2] > 0 && v[3] > 0 ? v : std::vector<double>();
+}
+
 /// How the drawing lies on its page, y upwards. As in OpenSCAD the last `svg` element counts, without a view box a unit is a
 /// millimetre, and the lower edge of the view box moves the drawing the wrong way.
 struct Page {
@@ -130,22 +147,14 @@ struct Page {
   double height = 0;
 
   void read(const xmlNode* svg, double dpi) {
-    const auto v = svg::numbers_of(svg::attribute(svg, "viewBox"));
-    const bool has_box = v.size() == 4 && v[2] > 0 && v[3] > 0;
+    const std::vector<double> v = view_box(svg);
+    const bool has_box = !v.empty();
     const double width = page_length(svg, "width", has_box ? v[2] : 0, has_box, dpi);
     height = page_length(svg, "height", has_box ? v[3] : 0, has_box, dpi);
     if (!has_box) return;
     box = {v[0], v[1]};
-    sx = width / v[2], sy = height / v[3];
-    const std::string aspect = svg::attribute(svg, "preserveAspectRatio");
-    if (aspect.find("none") != std::string::npos) return;
-    sx = sy = aspect.find("slice") != std::string::npos ? std::max(sx, sy) : std::min(sx, sy);
-    const auto aligned = [&](char axis, double room) {
-      const auto at = aspect.find(axis);
-      const std::string where = at == std::string::npos ? "" : aspect.substr(at + 1, 3);
-      return where == "Min" ? 0 : where == "Max" ? room : room / 2;
-    };
-    align = {aligned('x', width - sx * v[2]), aligned('Y', height - sy * v[3])};
+    const Fit fit(svg, v, width, height);
+    sx = fit.sx, sy = fit.sy, align = fit.align;
   }
 
   /// @param centre of what is drawn, if it is to lie at the origin.
@@ -202,6 +211,246 @@ class Selector {
   bool has_layer_ = false;
 };
 
+bool is_finite(const PlaneDrawing& drawing) {
+  return std::all_of(drawing.points.begin(), drawing.points.end(), [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });
+}
+
+constexpr std::array<std::string_view, 7> shapes{"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"};
+constexpr std::array<std::string_view, 4> groups{"svg", "g", "a", "switch"};
+/// They draw nothing where they stand, or nothing at all.
+constexpr std::array<std::string_view, 24> silent{
+    "defs",  "symbol", "clipPath", "mask", "pattern",       "marker", "linearGradient", "radialGradient", "filter",           "title",  "desc", "metadata",
+    "style", "script", "view",     "font", "color-profile", "cursor", "animate",        "set",            "animateTransform", "animateMotion", "animateColor", "namedview"};
+
+template <std::size_t N>
+bool contains(const std::array<std::string_view, N>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Goes through the elements of a drawing in the order in which they are drawn, and into those that are used.
+class Walk {
+ public:
+  Walk(const xmlNode* root, std::string name, double dpi, const SvgSelection& wanted)
+      : root_(root), name_(std::move(name)), dpi_(dpi), wanted_(wanted), selector_(wanted, root), styles_(root) {
+    const std::vector<double> box = view_box(root);
+    view_ = box.empty() ? Point{svg::user_units(svg::attribute(root, "width")), svg::user_units(svg::attribute(root, "height"))} : Point{box[2], box[3]};
+  }
+
+  std::optional<std::vector<PlaneDrawing>> run(bool center, const Remarks& remarks) {
+    stack_.push_back({root_, {}});
+    while (!stack_.empty()) {
+      const Visit visit = stack_.back();
+      stack_.pop_back();
+      step(visit);
+    }
+    if (!is_there_) return std::nullopt;
+    place(drawings_, page_, center);
+    std::erase_if(drawings_, [&](const PlaneDrawing& drawing) { return !is_finite(drawing); });
+    if (remarks.warn && !unread_.empty()) remarks.warn(unread_.text(name_, "paths"));
+    if (remarks.warn && !is_shown_)
+      remarks.warn("this import is empty: the " + wanted_.text() + " is hidden in " + name_ + "; make it visible in the program that made the file");
+    return std::move(drawings_);
+  }
+
+ private:
+  struct Visit {
+    const xmlNode* node;
+    Map map;
+    bool is_in_layer = false, is_wanted = false;
+    bool is_displayed = true;         ///< no element around it has display: none
+    bool is_visible = true;           ///< as inherited
+    std::int32_t use = -1;            ///< the innermost use that it is drawn by, an index into uses_
+    bool is_used = false;             ///< it is itself what that use draws
+  };
+  struct Use {
+    const xmlNode *node, *target;
+    std::int32_t around;  // the use that it is in itself
+    std::int32_t depth;
+  };
+  static constexpr std::size_t most_elements = 1'000'000, most_points = 20'000'000;
+  static constexpr std::int32_t deepest_use = 100;
+
+  const xmlNode* root_;
+  std::string name_;
+  double dpi_;
+  const SvgSelection& wanted_;
+  Selector selector_;
+  svg::StyleSheet styles_;
+  Point view_;  // width and height of the page in its own units
+  std::vector<Visit> stack_;
+  std::vector<Use> uses_;
+  std::optional<std::unordered_map<std::string, const xmlNode*>> elements_;  // by their ids, once it is asked for
+  std::vector<PlaneDrawing> drawings_;
+  Page page_;
+  Unread unread_;
+  std::unordered_set<const xmlNode*> clipped_;  // those that are told of, or have no clip
+  std::size_t used_elements_ = 0, points_ = 0;
+  bool is_there_ = false, is_shown_ = false;
+
+  void step(Visit visit) {
+    // Elements of others, such as those of the program that made the file.
+    if (visit.node->ns != nullptr && root_->ns != nullptr && !xmlStrEqual(visit.node->ns->href, root_->ns->href)) return;
+    if (visit.use >= 0 && ++used_elements_ > most_elements)
+      throw Error("import: " + name_ + ": its <use> elements draw more than " + std::to_string(most_elements) + " elements");
+    const std::string name = reinterpret_cast<const char*>(visit.node->name);
+    if (contains(silent, name) && !(visit.is_used && name == "symbol")) return;
+    if (name == "svg" && visit.use < 0) page_.read(visit.node, dpi_);
+    read_visibility(visit);
+    if (!visit.is_displayed && wanted_.id.empty() && wanted_.layer.empty()) return;  // else it is looked for, to say that it is hidden
+    const Map outer = visit.map;
+    visit.map = outer.after(map_of(svg::attribute(visit.node, "transform")));
+    if ((name == "svg" || name == "symbol") && visit.use >= 0) visit.map = visit.map.after(viewport(visit));
+    if (visit.use < 0) {
+      visit.is_in_layer = visit.is_in_layer || selector_.is_layer(visit.node);
+      visit.is_wanted = visit.is_wanted || (visit.is_in_layer && selector_.is_named(visit.node));
+    }
+    is_there_ |= visit.is_wanted;
+    is_shown_ |= visit.is_wanted && visit.is_displayed;
+    const bool is_drawn = visit.is_wanted && visit.is_displayed;
+    if (is_drawn) tell_of_clips(visit);
+    if (name == "use") {
+      enter(visit, is_drawn && visit.is_visible);
+    } else if (contains(shapes, name)) {
+      if (is_drawn && visit.is_visible) draw(visit, name);
+    } else if (contains(groups, name) || name == "symbol") {
+      push_children(visit, name == "switch");
+    } else if (is_drawn && visit.is_visible) {
+      unread_.add(visit.node, name.substr(0, 40));
+    }
+  }
+
+  void read_visibility(Visit& visit) const {
+    if (styles_.property(visit.node, "display") == "none") visit.is_displayed = false;
+    const std::string visibility = styles_.property(visit.node, "visibility");
+    if (visibility == "visible") visit.is_visible = true;
+    if (visibility == "hidden" || visibility == "collapse") visit.is_visible = false;
+  }
+
+  /// What they cut off is drawn all the same.
+  void tell_of_clips(const Visit& visit) {
+    if (!clipped_.insert(visit.node).second) return;
+    for (const char* key : {"clip-path", "mask"}) {
+      const std::string value = styles_.property(visit.node, key);
+      if (!value.empty() && value != "none") unread_.add(nullptr, std::string(key) + " (nothing is cut off)");
+    }
+  }
+
+  void push_children(const Visit& visit, bool first_only) {
+    const auto push = [&](const xmlNode* child) {
+      Visit inner = visit;
+      inner.node = child;
+      inner.is_used = false;
+      stack_.push_back(inner);
+    };
+    if (first_only) {  // that asks for nothing which is not there
+      for (const xmlNode* child = visit.node->children; child != nullptr; child = child->next)
+        if (child->type == XML_ELEMENT_NODE && svg::attribute(child, "requiredExtensions").empty() && svg::attribute(child, "systemLanguage").empty())
+          return push(child);
+      return;
+    }
+    for (const xmlNode* child = visit.node->last; child != nullptr; child = child->prev)
+      if (child->type == XML_ELEMENT_NODE) push(child);
+  }
+
+  /// Goes on with what a use draws.
+  void enter(const Visit& visit, bool is_drawn) {
+    std::string reference = svg::attribute(visit.node, "href");
+    if (reference.empty()) reference = svg::attribute(visit.node, "xlink:href");  // its prefix is declared nowhere
+    const xmlNode* target = reference.starts_with('#') ? element_of(reference.substr(1)) : nullptr;
+    if (target == nullptr) {
+      if (is_drawn) unread_.add(visit.node, reference.starts_with('#') ? "use of an element that is not there" : "use of another file");
+      return;
+    }
+    std::int32_t depth = 0;
+    for (std::int32_t around = visit.use; around >= 0; around = uses_[static_cast<std::size_t>(around)].around, ++depth)
+      if (uses_[static_cast<std::size_t>(around)].target == target) refuse_cycle(reference);
+    for (const xmlNode* around = visit.node; around != nullptr; around = around->parent)
+      if (around == target) refuse_cycle(reference);
+    if (depth >= deepest_use) throw Error("import: " + name_ + ": <use> elements use each other more than " + std::to_string(deepest_use) + " deep");
+    uses_.push_back({visit.node, target, visit.use, depth});
+    Visit inner = visit;
+    inner.node = target;
+    inner.map = visit.map.after({1, 0, 0, 1, svg::user_units(svg::attribute(visit.node, "x")), svg::user_units(svg::attribute(visit.node, "y"))});
+    inner.use = static_cast<std::int32_t>(uses_.size() - 1);
+    inner.is_used = true;
+    stack_.push_back(inner);
+  }
+
+  [[noreturn]] void refuse_cycle(const std::string& reference) const {
+    throw Error("import: " + name_ + ": a <use> of '" + reference.substr(0, 60) + "' is in what it uses");
+  }
+
+  const xmlNode* element_of(const std::string& id) {
+    if (!elements_) {
+      elements_.emplace();
+      std::vector<const xmlNode*> stack{root_};
+      while (!stack.empty()) {
+        const xmlNode* node = stack.back();
+        stack.pop_back();
+        if (const std::string own = svg::attribute(node, "id"); !own.empty()) elements_->try_emplace(own, node);
+        for (const xmlNode* child = node->last; child != nullptr; child = child->prev)
+          if (child->type == XML_ELEMENT_NODE) stack.push_back(child);
+      }
+    }
+    const auto found = elements_->find(id);
+    return found == elements_->end() ? nullptr : found->second;
+  }
+
+  /// A length along an axis: a share of the page's where it is in per cent; nothing if none is said.
+  [[nodiscard]] std::optional<double> length(const xmlNode* node, const char* key, std::size_t axis) const {
+    const std::optional<svg::Length> length = svg::read_length(svg::attribute(node, key));
+    if (!length) return std::nullopt;
+    return length->unit == "%" ? length->number / 100 * view_[axis] : svg::user_units(svg::attribute(node, key));
+  }
+
+  /// From the coordinates in a `symbol` or an `svg` to those around it. What uses it may say how large it is.
+  [[nodiscard]] Map viewport(const Visit& visit) const {
+    const xmlNode* use = visit.is_used ? uses_[static_cast<std::size_t>(visit.use)].node : visit.node;
+    const auto size = [&](const char* key, std::size_t axis) {
+      const std::optional<double> said = length(use, key, axis), own = length(visit.node, key, axis);
+      return said ? *said : own ? *own : view_[axis];
+    };
+    const Map moved{1, 0, 0, 1, length(visit.node, "x", 0).value_or(0), length(visit.node, "y", 1).value_or(0)};
+    const std::vector<double> box = view_box(visit.node);
+    const double width = size("width", 0), height = size("height", 1);
+    if (box.empty()) return moved;
+    const Fit fit(visit.node, box, width, height);
+    return moved.after({fit.sx, 0, 0, fit.sy, fit.align[0] - fit.sx * box[0], fit.align[1] - fit.sy * box[1]});
+  }
+
+  void draw(const Visit& visit, const std::string& name) {
+    PlaneDrawing drawing;
+    const auto add = [&](const std::vector<Point>& points) {
+      for (const Point& p : points) {
+        drawing.paths.corners.push_back(static_cast<std::uint32_t>(drawing.points.size()));
+        drawing.points.push_back(visit.map(p));
+      }
+      drawing.paths.end_face();
+    };
+    bool is_stroke = false;
+    for (const auto& points : svg::shape_of(visit.node, name)) {
+      if (points.size() >= 2 && (name == "polyline" || is_line(points))) {
+        is_stroke = true;
+        for (const auto& area : stroke_of(visit.node, points, styles_)) add(area);
+      } else if (points.size() >= 3) {
+        add(points);
+      }
+    }
+    if (is_stroke)
+      for (const char* key : {"marker", "marker-start", "marker-mid", "marker-end"})
+        if (const std::string value = styles_.property(visit.node, key); !value.empty() && value != "none") {
+          unread_.add(visit.node, "marker of a line");
+          break;
+        }
+    points_ += drawing.points.size();
+    if (points_ > most_points) throw Error("import: " + name_ + " has more than " + std::to_string(most_points) + " points");
+    if (!is_finite(drawing))
+      unread_.add(visit.node, name + " that is not finite");
+    else if (!drawing.points.empty())
+      drawings_.push_back(std::move(drawing));
+  }
+};
+
 }  // namespace
 
 std::string SvgSelection::text() const {
@@ -209,59 +458,13 @@ std::string SvgSelection::text() const {
   return id.empty() ? group : layer.empty() ? element : element + " in a " + group;
 }
 
-std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection) {
-  if (!(dpi >= 0.001)) dpi = 72;
+std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection,
+                                                    const Remarks& remarks) {
   const Document document = read_document(path);
   const xmlNode* root = xmlDocGetRootElement(document.get());
   if (root == nullptr || !xmlStrEqual(root->name, reinterpret_cast<const xmlChar*>("svg")))
     throw Error("import: " + path.string() + " is no SVG file: its outermost element is not 'svg'");
-  struct Visit {
-    const xmlNode* node;
-    Map map;
-    bool is_in_layer = false, is_wanted = false;
-  };
-  const Selector selector(selection, root);
-  bool is_there = false;
-  std::vector<PlaneDrawing> shapes;
-  std::vector<Visit> stack{{root, {}}};
-  Page page;
-  while (!stack.empty()) {
-    const Visit visit = stack.back();
-    stack.pop_back();
-    const std::string name = reinterpret_cast<const char*>(visit.node->name);
-    if (name == "defs") continue;
-    if (name == "svg") page.read(visit.node, dpi);
-    const Map map = visit.map.after(map_of(svg::attribute(visit.node, "transform")));
-    const bool is_in_layer = visit.is_in_layer || selector.is_layer(visit.node);
-    const bool is_wanted = visit.is_wanted || (is_in_layer && selector.is_named(visit.node));
-    is_there |= is_wanted;
-    PlaneDrawing drawing;
-    const auto add = [&](const std::vector<Point>& points) {
-      for (const Point& p : points) {
-        drawing.paths.corners.push_back(static_cast<std::uint32_t>(drawing.points.size()));
-        drawing.points.push_back(map(p));
-      }
-      drawing.paths.end_face();
-    };
-    for (const auto& points : is_wanted ? svg::shape_of(visit.node, name) : std::vector<std::vector<Point>>{}) {
-      if (points.size() >= 2 && (name == "polyline" || is_line(points))) {
-        for (const auto& area : stroke_of(visit.node, points)) add(area);
-      } else if (points.size() >= 3) {
-        add(points);
-      }
-    }
-    const bool is_finite = std::all_of(drawing.points.begin(), drawing.points.end(), [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });
-    if (!drawing.points.empty() && is_finite) shapes.push_back(std::move(drawing));
-    for (const xmlNode* child = visit.node->last; child != nullptr; child = child->prev)
-      if (child->type == XML_ELEMENT_NODE) stack.push_back({child, map, is_in_layer, is_wanted});
-  }
-  if (!is_there) return std::nullopt;
-  place(shapes, page, center);
-  const auto is_lost = [](const PlaneDrawing& drawing) {
-    return !std::all_of(drawing.points.begin(), drawing.points.end(), [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });
-  };
-  std::erase_if(shapes, is_lost);
-  return shapes;
+  return Walk(root, path.string(), dpi >= 0.001 ? dpi : 72, selection).run(center, remarks);
 }
 
 }  // namespace bsp2::model

@@ -66,7 +66,7 @@ TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
                       "model",       "dimension",      "ranks",   "threads",    "regions",  "level",
                       "primitives",  "hyperplanes",    "cells",   "volume",     "centroid", "inertia",
                       "bounds",      "boundary",       "digest",  "supersteps", "stats",    "seconds",
-                      "cpu_seconds", "peak_rss_bytes", "warnings", "overlapping_meshes"}));
+                      "cpu_seconds", "peak_rss_bytes", "warnings", "notes", "overlapping_meshes"}));
   EXPECT_EQ(json["volume"]["in"].get<double>(), 0.1 + 0.2);
   EXPECT_EQ(json["centroid"][0].get<double>(), 1.0 / 3);
   EXPECT_EQ(json["bounds"][1][0].get<double>(), 1.0 / 7);

@@ -14,7 +14,9 @@ namespace bsp2::model {
 /// A model read from a source text, and what the reader wants to say about it.
 struct Model {
   Expression expression;
-  std::vector<std::string> warnings;  ///< "file:line:column: text"
+  /// "file:line:column: text". What a file or a font of some name has is told once, with the number of the other places.
+  std::vector<std::string> warnings;
+  std::vector<std::string> notes;  ///< likewise, what is right and good to know: no reason for doubt
   /// Occurrences of primitives in the expanded tree of `expression`, in source order: what `%`, `*` and `!` leave out
   /// does not count, nor does what is empty (a cube of size 0, an operand of an empty intersection).
   std::size_t primitive_count = 0;

@@ -134,6 +134,7 @@ struct RunReport : Measures {
   double seconds = 0.0, cpu_seconds = 0.0;
   std::uint64_t peak_rss_bytes = 0;
   std::vector<std::string> warnings;
+  std::vector<std::string> notes;       ///< what is as it should be, but may surprise
   std::vector<OverlappingMesh> overlapping_meshes;  ///< on the master, in the order of the model
 };
 
