@@ -392,14 +392,17 @@ class Compiler {
   }
 
   std::size_t flat_count_ = 0;
-  std::int32_t flat_part_ = 0;  // the first one
+  std::int32_t flat_part_ = 0, last_flat_part_ = 0;  // the first and the last one
   Box<D> flat_box_;
 
+  /// The pieces of one drawing are one primitive.
   void flatten(Producer<D>& producer) {
-    if (flat_count_++ == 0) {
+    if (flat_count_ == 0) {
       flat_part_ = producer.part;
       flat_box_ = producer;
     }
+    if (flat_count_ == 0 || producer.part != last_flat_part_) ++flat_count_;
+    last_flat_part_ = producer.part;
     make_empty(producer);
   }
 

@@ -7,7 +7,9 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <string>
 #include <system_error>
+#include <unordered_map>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/csg.hpp"
@@ -60,13 +62,43 @@ int run(std::vector<std::string> words, const std::filesystem::path& output) {
   return status;
 }
 
-/// Lines of a file that begin with one of these words.
+/// Lines of a file that begin with one of these words, each once, with how often it is there; the first of very many.
 std::vector<std::string> lines_of(const std::filesystem::path& path, std::initializer_list<std::string_view> words) {
+  constexpr std::size_t most_lines = 100;
   std::vector<std::string> lines;
+  std::vector<std::size_t> times;
+  std::unordered_map<std::string, std::size_t> known;
+  std::size_t left_out = 0;
   std::ifstream file(path);
-  for (std::string line; std::getline(file, line);)
-    if (std::any_of(words.begin(), words.end(), [&](std::string_view word) { return line.starts_with(word); })) lines.push_back(line);
+  for (std::string line; std::getline(file, line);) {
+    if (std::none_of(words.begin(), words.end(), [&](std::string_view word) { return line.starts_with(word); })) continue;
+    if (const auto found = known.find(line); found != known.end()) {
+      ++times[found->second];
+    } else if (lines.size() < most_lines) {
+      known.emplace(line, lines.size());
+      lines.push_back(line);
+      times.push_back(1);
+    } else {
+      ++left_out;
+    }
+  }
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    if (times[i] > 1) lines[i] += " (" + std::to_string(times[i]) + " times)";
+  if (left_out > 0) lines.push_back("and " + std::to_string(left_out) + (left_out == 1 ? " more line" : " more lines"));
   return lines;
+}
+
+/// What openscad said, as one text.
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
+  return text;
+}
+
+/// What to do where openscad did not find something.
+std::string advice_for(const std::string& said) {
+  const bool is_file = said.find("Can't open") != std::string::npos || said.find("Can't find") != std::string::npos;
+  return is_file ? ". Install what is missing where openscad looks for libraries, or name its folder in OPENSCADPATH" : "";
 }
 
 }  // namespace
@@ -91,14 +123,18 @@ ModelText convert_scad(const std::filesystem::path& path) {
     throw Error(name + ": 'openscad' cannot be started: " + error.code().message());
   }
   // An assertion that fails leaves no node, and no exit code either.
-  const auto is_empty = [&] { return read_text(made).find('(') == std::string::npos && !lines_of(output, {"ERROR"}).empty(); };
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || !std::filesystem::exists(made) || is_empty()) {
-    std::string why;
-    for (const std::string& line : lines_of(output, {"ERROR", "Can't", "Parser", "TRACE", "WARNING"})) why += (why.empty() ? "" : "; ") + line;
+  const auto holds_nothing = [&] { return std::filesystem::file_size(made) == 0 || read_text(made).find('(') == std::string::npos; };
+  const bool has_ended = WIFEXITED(status) && WEXITSTATUS(status) == 0 && std::filesystem::exists(made), is_empty = has_ended && holds_nothing();
+  if (!has_ended || (is_empty && !lines_of(output, {"ERROR"}).empty())) {
+    std::string why = joined(lines_of(output, {"ERROR", "Can't", "Parser", "TRACE", "WARNING"}));
     if (why.empty())
       why = WIFSIGNALED(status) ? "it was ended by signal " + std::to_string(WTERMSIG(status))
                                 : "exit code " + std::to_string(WEXITSTATUS(status));
-    throw Error(name + ": openscad failed: " + why);
+    throw Error(name + ": openscad failed: " + why + advice_for(why));
+  }
+  if (is_empty) {
+    const std::string said = joined(lines_of(output, {"WARNING", "DEPRECATED"}));
+    throw Error(name + ": holds no model: openscad makes nothing of it" + (said.empty() ? "" : ", and says: " + said + advice_for(said)));
   }
   ModelText result{read_text(made), {}};
   for (const std::string& line : lines_of(output, {"WARNING", "DEPRECATED", "ERROR"})) result.warnings.push_back(name + ": openscad: " + line);

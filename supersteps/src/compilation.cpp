@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <sstream>
 #include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
@@ -26,7 +27,15 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
 }
 
 Source parsed(Source source, const RunOptions& options, unsigned threads) {
-  source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
+  try {
+    source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
+  } catch (const Error& error) {
+    if (source.warnings.empty()) throw;
+    // What the translator was in doubt of may be why.
+    std::string text = error.what();
+    for (const std::string& warning : source.warnings) text += "; before that, " + warning;
+    throw Error(text);
+  }
   model::MeshOverlaps overlaps = model::overlaps_of(source.model, source.text, source_name(options), threads);
   std::move(overlaps.warnings.begin(), overlaps.warnings.end(), std::back_inserter(source.warnings));
   source.overlapping_meshes = std::move(overlaps.meshes);
@@ -56,6 +65,30 @@ dataflow::Network<D> translation(const Source& source, const RunOptions& options
   } catch (const Error& error) {
     throw Error(located(error.what()));
   }
+}
+
+std::string lost_by_merging(const Source& source, const RunOptions& options, std::uint64_t hyperplanes, unsigned threads) {
+  if (!(options.coincidence > 0)) return "";
+  RunOptions exact = options;
+  exact.coincidence = 0;
+  std::uint64_t different = 0;
+  try {
+    switch (source.model.expression.dimension()) {
+#define BSP2_COUNT(D) \
+  case D: different = translation<D>(source, exact, threads).table.size(); break;
+      BSP2_FOR_EACH_DIMENSION(BSP2_COUNT)
+#undef BSP2_COUNT
+      default: break;
+    }
+  } catch (const Error&) {
+    return "";  // without merging it cannot be made at all
+  }
+  if (different <= hyperplanes) return "";
+  const std::uint64_t merged = different - hyperplanes;
+  std::ostringstream text;
+  text << "; " << merged << (merged == 1 ? " hyperplane lies" : " hyperplanes lie") << " closer to another one than " << options.coincidence << " of the model and "
+       << (merged == 1 ? "counts" : "count") << " as the same, so what is as thin as that is lost; --coincidence 0 keeps all that the numbers of the model express";
+  return text.str();
 }
 
 void refuse_warnings(const std::vector<std::string>& warnings) {

@@ -373,6 +373,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.warnings = source.warnings;
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
+  report.notes = source.model.notes;
   for (const auto& [place, file, part, triangles, volume] : source.overlapping_meshes)
     report.overlapping_meshes.push_back({place, file, part, triangles, volume});
 
@@ -387,7 +388,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
   if (ranks.is_master() && result.report.complete && result.report.in_cells + result.report.fuzzy_cells == 0)
-    result.report.warnings.emplace_back("the solid is empty");
+    result.report.warnings.push_back("the solid is empty" + lost_by_merging(source, options, result.report.hyperplanes, result.report.threads));
   if (ranks.is_master()) result.report.measures = measuring(source.model.expression, options, result.report);
   record_costs(ranks, result.report);
   return result;

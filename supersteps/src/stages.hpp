@@ -48,6 +48,11 @@ Source parsed(Source source, const RunOptions& options, unsigned threads);
 template <int D>
 dataflow::Network<D> translation(const Source& source, const RunOptions& options, unsigned threads = 1);
 
+/// What merging may have to do with a solid that came out empty, and what to do: to go on a sentence with; nothing if no hyperplanes
+/// that differ are one.
+/// @param hyperplanes that the network has.
+std::string lost_by_merging(const Source& source, const RunOptions& options, std::uint64_t hyperplanes, unsigned threads);
+
 /// Round solids are refined without end, so something has to say where: a thousandth of the model unless
 /// the user does. A budget alone does not: depth first, it would be spent in one place.
 template <int D>

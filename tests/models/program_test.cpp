@@ -396,6 +396,18 @@ TEST_F(Scad, IsAnErrorIfOpenscadFails) {
   EXPECT_EQ(asserted.code, 2) << asserted.text;
   EXPECT_NE(asserted.text.find("openscad failed: ERROR: Assertion failed"), std::string::npos) << asserted.text;
   EXPECT_EQ(start_with("kill -9 $$").code, 2);
+  // A library that is not there leaves no node, and no exit code: what was said of it is why.
+  const Ended without = start_with("echo \"WARNING: Can't open include file 'BOSL2/std.scad'.\"; for i in 1 2 3; do echo 'WARNING: Ignoring x'; done; echo > \"$2\"");
+  EXPECT_EQ(without.code, 2) << without.text;
+  EXPECT_NE(without.text.find("holds no model: openscad makes nothing of it, and says: WARNING: Can't open include file 'BOSL2/std.scad'.; WARNING: Ignoring x "
+                              "(3 times). Install what is missing"),
+            std::string::npos)
+      << without.text;
+  EXPECT_NE(start_with("echo > \"$2\"").text.find("holds no model: openscad makes nothing of it\n"), std::string::npos);
+  // Nor is it lost where the text is none.
+  const Ended damaged = start_with("echo 'WARNING: odd'; echo 'cube(' > \"$2\"");
+  EXPECT_NE(damaged.text.find("; before that, "), std::string::npos) << damaged.text;
+  EXPECT_NE(damaged.text.find("openscad: WARNING: odd"), std::string::npos) << damaged.text;
   const std::string before = std::getenv("PATH");
   std::ofstream(folder_.path() / "m.scad") << "cube();";
   setenv("PATH", folder_.path().c_str(), 1);
@@ -403,6 +415,17 @@ TEST_F(Scad, IsAnErrorIfOpenscadFails) {
   setenv("PATH", before.c_str(), 1);
   EXPECT_EQ(missing.code, 2) << missing.text;
   EXPECT_NE(missing.text.find("not installed"), std::string::npos) << missing.text;
+}
+
+/// Where planes that are one leave nothing, it is said that they are.
+TEST_F(Program, TellsThatMergingLeavesNothing) {
+  const std::string thin = "difference() { cube(10); multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,-1e-10],[0,0,0,1]]) cube(10); }";
+  const Ended merged = start("run " + model(thin));
+  EXPECT_EQ(merged.code, 0) << merged.text;
+  EXPECT_NE(merged.text.find("the solid is empty; "), std::string::npos) << merged.text;
+  EXPECT_NE(merged.text.find("--coincidence 0 keeps all"), std::string::npos) << merged.text;
+  EXPECT_EQ(start("run --coincidence 0 " + model(thin)).text.find("the solid is empty"), std::string::npos);
+  EXPECT_NE(start("run " + model("difference() { cube(1); cube(2); }")).text.find("the solid is empty\n"), std::string::npos) << "nothing is merged";
 }
 
 TEST_F(Program, EvaluatesDeepNesting) {
