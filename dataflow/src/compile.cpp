@@ -410,12 +410,19 @@ class Compiler {
     if (flat_count_ == 0) return;
     std::ostringstream text;
     if (options_.place_of_part) text << options_.place_of_part(flat_part_);
-    text << (flat_count_ == 1 ? "a primitive is" : std::to_string(flat_count_) + " primitives are") << " thinner than the tolerance, " << options_.coincidence
-         << " of the model, and left out: " << (flat_count_ == 1 ? "" : "first ") << "part " << flat_part_ << ", between (";
+    const bool is_one = flat_count_ == 1, is_merged = options_.coincidence > 0;
+    text << (is_one ? "a primitive is " : std::to_string(flat_count_) + " primitives are ");
+    if (is_merged)
+      text << "thinner than the tolerance, " << options_.coincidence << " of the model, and left out: ";
+    else
+      text << "flat to the last bit of " << (is_one ? "its" : "their") << " numbers, so " << (is_one ? "it encloses" : "they enclose")
+           << " nothing, and left out: ";
+    text << (is_one ? "" : "the first one is ") << "part " << flat_part_ << ", between (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.lower[i];
     text << ") and (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.upper[i];
-    text << "); --coincidence 0 keeps all that the numbers of the model express";
+    text << ")";
+    if (is_merged) text << "; --coincidence 0 keeps all that the numbers of the model express";
     network.warnings.push_back(text.str());
   }
 

@@ -10,6 +10,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/bottom_up.hpp"
 #include "bsp2/model/builder.hpp"
+#include "bsp2/model/flat.hpp"
 #include "nested.hpp"
 #include "placed_parts.hpp"
 
@@ -144,7 +145,10 @@ Expression with_fewer_corners(const Expression& solid, std::uint32_t corners) {
 
 Expression undecided(const Expression& solid, const CompileOptions& options) {
   std::vector<Expression> parts;
-  for (const Points& corners : convex_parts(solid, options)) parts.push_back(model::undecided_hull(solid.dimension(), corners));
+  for (const Points& corners : convex_parts(solid, options)) {
+    const Expression hull = model::undecided_hull(solid.dimension(), corners);
+    parts.push_back(is_empty(hull) ? make(solid.dimension(), model::flat_polytope(solid.dimension(), corners, true)) : hull);
+  }
   return united(solid.dimension(), std::move(parts));
 }
 

@@ -27,64 +27,83 @@ constexpr Word whole_leaf[] = {Program::kind_leaf | Program::whole, Program::hea
 
 // --- the same exactly, for the rare cells thinner than doubles resolve: in units of 2^(grid_exponent - 53) ----------
 
-using Rational = geometry::mp::cpp_rational;
-using ExactPoint = std::array<Rational, 3>;
+using geometry::mp::cpp_int;
+using ExactPoint = std::array<cpp_int, 3>;
 
-Rational power_of_two(int exponent) {
-  geometry::mp::cpp_int power = 1;
-  power <<= static_cast<unsigned>(std::abs(exponent));
-  return exponent < 0 ? Rational(geometry::mp::cpp_int(1), power) : Rational(power);
-}
-
+/// @param x multiples of 2^grid_exponent.
 ExactPoint exact_point(const Point& x, int grid_exponent) {
   ExactPoint point;
   for (int i = 0; i < 3; ++i) {
     int exponent = 0;
     const double mantissa = std::frexp(x[i], &exponent);
-    point[i] = Rational(static_cast<std::int64_t>(std::ldexp(mantissa, 53))) * power_of_two(exponent - grid_exponent);
+    point[i] = static_cast<std::int64_t>(std::ldexp(mantissa, 53));
+    if (x[i] != 0) point[i] <<= static_cast<unsigned>(exponent - grid_exponent);
   }
   return point;
 }
 
 ExactPoint exact_corner(const Mesh& mesh, std::uint32_t corner) {
   const auto place = mesh.map.image(mesh.frame_points[corner]);
-  ExactPoint point;
-  for (int i = 0; i < 3; ++i) point[i] = Rational(geometry::mp::cpp_int(place[i]));
-  return point;
+  return {cpp_int(place[0]), cpp_int(place[1]), cpp_int(place[2])};
 }
 
-/// The weighted mean of vertices.
-ExactPoint exact_mix(const geometry::HyperplaneTable<3>& table, std::span<const geometry::Vertex<3>> vertices, const std::vector<int>& weights) {
-  ExactPoint sum;
+/// A point in homogeneous coordinates: integers, since to reduce fractions takes longer than all else.
+struct ExactMix {
+  ExactPoint point;
+  cpp_int weight = 1;  // > 0
+};
+
+/// The weighted mean of vertices. Its numbers have as many digits as those of all of them together.
+ExactMix exact_mix(const geometry::HyperplaneTable<3>& table, std::span<const geometry::Vertex<3>> vertices, std::span<const int> weights) {
+  ExactMix sum;
   int total = 0;
   for (std::size_t k = 0; k < vertices.size(); ++k) {
     std::array<geometry::ExactCovector<3>, 3> planes;
     for (int i = 0; i < 3; ++i) planes[i] = table.exact(vertices[k].hyperplanes[i]);
-    const auto point = geometry::meeting_point<3>(planes);
-    // The denominator must not be negative (Boost 1.74).
-    const int sign = point[3].sign();
-    for (int i = 0; i < 3; ++i) sum[i] += Rational(geometry::mp::cpp_int(point[i]) * sign, geometry::mp::cpp_int(point[3]) * sign) * weights[k];
+    const auto vertex = geometry::meeting_point<3>(planes);
+    const int sign = vertex[3].sign();
+    const cpp_int weight = cpp_int(vertex[3]) * sign, share = sum.weight * sign * weights[k];
+    for (int i = 0; i < 3; ++i) sum.point[i] = sum.point[i] * weight + cpp_int(vertex[i]) * share;
+    sum.weight *= weight;
     total += weights[k];
   }
-  for (Rational& x : sum) x *= power_of_two(53) / total;
+  for (cpp_int& x : sum.point) x <<= 53;
+  sum.weight *= total;
   return sum;
 }
 
-ExactPoint minus(const ExactPoint& a, const ExactPoint& b) {
-  ExactPoint difference;
-  for (int i = 0; i < 3; ++i) difference[i] = a[i] - b[i];
-  return difference;
+ExactPoint minus(const ExactPoint& a, const ExactPoint& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+
+ExactPoint cross(const ExactPoint& a, const ExactPoint& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-int sign_of_determinant(const ExactPoint& u, const ExactPoint& v, const ExactPoint& w) {
-  const Rational value = u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
-  return value.sign();
+cpp_int dot(const ExactPoint& a, const ExactPoint& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/// All determinants are linear in q, whose numbers are long, if everything is seen from p.
+std::optional<int> exact_crossing(const ExactPoint& p, const ExactMix& q, const ExactPoint& a, const ExactPoint& b, const ExactPoint& c) {
+  const ExactPoint pa = minus(a, p), pb = minus(b, p), pc = minus(c, p);
+  const ExactPoint ab = cross(pa, pb), bc = cross(pb, pc), ca = cross(pc, pa);
+  ExactPoint pq, normal;  // pq: times q's weight
+  for (int i = 0; i < 3; ++i) {
+    pq[i] = q.point[i] - q.weight * p[i];
+    normal[i] = ab[i] + bc[i] + ca[i];
+  }
+  const cpp_int volume = dot(pa, bc);
+  return crossing(volume.sign(), cpp_int(q.weight * volume - dot(pq, normal)).sign(), {dot(pq, ab).sign(), dot(pq, bc).sign(), dot(pq, ca).sign()});
 }
 
-std::optional<int> exact_crossing(const ExactPoint& p, const ExactPoint& q, const ExactPoint& a, const ExactPoint& b, const ExactPoint& c) {
-  const ExactPoint pa = minus(a, p), pb = minus(b, p), pc = minus(c, p), pq = minus(q, p);
-  return crossing(sign_of_determinant(pa, pb, pc), sign_of_determinant(minus(a, q), minus(b, q), minus(c, q)),
-                  {sign_of_determinant(pq, pa, pb), sign_of_determinant(pq, pb, pc), sign_of_determinant(pq, pc, pa)});
+/// Four vertices of a cell that lie in no plane: three of a facet, and one that is not in it. What is a mix of them is inside of the cell.
+std::array<geometry::Vertex<3>, 4> vertices_around(const geometry::Cell<3>& cell, std::minstd_rand& random) {
+  const auto vertices = cell.vertices();
+  const auto of_facet = geometry::facet_vertices(cell, random() % cell.facet_count());
+  const std::size_t first = random() % of_facet.size();
+  std::array<geometry::Vertex<3>, 4> chosen;
+  for (std::size_t k = 0; k < 3; ++k) chosen[k] = vertices[of_facet[(first + k) % of_facet.size()]];
+  std::size_t other = random() % vertices.size();
+  while (std::find(of_facet.begin(), of_facet.end(), other) != of_facet.end()) other = (other + 1) % vertices.size();
+  chosen[3] = vertices[other];
+  return chosen;
 }
 
 void put_point(Words& out, std::size_t at, const Point& point) {
@@ -302,27 +321,28 @@ std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* l
 /// For cells in which no double lies for certain: the winding number at an exact point, a mix of the cell's exact vertices,
 /// by all facets that a segment from outside crosses. Facets for which rounding leaves that open are asked exactly.
 std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
-  const auto vertices = view.cell().vertices();
   std::minstd_rand random(54321);  // the same points in every run
-  const auto weight = [&] { return 1 + static_cast<int>(random() % 97); };
   const double size = std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1], producer_.upper[2] - producer_.lower[2]});
   for (int attempt = 0; attempt < 64; ++attempt) {
-    std::vector<int> weights;
+    const auto vertices = vertices_around(view.cell(), random);
+    std::array<int, 4> weights{};
     double error = 0;
     int sum = 0;
     Point near{}, far;
-    for (const auto& vertex : vertices) {
-      weights.push_back(weight());
-      sum += weights.back();
-      error = std::max(error, vertex.error);
-      for (int i = 0; i < 3; ++i) near[i] += weights.back() * vertex.x[i];
+    for (std::size_t k = 0; k < vertices.size(); ++k) {
+      weights[k] = 1 + static_cast<int>(random() % 97);
+      sum += weights[k];
+      error = std::max(error, vertices[k].error);
+      for (int i = 0; i < 3; ++i) near[i] += weights[k] * vertices[k].x[i];
     }
     for (int i = 0; i < 3; ++i) {
       near[i] /= sum;
       far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
+      far[i] = std::ldexp(std::nearbyint(std::ldexp(far[i], -mesh_.grid_exponent)), mesh_.grid_exponent);
     }
     error += 2 * mesh_.error + 0x1p-50 * network_.table.radius();
-    std::optional<ExactPoint> exact_near, exact_far;
+    std::optional<ExactMix> exact_near;
+    std::optional<ExactPoint> exact_far;
     std::int32_t winding = 0;
     bool certain = true;
     const SegmentAmongFacets segment(far, near, error);

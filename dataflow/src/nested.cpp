@@ -13,6 +13,7 @@
 #include "bsp2/geometry/covector.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/model/builder.hpp"
+#include "bsp2/model/flat.hpp"
 #include "even_regions.hpp"
 #include "lowering.hpp"
 
@@ -151,6 +152,27 @@ bool is_union(const Lowered<D>& lowered) {
   return true;
 }
 
+/// The corners of each flat primitive that nothing but unions are around: no cell tells of these.
+template <int D>
+std::vector<PointSet<D>> flat_parts(const Lowered<D>& lowered) {
+  std::vector<PointSet<D>> parts;
+  std::size_t end_of_others = 0;  // of the outermost combiner at hand that does not unite
+  for (std::size_t at = 0; at < lowered.program.size();) {
+    const Word* word = lowered.program.data() + at;
+    const Word kind = word[0] & Network<D>::kind_mask;
+    if (kind != Network<D>::kind_leaf) {
+      if (kind != Network<D>::kind_unite && at >= end_of_others) end_of_others = at + word[1];
+      at += Network<D>::header;
+      continue;
+    }
+    const Occurrence<D>& occurrence = lowered.occurrences[word[2]];
+    const bool is_united = at >= end_of_others && (word[0] & Network<D>::negated) == 0;
+    if (is_united && model::is_flat(*occurrence.primitive)) parts.push_back(placed_corners(occurrence));
+    at += word[1];
+  }
+  return parts;
+}
+
 /// Corners and content of a convex hull.
 struct Hull2 {
   static std::optional<std::pair<PointSet<2>, double>> of(const PointSet<2>& points) {
@@ -278,10 +300,15 @@ std::vector<PointSet<D>> merged(const std::vector<geometry::CellBatch>& batches)
   return CellMerger<D>().run(std::move(items));
 }
 
-/// The IN cells, and with a refinement those that it leaves FUZZY.
+/// Without places: its parts are numbered by themselves.
 template <int D>
-std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options, const Fineness* fineness) {
-  const Network<D> network = compile<D>(solid, {.coincidence = options.coincidence});  // without places: its parts are numbered by themselves
+Network<D> nested_network(const model::Expression& solid, const CompileOptions& options) {
+  return compile<D>(solid, {.coincidence = options.coincidence});
+}
+
+/// The IN cells, and with a refinement those that it leaves FUZZY; in an order that is always the same.
+template <int D>
+std::vector<geometry::CellBatch> cells_of(const Network<D>& network, const Fineness* fineness = nullptr) {
   if (network.program.empty()) return {};
   std::vector<Region<D>> regions = even_regions(network, fineness != nullptr ? fineness->cuts : 0);
   CellCollector collector;
@@ -293,11 +320,16 @@ std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, 
   return std::move(collector.batches);
 }
 
+template <int D>
+std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options, const Fineness* fineness = nullptr) {
+  return cells_of<D>(nested_network<D>(solid, options), fineness);
+}
+
 }  // namespace
 
-template <int D>
-std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options) {
-  return evaluate_cells<D>(solid, options, nullptr);
+void evaluate_plane_cells(const model::Expression& solid, const CompileOptions& options, const UseCells& use) {
+  const Network<2> network = nested_network<2>(solid, options);
+  use(network, cells_of<2>(network));
 }
 
 bool is_convex(const model::Primitive& primitive) {
@@ -308,7 +340,8 @@ bool is_convex(const model::Primitive& primitive) {
 template <int D>
 PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions& options) {
   PointSet<D> all;
-  if (const Lowered<D> lowered = lower<D>(solid); is_union(lowered)) {
+  const Lowered<D> lowered = lower<D>(solid);
+  if (is_union(lowered)) {
     for (const auto& occurrence : lowered.occurrences) {
       const PointSet<D> corners = placed_corners(occurrence);
       all.insert(all.end(), corners.begin(), corners.end());
@@ -317,6 +350,7 @@ PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions
   }
   for_each_cell<D>(evaluate_cells<D>(solid, options), geometry::Label::in,
                    [&](PointSet<D> points, double) { all.insert(all.end(), points.begin(), points.end()); });
+  for (const PointSet<D>& flat : flat_parts(lowered)) all.insert(all.end(), flat.begin(), flat.end());
   return all;
 }
 
@@ -331,7 +365,9 @@ std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const Comp
     for (const auto& occurrence : lowered.occurrences) parts.push_back(placed_corners(occurrence));
     return parts;
   }
-  return merged<D>(evaluate_cells<D>(solid, options));
+  parts = merged<D>(evaluate_cells<D>(solid, options));
+  for (PointSet<D>& flat : flat_parts(lowered)) parts.push_back(std::move(flat));
+  return parts;
 }
 
 namespace {
@@ -430,7 +466,6 @@ std::vector<Points> convex_parts(const model::Expression& solid, const CompileOp
 }
 
 #define BSP2_INSTANTIATE(D)                                                                                                  \
-  template std::vector<geometry::CellBatch> evaluate_cells<D>(const model::Expression&, const CompileOptions&);              \
   template PointSet<D> spanning_points<D>(const model::Expression&, const CompileOptions&);                                  \
   template std::vector<PointSet<D>> convex_parts<D>(const model::Expression&, const CompileOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

@@ -12,9 +12,9 @@
 /// Expressions are resolved here: no construct is left in them.
 namespace bsp2::dataflow {
 
-/// The IN cells, in an order that is always the same.
-template <int D>
-std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options);
+/// Evaluates a plane solid and shows its IN cells, in an order that is always the same, with what they were made of.
+using UseCells = std::function<void(const Network<2>&, const std::vector<geometry::CellBatch>&)>;
+void evaluate_plane_cells(const model::Expression& solid, const CompileOptions& options, const UseCells& use);
 
 template <int D>
 using PointSet = std::vector<std::array<double, D>>;

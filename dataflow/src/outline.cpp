@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <numbers>
 #include <span>
+#include <stdexcept>
+#include <string>
 #include <unordered_map>
 
 #include "nested.hpp"
@@ -48,7 +50,7 @@ struct Edge {
 
 class Tracer {
  public:
-  explicit Tracer(const std::vector<geometry::CellBatch>& batches) : corners_(resolution(batches)) {
+  Tracer(const Network<2>& network, const std::vector<geometry::CellBatch>& batches) : network_(network), corners_(resolution(batches)) {
     for (const auto& batch : batches) add(batch);
   }
 
@@ -59,6 +61,7 @@ class Tracer {
   }
 
  private:
+  const Network<2>& network_;
   CornerNumbers corners_;
   std::vector<Edge> edges_;
 
@@ -71,22 +74,44 @@ class Tracer {
   }
 
   void add(const geometry::CellBatch& batch) {
-    std::vector<std::uint32_t> number;
     for (std::size_t cell = 0; cell < batch.size(); ++cell) {
       const auto points = batch.cell_points(cell);
-      number.clear();
+      std::vector<std::uint32_t> number;
       for (std::size_t i = 0; i < points.size(); i += 2) number.push_back(corners_.number({points[i], points[i + 1]}));
-      Point centre{};
-      for (std::size_t i = 0; i < points.size(); ++i) centre[i % 2] += points[i] / (static_cast<double>(points.size()) / 2);
-      for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
-        const auto ends = batch.vertices_of_facet(f);
-        std::uint32_t a = number[ends[0]], b = number[ends[1]];
-        const Point p{points[2 * ends[0]], points[2 * ends[0] + 1]}, q{points[2 * ends[1]], points[2 * ends[1] + 1]};
-        if ((q[0] - p[0]) * (centre[1] - p[1]) - (q[1] - p[1]) * (centre[0] - p[0]) < 0) std::swap(a, b);
-        const std::int32_t id = batch.facet_hyperplane[f];
-        if (a != b) edges_.push_back({a, b, static_cast<std::uint32_t>(id < 0 ? ~id : id)});
-      }
+      for (const Edge& edge : around(batch, cell))
+        if (number[edge.from] != number[edge.to]) edges_.push_back({number[edge.from], number[edge.to], edge.line});
     }
+  }
+
+  /// The edges of a cell one after the other, the cell on their left. They name the cell's own points.
+  [[nodiscard]] std::vector<Edge> around(const geometry::CellBatch& batch, std::size_t cell) const {
+    const auto points = batch.cell_points(cell);
+    std::vector<Edge> edges;
+    std::size_t longest = 0;
+    double length = -1;
+    bool is_reversed = false;
+    for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
+      const auto ends = batch.vertices_of_facet(f);
+      const std::int32_t code = batch.facet_hyperplane[f];
+      const auto line = static_cast<std::uint32_t>(code < 0 ? ~code : code);
+      const double dx = points[2 * ends[1]] - points[2 * ends[0]], dy = points[2 * ends[1] + 1] - points[2 * ends[0] + 1];
+      edges.push_back({ends[0], ends[1], line});
+      if (std::hypot(dx, dy) <= length) continue;
+      length = std::hypot(dx, dy);
+      longest = edges.size() - 1;
+      // The cell is where the hyperplane is negative. Points would not tell on which side a thin one is, nor short edges where they lead.
+      const auto normal = network_.table.rounded(line).normal;
+      is_reversed = (normal[0] * dy - normal[1] * dx < 0) != (code < 0);
+    }
+    std::swap(edges[0], edges[longest]);
+    if (is_reversed) std::swap(edges[0].from, edges[0].to);
+    for (std::size_t i = 1; i < edges.size(); ++i) {
+      const std::uint32_t at = edges[i - 1].to;
+      const auto next = std::find_if(edges.begin() + static_cast<std::ptrdiff_t>(i), edges.end(), [&](const Edge& e) { return e.from == at || e.to == at; });
+      if (next->to == at) std::swap(next->from, next->to);
+      std::iter_swap(edges.begin() + static_cast<std::ptrdiff_t>(i), next);
+    }
+    return edges;
   }
 
   /// Cuts the edges of each line at all corners of edges on it.
@@ -153,9 +178,17 @@ class Tracer {
         path.push_back(edges_[at]);
         if (edges_[at].to == edges_[start].from) break;
       }
+      check_end(path);
       if (auto corners = corners_of(path); corners.size() >= 3) outline.push_back(std::move(corners));
     }
     return outline;
+  }
+
+  /// At every corner as many edges end as begin, so a path ends where it began.
+  void check_end(const std::vector<Edge>& path) const {
+    if (path.back().to == path.front().from) return;
+    const auto& end = corners_.points[path.back().to];
+    throw std::logic_error("the outline of a plane solid does not close at (" + std::to_string(end[0]) + ", " + std::to_string(end[1]) + ")");
   }
 
   /// The edge that bounds the same corner of the solid: of those that leave, the first one clockwise from the way back.
@@ -191,7 +224,11 @@ class Tracer {
 }  // namespace
 
 Outline outline_of(const model::Expression& solid, const CompileOptions& options) {
-  return Tracer(evaluate_cells<2>(solid, options)).run();
+  CompileOptions own = options;
+  own.coincidence = outline_coincidence;
+  Outline outline;
+  evaluate_plane_cells(solid, own, [&](const Network<2>& network, const auto& batches) { outline = Tracer(network, batches).run(); });
+  return outline;
 }
 
 double signed_area(const std::vector<std::array<double, 2>>& path) {

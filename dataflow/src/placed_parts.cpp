@@ -7,6 +7,7 @@
 
 #include "bsp2/model/bottom_up.hpp"
 #include "bsp2/model/builder.hpp"
+#include "bsp2/model/flat.hpp"
 
 namespace bsp2::dataflow {
 
@@ -48,6 +49,11 @@ Expression united(int dimension, std::vector<Expression> solids) {
   std::erase_if(solids, [](const Expression& solid) { return solid.node().parts == 0; });
   if (solids.empty()) return Expression(dimension);
   return solids.size() == 1 ? solids[0] : model::unite(std::move(solids));
+}
+
+Expression spanned(int dimension, const Points& points) {
+  Expression hull = model::convex_hull(dimension, points);
+  return is_empty(hull) ? make(dimension, model::flat_polytope(dimension, points)) : hull;
 }
 
 const model::Round* ball_of(const model::Primitive& primitive) {

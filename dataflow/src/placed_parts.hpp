@@ -22,6 +22,9 @@ model::Expression make(int dimension, model::Node::Value value);
 /// A union without the solids that are nothing.
 model::Expression united(int dimension, std::vector<model::Expression> solids);
 
+/// The hull of points, one at least; where they lie in a hyperplane, a flat polytope (bsp2/model/flat.hpp).
+model::Expression spanned(int dimension, const Points& points);
+
 /// The ball that a primitive is, or null.
 const model::Round* ball_of(const model::Primitive& primitive);
 

@@ -9,6 +9,7 @@
 #include "any_constructs.hpp"
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
+#include "bsp2/model/flat.hpp"
 #include "enclosure.hpp"
 #include "placed_parts.hpp"
 
@@ -211,12 +212,32 @@ Expression image_of_cells(const std::vector<double>& matrix, const Expression& s
   throw Error(meets_infinity);
 }
 
+// --- what a singular map leaves ----------------------------------------------------------------------------------------------
+
+/// Flat polytopes, whose points count in hulls, sums and shadows.
+Expression flattened(const std::vector<double>& matrix, const Expression& solid, const ConstructContext& context) {
+  std::vector<Expression> images;
+  for (const Points& corners : convex_parts(solid, context.options))
+    images.push_back(make(solid.dimension(), model::flat_polytope(solid.dimension(), mapped(matrix, corners, size(solid.dimension())).value())));
+  return united(solid.dimension(), std::move(images));
+}
+
+Expression affine_image(const std::vector<double>& matrix, const Expression& solid, const ConstructContext& context) {
+  Expression image = model::transform(matrix, solid);
+  if (!is_empty(image)) return image;  // else the map is singular
+  if (is_unbounded(solid)) throw Error("multmatrix: what it flattens has no bounds; intersect it with something that has");
+  if (!is_only_enclosed(solid)) return flattened(matrix, context.faceted(solid), context);
+  const auto image_with = [&](Facets facets) { return flattened(matrix, with_facets(solid, facets, context.options), context); };
+  return between(image_with(Facets::inside), image_with(Facets::around), context.options);
+}
+
 }  // namespace
 
 Expression image_of(const model::ProjectiveMap& map, const std::vector<Expression>& operands, const ConstructContext& context) {
   const Expression& operand = operands[0];
   const auto last_row = map.matrix.end() - operand.dimension() - 1;
-  if (map.matrix.back() > 0 && std::all_of(last_row, map.matrix.end() - 1, [](double x) { return x == 0; })) return model::transform(map.matrix, operand);
+  if (map.matrix.back() > 0 && std::all_of(last_row, map.matrix.end() - 1, [](double x) { return x == 0; }))
+    return affine_image(map.matrix, operand, context);
   bool is_possible = true;
   const Expression image = with_primitives_replaced(operand, operand.dimension(), [&](const PlacedPrimitive& placed) {
     const auto mapped_one = is_possible ? mapped_primitive(map.matrix, placed, context) : std::nullopt;

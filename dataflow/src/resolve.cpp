@@ -11,6 +11,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/bottom_up.hpp"
 #include "bsp2/model/builder.hpp"
+#include "bsp2/model/flat.hpp"
 #include "enclosure.hpp"
 #include "extrusion.hpp"
 #include "faceting.hpp"
@@ -66,17 +67,23 @@ Expression one_part(const Expression& image, std::uint64_t parts) {
   return make(image.dimension(), Boolean{model::Operation::unite, {image}, parts});
 }
 
+/// The same as one part where the node is one.
+Expression boolean_of(const Boolean& boolean, const Node& node, std::vector<Expression> images) {
+  Expression image = boolean_of(boolean, node.dimension, std::move(images));
+  return image.node().parts == node.parts ? image : one_part(image, node.parts);  // other than the node's: it is empty
+}
+
 class Resolver {
  public:
   Resolver(const CompileOptions& options, std::vector<std::string>& warnings) : options_(options), warnings_(warnings) {}
 
   Expression run(const Expression& root) {
-    return resolved_.run(
+    const Expression image = resolved_.run(
         root, [](const Expression& at) { return at.node().resolved ? std::optional(at) : std::nullopt; },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
           if (const auto* boolean = std::get_if<Boolean>(&node.value)) {
-            Expression image = boolean_of(*boolean, node.dimension, std::move(images));
-            return image.node().parts == node.parts ? image : one_part(image, node.parts);  // other than the node's: it is empty
+            if (boolean->operation != model::Operation::unite) leave_out_flats(images);
+            return boolean_of(*boolean, node, std::move(images));
           }
           if (const auto* transform = std::get_if<Transform>(&node.value))
             return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
@@ -86,12 +93,58 @@ class Resolver {
             return is_empty(images[0]) && images[0].node().parts == 0 ? images[0] : make(node.dimension, model::Named{named->role, named->name, images[0]});
           return one_part(image_of(node, images), node.parts);
         });
+    return without_flats(image);
   }
 
  private:
   const CompileOptions& options_;
   std::vector<std::string>& warnings_;
-  Rewriting resolved_, lifted_, faceted_;
+  Rewriting resolved_, lifted_, faceted_, without_flats_;
+  /// A flat result of a construct, and what there is to say where nobody takes its points.
+  struct Flat {
+    Expression solid;  // is kept, so its address stays its own
+    std::string warning;
+  };
+  std::unordered_map<const Node*, Flat> flats_;
+
+  /// Remembers what is flat of the image of a construct.
+  void note_flats(const Construction& construction, const Expression& image, const std::string& place) {
+    const auto note = [&](const Expression& solid) {
+      const auto* primitive = std::get_if<Primitive>(&solid.node().value);
+      if (primitive == nullptr || !model::is_flat(*primitive)) return;
+      const char* name = bounded_operands(construction.construct);
+      const std::string what = name != nullptr ? name : "multmatrix";
+      flats_.insert_or_assign(&solid.node(), Flat{solid, place + what + ": all its points lie " + model::flat_place(solid.dimension()) +
+                                                             ", so it encloses nothing and is left out"});
+    };
+    note(image);
+    for (const Expression& child : image.node().children()) note(child);
+  }
+
+  void leave_out_flats(std::vector<Expression>& solids) {
+    for (Expression& solid : solids) solid = without_flats(solid);
+  }
+
+  /// The same without flat results of constructs, for all but those that take points: one warning for each construct.
+  Expression without_flats(const Expression& solid) {
+    if (flats_.empty()) return solid;
+    return without_flats_.run(
+        solid,
+        [this](const Expression& at) {
+          const bool stays = std::holds_alternative<Primitive>(at.node().value) && !flats_.contains(&at.node());
+          return stays ? std::optional(at) : std::nullopt;
+        },
+        [this](const Node& node, std::vector<Expression> images) -> Expression {
+          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean_of(*boolean, node, std::move(images));
+          if (const auto* transform = std::get_if<Transform>(&node.value))
+            return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
+          if (const auto* coloured = std::get_if<model::Coloured>(&node.value)) return make(node.dimension, model::Coloured{coloured->colour, images[0]});
+          if (const auto* named = std::get_if<model::Named>(&node.value)) return make(node.dimension, model::Named{named->role, named->name, images[0]});
+          const std::string& warning = flats_.at(&node).warning;
+          if (std::find(warnings_.begin(), warnings_.end(), warning) == warnings_.end()) warnings_.push_back(warning);
+          return one_part(Expression(node.dimension), node.parts);
+        });
+  }
 
   /// The same with polyhedra in the place of what is round: other constructs need corners.
   Expression faceted(const Expression& solid) {
@@ -107,17 +160,20 @@ class Resolver {
 
   /// What a construct is made of; warnings and errors get the place of the construct.
   Expression image_of(const Node& node, std::vector<Expression>& images) {
+    const auto& construction = std::get<Construction>(node.value);
+    if (!takes_flat(construction.construct)) leave_out_flats(images);
     if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
     const std::string place = options_.place_of ? options_.place_of(node) : "";
     const std::size_t before = warnings_.size();
     try {
-      const auto& construct = std::get<Construction>(node.value).construct;
+      const auto& construct = construction.construct;
       if (const char* name = bounded_operands(construct); name != nullptr && std::any_of(images.begin(), images.end(), is_unbounded))
         throw Error(std::string(name) + ": the solid has no bounds; intersect it with something that has");
       Expression image = !passes_on(construct) && std::any_of(images.begin(), images.end(), is_only_enclosed)
                              ? enclosed_image_of(construct, images)
                              : image_of(construct, images);
       for (std::size_t i = before; i < warnings_.size(); ++i) warnings_[i].insert(0, place);
+      note_flats(construction, image, place);
       return image;
     } catch (const Error& error) {
       throw Error(place + error.what());
@@ -196,6 +252,20 @@ class Resolver {
     return std::holds_alternative<model::Product>(construct) || std::holds_alternative<model::Section>(construct);
   }
 
+  /// Whether the points of what is flat count in it.
+  static bool takes_flat(const model::Construct& construct) {
+    if (const auto* projection = std::get_if<model::Projection>(&construct)) return !projection->cut;
+    return std::holds_alternative<model::Hull>(construct) || std::holds_alternative<model::MinkowskiSum>(construct) || is_affine(construct);
+  }
+
+  /// Whether it is the image under an affine map, which may be singular.
+  static bool is_affine(const model::Construct& construct) {
+    const auto* map = std::get_if<model::ProjectiveMap>(&construct);
+    if (map == nullptr) return false;
+    const auto d = static_cast<std::ptrdiff_t>(std::lround(std::sqrt(static_cast<double>(map->matrix.size())))) - 1;
+    return std::all_of(map->matrix.end() - 1 - d, map->matrix.end() - 1, [](double x) { return x == 0; });
+  }
+
   /// Whether it knows the image of all that is round in its operands.
   static bool takes_these(const model::Construct& construct, const std::vector<Expression>& operands) {
     if (std::holds_alternative<model::Hull>(construct)) return is_convex_primitive(operands[0]);
@@ -244,7 +314,7 @@ class Resolver {
 
   Expression construct_of(const model::LinearExtrusion& extrusion, const std::vector<Expression>& operands) {
     if (extrusion.twist == 0 && extrusion.scale[0] == extrusion.scale[1] && extrusion.scale[0] != 1) return tapered(extrusion, operands[0]);
-    if (!extrusion.is_straight()) return extrude_outline(extrusion, outline_of(operands[0], options_));
+    if (!extrusion.is_straight()) return extrude_outline(extrusion, outline_of(operands[0], options_), options_.coincidence);
     const auto& d = extrusion.direction;
     const double back = extrusion.center ? 0.5 : 0;
     const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1], 0, 0, d[2], -back * d[2], 0, 0, 0, 1};
@@ -320,7 +390,7 @@ class Resolver {
     const double sides = model::side_count(std::max(high, -low), extrusion.resolution);
     if (!(sides <= model::max_sides)) throw Error("rotate_extrude: more than " + std::to_string(model::max_sides) + " segments");
     const auto segments = static_cast<std::uint32_t>(std::max(std::trunc(sides * std::fabs(extrusion.angle) / 360), 1.0));
-    return revolve_outline(outline, start, extrusion.angle, segments);
+    return revolve_outline(outline, start, extrusion.angle, segments, options_.coincidence);
   }
 
   Expression construct_of(const model::Offset& offset, const std::vector<Expression>& operands) {
@@ -336,7 +406,9 @@ class Resolver {
         for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
     // No point is farther from the outline than half its width, and no roof is higher than that.
     const double height = 0.53 * std::min(high[0] - low[0], high[1] - low[1]);
-    std::vector<Expression> solids{construct_of(model::LinearExtrusion{.direction = {0, 0, height}}, operands)};
+    // Where nothing is merged the walls have to be the outline's: else what sticks out of it, by rounding, would stay as high as the prism.
+    const std::vector<Expression> base{options_.coincidence < outline_coincidence ? plane_solid(outline) : operands[0]};
+    std::vector<Expression> solids{construct_of(model::LinearExtrusion{.direction = {0, 0, height}}, base)};
     for (Expression& piece : pieces_above_roof(roof, outline, height)) solids.push_back(std::move(piece));
     return model::subtract(std::move(solids));
   }

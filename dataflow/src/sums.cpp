@@ -30,7 +30,7 @@ Expression sum_of_parts(const std::vector<Points>& a, const std::vector<Points>&
       if (q.size() / d > most_sums / (p.size() / d))
         throw Error(std::string(what) + ": operands of " + std::to_string(p.size() / d) + " and " + std::to_string(q.size() / d) +
                     " points have too many sums; give them fewer sides");
-      sums.push_back(model::convex_hull(dimension, sums_of_corners(dimension, p, q)));
+      sums.push_back(spanned(dimension, sums_of_corners(dimension, p, q)));
     }
   return united(dimension, std::move(sums));
 }
@@ -191,7 +191,8 @@ bool is_convex_primitive(const Expression& solid) { return single_convex(solid).
 
 Expression image_of(const model::Hull&, const std::vector<Expression>& operands, const ConstructContext& context) {
   if (auto itself = single_convex(operands[0])) return *std::move(itself);
-  return model::convex_hull(operands[0].dimension(), spanning_points(operands[0], context.options));
+  const Points points = spanning_points(operands[0], context.options);
+  return points.empty() ? Expression(operands[0].dimension()) : spanned(operands[0].dimension(), points);
 }
 
 }  // namespace bsp2::dataflow

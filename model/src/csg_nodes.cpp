@@ -185,26 +185,10 @@ std::optional<Colour> read_colour(const Arguments& arguments, const Warn& warn) 
   return colour;
 }
 
-std::vector<double> affine_matrix(const std::array<double, 16>& m, int dimension, const Warn& warn) {
-  std::vector<double> matrix(m.begin(), m.end());
-  if (!std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); })) return regular_matrix(std::move(matrix), warn);
-  if (dimension == 2) matrix = {m[0], m[1], m[3], m[4], m[5], m[7], m[12], m[13], m[15]};
-  return regular_matrix(std::move(matrix), warn);
-}
-
-std::vector<double> regular_matrix(std::vector<double> matrix, const Warn& warn) {
-  const bool all_finite = std::all_of(matrix.begin(), matrix.end(), [](double x) { return std::isfinite(x); });
-  switch (all_finite ? normalize_affine(matrix) : MatrixKind::not_finite) {
-    case MatrixKind::regular:
-      return matrix;
-    case MatrixKind::singular:
-      warn("this multmatrix flattens its children to nothing (its determinant is 0)");
-      break;
-    case MatrixKind::not_finite:
-      warn("this multmatrix removes its children: its matrix holds inf or nan");
-      break;
-  }
-  return {};
+std::vector<double> matrix_of_dimension(const std::array<double, 16>& m, int dimension) {
+  const bool all_finite = std::all_of(m.begin(), m.end(), [](double x) { return std::isfinite(x); });
+  if (dimension == 2 && all_finite) return {m[0], m[1], m[3], m[4], m[5], m[7], m[12], m[13], m[15]};
+  return {m.begin(), m.end()};
 }
 
 }  // namespace bsp2::model

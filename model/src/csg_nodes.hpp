@@ -96,12 +96,8 @@ std::array<double, 16> read_matrix(const Arguments& arguments);
 /// The colour of a color node: numbers, or a name as CSS has them, and `alpha`; nothing if it is none.
 std::optional<Colour> read_colour(const Arguments& arguments, const Warn& warn);
 
-/// What it does to solids of a dimension: 2 takes the rows and columns of x, y and the translation.
-/// @return the affine matrix; empty if the solids vanish.
-std::vector<double> affine_matrix(const std::array<double, 16>& matrix, int dimension, const Warn& warn);
-
-/// The same for a matrix of any size, which is divided by its last entry.
-std::vector<double> regular_matrix(std::vector<double> matrix, const Warn& warn);
+/// What it does to solids of a dimension: 2 takes the rows and columns of x, y and the translation, if all numbers are finite.
+std::vector<double> matrix_of_dimension(const std::array<double, 16>& matrix, int dimension);
 
 /// What a node of kind hull to roof does to its operand; nothing if what comes out is empty whatever that is.
 /// @throws bsp2::Error without a position.

@@ -66,6 +66,7 @@ class Reader {
   Frame header();
   void modifiers(Frame& frame);
   [[nodiscard]] bool only_points_count(const Frame& frame, bool is_solid) const;
+  [[nodiscard]] bool flat_points_count(const Frame& frame) const;
   std::optional<double> scale_of_maps();
   void remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh);
   Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
@@ -335,6 +336,19 @@ bool Reader::only_points_count(const Frame& frame, bool is_solid) const {
   return false;
 }
 
+/// Whether what a frame makes counts though it encloses nothing, since a hull, a sum or a shadow takes its points: nothing in between needs a solid.
+bool Reader::flat_points_count(const Frame& frame) const {
+  if (frame.is_root) return false;
+  for (std::size_t i = frames_.size(); i-- > 0;) {
+    const NodeKind kind = frames_[i].kind;
+    if (kind == NodeKind::hull || kind == NodeKind::minkowski) return true;
+    if (kind == NodeKind::projection) return !std::get<Projection>(constructs_.back()).cut;
+    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix) return false;
+    if (frames_[i].is_root) return false;
+  }
+  return false;
+}
+
 /// What the maps around the frame at hand multiply a solid's volume by; nothing if a construct makes another solid of it.
 std::optional<double> Reader::scale_of_maps() {
   double scale = 1;
@@ -364,8 +378,7 @@ Expression Reader::solid_of_hollow(const Frame& frame, const HollowPolyhedron& p
   std::string text = polyhedron.what();
   if (only_points_count(frame, false)) {
     warn(frame, text + ". Only its points count here");
-    const auto mesh = spanned_mesh(polyhedron.points);
-    return mesh ? pool_.primitive(*mesh, 3) : pool_.empty(3);
+    return polyhedron.points.empty() ? pool_.empty(3) : pool_.primitive(spanned(polyhedron.points), 3);
   }
   if (polyhedron.is_open) {
     text += ". It encloses no volume and is left out";
@@ -454,10 +467,9 @@ Expression Reader::solid_of(Frame& frame) {
 Expression Reader::image_of(Frame& frame, const Expression& child) {
   if (pool_.is_empty(child)) return child;
   const int dimension = child.dimension();
-  const auto complain = [&](std::string text) { warn(frame, std::move(text)); };
   std::vector<double> matrix;
   if (dimension == 2 || dimension == 3) {
-    matrix = affine_matrix(matrices_.back().affine, dimension, complain);
+    matrix = matrix_of_dimension(matrices_.back().affine, dimension);
   } else {
     const auto stride = static_cast<std::size_t>(dimension) + 1;
     matrix = matrices_.back().square;
@@ -466,9 +478,24 @@ Expression Reader::image_of(Frame& frame, const Expression& child) {
                       std::to_string(stride) + ", the translation in the last column");
       return pool_.empty(dimension);
     }
-    matrix = regular_matrix(std::move(matrix), complain);
   }
-  return matrix.empty() ? pool_.empty(dimension) : pool_.transform(std::move(matrix), child);
+  switch (normalize_affine(matrix)) {
+    case MatrixKind::regular:
+      return pool_.transform(std::move(matrix), child);
+    case MatrixKind::singular:
+      if (flat_points_count(frame)) {
+        const Expression flat = pool_.construction(ProjectiveMap{std::move(matrix)}, dimension, {&child, 1});
+        constructs_at_.try_emplace(&flat.node(), frame.offset);
+        return flat;
+      }
+      warn(frame, "this multmatrix flattens its children (its determinant is 0), so they enclose nothing and are left out; only hull, minkowski and "
+                  "projection take the points of what is flat");
+      break;
+    case MatrixKind::not_finite:
+      warn(frame, "this multmatrix removes its children: its matrix holds inf or nan");
+      break;
+  }
+  return pool_.empty(dimension);
 }
 
 /// What a node that OpenSCAD does not have makes of its children.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "bsp2/model/builder.hpp"
+#include "bsp2/model/flat.hpp"
 #include "convex_hull.hpp"
 #include "mesh_repair.hpp"
 #include "mesh_shells.hpp"
@@ -325,20 +326,11 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   return finished(mesh_of(points, triangles));
 }
 
-std::optional<TriangleMesh> spanned_mesh(const std::vector<Point3>& points) {
-  if (points.empty()) return std::nullopt;
-  if (auto hull = hull_mesh(points)) return hull;
-  // Whatever lies on their line lies between these two.
-  const auto [low, high] = std::minmax_element(points.begin(), points.end());
-  TriangleMesh sheet{{*low, *high}, {}, true};
-  for (const Point3& point : points) {
-    if (collinear(*low, *high, point)) continue;
-    const auto corner = static_cast<std::uint32_t>(sheet.points.size());
-    sheet.points.push_back(point);
-    sheet.triangles.insert(sheet.triangles.end(), {{0, 1, corner}, {corner, 1, 0}});
-  }
-  if (sheet.triangles.empty()) return std::nullopt;
-  return sheet;
+Primitive spanned(const std::vector<Point3>& points) {
+  if (auto hull = hull_mesh(points)) return *std::move(hull);
+  std::vector<double> numbers;
+  for (const Point3& point : points) numbers.insert(numbers.end(), point.begin(), point.end());
+  return flat_polytope(3, numbers);
 }
 
 Expression polyhedron(std::vector<std::array<double, 3>> points,

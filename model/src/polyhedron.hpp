@@ -43,8 +43,8 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& points, con
 /// The integral over what closed triangles enclose, each point as often as they wind around it, counter-clockwise seen from outside.
 double signed_volume(const std::vector<Point3>& points, const std::vector<std::array<std::uint32_t, 3>>& triangles);
 
-/// A mesh that has the hull of these points and is convex, for hulls and sums around it. Where the points lie in a plane it
-/// encloses nothing: triangles seen from both sides. Nothing if they lie on a line.
-std::optional<TriangleMesh> spanned_mesh(const std::vector<Point3>& points);
+/// What has the hull of these points and is convex, for hulls and sums around it: a mesh, or a flat polytope (flat.hpp).
+/// @pre there is a point.
+Primitive spanned(const std::vector<Point3>& points);
 
 }  // namespace bsp2::model

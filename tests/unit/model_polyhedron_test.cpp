@@ -10,6 +10,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
+#include "bsp2/model/flat.hpp"
 #include "mesh_repair.hpp"
 #include "model_helpers.hpp"
 #include "polyhedron.hpp"
@@ -551,18 +552,19 @@ TEST(Repair, RefusesHolesOnly) {
 }
 
 /// Any points: the hull of what comes out holds them all.
-TEST(Repair, ASpannedMeshHasTheHullOfItsPoints) {
-  const auto tetrahedron = spanned_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.1, 0.1, 0.1}});
-  ASSERT_TRUE(tetrahedron.has_value());
-  EXPECT_NEAR(volume(*tetrahedron), 1.0 / 6, 1e-15);
-  const auto square = spanned_mesh({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {0.5, 0.5, 1}});
-  ASSERT_TRUE(square.has_value());
-  EXPECT_TRUE(is_closed(*square));
-  EXPECT_EQ(volume(*square), 0);
-  for (const Point3& corner : {Point3{0, 0, 1}, Point3{1, 0, 1}, Point3{1, 1, 1}, Point3{0, 1, 1}})
-    EXPECT_NE(std::find(square->points.begin(), square->points.end(), corner), square->points.end());
-  EXPECT_FALSE(spanned_mesh({{0, 0, 0}, {1, 1, 1}, {3, 3, 3}}).has_value());
-  EXPECT_FALSE(spanned_mesh({}).has_value());
+TEST(Repair, WhatPointsSpanHasTheirHull) {
+  const Primitive tetrahedron = spanned({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0.1, 0.1, 0.1}});
+  EXPECT_FALSE(is_flat(tetrahedron));
+  EXPECT_NEAR(volume(std::get<TriangleMesh>(tetrahedron)), 1.0 / 6, 1e-15);
+  const auto corners = [](const std::vector<Point3>& points) {
+    const Primitive flat = spanned(points);
+    EXPECT_TRUE(is_flat(flat));
+    return std::get<Polytope>(flat).corners;
+  };
+  using Numbers = std::vector<double>;
+  EXPECT_EQ(corners({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {0.5, 0.5, 1}, {0, 0, 1}}), (Numbers{0, 0, 1, 0, 1, 1, 1, 0, 1, 1, 1, 1}));
+  EXPECT_EQ(corners({{0, 0, 0}, {3, 3, 3}, {1, 1, 1}}), (Numbers{0, 0, 0, 3, 3, 3}));
+  EXPECT_EQ(corners({{2, 0, 1}, {2, 0, 1}}), (Numbers{2, 0, 1}));
 }
 
 TEST(Repair, LeavesSheetsOut) {
