@@ -2,16 +2,18 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <ostream>
+#include <span>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/surface.hpp"
 #include "bsp2/jobs/picture_options.hpp"
 #include "checks.hpp"
+#include "help.hpp"
 #include "queue_options.hpp"
+#include "version.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -19,14 +21,12 @@ namespace {
 constexpr auto footer =
     "Examples:\n"
     "  bsp2 run model.csg                     evaluate and print a summary\n"
-    "  bsp2 run model.csg -o out              also write out/solid.pvtu for ParaView,\n"
-    "                                         out/boundary.stl, out/view.png and\n"
-    "                                         out/report.json\n"
+    "  bsp2 run model.csg -o out              and write mesh, surface, picture, report\n"
+    "  mpirun -n 4 bsp2 run model.csg         the same on four processes\n"
+    "\n"
     "  bsp2 run model.csg --picture tower.png --threads 4\n"
     "  bsp2 run model.csg --snapshot run.h5   also save the state of the run now and\n"
     "                                         then; after a stop: bsp2 resume run.h5\n"
-    "  mpirun -n 4 bsp2 run model.csg         the same on four processes\n"
-    "\n"
     "Models are OpenSCAD's .csg files (openscad -o model.csg model.scad); .scad\n"
     "files are translated if the program openscad is installed.\n"
     "Exit code: 0 success, 2 a mistake in the options, the model or a path, 1 an\n"
@@ -94,19 +94,19 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_option(
          "--keep", raw.keep,
          "keep only cells of this kind: in, fuzzy or out;\nrepeat for several (default: in and fuzzy)")
-      ->check(CLI::IsMember({"in", "fuzzy", "out"}))
+      ->check(is_one_of({"in", "fuzzy", "out"}))
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("KIND")
       ->group(group);
-  app.add_flag("--curved", options.curved, "spheres, cylinders, circles are truly round: FUZZY\ncells hold their surfaces (see --tolerance)")->group(group);
+  app.add_flag("--curved", options.curved, "take spheres, cylinders, circles as truly round:\nFUZZY cells hold their surfaces (see --tolerance)")->group(group);
   app.add_option("--coincidence", options.coincidence,
                  "planes closer than this share of the bounding box\nare one; 0: only equal planes")
       ->check(finite_share())
       ->type_name("T")
       ->capture_default_str()
       ->group(group);
-  app.add_flag("--strict", options.strict, "end with an error where the model gets a warning")->group(group);
+  app.add_flag("--strict", options.strict, "end with an error where there is a warning")->group(group);
 }
 
 void add_threads_option(CLI::App& app, RunCommand& command, const char* group) {
@@ -118,9 +118,9 @@ void add_threads_option(CLI::App& app, RunCommand& command, const char* group) {
 
 void add_tolerance_option(CLI::App& app, RunCommand& command, const char* group) {
   app.add_option("--tolerance", command.options.tolerance,
-                 "refine round solids until FUZZY cells are thinner\n"
-                 "than this (default: a thousandth of the model,\n"
-                 "a sixteenth in four dimensions, more above)")
+                 "refine what is round down to cells so thin\n"
+                 "(default: a thousandth of the model, a sixteenth in\n"
+                 "four dimensions, more above)")
       ->check(positive_number())
       ->type_name("H")
       ->group(group);
@@ -136,7 +136,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("N")
       ->group(group);
   add_tolerance_option(app, command, group);
-  app.add_option("--budget", raw.budget, "stop after a time, e.g. 2s, 500ms, 1min (a number\nalone: seconds); with --snapshot: the time between\ntwo (30s)")
+  app.add_option("--budget", raw.budget, "stop after a time: 2s, 500ms, 1min, or seconds;\nwith --snapshot: the time between two (30s)")
       ->type_name("TIME")
       ->group(group);
   app.add_option("--cells", options.cells, "stop at about N cells")->check(some_cells())->type_name("N")->group(group);
@@ -152,7 +152,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("DEGREES")
       ->group(group);
   app.add_option("--order", raw.order, "which cell is refined next: depth, priority (the\nlargest) or view (what looks largest from --eye)")
-      ->check(CLI::IsMember({"depth", "priority", "view"}))
+      ->check(is_one_of({"depth", "priority", "view"}))
       ->type_name("ORDER")
       ->group(group);
 }
@@ -160,7 +160,7 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
 void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = "What is written";
   add_path(app, "-o,--output", raw.folder,
-           "write report.json, solid.pvtu with its pieces,\nboundary.stl, view.png and snapshot.h5 into this\nfolder", "DIR")
+           "write everything into this folder:\nreport.json, solid.pvtu with its pieces, boundary.stl,\nview.png and snapshot.h5", "DIR")
       ->group(group);
   app.add_flag("--vtu", raw.mesh, "write the cells as solid.pvtu (without -o: here)")->group(group);
   app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
@@ -168,7 +168,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
            "write the state of the run, after each step", "FILE.h5")
       ->group(group);
   add_path(app, "--boundary", raw.boundary,
-           "write the surface of the solid, closed triangles:\n.stl, .ply, .obj or .vtp", "FILE")
+           "write the surface: .stl, .ply, .obj or .vtp\n(closed triangles)", "FILE")
       ->group(group);
   add_path(app, "--picture", raw.picture,
            "draw the solid: .png, .svg or .pdf", "FILE")->group(group);
@@ -184,7 +184,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
                  "where the cells of all ranks go: to the master, up a\n"
                  "tree of masters, or each rank to its own files\n"
                  "(default: master up to 200,000 cells, else file)")
-      ->check(CLI::IsMember({"master", "tree", "file"}))
+      ->check(is_one_of({"master", "tree", "file"}))
       ->type_name("WHERE")
       ->group(group);
   add_picture_options(app, raw.view);
@@ -306,14 +306,25 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   return command;
 }
 
-constexpr std::array commands{"run", "resume", "info", "export", "render", "query", "tables", "jobs"};
-
 /// "split, run, merge or status"
-std::string names_of_commands(const CLI::App& app) {
-  const auto all = app.get_subcommands({});
-  std::string names;
-  for (const CLI::App* each : all) names += (each == all.front() ? "" : each == all.back() ? " or " : ", ") + each->get_name();
-  return names;
+std::string spoken(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (&name == &names.front() ? "" : &name == &names.back() ? " or " : ", ") + name;
+  return text;
+}
+
+/// What an option that is not there was meant to be.
+std::string suggested_option(const CLI::App& app, const std::string& word) {
+  if (!word.starts_with("--")) return {};
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  return model::suggestion(word.substr(0, word.find('=')), std::vector<std::string_view>(names.begin(), names.end()));
+}
+
+std::string suggested_command(const CLI::App& app, const std::string& word) {
+  const std::vector<std::string> names = command_names(app);
+  return model::suggestion(word, std::vector<std::string_view>(names.begin(), names.end()));
 }
 
 [[noreturn]] void fail(const CLI::ParseError& error, const CLI::App& app) {
@@ -328,12 +339,44 @@ std::string names_of_commands(const CLI::App& app) {
   using CLI::ExitCodes;
   if (const int code = error.get_exit_code(); code == static_cast<int>(ExitCodes::ExtrasError) || code == static_cast<int>(ExitCodes::RequiredError))
     if (const auto unknown = app.remaining(true); !unknown.empty()) {
-      if (lacks_command && !unknown.front().starts_with('-')) throw Error("unknown command '" + name + " " + unknown.front() + "'" + hint);
-      throw Error("unknown option or argument '" + unknown.front() + "'" + hint);
+      const std::string& word = unknown.front();
+      if (lacks_command && !word.starts_with('-'))
+        throw Error("unknown command '" + name + " " + word + "'" + suggested_command(*innermost, word) + hint);
+      throw Error("unknown option or argument '" + word + "'" + suggested_option(*innermost, word) + hint);
     }
   if (innermost == &app) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
-  if (lacks_command) throw Error("'" + name + "' needs a command: " + names_of_commands(*innermost) + hint);
+  if (lacks_command) throw Error("'" + name + "' needs a command: " + spoken(command_names(*innermost)) + hint);
   throw Error(error.what() + hint);
+}
+
+/// Before anything is read: CLI11 would take a mistyped command for an argument.
+void check_command(const CLI::App& app, const std::vector<std::string>& arguments) {
+  if (arguments.empty() || arguments.front().starts_with('-')) return;
+  const std::string& word = arguments.front();
+  const std::vector<std::string> names = command_names(app);
+  if (std::find(names.begin(), names.end(), word) != names.end()) return;
+  if (word.ends_with(".csg") || word.ends_with(".scad"))
+    throw Error("unknown command '" + word + "' (did you mean 'bsp2 run " + word + "'? See 'bsp2 --help')");
+  throw Error("unknown command '" + word + "'" + suggested_command(app, word) + " (see 'bsp2 --help')");
+}
+
+/// Commands about the command line itself. @return whether it was one of them, and has been printed.
+struct AboutCommands {
+  CLI::App *completion, *manual;
+  std::string shell;
+  bool print(const CLI::App& app, std::ostream& out) const {
+    if (completion->parsed()) out << completion_script(shell);
+    if (manual->parsed()) out << manual_page(app);
+    return completion->parsed() || manual->parsed();
+  }
+};
+
+void add_about_commands(CLI::App& app, AboutCommands& about) {
+  about.completion = app.add_subcommand("completion", "Print what completes these words in a shell");
+  about.completion->add_option("SHELL", about.shell, "bash, zsh or fish")->required()->check(is_one_of({"bash", "zsh", "fish"}));
+  about.completion->footer("Example:\n  source <(bsp2 completion bash)");
+  about.manual = app.add_subcommand("manual", "Print the manual page");
+  about.manual->footer("Example:\n  bsp2 manual | man -l -");
 }
 
 }  // namespace
@@ -351,16 +394,14 @@ double parse_seconds(const std::string& text) {
 }
 
 std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arguments, std::ostream& out) {
-  if (!arguments.empty() && !arguments.front().starts_with('-') && std::find(commands.begin(), commands.end(), arguments.front()) == commands.end()) {
-    const std::string& word = arguments.front();
-    const bool is_model = word.ends_with(".csg") || word.ends_with(".scad");
-    throw Error("unknown command '" + word + "' (" + (is_model ? "did you mean 'bsp2 run " + word + "'? See" : "see") + " 'bsp2 --help')");
-  }
   RunCommand command;
   Raw raw;
   CLI::App app("Evaluates a solid model into an exact mesh of convex cells, in parallel.", "bsp2");
-  app.set_version_flag("--version", "bsp2 " BSP2_VERSION, "Print the version and exit");
+  app.set_version_flag("--version", version_text(), "Print the version, also of the libraries in use");
+  app.formatter(make_help_formatter());
   app.get_formatter()->column_width(28);
+  app.set_help_flag("-h,--help", "Print this help");
+  app.set_help_all_flag("--help-all", "Print help with all options");
   app.require_subcommand(1);
   CLI::App* run = app.add_subcommand("run", "Evaluate a model");
   add_input(*run, "MODEL", command.options.model, "the model: a .csg or .scad file");
@@ -404,8 +445,15 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
       ->type_name("N")
       ->group(work_group);
   add_output_options(*queue.merge, command, raw);
+  AboutCommands about;
+  add_about_commands(app, about);
   app.footer("Try 'bsp2 run --help'.");
   run->footer(footer);
+  if (!arguments.empty() && arguments.front() == completion_word) {
+    out << completion_lines(app, std::span(arguments).subspan(1));
+    return std::nullopt;
+  }
+  check_command(app, arguments);
   try {
     app.parse(
         std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the back
@@ -414,6 +462,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
     app.exit(error, out, out);  // help or version
     return std::nullopt;
   }
+  if (about.print(app, out)) return std::nullopt;
   if (!tables->parsed()) command.tables.clear();
   choose_queue_command(queue, command);
   return finished(std::move(command), raw);

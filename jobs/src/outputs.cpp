@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <string>
@@ -142,11 +143,14 @@ void check_outputs(const RunCommand& command) {
 
 std::vector<fs::path> written_files(const RunCommand& command) {
   std::vector<fs::path> files;
-  std::error_code ignored;
-  for (const auto& file : files_of(command))
-    if (file && fs::is_regular_file(*file, ignored)) files.push_back(*file);
-  for (const auto& snapshot : {command.options.snapshot, command.snapshot_copy})
-    if (snapshot && fs::is_regular_file(*snapshot, ignored)) files.push_back(*snapshot);
+  const auto add = [&](const std::optional<fs::path>& file) {
+    std::error_code ignored;
+    if (!file || !fs::is_regular_file(*file, ignored)) return;
+    const bool is_named = std::any_of(files.begin(), files.end(), [&](const fs::path& other) { return are_one_file(*file, other); });
+    if (!is_named) files.push_back(*file);
+  };
+  for (const auto& file : files_of(command)) add(file);
+  for (const auto& snapshot : {command.options.snapshot, command.snapshot_copy}) add(snapshot);
   return files;
 }
 

@@ -57,7 +57,7 @@ void add_picture_options(CLI::App& app, PictureText& text) {
       ->group(group);
   app.add_flag("--edges", text.edges, "draw the edges of the cells")->group(group);
   app.add_option("--shade", text.shade, "what colours tell: part, rank, region, label, or\ncolour (the model's own; default)")
-      ->check(CLI::IsMember(shades()))
+      ->check(is_one_of({"part", "rank", "region", "label", "colour", "color"}))
       ->type_name("WHAT")
       ->group(group);
   app.add_option("--size", text.size, "pixels (default: 1000x1000)")->type_name("WxH")->group(group);

@@ -130,6 +130,20 @@ class JoinedSnapshot {
   bool is_mine_ = false;
 };
 
+/// A bar names each superstep that begins, as long as this is there.
+class FollowedSupersteps {
+ public:
+  FollowedSupersteps(supersteps::Ranks& ranks, ProgressBar& bar) : ranks_(ranks) {
+    ranks.on_superstep = [&bar](const std::string& name, unsigned) { bar.begin(name); };
+  }
+  ~FollowedSupersteps() { ranks_.on_superstep = nullptr; }
+  FollowedSupersteps(const FollowedSupersteps&) = delete;
+  FollowedSupersteps& operator=(const FollowedSupersteps&) = delete;
+
+ private:
+  supersteps::Ranks& ranks_;
+};
+
 /// On all ranks, and only the master speaks.
 /// @return the exit code.
 int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run, spdlog::logger& log) {
@@ -152,30 +166,35 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   const SignalWatch watch(ranks.is_master() ? farewell_of(command) : "", ranks.count() == 1);
   command.options.interrupted = SignalWatch::interrupted;
   const bool speaks = ranks.is_master() && !command.quiet;
-  ProgressBar bar(stderr);
-  if (speaks) command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
+  ProgressBar bar(speaks ? stderr : nullptr);
+  const FollowedSupersteps followed(ranks, bar);
+  command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
+  command.on_writing = [&bar](const std::filesystem::path& file) { bar.begin("writing " + file.filename().string()); };
   if (command.shows_steps()) command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) { write_step(command, now, step, ranks); };
   bool cells_are_written = false;
   command.options.on_cells = [&](supersteps::RunResult& now) {
-    bar.clear();
     write_cells(command, now, ranks);
     cells_are_written = true;
   };
   supersteps::RunResult result = run(command.options, ranks);
-  bar.clear();
   if (result.report.interrupted) {
+    bar.clear();
     tell_interruption(command, log);
     return interrupted_code;
   }
-  if (command.points && ranks.is_master()) print_answers(out, command.options.points, result.answers, result.report.dimension, command.json);
+  if (command.points && ranks.is_master()) {
+    bar.clear();
+    print_answers(out, command.options.points, result.answers, result.report.dimension, command.json);
+  }
   if (!cells_are_written) write_cells(command, result, ranks);
   write_results(command, result, ranks);
+  bar.clear();
   if (!ranks.is_master()) return 0;
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
   if (speaks)
     for (const std::string& note : result.report.notes) log.info("note: {}", note);
   if (speaks) tell_left_out(command, result.report, log);
-  if (speaks) print_summary(out, result.report);
+  if (speaks) print_summary(out, result.report, command.stats || needs_table(result.report));
   if (command.stats) print_stats(out, result.report);
   if (speaks) tell_written(out, command);
   return 0;

@@ -24,12 +24,18 @@ std::string mebibytes(std::uint64_t bytes) {
 
 std::string tuple(const std::vector<double>& values) {
   std::string text = "(";
-  for (const double value : values) text += fmt::format("{}{:.6g}", text.size() > 1 ? ", " : "", value);
+  for (const double value : values) text += fmt::format("{}{:.6g}", text.size() > 1 ? ", " : "", value + 0.0);  // 0 for -0
   return text + ")";
 }
 
 void print_cells(std::ostream& out, const char* label, std::uint64_t cells, const std::string& volume) {
   out << fmt::format("  {:<10}{:>15} cells   volume {}\n", label, grouped(cells), volume);
+}
+
+/// Found by this session, or by those before it and this one.
+std::uint64_t cells_a_second(const RunReport& report) {
+  const std::uint64_t cells = report.in_cells + report.fuzzy_cells + report.out_cells.value_or(0);
+  return report.seconds > 0 ? static_cast<std::uint64_t>(static_cast<double>(cells) / report.seconds) : 0;
 }
 
 /// Between which values the moments are; the volume is the entry of 1 and 1.
@@ -52,7 +58,12 @@ void print_measures(std::ostream& out, const supersteps::NamedMeasures& measures
 
 }  // namespace
 
-void print_summary(std::ostream& out, const RunReport& report) {
+bool needs_table(const RunReport& report) {
+  constexpr double long_seconds = 10;
+  return report.ranks > 1 || report.seconds > long_seconds;
+}
+
+void print_summary(std::ostream& out, const RunReport& report, bool with_table) {
   out << report.model << '\n'
       << fmt::format("  {}, {}, {}\n", plural(report.primitives, "primitive"),
                      plural(report.hyperplanes, "hyperplane"), plural(report.regions, "region"))
@@ -80,16 +91,18 @@ void print_summary(std::ostream& out, const RunReport& report) {
   }
   out << "  digest    " << report.digest << '\n';
   out << '\n';
-  print_supersteps(out, report.supersteps);
-  out << fmt::format("\n  {:.2f} s, {:.2f} s of CPU, at most {} of memory\n", report.seconds,
-                     report.cpu_seconds, mebibytes(report.peak_rss_bytes));
+  if (with_table) {
+    print_supersteps(out, report.supersteps);
+    out << '\n';
+  }
+  out << fmt::format("  {:.2f} s, {:.2f} s of CPU, at most {} of memory, {} a second\n", report.seconds, report.cpu_seconds,
+                     mebibytes(report.peak_rss_bytes), plural(cells_a_second(report), "cell"));
 }
 
 void print_stats(std::ostream& out, const RunReport& report) {
   const auto share = [](std::uint64_t part, double whole) {
     return whole > 0 ? static_cast<double>(part) / whole : 0.0;
   };
-  const std::uint64_t cells = report.in_cells + report.fuzzy_cells + report.out_cells.value_or(0);
   const auto line = [&](const char* label, const std::string& value, const std::string& note = "") {
     out << fmt::format("  {:<18}{:>18}{}\n", label, value, note);
   };
@@ -99,7 +112,7 @@ void print_stats(std::ostream& out, const RunReport& report) {
   line("exact fallbacks", grouped(report.exact_fallbacks),
        fmt::format("  ({:.4f} % of the predicates)",
                    100 * share(report.exact_fallbacks, static_cast<double>(report.predicates))));
-  line("cells a second", grouped(static_cast<std::uint64_t>(share(cells, report.seconds))));
+  line("cells a second", grouped(cells_a_second(report)));
   line("peak memory", mebibytes(report.peak_rss_bytes));
 }
 

@@ -46,6 +46,9 @@ void print_record(std::ostream& out, const SuperstepRecord& record) {
                      *std::max_element(record.seconds.begin(), record.seconds.end()), record.predicted_seconds);
 }
 
+/// A run that is resumed begins with this, as the first one did.
+bool begins_session(const SuperstepRecord& record) { return record.name == "compilation"; }
+
 }  // namespace
 
 std::string grouped(std::uint64_t number) {
@@ -62,8 +65,12 @@ void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& rec
   double hidden = 0, waited = 0;  // on all ranks together
   std::uint64_t h = 0, hidden_h = 0;
   std::size_t ranks = 0;
+  const bool was_resumed = std::count_if(records.begin(), records.end(), begins_session) > 1;
+  unsigned session = 0;
   for (const SuperstepRecord& record : records) {
     if (record.seconds.empty()) continue;
+    if (begins_session(record) && was_resumed)
+      out << fmt::format("  session {}, {} rank{}\n", ++session, record.seconds.size(), record.seconds.size() == 1 ? "" : "s");
     print_record(out, record);
     h += h_of(record);
     hidden_h += hidden_of(record);

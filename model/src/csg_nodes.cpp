@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <utility>
+#include <vector>
 
+#include "bsp2/model/suggestion.hpp"
 #include "colour_names.hpp"
 #include "csg_any_nodes.hpp"
 #include "csg_primitive_nodes.hpp"
@@ -78,17 +80,6 @@ bool contains(std::span<const std::string_view> names, std::string_view name) {
 
 }  // namespace
 
-bool resembles(std::string_view a, std::string_view b) {
-  if (a.size() > b.size()) std::swap(a, b);
-  if (b.size() - a.size() > 1) return false;
-  std::size_t i = 0;
-  while (i < a.size() && a[i] == b[i]) ++i;
-  if (a.size() < b.size()) return a.substr(i) == b.substr(i + 1);
-  if (i + 1 < a.size() && a[i] == b[i + 1] && a[i + 1] == b[i] && a.substr(i + 2) == b.substr(i + 2))
-    return true;
-  return i == a.size() || a.substr(i + 1) == b.substr(i + 1);
-}
-
 bool is_source_at(std::string_view text, std::size_t offset, std::string_view node) {
   if (contains(source_words, node)) return true;
   // Assignments, expressions and ranges: none of them stands in a .csg file.
@@ -105,10 +96,9 @@ std::string why_not(std::string_view name) {
   const std::string quoted = "'" + std::string(name.substr(0, 60)) + "'";
   if (contains(source_words, name))
     return quoted + " is no node of a .csg file" + std::string(source_hint);
-  std::string text = "there is no node " + quoted;
-  for (const auto& entry : kinds)
-    if (resembles(name, entry.first)) return text + "; did you mean '" + std::string(entry.first) + "'?";
-  return text;
+  std::vector<std::string_view> names;
+  for (const auto& entry : kinds) names.push_back(entry.first);
+  return "there is no node " + quoted + suggestion(name.substr(0, 60), names);
 }
 
 Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,

@@ -108,7 +108,4 @@ int operand_dimension(NodeKind kind);
 /// Which nodes do the same to solids of other dimensions, to end a message with.
 std::string advice_for_dimension(NodeKind kind);
 
-/// Whether one name is the other with a slip of one letter, or of two next to each other.
-bool resembles(std::string_view a, std::string_view b);
-
 }  // namespace bsp2::model

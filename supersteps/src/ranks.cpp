@@ -313,6 +313,14 @@ Ranks::Ranks(std::unique_ptr<Implementation> implementation) : implementation_(s
 Ranks::Ranks(Ranks&&) noexcept = default;
 Ranks::~Ranks() = default;
 
+std::string Ranks::library() {
+  char text[MPI_MAX_LIBRARY_VERSION_STRING] = "";
+  int size = 0;
+  MPI_Get_library_version(text, &size);
+  const std::string version(text);
+  return version.substr(0, version.find(','));  // what follows is who packed it, and where
+}
+
 Ranks Ranks::launched() {
   if (launched_ranks() == 1) return {};
   return Ranks(std::make_unique<Implementation>(std::make_unique<boost::mpi::environment>(boost::mpi::threading::funneled)));

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include "bsp2/geometry/error.hpp"
@@ -229,6 +230,69 @@ TEST(CommandLine, MistakesAreExplainedWithAHint) {
                                              {"run", "a", "--tets"}}) {
     EXPECT_NE(message_for(bad), "") << bad.back();
   }
+}
+
+TEST(CommandLine, WhatIsMistypedIsSuggested) {
+  EXPECT_EQ(message_for({"run", "a.csg", "--egde"}), "unknown option or argument '--egde'; did you mean '--edges'? (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a.csg", "--tolerence=0.1"}),
+            "unknown option or argument '--tolerence=0.1'; did you mean '--tolerance'? (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"rnu", "a.csg"}), "unknown command 'rnu'; did you mean 'run'? (see 'bsp2 --help')");
+  EXPECT_EQ(message_for({"jobs", "mege", "q"}), "unknown command 'bsp2 jobs mege'; did you mean 'merge'? (see 'bsp2 jobs --help')");
+  EXPECT_EQ(message_for({"run", "a.csg", "--picture", "p.png", "--shade", "parts"}),
+            "--shade: must be part, rank, region, label, colour or color, not 'parts'; did you mean 'part'? (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a.csg", "--keep", "inn"}), "--keep: must be in, fuzzy or out, not 'inn'; did you mean 'in'? (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a.csg", "--order", "wild"}), "--order: must be depth, priority or view, not 'wild' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"a.csg"}), "unknown command 'a.csg' (did you mean 'bsp2 run a.csg'? See 'bsp2 --help')");
+}
+
+std::string printed(const std::vector<std::string>& arguments) {
+  std::ostringstream out;
+  EXPECT_FALSE(parse_command_line(arguments, out));
+  return out.str();
+}
+
+/// A terminal has 24 lines, of which the prompt takes one.
+TEST(CommandLine, HelpFitsAScreenAndHelpAllHasEverything) {
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{}, {"run"}, {"resume"}, {"export"}, {"render"}, {"query"}, {"info"}, {"tables"}, {"completion"}}) {
+    std::vector<std::string> ask = command;
+    ask.emplace_back("--help");
+    const std::string text = printed(ask);
+    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 23) << text;
+  }
+  const std::string few = printed({"run", "--help"}), all = printed({"run", "--help-all"});
+  EXPECT_NE(few.find("bsp2 run --help-all"), std::string::npos);
+  EXPECT_EQ(few.find("--collect"), std::string::npos);
+  for (const char* option : {"--output", "--collect", "--coincidence", "--shade", "--quiet", "What is written"}) EXPECT_NE(all.find(option), std::string::npos);
+}
+
+TEST(CommandLine, ShellsCompleteCommandsOptionsAndValues) {
+  EXPECT_EQ(printed({"__complete", "qu"}), "query\tTell where points are, and how far from the surface\n");
+  EXPECT_EQ(printed({"__complete", "run", "--sh"}), "--shade\twhat colours tell: part, rank, region, label, or\n");
+  EXPECT_EQ(printed({"__complete", "run", "a.csg", "--collect", "t"}), "tree\t\n");
+  EXPECT_EQ(printed({"__complete", "run", "--collect", "=", "m"}), "master\t\n");
+  EXPECT_EQ(printed({"__complete", "run", "--collect", "="}), "master\t\ntree\t\nfile\t\n");
+  EXPECT_EQ(printed({"__complete", "run", ""}), ":files\n");
+  EXPECT_EQ(printed({"__complete", "run", "a.csg", "-o", ""}), ":files\n");
+  EXPECT_EQ(printed({"__complete", "run", "a.csg", "--level", ""}), "");
+  EXPECT_EQ(printed({"__complete", "jobs", "s"}), "split\tMake a queue: a job a region\nstatus\tTell how far the jobs are\n");
+  EXPECT_EQ(printed({"__complete", "completion", "f"}), "fish\t\n");
+  EXPECT_EQ(printed({"__complete"}), "");
+  for (const char* shell : {"bash", "zsh", "fish"}) EXPECT_NE(printed({"completion", shell}).find("__complete"), std::string::npos);
+}
+
+/// Every option of every command is in the manual.
+TEST(CommandLine, TheManualHasEveryOption) {
+  const std::string page = printed({"manual"});
+  EXPECT_TRUE(page.starts_with(".TH BSP2 1"));
+  for (const char* text : {"\\-\\-boundary", "\\-\\-coincidence", ".SS bsp2 jobs split", "\\-\\-lease", ".SH EXIT STATUS"})
+    EXPECT_NE(page.find(text), std::string::npos) << text;
+}
+
+TEST(CommandLine, TheVersionNamesTheLibraries) {
+  const std::string text = printed({"--version"});
+  EXPECT_TRUE(text.starts_with("bsp2 "));
+  for (const char* library : {"MPI", "Boost 1.", "HDF5 1.", "VTK 9.", "cairo 1."}) EXPECT_NE(text.find(library), std::string::npos) << text;
 }
 
 TEST(CommandLine, NumbersOutOfTheirRangeAreNamedWithIt) {

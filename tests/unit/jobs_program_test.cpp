@@ -139,7 +139,7 @@ TEST(ReportJson, ListsOverlappingMeshes) {
 
 TEST(Summary, FitsATerminalAndGroupsDigits) {
   std::ostringstream out;
-  print_summary(out, sample_report());
+  print_summary(out, sample_report(), true);
   print_stats(out, sample_report());
   EXPECT_NE(out.str().find("123,456,789 cells"), std::string::npos);
   EXPECT_NE(out.str().find("communicated 0.125 s while workers computed, and waited 0.150 s"), std::string::npos) << out.str();
@@ -237,17 +237,35 @@ TEST(Program, ExitCodesTellWhoseMistakeItIs) {
   EXPECT_EQ(out.str(), "");
 }
 
-TEST(ProgressBar, DrawsRarelyAndCleansUp) {
+TEST(ProgressBar, FitsItsTerminal) {
+  const ProgressState state{.what = "computation", .share = 0.434, .cells = 123456, .seconds = 75, .seconds_of_this = 30};
+  EXPECT_EQ(progress_line(state, 120), "computation  [#############.................]   43 %  1:15  123,456 cells  about 0:39 left");
+  EXPECT_EQ(progress_line(state, 80), "computation  [########............]   43 %  1:15  123,456 cells  about 0:39 left");
+  EXPECT_EQ(progress_line(state, 40), "computation  [####.....]   43 %  1:15");
+  EXPECT_EQ(progress_line(state, 24), "computation   43 %  1:15");
+  for (std::size_t columns = 1; columns < 200; ++columns) EXPECT_LT(progress_line(state, columns).size(), std::max<std::size_t>(columns, 2)) << columns;
+}
+
+TEST(ProgressBar, TellsWhatIsKnown) {
+  EXPECT_EQ(progress_line({.what = "writing solid.pvtu", .seconds = 3725}, 80), "writing solid.pvtu  1:02:05");
+  EXPECT_EQ(progress_line({.what = "resolution", .share = 1.5, .cells = 1, .seconds = 0.9}, 50), "resolution  [####################]  100 %  0:00  1 cell");
+  // Too early for an estimate.
+  EXPECT_EQ(progress_line({.what = "computation", .share = 0.5, .seconds_of_this = 0.5}, 120).find("left"), std::string::npos);
+}
+
+TEST(ProgressBar, IsForTerminals) {
   char* text = nullptr;
   std::size_t size = 0;
   std::FILE* file = open_memstream(&text, &size);
   {
-    ProgressBar bar(file, true);
-    for (int i = 0; i < 1000; ++i) bar.show(0.5, 42);
+    ProgressBar bar(file), none(nullptr);
+    bar.begin("computation");
+    bar.show(0.7, 43);
+    none.show(0.7, 43);
+    none.clear();
   }
-  ProgressBar(file).show(0.7, 43);  // no terminal
   std::fclose(file);
-  EXPECT_EQ(std::string(text, size), "\r[####################....................]  50 %  42 cells \r\033[K");
+  EXPECT_EQ(size, 0U);
   free(text);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <iosfwd>
 #include <optional>
 #include <string>
@@ -32,6 +33,7 @@ struct RunCommand {
   bool tets = false, stats = false, quiet = false;
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
   bool brief = false;            ///< only the first of them
+  std::function<void(const std::filesystem::path&)> on_writing;          ///< called before a file is written
   [[nodiscard]] bool shows_steps() const { return frames || series; }
   std::optional<QueueCommand> queue;  ///< work with a queue of jobs; to merge is to resume what they have found
   std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model

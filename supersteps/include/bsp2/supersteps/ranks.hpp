@@ -41,6 +41,8 @@ class Ranks {
   /// Those that a launcher started, by what it left in the environment. Starts MPI if there is more than one.
   /// @throws bsp2::Error if a launcher is there that MPI will not understand.
   static Ranks launched();
+  /// Name and version of the MPI library, as "Open MPI v4.1.4". Not collective, needs no MPI that has been started.
+  static std::string library();
   Ranks(Ranks&&) noexcept;
   Ranks& operator=(Ranks&&) = delete;
   ~Ranks();

@@ -1,0 +1,9 @@
+#include "version.hpp"
+
+#include "bsp2/supersteps/ranks.hpp"
+
+namespace bsp2::jobs {
+
+std::string version_text() { return "bsp2 " BSP2_VERSION "\n" + supersteps::Ranks::library() + "\n" BSP2_LIBRARIES; }
+
+}  // namespace bsp2::jobs
