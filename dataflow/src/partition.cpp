@@ -51,15 +51,16 @@ struct Piece {
   Cell<D> cell;
   Words program;                    // localized
   std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
-  std::array<bool, 2> half_is_out{};  // what is known of the halves before they are looked at
+  std::array<bool, 2> half_is_out{};  // as the cut tells, before the halves are looked at
   Work weight = 0;                  // estimate of the work, by what is undecided of each operand
   std::uint16_t level = 0;
   bool is_parted = false;
   bool is_elsewhere = false;                     // left to others
   std::array<std::unique_ptr<Piece>, 2> halves;  // negative, positive; none: not made
 
-  /// What the evaluation would go on with in a half: nothing where the cut has told that it is OUT. To ask about it again would not do: in
-  /// a narrower cell a round solid has other tangents, and may not know any more what the one that it was cut along has told.
+  /// What the evaluation would go on with in a half: nothing where the cut has told that it is OUT. To ask
+  /// about it again would not do: in a narrower cell a round solid has other tangents, and may not know any
+  /// more what the one that it was cut along has told.
   [[nodiscard]] std::span<const Word> program_of_half(std::size_t side) const {
     if (half_is_out[side]) return {};
     return program;

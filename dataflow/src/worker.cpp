@@ -172,8 +172,8 @@ void Worker<D>::cut(const Cell<D>& cell, geometry::HyperplaneId hyperplane, std:
   splitter_.split(cell, hyperplane, built[0] ? &halves[0] : nullptr, built[1] ? &halves[1] : nullptr);
 }
 
-/// A half that the cut tells to be OUT is so, and is not asked about again: in a narrower cell a round solid has other tangents, and may not
-/// know any more what the one that it was cut along has told.
+/// A half that the cut tells to be OUT is so, and is not asked about again: in a narrower cell a round solid has
+/// other tangents, and may not know any more what the one that it was cut along has told.
 template <int D>
 Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& plane) {
   const std::array<bool, 2> is_out{plane.negative_is_out, plane.positive_is_out};

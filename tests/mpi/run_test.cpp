@@ -16,6 +16,7 @@
 #include "bsp2/supersteps/rendering.hpp"
 #include "bsp2/supersteps/run.hpp"
 #include "exchange.hpp"
+#include "random_text.hpp"
 #include "temporary_folder.hpp"
 
 namespace bsp2::supersteps {
@@ -98,6 +99,51 @@ TEST(Run, FindsTheSameCellsInAnyNumberOfRegions) {
         EXPECT_EQ(digests, std::vector<std::string>(digests.size(), digests[0]));
       }
     }
+}
+
+/// Nor do they where solids are round: random models of two to four dimensions.
+TEST(Run, FindsTheSameCellsOfRoundSolidsInAnyNumberOfRegions) {
+  const testing::TemporaryFolder folder;  // the master's is the one that is read
+  Ranks ranks = Ranks::launched();
+  const char *given = std::getenv("BSP2_SEED"), *factor = std::getenv("BSP2_ROUNDS");
+  std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+  broadcast(ranks, seed);
+  for (int round = 0; round < 6 * (factor ? std::atoi(factor) : 1); ++round, ++seed) {
+    SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+    testing::RandomText text(seed);
+    const int dimension = text.pick(2, 4);
+    const fs::path known = fs::path(BSP2_SOURCE_DIR) / "tests" / "cases" / "curved-regions.csg";
+    const bool is_known = round == 0 && given == nullptr;
+    const fs::path path = is_known ? known : folder.path() / "model.csg";
+    const std::string model = text.model(dimension, dimension < 4 ? 2 : 1, 0.6);
+    if (!is_known && ranks.is_master()) std::ofstream(path) << model;
+    RunOptions options = options_for(path, 1, 1);
+    if (text.chance(0.3))
+      options.level = static_cast<unsigned>(dimension == 2 ? text.pick(5, 20) : text.pick(5, 12));
+    else
+      options.tolerance = std::array{0.05, 0.2, 0.7}[static_cast<std::size_t>(dimension - 2)] * text.uniform(0.5, 1.5);
+    options.keep_out = text.chance(0.3);
+    std::vector<RunReport> reports;
+    for (const unsigned regions : {1U, 20U, 200U, 1000U}) {
+      options.regions = regions;
+      options.order = text.chance(0.5) ? Order::depth : Order::priority;
+      options.threads = static_cast<unsigned>(text.pick(1, 2));
+      ranks.together([&] { reports.push_back(run(options, ranks).report); });
+    }
+    if (!ranks.is_master()) continue;
+    options.regions = 1;
+    reports.push_back(run(options).report);  // alone
+    for (const RunReport& report : reports) {
+      EXPECT_EQ(report.digest, reports[0].digest);
+      EXPECT_EQ(report.in_cells, reports[0].in_cells);
+      EXPECT_EQ(report.fuzzy_cells, reports[0].fuzzy_cells);
+      EXPECT_EQ(report.in_volume, reports[0].in_volume);
+      EXPECT_EQ(report.fuzzy_volume, reports[0].fuzzy_volume);
+      EXPECT_EQ(report.inertia, reports[0].inertia);
+      EXPECT_EQ(report.inertia_least, reports[0].inertia_least);
+      EXPECT_EQ(report.inertia_most, reports[0].inertia_most);
+    }
+  }
 }
 
 TEST(Run, AgreesWithALevelAndWithOutCells) {

@@ -46,8 +46,8 @@ class InRegions {
   [[nodiscard]] std::size_t regions() const { return regions_; }
   [[nodiscard]] std::size_t interruptions() const { return interruptions_; }
 
-  /// Evaluates all. @param cells if not 0, a lot may end after so many cells at most, and goes on with other threads, in another order, as
-  /// another process finds it: through bytes, without the cells.
+  /// Evaluates all. @param cells if not 0, a lot may end after so many cells at most, and goes on with other
+  /// threads, in another order, as another process finds it: through bytes, without the cells.
   void run(std::uint64_t cells) {
     options_.suspend = options_.hold_wholes = options_.same_limits = true;
     while (!waiting_.empty()) {
@@ -62,7 +62,8 @@ class InRegions {
       if (cells > 0) {
         options.threads = static_cast<unsigned>(pick(random_, 1, 2));
         options.order = chance(random_, 0.5) ? Order::depth : Order::priority;
-        if (chance(random_, 0.5)) options.cells = static_cast<std::uint64_t>(pick(random_, 1, static_cast<int>(cells)));
+        if (chance(random_, 0.5))
+          options.cells = static_cast<std::uint64_t>(pick(random_, 1, static_cast<int>(cells)));
         travel(lot);
       }
       auto found = evaluate(network_, std::move(lot), options, {});
@@ -134,7 +135,8 @@ class InRegions {
       else
         unfinished.push_back(region.number);
     std::map<std::uint32_t, Whole> remaining;
-    for (const Whole& whole : give_back<D>(network_, parts_, wholes, unfinished)) remaining.emplace(whole.region, whole);
+    for (const Whole& whole : give_back<D>(network_, parts_, wholes, unfinished))
+      remaining.emplace(whole.region, whole);
     std::vector<Region<D>> certain, others;
     for (auto& region : left_) {
       const bool was_whole = whole_of(region).has_value();
@@ -155,10 +157,12 @@ class InRegions {
 
 /// Totals of an evaluation in many regions.
 template <int D>
-Totals<D> evaluated_in_regions(const Network<D>& network, unsigned depth, const EvaluateOptions& options, Random& random) {
+Totals<D> evaluated_in_regions(const Network<D>& network, unsigned depth, const EvaluateOptions& options,
+                               Random& random) {
   InRegions<D> regions(network, depth, options, random);
   regions.run(0);
-  for (const std::uint32_t number : regions.held()) EXPECT_TRUE(options.level || network.is_round()) << "region " << number << " waits for nobody";
+  for (const std::uint32_t number : regions.held())
+    EXPECT_TRUE(options.level || network.is_round()) << "region " << number << " waits for nobody";
   return regions.totals();
 }
 
