@@ -172,6 +172,12 @@ std::uint64_t interruption(const Totals<D>& whole) {
   return 3 + (whole.in_cells + whole.fuzzy_cells + whole.out_cells) / 4;
 }
 
+/// So large that a test would take long: there are others.
+template <int D>
+bool is_large(const Totals<D>& whole) {
+  return whole.in_cells + whole.fuzzy_cells + whole.out_cells > 1500;
+}
+
 /// On one thread in one region, against any number of regions, threads and interruptions, and in both orders.
 template <int D>
 void expect_one_digest(const model::Expression& e, Random& random, Seen& seen) {
@@ -180,6 +186,7 @@ void expect_one_digest(const model::Expression& e, Random& random, Seen& seen) {
   const bool keep_out = chance(random, 0.3);
   const EvaluateOptions options = limits.options(keep_out);
   const auto whole = evaluate(network, partition(network, 0).regions, options, {}).totals;
+  if (is_large(whole)) return;
   seen.fuzzy_cells += whole.fuzzy_cells;
   const std::uint64_t some = interruption(whole);
   for (const unsigned depth : {0U, 1U, 5U, 10U}) {
@@ -208,6 +215,7 @@ void expect_one_digest_further(const model::Expression& e, Random& random) {
     regions.go_on_to(finer.options(keep_out));
     regions.run(first && chance(random, 0.5) ? interruption(*first) : 0);
     if (!first) first.emplace(regions.totals());
+    if (is_large(*first)) return;
     expect_same_totals(regions.totals(), *first);
   }
 }
@@ -249,6 +257,7 @@ TEST_F(Regions, OfRoundSolidsChangeNoCell) {
     if (round % 4 == 0) expect_one_digest<3>(random_solid(random, 3, 1, 0.6), random, seen);
     if (round % 8 == 0) expect_one_digest<4>(random_solid(random, 4, 1, 0.5), random, seen);
   });
+  if (std::getenv("BSP2_SEED") != nullptr) return;  // the same model again and again
   EXPECT_GT(seen.fuzzy_cells, 50U);
   EXPECT_GT(seen.most_regions, 16U);
   EXPECT_GT(seen.interruptions, 0U);
