@@ -3,7 +3,6 @@
 #include <tuple>
 #include <utility>
 
-#include "axis_aliases.hpp"
 #include "bsp2/geometry/contact.hpp"
 
 namespace bsp2::geometry {
@@ -74,7 +73,11 @@ void FacetSet::append(const FacetSet& other) {
 }
 
 FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, FacetGrouping grouping)
-    : batches_(batches), aliases_(std::make_unique<AxisAliases<3>>(table)), first_cell_(std::move(grouping.first_cell)) {
+    : batches_(batches),
+      names_(std::move(grouping.names)),
+      first_unnamed_(static_cast<HyperplaneId>(table.size())),
+      first_cell_(std::move(grouping.first_cell)) {
+  if (!names_) names_ = std::make_shared<PlaneNames>(table, family_planes(table, batches));
   const bool is_numbered = !first_cell_.empty();
   std::uint64_t cells = 0;
   EdgeFacets edges;
@@ -89,7 +92,7 @@ FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::sha
       for (std::uint32_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet) {
         const HyperplaneId id = outward(batch.facet_hyperplane[facet]).id();
         const std::uint32_t group = grouping.group ? grouping.group(batch.region[cell], id) : 0;
-        const HyperplaneId name = aliases_->add(id);  // also of those left out: others have edges on them
+        const HyperplaneId name = add(id);  // also of those left out: others have edges on them
         if (group == FacetGrouping::left_out) continue;
         if (!std::exchange(has_edges, true)) edges.find(batch, cell);
         entries_.push_back({group, name, b, cell, facet, across_.size()});
@@ -106,7 +109,20 @@ FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::sha
   begin_.push_back(entries_.size());
 }
 
-FacetIndex::~FacetIndex() = default;
+/// Finds the name of a plane. @return its id.
+HyperplaneId FacetIndex::add(HyperplaneId id) {
+  if (id < first_unnamed_) return id;
+  const auto [entry, is_new] = known_.try_emplace(id);
+  if (is_new) entry->second = names_->find(id);
+  return entry->second.id();
+}
+
+/// @pre it has been added.
+OrientedHyperplane FacetIndex::canonical(OrientedHyperplane hyperplane) const {
+  if (hyperplane.id() < first_unnamed_) return hyperplane;
+  const OrientedHyperplane name = known_.find(hyperplane.id())->second;
+  return hyperplane.flipped() ? name.opposite() : name;
+}
 
 void FacetIndex::append(std::size_t index, FacetSet& set) const {
   for (std::size_t i = begin_[index]; i < begin_[index + 1]; ++i) {
@@ -116,11 +132,11 @@ void FacetIndex::append(std::size_t index, FacetSet& set) const {
     const auto loop = batch.vertices_of_facet(entry.facet);
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const double* x = &points[3 * loop[k]];
-      set.corners.push_back({{x[0], x[1], x[2]}, aliases_->canonical(outward(across_[entry.first_across + k]))});
+      set.corners.push_back({{x[0], x[1], x[2]}, canonical(outward(across_[entry.first_across + k]))});
     }
     set.facets.push_back({first_cell_[entry.batch] + entry.cell, batch.part[entry.cell],
                           static_cast<std::uint16_t>(entry.facet - batch.facet_offset[entry.cell]),
-                          aliases_->canonical(outward(batch.facet_hyperplane[entry.facet])).flipped(), static_cast<std::uint32_t>(set.corners.size())});
+                          canonical(outward(batch.facet_hyperplane[entry.facet])).flipped(), static_cast<std::uint32_t>(set.corners.size())});
   }
 }
 

@@ -46,6 +46,7 @@ namespace {
 using geometry::FacetIndex;
 using geometry::FacetSet;
 using Table = geometry::HyperplaneTable<3>;
+using Names = std::shared_ptr<const geometry::PlaneNames>;
 
 /// What was found in some of the groups.
 struct Share {
@@ -136,6 +137,16 @@ std::vector<int> owners_of_nodes(Ranks& ranks, const FacetIndex& index, std::siz
   return owner;
 }
 
+/// One name for each plane, the same on all ranks and for all groups. Collective.
+Names agree_on_names(Ranks& ranks, const Table& table, const CellShare& share) {
+  // Without families nobody has anything to tell.
+  if (!geometry::has_families(table)) return std::make_shared<geometry::PlaneNames>(table);
+  std::vector<geometry::HyperplaneId> planes;
+  for (const auto& of_rank : all_gather(ranks, geometry::family_planes(table, share.batches)))
+    planes.insert(planes.end(), of_rank.begin(), of_rank.end());
+  return std::make_shared<geometry::PlaneNames>(table, std::move(planes));
+}
+
 /// Facets on their way to the rank that glues their node.
 struct Interface {
   std::uint32_t node = 0;
@@ -151,8 +162,9 @@ using Nodes = std::map<std::uint32_t, FacetSet>;
 
 /// Hands the facets on each node to the rank that glues it; they are on their way when this returns. Collective.
 /// @return those that stay here.
-Nodes send_facets_of_nodes(Ranks& ranks, const Table& table, const Groups& groups, const CellShare& share) {
-  const FacetIndex index(table, share.batches, {share.first_cell, groups.only(true)});
+Nodes send_facets_of_nodes(Ranks& ranks, const Table& table, const Names& names, const Groups& groups,
+                           const CellShare& share) {
+  const FacetIndex index(table, share.batches, {share.first_cell, groups.only(true), names});
   const auto owner = owners_of_nodes(ranks, index, groups.regions());
   Nodes nodes;
   for (std::size_t i = 0; i < index.size(); ++i) {
@@ -201,7 +213,8 @@ class RegionsInTurn {
 /// Glues what this rank has, and the nodes of the partition that fall to it. The share is given up piece by piece. Collective.
 Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& partition, CellShare cells, const RunOptions& options, unsigned threads) {
   const Groups groups(partition);
-  Nodes nodes = send_facets_of_nodes(ranks, table, groups, cells);
+  const Names names = agree_on_names(ranks, table, cells);
+  Nodes nodes = send_facets_of_nodes(ranks, table, names, groups, cells);
   const auto meanwhile = [&] {
     if (ranks.is_syncing()) ranks.try_sync();
   };
@@ -209,7 +222,7 @@ Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& parti
   std::size_t many_vertices = std::size_t{1} << 16;
   RegionsInTurn regions(cells);
   for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
-    const FacetIndex index(table, some.batches, {some.first_cell, groups.only(false)});
+    const FacetIndex index(table, some.batches, {some.first_cell, groups.only(false), names});
     const auto load = [&](std::size_t i, FacetSet& facets) {
       facets.clear(index.hyperplane(i));
       index.append(i, facets);

@@ -100,6 +100,21 @@ TEST(Resolution, FindsTheSameTrianglesAndContactsOnAnyNumberOfRanks) {
       }
 }
 
+/// Round solids name their common planes each for itself, and no rank has all of them.
+TEST(Resolution, NamesPlanesAlikeOnAllRanks) {
+  for (const unsigned regions : {4U, 32U}) {
+    SCOPED_TRACE(regions);
+    RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "tests" / "cases" / "curved-two-equal-balls.csg", regions);
+    options.tolerance = 0.25;
+    const auto result = together(options);
+    if (!result) continue;
+    const RunResult alone = run(options);
+    expect_closed(*result);
+    expect_same(*result, alone);
+    EXPECT_TRUE(contacts_of(result->contacts) == contacts_of(alone.contacts));
+  }
+}
+
 TEST(Resolution, FindsTheSameSurfaceForAnyNumberOfRegions) {
   for (const char* name : {"mechanical_piece", "touching_solids"}) {
     SCOPED_TRACE(name);

@@ -9,56 +9,23 @@
 #include <optional>
 #include <set>
 
-#include "bsp2/geometry/boundary.hpp"
-#include "bsp2/geometry/contact.hpp"
 #include "dataflow_oracle.hpp"
 #include "edge_chain.hpp"
 #include "exact_points.hpp"
+#include "resolved.hpp"
 
 namespace bsp2::dataflow {
 namespace {
 
 using geometry::CellBatch;
 using geometry::Contact;
-using geometry::FacetIndex;
-using geometry::FacetMatcher;
-using geometry::FacetSet;
 using geometry::Skin;
 using geometry::TriangleSurface;
 
-using Batches = std::vector<std::shared_ptr<const CellBatch>>;
-
-/// All skin of a mesh, before it is triangulated.
-Skin skin_of(const Network<3>& network, const Batches& batches, std::vector<Contact>* contacts) {
-  const FacetIndex index(network.table, batches);
-  FacetMatcher matcher(network.table);
-  FacetSet facets;
-  Skin skin;
-  for (std::size_t i = 0; i < index.size(); ++i) {
-    facets.clear(index.hyperplane(i));
-    index.append(i, facets);
-    matcher.match(facets, contacts, &skin);
-  }
-  return skin;
-}
-
-struct Resolved {
-  Network<3> network;
-  Batches batches;
-  std::vector<Contact> contacts;
-  TriangleSurface surface;
-  double volume = 0;
-};
-
 Resolved resolve(const model::Expression& e, unsigned depth = 0, unsigned threads = 1, double coincidence = 1e-9) {
-  Resolved result{compile<3>(e, {.coincidence = coincidence}), {}, {}, {}, 0};
   EvaluateOptions options;
   options.threads = threads;
-  const auto evaluated = evaluate_all(result.network, depth, options);
-  for (const auto& refinement : evaluated.refinements) result.batches.emplace_back(refinement, &refinement->cells);
-  result.volume = evaluated.evaluation.totals.in.value().volume();
-  result.surface = triangulate(result.network.table, skin_of(result.network, result.batches, &result.contacts));
-  return result;
+  return resolved(e, options, depth, coincidence);
 }
 
 double polygon_area(const CellBatch& batch, std::size_t cell, std::size_t facet) {

@@ -5,10 +5,12 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "bsp2/geometry/cell_batch.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
+#include "bsp2/geometry/plane_names.hpp"
 #include "bsp2/geometry/splitter.hpp"
 
 namespace bsp2::geometry {
@@ -52,26 +54,23 @@ struct FacetSet {
   }
 };
 
-template <int D>
-class AxisAliases;
-
 /// How the facets of a mesh are told apart beyond their hyperplanes, and how its cells are numbered.
 struct FacetGrouping {
   std::vector<std::uint64_t> first_cell;  ///< number of the first cell of each batch, in contacts; empty: they follow each other
   /// The group of a facet of a cell of a region, by its hyperplane as the cell has it, or `left_out`; none: all are one group.
   std::function<std::uint32_t(std::uint32_t region, HyperplaneId)> group;
   static constexpr std::uint32_t left_out = ~0U;
+  /// Shared by all indices of a mesh; null: the names that the planes of these batches have alone.
+  std::shared_ptr<const PlaneNames> names;
 };
 
 /// Finds the facets of the IN cells of a mesh by group and hyperplane. Holds 32 bytes a facet and 4 a corner; the table and the batches must
-/// outlive it. Once made, any number of threads may read it. A cut that equals a primitive's hyperplane goes by the name of that one, in all that follows.
+/// outlive it. Once made, any number of threads may read it. Of a plane's names one is taken here, for all that
+/// follows (PlaneNames).
 class FacetIndex {
  public:
   /// @param batches of dimension 3.
   FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, FacetGrouping grouping = {});
-  ~FacetIndex();
-  FacetIndex(const FacetIndex&) = delete;
-  FacetIndex& operator=(const FacetIndex&) = delete;
 
   /// Number of pairs of a group and a hyperplane that carry facets, in ascending order.
   [[nodiscard]] std::size_t size() const { return begin_.size() - 1; }
@@ -90,11 +89,16 @@ class FacetIndex {
     std::size_t first_across;
   };
   std::span<const std::shared_ptr<const CellBatch>> batches_;
-  std::unique_ptr<AxisAliases<3>> aliases_;
+  std::shared_ptr<const PlaneNames> names_;
+  HyperplaneId first_unnamed_;  // those below it, of primitives, are names
+  std::unordered_map<HyperplaneId, OrientedHyperplane> known_;  // names of the others here
   std::vector<std::uint64_t> first_cell_;  // of each batch
   std::vector<Entry> entries_;             // by group and hyperplane
   std::vector<std::int32_t> across_;       // for each corner of a facet, the cell's facet beyond the edge that begins there, as the batch names it
   std::vector<std::size_t> begin_;
+
+  HyperplaneId add(HyperplaneId id);
+  [[nodiscard]] OrientedHyperplane canonical(OrientedHyperplane hyperplane) const;
 };
 
 /// The part of the boundary on some hyperplanes, before it is triangulated: directed edges with the solid's skin on
