@@ -170,29 +170,46 @@ void Skin::unite_names() {
   }
 }
 
-TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
-  ExactPoints exact(table);
-  sort_faces(skin);
-  skin.unite_names();
-  const PointSet points = unite_points(table, skin);
-  add_up_lines(exact, points, skin);
-  add_up(skin.edges);
-  EdgeSplitter(exact).split(points, skin.faces, skin.edges);
-  add_up(skin.edges);
-  const EdgeChain edges = Straightener(exact, points, skin).run();
+namespace {
 
-  TriangleSurface surface;
+/// Where edges of one face cross though none ends there: three lines through a point with every other one of the six
+/// sectors in the face, so that each line goes straight on. Looked for only where a face could not be triangulated.
+void add_crossings(ExactPoints& exact, std::span<const Skin::Edge> edges, OrientedHyperplane outward, PointSet& points) {
+  const auto part = [&](const Skin::Edge& a, const Skin::Edge& b) {
+    return exact.side(points, a.from, b.across) * exact.side(points, a.to, b.across) < 0;
+  };
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!part(edges[i], edges[k]) || !part(edges[k], edges[i])) continue;
+      const Vertex<3> vertex =
+          canonical_vertex(exact.table(), {outward.id(), edges[i].across, edges[k].across});
+      points.add(vertex, vertex.hyperplanes);
+    }
+}
+
+/// The triangles of all faces. @return whether all could be made; else `points` has more of them, to divide edges at.
+bool triangulate_faces(ExactPoints& exact, PointSet& points, const Skin& skin, const EdgeChain& edges,
+                       TriangleSurface& surface) {
+  surface = {};
   surface.points.reserve(points.size());
   surface.triangles.reserve(edges.size());
   surface.part.reserve(edges.size());
+  const std::size_t known = points.size();
   SweepTriangulator triangulator;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<std::uint32_t> number(points.size(), none);
+  std::vector<std::uint32_t> number(known, none);
   for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
     const Skin::Face& face = skin.faces[edges[begin].face];
     while (end < edges.size() && edges[end].face == edges[begin].face) ++end;
+    const auto of_face = std::span(edges).subspan(begin, end - begin);
     triangles.clear();
-    triangulator.triangulate(exact, points, face.outward, std::span(edges).subspan(begin, end - begin), triangles);
+    try {
+      triangulator.triangulate(exact, points, face.outward, of_face, triangles);
+    } catch (const std::logic_error&) {
+      const std::size_t before = points.size();
+      add_crossings(exact, of_face, face.outward, points);
+      if (points.size() == before) throw;
+    }
     for (auto& triangle : triangles) {
       for (std::uint32_t& point : triangle) {
         if (number[point] == none) {
@@ -206,7 +223,40 @@ TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
       surface.part.push_back(face.part);
     }
   }
-  return surface;
+  return points.size() == known;
+}
+
+/// Divides edges at the points from `first` on, which may be the same as others.
+void divide_at(ExactPoints& exact, PointSet& points, std::size_t first, Skin& skin) {
+  const auto map = exact.unify(points);
+  for (Skin::Edge& edge : skin.edges) {
+    edge.from = map[edge.from];
+    edge.to = map[edge.to];
+  }
+  std::vector<std::uint32_t> crossings(map.begin() + static_cast<std::ptrdiff_t>(first), map.end());
+  EdgeSplitter(exact).split(points, skin.faces, skin.edges, crossings);
+  add_up(skin.edges);
+}
+
+}  // namespace
+
+TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
+  ExactPoints exact(table);
+  sort_faces(skin);
+  skin.unite_names();
+  PointSet points = unite_points(table, skin);
+  add_up_lines(exact, points, skin);
+  add_up(skin.edges);
+  EdgeSplitter(exact).split(points, skin.faces, skin.edges);
+  add_up(skin.edges);
+  TriangleSurface surface;
+  for (;;) {
+    skin.edges = Straightener(exact, points, skin).run();
+    const std::size_t known = points.size();
+    const EdgeChain& edges = skin.edges;
+    if (triangulate_faces(exact, points, skin, edges, surface)) return surface;
+    divide_at(exact, points, known, skin);
+  }
 }
 
 double TriangleSurface::area() const {

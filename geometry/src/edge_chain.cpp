@@ -189,10 +189,11 @@ void EdgeSplitter::sort_inner(const PointSet& points) {
   }
 }
 
-void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges) {
+void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
+                         std::span<const std::uint32_t> others) {
   if (edges.empty()) return;
   collect_segments(faces, edges);
-  std::vector<std::uint32_t> used;
+  std::vector<std::uint32_t> used(others.begin(), others.end());
   for (const Segment& segment : segments_) {
     used.push_back(segment.from);
     used.push_back(segment.to);

@@ -44,11 +44,13 @@ class LineAdder {
   void add_line(const PointSet& points, std::span<const Item> items, EdgeChain& sum);
 };
 
-/// Divides edges so that no end of any of them lies inside another one. Exact. Thread rule: one thread at a time.
+/// Divides edges so that no end of any of them, and no other given point, lies inside one. Exact. Thread rule: one
+/// thread at a time.
 class EdgeSplitter {
  public:
   explicit EdgeSplitter(ExactPoints& exact) : exact_(exact) {}
-  void split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges);
+  void split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
+             std::span<const std::uint32_t> others = {});
 
  private:
   struct Segment {
