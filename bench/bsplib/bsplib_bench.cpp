@@ -106,6 +106,8 @@ void against_mpi(Bench& bench) {
   };
   run("empty", 0, 1, false, bsp_put, 1.5, 100);
   run("1 put of 8 B", 1, 8, false, bsp_put, 0.0, 100);
+  run("64 puts of 8 B, scattered", 64, 8, true, bsp_put, 1.3, 100);
+  run("64 hpputs of 8 B, scattered", 64, 8, true, bsp_hpput, 1.3, 100);
   run("1000 puts of 8 B, neighbouring", 1000, 8, false, bsp_put, 1.3, 20);
   run("1000 puts of 8 B, scattered", 1000, 8, true, bsp_put, 1.3, 20);
   run("1000 hpputs of 8 B, neighbouring", 1000, 8, false, bsp_hpput, 1.3, 20);

@@ -135,6 +135,7 @@ void Engine::locate_stream(int rank) {
     inflow.stream = slots_in_.data() + static_cast<std::size_t>(rank) * wire::slot_bytes + sizeof(Header);
   } else if (h.route == Route::in_staging) {
     inflow.stream = inflow.staging + h.stream_where;
+    inflow.fetch_first();
   } else if (h.route == Route::message) {
     std::byte* room = inflow.buffer.room(inflow.size);
     inflow.stream = room;

@@ -55,6 +55,8 @@ struct Inflow {
 
   Buffer buffer;  ///< for a stream that comes in a message
 
+  /// Fetches the beginning of the stream, which nothing that is read before it can announce.
+  void fetch_first() const;
   /// Finds the landings of the stream.
   void find_landings(const Registry& registry);
   /// Reads what the gets of the stream want: into one reply, except for the requests that it lists.

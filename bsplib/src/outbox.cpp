@@ -13,7 +13,14 @@ void Outbox::grow(std::size_t needed) {
       if (staging_->extend(block_, size)) return;
   Staging::Block larger = staging_->allocate_shared(capacity);
   if (!larger.data) larger = staging_->allocate_private(std::max(capacity, peak_));
-  if (size_ > 0) std::memcpy(larger.data, block_.data, size_);
+  if (size_ > 0) {
+    std::memcpy(larger.data, block_.data, size_);
+  } else {
+    // The other puts announce what lies 1 KiB ahead; of a stream as long as the last one, this is what they
+    // cannot announce.
+    for (std::size_t at = 0; at < std::min(reserve_, std::size_t{1024}); at += 64)
+      BSP2_SOON_WRITTEN(larger.data[at]);
+  }
   block_ = larger;
 }
 
