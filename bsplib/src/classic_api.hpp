@@ -210,7 +210,7 @@ struct Api {
 
   static void get_tag(Size* status, void* tag) {
     auto& world = engine("bsp_get_tag");
-    if (!status) die("bsp_get_tag", "first arguments may not be NULL: it is where the size goes");
+    if (!status) die("bsp_get_tag", "the first argument may not be NULL: it is where the size goes");
     const std::size_t bytes = world.received_tagsize();
     if (!tag && bytes > 0)
       die("bsp_get_tag", "tag must point to a block of available memory of at least " +
@@ -232,7 +232,7 @@ struct Api {
 
   static Size hpmove(void** tag, void** payload) {
     engine("bsp_hpmove");
-    if (!tag || !payload) die("bsp_hpmove", "pointer arugments may not be NULL");
+    if (!tag || !payload) die("bsp_hpmove", "pointer arguments may not be NULL");
     if (!bsp2_classic_messages.place) return static_cast<Size>(-1);
     const auto size = narrow<Size>(bsp2_classic_messages.payload, "bsp_hpmove", "The size of the message");
     *tag = const_cast<char*>(bsp2_classic_messages.place);

@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "bsp.h"
+#include "speaker.hpp"
 
 namespace bsp2::bsplib::classic {
 
@@ -29,6 +30,14 @@ int world_size() {
   int size = 1;
   MPI_Comm_size(MPI_COMM_WORLD, &size);
   return size;
+}
+
+/// Of bsp_begin, or all that there are.
+int participants() {
+  int initialized = 0, finalized = 0;
+  MPI_Initialized(&initialized);
+  MPI_Finalized(&finalized);
+  return state.nprocs > 0 || !initialized || finalized ? state.nprocs : world_size();
 }
 
 [[noreturn]] void end_all() {
@@ -123,6 +132,7 @@ std::string place(int rank, std::uint64_t superstep) {
 }  // namespace
 
 void die(const Error& error) {
+  if (!error.agreed()) wait_to_speak(participants());
   if (!error.agreed() || state.nprocs == 1 || state.engine->pid() == 0)
     print(classic_name(error.where()) + ": " + in_classic_words(error) +
           place(error.culprit(), error.superstep()));
@@ -133,6 +143,7 @@ void die(const Error& error) {
 void die(const char* function, const std::string& message) {
   std::string where;
   if (state.engine) where = place(state.engine->pid(), state.engine->superstep());
+  wait_to_speak(participants());
   print(std::string(function) + ": " + message + where);
   end_all();
 }
@@ -146,6 +157,7 @@ void abort_with(const char* format, va_list arguments) {
   std::vsnprintf(message.data(), message.size(), format, again);
   va_end(again);
   message.pop_back();
+  wait_to_speak(participants());
   print(message);
   end_all();
 }

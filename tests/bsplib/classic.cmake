@@ -25,16 +25,19 @@ foreach(ranks 1 2 3 4)
   bsplib_run(bsplib.classic_mcbsp.${ranks} RANKS ${ranks} COMMAND bsplib_classic_mcbsp TIMEOUT 60)
 endforeach()
 
-# bsplib_abort(<case> <message> ranks... [SIZE_T]): this case of classic_aborts.c ends with this message, soon.
-# SIZE_T: with sizes without sign.
+# bsplib_abort(<case> <message> ranks... [SIZE_T] [EACH]): this case of classic_aborts.c ends with this message, soon, and printed once.
+# SIZE_T: with sizes without sign. EACH: every process may print it: none can ask another one.
 function(bsplib_abort case message)
-  cmake_parse_arguments(ABORT "SIZE_T" "" "" ${ARGN})
+  cmake_parse_arguments(ABORT "SIZE_T;EACH" "" "" ${ARGN})
+  if(NOT ABORT_EACH)
+    set(once ONCE)
+  endif()
   if(ABORT_SIZE_T)
     set(dialect _size_t)
   endif()
   foreach(ranks ${ABORT_UNPARSED_ARGUMENTS})
     bsplib_run(bsplib.abort${dialect}.${case}.${ranks} RANKS ${ranks} COMMAND bsplib_classic_aborts${dialect} ${case}
-      FAILS "${message}" TIMEOUT 30)
+      FAILS "${message}" ${once} TIMEOUT 30)
   endforeach()
 endfunction()
 
@@ -58,7 +61,7 @@ endforeach()
 bsplib_abort(exit_early "bsp_end: was not called before the end of the program" 1 2 3 4)
 bsplib_abort(never_began "bsp_begin: was not called before the end of the program" 2 3 4)
 bsplib_abort(spmd_without_end "bsp_end: was not called|did not call bsp_end" 1 2 3 4)
-bsplib_abort(outside "bsp_pid: can only be called within SPMD section" 1 2 3 4)
+bsplib_abort(outside "bsp_pid: can only be called within SPMD section" 1 2 3 4 EACH)  # MPI has not begun
 bsplib_abort(push_negative "bsp_push_reg: The memory size was negative" 1 2 3 4)
 bsplib_abort(push_some "bsp_sync/bsp_push_reg: Not all processes registered the same number.*process 1 registered 0.*process 1, superstep 0" 2 3 4)
 bsplib_abort(pop_some "bsp_sync/bsp_pop_reg: Not all processes popped the same number" 2 3 4)

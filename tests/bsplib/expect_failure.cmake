@@ -1,4 +1,4 @@
-# Runs COMMAND (its words separated by |); it must fail and print a text that matches EXPECT.
+# Runs COMMAND (its words separated by |); it must fail and print a text that matches EXPECT; if ONCE, a single time.
 if(EXPECT STREQUAL "")
   message(FATAL_ERROR "EXPECT is empty: any failure would do")
 endif()
@@ -9,5 +9,13 @@ if(code EQUAL 0)
 endif()
 if(NOT "${out}\n${err}" MATCHES "${EXPECT}")
   message(FATAL_ERROR "It failed with ${code}, but without '${EXPECT}':\n${out}\n${err}")
+endif()
+if(ONCE)
+  string(REGEX REPLACE "[][.*+?|()^$].*" "" beginning "${EXPECT}")  # of which each message has one
+  string(REGEX MATCHALL "${beginning}" matches "${out}\n${err}")
+  list(LENGTH matches count)
+  if(count GREATER 1)
+    message(FATAL_ERROR "It printed that ${count} times:\n${out}\n${err}")
+  endif()
 endif()
 message(STATUS "failed as expected: ${CMAKE_MATCH_0}")
