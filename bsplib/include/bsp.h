@@ -35,6 +35,7 @@ typedef size_t bsp_size_t;
 #define bsp_get mcbsp_get
 #define bsp_hpput mcbsp_hpput
 #define bsp_hpget mcbsp_hpget
+#define bsp_direct_get mcbsp_direct_get
 #define bsp_set_tagsize mcbsp_set_tagsize
 #define bsp_send mcbsp_send
 #define bsp_qsize mcbsp_qsize
@@ -97,6 +98,12 @@ void bsp_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_s
 void bsp_hpput(bsp_pid_t pid, const void* src, const void* dst, bsp_size_t offset, bsp_size_t nbytes);
 void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes);
 
+/* As MulticoreBSP for C has it: reads now, in the middle of the superstep, memory that was registered in an
+ * earlier one, and returns when it is there. Not collective. Another process is read when it comes to
+ * bsp_sync, bsp_end, or a bsp_direct_get of its own: what it writes there before that is read, what this
+ * superstep puts there is not. */
+void bsp_direct_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes);
+
 /* --- Messages ------------------------------------------------------------------------------------------------ */
 
 /* Sets the size of tags, from the next superstep on. Collective. The size set before comes back. */
@@ -110,6 +117,17 @@ void bsp_get_tag(bsp_size_t* status, void* tag);
 void bsp_move(void* payload, bsp_size_t reception_nbytes);
 /* The same without a copy: where tag and payload are, until the next sync. -1 if there is no message. */
 bsp_size_t bsp_hpmove(void** tag, void** payload);
+
+/* --- Places -----------------------------------------------------------------------------------------------
+ */
+
+/* Where a superstep ends, for the profile (BSP2_PROFILE): the call leaves it here. Not an interface.
+ * BSP2_NO_PLACES switches it off. */
+struct bsp2_place {
+  const char* file;
+  int line;
+};
+extern struct bsp2_place bsp2_here;
 
 /* --- Speed --------------------------------------------------------------------------------------------------- */
 
@@ -226,6 +244,12 @@ BSP2_STAND_IN bsp_size_t bsp_hpmove(void** tag, void** payload) {
 
 #ifdef __cplusplus
 }
+#endif
+
+#if !defined(BSP2_NO_PLACES) && \
+    (defined(__cplusplus) || (defined(__STDC_VERSION__) && __STDC_VERSION__ >= 199901L))
+#define BSP2_HERE bsp2_here.file = __FILE__, bsp2_here.line = __LINE__
+#define bsp_sync() (BSP2_HERE, bsp_sync())
 #endif
 
 #endif

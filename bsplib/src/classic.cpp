@@ -1,5 +1,6 @@
 // BSPlib as in the paper of 1998: sizes and process numbers are int.
 #define BSP2_NO_INLINE
+#define BSP2_NO_PLACES
 #include "bsp.h"
 #include "classic_api.hpp"
 #include "classic_dialect.hpp"
@@ -35,7 +36,7 @@ double bsp_time(void) {
 }
 
 void bsp_sync(void) {
-  classic::sync();
+  classic::sync("bsp_sync");
 }
 
 void bsp_pop_reg(const void* address) {

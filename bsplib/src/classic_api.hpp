@@ -155,6 +155,16 @@ struct Api {
     name(kind, from, slot, src);
   }
 
+  static void direct_get(Pid from, const void* src, Size offset, void* dst, Size bytes) {
+    auto& world = engine("bsp_direct_get");
+    check_access("bsp_direct_get", offset, bytes);
+    if (bytes == 0) return check_pid(world, "bsp_direct_get", from);
+    const auto slot = slot_of(world, src, "bsp_direct_get");
+    guarded("bsp_direct_get", [&] {
+      world.fetch(pid(from), slot, static_cast<std::size_t>(offset), dst, static_cast<std::size_t>(bytes));
+    });
+  }
+
   static void set_tagsize(Size* bytes) {
     auto& world = engine("bsp_set_tagsize");
     if (!bytes) die("bsp_set_tagsize", "NULL ptr as argument is now allowed: it must point to the tag size");

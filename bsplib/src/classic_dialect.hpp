@@ -35,6 +35,10 @@ void bsp_hpget(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp
   Dialect::get("bsp_hpget", pid, src, offset, dst, nbytes, true);
 }
 
+void bsp_direct_get(bsp_pid_t pid, const void* src, bsp_size_t offset, void* dst, bsp_size_t nbytes) {
+  Dialect::direct_get(pid, src, offset, dst, nbytes);
+}
+
 void bsp_set_tagsize(bsp_size_t* tag_nbytes) {
   Dialect::set_tagsize(tag_nbytes);
 }

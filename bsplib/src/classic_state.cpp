@@ -20,6 +20,7 @@ bsp2_put_run bsp2_classic_puts[BSP2_RUNS];
 bsp2_reference_run bsp2_classic_hpputs[BSP2_RUNS], bsp2_classic_gets[BSP2_RUNS], bsp2_classic_hpgets[BSP2_RUNS];
 bsp2_message_run bsp2_classic_sends[BSP2_RUNS];
 bsp2_messages bsp2_classic_messages;
+bsp2_place bsp2_here;
 }
 
 namespace bsp2::bsplib::classic {
@@ -207,6 +208,9 @@ void begin(long long maxprocs) {
     if (!error.own()) MPI_Barrier(MPI_COMM_WORLD);  // until the process that knows more ends all
     die("bsp_begin", error.where() + ": " + error.detail());
   }
+  state.engine->answer_fetches();
+  if (state.engine->machine) state.machine = *state.engine->machine;
+  MPI_Bcast(&state.machine, sizeof state.machine, MPI_BYTE, 0, part);  // all take the same decisions
   state.runs = state.engine->runs();
   state.with_runs = static_cast<unsigned>(state.nprocs);
 }
@@ -220,9 +224,15 @@ void end() {
   state.ended = true;
 }
 
-void sync() {
-  detail::Engine& world = engine("bsp_sync");
-  guarded("bsp_sync", [&] { world.sync({}); });
+void sync(const char* function, const detail::Call& call, bool keeps_messages) {
+  detail::Engine& world = engine(function);
+  const detail::Place place(bsp2_here.file ? bsp2_here.file : function, bsp2_here.line);
+  bsp2_here = {};
+  guarded(function, [&] {
+    if (keeps_messages) world.keep_first_queue();
+    world.sync(call, place);
+    if (keeps_messages) world.restore_first_queue();
+  });
   state.next_run = state.messages_behind = state.bytes_behind = 0;
   for (const MessageRun& run : world.first_queue()) {
     state.messages_behind += run.count;

@@ -33,6 +33,11 @@ struct State {
   std::array<Known, 16> known;
   std::uint64_t version = 0;
 
+  /// Of process 0, or a guess: what the collectives count with.
+  Machine machine{1, 1e9, 1e-9, 4e-6};
+  bool has_level1_queue = false;  ///< for the collectives; made when the first one is called
+  std::uint32_t level1_queue = 0;
+
   // The queue of messages, behind those of one size at its front: these are in bsp2_classic_messages.
   std::size_t next_run = 0;
   std::size_t messages_behind = 0, bytes_behind = 0;
@@ -43,7 +48,9 @@ extern State state;
 void init(void (*spmd)(void), int argc, char** argv);
 void begin(long long maxprocs);
 void end();
-void sync();
+/// Ends the superstep for a function of BSPlib, at the place in the source that the program left in
+/// bsp2_here. @param keeps_messages those that are there stay, as for a collective's second superstep.
+void sync(const char* function, const detail::Call& call = {}, bool keeps_messages = false);
 int nprocs();
 /// Goes on to the messages of the next size.
 void next_messages();

@@ -63,24 +63,72 @@ void Engine::start_sync(const Call& call) {
   exchange(Kind::sync, wire::pack(call), false);
 }
 
-void Engine::open_sync() {
+void Engine::open_sync(Place place) {
   check_usable("open");
+  if (profile_) profile_->ends_at(place);
   start_sync({});
   clear_queues();  // what they refer to is overwritten from now on
 }
 
-void Engine::sync(const Call& call) {
+void Engine::sync(const Call& call, Place place) {
   check_usable("sync");
+  if (profile_) profile_->ends_at(place);
   start_sync(call);
   advance(true);
   finish_sync();
+}
+
+/// A rank that comes later may want to read memory of this one before: it is asked for that now and then.
+bool Engine::slots_have_come(bool wait) {
+  if (!wait || !answers_fetches_) return complete(requests_, wait);
+  constexpr int at_once = 1000;  // attempts: most syncs are over before
+  for (int i = 0; i < at_once; ++i)
+    if (complete(requests_, false)) return true;
+  while (!complete(requests_, false)) answer_waiting_fetches();
+  return true;
+}
+
+/// Those who ask wait for the answer, so it is sent at once.
+void Engine::answer_waiting_fetches() {
+  while (true) {
+    int waits = 0;
+    MPI_Status status;
+    MPI_Iprobe(MPI_ANY_SOURCE, wire::tag_fetch, comm_, &waits, &status);
+    if (!waits) return;
+    wire::Fetch question{};
+    MPI_Recv(&question, sizeof question, MPI_BYTE, status.MPI_SOURCE, wire::tag_fetch, comm_,
+             MPI_STATUS_IGNORE);
+    const std::byte* source = registry_.slot(question.slot).address + question.offset;
+    in_pieces(question.bytes, [&](std::size_t at, int count) {
+      MPI_Send(source + at, count, MPI_BYTE, status.MPI_SOURCE, wire::tag_fetched, comm_);
+    });
+    bytes_out_ += question.bytes;
+  }
+}
+
+void Engine::fetch(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes) {
+  outbox(pid, "direct_get");
+  check_range("direct_get", "Reads", pid, slot, offset, bytes);
+  if (bytes == 0) return;
+  if (!target) reject(Errc::bad_argument, "direct_get", "The destination is NULL");
+  if (pid == pid_) {
+    copy_bytes(static_cast<std::byte*>(target), registry_.slot(slot).address + offset, bytes);
+    return;
+  }
+  const wire::Fetch question{slot, offset, bytes};
+  std::vector<MPI_Request> requests;
+  receive(static_cast<std::byte*>(target), bytes, pid, wire::tag_fetched, comm_, requests);
+  MPI_Isend(&question, sizeof question, MPI_BYTE, pid, wire::tag_fetch, comm_, &requests.emplace_back());
+  while (!complete(requests, false)) answer_waiting_fetches();
+  bytes_in_ += bytes;
 }
 
 /// @return whether everything has arrived, or the superstep has failed.
 bool Engine::advance(bool wait) {
   if (verdict_) return true;  // of a rank that has left: it does not wait
   if (phase_ == Phase::slots) {
-    if (!complete(requests_, wait)) return false;
+    if (!slots_have_come(wait)) return false;
+    if (profile_) profile_->all_are_here(MPI_Wtime());
     std::atomic_thread_fence(std::memory_order_acquire);
     pending_ = judge();
     phase_ = Phase::landed;
@@ -270,6 +318,25 @@ void Engine::clear_queues() {
   for (auto& queue : queues_) queue.clear();
 }
 
+void Engine::keep_first_queue() {
+  kept_.runs = first_queue_;
+  kept_.tag_size = received_tag_size_;
+  std::size_t bytes = 0;
+  for (const MessageRun& run : kept_.runs) bytes += run.count * run.stride();
+  std::byte* place = kept_.data.room(bytes);
+  for (MessageRun& run : kept_.runs) {
+    const std::size_t size = run.count * run.stride();
+    if (size > 0) std::memcpy(place, run.place, size);
+    run.place = place;
+    place += size;
+  }
+}
+
+void Engine::restore_first_queue() {
+  first_queue_ = kept_.runs;
+  received_tag_size_ = kept_.tag_size;
+}
+
 void Engine::commit_registrations() {
   if (!registry_.changes().empty()) {
     if (auto problem = registry_.commit(changes_of_all_))
@@ -309,6 +376,8 @@ void Engine::account() {
   left_sync_ = MPI_Wtime();
   cost.sync_seconds = left_sync_ - entered_sync_;
   record(cost, previous_h);
+  if (profile_ && profile_->add(cost, entered_sync_))
+    left_sync_ = MPI_Wtime();  // which is no work of the program
 }
 
 /// Sets h of a superstep, and what follows from it.

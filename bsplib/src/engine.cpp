@@ -113,6 +113,7 @@ Engine::Engine(MPI_Comm comm, WorldOptions options, const bsp2_runs& room, std::
   number_ = ++worlds;
   living().push_back(this);
   begin_ = left_sync_ = MPI_Wtime();
+  profile_ = Profile::open(comm, options_.profile, number_, begin_, machine);
 }
 
 /// All engines of this process, in the order in which they were made. One thread makes all calls.
@@ -459,8 +460,11 @@ void Engine::close() {
   if (closed_) return;
   if (verdict_) throw_agreed(*verdict_);
   complete_open();
+  if (profile_) profile_->ends_at({"the end", 0});
+  const double left = left_sync_;
   meet(Kind::end, 0);
   closed_ = true;
+  if (profile_) finish_profile(left);
   if (!costs.recent.empty()) {
     std::uint64_t h = 0;
     for (int rank = 0; rank < nprocs_; ++rank) h = std::max(h, header(rank).previous_h);
@@ -469,6 +473,17 @@ void Engine::close() {
   clear_queues();  // their messages are in the staging memory
   staging_.release();
   if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
+}
+
+/// What followed the last superstep is the profile's last one.
+void Engine::finish_profile(double left_last_sync) {
+  SuperstepCost cost;
+  cost.superstep = superstep_;
+  cost.work_seconds = entered_sync_ - left_last_sync;
+  cost.sync_seconds = MPI_Wtime() - entered_sync_;
+  profile_->add(cost, entered_sync_);
+  profile_->finish();
+  profile_.reset();
 }
 
 std::shared_ptr<Engine> Engine::split(int color, int key) {

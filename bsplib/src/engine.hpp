@@ -14,6 +14,7 @@
 #include "defect.hpp"
 #include "inbox.hpp"
 #include "outbox.hpp"
+#include "profile.hpp"
 #include "registry.hpp"
 #include "staging.hpp"
 #include "wire.hpp"
@@ -44,8 +45,8 @@ class Engine : public std::enable_shared_from_this<Engine> {
 
   const bsp2_runs& runs() const { return runs_; }
 
-  void sync(const Call& call);
-  void open_sync();
+  void sync(const Call& call, Place place);
+  void open_sync(Place place);
   bool advance(bool wait);
   void finish_sync();
   void close();
@@ -111,6 +112,12 @@ class Engine : public std::enable_shared_from_this<Engine> {
     return true;
   }
 
+  /// Reads another rank's memory in the middle of a superstep: when that rank ends the superstep or fetches
+  /// something itself, and is one that answers.
+  void fetch(int pid, Registry::Id slot, std::size_t offset, void* target, std::size_t bytes);
+  /// From now on this rank answers such questions while it waits. All ranks do, or none.
+  void answer_fetches() { answers_fetches_ = true; }
+
   std::size_t set_tagsize(std::size_t bytes);
   std::size_t tagsize() const { return tag_size_; }
   std::size_t received_tagsize() const { return received_tag_size_; }
@@ -120,6 +127,11 @@ class Engine : public std::enable_shared_from_this<Engine> {
   std::span<const Message> messages(std::uint32_t queue);
   /// What arrived for queue 0, messages of one size together.
   const std::vector<MessageRun>& first_queue() const { return first_queue_; }
+
+  /// The messages for queue 0 that are here, for the time after the next sync: in place of those that it
+  /// brings.
+  void keep_first_queue();
+  void restore_first_queue();
 
   CostReport costs;
   std::optional<Machine> machine;
@@ -173,6 +185,7 @@ class Engine : public std::enable_shared_from_this<Engine> {
   void publish(std::string& text) const;
   std::byte* allocate_shared(Registry::Slot& slot, std::size_t bytes);
   void free_released(bool everything);
+  void finish_profile(double left_last_sync);
 
   // verdict.cpp: judging headers
   std::optional<Verdict> judge() const;
@@ -212,6 +225,8 @@ class Engine : public std::enable_shared_from_this<Engine> {
   void end_runs(int pid);
 
   // delivery.cpp: the phases of a sync
+  bool slots_have_come(bool wait);
+  void answer_waiting_fetches();
   void receive_streams();
   void locate_stream(int rank);
   void answer_gets();
@@ -252,7 +267,8 @@ class Engine : public std::enable_shared_from_this<Engine> {
   int pid_ = 0, nprocs_ = 1;
   double begin_ = 0.0, left_sync_ = 0.0, entered_sync_ = 0.0;
   std::uint64_t superstep_ = 0;
-  bool closed_ = false;
+  bool closed_ = false, answers_fetches_ = false;
+  std::unique_ptr<Profile> profile_;  ///< null: nobody asked for one
   Phase phase_ = Phase::idle;
 
   Staging staging_;
@@ -269,6 +285,11 @@ class Engine : public std::enable_shared_from_this<Engine> {
   std::vector<Buffer> replies_out_, replies_in_;
   std::vector<std::pair<std::byte*, std::size_t>> wanted_;
   std::vector<MessageRun> first_queue_;
+  struct {  // of it
+    std::vector<MessageRun> runs;
+    Buffer data;
+    std::size_t tag_size = 0;
+  } kept_;
   std::vector<std::vector<Message>> queues_;  ///< queue 0 is empty until somebody asks for its single messages
   std::vector<bool> queue_in_use_;  ///< by number
   std::vector<std::uint32_t> free_queues_, closed_queues_;  ///< to be given out again; at the next sync

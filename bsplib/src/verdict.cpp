@@ -75,9 +75,15 @@ namespace {
 
 /// "gather with root 2 (queue 1)".
 std::string describe(const Call& call) {
-  constexpr const char* names[] = {"sync alone", "broadcast", "gather",    "all_gather",
-                                   "reduce",     "scan",      "all_to_all"};
+  constexpr const char* names[] = {
+      "sync alone", "broadcast",  "gather",      "all_gather",         "reduce",   "scan",    "all_to_all",
+      "bsp_bcast",  "bsp_gather", "bsp_scatter", "bsp_total_exchange", "bsp_fold", "bsp_scan"};
   std::string text = names[call.function];
+  if (wire::is_classic(call)) {
+    text += " of " + std::to_string(call.bytes) + (call.bytes == 1 ? " byte" : " bytes");
+    if (call.function <= Call::classic_scatter) text += " with root " + std::to_string(call.root);
+    return text;
+  }
   if (call.function == Call::broadcast || call.function == Call::gather)
     text += " with root " + std::to_string(call.root);
   if (call.queue > 0) text += " (queue " + std::to_string(call.queue) + ")";

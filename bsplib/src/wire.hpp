@@ -130,15 +130,37 @@ struct Get {
   std::uint64_t direct;  ///< 1: the answer is a message of its own
 };
 
-/// As an argument of a header: the function in the high 8 bits, the queue in 24, the root in 32.
+/// As an argument of a header: the function in the high 8 bits, the queue in 24, the root in 32. Of a classic
+/// program, whose queue is always the same, the root in 24 and the bytes of a value in 32.
+constexpr bool is_classic(const detail::Call& call) {
+  return call.function >= detail::Call::classic_broadcast;
+}
 constexpr std::uint64_t pack(const detail::Call& call) {
-  return std::uint64_t{call.function} << 56U | std::uint64_t{call.queue & 0xffffffU} << 32U |
-         static_cast<std::uint32_t>(call.root);
+  const std::uint64_t middle =
+      (is_classic(call) ? static_cast<std::uint32_t>(call.root) : call.queue) & 0xffffffU;
+  const auto low =
+      is_classic(call) ? static_cast<std::uint32_t>(call.bytes) : static_cast<std::uint32_t>(call.root);
+  return std::uint64_t{call.function} << 56U | middle << 32U | low;
 }
 constexpr detail::Call unpack_call(std::uint64_t argument) {
-  return {static_cast<detail::Call::Function>(argument >> 56U),
-          static_cast<std::uint32_t>(argument >> 32U) & 0xffffffU, static_cast<int>(argument & 0xffffffffU)};
+  detail::Call call{static_cast<detail::Call::Function>(argument >> 56U), 0, 0, 0};
+  const auto middle = static_cast<std::uint32_t>(argument >> 32U) & 0xffffffU,
+             low = static_cast<std::uint32_t>(argument);
+  if (is_classic(call)) {
+    call.root = static_cast<int>(middle);
+    call.bytes = low;
+  } else {
+    call.queue = middle;
+    call.root = static_cast<int>(low);
+  }
+  return call;
 }
+
+/// A question for memory as it is now. The answer is the bytes.
+struct Fetch {
+  std::uint32_t slot;
+  std::uint64_t offset, bytes;
+};
 
 /// As an argument of a header: the culprit in the world, and in MPI_COMM_WORLD (-1: unknown).
 constexpr std::uint64_t pack_culprit(int culprit, int process) {
@@ -152,6 +174,15 @@ constexpr std::size_t padded(std::size_t n) {
   return (n + 7) & ~std::size_t{7};
 }
 
-enum Tag : int { tag_slot = 1, tag_stream, tag_data, tag_reply, tag_direct_reply, tag_notice };
+enum Tag : int {
+  tag_slot = 1,
+  tag_stream,
+  tag_data,
+  tag_reply,
+  tag_direct_reply,
+  tag_notice,
+  tag_fetch,
+  tag_fetched
+};
 
 }  // namespace bsp2::bsplib::wire

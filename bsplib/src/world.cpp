@@ -44,6 +44,7 @@ WorldOptions WorldOptions::from_environment() {
     if (problem != std::errc() || rest != end || options.staging_bytes > most_staging_bytes)
       options.unreadable = bytes;
   }
+  if (const char* profile = std::getenv("BSP2_PROFILE")) options.profile = profile;
   return options;
 }
 
@@ -90,12 +91,12 @@ double World::time() const {
 std::uint64_t World::superstep() const {
   return engine().superstep();
 }
-void World::sync(const detail::Call& call) {
-  engine().sync(call);
+void World::sync(const detail::Call& call, detail::Place place) {
+  engine().sync(call, place);
 }
 
-OpenSuperstep World::open() {
-  engine().open_sync();
+OpenSuperstep World::open(std::source_location place) {
+  engine().open_sync(place);
   return OpenSuperstep(engine_);
 }
 

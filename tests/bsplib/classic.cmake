@@ -10,19 +10,37 @@ add_executable(bsplib_classic_aborts_size_t classic_aborts.c)
 target_compile_definitions(bsplib_classic_aborts_size_t PRIVATE BSP2_MULTICORE_BSP)
 add_executable(bsplib_classic_mcbsp classic_test.c)  # as a program of MulticoreBSP begins
 target_compile_options(bsplib_classic_mcbsp PRIVATE -include mcbsp.h)
+add_executable(bsplib_direct_get direct_get_test.c)
+add_executable(bsplib_direct_get_size_t direct_get_test.c)
+target_compile_options(bsplib_direct_get_size_t PRIVATE -include mcbsp.h)
+add_executable(bsplib_level1 level1_test.c)
 foreach(program bsplib_classic bsplib_classic_size_t bsplib_classic_mcbsp bsplib_classic_init bsplib_classic_own_mpi
-        bsplib_classic_aborts bsplib_classic_aborts_size_t)
+        bsplib_classic_aborts bsplib_classic_aborts_size_t bsplib_direct_get bsplib_direct_get_size_t bsplib_level1)
   target_link_libraries(${program} PRIVATE bsp2::bsplib)
   target_compile_options(${program} PRIVATE -std=c99 -pedantic -Wall -Wextra)
 endforeach()
 foreach(ranks 1 2 3 4)
-  foreach(program classic classic_size_t classic_init classic_own_mpi)
+  foreach(program classic classic_size_t classic_init classic_own_mpi direct_get direct_get_size_t level1)
     bsplib_run(bsplib.${program}.${ranks} RANKS ${ranks} COMMAND bsplib_${program} TIMEOUT 60)
   endforeach()
 endforeach()
 
 foreach(ranks 1 2 3 4)
   bsplib_run(bsplib.classic_mcbsp.${ranks} RANKS ${ranks} COMMAND bsplib_classic_mcbsp TIMEOUT 60)
+endforeach()
+
+# Collectives on a machine where they take two supersteps as soon as they can, and on one where they never do.
+foreach(machine "two 1 1e-9" "one 1e-12 1")
+  separate_arguments(machine)
+  list(GET machine 0 supersteps)
+  list(GET machine 1 g)
+  list(GET machine 2 l)
+  set(file ${CMAKE_CURRENT_BINARY_DIR}/${supersteps}_supersteps.json)
+  file(WRITE ${file} "{\"machines\": [{\"nprocs\": 4, \"r_flops_per_second\": 1e9, \"g_seconds_per_byte\": ${g}, \"l_seconds\": ${l}}]}")
+  foreach(ranks 3 4 5 7)
+    bsplib_run(bsplib.level1.${supersteps}.${ranks} RANKS ${ranks} COMMAND bsplib_level1 ${ranks} TIMEOUT 120)
+    set_tests_properties(bsplib.level1.${supersteps}.${ranks} PROPERTIES ENVIRONMENT "${BSPLIB_MPI_ENVIRONMENT};BSP2_MACHINE=${file}")
+  endforeach()
 endforeach()
 
 # bsplib_abort(<case> <message> ranks... [SIZE_T] [EACH]): this case of classic_aborts.c ends with this message, soon, and printed once.
@@ -103,6 +121,16 @@ bsplib_abort(send_nobody_after_message "bsp_send: The source process ID does not
 bsplib_abort(move_null_after_message "bsp_move: payload may not be NULL if reception_nbytes is non-zero" 1 2 3 4)
 bsplib_abort(move_after_message "bsp_move: Message queue was empty" 1 2 3 4)
 bsplib_abort(move_empty "bsp_move: Message queue was empty" 1 2 3 4)
+
+bsplib_abort(get_tag_null "bsp_get_tag: the first argument may not be NULL" 1 2 3 4)
+bsplib_abort(hpmove_null "bsp_hpmove: pointer arguments may not be NULL" 1 2 3 4)
+bsplib_abort(direct_get_beyond "bsp_direct_get: Reads 4 bytes beyond registered range of 4 bytes at process 0" 1 2 3 4)
+bsplib_abort(level1_root "bsp_bcast: Process [0-9] does not exist, there are [0-9]" 1 2 3 4)
+bsplib_abort(level1_negative "bsp_fold: The size was negative" 1 2 3 4)
+bsplib_abort(level1_null "bsp_scan: The operator is NULL" 1 2 3 4)
+bsplib_abort(level1_roots_differ "bsp_sync: Process [0-9] called bsp_bcast of 4 bytes with root [0-9] while process [0-9] called bsp_bcast of 4 bytes with root" 2 3 4)
+bsplib_abort(level1_sizes_differ "bsp_sync: Process [0-9] called bsp_fold of [14] bytes? while process [0-9] called bsp_fold of [14] byte" 2 3 4)
+bsplib_abort(level1_or_sync "bsp_sync: Process 1 called sync alone while process 0 called bsp_gather of 4 bytes with root 0" 3 4)
 
 # Sizes without sign: what no memory can have is a mistake, too.
 bsplib_abort(push_negative "bsp_push_reg: The memory size was negative" 1 2 3 4 SIZE_T)

@@ -1,6 +1,7 @@
 /* Mistakes that must end all processes, each with its message: classic_aborts <case>. A case that gets to the
  * end has failed, since this program then succeeds. */
 #include <bsp.h>
+#include <bsp_level1.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -109,6 +110,7 @@ static void accesses(int me, int p) {
   if (is("hpput_beyond")) bsp_hpput(0, two, &value, 1, 4);
   if (is("get_beyond")) bsp_get(0, &value, 4, two, 4);
   if (is("hpget_beyond")) bsp_hpget(0, &value, 0, two, 8);
+  if (is("direct_get_beyond")) bsp_direct_get(0, &value, 0, two, 8);
   bsp_sync();
 }
 
@@ -136,7 +138,28 @@ static void messages(int me, int p) {
     bsp_move(&value, 4);
     if (is("move_after_message")) bsp_move(&value, 4);
   }
+  if (is("get_tag_null")) bsp_get_tag(NULL, NULL);
+  if (is("hpmove_null")) bsp_hpmove(NULL, NULL);
   if (is("move_empty")) bsp_move(NULL, 0);
+}
+
+static void first(void* result, void* left, void* right, int* nbytes) {
+  (void)right;
+  memcpy(result, left, (size_t)*nbytes);
+}
+
+static void collectives(int me, int p) {
+  void (*none)(void*, void*, void*, int*) = NULL;
+  int all[64] = {0};
+  if (is("level1_root")) bsp_bcast(p, &me, all, 4);
+  if (is("level1_negative")) bsp_fold(first, &me, all, -1);
+  if (is("level1_null")) bsp_scan(none, &me, all, 4);
+  if (is("level1_roots_differ")) bsp_bcast(me == 1 ? 1 : 0, &me, all, 4);
+  if (is("level1_sizes_differ")) bsp_fold(first, &me, all, me == 1 ? 1 : 4);
+  if (is("level1_or_sync")) {
+    if (me == 1) bsp_sync();
+    bsp_gather(0, &me, all, 4);
+  }
 }
 
 int main(int argc, char** argv) {
@@ -178,6 +201,7 @@ int main(int argc, char** argv) {
                                            : 0,
             strstr(wanted, "_negative") ? -4 : 0);
   messages(me, p);
+  collectives(me, p);
   if (!is("end_early") && !is("end_late")) bsp_sync();
   bsp_end();
   return 0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <source_location>
 #include <span>
 #include <string>
 #include <utility>
@@ -21,51 +22,55 @@ namespace bsp2::bsplib {
 template <class T>
 class Collectives {
  public:
+  using Place = std::source_location;  ///< of a call, for the profile
+
   explicit Collectives(World& world) : queue_(world) {}
 
   /// The root's value, on all ranks. One superstep, h = (p-1) n.
-  T broadcast(const T& value, int root) {
+  T broadcast(const T& value, int root, Place place = Place::current()) {
     check(root, "broadcast");
     if (world().pid() == root) to_others(value);
-    sync(Call::broadcast, root);
+    sync(Call::broadcast, place, root);
     return world().pid() == root ? value : only(queue_.receive());
   }
 
   /// All values in the order of ranks, on the root; empty elsewhere. One superstep, h = (p-1) n.
-  std::vector<T> gather(const T& value, int root) {
+  std::vector<T> gather(const T& value, int root, Place place = Place::current()) {
     check(root, "gather");
     if (world().pid() != root) queue_.send(root, value);
-    sync(Call::gather, root);
+    sync(Call::gather, place, root);
     return world().pid() == root ? in_order(value) : std::vector<T>();
   }
 
   /// All values in the order of ranks, on all ranks. One superstep, h = (p-1) n.
-  std::vector<T> all_gather(const T& value) { return collect(value, Call::all_gather); }
+  std::vector<T> all_gather(const T& value, Place place = Place::current()) {
+    return collect(value, Call::all_gather, place);
+  }
 
   /// op over the values of all ranks, in their order, so it need not commute. One superstep, h = (p-1) n.
   template <class Op>
-  T reduce(const T& value, Op op) {
-    return fold(collect(value, Call::reduce), op, static_cast<std::size_t>(world().nprocs()));
+  T reduce(const T& value, Op op, Place place = Place::current()) {
+    return fold(collect(value, Call::reduce, place), op, static_cast<std::size_t>(world().nprocs()));
   }
 
   /// op over the values of ranks 0..pid (inclusive scan). One superstep, h = (p-1) n.
   template <class Op>
-  T scan(const T& value, Op op) {
+  T scan(const T& value, Op op, Place place = Place::current()) {
     for (int pid = world().pid() + 1; pid < world().nprocs(); ++pid) queue_.send(pid, value);
-    sync(Call::scan);
+    sync(Call::scan, place);
     auto values = received();
     values.push_back(value);
     return fold(std::move(values), op, static_cast<std::size_t>(world().pid()) + 1);
   }
 
   /// Value i goes to rank i; the result holds what rank i sent at i. One superstep, h = (p-1) n.
-  std::vector<T> all_to_all(std::span<const T> values) {
+  std::vector<T> all_to_all(std::span<const T> values, Place place = Place::current()) {
     if (values.size() != static_cast<std::size_t>(world().nprocs()))
       world().fail("all_to_all: " + std::to_string(values.size()) + " values for " +
                    std::to_string(world().nprocs()) + " ranks");
     for (int pid = 0; pid < world().nprocs(); ++pid)
       if (pid != world().pid()) queue_.send(pid, values[static_cast<std::size_t>(pid)]);
-    sync(Call::all_to_all);
+    sync(Call::all_to_all, place);
     return in_order(values[static_cast<std::size_t>(world().pid())]);
   }
 
@@ -76,11 +81,13 @@ class Collectives {
   World& world() { return queue_.alias(); }
 
   /// All ranks must be in this function, on this queue, with this root.
-  void sync(Call::Function function, int root = 0) { world().sync({function, queue_.number(), root}); }
+  void sync(Call::Function function, Place place, int root = 0) {
+    world().sync({function, queue_.number(), root}, place);
+  }
 
-  std::vector<T> collect(const T& value, Call::Function function) {
+  std::vector<T> collect(const T& value, Call::Function function, Place place) {
     to_others(value);
-    sync(function);
+    sync(function, place);
     return in_order(value);
   }
 
@@ -122,11 +129,12 @@ class Collectives {
 /// Collective; `data` has the same size on all ranks. Two supersteps beside that of the registration, h = 2
 /// n.
 template <Travels T>
-void broadcast(World& world, std::span<T> data, int root) {
+void broadcast(World& world, std::span<T> data, int root,
+               std::source_location place = std::source_location::current()) {
   if (root < 0 || root >= world.nprocs()) world.fail("broadcast: there is no rank " + std::to_string(root));
   Registered<T> shared(world, data);
   const detail::Call call{detail::Call::broadcast, 0, root};
-  world.sync(call);
+  world.sync(call, place);
   for (int pid = 0; pid < world.nprocs(); ++pid)
     if (shared.size(pid) != shared.size(root))
       world.fail("broadcast: rank " + std::to_string(pid) + " has " + std::to_string(shared.size(pid)) +
@@ -138,11 +146,11 @@ void broadcast(World& world, std::span<T> data, int root) {
   };
   if (world.pid() == root)
     for (std::size_t i = 0; i < p; ++i) shared.put(static_cast<int>(i), part(i).second, part(i).first);
-  world.sync(call);
+  world.sync(call, place);
   const auto [begin, mine] = part(static_cast<std::size_t>(world.pid()));
   for (int pid = 0; pid < world.nprocs(); ++pid)
     if (pid != world.pid()) shared.put(pid, mine, begin);
-  world.sync(call);
+  world.sync(call, place);
 }
 
 }  // namespace bsp2::bsplib

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <ranges>
+#include <source_location>
 #include <span>
 #include <string>
 #include <string_view>
@@ -80,12 +81,15 @@ struct WorldOptions {
   std::size_t staging_bytes = std::size_t{4} << 20;
   /// Supersteps whose cost is kept one by one.
   std::size_t kept_costs = 1024;
+  /// A file for the profile of all supersteps, which rank 0 writes; what rank 0 says counts. Empty: none.
+  /// Worlds that are made after the first one add a number to its name.
+  std::string profile;
 
   static constexpr std::size_t most_staging_bytes = std::size_t{1} << 40U;
   /// BSP2_STAGING_BYTES, where it is no number: an error of all ranks of a world.
   std::optional<std::string> unreadable;
 
-  /// The defaults, or what the environment says: BSP2_STAGING_BYTES.
+  /// The defaults, or what the environment says: BSP2_STAGING_BYTES, BSP2_PROFILE.
   static WorldOptions from_environment();
 };
 
@@ -102,10 +106,26 @@ namespace detail {
 /// A collective function that is part of a superstep. Ranks compare them at the sync: all must be in the
 /// same.
 struct Call {
-  enum Function : std::uint8_t { none, broadcast, gather, all_gather, reduce, scan, all_to_all };
+  // clang-format off
+  enum Function : std::uint8_t {
+    none, broadcast, gather, all_gather, reduce, scan, all_to_all,
+    // of classic programs:
+    classic_broadcast, classic_gather, classic_scatter, classic_total_exchange, classic_fold, classic_scan
+  };
+  // clang-format on
   Function function = none;
   std::uint32_t queue = 0;  ///< that it uses; below 2^24
   int root = 0;
+  std::size_t bytes = 0;  ///< of a value; compared in classic programs only
+};
+
+/// Where in a program's source a superstep ends, for its profile.
+struct Place {
+  Place() = default;
+  Place(const char* file_name, int line_number) : file(file_name), line(line_number) {}
+  Place(const std::source_location& at) : file(at.file_name()), line(static_cast<int>(at.line())) {}
+  const char* file = nullptr;  ///< lives as long as the program; null: unknown
+  int line = 0;
 };
 
 /// What ranks compare of the types of their queues and arrays.
@@ -199,12 +219,12 @@ class World {
   /// a defined result); then registrations, removals and the tag size take effect; the messages of the
   /// superstep are there.
   /// @throws Error, agreed.
-  void sync() { sync({}); }
+  void sync(std::source_location place = std::source_location::current()) { sync(detail::Call{}, place); }
   /// The same, as part of a collective function. @throws Error, agreed, if ranks are in different ones.
-  void sync(const detail::Call& call);
+  void sync(const detail::Call& call, detail::Place place);
   /// Begins the end of the superstep: communication runs while this rank goes on computing. Collective, as
   /// its close().
-  [[nodiscard]] OpenSuperstep open();
+  [[nodiscard]] OpenSuperstep open(std::source_location place = std::source_location::current());
   /// Ends the world, after a superstep that is still open. Collective. @throws Error, agreed, if other ranks
   /// still synchronize.
   void close();
