@@ -17,6 +17,26 @@ class PointTree {
     if (!indices_.empty()) build(0, static_cast<std::uint32_t>(indices_.size()));
   }
 
+  /// Calls visit(point index) for points that may lie within `distance` of a point until it answers false: those of its own branch first.
+  template <class Visit>
+  void visit_near(const Point3& point, double distance, Visit visit) const {
+    if (nodes_.empty()) return;
+    std::vector<std::uint32_t> stack{0};
+    while (!stack.empty()) {
+      const Node& node = nodes_[stack.back()];
+      stack.pop_back();
+      if (gap(node.box, point) > distance) continue;
+      if (node.left == 0) {
+        for (std::uint32_t i = node.begin; i < node.end; ++i)
+          if (!visit(indices_[i])) return;
+      } else {
+        const bool is_left_nearer = gap(nodes_[node.left].box, point) <= gap(nodes_[node.right].box, point);
+        stack.push_back(is_left_nearer ? node.right : node.left);
+        stack.push_back(is_left_nearer ? node.left : node.right);
+      }
+    }
+  }
+
   /// Calls visit(point index) for all points that may lie within `distance` of the segment a b (and some
   /// others).
   template <class Visit>
@@ -63,6 +83,13 @@ class PointTree {
     nodes_[at].left = left;
     nodes_[at].right = right;
     return at;
+  }
+
+  /// How far a point is from a box along the axis along which it is farthest.
+  static double gap(const Box3& box, const Point3& point) {
+    double most = 0;
+    for (int k = 0; k < 3; ++k) most = std::max({most, box.low[k] - point[k], point[k] - box.high[k]});
+    return most;
   }
 
   /// Whether the segment meets the box enlarged by `distance`: its parameters clipped by the three slabs.

@@ -13,6 +13,8 @@
 #include "bsp2/model/builder.hpp"
 #include "bsp2/model/flat.hpp"
 #include "convex_hull.hpp"
+#include "mesh_merging.hpp"
+#include "mesh_patching.hpp"
 #include "mesh_repair.hpp"
 #include "mesh_shells.hpp"
 #include "mesh_triangulation.hpp"
@@ -23,6 +25,12 @@ namespace {
 std::string text_of(double x) {
   char buffer[32];
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x).ptr};
+}
+
+/// Three digits.
+std::string short_text_of(double x) {
+  char buffer[32];
+  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, x, std::chars_format::general, 3).ptr};
 }
 
 std::string counted(std::size_t count, const char* one, const char* many) {
@@ -257,6 +265,52 @@ std::optional<TriangleMesh> with_turned_shells(std::optional<TriangleMesh> mesh,
   return mesh;
 }
 
+/// A mesh closed by each repair as far as it helps, and what was done.
+struct Mended {
+  std::vector<Point3> points;
+  std::vector<Triangle> triangles;
+  std::vector<std::string> repairs;
+};
+
+/// Faces at which single edges are split at corners that lie on them, if that leaves fewer of them open.
+FaceCycles joined(const std::vector<Point3>& points, const FaceCycles& faces, double tolerance) {
+  const std::size_t open = open_edges(faces).size();
+  if (open == 0) return faces;
+  FaceCycles split = without_degenerate(points, split_at_t_vertices(points, faces, {tolerance, 0}));
+  return open_edges(split).size() < open ? split : faces;
+}
+
+/// For a mesh that no single repair closes: merges, turns, caps and leaves out, each where it helps.
+Mended mended_mesh(const std::vector<Point3>& given, FaceCycles faces) {
+  Mended mended{given, {}, {}};
+  std::size_t count = 0;
+  MergedCorners merged = merged_corners(given, faces);
+  if (merged.count > 0)
+    mended.repairs.push_back(counted(merged.count, "corner that is", "corners that are") + " up to " + short_text_of(merged.distance) + " apart from " +
+                             (merged.count == 1 ? "another one is" : "others are") + " merged with " + (merged.count == 1 ? "it" : "these"));
+  faces = without_copies(merged.faces, count);
+  if (count > 0) mended.repairs.push_back(counted(count, "face that was there already is", "faces that were there already are") + " left out");
+  FaceCycles wound = consistently_wound(faces, count);
+  if (count > 0 && open_edges(wound).size() < open_edges(faces).size()) {
+    mended.repairs.push_back(counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") + " turned");
+    faces = std::move(wound);
+  }
+  faces = joined(given, faces, merged.distance);
+  const std::vector<OpenEdge> open = open_edges(faces);
+  if (open.empty()) {
+    mended.triangles = closed_triangles(given, std::move(faces), true);
+    return mended;
+  }
+  Patches patches = patches_of(mended.points, faces, open);
+  std::vector<Triangle> own = triangulated(mended.points, faces);
+  mended.repairs.push_back(counted(open.size(), "open edge is", "open edges are") + " closed by caps");
+  count = leave_out_sheets(mended.points, own, patches.triangles);
+  if (count > 0) mended.repairs.push_back(counted(count, "part that is", "parts that are") + " an open sheet and encloses nothing is left out");
+  own.insert(own.end(), patches.triangles.begin(), patches.triangles.end());
+  mended.triangles = closed_triangles(mended.points, as_faces(own), true);
+  return mended;
+}
+
 }  // namespace
 
 double signed_volume(const std::vector<Point3>& points, const std::vector<Triangle>& triangles) {
@@ -285,21 +339,26 @@ std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const
 std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces, Holes holes,
                                           const std::function<void(std::string)>& warn) {
   check_input(given, faces);
-  FaceCycles cycles = oriented(given, faces);
+  const FaceCycles all = oriented(given, faces);
   const auto finished = [&](std::optional<TriangleMesh> mesh) {
     return holes == Holes::cap ? with_turned_shells(std::move(mesh), warn) : outward(std::move(mesh));
   };
-  if (const auto solid = closed(given, cycles))
+  if (const auto solid = closed(given, all))
     return finished(mesh_of(given, holes == Holes::cap ? single_triangles(given, *solid, warn) : closed_triangles(given, *solid)));
-  const std::string what = text_of(given, open_edges(cycles));
+  const std::string what = text_of(given, open_edges(all));
   std::vector<std::string> repairs;
-  const auto told = [&](const std::string& last) {
+  const auto tell = [&](const std::vector<std::string>& all) {
     std::string text = what + ". Repaired: ";
-    for (const std::string& repair : repairs) text += repair + ", ";
-    warn(text + last);
+    for (const std::string& repair : all) text += (&repair == all.data() ? "" : ". ") + repair;
+    warn(text);
+  };
+  const auto told = [&](const std::string& last) {
+    repairs.push_back(last);
+    tell(repairs);
   };
 
   std::size_t count = 0;
+  FaceCycles cycles = all;
   const FaceCycles once = without_duplicates(cycles, count);
   if (count > 0) {
     const std::string repair = counted(count, "face that was there already is", "faces that were there already are") + " left out";
@@ -315,15 +374,9 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
     cycles = wound;
   }
   if (holes == Holes::refuse) throw OpenMesh(what);
-  std::vector<Point3> points = given;
-  const auto first_apex = static_cast<std::uint32_t>(points.size());
-  const std::vector<OpenEdge> open = open_edges(cycles);
-  cycles = capped(points, cycles, open);
-  const std::vector<Triangle> triangles = without_sheets(points, closed_triangles(points, std::move(cycles), true), first_apex, count);
-  std::string last = counted(open.size(), "open edge is", "open edges are") + " closed by caps";
-  if (count > 0) last += ", " + counted(count, "part that is", "parts that are") + " an open sheet and encloses nothing is left out";
-  told(last);
-  return finished(mesh_of(points, triangles));
+  Mended mended = mended_mesh(given, all);
+  tell(mended.repairs);
+  return finished(mesh_of(mended.points, std::move(mended.triangles)));
 }
 
 Primitive spanned(const std::vector<Point3>& points) {

@@ -25,12 +25,13 @@ class OpenMesh : public Error {
 /// What to do about holes in a mesh.
 enum class Holes : std::uint8_t {
   refuse,  ///< throw OpenMesh: as OpenSCAD does with its polyhedra
-  cap      ///< close them by cones over their rims, unless the mesh is a sheet: for meshes from files
+  cap      ///< merge corners and close holes by caps, unless the mesh is a sheet: for meshes from files
 };
 
 /// The same, of faces that need not be the boundary of a solid: equal faces count once, faces wound unlike their neighbours
-/// are turned, holes are capped, and sheets, which enclose nothing, are left out (generalized winding numbers decide); in this
-/// order and only as far as it takes.
+/// are turned; in this order and only as far as it takes. With Holes::cap, what is open even then is begun anew: corners that noise has driven apart
+/// are merged (mesh_merging.hpp), faces that are there already left out, others turned, holes capped (mesh_patching.hpp), and
+/// sheets, which enclose nothing, left out (generalized winding numbers decide), each as far as it helps.
 ///
 /// With Holes::cap the faces may also be closed and still bound no solid: those that are all there several times count once, and
 /// shells that are inside out are turned (mesh_shells.hpp); without it only the mesh as a whole is.
