@@ -38,6 +38,12 @@ class SegmentAmongFacets {
       high_[i] = std::max(p[i], q[i]) + error;
     }
   }
+  /// Whether it certainly misses all facets within a box: no more is passed over than facet by facet.
+  [[nodiscard]] bool misses_box(const std::array<double, 3>& low, const std::array<double, 3>& high) const {
+    for (std::size_t i = 0; i < 3; ++i)
+      if (high[i] < low_[i] || low[i] > high_[i]) return true;
+    return is_box_beside(low, high, 0, 1) || is_box_beside(low, high, 1, 2);
+  }
   /// Whether the segment certainly misses the facet.
   [[nodiscard]] bool misses(const std::array<double, 3>& a, const std::array<double, 3>& b, const std::array<double, 3>& c) const {
     for (std::size_t i = 0; i < 3; ++i)
@@ -54,6 +60,15 @@ class SegmentAmongFacets {
     const auto side = [&](const std::array<double, 3>& x) { return sign_of_determinant({along_[i], along_[j]}, {x[i] - p_[i], x[j] - p_[j]}, error_); };
     const int first = side(a);
     return first != 0 && side(b) == first && side(c) == first;
+  }
+
+  /// The same of all corners of a box: the side of its middle, by more than any corner is off.
+  [[nodiscard]] bool is_box_beside(const std::array<double, 3>& low, const std::array<double, 3>& high, std::size_t i, std::size_t j) const {
+    const double x = low[i] / 2 + high[i] / 2 - p_[i], y = low[j] / 2 + high[j] / 2 - p_[j];
+    const double half_x = high[i] / 2 - low[i] / 2, half_y = high[j] / 2 - low[j] / 2;
+    const double s = std::fabs(along_[i]) + std::fabs(along_[j]), t = std::fabs(x) + half_x + std::fabs(y) + half_y;
+    const double spread = std::fabs(along_[i]) * half_y + std::fabs(along_[j]) * half_x;
+    return std::fabs(along_[i] * y - along_[j] * x) > spread + 2 * error_ * (s + t + error_) + 16 * 0x1p-52 * s * t;
   }
 };
 

@@ -23,7 +23,6 @@ using Point = std::array<double, 3>;
 /// Above so many facets, space is cut between them rather than along one of them.
 constexpr std::size_t many_facets = 24;
 constexpr Word dropped = ~Word{0};  // in the place of a facet
-constexpr Word whole_leaf[] = {Program::kind_leaf | Program::whole, Program::header, 0};
 
 // --- the same exactly, for the rare cells thinner than doubles resolve: in units of 2^(grid_exponent - 53) ----------
 
@@ -248,15 +247,13 @@ std::optional<std::int32_t> MeshProducer::winding_beside(const CellView<3>& view
     for (int i = 0; i < 3; ++i) far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
     std::int32_t winding = 0;
     bool certain = true;
-    const SegmentAmongFacets segment(far, centre, error);
-    for (std::size_t index = 0; index < mesh_.facets.size() && certain; ++index) {
-      const auto& corners = mesh_.facets[index].corners;
-      const Point &a = mesh_.points[corners[0]], &b = mesh_.points[corners[1]], &c = mesh_.points[corners[2]];
-      if (segment.misses(a, b, c)) continue;
-      const auto change = crossing(far, centre, a, b, c, error);
+    for_each_facet_near(far, centre, error, [&](const Mesh::Facet& facet) {
+      const auto& [a, b, c] = facet.corners;
+      const auto change = crossing(far, centre, mesh_.points[a], mesh_.points[b], mesh_.points[c], error);
       certain = change.has_value();
       winding += change.value_or(0);
-    }
+      return certain;
+    });
     if (certain) return winding;
   }
   return std::nullopt;
@@ -275,6 +272,32 @@ std::optional<MeshProducer::Reference> MeshProducer::reference_of(const Word* le
   return Reference{get_point(leaf + at_point), static_cast<std::int32_t>(leaf[at_winding])};
 }
 
+/// Calls visit(facet) for the facets that the segment does not certainly miss, until it answers false. Time: it does not grow with
+/// the mesh but with what lies along the segment.
+template <typename Visit>
+void MeshProducer::for_each_facet_near(const Point& from, const Point& to, double error, Visit&& visit) const {
+  const FacetTree& tree = mesh_.tree->get([&] {
+    std::vector<FacetTree::Box> boxes;
+    boxes.reserve(mesh_.facets.size());
+    for (const Mesh::Facet& facet : mesh_.facets) {
+      FacetTree::Box box{mesh_.points[facet.corners[0]], mesh_.points[facet.corners[0]]};
+      for (const std::uint32_t corner : facet.corners)
+        for (std::size_t i = 0; i < 3; ++i) {
+          box.low[i] = std::min(box.low[i], mesh_.points[corner][i]);
+          box.high[i] = std::max(box.high[i], mesh_.points[corner][i]);
+        }
+      boxes.push_back(box);
+    }
+    return boxes;
+  });
+  const SegmentAmongFacets segment(from, to, error);
+  tree.visit([&](const FacetTree::Box& box) { return segment.misses_box(box.low, box.high); },
+             [&](std::uint32_t index) {
+               const auto& [a, b, c] = mesh_.facets[index].corners;
+               return segment.misses(mesh_.points[a], mesh_.points[b], mesh_.points[c]) || visit(mesh_.facets[index]);
+             });
+}
+
 std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const Reference& from, const Word* leaf) const {
   std::int32_t winding = from.winding;
   bool certain = true;
@@ -291,14 +314,27 @@ std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const R
   return winding;
 }
 
+/// The same from a point outside of the mesh's bounds.
+std::optional<std::int32_t> MeshProducer::winding_anew(const Point& point, const Reference& from) const {
+  std::int32_t winding = from.winding;
+  bool certain = true;
+  const double error = mesh_.error * 2 + 0x1p-52 * network_.table.radius();
+  for_each_facet_near(from.point, point, error, [&](const Mesh::Facet& facet) {
+    const auto& [a, b, c] = facet.corners;
+    const auto change = crossing(from.point, point, mesh_.points[a], mesh_.points[b], mesh_.points[c], error);
+    certain = change.has_value();
+    winding += change.value_or(0);
+    return certain;
+  });
+  if (!certain) return std::nullopt;
+  return winding;
+}
+
 /// A point inside the cell and the winding number there, by a segment from the parent's reference point that meets no
 /// edge; several points are tried.
 std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* leaf, const CellView<3>& cell) const {
-  auto from = reference_of(leaf);
-  if (!from) {  // the cell that this one is part of had none: begin anew
-    from = outside();
-    leaf = whole_leaf;
-  }
+  const auto known = reference_of(leaf);  // the cell that this one is part of may have had none: then begin anew
+  const Reference from = known ? *known : outside();
   std::minstd_rand random(12345);  // the same points in every run
   Point point = cell.extent().centre;
   for (int attempt = 0; attempt < 12; ++attempt) {
@@ -313,7 +349,7 @@ std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* l
       for (int i = 0; i < 3; ++i) point[i] = mix[i] / sum;
     }
     if (!is_inside(point, cell.cell())) continue;
-    if (const auto winding = winding_at(point, *from, leaf)) return Reference{point, *winding};
+    if (const auto winding = known ? winding_at(point, from, leaf) : winding_anew(point, from)) return Reference{point, *winding};
   }
   return std::nullopt;
 }
@@ -345,12 +381,9 @@ std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
     std::optional<ExactPoint> exact_far;
     std::int32_t winding = 0;
     bool certain = true;
-    const SegmentAmongFacets segment(far, near, error);
-    for (std::size_t index = 0; index < mesh_.facets.size() && certain; ++index) {
-      const auto& corners = mesh_.facets[index].corners;
-      const Point &a = mesh_.points[corners[0]], &b = mesh_.points[corners[1]], &c = mesh_.points[corners[2]];
-      if (segment.misses(a, b, c)) continue;
-      auto change = crossing(far, near, a, b, c, error);
+    for_each_facet_near(far, near, error, [&](const Mesh::Facet& facet) {
+      const auto& corners = facet.corners;
+      auto change = crossing(far, near, mesh_.points[corners[0]], mesh_.points[corners[1]], mesh_.points[corners[2]], error);
       if (!change) {
         if (!exact_near) {
           exact_near = exact_mix(network_.table, vertices, weights);
@@ -362,7 +395,8 @@ std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
         winding += *change;
       else
         certain = false;  // through an edge: another segment will not
-    }
+      return certain;
+    });
     if (certain) return winding;
   }
   throw std::logic_error("a mesh answers no segment: a cell lies in one of its facets");

@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <vector>
 
+#include "bsp2/dataflow/facet_tree.hpp"
 #include "dataflow_oracle.hpp"
 
 namespace bsp2::dataflow {
@@ -63,6 +66,51 @@ TEST(Crossing, WhatIsCertainIsTrue) {
   EXPECT_GT(crossings, rounds / 50);
   EXPECT_GT(certain, rounds / 2);
   EXPECT_GT(missed, none / 2);
+}
+
+/// Facets along a segment: a tree passes over none that does not certainly miss it, and over most of the others.
+TEST(Crossing, ATreeFindsTheFacetsAlongASegment) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  using Point = std::array<double, 3>;
+  for (int round = 0; round < 60; ++round) {
+    const auto count = static_cast<std::size_t>(pick(random, 0, 3000));
+    const double reach = uniform(random, 0.001, 0.3), error = pick(random, 0, 1) == 0 ? 0 : uniform(random, 0, 0.01);
+    const auto any_point = [&](double low, double high) { return Point{uniform(random, low, high), uniform(random, low, high), uniform(random, low, high)}; };
+    std::vector<std::array<Point, 3>> facets(count);
+    std::vector<FacetTree::Box> boxes;
+    for (auto& facet : facets) {
+      const Point centre = any_point(0, 1);
+      for (Point& corner : facet) {
+        const Point way = any_point(-reach, reach);
+        for (std::size_t i = 0; i < 3; ++i) corner[i] = centre[i] + way[i];
+      }
+      FacetTree::Box box{facet[0], facet[0]};
+      for (const Point& corner : facet)
+        for (std::size_t i = 0; i < 3; ++i) box.low[i] = std::min(box.low[i], corner[i]), box.high[i] = std::max(box.high[i], corner[i]);
+      boxes.push_back(box);
+    }
+    const FacetTree tree(boxes);
+    for (int segments = 0; segments < 10; ++segments) {
+      const Point p = any_point(-1, 2), q = any_point(-1, 2);
+      const SegmentAmongFacets segment(p, q, error);
+      std::vector<bool> seen(count);
+      std::size_t visited = 0;
+      tree.visit([&](const FacetTree::Box& box) { return segment.misses_box(box.low, box.high); },
+                 [&](std::uint32_t facet) {
+                   EXPECT_FALSE(seen[facet]) << "each once";
+                   seen[facet] = true;
+                   ++visited;
+                   return true;
+                 });
+      for (std::size_t i = 0; i < count; ++i)
+        ASSERT_TRUE(seen[i] || segment.misses(facets[i][0], facets[i][1], facets[i][2])) << "facet " << i << " of " << count;
+      if (reach < 0.02 && error < 0.01 && count > 1000) {
+        EXPECT_LT(visited, count / 4);
+      }
+    }
+  }
 }
 
 }  // namespace

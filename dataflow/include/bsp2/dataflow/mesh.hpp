@@ -2,8 +2,10 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "bsp2/dataflow/facet_tree.hpp"
 #include "bsp2/geometry/affine_map.hpp"
 #include "bsp2/geometry/hyperplane.hpp"
 
@@ -28,6 +30,7 @@ struct Mesh {
   /// Hyperplanes of the facets around each point, sorted: point i has [incident_offset[i], incident_offset[i + 1]).
   std::vector<std::uint32_t> incident_offset;
   std::vector<geometry::HyperplaneId> incident;
+  std::shared_ptr<LazyFacetTree> tree = std::make_shared<LazyFacetTree>();  ///< of `facets`; shared by copies, which have the same ones
 };
 
 }  // namespace bsp2::dataflow

@@ -50,7 +50,10 @@ class MeshProducer {
   [[nodiscard]] bool is_on(std::uint32_t corner, geometry::HyperplaneId id) const;
   [[nodiscard]] bool is_inside(const Point& point, const geometry::Cell<3>& cell) const;
   [[nodiscard]] std::optional<Reference> reference_of(const Word* leaf) const;
+  template <typename Visit>
+  void for_each_facet_near(const Point& from, const Point& to, double error, Visit&& visit) const;
   [[nodiscard]] std::optional<std::int32_t> winding_at(const Point& point, const Reference& from, const Word* leaf) const;
+  [[nodiscard]] std::optional<std::int32_t> winding_anew(const Point& point, const Reference& from) const;
   [[nodiscard]] std::optional<Reference> new_reference(const Word* leaf, const CellView<3>& cell) const;
   [[nodiscard]] std::int32_t winding_within(const CellView<3>& cell, const std::optional<Reference>& reference) const;
   [[nodiscard]] std::optional<std::int32_t> winding_beside(const CellView<3>& view) const;
