@@ -294,7 +294,8 @@ Expression revolve_outline(const Outline& given, double start, double angle, std
     if (segments < 3) return Expression(3);
     sectors = {{0, 360, segments}};
   } else {
-    const auto most = static_cast<std::uint32_t>(std::max(1.0, std::floor(180 / std::fabs(angle) * segments)));
+    // At most all of them, also where the angle is so small that the quotient is infinite.
+    const auto most = static_cast<std::uint32_t>(std::clamp(std::floor(180 / std::fabs(angle) * segments), 1.0, std::max(1.0, static_cast<double>(segments))));
     for (std::uint32_t j = 0; j < segments; j += most) {
       const std::uint32_t count = std::min(most, segments - j);
       sectors.push_back({start + angle * j / segments, angle * count / segments, count});
