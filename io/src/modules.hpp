@@ -25,7 +25,8 @@ struct VtkModule {
   /// Does a piece hold a cell that is only a polyhedron?
   bool (*has_polyhedra)(const Piece& piece);
   /// @param with_polyhedron write one cell as a polyhedron even if it is simpler. @throws Error if the disk is full.
-  void (*write_piece)(const PieceFile& file, const Piece& piece, bool with_polyhedron, const VtuOptions& options);
+  /// @return of the simplices in it, if the cells are to be cut.
+  SimplexCount (*write_piece)(const PieceFile& file, const Piece& piece, bool with_polyhedron, const VtuOptions& options);
   /// The bytes of a file.
   std::string (*to_vtp)(const geometry::TriangleSurface& surface);
 };

@@ -396,8 +396,8 @@ struct LeavesNothing {
   }
 };
 
-[[noreturn]] void refuse(const fs::path& path, const std::string& why) {
-  throw Error("cannot write the snapshot '" + path.string() + "': " + why + "; the one before it, if any, is as it was");
+std::string refusal(const fs::path& path, const std::string& why) {
+  return "cannot write the snapshot '" + path.string() + "': " + why + "; the one before it, if any, is as it was";
 }
 
 /// Runs a part of the writing on this process, then asks the others. @throws bsp2::Error on all if it failed on one.
@@ -410,7 +410,7 @@ void together(const fs::path& path, const SnapshotWriters& writers, const Body& 
     why = failure.what();
     if (why.empty()) why = "it failed";
   }
-  if (!all_well(why.empty(), writers)) refuse(path, why.empty() ? "another process failed" : why);
+  if (!all_well(why.empty(), writers)) throw RefusedSnapshot(refusal(path, why.empty() ? "another process failed" : why));
 }
 
 /// The part in which HDF5 is collective. Where it fails on one process alone, the others may wait in it for ever, so nobody
@@ -424,7 +424,7 @@ void write_together(const fs::path& path, const fs::path& unfinished, const Snap
     const std::string reason = reason_of_failed_write(unfinished);
     std::error_code ignored;
     fs::remove(unfinished, ignored);
-    refuse(path, reason.empty() ? failure.what() : reason);
+    throw Error(refusal(path, reason.empty() ? failure.what() : reason));
   }
 }
 

@@ -13,6 +13,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
 #include "modules.hpp"
+#include "single_precision.hpp"
 
 namespace bsp2::io {
 namespace fs = std::filesystem;
@@ -33,58 +34,34 @@ std::string ending_of(const fs::path& path) {
   return ending;
 }
 
-using SinglePoint = std::array<float, 3>;
-
-SinglePoint single(const std::array<double, 3>& p) { return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}; }
-
-/// What rounding to single precision does to a surface.
-struct Rounding {
-  double moved = 0;  ///< a coordinate, at most; infinite if one is too large
-  double size = 0;   ///< the longest side of the surface's box
-};
-
-Rounding rounding_of(const TriangleSurface& surface) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Rounding result;
-  std::array<double, 3> lower, upper;
-  lower.fill(infinity);
-  upper.fill(-infinity);
-  for (const auto& point : surface.points)
-    for (int k = 0; k < 3; ++k) {
-      const bool fits = std::fabs(point[k]) <= std::numeric_limits<float>::max();
-      result.moved = std::max(result.moved, fits ? std::fabs(static_cast<float>(point[k]) - point[k]) : infinity);
-      lower[k] = std::min(lower[k], point[k]);
-      upper[k] = std::max(upper[k], point[k]);
-    }
-  for (int k = 0; k < 3; ++k) result.size = std::max(result.size, upper[k] - lower[k]);
-  return result;
+/// Whether single precision has numbers as large as the coordinates.
+bool fits_single(const TriangleSurface& surface) {
+  return std::all_of(surface.points.begin(), surface.points.end(), [](const auto& point) {
+    return std::all_of(point.begin(), point.end(), [](double x) { return std::fabs(x) <= std::numeric_limits<float>::max(); });
+  });
 }
 
-std::string to_stl(const TriangleSurface& surface) {
-  const auto rounded = [&](std::uint32_t point) { return single(surface.points[point]); };
+std::string to_stl(const SingleSurface& surface) {
+  constexpr std::size_t head = 80, of_a_triangle = 50;
   std::string bytes = "binary STL, written by bsp2";  // must not begin with "solid"
-  bytes.resize(80, ' ');
-  put(bytes, std::uint32_t{0});
-  std::uint32_t count = 0;
+  bytes.reserve(head + sizeof(std::uint32_t) + of_a_triangle * surface.triangles.size());
+  bytes.resize(head, ' ');
+  put(bytes, static_cast<std::uint32_t>(surface.triangles.size()));
   for (const auto& triangle : surface.triangles) {
-    const SinglePoint a = rounded(triangle[0]), b = rounded(triangle[1]), c = rounded(triangle[2]);
-    if (a == b || b == c || c == a) continue;
-    std::array<double, 3> p, q, r, normal;  // of the corners as they are written, which may turn a sliver over
-    std::copy_n(a.begin(), 3, p.begin());
-    std::copy_n(b.begin(), 3, q.begin());
-    std::copy_n(c.begin(), 3, r.begin());
+    std::array<std::array<double, 3>, 3> corners;  // as they are written, which may turn a sliver over
+    for (std::size_t i = 0; i < 3; ++i) std::copy_n(surface.points[triangle[i]].begin(), 3, corners[i].begin());
+    const auto& [p, q, r] = corners;
+    std::array<double, 3> normal;
     for (int k = 0; k < 3; ++k) {
       const int l = (k + 1) % 3, m = (k + 2) % 3;
       normal[k] = (q[l] - p[l]) * (r[m] - p[m]) - (q[m] - p[m]) * (r[l] - p[l]);
     }
     const double length = std::hypot(normal[0], normal[1], normal[2]);
     for (const double n : normal) put(bytes, static_cast<float>(length > 0 ? n / length : 0));
-    for (const SinglePoint& corner : {a, b, c})
-      for (const float x : corner) put(bytes, x);
+    for (const std::uint32_t corner : triangle)
+      for (const float x : surface.points[corner]) put(bytes, x);
     put(bytes, std::uint16_t{0});
-    ++count;
   }
-  bytes.replace(80, sizeof count, reinterpret_cast<const char*>(&count), sizeof count);
   return bytes;
 }
 
@@ -131,18 +108,36 @@ std::string to_obj(const TriangleSurface& surface) {
 
 namespace {
 
+/// What single precision costs, for who gets the file; empty if that is nothing to tell of.
+std::string warning_of(const fs::path& path, const SingleLoss& loss) {
+  if (loss.changed == 0) return "";
+  const auto point = [](const std::array<double, 3>& p) {
+    std::ostringstream text;
+    text << '(' << p[0] << ", " << p[1] << ", " << p[2] << ')';
+    return text.str();
+  };
+  std::ostringstream text;
+  text.precision(6);
+  text << path.string() << ": the single precision of .stl changes ";
+  if (loss.parts == 1)
+    text << "the solid";
+  else
+    text << loss.changed << " of the " << loss.parts << " connected parts of the surface";
+  text << " by more than a hundred-thousandth of the volume or the size";
+  text << (loss.changed > 1 ? "; most of all that between " : loss.parts > 1 ? ", that between " : ", between ") << point(loss.lower) << " and "
+       << point(loss.upper) << ": corners move by up to " << loss.moved << ", and its volume of ";
+  text.precision(9);
+  text << std::fabs(loss.volume) << " becomes " << std::fabs(loss.rounded_volume) << "; .ply, .obj and .vtp keep all digits";
+  return text.str();
+}
+
 /// @return a warning, as write_surface.
 std::string write_stl(const fs::path& path, const TriangleSurface& surface) {
-  constexpr double much = 1e-5;
-  const Rounding rounding = rounding_of(surface);
-  if (std::isinf(rounding.moved))
-    throw Error("cannot write '" + path.string() + "': coordinates above 3.4e38 are too large for the single precision of .stl; --boundary FILE.ply, .obj or .vtp keeps them");
-  write_file(path, to_stl(surface));
-  if (!(rounding.moved > much * rounding.size)) return "";
-  std::ostringstream text;
-  text << path.string() << ": the single precision of .stl moves corners by up to " << rounding.moved << ", and the solid is only " << rounding.size
-       << " long; .ply, .obj and .vtp keep all digits";
-  return text.str();
+  if (!fits_single(surface))
+    throw Error("cannot write '" + path.string() +
+                "': coordinates above 3.4e38 are too large for the single precision of .stl; --boundary FILE.ply, .obj or .vtp keeps them");
+  write_file(path, to_stl(rounded_to_single(surface)));
+  return warning_of(path, loss_in_single(surface));
 }
 
 }  // namespace

@@ -3,10 +3,15 @@
 #include <vtkCellType.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <span>
 #include <stdexcept>
+
+#include "orientation.hpp"
 
 namespace bsp2::io {
 namespace {
@@ -25,6 +30,10 @@ Point point_of(const CellBatch& batch, std::size_t cell, std::uint16_t vertex) {
 Point minus(const Point& a, const Point& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
+
+double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+Point cross(const Point& a, const Point& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
 
 double determinant(const Point& a, const Point& b, const Point& c) {
   return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
@@ -126,41 +135,130 @@ void go_around(const CellBatch& batch, std::size_t cell, std::vector<std::uint16
   if (twice_area < 0) std::reverse(points.begin(), points.end());
 }
 
-/// The vertex on the most facets: cutting from there gives the fewest simplices.
-std::uint16_t busiest_vertex(const CellBatch& batch, std::size_t cell) {
+/// The vertices, those on the most facets first: cutting from there gives the fewest simplices.
+std::vector<std::uint16_t> busiest_first(const CellBatch& batch, std::size_t cell) {
   std::vector<int> uses(batch.point_count(cell));
   for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
     for (const std::uint16_t vertex : batch.vertices_of_facet(f)) ++uses[vertex];
   }
-  return static_cast<std::uint16_t>(std::max_element(uses.begin(), uses.end()) - uses.begin());
+  std::vector<std::uint16_t> order(uses.size());
+  std::iota(order.begin(), order.end(), std::uint16_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::uint16_t a, std::uint16_t b) { return uses[a] > uses[b]; });
+  return order;
 }
 
-void cut_3d(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& result) {
-  const std::uint16_t apex = busiest_vertex(batch, cell);
-  const Point top = point_of(batch, cell, apex);
+/// What a triangle of a polygon adds: a simplex, if it has content. Asked for the corners, counter-clockwise.
+using SimplexOf = std::function<std::optional<Simplex>(std::uint16_t, std::uint16_t, std::uint16_t)>;
+
+/// All triangles around one corner of a polygon, appended if each is a simplex.
+bool cut_as_fan(Vertices around, std::size_t first, const SimplexOf& simplex_of, std::vector<Simplex>& result) {
+  const std::size_t before = result.size(), n = around.size();
+  for (std::size_t i = 2; i < n; ++i) {
+    const auto simplex = simplex_of(around[first], around[(first + i - 1) % n], around[(first + i) % n]);
+    if (!simplex) {
+      result.resize(before);
+      return false;
+    }
+    result.push_back(*simplex);
+  }
+  return true;
+}
+
+/// Cuts off the corner that gives the largest simplex, again and again; what is left when none does is left out.
+void cut_off_corners(Vertices around, const SimplexOf& simplex_of, std::vector<Simplex>& result) {
+  std::vector<std::uint16_t> rest(around.begin(), around.end());
+  while (rest.size() > 2) {
+    std::optional<Simplex> best;
+    std::size_t corner = 0;
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      const auto simplex = simplex_of(rest[(i + rest.size() - 1) % rest.size()], rest[i], rest[(i + 1) % rest.size()]);
+      if (!simplex || (best && best->volume >= simplex->volume)) continue;
+      best = simplex;
+      corner = i;
+    }
+    if (!best) return;
+    result.push_back(*best);
+    rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(corner));
+  }
+}
+
+/// A polygon as simplices: as a fan around its first corner, or around another one, or as it can be. @return whether all of it is.
+bool cut_polygon(Vertices around, const SimplexOf& simplex_of, std::vector<Simplex>& result) {
+  for (std::size_t first = 0; first < around.size(); ++first)
+    if (cut_as_fan(around, first, simplex_of, result)) return true;
+  const std::size_t before = result.size();
+  cut_off_corners(around, simplex_of, result);
+  return result.size() == before + around.size() - 2;
+}
+
+/// A tetrahedron around which everybody agrees that it is not inverted and not flat: the exact sign of its volume says so, and doubles
+/// do, whichever of its corners they begin with. @param a, b, c counter-clockwise seen from outside.
+std::optional<Simplex> tetrahedron(const CellBatch& batch, std::size_t cell, std::uint16_t a, std::uint16_t b, std::uint16_t c, std::uint16_t apex) {
+  const std::array<Point, 4> p{point_of(batch, cell, a), point_of(batch, cell, c), point_of(batch, cell, b), point_of(batch, cell, apex)};
+  const double volume = determinant(minus(p[0], p[3]), minus(p[2], p[3]), minus(p[1], p[3])) / 6;
+  // As VTK counts the corners, the fourth is where the first three are counter-clockwise.
+  if (!(volume > 0) || orientation(p[0], p[1], p[2], p[3]) <= 0) return std::nullopt;
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::array<Point, 3> edges;
+    for (std::size_t k = 0; k < 3; ++k) edges[k] = minus(p[(i + k + 1) % 4], p[i]);
+    if (!((i % 2 == 0 ? 1 : -1) * determinant(edges[0], edges[1], edges[2]) > 0)) return std::nullopt;
+  }
+  return Simplex{{a, c, b, apex}, volume};
+}
+
+/// Around one corner. @return whether nothing is left out.
+bool cut_3d_from(const CellBatch& batch, std::size_t cell, std::uint16_t apex, std::vector<Simplex>& result) {
+  const SimplexOf simplex_of = [&](std::uint16_t a, std::uint16_t b, std::uint16_t c) { return tetrahedron(batch, cell, a, b, c, apex); };
+  bool is_whole = true;
   for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
     const Vertices around = batch.vertices_of_facet(f);
-    if (contains(around, apex)) continue;
-    const Point a = minus(point_of(batch, cell, around[0]), top);
-    for (std::size_t i = 2; i < around.size(); ++i) {
-      const Point b = minus(point_of(batch, cell, around[i - 1]), top),
-                  c = minus(point_of(batch, cell, around[i]), top);
-      const double volume = determinant(a, b, c) / 6;
-      if (volume > 0) result.push_back({{around[0], around[i], around[i - 1], apex}, volume});
-    }
+    if (!contains(around, apex)) is_whole = cut_polygon(around, simplex_of, result) && is_whole;
   }
+  return is_whole;
 }
 
-void cut_2d(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& result) {
+double volume_of(const std::vector<Simplex>& simplices) {
+  return std::accumulate(simplices.begin(), simplices.end(), 0.0, [](double sum, const Simplex& simplex) { return sum + simplex.volume; });
+}
+
+bool cut_3d(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& result) {
+  std::vector<Simplex> other;
+  for (const std::uint16_t apex : busiest_first(batch, cell)) {
+    other.clear();
+    const bool is_whole = cut_3d_from(batch, cell, apex, other);
+    if (is_whole || volume_of(other) > volume_of(result)) result.swap(other);
+    if (is_whole) return true;
+  }
+  return false;
+}
+
+bool cut_2d(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& result) {
   std::vector<std::uint16_t> around;
   go_around(batch, cell, around);
-  const Point origin = point_of(batch, cell, around[0]);
-  for (std::size_t i = 2; i < around.size(); ++i) {
-    const Point a = minus(point_of(batch, cell, around[i - 1]), origin),
-                b = minus(point_of(batch, cell, around[i]), origin);
-    const double area = (a[0] * b[1] - a[1] * b[0]) / 2;
-    if (area > 0) result.push_back({{around[0], around[i - 1], around[i], 0}, area});
-  }
+  return cut_polygon(around, [&](std::uint16_t a, std::uint16_t b, std::uint16_t c) -> std::optional<Simplex> {
+    const std::array<Point, 3> p{point_of(batch, cell, a), point_of(batch, cell, b), point_of(batch, cell, c)};
+    std::array<double, 3> twice;  // the area, from each corner
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Point u = minus(p[(i + 1) % 3], p[i]), v = minus(p[(i + 2) % 3], p[i]);
+      twice[i] = u[0] * v[1] - u[1] * v[0];
+    }
+    // Over the plane, a triangle is as a tetrahedron is with a corner above it.
+    const Point above{p[0][0], p[0][1], 1};
+    if (!(*std::min_element(twice.begin(), twice.end()) > 0) || orientation(p[0], p[1], p[2], above) <= 0) return std::nullopt;
+    return Simplex{{a, b, c, 0}, twice[0] / 2};
+  }, result);
+}
+
+/// The angle at a, in degrees, of the triangle a b c.
+double angle_at(const Point& a, const Point& b, const Point& c) {
+  const Point u = minus(b, a), v = minus(c, a), n = cross(u, v);
+  return std::atan2(std::sqrt(dot(n, n)), dot(u, v)) * 180 / std::numbers::pi;
+}
+
+/// The angle between the two faces of a tetrahedron at its edge a b, in degrees.
+double dihedral_angle(const Point& a, const Point& b, const Point& c, const Point& d) {
+  const Point edge = minus(b, a), m = cross(edge, minus(c, a)), n = cross(edge, minus(d, a)), across = cross(m, n);
+  return std::atan2(std::sqrt(dot(across, across)), dot(m, n)) * 180 / std::numbers::pi;
 }
 
 }  // namespace
@@ -177,13 +275,22 @@ void describe(const CellBatch& batch, std::size_t cell, VtkCell& result) {
   }
 }
 
-void cut_into_simplices(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& result) {
+bool cut_into_simplices(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& result) {
   result.clear();
-  if (batch.dimension == 3) {
-    cut_3d(batch, cell, result);
-  } else {
-    cut_2d(batch, cell, result);
-  }
+  return batch.dimension == 3 ? cut_3d(batch, cell, result) : cut_2d(batch, cell, result);
+}
+
+double smallest_angle(const CellBatch& batch, std::size_t cell, const Simplex& simplex) {
+  std::array<Point, 4> p;
+  for (std::size_t i = 0; i < 4; ++i) p[i] = point_of(batch, cell, simplex.points[i]);
+  if (batch.dimension == 2) return std::min({angle_at(p[0], p[1], p[2]), angle_at(p[1], p[2], p[0]), angle_at(p[2], p[0], p[1])});
+  double least = 180;
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t k = i + 1; k < 4; ++k) {
+      const std::size_t l = i != 0 ? 0 : k != 1 ? 1 : 2, m = 6 - i - k - l;  // the other two
+      least = std::min(least, dihedral_angle(p[i], p[k], p[l], p[m]));
+    }
+  return least;
 }
 
 }  // namespace bsp2::io

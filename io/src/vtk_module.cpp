@@ -46,18 +46,19 @@ bool is_complete(const fs::path& file) {
   return in && tail == end;
 }
 
-void write_piece(const PieceFile& to, const Piece& piece, bool with_polyhedron, const VtuOptions& options) {
+SimplexCount write_piece(const PieceFile& to, const Piece& piece, bool with_polyhedron, const VtuOptions& options) {
   const SilencedVtk silenced;
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->SetFileName(to.path.c_str());
-  writer->SetInputData(make_grid(piece, with_polyhedron, options));
+  SimplexCount simplices;
+  writer->SetInputData(make_grid(piece, with_polyhedron, options, simplices));
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
   writer->SetCompressorTypeToNone();
   writer->SetHeaderTypeToUInt64();
   writer->SetIdTypeToInt32();  // a piece is small
   const bool written = writer->Write() != 0 && writer->GetErrorCode() == vtkErrorCode::NoError;
-  if (written && is_complete(to.path)) return;
+  if (written && is_complete(to.path)) return simplices;
   // VTK's codes below its own range are those of the system; the folder is new, so what else fails is the space.
   const auto code = static_cast<int>(writer->GetErrorCode());
   const bool from_system = code != vtkErrorCode::NoError && code < vtkErrorCode::FirstVTKErrorCode;

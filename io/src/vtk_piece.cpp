@@ -113,6 +113,8 @@ class GridBuilder {
     }
   }
 
+  [[nodiscard]] const SimplexCount& simplices() const { return count_; }
+
   [[nodiscard]] vtkSmartPointer<vtkUnstructuredGrid> finish() const {
     auto grid = vtkSmartPointer<vtkUnstructuredGrid>::New();
     grid->SetPoints(welder_.points());
@@ -140,12 +142,22 @@ class GridBuilder {
   }
 
   void add_simplices(const CellBatch& batch, std::size_t cell) {
-    cut_into_simplices(batch, cell, simplices_);
+    SimplexCount count;
+    const bool is_whole = cut_into_simplices(batch, cell, simplices_);
+    double volume = 0;
     for (const Simplex& simplex : simplices_) {
       const auto corners = static_cast<std::size_t>(batch.dimension) + 1;
+      volume += simplex.volume;
+      count.smallest_angle = std::min(count.smallest_angle, smallest_angle(batch, cell, simplex));
       start_cell(batch.dimension == 3 ? VTK_TETRA : VTK_TRIANGLE, std::span(simplex.points).first(corners));
       arrays_.add(batch, cell, rank_of(batch, cell), simplex.volume);
     }
+    count.simplices = simplices_.size();
+    if (!is_whole) {
+      count.incomplete_cells = 1;
+      count.left_out_volume = std::max(0.0, batch.volume[cell] - volume);
+    }
+    count_.add(count);
   }
 
   void start_cell(unsigned char type, std::span<const std::uint16_t> points) {
@@ -177,6 +189,7 @@ class GridBuilder {
   std::vector<vtkIdType> ids_;  // of the points of the present cell
   VtkCell shape_;
   std::vector<Simplex> simplices_;
+  SimplexCount count_;
 };
 
 }  // namespace
@@ -193,7 +206,7 @@ bool has_polyhedra(const Piece& piece) {
 }
 
 vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, bool with_polyhedron,
-                                               const VtuOptions& options) {
+                                               const VtuOptions& options, SimplexCount& simplices) {
   GridBuilder builder(options);
   bool missing = with_polyhedron && !has_polyhedra(piece);
   for (const CellRange& range : piece) {
@@ -202,6 +215,7 @@ vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, bool with_pol
       missing = false;
     }
   }
+  simplices.add(builder.simplices());
   return builder.finish();
 }
 

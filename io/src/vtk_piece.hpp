@@ -15,6 +15,7 @@ bool has_polyhedra(const Piece& piece);
 /// A piece as VTK knows it, with all cell arrays.
 /// @param with_polyhedron write one cell as a polyhedron even if it is simpler. VTK's reader loses the polyhedra of a
 /// whole `.pvtu` if one of its pieces has none.
-vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, bool with_polyhedron, const VtuOptions& options);
+/// @param simplices what the cells are cut into, if they are, is added.
+vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, bool with_polyhedron, const VtuOptions& options, SimplexCount& simplices);
 
 }  // namespace bsp2::io

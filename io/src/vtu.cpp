@@ -83,7 +83,8 @@ void VtuShare::write(std::uint64_t before, const Size& all) {
   all_pieces_ = all.pieces;
   for (std::size_t i = 0; i < content_->pieces.size(); ++i) {  // one after the other: only one grid exists at a time
     const PieceFile file{scratch_->path() / piece_name(pvtu_, before + i), pvtu_};
-    vtk_module().write_piece(file, content_->pieces[i], all.has_polyhedra, options_);
+    const SimplexCount count = vtk_module().write_piece(file, content_->pieces[i], all.has_polyhedra, options_);
+    simplices_.add(count);
   }
   if (before > 0) return;
   try {

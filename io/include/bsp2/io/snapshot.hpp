@@ -10,6 +10,7 @@
 
 #include "bsp2/geometry/bsp_tree.hpp"
 #include "bsp2/geometry/cell_batch.hpp"
+#include "bsp2/geometry/error.hpp"
 
 namespace bsp2::io {
 
@@ -75,10 +76,17 @@ struct SnapshotWriters {
   std::function<std::vector<std::vector<std::uint64_t>>(const std::vector<std::uint64_t>&)> exchange;
 };
 
+/// That a snapshot cannot be written: all writers know, and can go on.
+class RefusedSnapshot : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Writes a snapshot as HDF5: under another name (`.NAME.part`) in the same folder, to the disk, and then renamed, so that
 /// whenever the machine stops there is a whole snapshot, the old or the new one. Makes the folder if it is missing.
 /// Collective: all writers call it; data are written collectively, each process its own.
-/// @throws bsp2::Error on all writers if the file cannot be written; the old one is untouched, nothing else is left.
+/// @throws bsp2::Error on all writers if the file cannot be written; the old one is untouched, nothing else is left. It is a RefusedSnapshot
+/// unless several writers were stopped in the middle of HDF5, where some may wait for ever.
 void write_snapshot(const std::filesystem::path& path, const Snapshot& snapshot, const SnapshotWriters& writers = {});
 
 /// Could `write_snapshot` succeed? Asked before a long run; makes nothing. @throws bsp2::Error if not.

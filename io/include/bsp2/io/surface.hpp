@@ -17,10 +17,11 @@ void check_surface_file(const std::filesystem::path& path);
 ///   .vtp  VTK's PolyData, coordinates in double precision, cell array `part`
 ///   .ply  binary, coordinates in double precision, property `part` of each face
 ///   .obj  text with all digits, a group `part_N` for each part
-///   .stl  binary; the format knows single precision and no parts. Triangles whose corners coincide in single
-///         precision are left out, so each edge still has as many triangles on one side as on the other.
+///   .stl  binary; the format knows single precision and no parts. Corners are rounded first; then no triangle is without area, and
+///         the surface is as closed as it was, told by the coordinates in the file alone.
 /// The file appears under its name when it is complete.
-/// @return a warning where single precision moves corners by more than a hundred-thousandth of the surface's size; else empty.
+/// @return a warning where single precision changes the volume or the size of a connected part of the surface by more than a
+/// hundred-thousandth; else empty.
 /// @throws bsp2::Error if it cannot be written, its ending is another one, or a coordinate is too large for its precision.
 [[nodiscard]] std::string write_surface(const std::filesystem::path& path, const geometry::TriangleSurface& surface);
 

@@ -14,7 +14,7 @@
 namespace bsp2::io {
 
 struct VtuOptions {
-  bool tets = false;  ///< cut the cells into simplices: larger files, but faster filters in ParaView
+  bool tets = false;  ///< cut the cells into simplices, none of which is flat or inverted: larger files, but faster filters in ParaView
   int rank = 0;       ///< who computed the cells, for the cell array `rank`
   std::vector<std::int32_t> rank_of_region;  ///< who computed the cells of each region, if they are of several
   /// Red, green, blue, opacity of the IN cells of each part, for the cell array `color`; empty: there is none.
@@ -22,6 +22,21 @@ struct VtuOptions {
   std::array<std::uint8_t, 4> other_colour{255, 255, 255, 255};  ///< of all other cells
   std::size_t piece_cells =
       8000;  ///< at most so many cells of the mesh in a piece; bounds the memory for writing
+};
+
+/// What became of the cells of a mesh that is written as simplices.
+struct SimplexCount {
+  std::uint64_t simplices = 0;
+  double smallest_angle = 180;         ///< degrees: between two faces of a tetrahedron (dihedral), or two sides of a triangle
+  std::uint64_t incomplete_cells = 0;  ///< of which something is left out, since rounded to doubles it would be flat or inverted
+  double left_out_volume = 0;          ///< of all these together
+
+  void add(const SimplexCount& other) {  // here, since the module that counts sees no sources of this room
+    simplices += other.simplices;
+    smallest_angle = other.smallest_angle < smallest_angle ? other.smallest_angle : smallest_angle;
+    incomplete_cells += other.incomplete_cells;
+    left_out_volume += other.left_out_volume;
+  }
 };
 
 /// Writes a solid mesh as a VTK unstructured grid: `NAME.pvtu` and its pieces `NAME_0.vtu`, `NAME_1.vtu`, ...
@@ -67,6 +82,8 @@ class VtuShare {
   /// Writes the pieces out of sight, the first share also the `.pvtu`.
   /// @param before pieces of the shares before this one. @param all sizes of all shares together.
   void write(std::uint64_t before, const Size& all);
+  /// Of the pieces of this share, once they are written.
+  [[nodiscard]] const SimplexCount& simplices() const { return simplices_; }
   /// Moves the pieces to their names.
   void publish();
   /// Moves the `.pvtu` to its name, and removes pieces that an earlier, larger mesh left there. Of the first share.
@@ -79,6 +96,7 @@ class VtuShare {
   std::unique_ptr<Content> content_;
   std::optional<TemporaryDirectory> scratch_;
   std::uint64_t before_ = 0, all_pieces_ = 0;
+  SimplexCount simplices_;
   void publish(const std::filesystem::path& name) const;
 };
 
