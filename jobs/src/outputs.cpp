@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <functional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "bsp2/io/vtu.hpp"
 #include "bsp2/jobs/picture_options.hpp"
 #include "bsp2/jobs/report_json.hpp"
+#include "bsp2/jobs/summary.hpp"
 #include "bsp2/jobs/superstep_table.hpp"
 #include "bsp2/supersteps/collection.hpp"
 #include "bsp2/supersteps/rendering.hpp"
@@ -57,6 +59,15 @@ void remove_old(const fs::path& path) {
   fs::remove(path, nothing_there);
 }
 
+/// The same of a file that could not be written.
+void remove_old_of(const std::optional<fs::path>& folder, const fs::path& path) {
+  if (!folder || path.parent_path() != *folder) return;
+  if (path == *folder / mesh_name)
+    io::remove_vtu(path);
+  else
+    remove_old(path);
+}
+
 /// With -o, what this dimension does not allow is left out; asked for by another name than -o gives it, it is a mistake.
 bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder, const char* usual_name, const fs::path& path,
                  supersteps::RunReport& report) {
@@ -71,7 +82,7 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
   return false;
 }
 
-/// On the master.
+/// On the master. Nothing if the run could not find it, which it has told.
 void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
   if (result.boundary) {
     const std::string warning = io::write_surface(path, *result.boundary);
@@ -79,8 +90,65 @@ void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
     return;
   }
   const int d = result.report.dimension;
+  if (d == 3 && !result.report.failed.empty()) return remove_old_of(folder, path);
   if (is_possible(false, "boundary", folder, boundary_name, path, result.report))
     throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
+}
+
+/// Makes one file; if that fails the others are made all the same, and the report tells. Collective; `work` is made of collective
+/// calls and Ranks::agree.
+void make(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunReport& report, const supersteps::Ranks& ranks,
+          const std::function<void()>& work) {
+  auto failed = supersteps::attempt(ranks, work);
+  if (!failed) return;
+  if (failed->text.find(path.string()) == std::string::npos) failed->text = "cannot write '" + path.string() + "': " + failed->text;
+  failed->file = path;
+  report.failed.push_back(std::move(*failed));
+  if (ranks.is_master()) remove_old_of(folder, path);
+}
+
+/// The same of a file that the master makes alone.
+void make_alone(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunReport& report, supersteps::Ranks& ranks,
+                const std::function<void()>& work) {
+  make(path, folder, report, ranks, [&] {
+    ranks.agree([&] {
+      if (ranks.is_master()) work();
+    });
+  });
+}
+
+/// From where a picture is seen, where that is not what one expects.
+void tell_eye(geometry::Label at_eye, supersteps::RunReport& report) {
+  if (at_eye == geometry::Label::in)
+    report.notes.emplace_back("the eye is inside the solid: the picture shows the inner sides of its boundary, as if the solid were clear");
+  if (at_eye == geometry::Label::fuzzy)
+    report.notes.emplace_back("the eye is in a cell that is not decided (FUZZY): the picture shows what is seen from there of all others");
+}
+
+void draw_picture(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
+  bool possible = false;
+  ranks.agree([&] {
+    const int d = result.report.dimension;
+    possible = is_possible(d == 2 || d == 3, "picture", command.folder, picture_name, *command.picture, result.report);
+    if (possible) ranks.begin("rendering");
+  });
+  if (!possible) return;
+  const std::string picture = supersteps::render(ranks, result, command.view);
+  tell_eye(supersteps::label_at_eye(ranks, result, command.view), result.report);
+  ranks.agree([&] {
+    if (ranks.is_master()) io::write_file(*command.picture, picture);
+  });
+}
+
+void write_solid(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
+  bool possible = false;
+  ranks.agree([&] { possible = is_possible(result.report.dimension <= 3, "mesh", command.folder, mesh_name, *command.mesh, result.report); });
+  if (!possible) return;
+  const auto simplices = supersteps::write_mesh(ranks, result, *command.mesh, command.tets);
+  if (!command.tets || result.report.dimension < 2) return;
+  result.report.simplices = simplices;
+  const char* faces = result.report.dimension == 3 ? "face to face" : "edge to edge";
+  result.report.notes.push_back(fmt::format("{} fill each cell by itself: they do not meet {} where cells touch", simplex_name(result.report), faces));
 }
 
 /// NAME_0003.pvtu of NAME.pvd.
@@ -90,25 +158,31 @@ fs::path mesh_of_step(fs::path series, unsigned step) {
 
 void write_frame(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
   const fs::path path = frame_path(*command.frames, step);
-  if (ranks.is_master()) io::make_folder(folder_of(path));
   supersteps::PictureOptions view = command.view;
   view.format = supersteps::PictureFormat::png;
   view.bounds = now.bounds;  // the same camera for all frames
   const std::string picture = supersteps::render(ranks, now, view);
-  if (ranks.is_master()) io::write_file(path, picture);
+  ranks.agree([&] {
+    if (!ranks.is_master()) return;
+    io::make_folder(folder_of(path));
+    io::write_file(path, picture);
+  });
 }
 
 /// The mesh of this step, and the series up to here: also of the sessions that came before.
 void write_series(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
-  if (now.report.dimension > 3) throw Error("--series: cells of dimension 1 to 3 can be written, not " + std::to_string(now.report.dimension));
-  if (ranks.is_master()) io::make_folder(folder_of(*command.series));
-  ranks.sync();  // now the folder is there
+  ranks.agree([&] {
+    if (now.report.dimension > 3) throw Error("--series: cells of dimension 1 to 3 can be written, not " + std::to_string(now.report.dimension));
+    if (ranks.is_master()) io::make_folder(folder_of(*command.series));
+  });  // now the folder is there
   supersteps::write_mesh(ranks, now, mesh_of_step(*command.series, step), command.tets, step);
-  if (!ranks.is_master()) return;
-  std::vector<std::pair<double, fs::path>> meshes;
-  for (unsigned i = 0; i <= step; ++i)
-    if (const fs::path path = mesh_of_step(*command.series, i); fs::exists(path)) meshes.emplace_back(i, path);
-  io::write_pvd(*command.series, meshes);
+  ranks.agree([&] {
+    if (!ranks.is_master()) return;
+    std::vector<std::pair<double, fs::path>> meshes;
+    for (unsigned i = 0; i <= step; ++i)
+      if (const fs::path path = mesh_of_step(*command.series, i); fs::exists(path)) meshes.emplace_back(i, path);
+    io::write_pvd(*command.series, meshes);
+  });
 }
 
 }  // namespace
@@ -141,52 +215,50 @@ void check_outputs(const RunCommand& command) {
   }
 }
 
-std::vector<fs::path> written_files(const RunCommand& command) {
+std::vector<fs::path> written_files(const RunCommand& command, const supersteps::RunReport& report) {
   std::vector<fs::path> files;
   const auto add = [&](const std::optional<fs::path>& file) {
     std::error_code ignored;
     if (!file || !fs::is_regular_file(*file, ignored)) return;
     const bool is_named = std::any_of(files.begin(), files.end(), [&](const fs::path& other) { return are_one_file(*file, other); });
-    if (!is_named) files.push_back(*file);
+    const bool has_failed = std::any_of(report.failed.begin(), report.failed.end(),
+                                        [&](const supersteps::FailedOutput& failed) { return failed.file == *file; });
+    if (!is_named && !has_failed) files.push_back(*file);
   };
   for (const auto& file : files_of(command)) add(file);
   for (const auto& snapshot : {command.options.snapshot, command.snapshot_copy}) add(snapshot);
   return files;
 }
 
-void write_step(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
-  if (command.frames) write_frame(command, now, step, ranks);
-  if (command.series) write_series(command, now, step, ranks);
+void write_step(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks, StepFailures& failures) {
+  const auto make = [&](std::optional<supersteps::FailedOutput>& first, const auto& work) {
+    auto failed = supersteps::attempt(ranks, work);
+    if (failed && !first) first = std::move(failed);
+  };
+  if (command.frames) make(failures.frames, [&] { write_frame(command, now, step, ranks); });
+  if (command.series) make(failures.series, [&] { write_series(command, now, step, ranks); });
 }
 
 void write_cells(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
-  if (ranks.is_master()) {
+  ranks.agree([&] {
+    if (!ranks.is_master()) return;
     if (command.folder) io::make_folder(*command.folder);
     if (command.folder && !command.boundary) remove_old(*command.folder / boundary_name);
     for (const auto& file : files_of(command))
       if (file) io::make_folder(folder_of(*file));
-  }
-  ranks.sync();  // now the folders are there
-  const int d = result.report.dimension;
-  if (command.mesh && is_possible(d <= 3, "mesh", command.folder, mesh_name, *command.mesh, result.report)) {
-    supersteps::write_mesh(ranks, result, *command.mesh, command.tets);
-  }
-  if (command.picture &&
-      is_possible(d == 2 || d == 3, "picture", command.folder, picture_name, *command.picture, result.report)) {
-    ranks.begin("rendering");
-    const std::string picture = supersteps::render(ranks, result, command.view);
-    if (ranks.is_master()) io::write_file(*command.picture, picture);
-  }
+  });  // now the folders are there
+  if (command.mesh) make(*command.mesh, command.folder, result.report, ranks, [&] { write_solid(command, result, ranks); });
+  if (command.picture) make(*command.picture, command.folder, result.report, ranks, [&] { draw_picture(command, result, ranks); });
 }
 
 void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
-  if (command.boundary && ranks.is_master()) write_boundary(*command.boundary, command.folder, result);
+  const auto make = [&](const fs::path& path, const auto& work) { make_alone(path, command.folder, result.report, ranks, work); };
+  if (command.boundary) make(*command.boundary, [&] { write_boundary(*command.boundary, command.folder, result); });
   supersteps::record_costs(ranks, result.report);
-  if (!ranks.is_master()) return;
-  if (command.report) io::write_file(*command.report, to_json(result.report));
-  if (command.table) io::write_file(*command.table, to_csv(result.report.supersteps));
-  // The largest, and there already under its own name: what fails here takes nothing else along.
-  if (command.snapshot_copy) io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy);
+  if (command.report) make(*command.report, [&] { io::write_file(*command.report, to_json(result.report)); });
+  if (command.table) make(*command.table, [&] { io::write_file(*command.table, to_csv(result.report.supersteps)); });
+  // The largest, and there already under its own name.
+  if (command.snapshot_copy) make(*command.snapshot_copy, [&] { io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy); });
 }
 
 }  // namespace bsp2::jobs

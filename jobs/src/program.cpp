@@ -70,9 +70,22 @@ void tell_left_out(const RunCommand& command, const supersteps::RunReport& repor
     log.info("no {} is written: the model is plane, and boundaries are found for solids of dimension 3", boundary_name);
 }
 
-void tell_written(std::ostream& out, const RunCommand& command) {
+void tell_written(std::ostream& out, const RunCommand& command, const supersteps::RunReport& report) {
   const char* name = "\n  written   ";
-  for (const std::filesystem::path& file : written_files(command)) out << std::exchange(name, "            ") << file.string() << '\n';
+  for (const std::filesystem::path& file : written_files(command, report)) out << std::exchange(name, "            ") << file.string() << '\n';
+}
+
+/// @return the exit code where some outputs failed: a mistake of ours weighs more than the user's.
+int code_of(const supersteps::RunReport& report) {
+  int code = 0;
+  for (const auto& failed : report.failed) code = code == ours || !failed.is_users ? ours : users;
+  return code;
+}
+
+/// One message for each output that could not be made. @return the exit code.
+int tell_failed(const supersteps::RunReport& report, spdlog::logger& log) {
+  for (const auto& failed : report.failed) log.error("{}", failed.text);
+  return code_of(report);
 }
 
 /// The tables need no ranks: the nodes of a cluster are measured one after the other.
@@ -170,15 +183,20 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   const FollowedSupersteps followed(ranks, bar);
   command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
   command.on_writing = [&bar](const std::filesystem::path& file) { bar.begin("writing " + file.filename().string()); };
-  if (command.shows_steps()) command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) { write_step(command, now, step, ranks); };
+  StepFailures step_failures;
+  if (command.shows_steps())
+    command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) { write_step(command, now, step, ranks, step_failures); };
   bool cells_are_written = false;
   command.options.on_cells = [&](supersteps::RunResult& now) {
     write_cells(command, now, ranks);
     cells_are_written = true;
   };
   supersteps::RunResult result = run(command.options, ranks);
+  for (const auto& failed : {step_failures.frames, step_failures.series})
+    if (failed) result.report.failed.push_back(*failed);
   if (result.report.interrupted) {
     bar.clear();
+    if (!result.report.failed.empty()) return tell_failed(result.report, log);
     tell_interruption(command, log);
     return interrupted_code;
   }
@@ -189,15 +207,15 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   if (!cells_are_written) write_cells(command, result, ranks);
   write_results(command, result, ranks);
   bar.clear();
-  if (!ranks.is_master()) return 0;
+  if (!ranks.is_master()) return code_of(result.report);
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
-  if (speaks)
-    for (const std::string& note : result.report.notes) log.info("note: {}", note);
+  for (const std::string& note : result.report.notes)
+    if (!command.quiet || command.options.steps == 0U) log.info("note: {}", note);
   if (speaks) tell_left_out(command, result.report, log);
   if (speaks) print_summary(out, result.report, command.stats || needs_table(result.report));
   if (command.stats) print_stats(out, result.report);
-  if (speaks) tell_written(out, command);
-  return 0;
+  if (speaks) tell_written(out, command, result.report);
+  return tell_failed(result.report, log);
 }
 
 /// Nobody reads on (a closed pipe) is fine; a full disk is not.

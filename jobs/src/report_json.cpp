@@ -74,6 +74,11 @@ std::string to_json(const supersteps::RunReport& report) {
   json["boundary"] = nullptr;
   if (report.boundary)
     json["boundary"] = {{"triangles", report.boundary->triangles}, {"area", report.boundary->area}, {"closed", report.boundary->closed}};
+  if (const auto& simplices = report.simplices)
+    json["simplices"] = {{"count", simplices->simplices},
+                         {"smallest_angle", simplices->smallest_angle},
+                         {"incomplete_cells", simplices->incomplete_cells},
+                         {"left_out_volume", simplices->left_out_volume}};
   json["digest"] = report.digest;
   json["supersteps"] = Json::array();
   for (const auto& record : report.supersteps) json["supersteps"].push_back(superstep(record));
@@ -85,6 +90,7 @@ std::string to_json(const supersteps::RunReport& report) {
   json["peak_rss_bytes"] = report.peak_rss_bytes;
   json["warnings"] = report.warnings;
   json["notes"] = report.notes;
+  for (const auto& failed : report.failed) json["failed"].push_back(failed.text);
   json["overlapping_meshes"] = Json::array();
   for (const auto& mesh : report.overlapping_meshes) json["overlapping_meshes"].push_back(overlapping(mesh));
   // A path need not be UTF-8, a JSON text must.

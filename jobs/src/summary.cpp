@@ -63,6 +63,22 @@ bool needs_table(const RunReport& report) {
   return report.ranks > 1 || report.seconds > long_seconds;
 }
 
+std::string simplex_name(const RunReport& report) { return report.dimension == 3 ? "tetrahedra" : "triangles"; }
+
+namespace {
+
+void print_simplices(std::ostream& out, const RunReport& report) {
+  const auto& simplices = *report.simplices;
+  out << fmt::format("  tets      {} {}", grouped(simplices.simplices), simplex_name(report));
+  if (simplices.simplices > 0) out << fmt::format(", smallest {}angle {:.3g} degrees", report.dimension == 3 ? "dihedral " : "", simplices.smallest_angle);
+  out << '\n';
+  if (simplices.incomplete_cells > 0)
+    out << fmt::format("            left out what doubles make flat or inverted: in {}, volume {:.3g}\n", plural(simplices.incomplete_cells, "cell"),
+                       simplices.left_out_volume);
+}
+
+}  // namespace
+
 void print_summary(std::ostream& out, const RunReport& report, bool with_table) {
   out << report.model << '\n'
       << fmt::format("  {}, {}, {}\n", plural(report.primitives, "primitive"),
@@ -89,6 +105,7 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
     out << fmt::format("  boundary  {}, area {:.12g}, {}\n", plural(report.boundary->triangles, "triangle"), report.boundary->area,
                        report.boundary->closed ? "closed" : "NOT closed");
   }
+  if (report.simplices) print_simplices(out, report);
   out << "  digest    " << report.digest << '\n';
   out << '\n';
   if (with_table) {

@@ -80,15 +80,23 @@ Camera::Camera(const PictureOptions& options, int dimension, const Box3& shown) 
 
 void Camera::clip(std::vector<Vector>& polygon) const {
   if (std::all_of(polygon.begin(), polygon.end(), [this](const Vector& p) { return is_before_eye(p); })) return;
-  std::vector<Vector> kept;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
-    if (is_before_eye(p)) kept.push_back(p);
-    if (is_before_eye(p) == is_before_eye(q)) continue;
-    const double t = (-near_ - p[2]) / (q[2] - p[2]);
-    kept.push_back({p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), -near_});
-  }
-  polygon = std::move(kept);
+  // What is near goes on far beside the picture. So it is cut off there first, and then the rest may come as near as it likes.
+  constexpr double widest = 500, nearest = 1e-9;  // the tangent to each side; in `near_`
+  const auto cut = [&](const auto& inside) {
+    std::vector<Vector> kept;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vector &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+      const double x = inside(p), y = inside(q);
+      if (x >= 0) kept.push_back(p);
+      if ((x < 0) == (y < 0)) continue;
+      const double t = x / (x - y);
+      kept.push_back({p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2])});
+    }
+    polygon = std::move(kept);
+  };
+  for (const int axis : {0, 1})
+    for (const double side : {1.0, -1.0}) cut([&](const Vector& p) { return -widest * p[2] + side * p[axis]; });
+  cut([&](const Vector& p) { return -p[2] - nearest * near_; });
 }
 
 Extent::Extent() {

@@ -61,7 +61,7 @@ class Camera {
  private:
   Vector right_{1, 0, 0}, up_{0, 1, 0}, toward_{0, 0, 1};
   std::optional<Vector> eye_;
-  double near_ = 0;  // nothing nearer than this is drawn
+  double near_ = 0;  // what is nearer than this has no place of its own in the picture, but what reaches beyond is drawn
 };
 
 /// What is to be seen: a rectangle of the plane of the picture; empty at first. From an eye at most 90 degrees wide.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/serialization/utility.hpp>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 
 #include "bsp2/geometry/dimensions.hpp"
@@ -154,15 +155,19 @@ BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partitio
   return tree;
 }
 
-void write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets, unsigned step) {
-  ranks.begin("collection", step);
-  io::VtuOptions options;
-  options.tets = tets;
-  options.rank_of_region = result.rank_of_region;
-  for (const auto& colour : result.colour_of_part) options.colour_of_part.push_back(colour.value_or(uncoloured));
-  options.other_colour = uncoloured;
-  io::VtuShare share(pvtu, result.report.dimension, result.mesh.batches, options);
-  const auto size = share.size();
+SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets, unsigned step) {
+  std::optional<io::VtuShare> share;
+  io::VtuShare::Size size;
+  ranks.agree([&] {
+    ranks.begin("collection", step);
+    io::VtuOptions options;
+    options.tets = tets;
+    options.rank_of_region = result.rank_of_region;
+    for (const auto& colour : result.colour_of_part) options.colour_of_part.push_back(colour.value_or(uncoloured));
+    options.other_colour = uncoloured;
+    share.emplace(pvtu, result.report.dimension, result.mesh.batches, options);
+    size = share->size();
+  });
   io::VtuShare::Size all;
   std::uint64_t before = 0;
   const auto shares = all_gather(ranks, std::pair(size.pieces, size.has_polyhedra));
@@ -171,11 +176,20 @@ void write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::pa
     all.pieces += shares[rank].first;
     all.has_polyhedra = all.has_polyhedra || shares[rank].second;
   }
-  share.write(before, all);
-  ranks.sync();  // now all have written theirs
-  share.publish();
-  ranks.sync();
-  if (ranks.is_master()) share.finish();
+  ranks.agree([&] { share->write(before, all); });  // now all have written theirs
+  ranks.agree([&] { share->publish(); });
+  ranks.agree([&] {
+    if (ranks.is_master()) share->finish();
+  });
+  SimplexReport report;
+  const io::SimplexCount& mine = share->simplices();
+  for (const auto& part : all_gather(ranks, SimplexReport{mine.simplices, mine.smallest_angle, mine.incomplete_cells, mine.left_out_volume})) {
+    report.simplices += part.simplices;
+    report.smallest_angle = std::min(report.smallest_angle, part.smallest_angle);
+    report.incomplete_cells += part.incomplete_cells;
+    report.left_out_volume += part.left_out_volume;
+  }
+  return report;
 }
 
 #define BSP2_STAGE(D)                                                                                                               \

@@ -155,11 +155,16 @@ class Ranks::Implementation {
     if (!world_) return program();
     try {
       supervised(program);
+    } catch (const AgreedFailure& failure) {  // all know of it already
+      if (failure.is_users) throw Error(failure.what());
+      throw Failure(failure.what());
     } catch (const bsplib::Error& error) {
       failed_ = error.code() == bsplib::Errc::exception && error.detail().starts_with(Culprit::user) ? 2 : 1;
       throw_agreed(error);
     }
   }
+
+  [[nodiscard]] std::string superstep() const { return entries_.empty() ? std::string() : entries_[current_].name; }
 
   void begin(const std::string& name, unsigned step) {
     close_entry();
@@ -259,7 +264,6 @@ class Ranks::Implementation {
   std::uint64_t bytes_sent_ = 0, bytes_received_ = 0, syncs_ = 0;  // up to the entry at hand
 
   void supervised(const std::function<void()>& program) {
-    const auto superstep = [this] { return entries_.empty() ? std::string() : entries_[current_].name; };
     const auto fail = [&](Culprit culprit, const char* text) {
       const auto message = [&] { return with_place(text, superstep(), rank()); };
       watched(message, culprit == user ? 2 : 1, staggered(short_patience, rank()), [&] {
@@ -269,6 +273,8 @@ class Ranks::Implementation {
     };
     try {
       program();
+    } catch (const AgreedFailure&) {
+      throw;
     } catch (const bsplib::Error& error) {
       if (error.agreed()) throw;
       fail(ours, error.what());
@@ -342,6 +348,29 @@ unsigned Ranks::cores_of_a_rank() {
 }
 
 void Ranks::together(const std::function<void()>& program) { implementation_->together(program); }
+
+void Ranks::agree(const std::function<void()>& work) {
+  if (count() == 1) return work();
+  std::string mine;  // whose mistake it is, then the text; empty if there is none
+  const auto fail = [&](Culprit culprit, const std::string& text) { mine = std::string(1, culprit).append(text); };
+  try {
+    work();
+  } catch (const bsplib::Error&) {
+    throw;  // the ranks have lost each other
+  } catch (const Error& error) {
+    fail(user, error.what());
+  } catch (const Failure& failure) {
+    fail(ours, failure.what());
+  } catch (const std::bad_alloc&) {
+    fail(ours, "out of memory");
+  } catch (const std::exception& error) {
+    fail(ours, std::string("internal error: ").append(error.what()));
+  }
+  const auto all = all_gather(*this, mine);
+  for (int rank = 0; rank < count(); ++rank)
+    if (const std::string& text = all[static_cast<std::size_t>(rank)]; !text.empty())
+      throw AgreedFailure(with_place(text.substr(1), implementation_->superstep(), rank), text.front() == Culprit::user);
+}
 
 void Ranks::begin(const std::string& name, unsigned step) {
   implementation_->begin(name, step);

@@ -4,12 +4,14 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "bsp2/geometry/error.hpp"
 #include "camera.hpp"
 #include "canvas.hpp"
 #include "exchange.hpp"
 #include "hidden_facets.hpp"
+#include "inner_sides.hpp"
 #include "shading.hpp"
 
 namespace bsp2::supersteps {
@@ -85,6 +87,7 @@ class Space {
   }
 
   [[nodiscard]] const Vector& shift(std::size_t region) const { return shifts_[region]; }
+  [[nodiscard]] RegionsInSpace regions() const { return {shifts_, roots_, explode_ > 0}; }
 
   /// Calls visit(region) for all regions, from the farthest to the nearest.
   template <typename Visit>
@@ -181,19 +184,23 @@ class Space {
 template <typename Target>
 class Painter {
  public:
-  Painter(const RunResult& result, const PictureOptions& options, const Camera& camera, const Frame& frame, Target& target)
-      : result_(result), options_(options), camera_(camera), frame_(frame), target_(target) {
+  /// @param inner if the eye is in an IN cell: then the solid is seen from within. May be null.
+  Painter(const RunResult& result, const PictureOptions& options, const Camera& camera, const Frame& frame, const InnerSides* inner, Target& target)
+      : result_(result), options_(options), camera_(camera), frame_(frame), inner_(inner), target_(target) {
     const auto is_opaque = [](const auto& colour) { return !colour || (*colour)[3] == 255; };
     if (options.format != PictureFormat::png && std::all_of(result.colour_of_part.begin(), result.colour_of_part.end(), is_opaque))
       hidden_.emplace(result.mesh);
   }
 
-  void paint(const CellBatch& batch, std::size_t cell, const Vector& shift) {
+  /// @param number of the cell, counted through the batches.
+  void paint(const CellBatch& batch, std::size_t cell, std::size_t number, const Vector& shift) {
     if (!is_drawn(batch, cell)) return;
     Ink ink = ink_of(result_, batch, cell, options_.shade);
     ink.edges = options_.edges;
     if (batch.dimension == 2)
       paint_polygon(batch, cell, shift, ink);
+    else if (inner_ != nullptr && batch.label[cell] == geometry::Label::in)
+      paint_inner_sides(number, shift, ink);
     else
       paint_cell(batch, cell, shift, ink);
   }
@@ -207,6 +214,16 @@ class Painter {
       for (const std::uint16_t v : batch.vertices_of_facet(f)) seen_.push_back(camera_.see(sum(point_of(batch, cell, v), shift)));
       const Vector normal = normal_of(seen_);
       if (camera_.shows_front(normal, seen_[0])) fill(lit(ink, normalized(normal)));
+    }
+  }
+
+  /// Where the solid ends behind a cell: lit as if it were looked at from there.
+  void paint_inner_sides(std::size_t number, const Vector& shift, const Ink& ink) {
+    for (const InnerSides::Piece& piece : inner_->of(number)) {
+      seen_.clear();
+      for (auto p = piece.rbegin(); p != piece.rend(); ++p) seen_.push_back(camera_.see(sum(*p, shift)));
+      const Vector normal = normal_of(seen_);
+      if (dot(normal, normal) > 0) fill(lit(ink, normalized(normal)));
     }
   }
 
@@ -238,6 +255,7 @@ class Painter {
   const PictureOptions& options_;
   const Camera& camera_;
   const Frame& frame_;
+  const InnerSides* inner_;
   Target& target_;
   std::optional<HiddenFacets> hidden_;  // of vector pictures
   std::vector<Vector> seen_;
@@ -331,7 +349,7 @@ void draw_layers(const RunResult& result, const Space& space, const CellStrips<T
     space.visit_cells(region, [&](std::size_t number) {
       if (!strips.touches(number, strip)) return;
       const auto [batch, cell] = cells.at(number);
-      painter.paint(batch, cell, space.shift(region));
+      painter.paint(batch, cell, number, space.shift(region));
     });
   });
   complete();
@@ -390,28 +408,62 @@ Box3 shown_by(Ranks& ranks, const RunResult& result, const PictureOptions& optio
   return shown;
 }
 
+/// All that a picture is drawn of, the same on all ranks but for the cells.
+class Scene {
+ public:
+  /// Collective.
+  Scene(Ranks& ranks, const RunResult& result, const PictureOptions& options) : shown(shown_by(ranks, result, options)) {
+    ranks.agree([&] {
+      camera.emplace(options, result.mesh.dimension, shown);
+      space.emplace(result, *camera, shown, options.explode);
+    });
+  }
+  /// Of the cell at the eye; OUT where there is none, and without an eye. Collective.
+  [[nodiscard]] geometry::Label label_at_eye(Ranks& ranks, const RunResult& result) const {
+    if (!camera->is_perspective() || result.mesh.dimension != 3) return geometry::Label::out;
+    std::optional<geometry::Label> mine;
+    ranks.agree([&] { mine = label_here(result, space->regions(), camera->eye(), ranks.rank()); });
+    auto label = geometry::Label::out;
+    for (const int found : all_gather(ranks, static_cast<int>(mine.value_or(geometry::Label::out))))
+      if (static_cast<geometry::Label>(found) != geometry::Label::out) label = static_cast<geometry::Label>(found);
+    return label;
+  }
+
+  Box3 shown;
+  std::optional<Camera> camera;
+  std::optional<Space> space;
+};
+
 template <typename Target>
 std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& options, Target& target) {
-  const Box3 shown = shown_by(ranks, result, options);
-  const Camera camera(options, result.mesh.dimension, shown);
-  const Space space(result, camera, shown, options.explode);
+  const Scene scene(ranks, result, options);
+  const auto& [shown, camera, space] = std::tie(scene.shown, *scene.camera, *scene.space);
+  std::optional<InnerSides> inner;
+  if (scene.label_at_eye(ranks, result) == geometry::Label::in) inner.emplace(ranks, result, space.regions(), camera);
   const Frame frame(camera, extent_of(ranks, result, options, space, camera, shown), options.look, options.width, options.height);
-  Painter<Target> painter(result, options, camera, frame, target);
-  const CellStrips<Target> strips(result, space, camera, frame, target);
-  if (ranks.count() == 1) {  // the only layer of each strip stays where it is
+  std::vector<std::string> layers;
+  ranks.agree([&] {
+    Painter<Target> painter(result, options, camera, frame, inner ? &*inner : nullptr, target);
+    const CellStrips<Target> strips(result, space, camera, frame, target);
     for (int strip = 0; strip < target.strips(); ++strip) {
       target.begin_strip(strip);
-      draw_layers(result, space, strips, strip, painter, target, 0, [&](const auto& layer) { target.put(layer.layer); });
-      target.end_strip(background);
+      draw_layers(result, space, strips, strip, painter, target, ranks.rank(), [&](const auto& layer) {
+        if (ranks.count() == 1)  // the only layer of each strip stays where it is
+          target.put(layer.layer);
+        else
+          layers.push_back(dataflow::to_bytes(layer));
+      });
+      if (ranks.count() == 1) target.end_strip(background);
     }
-    return target.file();
-  }
-  for (int strip = 0; strip < target.strips(); ++strip) {
-    target.begin_strip(strip);
-    draw_layers(result, space, strips, strip, painter, target, ranks.rank(), [&](const auto& layer) { ranks.send(0, dataflow::to_bytes(layer)); });
-  }
+  });
+  if (ranks.count() == 1) return target.file();
+  for (std::string& layer : layers) ranks.send(0, std::exchange(layer, {}));
   ranks.sync();
-  return ranks.is_master() ? compose(ranks, target) : std::string();
+  std::string file;
+  ranks.agree([&] {
+    if (ranks.is_master()) file = compose(ranks, target);
+  });
+  return file;
 }
 
 }  // namespace
@@ -430,11 +482,17 @@ std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& 
     throw Error("solids of dimension 2 and 3 can be drawn, not " + std::to_string(dimension) +
                 (dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
   if (options.format == PictureFormat::png) {
-    const std::unique_ptr<Canvas> canvas = make_canvas(options.width, options.height);
+    std::unique_ptr<Canvas> canvas;
+    ranks.agree([&] { canvas = make_canvas(options.width, options.height); });
     return draw(ranks, result, options, *canvas);
   }
   Drawing drawing(options.width, options.height, options.format);
   return draw(ranks, result, options, drawing);
+}
+
+geometry::Label label_at_eye(Ranks& ranks, const RunResult& result, const PictureOptions& options) {
+  if (!options.eye || result.mesh.dimension != 3) return geometry::Label::out;
+  return Scene(ranks, result, options).label_at_eye(ranks, result);
 }
 
 std::string render(SolidMesh mesh, geometry::BspTree tree, const PictureOptions& options) {

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <functional>
 #include <future>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "bsp2/bsplib/error.hpp"
 #include "bsp2/geometry/contact.hpp"
 #include "bsp2/geometry/dimensions.hpp"
 #include "exchange.hpp"
@@ -141,10 +143,12 @@ std::vector<int> owners_of_nodes(Ranks& ranks, const FacetIndex& index, std::siz
 Names agree_on_names(Ranks& ranks, const Table& table, const CellShare& share) {
   // Without families nobody has anything to tell.
   if (!geometry::has_families(table)) return std::make_shared<geometry::PlaneNames>(table);
-  std::vector<geometry::HyperplaneId> planes;
-  for (const auto& of_rank : all_gather(ranks, geometry::family_planes(table, share.batches)))
-    planes.insert(planes.end(), of_rank.begin(), of_rank.end());
-  return std::make_shared<geometry::PlaneNames>(table, std::move(planes));
+  std::vector<geometry::HyperplaneId> mine, all;
+  ranks.agree([&] { mine = geometry::family_planes(table, share.batches); });
+  for (const auto& of_rank : all_gather(ranks, mine)) all.insert(all.end(), of_rank.begin(), of_rank.end());
+  Names names;
+  ranks.agree([&] { names = std::make_shared<geometry::PlaneNames>(table, std::move(all)); });
+  return names;
 }
 
 /// Facets on their way to the rank that glues their node.
@@ -164,7 +168,9 @@ using Nodes = std::map<std::uint32_t, FacetSet>;
 /// @return those that stay here.
 Nodes send_facets_of_nodes(Ranks& ranks, const Table& table, const Names& names, const Groups& groups,
                            const CellShare& share) {
-  const FacetIndex index(table, share.batches, {share.first_cell, groups.only(true), names});
+  std::optional<FacetIndex> found;
+  ranks.agree([&] { found.emplace(table, share.batches, geometry::FacetGrouping{share.first_cell, groups.only(true), names}); });
+  const FacetIndex& index = *found;
   const auto owner = owners_of_nodes(ranks, index, groups.regions());
   Nodes nodes;
   for (std::size_t i = 0; i < index.size(); ++i) {
@@ -210,15 +216,9 @@ class RegionsInTurn {
   [[nodiscard]] bool continues_region() const { return region_of(*share_.batches[at_]) == last_region_; }
 };
 
-/// Glues what this rank has, and the nodes of the partition that fall to it. The share is given up piece by piece. Collective.
-Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& partition, CellShare cells, const RunOptions& options, unsigned threads) {
-  const Groups groups(partition);
-  const Names names = agree_on_names(ranks, table, cells);
-  Nodes nodes = send_facets_of_nodes(ranks, table, names, groups, cells);
-  const auto meanwhile = [&] {
-    if (ranks.is_syncing()) ranks.try_sync();
-  };
-  Share all;
+/// Glues the regions of this rank. The share is given up piece by piece.
+void glue_regions(const Table& table, const Names& names, const Groups& groups, CellShare& cells, const RunOptions& options,
+                  unsigned threads, const std::function<void()>& meanwhile, Share& all) {
   std::size_t many_vertices = std::size_t{1} << 16;
   RegionsInTurn regions(cells);
   for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
@@ -234,7 +234,10 @@ Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& parti
     all.skin.unite_names();
     many_vertices = std::max(many_vertices, 2 * all.skin.vertices.size());
   }
-  if (ranks.is_syncing()) ranks.wait();
+}
+
+/// Glues the nodes of the partition that fall to this rank, with the facets that the others have sent.
+void glue_nodes(const Ranks& ranks, const Table& table, Nodes nodes, const RunOptions& options, unsigned threads, Share& all) {
   for (const auto& message : ranks.received()) {
     Interface interface;
     dataflow::from_bytes(message.bytes, interface);
@@ -247,6 +250,33 @@ Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& parti
   all.append(match_all(table, sets.size(), [&](std::size_t i, FacetSet& facets) { facets = std::move(sets[i]); }, options, threads, [] {}));
   std::sort(all.contacts.begin(), all.contacts.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
   all.skin.unite_names();
+}
+
+/// Glues what this rank has, and the nodes of the partition that fall to it. The share is given up piece by piece. Collective.
+Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& partition, CellShare cells, const RunOptions& options, unsigned threads) {
+  std::optional<Groups> made;
+  ranks.agree([&] { made.emplace(partition); });
+  const Groups& groups = *made;
+  const Names names = agree_on_names(ranks, table, cells);
+  Nodes nodes = send_facets_of_nodes(ranks, table, names, groups, cells);
+  const auto meanwhile = [&] {
+    if (ranks.is_syncing()) ranks.try_sync();
+  };
+  Share all;
+  // What goes wrong here must not leave the others waiting for what is on its way.
+  std::exception_ptr failure;
+  try {
+    glue_regions(table, names, groups, cells, options, threads, meanwhile, all);
+  } catch (const bsplib::Error&) {
+    throw;
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  if (ranks.is_syncing()) ranks.wait();
+  ranks.agree([&] {
+    if (failure) std::rethrow_exception(failure);
+    glue_nodes(ranks, table, std::move(nodes), options, threads, all);
+  });
   return all;
 }
 
@@ -279,16 +309,21 @@ Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, c
     Share mine = glue(ranks, table, partition, std::move(share), options, threads);
     result.contacts = std::move(mine.contacts);
     if (!options.boundary) return result;
-    ranks.begin("resolution", 1);
-    if (!ranks.is_master()) ranks.send(0, dataflow::to_bytes(std::exchange(mine.skin, {})));
+    std::string bytes;
+    ranks.agree([&] {
+      ranks.begin("resolution", 1);
+      if (!ranks.is_master()) bytes = dataflow::to_bytes(std::exchange(mine.skin, {}));
+    });
+    if (!ranks.is_master()) ranks.send(0, std::exchange(bytes, {}));
     ranks.sync();
-    if (!ranks.is_master()) return result;
-    for (const auto& message : ranks.received()) {
-      geometry::Skin skin;
-      dataflow::from_bytes(message.bytes, skin);
-      mine.skin.append(skin);
-    }
-    result.boundary = geometry::triangulate(table, std::move(mine.skin));
+    ranks.agree([&] {
+      for (const auto& message : ranks.received()) {
+        geometry::Skin skin;
+        dataflow::from_bytes(message.bytes, skin);
+        mine.skin.append(skin);
+      }
+      if (ranks.is_master()) result.boundary = geometry::triangulate(table, std::move(mine.skin));
+    });
   }
   return result;
 }

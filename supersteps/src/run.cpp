@@ -36,6 +36,20 @@ Usage usage_of_this_process() {
   return {seconds(usage.ru_utime) + seconds(usage.ru_stime), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
 }
 
+bool is_empty(const RunReport& report) { return report.complete && report.in_cells + report.fuzzy_cells == 0; }
+
+/// What only the cells and the boundary can tell; on the master. @param why_empty is added where the solid is empty.
+std::vector<std::string> late_warnings(const RunReport& report, const std::string& why_empty = {}) {
+  std::vector<std::string> warnings;
+  if (is_empty(report)) warnings.emplace_back("the solid is empty" + why_empty);
+  if (report.boundary && !report.boundary->closed)
+    warnings.emplace_back(
+        "the boundary is not closed: some of its edges are used more often in one direction than in the other, so its file has gaps, and programs "
+        "that print it may fill it wrongly; cells, volume and pictures are not concerned. This is a mistake of bsp2: please report the model; another "
+        "--coincidence, or --tolerance of a round one, may get around it");
+  return warnings;
+}
+
 template <int D>
 void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals, const RunOptions& options) {
   report.hyperplanes = network.table.size();
@@ -215,6 +229,37 @@ RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dat
   return result;
 }
 
+/// Whether all is decided, on all ranks. Collective.
+template <int D>
+bool is_nothing_left(Ranks& ranks, const Progress<D>& progress) {
+  const auto left = all_gather(ranks, static_cast<std::uint64_t>(progress.partition.regions.size()));
+  return std::all_of(left.begin(), left.end(), [](std::uint64_t regions) { return regions == 0; });
+}
+
+/// Writes the progress. @return how that failed, alike on all ranks: the run is worth going on with. Collective.
+template <int D>
+std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options,
+                                        const Source& source, bool complete, const std::vector<SuperstepRecord>& earlier) {
+  auto records = earlier;
+  for (auto& record : ranks.records()) records.push_back(std::move(record));
+  return attempt(ranks, [&] {
+    ranks.agree([&] { ranks.begin("snapshot", progress.steps - 1); });
+    try {
+      save_progress(ranks, network, progress, options, source, complete, records);
+    } catch (const io::RefusedSnapshot& refusal) {
+      throw AgreedFailure(refusal.what(), true);
+    }
+  });
+}
+
+/// With --strict, before anything is written: what only the cells and the boundary can tell. Collective.
+/// @throws bsp2::Error on all ranks if there is something.
+void refuse_late_warnings(Ranks& ranks, const RunReport& report) {
+  std::vector<std::string> warnings = late_warnings(report);
+  broadcast(ranks, warnings);
+  refuse_warnings(warnings);
+}
+
 /// What the pictures need to know of the model.
 template <int D>
 void add_looks(RunResult& result, const dataflow::Network<D>& network, const std::vector<std::int32_t>& rank_of_region) {
@@ -228,6 +273,20 @@ void add_looks(RunResult& result, const dataflow::Network<D>& network, const std
   if (network.bounds.is_empty()) return;
   result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
   result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
+}
+
+/// Glues the cells, if that is asked for; what cannot be glued is told in the report. Collective.
+template <int D>
+void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, CellShare share, const RunOptions& options, RunResult& result) {
+  if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
+  const auto failed = attempt(ranks, [&] {
+    ranks.agree([&] { ranks.begin("resolution"); });
+    auto [contacts, boundary] = resolution<D>(ranks, network.table, progress.partition, std::move(share), options, result.report.threads);
+    result.contacts = std::move(contacts);
+    result.boundary = std::move(boundary);
+  });
+  if (failed) result.report.failed.push_back({"the boundary: " + failed->text, failed->is_users});
+  if (result.boundary) result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
 }
 
 /// Shows what there is after a computation superstep; each rank shows the cells of its own regions.
@@ -283,6 +342,8 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   CellStream* const stream = streamed.get();
 
   double snapshot_seconds = 0;
+  std::optional<FailedOutput> snapshot_failure;  // of the last one
+  bool saves_late = false;                       // when it is sure that nothing is refused
   StepEnd end{.stopped = true, .last = options.steps == 0U};
   if (options.cells)
     for (const std::uint64_t cells : all_gather(ranks, cells_now(progress, options.keep_out))) end.cells += cells;
@@ -292,12 +353,10 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
     const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, snapshot_seconds), end.cells, report.threads, stream);
     give_back(ranks, network, progress, options, report.threads, stream);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
-    if (options.snapshot) {
-      auto records = report.earlier;
-      for (auto& record : ranks.records()) records.push_back(std::move(record));
-      ranks.begin("snapshot", progress.steps - 1);
+    saves_late = options.strict && options.snapshot && end.last && !end.interrupted && is_nothing_left(ranks, progress);
+    if (options.snapshot && !saves_late) {
       const auto start = Clock::now();
-      save_progress(ranks, network, progress, options, source, !end.stopped, records);
+      snapshot_failure = try_to_save(ranks, network, progress, options, source, !end.stopped, report.earlier);
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     }
     if (options.on_frame && !end.interrupted) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
@@ -311,34 +370,57 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   report.interrupted = end.interrupted;
   RunResult result;
   if (end.interrupted) {
+    if (snapshot_failure) report.failed.push_back(*snapshot_failure);
     result.report = std::move(report);
     return result;
   }
   CellShare to_glue;
   if (options.collect_cells) {
     if (options.boundary || options.contacts) to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
-    result = collected(ranks, network, progress.partition, std::move(progress.meshes), options.collect, rank_of_region.size(), stream);
+    RegionMeshes meshes = saves_late ? progress.meshes : std::move(progress.meshes);
+    result = collected(ranks, network, progress.partition, std::move(meshes), options.collect, rank_of_region.size(), stream);
   }
   add_looks(result, network, rank_of_region);
 
   if (!options.points.empty() && result.is_collected && ranks.is_master()) result.answers = querying<D>(network.table, result, options.points, report.threads);
   result.report = std::move(report);
+  if (options.strict) {
+    resolve(ranks, network, progress, std::exchange(to_glue, {}), options, result);
+    refuse_late_warnings(ranks, result.report);
+    if (saves_late) snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete, result.report.earlier);
+  }
+  if (snapshot_failure) result.report.failed.push_back(*snapshot_failure);
   if (options.on_cells) {
     options.on_cells(result);
     result.mesh.batches.clear();
     result.tree = geometry::BspTree{.dimension = D};
   }
-  if (options.collect_cells && (options.boundary || options.contacts)) {
-    ranks.begin("resolution");
-    auto [contacts, boundary] = resolution<D>(ranks, network.table, progress.partition, std::move(to_glue), options, result.report.threads);
-    result.contacts = std::move(contacts);
-    result.boundary = std::move(boundary);
-    if (result.boundary) result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
-  }
+  if (!options.strict) resolve(ranks, network, progress, std::move(to_glue), options, result);
   return result;
 }
 
 }  // namespace
+
+std::optional<FailedOutput> attempt(const Ranks& ranks, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const AgreedFailure& failure) {
+    return FailedOutput{failure.what(), failure.is_users};
+  } catch (const Error& error) {
+    if (ranks.count() > 1) throw;
+    return FailedOutput{error.what(), true};
+  } catch (const Failure& failure) {
+    if (ranks.count() > 1) throw;
+    return FailedOutput{failure.what(), false};
+  } catch (const std::bad_alloc&) {
+    if (ranks.count() > 1) throw;
+    return FailedOutput{"out of memory", false};
+  } catch (const std::exception& error) {
+    if (ranks.count() > 1) throw;
+    return FailedOutput{std::string("internal error: ") + error.what(), false};
+  }
+  return std::nullopt;
+}
 
 void record_costs(Ranks& ranks, RunReport& report) {
   report.supersteps = report.earlier;
@@ -387,8 +469,10 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
     case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
     default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
   }
-  if (ranks.is_master() && result.report.complete && result.report.in_cells + result.report.fuzzy_cells == 0)
-    result.report.warnings.push_back("the solid is empty" + lost_by_merging(source, options, result.report.hyperplanes, result.report.threads));
+  if (ranks.is_master() && !result.report.interrupted) {
+    const std::string why_empty = is_empty(result.report) ? lost_by_merging(source, options, result.report.hyperplanes, result.report.threads) : "";
+    for (std::string& warning : late_warnings(result.report, why_empty)) result.report.warnings.push_back(std::move(warning));
+  }
   if (ranks.is_master()) result.report.measures = measuring(source.model.expression, options, result.report);
   record_costs(ranks, result.report);
   return result;

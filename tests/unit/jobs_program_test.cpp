@@ -121,6 +121,9 @@ TEST(ReportJson, IsDocumentedFieldByField) {
   report.named_parts = {{0, "knob"}};
   report.measures = {{report, "all", 3}};
   report.boundary = {12, 6.5, true};
+  report.simplices = {28990, 0.5, 3, 1e-17};
+  report.notes = {"from within"};
+  report.failed = {{"cannot write"}};
   report.overlapping_meshes = {{"a.csg:3:1", "", 2, 8160, 1 / 3.0}};
   std::set<std::string> written;
   add_paths(nlohmann::json::parse(to_json(report)), "", written);
@@ -139,8 +142,10 @@ TEST(ReportJson, ListsOverlappingMeshes) {
 
 TEST(Summary, FitsATerminalAndGroupsDigits) {
   std::ostringstream out;
-  print_summary(out, sample_report(), true);
-  print_stats(out, sample_report());
+  auto report = sample_report();
+  report.simplices = {28990, 0.5, 123456, 1.23e-17};
+  print_summary(out, report, true);
+  print_stats(out, report);
   EXPECT_NE(out.str().find("123,456,789 cells"), std::string::npos);
   EXPECT_NE(out.str().find("communicated 0.125 s while workers computed, and waited 0.150 s"), std::string::npos) << out.str();
   EXPECT_NE(out.str().find("of all h, 4 B, 25 % was hidden behind their work"), std::string::npos) << out.str();
@@ -215,6 +220,64 @@ TEST(Program, FourDimensionsGiveAReportOnly) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1);
   EXPECT_EQ(start({"run", "x", "--picture", (folder.path() / "p.png").string()}, out, run), 2);
   EXPECT_EQ(start({"run", "x", "--boundary", (folder.path() / "b.stl").string()}, out, run), 2);
+}
+
+/// What is computed is written, each output by itself.
+TEST(Program, AnOutputThatFailsTakesNothingElseAlong) {
+  const testing::TemporaryFolder folder;
+  std::ostringstream out;
+  for (const std::string failing : {"solid.pvtu", "boundary.stl", "view.png", "report.json"}) {
+    SCOPED_TRACE(failing);
+    const fs::path dir = folder.path() / failing;
+    const auto run = [&](const RunOptions& options, supersteps::Ranks& ranks) {
+      fs::create_directories(dir / failing / "in the way");  // while it computes
+      return sample_result(options, ranks);
+    };
+    EXPECT_EQ(start({"run", "x", "-o", dir.string()}, out, run), 2);
+    for (const char* name : {"report.json", "solid.pvtu", "view.png", "boundary.stl"}) EXPECT_EQ(fs::is_regular_file(dir / name), name != failing) << name;
+    if (failing == "report.json") continue;
+    std::ifstream report(dir / "report.json");
+    const auto failed = nlohmann::json::parse(report)["failed"];
+    ASSERT_EQ(failed.size(), 1U);
+    EXPECT_NE(failed[0].get<std::string>().find((dir / failing).string()), std::string::npos) << failed[0];
+  }
+}
+
+TEST(Program, AnErrorOfOursInOneOutputIsToldWithTheOthersWritten) {
+  const testing::TemporaryFolder folder;
+  const fs::path dir = folder.path() / "out";
+  const auto run = [](const RunOptions& options, supersteps::Ranks& ranks) {
+    RunResult result = sample_result(options, ranks);
+    result.boundary.reset();
+    result.report.boundary.reset();
+    result.report.failed.push_back({"the boundary: internal error: a bug"});
+    return result;
+  };
+  fs::create_directories(dir);
+  std::ofstream(dir / "boundary.stl") << "of an earlier run";
+  std::ostringstream out;
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(start({"run", "x", "-o", dir.string()}, out, run), 1);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "bsp2: warning: odd\nbsp2: the boundary: internal error: a bug\n");
+  EXPECT_FALSE(fs::exists(dir / "boundary.stl")) << "it would pass for this run's";
+  for (const char* name : {"report.json", "solid.pvtu", "view.png"}) EXPECT_TRUE(fs::exists(dir / name)) << name;
+  EXPECT_EQ(out.str().find("boundary.stl"), std::string::npos) << out.str();
+}
+
+TEST(Program, TetrahedraAreToldOf) {
+  const testing::TemporaryFolder folder;
+  const fs::path dir = folder.path() / "out";
+  std::ostringstream out;
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(start({"run", "x", "--tets", "-o", dir.string()}, out, sample_result), 0);
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("do not meet face to face"), std::string::npos);
+  EXPECT_NE(out.str().find("smallest dihedral angle"), std::string::npos) << out.str();
+  std::ifstream file(dir / "report.json");
+  const auto report = nlohmann::json::parse(file);
+  EXPECT_GT(report["simplices"]["count"], 30);
+  EXPECT_GT(report["simplices"]["smallest_angle"], 0);
+  EXPECT_LT(report["simplices"]["smallest_angle"], 70.6);  // of a regular one
+  EXPECT_EQ(report["notes"].size(), 1U);
 }
 
 TEST(Program, ExitCodesTellWhoseMistakeItIs) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <string>
 
 #include "bsp2/supersteps/run.hpp"
 
@@ -12,6 +13,9 @@ void print_summary(std::ostream& out, const supersteps::RunReport& report, bool 
 
 /// Whether a run is such that one looks at its supersteps: a long one, or one on several ranks.
 bool needs_table(const supersteps::RunReport& report);
+
+/// What the simplices of a mesh of its dimension are called: 2 or 3.
+std::string simplex_name(const supersteps::RunReport& report);
 
 /// Figures about the kernel's work.
 void print_stats(std::ostream& out, const supersteps::RunReport& report);

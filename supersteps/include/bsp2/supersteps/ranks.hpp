@@ -28,6 +28,13 @@ class Failure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A part of a run has failed, on all ranks alike: they may go on with another part.
+class AgreedFailure : public std::runtime_error {
+ public:
+  AgreedFailure(const std::string& text, bool users) : std::runtime_error(text), is_users(users) {}
+  bool is_users;  ///< a mistake of the user, as bsp2::Error; else of ours
+};
+
 /// The ranks that evaluate one model together: all processes that a launcher (mpirun, srun) started with this one, or this
 /// one alone. Alone, MPI is never touched.
 ///
@@ -57,6 +64,11 @@ class Ranks {
   /// such, others as Failure; with more than one rank the text ends with the superstep and the rank where it arose.
   /// Collective.
   void together(const std::function<void()>& program);
+
+  /// Does this rank's own part of something that may fail without ending the run; then the ranks tell each other how it went.
+  /// Collective; `work` is not, and sends nothing.
+  /// @throws AgreedFailure on all ranks if it failed on one of them. A process alone is told by what `work` throws.
+  void agree(const std::function<void()>& work);
 
   // --- Supersteps ---
 

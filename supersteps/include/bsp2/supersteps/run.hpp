@@ -45,7 +45,7 @@ struct RunOptions {
   std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
   std::optional<unsigned> steps;            ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
   std::optional<std::uint64_t> cells;       ///< the run ends at about this number of cells, FUZZY ones counted
-  bool strict = false;                      ///< a warning is an error, before anything is evaluated
+  bool strict = false;                      ///< a warning is an error, as soon as it is known, and before `on_cells`
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
   std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
@@ -71,6 +71,26 @@ struct RunOptions {
   /// resolution gives back the memory of each region that it has glued.
   std::function<void(RunResult& now)> on_cells;
   std::vector<double> points;  ///< D numbers each: where they are is answered at the end, by the master (which needs all cells)
+};
+
+/// An output that could not be made. The others are made all the same.
+struct FailedOutput {
+  std::string text;
+  bool is_users = false;       ///< a full disk, a path: else an error of ours
+  std::filesystem::path file;  ///< that is not there, or another run's; empty: none of the program's own
+};
+
+/// The simplices that the cells of a mesh were cut into, in figures.
+struct SimplexReport {
+  std::uint64_t simplices = 0;
+  double smallest_angle = 180;        ///< degrees: between two faces of a tetrahedron, or two sides of a triangle
+  std::uint64_t incomplete_cells = 0; ///< cells of which something is left out: rounded to doubles it would be flat or inverted
+  double left_out_volume = 0;         ///< of all these together
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & simplices & smallest_angle & incomplete_cells & left_out_volume;
+  }
 };
 
 /// The surface of the IN cells in figures.
@@ -125,6 +145,7 @@ struct RunReport : Measures {
   std::vector<NamedMeasures> measures;       ///< on the master, in the order of the model
   std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
   std::optional<BoundaryReport> boundary;    ///< when asked for
+  std::optional<SimplexReport> simplices;    ///< of the mesh that was written, if it is of simplices
   std::string digest;                        ///< of the set of cells, order-independent
   bool complete = true;     ///< nothing is left undecided but what `level` leaves
   bool interrupted = false;
@@ -135,6 +156,7 @@ struct RunReport : Measures {
   std::uint64_t peak_rss_bytes = 0;
   std::vector<std::string> warnings;
   std::vector<std::string> notes;       ///< what is as it should be, but may surprise
+  std::vector<FailedOutput> failed;     ///< alike on all ranks
   std::vector<OverlappingMesh> overlapping_meshes;  ///< on the master, in the order of the model
 };
 
@@ -179,12 +201,18 @@ struct RunResult {
 };
 
 /// Evaluates a model: the loop of supersteps. The cells depend on the model and the options, not on the number of ranks.
+/// A snapshot that cannot be written and a boundary that cannot be found are told in the report; the rest is there.
 /// Collective, within Ranks::together; the options are the same on all ranks. @throws bsp2::Error for the user's mistakes.
 /// Source: the paper, section 4.2.
 RunResult run(const RunOptions& options, Ranks& ranks);
 
 /// The same by this process alone.
 RunResult run(const RunOptions& options);
+
+/// Makes one output of several, so that it takes nothing else along if it fails. Collective; with several ranks, only what they agreed on
+/// (Ranks::agree, of which `work` is made) can be got over, and all else is thrown.
+/// @return how it failed, alike on all ranks; nothing if it did not.
+std::optional<FailedOutput> attempt(const Ranks& ranks, const std::function<void()>& work);
 
 /// Fills in what the run cost up to now: the supersteps, time and memory of all ranks, on the master. Collective.
 void record_costs(Ranks& ranks, RunReport& report);
