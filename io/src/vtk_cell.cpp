@@ -255,10 +255,11 @@ double angle_at(const Point& a, const Point& b, const Point& c) {
   return std::atan2(std::sqrt(dot(n, n)), dot(u, v)) * 180 / std::numbers::pi;
 }
 
-/// The angle between the two faces of a tetrahedron at its edge a b, in degrees.
-double dihedral_angle(const Point& a, const Point& b, const Point& c, const Point& d) {
-  const Point edge = minus(b, a), m = cross(edge, minus(c, a)), n = cross(edge, minus(d, a)), across = cross(m, n);
-  return std::atan2(std::sqrt(dot(across, across)), dot(m, n)) * 180 / std::numbers::pi;
+/// The angle between the two faces of a tetrahedron at its edge a b, in degrees. @param volume of the tetrahedron: how far the normals of the
+/// faces are from each other, which they are too rough to tell of slivers.
+double dihedral_angle(const Point& a, const Point& b, const Point& c, const Point& d, double volume) {
+  const Point edge = minus(b, a), m = cross(edge, minus(c, a)), n = cross(edge, minus(d, a));
+  return std::atan2(6 * volume * std::sqrt(dot(edge, edge)), dot(m, n)) * 180 / std::numbers::pi;
 }
 
 }  // namespace
@@ -288,7 +289,7 @@ double smallest_angle(const CellBatch& batch, std::size_t cell, const Simplex& s
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t k = i + 1; k < 4; ++k) {
       const std::size_t l = i != 0 ? 0 : k != 1 ? 1 : 2, m = 6 - i - k - l;  // the other two
-      least = std::min(least, dihedral_angle(p[i], p[k], p[l], p[m]));
+      least = std::min(least, dihedral_angle(p[i], p[k], p[l], p[m], simplex.volume));
     }
   return least;
 }
