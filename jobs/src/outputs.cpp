@@ -97,20 +97,21 @@ void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
 
 /// Makes one file; if that fails the others are made all the same, and the report tells. Collective; `work` is made of collective
 /// calls and Ranks::agree.
-void make(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunReport& report, const supersteps::Ranks& ranks,
+void make(const RunCommand& command, const fs::path& path, supersteps::RunReport& report, const supersteps::Ranks& ranks,
           const std::function<void()>& work) {
+  if (command.on_writing) command.on_writing(path);
   auto failed = supersteps::attempt(ranks, work);
   if (!failed) return;
   if (failed->text.find(path.string()) == std::string::npos) failed->text = "cannot write '" + path.string() + "': " + failed->text;
   failed->file = path;
   report.failed.push_back(std::move(*failed));
-  if (ranks.is_master()) remove_old_of(folder, path);
+  if (ranks.is_master()) remove_old_of(command.folder, path);
 }
 
 /// The same of a file that the master makes alone.
-void make_alone(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunReport& report, supersteps::Ranks& ranks,
+void make_alone(const RunCommand& command, const fs::path& path, supersteps::RunReport& report, supersteps::Ranks& ranks,
                 const std::function<void()>& work) {
-  make(path, folder, report, ranks, [&] {
+  make(command, path, report, ranks, [&] {
     ranks.agree([&] {
       if (ranks.is_master()) work();
     });
@@ -247,12 +248,12 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
     for (const auto& file : files_of(command))
       if (file) io::make_folder(folder_of(*file));
   });  // now the folders are there
-  if (command.mesh) make(*command.mesh, command.folder, result.report, ranks, [&] { write_solid(command, result, ranks); });
-  if (command.picture) make(*command.picture, command.folder, result.report, ranks, [&] { draw_picture(command, result, ranks); });
+  if (command.mesh) make(command, *command.mesh, result.report, ranks, [&] { write_solid(command, result, ranks); });
+  if (command.picture) make(command, *command.picture, result.report, ranks, [&] { draw_picture(command, result, ranks); });
 }
 
 void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
-  const auto make = [&](const fs::path& path, const auto& work) { make_alone(path, command.folder, result.report, ranks, work); };
+  const auto make = [&](const fs::path& path, const auto& work) { make_alone(command, path, result.report, ranks, work); };
   if (command.boundary) make(*command.boundary, [&] { write_boundary(*command.boundary, command.folder, result); });
   supersteps::record_costs(ranks, result.report);
   if (command.report) make(*command.report, [&] { io::write_file(*command.report, to_json(result.report)); });
