@@ -103,11 +103,13 @@ class Tracer {
       const auto normal = network_.table.rounded(line).normal;
       is_reversed = (normal[0] * dy - normal[1] * dx < 0) != (code < 0);
     }
+    if (edges.empty()) return edges;
     std::swap(edges[0], edges[longest]);
     if (is_reversed) std::swap(edges[0].from, edges[0].to);
     for (std::size_t i = 1; i < edges.size(); ++i) {
       const std::uint32_t at = edges[i - 1].to;
       const auto next = std::find_if(edges.begin() + static_cast<std::ptrdiff_t>(i), edges.end(), [&](const Edge& e) { return e.from == at || e.to == at; });
+      if (next == edges.end()) throw std::logic_error("the edges of a cell of an outline make no cycle");
       if (next->to == at) std::swap(next->from, next->to);
       std::iter_swap(edges.begin() + static_cast<std::ptrdiff_t>(i), next);
     }

@@ -72,6 +72,7 @@ class Prism {
   Expression operator()(const model::SubdivisionSurface& surface) const { return of_preimage(itself(surface)); }
   Expression operator()(const model::Preimage& preimage) const { return of_preimage(preimage); }
   Expression operator()(const model::Polytope& polytope) const {
+    if (polytope.half_spaces.empty()) return Expression(dimension_ + 1);  // flat: it encloses nothing
     const std::size_t d = size(dimension_);
     model::Polytope prism;
     for (const double end : {0.0, length_})

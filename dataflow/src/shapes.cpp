@@ -29,7 +29,8 @@ std::pair<std::array<double, D>, std::array<double, D>> frame_of(const model::Po
   std::pair<std::array<double, D>, std::array<double, D>> frame{};
   const bool moves = far > 256 * extent;
   if (moves) std::copy_n(polytope.corners.begin(), D, frame.second.begin());
-  frame.first.fill(std::ldexp(1.0, std::ilogb(moves ? extent : far) + 1));
+  const double size = moves ? extent : far;
+  frame.first.fill(size > 0 ? std::ldexp(1.0, std::ilogb(size) + 1) : 1.0);  // of one point there is no size
   return frame;
 }
 

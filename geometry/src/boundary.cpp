@@ -255,7 +255,9 @@ TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
     const std::size_t known = points.size();
     const EdgeChain& edges = skin.edges;
     if (triangulate_faces(exact, points, skin, edges, surface)) return surface;
+    const std::size_t undivided = edges.size();
     divide_at(exact, points, known, skin);
+    if (skin.edges.size() <= undivided) throw std::logic_error("edges of a face of the boundary that cross cannot be divided");
   }
 }
 

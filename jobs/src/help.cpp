@@ -220,7 +220,7 @@ std::string completion_lines(const CLI::App& app, std::span<const std::string> w
 
 std::string completion_script(const std::string& shell) {
   static const std::map<std::string, std::string> scripts{
-      {"bash", R"(# Completion for bsp2: source it, or put it into ~/.local/share/bash-completion/completions/bsp2
+      {"bash", R"sh(# Completion for bsp2: source it, or put it into ~/.local/share/bash-completion/completions/bsp2
 _bsp2() {
   local line
   COMPREPLY=()
@@ -229,8 +229,8 @@ _bsp2() {
   done < <("${COMP_WORDS[0]}" __complete "${COMP_WORDS[@]:1:COMP_CWORD}" 2>/dev/null)
 }
 complete -F _bsp2 bsp2
-)"},
-      {"zsh", R"(#compdef bsp2
+)sh"},
+      {"zsh", R"sh(#compdef bsp2
 # Completion for bsp2: put it as _bsp2 into a folder of $fpath
 _bsp2() {
   local line files=0
@@ -242,8 +242,8 @@ _bsp2() {
   (( files )) && _files
 }
 if [[ $funcstack[1] == _bsp2 ]]; then _bsp2 "$@"; else compdef _bsp2 bsp2; fi
-)"},
-      {"fish", R"(# Completion for bsp2: put it into ~/.config/fish/completions/bsp2.fish
+)sh"},
+      {"fish", R"sh(# Completion for bsp2: put it into ~/.config/fish/completions/bsp2.fish
 function __bsp2_complete
   set -l words (commandline -opc) (commandline -ct)
   for line in ($words[1] __complete $words[2..-1] 2>/dev/null)
@@ -255,7 +255,7 @@ function __bsp2_complete
   end
 end
 complete -c bsp2 -f -a '(__bsp2_complete)'
-)"}};
+)sh"}};
   return scripts.at(shell);
 }
 

@@ -1,6 +1,7 @@
 #include "version.hpp"
 
 #include "bsp2/supersteps/ranks.hpp"
+#include "libraries.hpp"
 
 namespace bsp2::jobs {
 

@@ -276,8 +276,9 @@ class Drawer {
   void draw_light_polyline(const Entity& e, const Map& map) {
     std::vector<Corner> corners;
     bool is_wide = e.number(43) > 0;
+    const double elevation = e.number(38);
     for (const auto& [code, value] : e.numbers) {
-      if (code == 10) corners.push_back({value, 0, e.number(38), 0});
+      if (code == 10) corners.push_back({value, 0, elevation, 0});
       if (corners.empty()) continue;
       if (code == 20) corners.back().y = value;
       if (code == 42) corners.back().bulge = value;

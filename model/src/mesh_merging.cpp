@@ -65,7 +65,7 @@ class Clusters {
       std::size_t left = most_near;
       const double reach = std::min(distance, limit_[p]);
       tree.visit_near(points_[p], reach, [&](std::uint32_t q) {
-        if (distance_of(points_[p], points_[q]) <= std::min(reach, limit_[q])) join(p, q);
+        if (distance_of(points_[p], points_[q]) <= std::min(reach, limit_[q])) join(p, q, distance);
         return --left > 0;
       });
     }
@@ -78,9 +78,10 @@ class Clusters {
   std::vector<std::uint32_t> root_, uses_;
   std::vector<double> limit_;
 
-  void join(std::uint32_t a, std::uint32_t b) {
+  /// Those that stand for them have to be as near: else a chain of corners would make one of the ends of an edge.
+  void join(std::uint32_t a, std::uint32_t b, double distance) {
     a = of(a), b = of(b);
-    if (a == b) return;
+    if (a == b || distance_of(points_[a], points_[b]) > std::min({distance, limit_[a], limit_[b]})) return;
     if (std::pair(uses_[b], a) > std::pair(uses_[a], b)) std::swap(a, b);
     root_[b] = a;
     limit_[a] = std::min(limit_[a], limit_[b]);

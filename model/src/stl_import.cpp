@@ -67,10 +67,10 @@ ImportedMesh ascii(std::string_view bytes, const std::filesystem::path& path) {
   return mesh;
 }
 
-/// Whether what stands in place of a facet could be one.
+/// Whether what stands in place of a facet could be one. Its normal may be anything: some programs write none for flat facets.
 bool could_be_facet(const char* bytes) {
   constexpr float largest = 1e18F;
-  for (std::size_t i = 0; i < 12; ++i)
+  for (std::size_t i = 3; i < 12; ++i)
     if (const float x = std::bit_cast<float>(little_endian(bytes + 4 * i)); !(std::fabs(x) <= largest)) return false;
   return true;
 }

@@ -80,12 +80,12 @@ void StyleSheet::read(std::string text) {
     if (end == std::string::npos) break;
   }
   for (std::size_t at = 0; at < text.size();) {
-    const std::size_t open = text.find('{', at), semicolon = text.find(';', at);
-    if (semicolon < open) {  // of @charset or @import
-      at = semicolon + 1;
+    const std::size_t open = text.find_first_of("{;", at);
+    if (open == std::string::npos) return;
+    if (text[open] == ';') {  // of @charset or @import
+      at = open + 1;
       continue;
     }
-    if (open == std::string::npos) return;
     const std::string_view selectors = trimmed(std::string_view(text).substr(at, open - at));
     std::size_t close = open + 1;
     for (int depth = 1; close < text.size(); ++close) {
