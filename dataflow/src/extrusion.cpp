@@ -69,13 +69,16 @@ std::uint32_t slice_count(const LinearExtrusion& e, const Outline& outline) {
   return static_cast<std::uint32_t>(std::max(slices, 1.0));
 }
 
+/// Whether the last slice ends in a line.
+bool flattens_to_a_line(const LinearExtrusion& e) { return (e.scale[0] == 0) != (e.scale[1] == 0); }
+
 /// Which diagonal OpenSCAD 2021.01 takes for the side between an edge of the outline, p1 to q1, and its copy above, p2 to q2: the shorter
 /// one, and the longer one below a slice that is flattened to a line.
 class Diagonals {
  public:
   Diagonals(const LinearExtrusion& extrusion, bool is_hole, bool is_last_slice)
       : first_of_equals_((extrusion.twist > 0) != is_hole),
-        takes_longer_(is_last_slice && (extrusion.scale[0] == 0) != (extrusion.scale[1] == 0)) {}
+        takes_longer_(is_last_slice && flattens_to_a_line(extrusion)) {}
 
   /// Whether it is that from p1 to q2.
   [[nodiscard]] bool is_first(const Point& p1, const Point& q1, const Point& p2, const Point& q2) const {
@@ -134,33 +137,6 @@ class Grid {
   double unit_ = 0;
 };
 
-/// Slices of a scaled convex outline: convex but for the tetrahedra that the shorter diagonals cut off.
-Expression extrude_convex(const LinearExtrusion& e, const std::vector<Point>& path, std::uint32_t slices, const Grid& grid) {
-  const auto n = path.size();
-  std::vector<Expression> all;
-  const auto at = [&](std::size_t i, std::uint32_t j) {
-    const double t = static_cast<double>(j) / slices;
-    return grid.snapped({(1 - (1 - e.scale[0]) * t) * path[i % n][0], (1 - (1 - e.scale[1]) * t) * path[i % n][1], t});
-  };
-  for (std::uint32_t j = 0; j < slices; ++j) {
-    std::vector<std::array<double, 3>> corners;
-    for (std::size_t i = 0; i < n; ++i) corners.insert(corners.end(), {at(i, j), at(i, j + 1)});
-    std::vector<Expression> slab{model::convex_hull(corners)};
-    const Diagonals diagonals(e, false, j + 1 == slices);
-    for (std::size_t i = 0; i < n; ++i) {
-      const auto p1 = at(i, j), q1 = at(i + 1, j), p2 = at(i, j + 1), q2 = at(i + 1, j + 1);
-      const bool first = diagonals.is_first({p1[0], p1[1]}, {q1[0], q1[1]}, {p2[0], p2[1]}, {q2[0], q2[1]});
-      // The two triangles along p1 q2 bulge if p2 lies behind the plane of p1 q1 q2.
-      const double ux = q1[0] - p1[0], uy = q1[1] - p1[1], vx = q2[0] - p2[0], vy = q2[1] - p2[1];
-      const double bulge = ux * vy - uy * vx;  // > 0: the upper edge is turned to the left
-      if (std::fabs(bulge) <= 1e-12 * std::hypot(ux, uy) * std::hypot(vx, vy)) continue;  // plane but for rounding
-      if (first ? bulge > 0 : bulge < 0) slab.push_back(model::convex_hull({p1, q1, p2, q2}));
-    }
-    all.push_back(slab.size() == 1 ? slab[0] : model::subtract(std::move(slab)));
-  }
-  return all.size() == 1 ? all[0] : model::unite(std::move(all));
-}
-
 double signed_volume(const std::vector<std::array<double, 3>>& points, const std::array<std::uint32_t, 3>& triangle) {
   const auto &a = points[triangle[0]], &b = points[triangle[1]], &c = points[triangle[2]];
   return (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6;
@@ -216,12 +192,44 @@ Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::
   return model::polyhedron(std::move(points), faces);
 }
 
+/// Slices of a scaled convex outline: convex but for the tetrahedra that the shorter diagonals cut off.
+Expression extrude_convex(const LinearExtrusion& e, const Outline& outline, std::uint32_t slices, const Grid& grid) {
+  const std::vector<Point>& path = outline[0];
+  const auto n = path.size();
+  std::vector<Expression> all;
+  const auto at = [&](std::size_t i, std::uint32_t j) {
+    const double t = static_cast<double>(j) / slices;
+    return grid.snapped({(1 - (1 - e.scale[0]) * t) * path[i % n][0], (1 - (1 - e.scale[1]) * t) * path[i % n][1], t});
+  };
+  for (std::uint32_t j = 0; j < slices; ++j) {
+    if (j + 1 == slices && flattens_to_a_line(e)) {  // its sides meet inside of the hull
+      all.push_back(twisted_slice(e, outline, j, slices, grid));
+      continue;
+    }
+    std::vector<std::array<double, 3>> corners;
+    for (std::size_t i = 0; i < n; ++i) corners.insert(corners.end(), {at(i, j), at(i, j + 1)});
+    std::vector<Expression> slab{model::convex_hull(corners)};
+    const Diagonals diagonals(e, false, j + 1 == slices);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto p1 = at(i, j), q1 = at(i + 1, j), p2 = at(i, j + 1), q2 = at(i + 1, j + 1);
+      const bool first = diagonals.is_first({p1[0], p1[1]}, {q1[0], q1[1]}, {p2[0], p2[1]}, {q2[0], q2[1]});
+      // The two triangles along p1 q2 bulge if p2 lies behind the plane of p1 q1 q2.
+      const double ux = q1[0] - p1[0], uy = q1[1] - p1[1], vx = q2[0] - p2[0], vy = q2[1] - p2[1];
+      const double bulge = ux * vy - uy * vx;  // > 0: the upper edge is turned to the left
+      if (std::fabs(bulge) <= 1e-12 * std::hypot(ux, uy) * std::hypot(vx, vy)) continue;  // plane but for rounding
+      if (first ? bulge > 0 : bulge < 0) slab.push_back(model::convex_hull({p1, q1, p2, q2}));
+    }
+    all.push_back(slab.size() == 1 ? slab[0] : model::subtract(std::move(slab)));
+  }
+  return all.size() == 1 ? all[0] : model::unite(std::move(all));
+}
+
 }  // namespace
 
 Expression extrude_outline(const LinearExtrusion& e, const Outline& outline, double coincidence) {
   const std::uint32_t slices = slice_count(e, outline);
   const Grid grid(e, outline, coincidence);
-  if (e.twist == 0 && outline.size() == 1 && is_convex(outline[0])) return placed(e, extrude_convex(e, outline[0], slices, grid));
+  if (e.twist == 0 && outline.size() == 1 && is_convex(outline[0])) return placed(e, extrude_convex(e, outline, slices, grid));
   std::uint64_t edges = 0;
   for (const auto& path : outline) edges += path.size();
   if (slices * edges > most_slice_edges)

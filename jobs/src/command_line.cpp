@@ -21,7 +21,7 @@ namespace {
 constexpr auto footer =
     "Examples:\n"
     "  bsp2 run model.csg                     evaluate and print a summary\n"
-    "  bsp2 run model.csg -o out              and write mesh, surface, picture, report\n"
+    "  bsp2 run model.csg -o out              and write mesh, surface and picture\n"
     "  mpirun -n 4 bsp2 run model.csg         the same on four processes\n"
     "\n"
     "  bsp2 run model.csg --picture tower.png --threads 4\n"
@@ -298,7 +298,7 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     }
     if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / boundary_name;
     if (!command.picture) command.picture = *command.folder / picture_name;
-    if (!command.report) command.report = *command.folder / "report.json";
+    if (!command.report) command.report = *command.folder / report_name;
   }
   if (command.tets && !command.mesh && !command.series) throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
   command.options.boundary = command.boundary.has_value();

@@ -11,8 +11,8 @@ namespace {
 
 /// What fits a screen beside usage and examples.
 constexpr std::size_t few_options = 16;
-constexpr std::array<std::string_view, 13> most_used{"output", "boundary", "picture",   "snapshot", "threads", "curved", "tolerance",
-                                                     "budget", "strict",   "partial",   "stats",    "quiet",   "help"};
+constexpr std::array<std::string_view, 11> most_used{"output", "boundary",  "picture", "snapshot", "threads", "curved",
+                                                     "strict", "tolerance", "budget",  "partial",  "quiet"};
 
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return app.get_options([](const CLI::Option* option) { return option->nonpositional() && !option->get_group().empty(); });
@@ -27,8 +27,7 @@ std::vector<const CLI::App*> commands_of(const CLI::App& app) {
 }
 
 bool is_most_used(const CLI::Option& option) {
-  return std::any_of(most_used.begin(), most_used.end(), [&](std::string_view name) { return option.check_lname(std::string(name)); }) ||
-         option.check_lname("help-all");
+  return std::any_of(most_used.begin(), most_used.end(), [&](std::string_view name) { return option.check_lname(std::string(name)); });
 }
 
 /// The first line of a text, without what joins it to the next.
@@ -67,7 +66,8 @@ bool takes_file(const CLI::Option& option) {
 class HelpFormatter : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
-    if (mode == CLI::AppFormatMode::Sub || !is_short(app, mode)) return CLI::Formatter::make_help(app, name, mode);
+    if (mode == CLI::AppFormatMode::Sub || !is_short(app, mode))
+      return CLI::detail::find_and_replace(CLI::Formatter::make_help(app, name, mode), "\n\n\n", "\n\n");
     std::string footer = app->get_footer();
     footer = footer.substr(0, footer.find("\n\n"));
     const std::string full = name + " --help-all";

@@ -59,13 +59,12 @@ void remove_old(const fs::path& path) {
   fs::remove(path, nothing_there);
 }
 
-/// The same of a file that could not be written.
+/// The same of a file that could not be written, if it is called as -o calls it.
 void remove_old_of(const std::optional<fs::path>& folder, const fs::path& path) {
-  if (!folder || path.parent_path() != *folder) return;
-  if (path == *folder / mesh_name)
-    io::remove_vtu(path);
-  else
-    remove_old(path);
+  if (!folder) return;
+  if (path == *folder / mesh_name) return io::remove_vtu(path);
+  for (const char* name : {boundary_name, picture_name, report_name})
+    if (path == *folder / name) remove_old(path);
 }
 
 /// With -o, what this dimension does not allow is left out; asked for by another name than -o gives it, it is a mistake.

@@ -143,18 +143,22 @@ class JoinedSnapshot {
   bool is_mine_ = false;
 };
 
-/// A bar names each superstep that begins, as long as this is there.
+/// A bar names each superstep that begins, as long as this is there; who listened before still does.
 class FollowedSupersteps {
  public:
-  FollowedSupersteps(supersteps::Ranks& ranks, ProgressBar& bar) : ranks_(ranks) {
-    ranks.on_superstep = [&bar](const std::string& name, unsigned) { bar.begin(name); };
+  FollowedSupersteps(supersteps::Ranks& ranks, ProgressBar& bar) : ranks_(ranks), before_(ranks.on_superstep) {
+    ranks.on_superstep = [&bar, before = before_](const std::string& name, unsigned step) {
+      bar.begin(name);
+      if (before) before(name, step);
+    };
   }
-  ~FollowedSupersteps() { ranks_.on_superstep = nullptr; }
+  ~FollowedSupersteps() { ranks_.on_superstep = before_; }
   FollowedSupersteps(const FollowedSupersteps&) = delete;
   FollowedSupersteps& operator=(const FollowedSupersteps&) = delete;
 
  private:
   supersteps::Ranks& ranks_;
+  std::function<void(const std::string&, unsigned)> before_;
 };
 
 /// On all ranks, and only the master speaks.

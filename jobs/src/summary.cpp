@@ -73,7 +73,7 @@ void print_simplices(std::ostream& out, const RunReport& report) {
   if (simplices.simplices > 0) out << fmt::format(", smallest {}angle {:.3g} degrees", report.dimension == 3 ? "dihedral " : "", simplices.smallest_angle);
   out << '\n';
   if (simplices.incomplete_cells > 0)
-    out << fmt::format("            left out what doubles make flat or inverted: in {}, volume {:.3g}\n", plural(simplices.incomplete_cells, "cell"),
+    out << fmt::format("            left out, flat in doubles: of {}, volume {:.3g}\n", plural(simplices.incomplete_cells, "cell"),
                        simplices.left_out_volume);
 }
 

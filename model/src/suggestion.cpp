@@ -1,6 +1,8 @@
 #include "bsp2/model/suggestion.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 #include <vector>
 
 namespace bsp2::model {
@@ -9,6 +11,15 @@ namespace {
 /// Words of which nobody makes the other by a slip are told apart before any table is filled.
 bool may_be_near(std::string_view a, std::string_view b, std::size_t most) {
   return std::max(a.size(), b.size()) - std::min(a.size(), b.size()) <= most;
+}
+
+/// Letters that one of both words has and the other has not: of words that are as near, the one with the same letters is meant.
+std::size_t foreign_letters(std::string a, std::string b) {
+  std::sort(a.begin(), a.end());
+  std::sort(b.begin(), b.end());
+  std::string foreign;
+  std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(foreign));
+  return foreign.size();
 }
 
 }  // namespace
@@ -31,12 +42,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string suggestion(std::string_view word, std::span<const std::string_view> known) {
   std::string_view nearest;
-  std::size_t least = 0;
+  std::pair<std::size_t, std::size_t> least;
   for (const std::string_view each : known) {
     const std::size_t most = (std::max(word.size(), each.size()) + 1) / 3;
     if (!may_be_near(word, each, most)) continue;
-    const std::size_t distance = edit_distance(word, each);
-    if (distance > most || (!nearest.empty() && distance >= least)) continue;
+    const std::pair distance{edit_distance(word, each), foreign_letters(std::string(word), std::string(each))};
+    if (distance.first > most || (!nearest.empty() && distance >= least)) continue;
     nearest = each;
     least = distance;
   }

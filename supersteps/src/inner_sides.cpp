@@ -188,14 +188,28 @@ class FacetDivider {
   [[nodiscard]] double thickness() const { return 1e-10 * size_of(result_.mesh); }
 };
 
+/// Whether a cell has a point inside: the cells of a tree fill the root cell, but its leaves all of space.
+bool contains(const geometry::CellBatch& batch, std::size_t cell, const Vector& point) {
+  const auto points = batch.cell_points(cell);
+  for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
+    Piece facet;
+    for (const std::uint16_t v : batch.vertices_of_facet(f)) {
+      const double* p = points.data() + std::size_t{3} * v;
+      facet.push_back({p[0], p[1], p[2]});
+    }
+    if (dot(normal_of(facet), difference(point, facet[0])) > 0) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::optional<Label> label_here(const RunResult& result, const RegionsInSpace& regions, const Vector& eye, int rank) {
-  const auto label_of = [&](std::int32_t leaf) {
+  const auto label_of = [&](std::int32_t leaf, const Vector& point) {
     std::size_t number = leaf_number(leaf);
     if (number-- == 0) return Label::out;
     for (const auto& batch : result.mesh.batches) {
-      if (number < batch->size()) return batch->label[number];
+      if (number < batch->size()) return contains(*batch, number, point) ? batch->label[number] : Label::out;
       number -= batch->size();
     }
     return Label::out;
@@ -205,7 +219,7 @@ std::optional<Label> label_here(const RunResult& result, const RegionsInSpace& r
     const Vector before = difference(eye, regions.shifts[region]);  // the move
     const bool is_divided = !result.partition.nodes.empty();
     if (is_divided && (drawer_of(result, region) != rank || leaf_number(locate(result.partition, result.partition.root, before)) != region + 1)) continue;
-    const Label label = label_of(locate(result.tree, regions.roots[region], before));
+    const Label label = label_of(locate(result.tree, regions.roots[region], before), before);
     if (!found || label == Label::in) found = label;
   }
   return found;

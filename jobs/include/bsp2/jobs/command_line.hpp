@@ -14,7 +14,8 @@
 namespace bsp2::jobs {
 
 /// What -o calls its files.
-inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl", *picture_name = "view.png", *snapshot_name = "snapshot.h5";
+inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl", *picture_name = "view.png", *snapshot_name = "snapshot.h5",
+                             *report_name = "report.json";
 
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
 /// `render` and `query`; or `info`.
