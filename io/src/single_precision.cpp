@@ -203,6 +203,7 @@ class FlatRemover {
     const auto [a, b, c] = turned(at);
     const auto [neighbour, d] = triangle_at(a, c);
     if (neighbour != none && is_flat(neighbour) && turned(neighbour)[1] != d) {
+      if (patience_ > 0) --patience_;  // of exactly flat ones each has a longer side than the one before; of others there may be a ring
       stack_.push_back(at);
       stack_.push_back(neighbour);
       return;

@@ -89,7 +89,12 @@ void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
     return;
   }
   const int d = result.report.dimension;
-  if (d == 3 && !result.report.failed.empty()) return remove_old_of(folder, path);
+  if (d == 3 && !result.report.failed.empty()) {
+    // What could not be glued has no name of its own; an earlier file there is not this run's.
+    for (auto& failed : result.report.failed)
+      if (failed.file.empty()) failed.file = path;
+    return remove_old_of(folder, path);
+  }
   if (is_possible(false, "boundary", folder, boundary_name, path, result.report))
     throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
 }
@@ -258,7 +263,9 @@ void write_results(const RunCommand& command, supersteps::RunResult& result, sup
   if (command.report) make(*command.report, [&] { io::write_file(*command.report, to_json(result.report)); });
   if (command.table) make(*command.table, [&] { io::write_file(*command.table, to_csv(result.report.supersteps)); });
   // The largest, and there already under its own name.
-  if (command.snapshot_copy) make(*command.snapshot_copy, [&] { io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy); });
+  const auto is_snapshot = [&](const supersteps::FailedOutput& failed) { return failed.file == command.options.snapshot; };
+  const bool is_saved = std::none_of(result.report.failed.begin(), result.report.failed.end(), is_snapshot);
+  if (command.snapshot_copy && is_saved) make(*command.snapshot_copy, [&] { io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy); });
 }
 
 }  // namespace bsp2::jobs

@@ -200,7 +200,9 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     if (failed) result.report.failed.push_back(*failed);
   if (result.report.interrupted) {
     bar.clear();
-    if (!result.report.failed.empty()) return tell_failed(result.report, log);
+    const int code = tell_failed(result.report, log);
+    const auto is_snapshot = [&](const supersteps::FailedOutput& failed) { return failed.file == command.options.snapshot; };
+    if (std::any_of(result.report.failed.begin(), result.report.failed.end(), is_snapshot)) return code;
     tell_interruption(command, log);
     return interrupted_code;
   }

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <system_error>
 #include <vector>
 
 #include "bsp2/jobs/superstep_table.hpp"
@@ -43,6 +44,9 @@ std::size_t columns_of(std::FILE* file) {
   return ::ioctl(::fileno(file), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
+/// Whether somebody else has the terminal now, as where a shell started the run with &.
+bool is_in_background(std::FILE* file) { return ::tcgetpgrp(::fileno(file)) != ::getpgrp(); }
+
 }  // namespace
 
 std::string progress_line(const ProgressState& state, std::size_t columns) {
@@ -63,7 +67,12 @@ std::string progress_line(const ProgressState& state, std::size_t columns) {
 }
 
 ProgressBar::ProgressBar(std::FILE* file) : file_(file), draws_(file != nullptr && ::isatty(::fileno(file)) != 0) {
-  if (draws_) drawer_ = std::thread([this] { draw_again_and_again(); });
+  if (!draws_) return;
+  try {
+    drawer_ = std::thread([this] { draw_again_and_again(); });
+  } catch (const std::system_error&) {
+    draws_ = false;  // no run fails for want of a bar
+  }
 }
 
 ProgressBar::~ProgressBar() {
@@ -107,7 +116,7 @@ void ProgressBar::draw() {
   const auto now = std::chrono::steady_clock::now();
   state_.seconds = Seconds(now - start_).count();
   state_.seconds_of_this = Seconds(now - began_).count();
-  if (state_.seconds < hidden_seconds || state_.what.empty()) return;
+  if (state_.seconds < hidden_seconds || state_.what.empty() || is_in_background(file_)) return;
   const std::size_t columns = columns_of(file_);
   const std::string line = progress_line(state_, columns);
   std::fprintf(file_, "%s%s\033[K", to_its_start(columns).c_str(), line.c_str());  // and erase what stood behind it

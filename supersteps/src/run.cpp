@@ -242,7 +242,7 @@ std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>
                                         const Source& source, bool complete, const std::vector<SuperstepRecord>& earlier) {
   auto records = earlier;
   for (auto& record : ranks.records()) records.push_back(std::move(record));
-  return attempt(ranks, [&] {
+  auto failed = attempt(ranks, [&] {
     ranks.agree([&] { ranks.begin("snapshot", progress.steps - 1); });
     try {
       save_progress(ranks, network, progress, options, source, complete, records);
@@ -250,6 +250,8 @@ std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>
       throw AgreedFailure(refusal.what(), true);
     }
   });
+  if (failed) failed->file = *options.snapshot;
+  return failed;
 }
 
 /// With --strict, before anything is written: what only the cells and the boundary can tell. Collective.

@@ -106,7 +106,7 @@ TEST(Run, FindsTheSameCellsOfRoundSolidsInAnyNumberOfRegions) {
   const testing::TemporaryFolder folder;  // the master's is the one that is read
   Ranks ranks = Ranks::launched();
   const char *given = std::getenv("BSP2_SEED"), *factor = std::getenv("BSP2_ROUNDS");
-  std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : std::random_device{}();
+  std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 20051;
   broadcast(ranks, seed);
   for (int round = 0; round < 6 * (factor ? std::atoi(factor) : 1); ++round, ++seed) {
     SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));

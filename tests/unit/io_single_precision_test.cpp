@@ -177,6 +177,15 @@ TEST_F(SinglePrecision, RandomSurfacesStayClosedWithoutFlatTriangles) {
   EXPECT_GT(spoiled, 30) << "too few surfaces that single precision cannot hold";
 }
 
+/// Needles whose longest sides are as long as each other: in doubles they are flat, exactly they are not.
+TEST_F(SinglePrecision, NeedlesInARingEnd) {
+  TriangleSurface surface;
+  surface.points = {{1, 1, 1}, {0, 0, 0}, {0, 2e-17, 0}, {0, 0, 2e-17}};
+  surface.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};
+  surface.part.assign(4, 0);
+  expect_sound(written(surface));
+}
+
 /// The rim of a hole comes to lie on the rim of the plate, and its corners in the middle of edges.
 TEST_F(SinglePrecision, ACornerThatComesToLieOnAnEdgeDividesIt) {
   TriangleSurface surface;  // a pyramid over a quadrangle that is nearly a triangle
