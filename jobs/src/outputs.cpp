@@ -24,6 +24,7 @@
 #include "bsp2/jobs/superstep_table.hpp"
 #include "bsp2/supersteps/collection.hpp"
 #include "bsp2/supersteps/rendering.hpp"
+#include "bsp2/supersteps/run.hpp"
 
 namespace bsp2::jobs {
 namespace fs = std::filesystem;

@@ -7,7 +7,8 @@
 #include <string_view>
 
 #include "region_mesh.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/ranks.hpp"
+#include "bsp2/supersteps/run_options.hpp"
 
 namespace bsp2::supersteps {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "bsp2/dataflow/evaluate.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_options.hpp"
 
 namespace bsp2::supersteps {
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <unordered_map>
 
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 
 namespace bsp2::supersteps {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bsp2/supersteps/ranks.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 #include "camera.hpp"
 
 namespace bsp2::supersteps {

@@ -4,7 +4,8 @@
 
 #include "bsp2/dataflow/evaluate.hpp"
 #include "bsp2/model/expression.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_options.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 
 namespace bsp2::supersteps {
 

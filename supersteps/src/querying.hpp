@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bsp2/geometry/hyperplane_table.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 
 namespace bsp2::supersteps {
 

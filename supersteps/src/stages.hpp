@@ -8,7 +8,8 @@
 #include "bsp2/dataflow/evaluate.hpp"
 #include "bsp2/dataflow/partition.hpp"
 #include "bsp2/model/csg.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_options.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 #include "cell_stream.hpp"
 #include "region_mesh.hpp"
 

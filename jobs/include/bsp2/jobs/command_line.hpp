@@ -9,7 +9,7 @@
 
 #include "bsp2/jobs/queue.hpp"
 #include "bsp2/supersteps/rendering.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_options.hpp"
 
 namespace bsp2::jobs {
 

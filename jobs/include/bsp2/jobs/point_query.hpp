@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 
 namespace bsp2::jobs {
 

@@ -5,7 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_options.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 
 namespace bsp2::jobs {
 

@@ -3,7 +3,7 @@
 #include <iosfwd>
 #include <string>
 
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 
 namespace bsp2::jobs {
 

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 
 namespace bsp2::supersteps {
 

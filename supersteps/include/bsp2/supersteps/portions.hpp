@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_options.hpp"
 
 /// A run cut into portions that processes evaluate independently, whenever they like; then all are put together.
 ///

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "bsp2/supersteps/picture_format.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_result.hpp"
 
 namespace bsp2::supersteps {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/run_options.hpp"
 
 namespace bsp2::supersteps {
 
