@@ -25,16 +25,16 @@ Point operator*(double t, const Point& p) { return {t * p[0], t * p[1]}; }
 double dot(const Point& p, const Point& q) { return p[0] * q[0] + p[1] * q[1]; }
 double cross(const Point& p, const Point& q) { return p[0] * q[1] - p[1] * q[0]; }
 
-struct Edge {
+struct RoofEdge {
   Point a, b, d, n;
   std::vector<std::size_t> from_a, from_b;  // its corners' tracks, one after the other
 };
 
-std::vector<Edge> edges_of(const Outline& outline) {
-  std::vector<Edge> edges;
+std::vector<RoofEdge> edges_of(const Outline& outline) {
+  std::vector<RoofEdge> edges;
   for (const auto& path : outline)
     for (std::size_t i = 0; i < path.size(); ++i) {
-      Edge edge{path[i], path[(i + 1) % path.size()], {}, {}, {}, {}};
+      RoofEdge edge{path[i], path[(i + 1) % path.size()], {}, {}, {}, {}};
       const Point along = edge.b - edge.a;
       edge.d = 1 / std::hypot(along[0], along[1]) * along;
       edge.n = {-edge.d[1], edge.d[0]};
@@ -55,7 +55,7 @@ struct Track {
 /// Moves all reflex corners until each has met something.
 class Motorcycles {
  public:
-  Motorcycles(std::vector<Edge>& edges, const Outline& outline, double height, double grid) : edges_(edges), height_(height), grid_(grid) {
+  Motorcycles(std::vector<RoofEdge>& edges, const Outline& outline, double height, double grid) : edges_(edges), height_(height), grid_(grid) {
     std::size_t first = 0;
     for (const auto& path : outline) {
       for (std::size_t i = 0; i < path.size(); ++i) launch(first + (i + path.size() - 1) % path.size(), first + i, path[i], 0);
@@ -85,7 +85,7 @@ class Motorcycles {
     [[nodiscard]] bool is_meeting(double grid) const { return into != wall && time - time_of_other <= grid; }
     friend bool operator<(const Crash& x, const Crash& y) { return x.time > y.time; }  // the queue gives the earliest
   };
-  std::vector<Edge>& edges_;
+  std::vector<RoofEdge>& edges_;
   const double height_, grid_;  // grid: times and places closer than this are one
   std::vector<Track> tracks_;
   std::priority_queue<Crash> crashes_;
@@ -97,18 +97,18 @@ class Motorcycles {
 
   /// A track for the corner between two edges, if it is reflex.
   void launch(std::size_t before, std::size_t after, const Point& from, double time) {
-    Edge &e = edges_[before], &f = edges_[after];
+    RoofEdge &e = edges_[before], &f = edges_[after];
     if (cross(e.d, f.d) >= -1e-12) return;
     const Point velocity = 1 / (1 + dot(e.n, f.n)) * (e.n + f.n);  // its distance from both edges grows like the time
     const std::size_t self = tracks_.size();
     tracks_.push_back({from, velocity, time, before, after});
     e.from_b.push_back(self);
     f.from_a.push_back(self);
-    for (const Edge& edge : edges_) add_wall(self, edge);
+    for (const RoofEdge& edge : edges_) add_wall(self, edge);
     for (std::size_t other = 0; other < self; ++other) add_meeting(self, other);
   }
 
-  void add_wall(std::size_t self, const Edge& edge) {
+  void add_wall(std::size_t self, const RoofEdge& edge) {
     const Track& track = tracks_[self];
     const double det = cross(track.velocity, edge.d);
     if (det == 0) return;
@@ -191,7 +191,7 @@ void add_column(Points& points, const Point& p, double low, double high) {
 }
 
 /// What lies above the plane of an edge, between the tracks at its ends.
-Expression above(const Edge& edge, const std::vector<Track>& tracks, double height) {
+Expression above(const RoofEdge& edge, const std::vector<Track>& tracks, double height) {
   Points points;
   add_column(points, edge.a, 0, height);
   add_column(points, edge.b, 0, height);
@@ -212,7 +212,7 @@ Expression above(const Edge& edge, const std::vector<Track>& tracks, double heig
 }
 
 /// What lies above both planes along a track: they only touch there, and rounding must not leave a crack between them.
-Expression along(const Track& track, const std::vector<Edge>& edges, double height) {
+Expression along(const Track& track, const std::vector<RoofEdge>& edges, double height) {
   Points points;
   const double end = std::min(track.end, height), time = end - track.start;
   add_column(points, track.origin, track.start, height);
@@ -223,7 +223,7 @@ Expression along(const Track& track, const std::vector<Edge>& edges, double heig
 
 /// What lies above the distance from an edge: the hull of cones over its ends, whose sides touch the true ones from
 /// outside and two of which are the planes of the edge.
-Expression above_distance(const Edge& edge, std::uint32_t sides, double height) {
+Expression above_distance(const RoofEdge& edge, std::uint32_t sides, double height) {
   Points points{{edge.a[0], edge.a[1], 0}, {edge.b[0], edge.b[1], 0}};
   const double radius = height / model::cosine(180.0 / sides);
   for (std::uint32_t j = 0; j < sides; ++j) {
@@ -237,20 +237,20 @@ Expression above_distance(const Edge& edge, std::uint32_t sides, double height) 
 }  // namespace
 
 std::vector<Expression> pieces_above_roof(const model::Roof& roof, const Outline& outline, double height) {
-  std::vector<Edge> edges = edges_of(outline);
+  std::vector<RoofEdge> edges = edges_of(outline);
   std::vector<Expression> pieces;
   if (roof.method == model::Roof::Method::straight) {
     double reach = 0;
-    for (const Edge& edge : edges) reach = std::max({reach, std::fabs(edge.a[0]), std::fabs(edge.a[1])});
+    for (const RoofEdge& edge : edges) reach = std::max({reach, std::fabs(edge.a[0]), std::fabs(edge.a[1])});
     const std::vector<Track> tracks = Motorcycles(edges, outline, height, 1e-10 * reach).run();
-    for (const Edge& edge : edges) pieces.push_back(above(edge, tracks, height));
+    for (const RoofEdge& edge : edges) pieces.push_back(above(edge, tracks, height));
     for (const Track& track : tracks) pieces.push_back(along(track, edges, height));
     return pieces;
   }
   const double asked = model::side_count(height, roof.resolution);
   if (!(asked <= model::max_sides)) throw Error("roof: more than " + std::to_string(model::max_sides) + " sides of a cone");
   const auto sides = 2 * ((static_cast<std::uint32_t>(asked) + 1) / 2);  // even: both planes of an edge
-  for (const Edge& edge : edges) pieces.push_back(above_distance(edge, std::max(sides, 4u), height));
+  for (const RoofEdge& edge : edges) pieces.push_back(above_distance(edge, std::max(sides, 4u), height));
   return pieces;
 }
 

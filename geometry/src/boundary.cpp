@@ -10,11 +10,10 @@
 #include "edge_chain.hpp"
 #include "exact_points.hpp"
 #include "sweep_triangulation.hpp"
+#include "no_index.hpp"
 
 namespace bsp2::geometry {
 namespace {
-
-constexpr std::uint32_t none = ~0u;
 
 /// Puts the faces in an order that does not depend on how they were found.
 void sort_faces(Skin& skin) {

@@ -7,6 +7,7 @@
 
 #include "edge_chain.hpp"
 #include "exact_points.hpp"
+#include "no_index.hpp"
 
 // Notation. On one hyperplane h, the facets of cells on its negative side, N_i, have disjoint interiors, and so have those
 // on its positive side, P_j. The cells touch in N_i * P_j. The skin that looks to the positive side is the sum of the N_i
@@ -18,7 +19,6 @@ namespace {
 
 using Corner = FacetSet::Corner;
 
-constexpr std::uint32_t none = ~0u;
 
 /// A corner of a convex polygon on h: a point, and what carries the edge from there to the next corner.
 struct ExactCorner {

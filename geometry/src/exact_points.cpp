@@ -1,4 +1,5 @@
 #include "exact_points.hpp"
+#include "no_index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +7,6 @@
 namespace bsp2::geometry {
 namespace {
 
-constexpr std::uint32_t none = ~0u;
 constexpr std::array<double, 3> sorting_direction{0.6180339887498949, 0.5291502622129181, 0.5814370241526847};
 
 std::array<HyperplaneId, 3> sorted(std::array<HyperplaneId, 3> ids) {

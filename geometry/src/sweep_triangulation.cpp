@@ -1,12 +1,11 @@
 #include "sweep_triangulation.hpp"
+#include "no_index.hpp"
 
 #include <algorithm>
 #include <stdexcept>
 
 namespace bsp2::geometry {
 namespace {
-
-constexpr std::uint32_t none = ~0u;
 
 [[noreturn]] void fail() { throw std::logic_error("the edges of a face of the boundary bound no region"); }
 

@@ -42,10 +42,6 @@ bool write_all(int descriptor, std::string_view bytes) {
   return ::close(descriptor) == 0;
 }
 
-fs::path folder_of(const fs::path& path) {
-  return path.has_parent_path() ? path.parent_path() : fs::path(".");
-}
-
 /// The file that a path stands for, be it there or not: links are followed, so that they survive the renaming.
 fs::path target_of(fs::path path) {
   constexpr int most_links = 40;  // as the system allows

@@ -5,14 +5,10 @@
 
 #include <cerrno>
 
+#include "bsp2/io/file.hpp"
+
 namespace bsp2::io {
 namespace fs = std::filesystem;
-namespace {
-
-fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
-
-}  // namespace
-
 fs::path unfinished_name(const fs::path& path) { return folder_of(path) / ("." + path.filename().string() + ".part"); }
 
 std::string lack_of_room(const fs::path& path, std::uint64_t bytes) {

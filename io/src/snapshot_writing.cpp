@@ -31,8 +31,6 @@ using snapshot::format_version;
 
 constexpr std::size_t slab = std::size_t{1} << 16;  // elements written at once, and of a chunk
 
-fs::path folder_of(const fs::path& file) { return file.has_parent_path() ? file.parent_path() : fs::path("."); }
-
 /// How many elements of each kind all writers have, and where ours begin.
 struct Share {
   std::uint64_t before = 0, mine = 0, total = 0, largest = 0;

@@ -15,8 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-fs::path folder_of(const fs::path& pvtu) { return pvtu.has_parent_path() ? pvtu.parent_path() : "."; }
-
 std::string piece_name(const fs::path& pvtu, std::uint64_t piece) {
   return pvtu.stem().string() + "_" + std::to_string(piece) + ".vtu";
 }

@@ -30,10 +30,6 @@ namespace bsp2::jobs {
 namespace fs = std::filesystem;
 namespace {
 
-fs::path folder_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : fs::path(".");
-}
-
 std::array<std::optional<fs::path>, 6> files_of(const RunCommand& command) {
   return {command.mesh, command.boundary, command.picture, command.report, command.table, command.series};
 }
@@ -170,7 +166,7 @@ void write_frame(const RunCommand& command, const supersteps::RunResult& now, un
   const std::string picture = supersteps::render(ranks, now, view);
   ranks.agree([&] {
     if (!ranks.is_master()) return;
-    io::make_folder(folder_of(path));
+    io::make_folder(io::folder_of(path));
     io::write_file(path, picture);
   });
 }
@@ -179,7 +175,7 @@ void write_frame(const RunCommand& command, const supersteps::RunResult& now, un
 void write_series(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
   ranks.agree([&] {
     if (now.report.dimension > 3) throw Error("--series: cells of dimension 1 to 3 can be written, not " + std::to_string(now.report.dimension));
-    if (ranks.is_master()) io::make_folder(folder_of(*command.series));
+    if (ranks.is_master()) io::make_folder(io::folder_of(*command.series));
   });  // now the folder is there
   supersteps::write_mesh(ranks, now, mesh_of_step(*command.series, step), command.tets, step);
   ranks.agree([&] {
@@ -206,10 +202,10 @@ void check_outputs(const RunCommand& command) {
   if (command.mesh || command.series) io::check_vtu();
   if (command.boundary) io::check_surface_file(*command.boundary);
   if (command.picture || command.frames) supersteps::check_pictures();
-  if (command.frames) io::check_folder(folder_of(frame_path(*command.frames, 0)));
+  if (command.frames) io::check_folder(io::folder_of(frame_path(*command.frames, 0)));
   for (const auto& file : files_of(command)) {
     if (!file) continue;
-    io::check_folder(folder_of(*file));
+    io::check_folder(io::folder_of(*file));
     std::error_code error;
     if (!file->has_filename() || fs::is_directory(*file, error)) throw Error("cannot write '" + file->string() + "': it is a directory");
     if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
@@ -251,7 +247,7 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
     if (command.folder) io::make_folder(*command.folder);
     if (command.folder && !command.boundary) remove_old(*command.folder / boundary_name);
     for (const auto& file : files_of(command))
-      if (file) io::make_folder(folder_of(*file));
+      if (file) io::make_folder(io::folder_of(*file));
   });  // now the folders are there
   if (command.mesh) make(command, *command.mesh, result.report, ranks, [&] { write_solid(command, result, ranks); });
   if (command.picture) make(command, *command.picture, result.report, ranks, [&] { draw_picture(command, result, ranks); });

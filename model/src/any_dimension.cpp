@@ -10,21 +10,16 @@
 #include "bsp2/model/builder.hpp"
 #include "bsp2/model/tessellation.hpp"
 #include "polytope.hpp"
+#include "node_making.hpp"
 
 namespace bsp2::model {
 namespace {
 
 constexpr int most_dimensions = 6;
 
-Expression make(int dimension, Node::Value value) { return Expression(std::make_shared<Node>(dimension, std::move(value))); }
-
 void require_dimension(int dimension, const char* what) {
   if (dimension < 1 || dimension > most_dimensions)
     throw Error(std::string(what) + ": " + std::to_string(dimension) + " dimensions; it takes 1 to " + std::to_string(most_dimensions));
-}
-
-void require_finite(std::span<const double> numbers, const char* what) {
-  if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); })) throw Error(std::string(what) + ": not a finite number");
 }
 
 void require_axis(int axis, int dimension, const char* what) {
@@ -134,7 +129,7 @@ Expression convex_hull(int dimension, std::span<const double> points) {
   }
   if (points.empty()) return Expression(dimension);
   auto polytope = hull_polytope(dimension, points);
-  return polytope ? make(dimension, std::move(*polytope)) : Expression(dimension);
+  return polytope ? make_node(dimension, std::move(*polytope)) : Expression(dimension);
 }
 
 Expression undecided_hull(int dimension, std::span<const double> points) {
@@ -152,7 +147,7 @@ Expression undecided_hull(int dimension, std::span<const double> points) {
   }
   if (!polytope) return Expression(dimension);
   polytope->undecided = true;
-  return make(dimension, *std::move(polytope));
+  return make_node(dimension, *std::move(polytope));
 }
 
 Expression simplex(int dimension, std::span<const double> points) {
@@ -179,7 +174,7 @@ Expression simplex(int dimension, double size) {
   }
   polytope.half_spaces.back() = -size;
   polytope.content = std::pow(size, dimension) / std::tgamma(dimension + 1.0);
-  return make(dimension, std::move(polytope));
+  return make_node(dimension, std::move(polytope));
 }
 
 Expression ball_polytope(int dimension, double radius, std::uint32_t sides) {
@@ -219,7 +214,7 @@ Expression construct(Construct what, std::vector<Expression> operands) {
   const bool takes_two = std::holds_alternative<MinkowskiSum>(what) || std::holds_alternative<Product>(what);
   if (operands.size() != (takes_two ? 2 : 1)) throw Error("construct: it takes " + std::string(takes_two ? "two operands" : "one operand"));
   const int dimension = std::visit(Dimension{operands}, what);
-  return make(dimension, Construction{std::move(what), std::move(operands)});
+  return make_node(dimension, Construction{std::move(what), std::move(operands)});
 }
 
 Expression product(std::vector<Expression> operands) {
@@ -269,12 +264,12 @@ Expression sweep(Expression operand, std::vector<std::vector<double>> path) { re
 
 Expression part(std::string name, Expression operand) {
   const int dimension = operand.dimension();
-  return make(dimension, Named{Named::Role::part, std::move(name), std::move(operand)});
+  return make_node(dimension, Named{Named::Role::part, std::move(name), std::move(operand)});
 }
 
 Expression measure(std::string name, Expression operand) {
   const int dimension = operand.dimension();
-  return make(dimension, Named{Named::Role::measure, std::move(name), std::move(operand)});
+  return make_node(dimension, Named{Named::Role::measure, std::move(name), std::move(operand)});
 }
 
 }  // namespace bsp2::model

@@ -10,18 +10,10 @@
 #include "convex_hull.hpp"
 #include "matrix.hpp"
 #include "polygon.hpp"
+#include "node_making.hpp"
 
 namespace bsp2::model {
 namespace {
-
-Expression make(int dimension, Node::Value value) {
-  return Expression(std::make_shared<Node>(dimension, std::move(value)));
-}
-
-void require_finite(std::span<const double> values, const char* what) {
-  if (!std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); }))
-    throw Error(std::string(what) + ": not a finite number");
-}
 
 void require_sides(std::uint32_t sides, const char* what) {
   if (sides < 3 || sides > max_sides)
@@ -44,7 +36,7 @@ int common_dimension(const std::vector<Expression>& operands, const char* what) 
 Expression boolean(Operation operation, std::vector<Expression> operands, const char* what) {
   if (operands.empty()) throw Error(std::string(what) + ": no operands");
   const int dimension = common_dimension(operands, what);
-  return make(dimension, Boolean{operation, std::move(operands)});
+  return make_node(dimension, Boolean{operation, std::move(operands)});
 }
 
 }  // namespace
@@ -55,13 +47,13 @@ Expression cuboid(std::span<const double> size, bool center) {
   const int dimension = static_cast<int>(size.size());
   if (std::any_of(size.begin(), size.end(), [](double length) { return length <= 0; }))
     return Expression(dimension);
-  const Expression box = make(dimension, Cuboid{{size.begin(), size.end()}});
+  const Expression box = make_node(dimension, Cuboid{{size.begin(), size.end()}});
   if (!center) return box;
   const std::size_t stride = size.size() + 1;
   std::vector<double> matrix(stride * stride);
   for (std::size_t i = 0; i < stride; ++i) matrix[i * stride + i] = 1;
   for (std::size_t i = 0; i < size.size(); ++i) matrix[i * stride + size.size()] = -size[i] / 2;
-  return make(dimension, Transform{std::move(matrix), box});
+  return make_node(dimension, Transform{std::move(matrix), box});
 }
 
 Expression cuboid(std::initializer_list<double> size, bool center) {
@@ -76,7 +68,7 @@ Expression cylinder(double height, double radius_bottom, double radius_top, std:
   const double low = center ? -height / 2 : 0, high = center ? height / 2 : height;
   if (radius_bottom < 0 || radius_top < 0 || (radius_bottom == 0 && radius_top == 0) || low >= high)
     return Expression(3);
-  return make(3, Lathe{sides, {{radius_bottom, low}, {radius_top, high}}});
+  return make_node(3, Lathe{sides, {{radius_bottom, low}, {radius_top, high}}});
 }
 
 Expression sphere(double radius, std::uint32_t sides) {
@@ -96,7 +88,7 @@ Expression sphere(double radius, std::uint32_t sides) {
   // A radius near the smallest double leaves no room for rings.
   for (std::size_t i = 1; i < lathe.rings.size(); ++i)
     if (lathe.rings[i - 1].z >= lathe.rings[i].z) return Expression(3);
-  return make(3, std::move(lathe));
+  return make_node(3, std::move(lathe));
 }
 
 Expression round_cylinder(int dimension, double radius, std::span<const double> lengths, std::uint32_t fineness) {
@@ -106,12 +98,12 @@ Expression round_cylinder(int dimension, double radius, std::span<const double> 
   require_finite(lengths, "ball");
   require_fineness(fineness, "ball");
   if (radius <= 0 || std::any_of(lengths.begin(), lengths.end(), [](double length) { return length <= 0; })) return Expression(all);
-  if (dimension > 1) return make(all, Round{radius, radius, {lengths.begin(), lengths.end()}, 0, fineness});
+  if (dimension > 1) return make_node(all, Round{radius, radius, {lengths.begin(), lengths.end()}, 0, fineness});
   std::vector<double> size{2 * radius}, matrix(static_cast<std::size_t>((all + 1) * (all + 1)));
   size.insert(size.end(), lengths.begin(), lengths.end());
   for (int i = 0; i <= all; ++i) matrix[static_cast<std::size_t>(i * (all + 2))] = 1;
   matrix[static_cast<std::size_t>(all)] = -radius;
-  return make(all, Transform{std::move(matrix), make(all, Cuboid{std::move(size)})});
+  return make_node(all, Transform{std::move(matrix), make_node(all, Cuboid{std::move(size)})});
 }
 
 Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths, std::uint32_t fineness) {
@@ -127,7 +119,7 @@ Expression cone(double height, double radius_bottom, double radius_top, std::uin
   require_finite(numbers, "cone");
   require_fineness(fineness, "cone");
   if (radius_bottom < 0 || radius_top < 0 || (radius_bottom == 0 && radius_top == 0) || height <= 0) return Expression(3);
-  return make(3, Round{radius_bottom, radius_top, {height}, 0, fineness});
+  return make_node(3, Round{radius_bottom, radius_top, {height}, 0, fineness});
 }
 
 Expression torus(double major, double minor, std::uint32_t fineness) {
@@ -136,14 +128,14 @@ Expression torus(double major, double minor, std::uint32_t fineness) {
   require_fineness(fineness, "torus");
   if (major <= 0 || minor <= 0) return Expression(3);
   if (minor > major) throw Error("torus: its tube would cross the axis: r is larger than R; it takes r up to R");
-  return make(3, Torus{major, minor, fineness});
+  return make_node(3, Torus{major, minor, fineness});
 }
 
 Expression circle(double radius, std::uint32_t sides) {
   require_finite({&radius, 1}, "circle");
   require_sides(sides, "circle");
   if (radius <= 0) return Expression(2);
-  return make(2, RegularPolygon{sides, radius});
+  return make_node(2, RegularPolygon{sides, radius});
 }
 
 Expression polygon(const std::vector<std::array<double, 2>>& points, const std::vector<std::vector<std::uint32_t>>& paths) {
@@ -161,22 +153,22 @@ Expression polygon(const std::vector<std::array<double, 2>>& points, const std::
   }
   PolygonPieces polygon = convex_pieces(points, cycles);
   std::vector<Expression> pieces;
-  for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(make(2, std::move(piece)));
+  for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(make_node(2, std::move(piece)));
   if (pieces.empty()) return Expression(2);
   if (pieces.size() == 1) return pieces.front();
-  return make(2, Boolean{polygon.disjoint ? Operation::unite : Operation::symmetric_difference, std::move(pieces), 1});
+  return make_node(2, Boolean{polygon.disjoint ? Operation::unite : Operation::symmetric_difference, std::move(pieces), 1});
 }
 
 Expression convex_hull(const std::vector<std::array<double, 2>>& points) {
   ConvexPolygon polygon{hull_corners(points), 1};
   if (polygon.points.size() < 3) return Expression(2);
   polygon.scale = scale_of(polygon.points);
-  return make(2, std::move(polygon));
+  return make_node(2, std::move(polygon));
 }
 
 Expression convex_hull(const std::vector<std::array<double, 3>>& points) {
   auto mesh = hull_mesh(points);
-  return mesh ? make(3, std::move(*mesh)) : Expression(3);
+  return mesh ? make_node(3, std::move(*mesh)) : Expression(3);
 }
 
 Expression unite(std::vector<Expression> operands) {
@@ -215,7 +207,7 @@ Expression transform(std::span<const double> matrix, Expression operand) {
     case MatrixKind::regular:
       break;
   }
-  return make(dimension, Transform{std::move(affine), std::move(operand)});
+  return make_node(dimension, Transform{std::move(affine), std::move(operand)});
 }
 
 Expression colour(const Colour& rgba, Expression operand) {

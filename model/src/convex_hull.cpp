@@ -79,7 +79,7 @@ Plane exactly_convex(Plane corners) {
   return hull;
 }
 
-double largest_coordinate(const auto& points) {
+double farthest_coordinate(const auto& points) {
   double largest = 0;
   for (const auto& point : points)
     for (const double x : point) largest = std::max(largest, std::fabs(x));
@@ -288,7 +288,7 @@ class Quickhull {
 
 std::vector<std::array<double, 2>> hull_corners(const Plane& points) {
   if (points.size() < 3) return {};
-  const double distance = tolerance * largest_coordinate(points);
+  const double distance = tolerance * farthest_coordinate(points);
   std::vector<std::uint32_t> all(points.size()), chain;
   for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
   const auto less = [&](auto a, auto b) { return points[a] < points[b]; };
@@ -302,7 +302,7 @@ std::vector<std::array<double, 2>> hull_corners(const Plane& points) {
 
 std::optional<TriangleMesh> hull_mesh(const std::vector<std::array<double, 3>>& points) {
   int exponent = 0;
-  std::frexp(largest_coordinate(points), &exponent);
+  std::frexp(farthest_coordinate(points), &exponent);
   std::vector<std::pair<Quickhull::GridPoint, std::uint32_t>> on_grid;
   for (std::uint32_t p = 0; p < points.size(); ++p) {
     Quickhull::GridPoint rounded;

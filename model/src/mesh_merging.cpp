@@ -15,7 +15,7 @@ constexpr double largest_share = 1e-3;   ///< of the mesh's size, that corners m
 constexpr double share_of_edge = 0.5;    ///< of the shortest edge there
 constexpr int exponents[] = {-16, -12, -9, -7, -5, -4, -3, -2, -1, 0};  ///< of two, of the distances that are tried: shares of the largest one
 constexpr std::size_t most_near = 256;   ///< corners that one is held against at a time
-constexpr double indifference = 0.01;    ///< a larger distance has to close so much more
+constexpr double least_gain = 0.01;    ///< a larger distance has to close so much more
 
 double distance_of(const Point3& p, const Point3& q) { return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]); }
 
@@ -138,7 +138,7 @@ MergedCorners merged_corners(const std::vector<Point3>& points, const FaceCycles
     attempts.push_back(std::move(attempt));
   }
   const auto least = std::min_element(attempts.begin(), attempts.end(), [](const Attempt& x, const Attempt& y) { return x.open < y.open; })->open;
-  const double enough = static_cast<double>(least) + indifference * static_cast<double>(lone.size() - least);
+  const double enough = static_cast<double>(least) + least_gain * static_cast<double>(lone.size() - least);
   const auto chosen = std::find_if(attempts.begin(), attempts.end(), [&](const Attempt& attempt) { return static_cast<double>(attempt.open) <= enough; });
   result.faces.corners = std::move(chosen->standing);
   std::vector<bool> seen(points.size());

@@ -15,9 +15,6 @@ namespace {
 constexpr std::size_t most_by_bend = 40;   ///< corners: the time grows with the third power
 constexpr std::size_t most_as_face = 512;  ///< at worst it grows with the second
 
-double dot(const Point3& p, const Point3& q) { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; }
-Point3 minus(const Point3& p, const Point3& q) { return {p[0] - q[0], p[1] - q[1], p[2] - q[2]}; }
-Point3 cross(const Point3& p, const Point3& q) { return {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]}; }
 double length(const Point3& p) { return std::hypot(p[0], p[1], p[2]); }
 
 /// Of length 1, or 0 where there is none.

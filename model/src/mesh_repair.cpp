@@ -28,9 +28,6 @@ FaceCycles select(const FaceCycles& faces, const std::vector<bool>& dropped, con
   return result;
 }
 
-double dot(const Point3& p, const Point3& q) { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; }
-Point3 minus(const Point3& p, const Point3& q) { return {p[0] - q[0], p[1] - q[1], p[2] - q[2]}; }
-Point3 cross(const Point3& p, const Point3& q) { return {p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]}; }
 
 /// Member i of Halton's sequence, in [0, 1): spread evenly, and always the same.
 double halton(std::uint32_t i, std::uint32_t base) {

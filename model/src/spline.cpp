@@ -8,18 +8,13 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/model/builder.hpp"
+#include "node_making.hpp"
 
 namespace bsp2::model {
 namespace {
 
 constexpr std::uint32_t most_degree = 15;
 constexpr double most_weight_ratio = 0x1p20;
-
-Expression make(int dimension, Primitive primitive) { return Expression(std::make_shared<Node>(dimension, std::move(primitive))); }
-
-void require_finite(const std::vector<double>& numbers, const char* what) {
-  if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); })) throw Error(std::string(what) + ": not a finite number");
-}
 
 /// @return how many control points go with the knots.
 std::size_t check_knots(const std::vector<double>& knots, std::uint32_t degree) {
@@ -137,7 +132,7 @@ Expression spline(int dimension, std::vector<Spline::Piece> pieces) {
         return is_one_point(piece.points, stride, {first, stride - 1});
       }))
     return Expression(dimension);
-  return make(dimension, Spline{std::move(pieces)});
+  return make_node(dimension, Spline{std::move(pieces)});
 }
 
 Expression bezier(int dimension, std::vector<std::uint32_t> degrees, std::vector<double> points) {
@@ -161,7 +156,7 @@ Expression subdivision_surface(int dimension, SubdivisionSurface surface) {
   }
   check_fans(fans_of(surface.faces));
   if (is_one_point(surface.points, stride, {surface.points.data(), stride})) return Expression(dimension);
-  return make(dimension, std::move(surface));
+  return make_node(dimension, std::move(surface));
 }
 
 }  // namespace bsp2::model

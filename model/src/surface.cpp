@@ -28,7 +28,7 @@ struct Heights {
 };
 
 /// One row a line; missing values are 0, lines that begin with # say nothing.
-Heights read_text(const std::filesystem::path& path) {
+Heights read_table(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) throw Error("surface: " + path.string() + " cannot be read");
   std::vector<std::vector<double>> rows;
@@ -142,7 +142,7 @@ Heights read_png(const std::filesystem::path& path, bool invert) {
 ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool invert) {
   std::string kind = path.extension().string();
   std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const Heights heights = kind == ".png" ? read_png(path, invert) : read_text(path);
+  const Heights heights = kind == ".png" ? read_png(path, invert) : read_table(path);
   ImportedMesh mesh;
   if (heights.rows < 2 || heights.columns < 2) return mesh;
   const auto rows = static_cast<std::uint32_t>(heights.rows), columns = static_cast<std::uint32_t>(heights.columns);

@@ -45,23 +45,23 @@ Document read_document(const std::filesystem::path& path) {
 }
 
 /// The affine map (x, y) -> (a x + c y + e, b x + d y + f), as SVG writes it.
-struct Map {
+struct Affine {
   double a = 1, b = 0, c = 0, d = 1, e = 0, f = 0;
   [[nodiscard]] Point operator()(const Point& p) const { return {a * p[0] + c * p[1] + e, b * p[0] + d * p[1] + f}; }
-  [[nodiscard]] Map after(const Map& m) const {
+  [[nodiscard]] Affine after(const Affine& m) const {
     return {a * m.a + c * m.b, b * m.a + d * m.b, a * m.c + c * m.d, b * m.c + d * m.d, a * m.e + c * m.f + e, b * m.e + d * m.f + f};
   }
 };
 
-Map map_of(const std::string& text) {
-  Map map;
+Affine map_of(const std::string& text) {
+  Affine map;
   for (std::size_t begin = 0, open = 0; (open = text.find('(', begin)) != std::string::npos;) {
     const std::size_t close = std::min(text.find(')', open), text.size());
     const auto v = svg::numbers_of(text.substr(open + 1, close - open - 1));
     const auto at = [&](std::size_t i, double missing) { return i < v.size() ? v[i] : missing; };
     const std::string name = text.substr(begin, open - begin);
     const auto is = [&](const char* what) { return name.find(what) != std::string::npos; };
-    Map next;
+    Affine next;
     if (is("matrix") && v.size() == 6) next = {v[0], v[1], v[2], v[3], v[4], v[5]};
     if (is("translate")) next = {1, 0, 0, 1, at(0, 0), at(1, 0)};
     if (is("scale")) next = {at(0, 1), 0, 0, at(1, at(0, 1)), 0, 0};
@@ -158,7 +158,7 @@ struct Page {
   }
 
   /// @param centre of what is drawn, if it is to lie at the origin.
-  [[nodiscard]] Map map(const std::optional<Point>& centre) const {
+  [[nodiscard]] Affine map(const std::optional<Point>& centre) const {
     if (centre) return {sx, 0, 0, -sy, -sx * (box[0] + (*centre)[0]), -sy * (box[1] - (*centre)[1])};
     return {sx, 0, 0, -sy, align[0] - sx * box[0], height - align[1] - sy * box[1]};
   }
@@ -174,7 +174,7 @@ void place(std::vector<PlaneDrawing>& drawings, const Page& page, bool center) {
         for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
     centre = Point{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
   }
-  const Map map = page.map(centre);
+  const Affine map = page.map(centre);
   for (PlaneDrawing& drawing : drawings)
     for (Point& p : drawing.points) p = map(p);
 }
@@ -255,7 +255,7 @@ class Walk {
  private:
   struct Visit {
     const xmlNode* node;
-    Map map;
+    Affine map;
     bool is_in_layer = false, is_wanted = false;
     bool is_displayed = true;         ///< no element around it has display: none
     bool is_visible = true;           ///< as inherited
@@ -297,7 +297,7 @@ class Walk {
     if (name == "svg" && visit.use < 0) page_.read(visit.node, dpi_);
     read_visibility(visit);
     if (!visit.is_displayed && wanted_.id.empty() && wanted_.layer.empty()) return;  // else it is looked for, to say that it is hidden
-    const Map outer = visit.map;
+    const Affine outer = visit.map;
     visit.map = outer.after(map_of(svg::attribute(visit.node, "transform")));
     if ((name == "svg" || name == "symbol") && visit.use >= 0) visit.map = visit.map.after(viewport(visit));
     if (visit.use < 0) {
@@ -404,13 +404,13 @@ class Walk {
   }
 
   /// From the coordinates in a `symbol` or an `svg` to those around it. What uses it may say how large it is.
-  [[nodiscard]] Map viewport(const Visit& visit) const {
+  [[nodiscard]] Affine viewport(const Visit& visit) const {
     const xmlNode* use = visit.is_used ? uses_[static_cast<std::size_t>(visit.use)].node : visit.node;
     const auto size = [&](const char* key, std::size_t axis) {
       const std::optional<double> said = length(use, key, axis), own = length(visit.node, key, axis);
       return said ? *said : own ? *own : view_[axis];
     };
-    const Map moved{1, 0, 0, 1, length(visit.node, "x", 0).value_or(0), length(visit.node, "y", 1).value_or(0)};
+    const Affine moved{1, 0, 0, 1, length(visit.node, "x", 0).value_or(0), length(visit.node, "y", 1).value_or(0)};
     const std::vector<double> box = view_box(visit.node);
     const double width = size("width", 0), height = size("height", 1);
     if (box.empty()) return moved;

@@ -5,6 +5,11 @@
 
 namespace bsp2::io {
 
+/// Where a file lies: "." where its path does not say.
+inline std::filesystem::path folder_of(const std::filesystem::path& file) {
+  return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
+}
+
 /// Writes a whole file at once: under a temporary name in the same folder, then renamed, so that nobody ever
 /// sees half a file. What is no regular file (a device, a pipe) is written directly, a symbolic link is
 /// followed. A file that is replaced keeps its permissions; one that must not be written stays.
