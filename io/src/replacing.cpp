@@ -9,6 +9,7 @@
 
 namespace bsp2::io {
 namespace fs = std::filesystem;
+
 fs::path unfinished_name(const fs::path& path) { return folder_of(path) / ("." + path.filename().string() + ".part"); }
 
 std::string lack_of_room(const fs::path& path, std::uint64_t bytes) {

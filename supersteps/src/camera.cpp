@@ -31,6 +31,15 @@ Vector normalized(const Vector& a) {
   return {a[0] / l, a[1] / l, a[2] / l};
 }
 
+Vector normal_of(const std::vector<Vector>& polygon) {
+  Vector n{};
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    const Vector u = difference(polygon[i - 1], polygon[0]), v = difference(polygon[i], polygon[0]);
+    for (int k = 0; k < 3; ++k) n[k] += u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+  }
+  return n;
+}
+
 Box3::Box3() {
   low.fill(std::numeric_limits<double>::infinity());
   high.fill(-std::numeric_limits<double>::infinity());

@@ -16,6 +16,8 @@ inline double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] 
 inline Vector sum(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 inline Vector difference(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Vector normalized(const Vector& a);
+/// Of a plane polygon, counter-clockwise seen from its tip: twice its area long.
+Vector normal_of(const std::vector<Vector>& polygon);
 
 /// A box of model space; empty at first. Plane solids have z = 0.
 struct Box3 {

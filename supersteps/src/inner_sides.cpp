@@ -51,15 +51,6 @@ Piece unflat(const std::vector<double>& numbers) {
 }
 
 /// Of a polygon, not normalized.
-Vector normal_of(const Piece& polygon) {
-  Vector n{};
-  for (std::size_t i = 2; i < polygon.size(); ++i) {
-    const Vector u = difference(polygon[i - 1], polygon[0]), v = difference(polygon[i], polygon[0]);
-    for (int k = 0; k < 3; ++k) n[k] += u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
-  }
-  return n;
-}
-
 /// Divides pieces by the nodes of a tree.
 class Divider {
  public:
@@ -125,8 +116,6 @@ class Divider {
 };
 
 std::size_t leaf_number(std::int32_t code) { return static_cast<std::size_t>(~code); }
-
-int drawer_of(const RunResult& result, std::size_t region) { return result.is_collected ? 0 : result.rank_of_region.at(region); }
 
 std::vector<Label> labels_of(const SolidMesh& mesh) {
   std::vector<Label> labels{Label::out};  // of leaf 0

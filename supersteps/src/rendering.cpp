@@ -40,16 +40,6 @@ Box3 bounds_of(const SolidMesh& mesh) {
   return box;
 }
 
-/// Normal of a polygon, not normalized: twice its area long.
-Vector normal_of(const std::vector<Vector>& polygon) {
-  Vector n{};
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vector &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
-    for (int k = 0; k < 3; ++k) n[k] += (p[(k + 1) % 3] - q[(k + 1) % 3]) * (p[(k + 2) % 3] + q[(k + 2) % 3]);
-  }
-  return n;
-}
-
 /// The space of the picture: its regions, how far each is moved, and in which order they hide each other.
 ///
 /// A region moves by `explode` times the way from the middle to a point within it, the middle of its box if that is. So it stays
@@ -324,9 +314,6 @@ struct PlacedLayer {
   }
 };
 
-/// Who draws a region.
-std::int32_t drawer_of(const RunResult& result, std::size_t region) { return result.is_collected ? 0 : result.rank_of_region.at(region); }
-
 /// Draws what this rank holds of a strip. Regions of one rank that follow each other, seen from the back, share a layer; each layer is
 /// handed over when it is complete.
 template <typename Target, typename HandOver>
@@ -339,7 +326,7 @@ void draw_layers(const RunResult& result, const Space& space, const CellStrips<T
     if (before == rank) hand_over(PlacedLayer<typename Target::Layer>{strip, place, target.take()});
   };
   space.visit_regions([&](std::size_t region) {
-    const std::int32_t drawer = drawer_of(result, region);
+    const int drawer = drawer_of(result, region);
     if (drawer != before) {
       complete();
       ++place;

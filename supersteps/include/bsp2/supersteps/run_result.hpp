@@ -143,4 +143,7 @@ struct RunResult {
   std::vector<Answer> answers;                        ///< likewise, to RunOptions::points
 };
 
+/// Who draws a region, and answers for its cells.
+inline int drawer_of(const RunResult& result, std::size_t region) { return result.is_collected ? 0 : result.rank_of_region.at(region); }
+
 }  // namespace bsp2::supersteps
