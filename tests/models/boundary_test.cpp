@@ -82,7 +82,7 @@ TEST(Boundary, OfTheCorpus) {
 TEST(Boundary, OpensInParaView) {
   const auto checker = shared() / "tools" / "paraview-check";
   if (shared().empty() || std::getenv("BSP2_PARAVIEW") == nullptr) GTEST_SKIP() << "not asked for";
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto model = std::filesystem::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
   for (const char* name : {"b.vtp", "b.stl", "b.ply", "b.obj"}) {
     const std::string file = (folder.path() / name).string();

@@ -70,7 +70,7 @@ double as_stl_text(double x) {
 /// The volume (D = 2: area) of the boundary if its coordinates are rounded like that. A plane model is given the height 1.
 std::optional<double> content_as_text(const Entry& entry) {
   const auto source = shared() / "corpus" / "csg" / entry.file;
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   supersteps::RunOptions options;
   options.model = source;
   options.boundary = true;

@@ -37,7 +37,7 @@ Ended start(const std::string& arguments, const std::string& program = BSP2_PROG
 
 class Program : public testing::Test {
  protected:
-  bsp2::testing::TemporaryFolder folder_;
+  bsp2::samples::TemporaryFolder folder_;
 
   std::string model(const std::string& text) {
     const fs::path path = folder_.path() / "model.csg";

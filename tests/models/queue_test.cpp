@@ -30,7 +30,7 @@ struct Ended {
 
 class Jobs : public testing::Test {
  protected:
-  bsp2::testing::TemporaryFolder folder_;
+  bsp2::samples::TemporaryFolder folder_;
   std::string model_ = std::string(BSP2_SOURCE_DIR) + "/examples/leaning_tower.csg";
   fs::path queue_ = folder_.path() / "queue";
 
@@ -221,7 +221,7 @@ TEST_F(Jobs, ASignalKeepsWhatWasFound) {
   const std::vector<std::string> options{"--regions", "1"};
   split(options);
   const pid_t child = start(worker());
-  bsp2::testing::wait_for_handler(child, SIGUSR1);
+  bsp2::samples::wait_for_handler(child, SIGUSR1);
   std::this_thread::sleep_for(std::chrono::milliseconds(600));
   kill(child, SIGUSR1);
   const Ended ended = wait(child);

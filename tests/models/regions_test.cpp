@@ -72,12 +72,12 @@ TEST(RunInRegions, HasTheFuzzyCellsOfOneRegion) {
 
 class ProgramInRegions : public ::testing::Test {
  protected:
-  testing::TemporaryFolder folder_;
+  samples::TemporaryFolder folder_;
   std::string model_ = (folder_.path() / "model.csg").string();
   Program bsp2_;
 
   /// A model, and options that say how far.
-  std::string write_model(testing::RandomText& text) const {
+  std::string write_model(samples::RandomText& text) const {
     const int dimension = text.pick(2, 4);
     std::ofstream(model_) << text.model(dimension, dimension < 4 ? 2 : 1, 0.6) << "\n";
     if (text.chance(0.3))
@@ -96,7 +96,7 @@ class ProgramInRegions : public ::testing::Test {
     if (const char* factor = std::getenv("BSP2_ROUNDS")) count *= std::atoi(factor);
     for (int round = 0; round < count && !HasFailure(); ++round) {
       const std::uint64_t seed = dataflow::new_seed();
-      testing::RandomText text(seed);
+      samples::RandomText text(seed);
       const std::string options = write_model(text);
       SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed << options);
       body(text, options, bsp2_.digest("run " + model_ + " --regions 1 --threads 1" + options));
@@ -106,7 +106,7 @@ class ProgramInRegions : public ::testing::Test {
 
 TEST_F(ProgramInRegions, GoesOnFromAnyInterruption) {
   const std::string snapshot = (folder_.path() / "run.h5").string();
-  rounds(4, [&](testing::RandomText& text, const std::string& options, const std::string& expected) {
+  rounds(4, [&](samples::RandomText& text, const std::string& options, const std::string& expected) {
     for (const int regions : {1, 20, 1000}) {
       SCOPED_TRACE(regions);
       const auto order = [&] { return std::string(" --order ") + (text.chance(0.5) ? "depth" : "priority"); };
@@ -122,7 +122,7 @@ TEST_F(ProgramInRegions, GoesOnFromAnyInterruption) {
 
 TEST_F(ProgramInRegions, MergesJobs) {
   const std::string queue = (folder_.path() / "queue").string();
-  rounds(2, [&](testing::RandomText& text, const std::string& options, const std::string& expected) {
+  rounds(2, [&](samples::RandomText& text, const std::string& options, const std::string& expected) {
     for (const int regions : {1, 20}) {
       SCOPED_TRACE(regions);
       fs::remove_all(queue);

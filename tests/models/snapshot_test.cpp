@@ -37,7 +37,7 @@ int code_of(int status) { return WIFEXITED(status) ? WEXITSTATUS(status) : 128 +
 
 class Session : public testing::Test {
  protected:
-  bsp2::testing::TemporaryFolder folder_;
+  bsp2::samples::TemporaryFolder folder_;
   std::string model_ = std::string(BSP2_SOURCE_DIR) + "/examples/leaning_tower.csg";
   fs::path snapshot_ = folder_.path() / "run.h5";
   fs::path output_ = folder_.path() / "output.txt";
@@ -148,7 +148,7 @@ TEST_F(Session, SignalsEndTheStepWithASnapshot) {
     fs::remove(snapshot_);
     const pid_t child = start({"run", model_, "--threads", "1", "--order", "priority", "--snapshot", snapshot_.string(), "-o",
                                (folder_.path() / "out").string()});
-    bsp2::testing::wait_for_handler(child, signal);
+    bsp2::samples::wait_for_handler(child, signal);
     std::this_thread::sleep_for(delay);
     kill(child, signal);
     const Ended ended = wait(child);
@@ -189,7 +189,7 @@ TEST_F(Session, ASignalBeforeAllTellsThatWhatIsThereIsOfAnEarlierRun) {
     std::vector<std::string> all{"run", pipe};
     all.insert(all.end(), arguments.begin(), arguments.end());
     const pid_t child = start(all);
-    bsp2::testing::wait_for_handler(child, SIGINT);
+    bsp2::samples::wait_for_handler(child, SIGINT);
     kill(child, SIGINT);
     for (const auto end = std::chrono::steady_clock::now() + 60s; !has_ended(child) && std::chrono::steady_clock::now() < end;) {
       [[maybe_unused]] const auto written = write(writer, spaces.data(), spaces.size());
@@ -224,7 +224,7 @@ TEST_F(Session, ASignalBeforeAllTellsNothingOfTheSnapshotThatIsResumed) {
   ASSERT_EQ(first.code, 0) << first.text;
   write_mesh(4000000);  // while this is read the signal comes
   const pid_t child = start({"resume", snapshot_.string(), "--snapshot", (folder_.path() / "." / "run.h5").string()});
-  bsp2::testing::wait_for_handler(child, SIGINT);
+  bsp2::samples::wait_for_handler(child, SIGINT);
   kill(child, SIGINT);
   const Ended ended = wait(child);
   EXPECT_EQ(ended.code, interrupted) << ended.text;

@@ -14,6 +14,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/jobs/program.hpp"
+#include "bsp2/supersteps/run.hpp"
 
 namespace {
 

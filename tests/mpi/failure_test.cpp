@@ -50,7 +50,7 @@ std::string failing(const std::string& superstep, int rank, const std::string& h
 
 class Failure : public testing::Test {
  protected:
-  bsp2::testing::TemporaryFolder folder_;
+  bsp2::samples::TemporaryFolder folder_;
 
   [[nodiscard]] std::string out() const { return (folder_.path() / "out").string(); }
 

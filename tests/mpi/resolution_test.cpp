@@ -145,7 +145,7 @@ std::string block(int n) {
 
 /// Twice as long, eight times the cells, but about four times the facets on the cuts: only these travel.
 TEST(Resolution, SendsFacetsOnCutsOnly) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path model = folder.path() / "model.csg";
   std::vector<double> cells, bytes;
   int ranks = 1;
@@ -182,7 +182,7 @@ std::string crowded_corner(std::mt19937& random, int count = 500) {
 }
 
 TEST(Moving, LeavesTheResultAsItIs) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   std::mt19937 random(5);
   const fs::path model = folder.path() / "model.csg";
   std::ofstream(model) << crowded_corner(random);
@@ -221,7 +221,7 @@ std::vector<std::int32_t> one_rank_has_the_dear_ones(const RunResult& result) {
 
 /// Without budget or steps: only a rank without work can end a round.
 TEST(Moving, IsBegunByARankThatHasNothingLeftToDo) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   std::mt19937 random(6);
   const fs::path model = folder.path() / "model.csg";
   std::ofstream(model) << crowded_corner(random, 2000);
@@ -304,7 +304,7 @@ TEST(Run, CountsTheCellsOfAllRanksTogether) {
 }
 
 /// A model of this text in the master's folder, by the same name on all ranks. Collective.
-std::string model_in(const testing::TemporaryFolder& folder, const std::string& text) {
+std::string model_in(const samples::TemporaryFolder& folder, const std::string& text) {
   std::string name = folder.path() / "model.csg";
   Ranks ranks = Ranks::launched();
   ranks.together([&] {
@@ -316,7 +316,7 @@ std::string model_in(const testing::TemporaryFolder& folder, const std::string& 
 
 /// Round solids are not decided to the end: what is thin enough is left FUZZY, and counts.
 TEST(Run, CountsTheFuzzyCellsOfRoundSolidsToo) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   RunOptions options = options_for(model_in(folder, "ball(3);\n"), 8);
   options.boundary = options.contacts = false;
   options.tolerance = 0.0005;
@@ -333,7 +333,7 @@ TEST(Run, CountsTheFuzzyCellsOfRoundSolidsToo) {
 }
 
 /// The name of a snapshot in the master's folder, the same on all ranks. Collective.
-std::string snapshot_in(const testing::TemporaryFolder& folder) {
+std::string snapshot_in(const samples::TemporaryFolder& folder) {
   std::string name = folder.path() / "run.h5";
   Ranks ranks = Ranks::launched();
   ranks.together([&] { broadcast(ranks, name); });
@@ -344,7 +344,7 @@ TEST(Resume, GoesOnFromASnapshotWithTheCellsLeftWhereTheyAre) {
   RunOptions options = options_for(example("mechanical_piece"), 16);
   options.collect = Collect::file;
   const auto whole = together(options);
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const std::string name = snapshot_in(folder);
   RunOptions part = options;
   part.boundary = part.contacts = false;
@@ -364,7 +364,7 @@ TEST(Resume, GoesOnFromASnapshotWithTheCellsLeftWhereTheyAre) {
 
 /// What constructs make of round solids lies between polytopes, and what nothing is known of stays FUZZY, also after a pause.
 TEST(Resume, EndsWithTheCellsOfAnUninterruptedRunWhereConstructsEncloseRoundSolids) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const std::string model = model_in(folder, R"(
     difference() {
       minkowski() { cuboid([2, 1, 1]); ball(3, 0.5, $fn = 12); }
@@ -380,7 +380,7 @@ TEST(Resume, EndsWithTheCellsOfAnUninterruptedRunWhereConstructsEncloseRoundSoli
   options.tolerance = 0.05;
   const auto whole = together(options);
   for (const std::uint64_t cells : {1U, 50U, 400U}) {
-    const testing::TemporaryFolder other;
+    const samples::TemporaryFolder other;
     const std::string name = snapshot_in(other);
     RunOptions part = options;
     part.snapshot = name;
@@ -413,7 +413,7 @@ TEST(Resume, KeepsTheAngleAndTheEyeOfTheRun) {
   options.angle = 1;
   options.eye = {60, -40, 30};
   const auto whole = together(options);
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const std::string name = snapshot_in(folder);
   RunOptions part = options;
   part.snapshot = name;

@@ -103,14 +103,14 @@ TEST(Run, FindsTheSameCellsInAnyNumberOfRegions) {
 
 /// Nor do they where solids are round: random models of two to four dimensions.
 TEST(Run, FindsTheSameCellsOfRoundSolidsInAnyNumberOfRegions) {
-  const testing::TemporaryFolder folder;  // the master's is the one that is read
+  const samples::TemporaryFolder folder;  // the master's is the one that is read
   Ranks ranks = Ranks::launched();
   const char *given = std::getenv("BSP2_SEED"), *factor = std::getenv("BSP2_ROUNDS");
   std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 20051;
   broadcast(ranks, seed);
   for (int round = 0; round < 6 * (factor ? std::atoi(factor) : 1); ++round, ++seed) {
     SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
-    testing::RandomText text(seed);
+    samples::RandomText text(seed);
     const int dimension = text.pick(2, 4);
     const fs::path known = fs::path(BSP2_SOURCE_DIR) / "tests" / "cases" / "curved-regions.csg";
     const bool is_known = round == 0 && given == nullptr;
@@ -155,7 +155,7 @@ TEST(Run, AgreesWithALevelAndWithOutCells) {
 
 /// All ranks look for meshes that overlap themselves, as all parse.
 TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path path = folder.path() / "model.csg";
   // Two corners cut off a cube of side 2, each twice: tetrahedra of volume 4 / 3 that have a pyramid in common.
   std::ofstream(path)
@@ -177,7 +177,7 @@ TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
 
 /// Each rank reads what the model imports: where that differs, regions of two models would be put together.
 TEST(Run, RefusesImportsThatDifferBetweenRanks) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   Ranks ranks = Ranks::launched();
   const auto imported_with = [&](int size) {
     const std::string z = std::to_string(size);
@@ -212,7 +212,7 @@ std::string random_model(std::mt19937& random) {
 }
 
 TEST(Run, FindsTheSameCellsOfRandomModels) {
-  const testing::TemporaryFolder folder;  // the master's is the one that is read
+  const samples::TemporaryFolder folder;  // the master's is the one that is read
   for (const unsigned seed : {1U, 2U, 3U}) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
@@ -266,7 +266,7 @@ TEST(Run, CollectsTheSameCellsAndDrawsTheSamePictureEveryWay) {
     SCOPED_TRACE(static_cast<int>(collect));
     options.collect = collect;
     Ranks ranks = Ranks::launched();
-    const testing::TemporaryFolder folder;
+    const samples::TemporaryFolder folder;
     RunResult result;
     std::string drawn;
     std::vector<std::uint64_t> held;
@@ -415,7 +415,7 @@ TEST(Run, ShowsAFrameAfterEachStep) {
 }
 
 TEST(Run, ReadsTheModelOnceAndTellsAllWhatIsWrongWithIt) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path path = folder.path() / "model.csg";
   std::ofstream(path) << "cube(size=[1,2,3])";
   Ranks ranks = Ranks::launched();

@@ -187,7 +187,7 @@ TEST(Text, HasTheMeasuresOfOpenScad) {
 
 class Import : public ::testing::Test {
  protected:
-  bsp2::testing::TemporaryFolder folder_;
+  bsp2::samples::TemporaryFolder folder_;
   void write(const std::string& name, const std::string& text) { std::ofstream(folder_.path() / name) << text; }
   double imported(const std::string& text) { return content(model::parse_csg(text, (folder_.path() / "test.csg").string()).expression); }
 };

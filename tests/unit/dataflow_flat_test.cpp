@@ -46,12 +46,12 @@ struct Child {
 };
 
 /// A 4 x 4 matrix of small integers, so that its rank is exact.
-using Whole = std::array<std::array<int, 4>, 4>;
+using WholeMap = std::array<std::array<int, 4>, 4>;
 
 /// @param rank of what it does to the first D coordinates.
 template <int D>
-Whole random_map(Random& random, int rank) {
-  Whole map{};
+WholeMap random_map(Random& random, int rank) {
+  WholeMap map{};
   std::array<std::array<int, D>, D> a{}, b{};
   for (int i = 0; i < D; ++i)
     for (int k = 0; k < rank; ++k) {
@@ -69,8 +69,8 @@ Whole random_map(Random& random, int rank) {
 
 /// A projection along an axis, or a scaling or mirroring by 0 of one and more axes, as users write them.
 template <int D>
-Whole usual_map(Random& random) {
-  Whole map{};
+WholeMap usual_map(Random& random) {
+  WholeMap map{};
   for (int i = 0; i < 4; ++i) map[i][i] = i < D ? pick(random, -1, 1) : 1;
   map[pick(random, 0, D - 1)] = {};
   map[D - 1][3] = pick(random, 0, 5);
@@ -79,7 +79,7 @@ Whole usual_map(Random& random) {
 }
 
 template <int D>
-Child<D> mapped(const Whole& map, const Child<D>& child) {
+Child<D> mapped(const WholeMap& map, const Child<D>& child) {
   std::ostringstream text;
   text << "multmatrix([";
   for (const auto& row : map) text << "[" << row[0] << ", " << row[1] << ", " << row[2] << ", " << row[3] << "], ";

@@ -8,6 +8,7 @@
 
 #include "cell_samples.hpp"
 #include "dataflow_oracle.hpp"
+#include "dimension_types.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -192,16 +193,9 @@ double count_unit_cubes(const model::Expression& e, int reach) {
   }
 }
 
-template <int D>
-struct Dimension {
-  static constexpr int value = D;
-};
-
 template <typename T>
 class Invariants : public testing::Test {};
-using Dimensions =
-    testing::Types<Dimension<1>, Dimension<2>, Dimension<3>, Dimension<4>, Dimension<5>, Dimension<6>>;
-TYPED_TEST_SUITE(Invariants, Dimensions);
+TYPED_TEST_SUITE(Invariants, samples::Dimensions);
 
 TYPED_TEST(Invariants, HoldForRandomBoxesOnTheGrid) {
   constexpr int D = TypeParam::value;

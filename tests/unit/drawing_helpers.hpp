@@ -66,7 +66,7 @@ class DrawingFile {
   std::vector<std::string> warnings, notes;
 
  private:
-  testing::TemporaryFolder folder_;
+  samples::TemporaryFolder folder_;
   std::filesystem::path path_;
 };
 

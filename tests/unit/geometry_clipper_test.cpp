@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "geometry_oracle.hpp"
+#include "dimension_types.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -66,14 +67,9 @@ int clip_and_compare(const Model<D>& model, const std::vector<OrientedHyperplane
   return cuts;
 }
 
-template <int D>
-struct Dimension {
-  static constexpr int value = D;
-};
 template <typename T>
 class Clip : public testing::Test {};
-using Dimensions = testing::Types<Dimension<1>, Dimension<2>, Dimension<3>, Dimension<4>, Dimension<5>, Dimension<6>>;
-TYPED_TEST_SUITE(Clip, Dimensions);
+TYPED_TEST_SUITE(Clip, samples::Dimensions);
 
 TYPED_TEST(Clip, GivesTheCellsOfSplitsWhereHyperplanesMeetVerticesAndEdges) {
   constexpr int D = TypeParam::value;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "geometry_oracle.hpp"
+#include "dimension_types.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -29,14 +30,9 @@ int same(const oracle::Plane<D>& a, const oracle::Plane<D>& b) {
   return a.offset * factor == b.offset ? factor.sign() : 0;
 }
 
-template <int D>
-struct Dimension {
-  static constexpr int value = D;
-};
 template <typename T>
 class Merge : public testing::Test {};
-using Dimensions = testing::Types<Dimension<1>, Dimension<2>, Dimension<3>, Dimension<4>>;
-TYPED_TEST_SUITE(Merge, Dimensions);
+TYPED_TEST_SUITE(Merge, samples::FirstDimensions);
 
 /// A hyperplane as a table rounds it that has no other. @param table an empty one.
 template <int D>

@@ -40,7 +40,7 @@ bool contains(const std::vector<HalfSpace<D>>& half_spaces, const std::array<dou
 
 /// The point nearest to the origin in which some hyperplanes meet, by Gauss' elimination of their Gram matrix.
 template <int D>
-std::optional<std::array<double, D>> meeting_point(const std::vector<HalfSpace<D>>& chosen) {
+std::optional<std::array<double, D>> corner_of(const std::vector<HalfSpace<D>>& chosen) {
   const std::size_t n = chosen.size();
   std::vector<std::vector<double>> m(n, std::vector<double>(n + 1));
   for (std::size_t i = 0; i < n; ++i) {
@@ -71,7 +71,7 @@ double nearest_of_all(const std::vector<HalfSpace<D>>& half_spaces) {
     for (std::size_t i = 0; i < half_spaces.size(); ++i)
       if (subset >> i & 1) chosen.push_back(half_spaces[i]);
     if (chosen.size() > D) continue;
-    const auto point = meeting_point<D>(chosen);
+    const auto point = corner_of<D>(chosen);
     if (point && contains<D>(half_spaces, *point, 1e-9)) nearest = std::min(nearest, std::sqrt(dot<D>(*point, *point)));
   }
   return nearest;

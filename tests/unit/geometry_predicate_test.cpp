@@ -11,6 +11,7 @@
 #include "bsp2/geometry/splitter.hpp"
 #include "bsp2/geometry/triangle_columns.hpp"
 #include "geometry_oracle.hpp"
+#include "dimension_types.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -153,16 +154,9 @@ typename Model<D>::Placed random_box(Random& random, double size) {
   return {m, unit_box<D>().covectors};
 }
 
-template <int D>
-struct Dimension {
-  static constexpr int value = D;
-};
-
 template <typename T>
 class Predicate : public testing::Test {};
-using Dimensions =
-    testing::Types<Dimension<1>, Dimension<2>, Dimension<3>, Dimension<4>, Dimension<5>, Dimension<6>>;
-TYPED_TEST_SUITE(Predicate, Dimensions);
+TYPED_TEST_SUITE(Predicate, samples::Dimensions);
 
 TYPED_TEST(Predicate, AgreesWithRationalsOnBoxesTurnedByTinyAngles) {
   constexpr int D = TypeParam::value;

@@ -9,6 +9,7 @@
 #include "bsp2/geometry/measures.hpp"
 #include "bsp2/geometry/splitter.hpp"
 #include "geometry_oracle.hpp"
+#include "dimension_types.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -327,16 +328,9 @@ void split_and_check(const Model<D>& model, const std::vector<HyperplaneId>& cut
   }
 }
 
-template <int D>
-struct Dimension {
-  static constexpr int value = D;
-};
-
 template <typename T>
 class Split : public testing::Test {};
-using Dimensions =
-    testing::Types<Dimension<1>, Dimension<2>, Dimension<3>, Dimension<4>, Dimension<5>, Dimension<6>>;
-TYPED_TEST_SUITE(Split, Dimensions);
+TYPED_TEST_SUITE(Split, samples::Dimensions);
 
 template <int D>
 std::vector<HyperplaneId> random_cuts(const Model<D>& model, Random& random, std::size_t count) {

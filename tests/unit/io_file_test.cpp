@@ -26,7 +26,7 @@ class File : public ::testing::Test {
   [[nodiscard]] std::ptrdiff_t entries() const {
     return std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator());
   }
-  testing::TemporaryFolder folder;
+  samples::TemporaryFolder folder;
 };
 
 std::string message_of(const std::function<void()>& action) {

@@ -29,7 +29,7 @@ std::string refusal(const std::function<void()>& action) {
 
 class Modules : public ::testing::Test {
  protected:
-  testing::TemporaryFolder folder_;
+  samples::TemporaryFolder folder_;
 
   fs::path file(const std::string& name, const std::string& content) {
     std::ofstream(folder_.path() / name, std::ios::binary) << content;

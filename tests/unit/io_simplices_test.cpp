@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Rational = boost::multiprecision::cpp_rational;
-using testing::Point;
+using samples::Point;
 
 /// Six times the volume of a tetrahedron whose first three points go counter-clockwise seen from the fourth. Exact.
 Rational six_volumes(const std::array<Point, 4>& p) {
@@ -53,12 +53,12 @@ TEST(Simplices, AreNeverFlatOrInverted) {
   const auto seed = std::random_device{}();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path file = folder.path() / "solid.pvtu";
   double hardest = 180;
   for (int round = 0; round < 12; ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
-    auto mesh = testing::random_mesh(random, 150);
+    auto mesh = samples::random_mesh(random, 150);
     const double squeeze = std::pow(10, -round), away = round % 3 == 0 ? 0 : 1000.0;
     double volume = 0;
     std::vector<std::shared_ptr<const geometry::CellBatch>> batches;

@@ -119,7 +119,7 @@ void add_box(TriangleSurface& surface, int n, const Point& low, const Point& siz
 
 class SinglePrecision : public ::testing::Test {
  protected:
-  testing::TemporaryFolder folder;
+  samples::TemporaryFolder folder;
   std::string warning;
 
   std::vector<Facet> written(const TriangleSurface& surface) {

@@ -165,7 +165,7 @@ std::string refusal(const Body& body) {
 
 class SnapshotFile : public ::testing::Test {
  protected:
-  bsp2::testing::TemporaryFolder folder_;
+  bsp2::samples::TemporaryFolder folder_;
   fs::path path_ = folder_.path() / "run.h5";
   std::mt19937 random_{std::random_device{}()};
 

@@ -38,7 +38,7 @@ TriangleSurface tetrahedron() {
 
 class Surface : public ::testing::Test {
  protected:
-  testing::TemporaryFolder folder;
+  samples::TemporaryFolder folder;
   TriangleSurface surface = tetrahedron();
   std::string warning;
 

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using geometry::CellBatch;
-using testing::Point;
+using samples::Point;
 
 class Vtu : public ::testing::Test {
  protected:
@@ -51,7 +51,7 @@ class Vtu : public ::testing::Test {
     return names;
   }
 
-  testing::TemporaryFolder folder;
+  samples::TemporaryFolder folder;
   fs::path file = folder.path() / "solid.pvtu";
 };
 
@@ -84,13 +84,13 @@ std::map<int, int> histogram(vtkUnstructuredGrid* grid) {
 
 TEST_F(Vtu, WritesTheExactTypeOfEachCell) {
   auto batch = std::make_shared<CellBatch>();
-  testing::append(*batch, testing::box({0, 0, 0}, {1, 2, 3}), geometry::Label::in, 4);
-  testing::append(*batch, testing::tetrahedron({5, 0, 0}, {6, 0, 0}, {5, 1, 0}, {5, 0, 1}),
+  samples::append(*batch, samples::box({0, 0, 0}, {1, 2, 3}), geometry::Label::in, 4);
+  samples::append(*batch, samples::tetrahedron({5, 0, 0}, {6, 0, 0}, {5, 1, 0}, {5, 0, 1}),
                   geometry::Label::fuzzy, -1);
-  testing::append(*batch, testing::wedge({0, 5, 0}, {1, 5, 0}, {0, 6, 0}, {0.25, 0, 2}), geometry::Label::out,
+  samples::append(*batch, samples::wedge({0, 5, 0}, {1, 5, 0}, {0, 6, 0}, {0.25, 0, 2}), geometry::Label::out,
                   7);
-  testing::append(
-      *batch, testing::split(testing::box({0, 0, 0}, {1, 1, 1}), {-2.5, 1, 1, 1})[0]);  // a corner cut off
+  samples::append(
+      *batch, samples::split(samples::box({0, 0, 0}, {1, 1, 1}), {-2.5, 1, 1, 1})[0]);  // a corner cut off
   const auto grid = write_and_read(3, {batch}, {.rank = 3});
   ASSERT_EQ(grid->GetNumberOfCells(), 4);
   const std::vector<int> types{VTK_HEXAHEDRON, VTK_TETRA, VTK_WEDGE, VTK_POLYHEDRON};
@@ -115,7 +115,7 @@ TEST_F(Vtu, RandomCellsKeepTheirVolumesThroughPieces) {
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (const std::size_t cells : {1U, 2U, 50U, 1000U}) {
-    const auto mesh = testing::random_mesh(random, cells, 1 + random() % 100);
+    const auto mesh = samples::random_mesh(random, cells, 1 + random() % 100);
     const auto grid = write_and_read(3, mesh.batches, {.piece_cells = 1 + random() % 300});
     ASSERT_EQ(grid->GetNumberOfCells(), static_cast<vtkIdType>(mesh.cells));
     double total = 0;
@@ -129,12 +129,12 @@ TEST_F(Vtu, RandomCellsKeepTheirVolumesThroughPieces) {
 }
 
 TEST_F(Vtu, PiecesWithAndWithoutPolyhedraGoTogether) {
-  const auto box = testing::box({0, 0, 0}, {1, 1, 1});
-  const auto cut = testing::split(testing::box({2, 0, 0}, {3, 1, 1}), {-4.5, 1, 1, 1})[0];
+  const auto box = samples::box({0, 0, 0}, {1, 1, 1});
+  const auto cut = samples::split(samples::box({2, 0, 0}, {3, 1, 1}), {-4.5, 1, 1, 1})[0];
   for (const auto& order :
        {std::vector{box, box, cut, box, cut}, {cut, box, cut, cut, box}, {box, box}, {cut, cut}}) {
     auto batch = std::make_shared<CellBatch>();
-    for (const auto& solid : order) testing::append(*batch, solid);
+    for (const auto& solid : order) samples::append(*batch, solid);
     const auto grid = write_and_read(3, {batch}, {.piece_cells = 1});
     for (vtkIdType i = 0; i < grid->GetNumberOfCells(); ++i) {
       EXPECT_NEAR(volume_of(grid->GetCell(i)), value(grid, "volume", i), 1e-12) << "cell " << i;
@@ -144,14 +144,14 @@ TEST_F(Vtu, PiecesWithAndWithoutPolyhedraGoTogether) {
 
 TEST_F(Vtu, WeldsEqualPointsWithinAPiece) {
   auto batch = std::make_shared<CellBatch>();
-  testing::append(*batch, testing::box({-1, 0, 0}, {0.0, 1, 1}));
-  testing::append(*batch, testing::box({-0.0, 0, 0}, {1, 1, 1}));
+  samples::append(*batch, samples::box({-1, 0, 0}, {0.0, 1, 1}));
+  samples::append(*batch, samples::box({-0.0, 0, 0}, {1, 1, 1}));
   EXPECT_EQ(write_and_read(3, {batch})->GetNumberOfPoints(), 12);
 }
 
 TEST_F(Vtu, TetrahedraFillTheCells) {
   std::mt19937 random(5);
-  const auto mesh = testing::random_mesh(random, 200);
+  const auto mesh = samples::random_mesh(random, 200);
   const auto grid = write_and_read(3, mesh.batches, {.tets = true});
   EXPECT_EQ(histogram(grid).size(), 1U);
   EXPECT_GT(histogram(grid)[VTK_TETRA], 200);
@@ -167,8 +167,8 @@ TEST_F(Vtu, TetrahedraFillTheCells) {
 TEST_F(Vtu, PolygonsGoAroundInTheirOrder) {
   std::mt19937 random(7);
   auto batch = std::make_shared<CellBatch>();
-  testing::append_polygon(*batch, {{0, 0}, {4, 0}, {5, 2}, {2, 4}, {-1, 2}}, random);
-  testing::append_polygon(*batch, {{9, 9}, {10, 9}, {9, 10}}, random);
+  samples::append_polygon(*batch, {{0, 0}, {4, 0}, {5, 2}, {2, 4}, {-1, 2}}, random);
+  samples::append_polygon(*batch, {{9, 9}, {10, 9}, {9, 10}}, random);
   const auto grid = write_and_read(2, {batch});
   EXPECT_EQ(histogram(grid)[VTK_POLYGON], 2);
   for (vtkIdType i = 0; i < 2; ++i) {
@@ -183,7 +183,7 @@ TEST_F(Vtu, PolygonsGoAroundInTheirOrder) {
 
 TEST_F(Vtu, WritesLinesAndEmptyMeshesAndRefusesFourDimensions) {
   auto batch = std::make_shared<CellBatch>();
-  testing::append_segment(*batch, 1, 3);
+  samples::append_segment(*batch, 1, 3);
   EXPECT_EQ(histogram(write_and_read(1, {batch}))[VTK_LINE], 1);
   EXPECT_EQ(write_and_read(3, {})->GetNumberOfCells(), 0);
   EXPECT_EQ(files(), std::vector<std::string>{"solid.pvtu"});
@@ -192,15 +192,15 @@ TEST_F(Vtu, WritesLinesAndEmptyMeshesAndRefusesFourDimensions) {
 
 TEST_F(Vtu, ASmallerMeshLeavesNoPiecesOfALargerOne) {
   std::mt19937 random(3);
-  write_and_read(3, testing::random_mesh(random, 50).batches, {.piece_cells = 10});
+  write_and_read(3, samples::random_mesh(random, 50).batches, {.piece_cells = 10});
   EXPECT_EQ(files().size(), 6U);
-  write_and_read(3, testing::random_mesh(random, 15).batches, {.piece_cells = 10});
+  write_and_read(3, samples::random_mesh(random, 15).batches, {.piece_cells = 10});
   EXPECT_EQ(files(), (std::vector<std::string>{"solid.pvtu", "solid_0.vtu", "solid_1.vtu"}));
 }
 
 TEST_F(Vtu, AFullDiskLeavesTheOldFilesAndNoOthers) {
   std::mt19937 random(3);
-  const auto small = testing::random_mesh(random, 5), large = testing::random_mesh(random, 500);
+  const auto small = samples::random_mesh(random, 5), large = samples::random_mesh(random, 500);
   write_vtu(file, 3, small.batches);
   const auto before = files();
   rlimit old{};
@@ -234,7 +234,7 @@ TEST_F(Vtu, AMissingFolderIsTheUsersMistake) {
 
 TEST_F(Vtu, WritesTheColourOfEachPart) {
   std::mt19937 random(3);
-  const auto sample = testing::random_mesh(random, 40);
+  const auto sample = samples::random_mesh(random, 40);
   auto batch = std::make_shared<CellBatch>(*sample.batches[0]);
   for (std::size_t cell = 0; cell < batch->size(); ++cell) {
     batch->part[cell] = static_cast<int>(cell % 3) - 1;

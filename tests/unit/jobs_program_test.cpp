@@ -47,7 +47,7 @@ RunResult sample_result(const RunOptions& options, supersteps::Ranks&) {
   RunResult result;
   result.report = sample_report();
   if (!options.collect_cells) return result;
-  auto sample = testing::random_mesh(random, 30);
+  auto sample = samples::random_mesh(random, 30);
   result.mesh = {3, sample.batches};
   result.tree = sample.tree;
   if (options.boundary) {
@@ -196,7 +196,7 @@ int start(const std::vector<std::string>& arguments, std::ostream& out, const Ru
 }
 
 TEST(Program, WritesWhatTheFolderNames) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path dir = folder.path() / "a" / "b";
   std::ostringstream out;
   EXPECT_EQ(start({"run", "x", "-o", dir.string()}, out, sample_result), 0);
@@ -209,7 +209,7 @@ TEST(Program, WritesWhatTheFolderNames) {
 }
 
 TEST(Program, FourDimensionsGiveAReportOnly) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto run = [](const RunOptions&, supersteps::Ranks&) {
     RunResult result;
     result.report.dimension = result.mesh.dimension = 4;
@@ -224,7 +224,7 @@ TEST(Program, FourDimensionsGiveAReportOnly) {
 
 /// What is computed is written, each output by itself.
 TEST(Program, AnOutputThatFailsTakesNothingElseAlong) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   std::ostringstream out;
   for (const std::string failing : {"solid.pvtu", "boundary.stl", "view.png", "report.json"}) {
     SCOPED_TRACE(failing);
@@ -244,7 +244,7 @@ TEST(Program, AnOutputThatFailsTakesNothingElseAlong) {
 }
 
 TEST(Program, AnErrorOfOursInOneOutputIsToldWithTheOthersWritten) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path dir = folder.path() / "out";
   const auto run = [](const RunOptions& options, supersteps::Ranks& ranks) {
     RunResult result = sample_result(options, ranks);
@@ -265,7 +265,7 @@ TEST(Program, AnErrorOfOursInOneOutputIsToldWithTheOthersWritten) {
 }
 
 TEST(Program, TetrahedraAreToldOf) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path dir = folder.path() / "out";
   std::ostringstream out;
   ::testing::internal::CaptureStderr();
@@ -281,7 +281,7 @@ TEST(Program, TetrahedraAreToldOf) {
 }
 
 TEST(Program, ExitCodesTellWhoseMistakeItIs) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const std::string file = (folder.path() / "file").string();
   std::ofstream(file) << "x";
   std::ostringstream out;

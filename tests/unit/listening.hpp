@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-namespace bsp2::testing {
+namespace bsp2::samples {
 
 /// Waits until a process handles a signal, as its `SigCgt` of /proc says: on a busy machine, under a sanitizer, it may take seconds to
 /// come so far. Gives up if the process ends, or after a minute.
@@ -26,4 +26,4 @@ inline void wait_for_handler(pid_t process, int signal) {
   }
 }
 
-}  // namespace bsp2::testing
+}  // namespace bsp2::samples

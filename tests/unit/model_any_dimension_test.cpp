@@ -12,11 +12,11 @@
 namespace bsp2::model {
 namespace {
 
-Model parse(const std::string& text) { return parse_csg(text, "t.csg"); }
+Model parse_t(const std::string& text) { return parse_csg(text, "t.csg"); }
 
 std::string error_of(const std::string& text) {
   try {
-    parse(text);
+    parse_t(text);
   } catch (const Error& error) {
     return error.what();
   }
@@ -24,24 +24,24 @@ std::string error_of(const std::string& text) {
 }
 
 TEST(AnyDimension, TheDimensionComesFromTheArguments) {
-  EXPECT_EQ(parse("cuboid([1, 2, 3, 4, 5]);").expression.dimension(), 5);
-  EXPECT_EQ(parse("cuboid(2);").expression.dimension(), 1);
-  EXPECT_EQ(parse("ball(6);").expression.dimension(), 6);
-  EXPECT_EQ(parse("ball();").expression.dimension(), 3);
-  EXPECT_EQ(parse("simplex(points = [[0, 0], [1, 0], [0, 1]]);").expression.dimension(), 2);
-  EXPECT_EQ(parse("d_cylinder(dimension = 5, h = [1, 2]);").expression.dimension(), 5);
-  EXPECT_EQ(parse("product() { cuboid([1, 1]); ball(3); cuboid(1); }").expression.dimension(), 6);
-  EXPECT_EQ(parse("extrude([1, 2]) ball(2);").expression.dimension(), 4);
-  EXPECT_EQ(parse("embed(4, thickness = 0.1) ball(2);").expression.dimension(), 4);
-  EXPECT_EQ(parse("project(2) ball(5);").expression.dimension(), 2);
-  EXPECT_EQ(parse("project(axes = [5, 1, 2]) ball(5);").expression.dimension(), 3);
-  EXPECT_EQ(parse("section(axis = 1, at = 0) ball(5);").expression.dimension(), 4);
-  EXPECT_EQ(parse("minkowski() { simplex(4); cuboid([1, 1, 1, 1]); }").expression.dimension(), 4);
-  EXPECT_EQ(parse("hull() simplex(1);").expression.dimension(), 1);
+  EXPECT_EQ(parse_t("cuboid([1, 2, 3, 4, 5]);").expression.dimension(), 5);
+  EXPECT_EQ(parse_t("cuboid(2);").expression.dimension(), 1);
+  EXPECT_EQ(parse_t("ball(6);").expression.dimension(), 6);
+  EXPECT_EQ(parse_t("ball();").expression.dimension(), 3);
+  EXPECT_EQ(parse_t("simplex(points = [[0, 0], [1, 0], [0, 1]]);").expression.dimension(), 2);
+  EXPECT_EQ(parse_t("d_cylinder(dimension = 5, h = [1, 2]);").expression.dimension(), 5);
+  EXPECT_EQ(parse_t("product() { cuboid([1, 1]); ball(3); cuboid(1); }").expression.dimension(), 6);
+  EXPECT_EQ(parse_t("extrude([1, 2]) ball(2);").expression.dimension(), 4);
+  EXPECT_EQ(parse_t("embed(4, thickness = 0.1) ball(2);").expression.dimension(), 4);
+  EXPECT_EQ(parse_t("project(2) ball(5);").expression.dimension(), 2);
+  EXPECT_EQ(parse_t("project(axes = [5, 1, 2]) ball(5);").expression.dimension(), 3);
+  EXPECT_EQ(parse_t("section(axis = 1, at = 0) ball(5);").expression.dimension(), 4);
+  EXPECT_EQ(parse_t("minkowski() { simplex(4); cuboid([1, 1, 1, 1]); }").expression.dimension(), 4);
+  EXPECT_EQ(parse_t("hull() simplex(1);").expression.dimension(), 1);
 }
 
 TEST(AnyDimension, TheTextGivesWhatTheBuilderGives) {
-  const Model model = parse("section(axis = 2, at = 0.5) sweep(path = [[0, 0, 0], [1, 2, 3]]) simplex(3, size = 2);");
+  const Model model = parse_t("section(axis = 2, at = 0.5) sweep(path = [[0, 0, 0], [1, 2, 3]]) simplex(3, size = 2);");
   const Expression built = section(sweep(simplex(3, 2), {{0, 0, 0}, {1, 2, 3}}), 1, 0.5);
   const auto& a = std::get<Construction>(model.expression.node().value);
   const auto& b = std::get<Construction>(built.node().value);
@@ -53,13 +53,13 @@ TEST(AnyDimension, TheTextGivesWhatTheBuilderGives) {
 }
 
 TEST(AnyDimension, EqualSubtreesAreOneNode) {
-  const Model model = parse("product() { extrude(1) ball(2); extrude(1) ball(2); }");
+  const Model model = parse_t("product() { extrude(1) ball(2); extrude(1) ball(2); }");
   const auto& product = std::get<Construction>(model.expression.node().value);
   EXPECT_TRUE(product.operands[0].same_node(product.operands[1]));
 }
 
 TEST(AnyDimension, MatricesHaveOneRowMoreThanDimensions) {
-  const Model model = parse("multmatrix([[2, 0, 0, 0, 1], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 2]]) ball(4);");
+  const Model model = parse_t("multmatrix([[2, 0, 0, 0, 1], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 2]]) ball(4);");
   const auto& map = std::get<Transform>(model.expression.node().value);
   EXPECT_EQ(map.matrix[0], 1);  // divided by the last entry
   EXPECT_EQ(map.matrix[4], 0.5);
@@ -67,7 +67,7 @@ TEST(AnyDimension, MatricesHaveOneRowMoreThanDimensions) {
   EXPECT_NE(error_of("multmatrix([[1, 0], [0, 1]]) ball(4);")
                 .find("t.csg:1:1: multmatrix: its children have 4 dimensions, so its matrix has to be 5 x 5"),
             std::string::npos);
-  EXPECT_EQ(parse("multmatrix([[0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 1]]) ball(4);").warnings.size(), 1U);
+  EXPECT_EQ(parse_t("multmatrix([[0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 1]]) ball(4);").warnings.size(), 1U);
 }
 
 TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
@@ -118,39 +118,39 @@ TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
 }
 
 TEST(AnyDimension, TheComplementOfNothingIsEverything) {
-  EXPECT_EQ(parse("intersection() { cuboid([1, 1]); complement() ball(2, r = 0); }").primitive_count, 1U);
+  EXPECT_EQ(parse_t("intersection() { cuboid([1, 1]); complement() ball(2, r = 0); }").primitive_count, 1U);
 }
 
 TEST(AnyDimension, WhatTakesNoPartMayBeWrong) {
   EXPECT_EQ(error_of("%ball(7); *extrude() ball(2); ball(3);"), "");
-  EXPECT_EQ(parse("%ball(7); ball(4);").expression.dimension(), 4);
+  EXPECT_EQ(parse_t("%ball(7); ball(4);").expression.dimension(), 4);
   EXPECT_EQ(error_of("union() { ball(7); !ball(4); }"), "");
 }
 
 TEST(AnyDimension, NothingStaysNothing) {
-  EXPECT_EQ(parse("product() { cuboid([0, 1]); ball(2); }").primitive_count, 0U);
-  EXPECT_EQ(parse("product() { cuboid([0, 1]); ball(2); }").expression.dimension(), 4);
-  EXPECT_EQ(parse("part(\"a\") ball(r = 0);").primitive_count, 0U);
-  EXPECT_EQ(parse("extrude(1) group();").expression.dimension(), 3);  // nothing of no dimension: the empty model
-  EXPECT_EQ(parse("extrude(1) ball(4, r = 0);").expression.dimension(), 5);
-  EXPECT_EQ(parse("intersection() { ball(4); cuboid([1, 1, 1, 0]); }").primitive_count, 0U);
-  EXPECT_EQ(parse("bezier([[1, 2], [1, 2]], weights = [1, 3]); cuboid([1, 1]);").primitive_count, 1U);  // a single point
-  EXPECT_EQ(parse("subdivision([[1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]);").primitive_count, 0U);
-  EXPECT_EQ(parse("bezier([[1, 2], [1, 2.5]]);").primitive_count, 1U);
+  EXPECT_EQ(parse_t("product() { cuboid([0, 1]); ball(2); }").primitive_count, 0U);
+  EXPECT_EQ(parse_t("product() { cuboid([0, 1]); ball(2); }").expression.dimension(), 4);
+  EXPECT_EQ(parse_t("part(\"a\") ball(r = 0);").primitive_count, 0U);
+  EXPECT_EQ(parse_t("extrude(1) group();").expression.dimension(), 3);  // nothing of no dimension: the empty model
+  EXPECT_EQ(parse_t("extrude(1) ball(4, r = 0);").expression.dimension(), 5);
+  EXPECT_EQ(parse_t("intersection() { ball(4); cuboid([1, 1, 1, 0]); }").primitive_count, 0U);
+  EXPECT_EQ(parse_t("bezier([[1, 2], [1, 2]], weights = [1, 3]); cuboid([1, 1]);").primitive_count, 1U);  // a single point
+  EXPECT_EQ(parse_t("subdivision([[1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]);").primitive_count, 0U);
+  EXPECT_EQ(parse_t("bezier([[1, 2], [1, 2.5]]);").primitive_count, 1U);
 }
 
 /// OpenSCAD's meaning of its own nodes is what it was.
 TEST(AnyDimension, TheOldLanguageIsUntouched) {
-  EXPECT_EQ(parse("union() { cube(1); square(1); }").warnings.size(), 1U);
-  EXPECT_EQ(parse("offset(r = 1) cube(1);").primitive_count, 0U);
-  EXPECT_EQ(parse("offset(r = 1) cube(1);").warnings.size(), 1U);
-  EXPECT_EQ(parse("cuboid([1, 1]); offset(r = 1) { square(1); cube(1); }").primitive_count, 2U);
-  EXPECT_EQ(parse("multmatrix([[1, 0, 0, 0, 7], [0, 1, 0, 0, 7], [0, 0, 1, 0, 7], [0, 0, 0, 1, 7], [0, 0, 0, 0, 1]]) cube(1);").primitive_count, 1U);
-  EXPECT_EQ(parse("linear_extrude(1) square(1);").expression.dimension(), 3);
+  EXPECT_EQ(parse_t("union() { cube(1); square(1); }").warnings.size(), 1U);
+  EXPECT_EQ(parse_t("offset(r = 1) cube(1);").primitive_count, 0U);
+  EXPECT_EQ(parse_t("offset(r = 1) cube(1);").warnings.size(), 1U);
+  EXPECT_EQ(parse_t("cuboid([1, 1]); offset(r = 1) { square(1); cube(1); }").primitive_count, 2U);
+  EXPECT_EQ(parse_t("multmatrix([[1, 0, 0, 0, 7], [0, 1, 0, 0, 7], [0, 0, 1, 0, 7], [0, 0, 0, 1, 7], [0, 0, 0, 0, 1]]) cube(1);").primitive_count, 1U);
+  EXPECT_EQ(parse_t("linear_extrude(1) square(1);").expression.dimension(), 3);
 }
 
 TEST(AnyDimension, NamedPartsCountTheirPrimitivesAsOne) {
-  const Model model = parse("cuboid([1, 1]); part(\"a\") { ball(2); cuboid([2, 2]); } ball(2, r = 3);");
+  const Model model = parse_t("cuboid([1, 1]); part(\"a\") { ball(2); cuboid([2, 2]); } ball(2, r = 3);");
   EXPECT_EQ(model.primitive_count, 4U);
   EXPECT_EQ(model.expression.node().parts, 4U);
 }

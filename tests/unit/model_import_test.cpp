@@ -17,7 +17,7 @@ namespace bsp2::model {
 namespace {
 
 double svg_area(const std::string& elements) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.svg";
   std::ofstream(path) << "<svg width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" << elements << "</svg>";
   double sum = 0;
@@ -30,7 +30,7 @@ using Box = std::array<double, 4>;
 
 /// Lowest and highest x and y of a rectangle from (10, 20) to (40, 60) in a drawing with these attributes.
 Box page_box(const std::string& attributes, double dpi = 72, bool center = false) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.svg";
   std::ofstream(path) << "<svg " << attributes << "><rect x=\"10\" y=\"20\" width=\"30\" height=\"40\"/></svg>";
   Box box{1e9, 1e9, -1e9, -1e9};
@@ -103,7 +103,7 @@ TEST(Svg, ElementsAndLayersAreSelected) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.svg";
   const std::vector<std::string> names{"", "a", "b", "c", "d"};
   for (int round = 0; round < 60; ++round) {
@@ -175,7 +175,7 @@ TEST(Svg, ElementsAndLayersAreSelected) {
 }
 
 TEST(Svg, FaultsAreToldWithTheirLine) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.svg";
   const auto fault_of = [&](const std::string& text) -> std::string {
     std::ofstream(path) << text;
@@ -202,7 +202,7 @@ TEST(Svg, FaultsAreToldWithTheirLine) {
 
 /// Wherever it is cut off: a drawing is read whole or not at all.
 TEST(Dxf, ADrawingThatIsCutOffIsAnError) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";
   const std::string sections = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n3\n20\n4\n40\n5\n0\nENDSEC\n", end = "0\nEOF\n";
   const auto whole = [&](const std::string& text) {
@@ -223,7 +223,7 @@ TEST(Dxf, ADrawingThatIsCutOffIsAnError) {
 
 /// However often they are said to go around.
 TEST(Dxf, ArcsGoAroundOnceAtMost) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";
   const auto area_to = [&](const char* last_angle) {
     std::ofstream(path) << "0\nSECTION\n2\nENTITIES\n0\nARC\n8\n0\n10\n25\n20\n0\n40\n2.5\n50\n5\n51\n" << last_angle << "\n0\nENDSEC\n0\nEOF\n";
@@ -239,7 +239,7 @@ TEST(Dxf, ArcsGoAroundOnceAtMost) {
 
 /// All lines of a star meet in one point: each path takes the next of them that is left. Looking through all of them each time takes minutes.
 TEST(Dxf, StarsOfManyLinesAreJoined) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";
   constexpr int lines = 200'000;
   {
@@ -254,7 +254,7 @@ TEST(Dxf, StarsOfManyLinesAreJoined) {
 }
 
 TEST(Dxf, BlocksAreInserted) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";
   const auto write = [&](std::initializer_list<const char*> lines) {
     std::ofstream file(path);
@@ -275,7 +275,7 @@ TEST(Dxf, BlocksAreInserted) {
 }
 
 TEST(Dxf, ScaleAndOriginComeBeforeFacetsAndGrid) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";
   std::ofstream(path) << "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n3\n20\n4\n40\n5\n0\nENDSEC\n0\nEOF\n";
   // Areas by OpenSCAD 2021.01, which prints six digits of each coordinate.

@@ -181,7 +181,7 @@ const std::string relations = "<?xml version=\"1.0\"?><Relationships xmlns=\"htt
 
 class MeshFile : public ::testing::Test {
  protected:
-  testing::TemporaryFolder folder_;
+  samples::TemporaryFolder folder_;
 
   double volume_of(const ImportedMesh& mesh) const { return volume(*closed_mesh(mesh.points, mesh.faces)); }
   std::string message(const std::string& name, const std::string& bytes) const {

@@ -232,7 +232,7 @@ TEST(Overlaps, ASumIsToldOf) {
 
 /// A file that is imported twice is one mesh in two places.
 TEST(Overlaps, ImportsNameTheirFiles) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const std::string name = (folder.path() / "test.csg").string();
   const auto write = [&](const char* file, double x, double side) {
     std::ofstream out(folder.path() / file);

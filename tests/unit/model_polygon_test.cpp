@@ -10,7 +10,7 @@
 namespace bsp2::model {
 namespace {
 
-using Point = std::array<double, 2>;
+using PlanePoint = std::array<double, 2>;
 
 FaceCycles cycle_of(std::size_t corners) {
   FaceCycles cycles;
@@ -19,10 +19,10 @@ FaceCycles cycle_of(std::size_t corners) {
   return cycles;
 }
 
-double area_of(const std::vector<Point>& cycle) {
+double area_of(const std::vector<PlanePoint>& cycle) {
   double twice = 0;
   for (std::size_t i = 0; i < cycle.size(); ++i) {
-    const Point &p = cycle[i], &q = cycle[(i + 1) % cycle.size()];
+    const PlanePoint &p = cycle[i], &q = cycle[(i + 1) % cycle.size()];
     twice += p[0] * q[1] - p[1] * q[0];
   }
   return twice / 2;
@@ -33,22 +33,22 @@ double area_of(const PolygonPieces& polygon) {
 }
 
 /// Of small integers: exact.
-int turn(const Point& a, const Point& b, const Point& c) {
+int turn(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
   const double d = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
   return (d > 0) - (d < 0);
 }
 
-bool is_between(const Point& a, const Point& b, const Point& p) {
+bool is_between(const PlanePoint& a, const PlanePoint& b, const PlanePoint& p) {
   return turn(a, b, p) == 0 && std::min(a[0], b[0]) <= p[0] && p[0] <= std::max(a[0], b[0]) && std::min(a[1], b[1]) <= p[1] && p[1] <= std::max(a[1], b[1]);
 }
 
-bool touch(const Point& a, const Point& b, const Point& c, const Point& d) {
+bool touch(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c, const PlanePoint& d) {
   if (is_between(a, b, c) || is_between(a, b, d) || is_between(c, d, a) || is_between(c, d, b)) return true;
   return turn(a, b, c) * turn(a, b, d) < 0 && turn(c, d, a) * turn(c, d, b) < 0;
 }
 
 /// Every edge against every other.
-bool is_simple(const std::vector<Point>& cycle) {
+bool is_simple(const std::vector<PlanePoint>& cycle) {
   const std::size_t n = cycle.size();
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 2; j < n; ++j)
@@ -62,7 +62,7 @@ TEST(Polygon, PiecesAreDisjointIfItsEdgesOnlyMeetAtCorners) {
   for (int round = 0; round < 20000; ++round) {
     SCOPED_TRACE("seed 20, round " + std::to_string(round));
     const std::size_t n = 4 + random() % 6;
-    std::vector<Point> grid, cycle;
+    std::vector<PlanePoint> grid, cycle;
     for (int i = 0; i < 36; ++i) grid.push_back({static_cast<double>(i % 6), static_cast<double>(i / 6)});
     std::shuffle(grid.begin(), grid.end(), random);
     cycle.assign(grid.begin(), grid.begin() + static_cast<std::ptrdiff_t>(n));
@@ -83,7 +83,7 @@ TEST(Polygon, PiecesAreDisjointIfItsEdgesOnlyMeetAtCorners) {
 
 /// All its edges lie side by side in one direction.
 TEST(Polygon, CombsOfManyTeethAreSimple) {
-  std::vector<Point> comb;
+  std::vector<PlanePoint> comb;
   constexpr int teeth = 10000;
   for (int i = 0; i < teeth; ++i) comb.push_back({0, 2.0 * i}), comb.push_back({1, 2.0 * i + 1});
   comb.push_back({-1, 2.0 * teeth});

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace bsp2::testing {
+namespace bsp2::samples {
 
 class RandomText {
  public:
@@ -94,4 +94,4 @@ class RandomText {
   }
 };
 
-}  // namespace bsp2::testing
+}  // namespace bsp2::samples

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <queue>
 
-namespace bsp2::testing {
+namespace bsp2::samples {
 namespace {
 
 using geometry::CellBatch;
@@ -235,4 +235,4 @@ SampleMesh random_mesh(std::mt19937& random, std::size_t cells, std::size_t batc
   return mesh;
 }
 
-}  // namespace bsp2::testing
+}  // namespace bsp2::samples

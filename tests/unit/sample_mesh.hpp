@@ -10,7 +10,7 @@
 #include "bsp2/geometry/cell_batch.hpp"
 
 /// Meshes made by hand, for the tests of what consumes a mesh.
-namespace bsp2::testing {
+namespace bsp2::samples {
 
 using Point = std::array<double, 3>;
 
@@ -47,4 +47,4 @@ struct SampleMesh {
 /// volumes sum to 1000.
 SampleMesh random_mesh(std::mt19937& random, std::size_t cells, std::size_t batch_size = 64);
 
-}  // namespace bsp2::testing
+}  // namespace bsp2::samples

@@ -97,7 +97,7 @@ TEST(Query, AgreesWithTheTrianglesOfTheBoundary) {
 TEST(Query, AgreesWithTheBoundaryOfARandomModel) {
   const unsigned seed = std::random_device{}();
   std::mt19937 random(seed);
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path model = folder.path() / "model.csg";
   std::ofstream text(model);
   const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };
@@ -135,7 +135,7 @@ TEST(Query, FuzzyCellsOnlyShortenDistances) {
 
 /// Red, then blue within green: the outermost colour counts.
 TEST(Colours, ReachThePartsOfARun) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   RunOptions options;
   options.model = folder.path() / "model.csg";
   options.collect_cells = true;

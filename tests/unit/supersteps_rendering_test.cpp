@@ -47,7 +47,7 @@ Image decode(const std::string& png) {
 
 std::pair<SolidMesh, geometry::BspTree> box_of_cells(std::size_t cells) {
   std::mt19937 random(11);
-  auto sample = testing::random_mesh(random, cells);
+  auto sample = samples::random_mesh(random, cells);
   SolidMesh mesh;
   for (const auto& batch : sample.batches) {
     auto same_part = std::make_shared<CellBatch>(*batch);
@@ -82,9 +82,9 @@ TEST(Rendering, ThreeSidesOfABoxHaveThreeShades) {
 TEST(Rendering, DrawsThePlaneAndOnlyInCells) {
   std::mt19937 random(1);
   auto batch = std::make_shared<CellBatch>();
-  testing::append_polygon(*batch, {{0, 0}, {2, 0}, {2, 2}, {0, 2}}, random);
-  testing::append_polygon(*batch, {{2, 0}, {4, 0}, {4, 2}, {2, 2}}, random);
-  testing::append_polygon(*batch, {{0, 2}, {4, 2}, {4, 4}, {0, 4}}, random);
+  samples::append_polygon(*batch, {{0, 0}, {2, 0}, {2, 2}, {0, 2}}, random);
+  samples::append_polygon(*batch, {{2, 0}, {4, 0}, {4, 2}, {2, 2}}, random);
+  samples::append_polygon(*batch, {{0, 2}, {4, 2}, {4, 4}, {0, 4}}, random);
   batch->label[2] = geometry::Label::out;
   batch->part[1] = 1;
   SolidMesh mesh{2, {batch}};

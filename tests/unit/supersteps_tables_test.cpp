@@ -17,7 +17,7 @@ std::uint64_t sum(const std::vector<NodeFigures>& nodes, std::uint64_t NodeFigur
 
 /// The nodes share the cells of the run; their boundaries are that of the solid and the interfaces, seen from both sides.
 TEST(Tables, NodesShareTheCellsOfARun) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   RunOptions options;
   options.model = folder.path() / "row.csg";
   options.threads = 1;
@@ -51,7 +51,7 @@ TEST(Tables, NodesShareTheCellsOfARun) {
 
 /// Round solids are refined as far as a run does.
 TEST(Tables, EndForRoundSolids) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   RunOptions options;
   options.model = folder.path() / "ball.csg";
   options.threads = 1;

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-namespace bsp2::testing {
+namespace bsp2::samples {
 
 /// A folder for the files of one test.
 class TemporaryFolder {
@@ -28,4 +28,4 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace bsp2::testing
+}  // namespace bsp2::samples
