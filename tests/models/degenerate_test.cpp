@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "models.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::models {
 namespace {
@@ -72,7 +73,7 @@ TEST(DegenerateModel, ASolidMinusItselfIsEmpty) {
   const std::uint64_t seed = dataflow::new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   dataflow::Random random(seed);
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     const Expression e = dataflow::random_expression(random, 3, dataflow::Kind::solids, 1);
     const Expression bounded = intersect({cube(20, true), e});
     const Solid nothing = evaluate(subtract({bounded, bounded}), round % 2 == 0 ? 0 : 1e-9);
@@ -192,7 +193,7 @@ TEST(DegenerateModel, LeavesNoCellThinnerThanTheToleranceThatTheGeometryDoesNotH
   const std::uint64_t seed = dataflow::new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   dataflow::Random random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     // Boxes of a coarse grid in a turned frame: the maps' rounding moves faces by 1e-16, which nobody may
     // see.
     std::vector<Expression> operands;

@@ -18,6 +18,7 @@
 #include "bsp2/io/snapshot.hpp"
 #include "listening.hpp"
 #include "temporary_folder.hpp"
+#include "rounds.hpp"
 
 namespace {
 
@@ -193,7 +194,7 @@ TEST_F(Jobs, SurviveTheirWorkers) {
   const std::vector<std::string> options{"--regions", "8"};
   split(options);
   int killed = 0;
-  for (int round = 0; round < 8; ++round) {
+  for (int round = 0; round < bsp2::samples::rounds(8); ++round) {
     const pid_t first = start(worker(1000)), second = start(worker(1000));
     std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 500));
     for (const pid_t child : {first, second}) {

@@ -13,6 +13,7 @@
 #include "models.hpp"
 #include "random_text.hpp"
 #include "temporary_folder.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::models {
 namespace {
@@ -93,8 +94,7 @@ class ProgramInRegions : public ::testing::Test {
 
   template <typename Body>
   void rounds(int count, const Body& body) {
-    if (const char* factor = std::getenv("BSP2_ROUNDS")) count *= std::atoi(factor);
-    for (int round = 0; round < count && !HasFailure(); ++round) {
+    for (int round = 0; round < samples::rounds(count) && !HasFailure(); ++round) {
       const std::uint64_t seed = dataflow::new_seed();
       samples::RandomText text(seed);
       const std::string options = write_model(text);

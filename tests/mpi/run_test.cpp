@@ -18,6 +18,7 @@
 #include "exchange.hpp"
 #include "random_text.hpp"
 #include "temporary_folder.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::supersteps {
 namespace {
@@ -105,10 +106,10 @@ TEST(Run, FindsTheSameCellsInAnyNumberOfRegions) {
 TEST(Run, FindsTheSameCellsOfRoundSolidsInAnyNumberOfRegions) {
   const samples::TemporaryFolder folder;  // the master's is the one that is read
   Ranks ranks = Ranks::launched();
-  const char *given = std::getenv("BSP2_SEED"), *factor = std::getenv("BSP2_ROUNDS");
+  const char* given = std::getenv("BSP2_SEED");
   std::uint64_t seed = given ? std::strtoull(given, nullptr, 10) : 20051;
   broadcast(ranks, seed);
-  for (int round = 0; round < 6 * (factor ? std::atoi(factor) : 1); ++round, ++seed) {
+  for (int round = 0; round < samples::rounds(6) * (factor ? std::atoi(factor) : 1); ++round, ++seed) {
     SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
     samples::RandomText text(seed);
     const int dimension = text.pick(2, 4);

@@ -1,4 +1,5 @@
 #include "bsp2/geometry/bsp_tree.hpp"
+#include "rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -33,7 +34,7 @@ TEST(BspTree, LocatesPointsAndVisitsLeavesBackToFront) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     std::vector<double> cuts(1 + round % 20);
     for (double& cut : cuts) cut = unit(random);
     std::sort(cuts.begin(), cuts.end());

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -85,7 +86,7 @@ TEST(Archive, RoundTripsWhatTravels) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < samples::rounds(5); ++round) {
     expect_round_trips<2>(random);
     expect_round_trips<3>(random);
     expect_round_trips<4>(random);

@@ -16,6 +16,7 @@
 #include "dataflow_oracle.hpp"
 #include "outline.hpp"
 #include "temporary_folder.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -126,7 +127,7 @@ TEST(PlaneSolids, PolygonsFollowTheEvenOddRule) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 2000; ++round) {
+  for (int round = 0; round < samples::rounds(2000); ++round) {
     const RandomPolygon polygon = random_polygon(random);
     const Expression solid = model::polygon(polygon.points, polygon.paths);
     ASSERT_NEAR(content<2>(solid), even_odd_area(polygon.points, polygon.paths), 1e-9) << "round " << round;
@@ -137,7 +138,7 @@ TEST(PlaneSolids, OutlinesAreClosedAndHaveTheSolidOnTheirLeft) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     std::vector<Expression> operands;
     for (int k = pick(random, 1, 4); k > 0; --k) {
       const RandomPolygon polygon = random_polygon(random);
@@ -312,7 +313,7 @@ TEST(LinearExtrude, StraightIsAreaTimesHeight) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     const RandomPolygon polygon = random_polygon(random);
     const Expression solid = model::subtract({model::polygon(polygon.points, polygon.paths), model::transform(free_matrix(random, 2, 2), model::circle(1, 7))});
     model::LinearExtrusion extrusion;
@@ -362,7 +363,7 @@ TEST(RotateExtrude, HasTheVolumeOfPappusForItsFacets) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     // A star around a point off the axis: simple, rarely convex.
     Plane path;
     const int n = pick(random, 3, 9);
@@ -461,7 +462,7 @@ TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     std::vector<std::array<double, 3>> points;
     const int style = pick(random, 0, 2);
     for (int i = pick(random, 4, 60); i > 0; --i) {
@@ -531,7 +532,7 @@ TEST(Minkowski, OfAConvexPolygonAndABox) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 30; ++round) {
+  for (int round = 0; round < samples::rounds(30); ++round) {
     Plane points;
     for (int i = 0; i < 12; ++i) points.push_back({uniform(random, -5, 5), uniform(random, -5, 5)});
     const Expression hull = model::convex_hull(points);

@@ -10,6 +10,7 @@
 
 #include "bsp2/dataflow/facet_tree.hpp"
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -74,7 +75,7 @@ TEST(Crossing, ATreeFindsTheFacetsAlongASegment) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   using Point = std::array<double, 3>;
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     const auto count = static_cast<std::size_t>(pick(random, 0, 3000));
     const double reach = uniform(random, 0.001, 0.3), error = pick(random, 0, 1) == 0 ? 0 : uniform(random, 0, 0.01);
     const auto any_point = [&](double low, double high) { return Point{uniform(random, low, high), uniform(random, low, high), uniform(random, low, high)}; };

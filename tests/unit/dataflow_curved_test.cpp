@@ -14,6 +14,7 @@
 #include "dataflow_oracle.hpp"
 #include "intervals.hpp"
 #include "producer_stream.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -143,7 +144,7 @@ void check_ellipsoid(Random& random, unsigned level) {
 }
 
 TEST(Curved, EllipsoidsAreEnclosedToo) {
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < samples::rounds(5); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -233,7 +234,7 @@ TEST(Curved, BooleansWithPolyhedraKeepTheInterval) {
     expect_contains(volume_interval<3>(model::unite({octant, ball}), thinner_than(tolerance)), 125 + 7 * eighth);
   }
   Random random(new_seed());
-  for (int round = 0; round < 5; ++round) {  // in truth half the ball each, whatever the plane
+  for (int round = 0; round < samples::rounds(5); ++round) {  // in truth half the ball each, whatever the plane
     auto turn = free_matrix(random, 3, 0);
     const auto half = model::transform(
         turn, model::transform(std::vector<double>{20, 0, 0, 0, 0, 20, 0, -10, 0, 0, 20, -10, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));

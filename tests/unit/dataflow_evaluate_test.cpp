@@ -10,6 +10,7 @@
 
 #include "bsp2/geometry/error.hpp"
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -277,7 +278,7 @@ TEST(Evaluate, MomentsOfIntegerBoxesAreRoundedOnce) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     std::array<std::int64_t, 3> low{}, high{};
     auto m = identity_matrix(3);
     std::vector<double> size;
@@ -344,7 +345,7 @@ TEST(Evaluate, RecordsATreeThatLocatesPoints) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     const auto e = random_expression(random, 3, Kind::solids, 2);
     const Network<3> network = compile<3>(e, {});
     EvaluateOptions options;

@@ -11,6 +11,7 @@
 
 #include "bsp2/model/csg.hpp"
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -223,7 +224,7 @@ TEST(Flattened, CountsByItsPointsInSums) {
 TEST(Flattened, CastsItsShadow) {
   const std::uint64_t seed = new_seed();
   Random random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     const Child<3> flat = random_flat_child<3>(random, true);
     Corners<2> shadow;
     for (const auto& p : flat.corners) shadow.push_back({p[0], p[1]});

@@ -7,6 +7,7 @@
 #include "bsp2/dataflow/localizer.hpp"
 #include "cell_samples.hpp"
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -191,7 +192,7 @@ TEST(Producer, RefinesMeshesThatAreNotConvex) {
 }
 
 TEST(Combiner, StreamsRefineTheirInput) {
-  for (int round = 0; round < 150; ++round) {
+  for (int round = 0; round < samples::rounds(150); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);

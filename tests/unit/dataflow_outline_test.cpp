@@ -11,6 +11,7 @@
 
 #include "bsp2/model/csg.hpp"
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -82,7 +83,7 @@ std::string profile(const std::string& shape) { return turned(0, 30, 0, shape); 
 TEST(Outlines, DoNotDependOnWhatIsMerged) {
   const std::uint64_t seed = new_seed();
   Random random(seed);
-  for (int round = 0; round < 12; ++round) {
+  for (int round = 0; round < samples::rounds(12); ++round) {
     const std::string shape = random_shape(random);
     const std::vector<std::string> models{"fill() { " + shape + "}",
                                           "offset(r = 1.5, $fn = 8) { " + shape + "}",
@@ -110,7 +111,7 @@ TEST(Outlines, DoNotDependOnWhatIsMerged) {
 TEST(Outlines, OfCleanLathesAreStraight) {
   const std::uint64_t seed = new_seed();
   Random random(seed);
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     std::ostringstream text;
     text << "rotate_extrude($fn = 5, angle = " << (chance(random, 0.5) ? 360 : 90) << ") { polygon(points = [";
     // Down along the axis or an inner wall, then steps outwards and inwards on the way up.

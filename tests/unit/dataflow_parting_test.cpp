@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -44,7 +45,7 @@ TEST(Parting, IsAsGoodAsItSaysAndAsTheBestOfManyPlaces) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   int poor = 0;
-  for (int round = 0; round < 2000; ++round) {
+  for (int round = 0; round < samples::rounds(2000); ++round) {
     const auto stretches = random_stretches(random);
     const Parting parting = best_parting(stretches);
     double lower = stretches[0].lower, upper = stretches[0].upper;

@@ -13,6 +13,7 @@
 #include "bsp2/model/builder.hpp"
 #include "dataflow_oracle.hpp"
 #include "in_regions.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -88,7 +89,7 @@ TEST(Partition, IsTheSameOnAnyNumberOfThreadsAndInParts) {
     if (chance(random, 0.3)) limits.tolerance = network.table.width() / pick(random, 2, 64);
     return limits;
   };
-  for (int round = 0; round < 60 || (stopped == 0 && round < 1000); ++round) {
+  for (int round = 0; round < samples::rounds(60) || (stopped == 0 && round < 1000); ++round) {
     const auto threads = static_cast<unsigned>(pick(random, 2, 6)), depth = static_cast<unsigned>(pick(random, 1, 9)),
                shares = static_cast<unsigned>(pick(random, 1, 7));
     const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
@@ -121,7 +122,7 @@ TEST(Partition, CellsAreMadeAgainFromTheTreeAlone) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
     const auto whole = partition(network, static_cast<unsigned>(pick(random, 0, 7)));
     ASSERT_EQ(whole.work.size(), whole.regions.size());
@@ -177,7 +178,7 @@ TEST(Partition, FillsTheRootWithRegions) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
     geometry::CellWriter<3> writer(network.table);
     const double root = writer.measure(geometry::root_cell(network.table)).volume();
@@ -240,7 +241,7 @@ TEST(Partition, CutsChangeNoCell) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   std::uint64_t given_back = 0;
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
     EvaluateOptions options;
     options.threads = static_cast<unsigned>(pick(random, 1, 3));
@@ -294,7 +295,7 @@ TEST(Partition, NoCutIsNearlyAFaceOfTheModel) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   const auto coordinate = [&](int reach) { return pick(random, -reach, reach) / 2.0; };
-  for (int round = 0; round < 12; ++round) {
+  for (int round = 0; round < samples::rounds(12); ++round) {
     std::vector<model::Expression> solids;
     for (int i = 0; i < 40; ++i) {
       std::vector<double> matrix = identity_matrix(3);

@@ -16,6 +16,7 @@
 #include "bsp2/dataflow/transformer.hpp"
 #include "cell_samples.hpp"
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -165,7 +166,7 @@ TEST(LatheProducer, EmitsAStreamOfRefinements) {
 
 /// Whatever cuts its cells, a lathe answers as its half-spaces do one by one.
 TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -232,7 +233,7 @@ TEST(MeshProducer, EmitsAStreamOfRefinements) {
 /// Slabs far thinner than doubles resolve, cut through a mesh: no double lies in their cells.
 TEST(MeshProducer, IsExactInCellsThinnerThanDoublesResolve) {
   int in = 0, out = 0;
-  for (int round = 0; round < 12; ++round) {
+  for (int round = 0; round < samples::rounds(12); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -324,7 +325,7 @@ TEST(Localizer, LooksCloselyAtWhatItWillNotCut) {
 /// The stream of a transformed producer is the image of the producer's: the same refinements, each cell the image of a
 /// cell with the same label.
 TEST(Transformer, MapsAStreamOfRefinementsToItsImage) {
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < samples::rounds(50); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -415,7 +416,7 @@ TEST(Combiner, FoldsStreamsOfRefinementsIntoOne) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 5000; ++round) {
+  for (int round = 0; round < samples::rounds(5000); ++round) {
     const Word kind = static_cast<Word>(pick(random, 1, 3));
     std::vector<Label> known(static_cast<std::size_t>(pick(random, 1, 6)), Label::fuzzy);
     std::vector<std::int32_t> part(known.size());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "in_regions.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -240,8 +241,7 @@ class Regions : public testing::Test {
   /// @param count of rounds; BSP2_ROUNDS times as many where it is set.
   template <typename Body>
   static void rounds(int count, const Body& body) {
-    if (const char* factor = std::getenv("BSP2_ROUNDS")) count *= std::atoi(factor);
-    for (int round = 0; round < count && !HasFailure(); ++round) {
+    for (int round = 0; round < samples::rounds(count) && !HasFailure(); ++round) {
       const std::uint64_t seed = new_seed();
       SCOPED_TRACE(testing::Message() << "round " << round << ", BSP2_SEED=" << seed);
       Random random(seed);

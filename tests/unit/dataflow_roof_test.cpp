@@ -12,6 +12,7 @@
 #include "bsp2/model/csg.hpp"
 #include "dataflow_oracle.hpp"
 #include "outline.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -93,7 +94,7 @@ TEST(Roof, FollowsTheWavefrontOfSquares) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     SCOPED_TRACE(round);
     std::vector<Expression> squares;
     std::ostringstream text;
@@ -130,7 +131,7 @@ TEST(Roof, FollowsTheWavefrontOfStars) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     SCOPED_TRACE(round);
     ASSERT_NO_FATAL_FAILURE(expect_wavefront(random_star(random), 1.0 / 64));
     if (::testing::Test::HasFailure()) return;
@@ -156,7 +157,7 @@ TEST(Roof, StandsOnItsPlaneSolid) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 10; ++round) {
+  for (int round = 0; round < samples::rounds(10); ++round) {
     const Expression star = random_star(random);
     for (const auto method : {model::Roof::Method::straight, model::Roof::Method::voronoi}) {
       const Expression roof = model::construct(model::Roof{.method = method}, {star});

@@ -11,6 +11,7 @@
 #include "bsp2/dataflow/spline_producer.hpp"
 #include "producer_stream.hpp"
 #include "spline_samples.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -156,7 +157,7 @@ Truth winding_around(const Piece& piece, int n) {
 template <int D>
 void check_solid_streams(Random& random, int rounds, unsigned deepest, int n) {
   int surely_inside = 0;  // of thin pieces nothing is
-  for (int round = 0; round < rounds || (surely_inside == 0 && round < 10 * rounds); ++round) {
+  for (int round = 0; round < rounds || (surely_inside == 0 && round < samples::rounds(10) * rounds); ++round) {
     SCOPED_TRACE(testing::Message() << "D=" << D << ", round " << round);
     std::vector<std::uint32_t> degrees;
     std::vector<std::size_t> counts;

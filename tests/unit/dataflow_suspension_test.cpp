@@ -6,6 +6,7 @@
 
 #include "bsp2/dataflow/archive.hpp"
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -203,9 +204,9 @@ TEST(Suspension, ChangesNothing) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   int interruptions = 0;
-  for (int round = 0; round < 60 && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<3>(random, false);
-  for (int round = 0; round < 15 && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<2>(random, false);
-  for (int round = 0; round < 5 && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<4>(random, false);
+  for (int round = 0; round < samples::rounds(60) && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<3>(random, false);
+  for (int round = 0; round < samples::rounds(15) && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<2>(random, false);
+  for (int round = 0; round < samples::rounds(5) && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<4>(random, false);
   EXPECT_GT(interruptions, 100);
 }
 
@@ -213,8 +214,8 @@ TEST(Suspension, ChangesNothingAtALevel) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 50 && !testing::Test::HasFailure(); ++round) expect_suspendable<3>(random, true);
-  for (int round = 0; round < 10 && !testing::Test::HasFailure(); ++round) expect_suspendable<2>(random, true);
+  for (int round = 0; round < samples::rounds(50) && !testing::Test::HasFailure(); ++round) expect_suspendable<3>(random, true);
+  for (int round = 0; round < samples::rounds(10) && !testing::Test::HasFailure(); ++round) expect_suspendable<2>(random, true);
 }
 
 /// However short a step is, it does something new, and looks at nothing twice that stays FUZZY.

@@ -8,6 +8,7 @@
 
 #include "geometry_oracle.hpp"
 #include "dimension_types.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -113,7 +114,7 @@ TEST(Clipper, CutsALatheOutOfARoomAsSplitsDo) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 10; ++round) {
+  for (int round = 0; round < samples::rounds(10); ++round) {
     const Model<3> model = lathes(random, static_cast<std::uint32_t>(pick(random, 3, 60)));
     std::vector<OrientedHyperplane> planes;
     for (const auto& own : model.codes_of) planes.insert(planes.end(), own.begin(), own.end());
@@ -128,7 +129,7 @@ TEST(Predicate, AgreesWithRationalsOnFourPlanesOfOneLathe) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   int on = 0, asked = 0;
-  for (int round = 0; round < 6; ++round) {
+  for (int round = 0; round < samples::rounds(6); ++round) {
     const Model<3> model = lathes(random, static_cast<std::uint32_t>(pick(random, 3, 9)));
     Splitter<3> splitter(model.table);
     for (int k = 0; k < 150; ++k) {

@@ -6,6 +6,7 @@
 
 #include "bsp2/geometry/fraction.hpp"
 #include "geometry_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -80,7 +81,7 @@ TEST(Fractions, AreIntegersOf192Bits) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < samples::rounds(3000); ++round) {
     const Sample a = random_sample(random), b = random_sample(random);
     ASSERT_EQ(units_of(a.fraction), a.units);
     ASSERT_EQ(a.fraction.is_zero(), a.units == 0);
@@ -103,7 +104,7 @@ TEST(Fractions, MinorsHaveTheErrorsThatThePredicateAllowsFor) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < samples::rounds(3000); ++round) {
     constexpr int bits = 300;
     std::array<std::array<Fraction, 4>, 3> rows;
     std::array<std::array<ExactInteger<3>, 4>, 3> exact;

@@ -10,6 +10,7 @@
 #include "bsp2/geometry/block.hpp"
 #include "bsp2/geometry/measures.hpp"
 #include "geometry_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -18,7 +19,7 @@ TEST(MomentSum, DependsNeitherOnOrderNorOnGrouping) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < samples::rounds(50); ++round) {
     const double radius = std::pow(10.0, uniform(random, -10, 10));
     std::vector<Moments<3>> all(500);
     std::array<long double, Moments<3>::size> expected{};
@@ -80,7 +81,7 @@ void expect_rounded_sums(MomentSum<D> sum, Random& random) {
   constexpr std::size_t size = Moments<D>::size;
   const auto exponent = sum.state().exponent;
   std::array<mp::cpp_int, size> expected{};
-  for (int round = 0; round < 5000; ++round) {
+  for (int round = 0; round < samples::rounds(5000); ++round) {
     Moments<D> moments;
     for (std::size_t i = 0; i < size; ++i) {
       const int unit = exponent[i == 0 ? 0 : i <= static_cast<std::size_t>(D) ? 1 : 2];
@@ -149,7 +150,7 @@ TEST(Block, IsOwnMemoryWhateverComesAndGoes) {
 
 TEST(Block, MayBeReleasedOnAnotherThread) {
   std::vector<Block> handed(2000);
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < samples::rounds(5); ++round) {
     std::thread maker([&] {
       for (std::size_t i = 0; i < handed.size(); ++i) {
         handed[i] = Block(64 + i);

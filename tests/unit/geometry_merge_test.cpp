@@ -12,6 +12,7 @@
 
 #include "geometry_oracle.hpp"
 #include "dimension_types.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -87,7 +88,7 @@ TYPED_TEST(Merge, WithinTheToleranceMergesAndBeyondItDoesNot) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < samples::rounds(300); ++round) {
     const double size = std::pow(10.0, uniform(random, -6, 6)),
                  tolerance = std::pow(10.0, -pick(random, 3, 9));
     std::array<double, D> lower, upper;
@@ -171,7 +172,7 @@ TYPED_TEST(Merge, EqualsTheComparisonOfAllPairs) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   std::size_t merged = 0, kept = 0;
-  for (int round = 0; round < 24; ++round) {
+  for (int round = 0; round < samples::rounds(24); ++round) {
     const double size = std::pow(10.0, uniform(random, -3, 3)), away = round % 3 == 0 ? 1000 * size : 0;
     const double tolerance = std::pow(10.0, -pick(random, 3, 10));
     std::array<double, D> lower, upper;
@@ -258,7 +259,7 @@ TEST(MergeInSpace, OppositeFacesOfTouchingBoxesShareAnId) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     const long double angle = uniform(random, 0, 6);
     const Matrix<3> turn = rotation<3>(0, 1, angle);
     Matrix<3> detour = identity<3>();  // the same rotation in three rounded steps

@@ -20,6 +20,7 @@
 #include "bsp2/geometry/hyperplane_table.hpp"
 #include "bsp2/geometry/parallel.hpp"
 #include "bsp2/geometry/threads.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -28,7 +29,7 @@ TEST(ForEachRange, CoversEveryNumberOnce) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     const std::size_t count = random() % 300, grain = 1 + random() % 40;
     std::vector<int> seen(count);  // each touched by one thread only
     std::atomic<bool> too_long = false;
@@ -59,7 +60,7 @@ TEST(MadeAhead, UsesEachItemOnceInOrderAndHoldsFew) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     const std::size_t count = random() % 100;
     const unsigned threads = random() % 5;
     std::atomic<std::size_t> made = 0;

@@ -1,4 +1,5 @@
 #include "bsp2/geometry/point_query.hpp"
+#include "rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -83,7 +84,7 @@ void compare_with_all_subsets() {
   SCOPED_TRACE(testing::Message() << "dimension " << D << ", seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-4, 4);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     std::array<double, D> inside;
     for (double& x : inside) x = place(random);
     const auto half_spaces = random_half_spaces<D>(random, 1 + round % 9, inside);
@@ -148,7 +149,7 @@ void measure_a_cube() {
   SCOPED_TRACE(testing::Message() << "dimension " << D << ", seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> place(-3, 6), within(1, 2);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     std::array<double, D> point;
     for (double& x : point) x = round % 2 == 0 ? place(random) : within(random);
     double outside = 0, inside = std::numeric_limits<double>::infinity();

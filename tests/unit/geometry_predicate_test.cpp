@@ -12,6 +12,7 @@
 #include "bsp2/geometry/triangle_columns.hpp"
 #include "geometry_oracle.hpp"
 #include "dimension_types.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -310,7 +311,7 @@ TYPED_TEST(Predicate, TheFurthestHalfSpaceIsTheFirstWithTheLargestValue) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 20; ++round) {
+  for (int round = 0; round < samples::rounds(20); ++round) {
     const Model<D> model = boxes_on_a_grid<D>(random);
     std::vector<OrientedHyperplane> planes;
     for (int n = pick(random, 1, 60); n > 0; --n)  // some twice: they are equally far
@@ -345,7 +346,7 @@ TEST(TriangleColumns, SidesAreThoseOfTheCorners) {
   Random random(seed);
   TriangleColumns triangles;
   std::array<std::size_t, 8> seen{};
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < samples::rounds(300); ++round) {
     Hyperplane<3> plane{{}, uniform(random, -0.5, 0.5), 0};
     for (double& x : plane.normal) x = uniform(random, -1, 1);
     std::vector<std::array<std::array<double, 3>, 3>> corners(static_cast<std::size_t>(pick(random, 0, 40)));
@@ -428,7 +429,7 @@ TEST(PredicateInSpace, IsZeroForAllFacetsAroundAMeshVertexUnderAnyMap) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   Seen seen;
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     // A fan of triangles around one corner, all its coordinates arbitrary 53-bit numbers.
     const std::array<std::int64_t, 3> apex{coordinate(random, 53), coordinate(random, 53), coordinate(random, 53)};
     const int narrow = pick(random, 1, 40);  // fans from wide open to almost degenerate
@@ -472,7 +473,7 @@ TEST(PredicateInSpace, AgreesWithRationalsWhereCornersAreKnown) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   Seen seen;
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     // An octahedron of a few steps of the grid, or of more of them.
     const int size = pick(random, 4, 50);
     const std::array<std::int64_t, 3> centre{coordinate(random, 52), coordinate(random, 52), coordinate(random, 52)};
@@ -504,7 +505,7 @@ TEST(PredicateInSpace, AgreesWithRationalsOnLathesAndMeshesUnderTheirLargestCoef
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   Seen seen;
-  for (int round = 0; round < 25; ++round) {
+  for (int round = 0; round < samples::rounds(25); ++round) {
     const auto sides = static_cast<std::uint32_t>(pick(random, 3, 9));
     // Radii and heights with all 53 bits, so that coefficients reach the size that exact.hpp allows for.
     std::vector<double> radius{uniform(random, 0.3, 1), 1, uniform(random, 0.3, 1)},

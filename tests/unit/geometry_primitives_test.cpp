@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "geometry_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -17,9 +18,9 @@ TEST(CornerDirection, IsTheRoundedCosineAndSine) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 20000; ++round) {
+  for (int round = 0; round < samples::rounds(20000); ++round) {
     const auto count =
-        static_cast<std::uint32_t>(round < 10000 ? pick(random, 3, 400) : pick(random, 3, 1000000));
+        static_cast<std::uint32_t>(round < samples::rounds(10000) ? pick(random, 3, 400) : pick(random, 3, 1000000));
     const auto index = static_cast<std::uint32_t>(pick(random, 0, static_cast<int>(count) - 1));
     const auto [c, s] = corner_direction(index, count);
     const long double angle = 2 * std::numbers::pi_v<long double> * index / count;
@@ -111,7 +112,7 @@ TEST(Lathe, HasExactlyPlanarSides) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     const auto sides = static_cast<std::uint32_t>(pick(random, 3, 40));
     check_lathe(sides, {1, 1}, {0, 1});
     check_lathe(sides, {1, uniform(random, 0.01, 0.99)}, {0, 1});
@@ -147,7 +148,7 @@ TEST(TriangleCovector, PassesThroughItsPointsAndFacesOutward) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   std::uniform_int_distribution<std::int64_t> coordinate(-(std::int64_t{1} << 53), std::int64_t{1} << 53);
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < samples::rounds(3000); ++round) {
     std::array<std::array<std::int64_t, 3>, 4> p;
     for (auto& point : p)
       for (auto& x : point) x = coordinate(random) >> (round % 50);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "bsp2/geometry/quad.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -32,7 +33,7 @@ TEST(Quad, IsMadeFromDoublesOfEveryKind) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937_64 random(seed);
   const auto check = [](double x) { EXPECT_TRUE(bits_of(to_quad(x)) == bits_of(static_cast<Quad>(x))) << x; };
-  for (int round = 0; round < 100000; ++round) {
+  for (int round = 0; round < samples::rounds(100000); ++round) {
     const auto x = std::bit_cast<double>(random());
     if (!std::isnan(x)) check(x);
   }
@@ -45,7 +46,7 @@ TEST(Quad, IsRoundedToLongDoubleAsTheLibraryDoes) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937_64 random(seed);
-  for (int round = 0; round < 200000; ++round) {
+  for (int round = 0; round < samples::rounds(200000); ++round) {
     Bits bits = Bits{random()} << 64 | random();
     switch (round % 4) {
       case 1: bits = bits >> 49 << 49; break;                     // nothing to round
@@ -58,7 +59,7 @@ TEST(Quad, IsRoundedToLongDoubleAsTheLibraryDoes) {
     for (const double sign : {1.0, -1.0}) expect_same_long_double(static_cast<Quad>(sign * x));
   // Near the limits of the exponent, which both formats have in common.
   for (const int field : {0, 1, 2, 0x7ffd, 0x7ffe, 0x7fff})
-    for (int round = 0; round < 100; ++round) {
+    for (int round = 0; round < samples::rounds(100); ++round) {
       const Bits fraction = (Bits{random()} << 64 | random()) >> 16;
       expect_same_long_double(std::bit_cast<Quad>(Bits{static_cast<unsigned>(field)} << 112 | fraction));
       expect_same_long_double(std::bit_cast<Quad>(Bits{static_cast<unsigned>(field)} << 112 | ((Bits{1} << 112) - 1)));

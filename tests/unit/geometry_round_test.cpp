@@ -6,6 +6,7 @@
 #include <random>
 
 #include "bsp2/geometry/round_family.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -49,7 +50,7 @@ void check_family(int axes, std::uint64_t seed) {
   const RoundFamily<D> family(axes, 1, 1, 1U << 24);
   ASSERT_GE(family.levels(), D <= 3 ? 7U : 1U);
   ASSERT_LE(family.count(), 1U << 24);
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < samples::rounds(300); ++round) {
     const auto wedge = random_wedge<D>(family, random);
     const auto tangent = family.rounded(family.tangent(wedge)), chord = family.rounded(family.chord(wedge));
     ASSERT_LT(family.chord(wedge), family.count());
@@ -120,7 +121,7 @@ TEST(RoundFamily, GivesEveryHyperplaneOneNumber) {
 TEST(RoundFamily, TaperedPlanesMeetInTheApex) {
   const RoundFamily<3> cone(2, 1, 0, 100000);
   Random random(7);
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < samples::rounds(50); ++round) {
     const auto wedge = random_wedge<3>(cone, random);
     for (const std::uint32_t number : {cone.tangent(wedge), cone.chord(wedge)}) {
       const auto plane = cone.exact(number);

@@ -10,6 +10,7 @@
 #include "bsp2/geometry/splitter.hpp"
 #include "geometry_oracle.hpp"
 #include "dimension_types.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -522,7 +523,7 @@ TYPED_TEST(Split, RootCellHoldsTheBoundsWithAMargin) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     const double size = std::pow(10.0, uniform(random, -15, 15)),
                  offset = size * std::pow(10.0, uniform(random, -3, 6));
     std::array<double, D> lower, upper;

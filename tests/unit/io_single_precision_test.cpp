@@ -12,6 +12,7 @@
 
 #include "bsp2/io/surface.hpp"
 #include "temporary_folder.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::io {
 namespace {
@@ -139,7 +140,7 @@ TEST_F(SinglePrecision, RandomSurfacesStayClosedWithoutFlatTriangles) {
   const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
   const auto whole_number = [&](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
   int spoiled = 0;
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < samples::rounds(300); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
     TriangleSurface surface;
     for (int part = whole_number(1, 3); part > 0; --part) {

@@ -9,6 +9,7 @@
 #include "bsp2/model/builder.hpp"
 #include "bsp2/model/tessellation.hpp"
 #include "model_helpers.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -107,7 +108,7 @@ TEST(Builder, TellsThinMapsFromFlatOnes) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_int_distribution<int> whole(-50, 50);  // so that the products are exact
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     // Two random maps with a thin one between them: thin but regular; with a flat one: singular up to
     // rounding.
     std::array<double, 9> a, b;

@@ -11,6 +11,7 @@
 #include "box_tree.hpp"
 #include "mesh_crossing.hpp"
 #include "model_helpers.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -47,7 +48,7 @@ TEST(Crossing, IsFoundWhereAnEdgeGoesThroughATriangle) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> coordinate(0, 1);
   int crossing = 0;
-  for (int round = 0; round < 2000; ++round) {
+  for (int round = 0; round < samples::rounds(2000); ++round) {
     TriangleMesh mesh;  // two tetrahedra
     for (std::uint32_t first : {0U, 4U}) {
       for (int i = 0; i < 4; ++i) mesh.points.push_back({coordinate(random) + (first == 0 ? 0 : 0.4), coordinate(random), coordinate(random)});
@@ -123,7 +124,7 @@ TEST(BoxTree, FindsEachPairThatMeetsOnce) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     std::vector<Box3> boxes(std::uniform_int_distribution<std::size_t>(0, 60)(random));
     for (Box3& box : boxes)
       for (std::size_t k = 0; k < 3; ++k) {

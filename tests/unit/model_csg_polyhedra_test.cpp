@@ -9,6 +9,7 @@
 #include "bsp2/model/csg.hpp"
 #include "model_csg_helpers.hpp"
 #include "model_helpers.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -116,7 +117,7 @@ TEST(CsgPolyhedra, ThoseThatAreWrittenAgainAreTheSame) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const auto comment = [&] { return std::array{"", " ", "/* :-) */", "/* ) ; */", "// )\n"}[random() % 5]; };
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < samples::rounds(50); ++round) {
     std::vector<std::string> different;
     for (int i = 0; i < 5; ++i) {
       const std::string size = std::to_string(1 + random() % 3);

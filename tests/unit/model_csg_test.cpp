@@ -15,6 +15,7 @@
 #include "csg_nodes.hpp"
 #include "model_csg_helpers.hpp"
 #include "model_helpers.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -173,7 +174,7 @@ TEST(Csg, PrintsAndParsesBack) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 1000; ++round) {
+  for (int round = 0; round < samples::rounds(1000); ++round) {
     std::string text;
     for (int i = 0; i < 3; ++i) text += random_text(random, 6);
     const Model model = parse(text);
@@ -418,7 +419,7 @@ TEST(Csg, DamagedTextsAreReadOrRejectedButNeverCrash) {
   std::mt19937 random(seed);
   const std::string alphabet = "(){}[];,=.-+eE\"\\/*%#!$ \n0123456789abcsuv\x80\xFF" + std::string(1, '\0');
   int taken = 0;
-  for (int round = 0; round < 5000; ++round) {
+  for (int round = 0; round < samples::rounds(5000); ++round) {
     std::string text = random_text(random, 4);
     for (int edits = 1 + static_cast<int>(random() % 4); edits > 0 && !text.empty(); --edits) {
       const std::size_t at = random() % text.size();

@@ -14,6 +14,7 @@
 
 #include "bsp2/model/csg.hpp"
 #include "drawing_helpers.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -137,7 +138,7 @@ TEST_F(DxfDrawing, BulgesAreArcs) {
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     const int sides = 3 + static_cast<int>(random() % 6), fn = 8 + static_cast<int>(random() % 100);
     std::vector<std::array<double, 3>> corners;
     double expected = 0, length = 0;
@@ -287,7 +288,7 @@ TEST_F(DxfDrawing, SplinesAreWhatTheirBasisFunctionsSay) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     const bool is_closed = random() % 2 == 0;
     const Spline spline = random_spline(random, is_closed);
     const std::vector<PlanePoint> dense = spline.dense(4000);
@@ -322,7 +323,7 @@ TEST_F(DxfDrawing, SplinesGoThroughTheirFitPoints) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 30; ++round) {
+  for (int round = 0; round < samples::rounds(30); ++round) {
     const bool is_closed = round % 2 == 0;
     const int n = 8 + static_cast<int>(random() % 30);
     std::vector<PlanePoint> through;
@@ -440,7 +441,7 @@ class Blocks {
 TEST_F(DxfDrawing, BlocksAreInserted) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
-  for (unsigned round = 0; round < 60; ++round) {
+  for (unsigned round = 0; round < samples::rounds(60); ++round) {
     Blocks blocks(seed + round);
     std::vector<std::vector<PlanePoint>> polygons;
     const std::string entities = blocks.insert(static_cast<int>(round % 4), polygons);
@@ -622,7 +623,7 @@ TEST_F(DxfDrawing, DamagedDrawingsAreErrorsOrDrawings) {
   const std::string sound = file_of(entities, block("C", light_polyline({{0, 0, 0}, {4, 0, 0}, {4, 4, 0}})) + block("B", Pairs().entity("INSERT")(2, "C").text()));
   ASSERT_EQ(fault(sound), "");
   int errors = 0;
-  for (int round = 0; round < 2000; ++round) {
+  for (int round = 0; round < samples::rounds(2000); ++round) {
     std::string damaged = sound;
     for (int i = static_cast<int>(random() % 4); i >= 0; --i) {
       const std::size_t at = random() % damaged.size();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "drawing_helpers.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -106,7 +107,7 @@ TEST(Svg, ElementsAndLayersAreSelected) {
   const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.svg";
   const std::vector<std::string> names{"", "a", "b", "c", "d"};
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     const SvgSelection wanted{names[random() % 4], names[random() % 4]};
     std::string text;
     bool any_label = false;

@@ -18,6 +18,7 @@
 #include "model_helpers.hpp"
 #include "polyhedron.hpp"
 #include "temporary_folder.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -217,7 +218,7 @@ TEST_F(MeshFile, EveryFormatIsReadBack) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < samples::rounds(5); ++round) {
     const TriangleMesh mesh = random_mesh(random, round * 20);
     const double expected = volume(mesh);
     for (const auto& [name, bytes] : all_formats(mesh)) {
@@ -246,7 +247,7 @@ TEST_F(MeshFile, DamagedFilesAreErrors) {
   std::mt19937 random(seed);
   const TriangleMesh mesh = random_mesh(random, 3);
   for (const auto& [name, bytes] : all_formats(mesh)) {
-    for (int round = 0; round < 100; ++round) {
+    for (int round = 0; round < samples::rounds(100); ++round) {
       std::string damaged = bytes;
       for (int i = static_cast<int>(random() % 4); i >= 0; --i) damaged[random() % damaged.size()] = static_cast<char>(random());
       if (round % 3 == 0) damaged.resize(random() % damaged.size());

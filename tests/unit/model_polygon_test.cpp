@@ -1,4 +1,5 @@
 #include "polygon.hpp"
+#include "rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -59,7 +60,7 @@ bool is_simple(const std::vector<PlanePoint>& cycle) {
 TEST(Polygon, PiecesAreDisjointIfItsEdgesOnlyMeetAtCorners) {
   std::mt19937 random(20);
   int simple = 0, crossing = 0;
-  for (int round = 0; round < 20000; ++round) {
+  for (int round = 0; round < samples::rounds(20000); ++round) {
     SCOPED_TRACE("seed 20, round " + std::to_string(round));
     const std::size_t n = 4 + random() % 6;
     std::vector<PlanePoint> grid, cycle;

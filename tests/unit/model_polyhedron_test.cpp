@@ -14,6 +14,7 @@
 #include "mesh_repair.hpp"
 #include "model_helpers.hpp"
 #include "polyhedron.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -152,7 +153,7 @@ TEST(Polyhedron, NonConvexFacesKeepTheVolume) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < samples::rounds(300); ++round) {
     const auto star = random_star(random, 5 + static_cast<int>(random() % 90));
     Faces faces = prism(star, 2);
     for (Face& face : faces.faces)
@@ -188,7 +189,7 @@ TEST(Polyhedron, UnevenFacesDoNotDependOnWhereTheyStart) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < samples::rounds(300); ++round) {
     // On a circle, some turned and stretched.
     std::vector<std::array<double, 2>> polygon;
     const int n = 4 + static_cast<int>(random() % 9);
@@ -208,7 +209,7 @@ TEST(Polyhedron, TriangulationHasNoFlippedTriangleInAPlane) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     const Expression solid = prism(random_star(random, 5 + static_cast<int>(random() % 300)), 1).solid();
     const TriangleMesh& mesh = mesh_of(solid);
     for (const auto& [i, j, k] : mesh.triangles) {
@@ -224,7 +225,7 @@ TEST(Polyhedron, TVerticesClose) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 300; ++round) {
+  for (int round = 0; round < samples::rounds(300); ++round) {
     Faces exact = box({0, 0, 0}, {6, 12, 6});
     add_t_vertices(exact, random);
     expect_solid(exact.solid(), 432, 1e-10);
@@ -242,7 +243,7 @@ TEST(Polyhedron, AnOpenEdgeIsNamed) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     Faces faces = prism(random_star(random, 4 + static_cast<int>(random() % 20)), 2);
     faces.faces.erase(faces.faces.begin() + static_cast<long>(random() % faces.faces.size()));
     try {
@@ -421,7 +422,7 @@ TEST(Polyhedron, AnyFacesAreAClosedMeshOrAnError) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   int solids = 0;
-  for (int round = 0; round < 5000; ++round) {
+  for (int round = 0; round < samples::rounds(5000); ++round) {
     // Few positions on a grid, so that coincidences of all kinds are the rule.
     Faces faces;
     const auto coordinate = [&] { return static_cast<double>(random() % 3) * (round % 2 ? 1 : 0.1); };
@@ -480,7 +481,7 @@ TEST(Repair, MakesAPrismAgain) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 150; ++round) {
+  for (int round = 0; round < samples::rounds(150); ++round) {
     Faces faces = prism(random_star(random, 4 + static_cast<int>(random() % 20)), 2);
     const double expected = volume(*repaired(faces).mesh);
     const auto which = faces.faces.begin() + static_cast<long>(random() % faces.faces.size());
@@ -513,7 +514,7 @@ TEST(Repair, NamesClosedMeshesThatAreInsideOutOrThereTwice) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     Faces faces = prism(random_star(random, 4 + static_cast<int>(random() % 20)), 2);
     const double expected = volume(*repaired(faces).mesh);
     const std::size_t own = faces.faces.size();

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "predicates.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -96,7 +97,7 @@ TEST(Predicates, OrientationIsExactOfAnyDoubles) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
   int zeros = 0, signs = 0;
-  for (int round = 0; round < 4000; ++round) {
+  for (int round = 0; round < samples::rounds(4000); ++round) {
     const int spread = round % 4 == 0 ? 900 : round % 4 == 1 ? 60 : 3;
     std::array<Point3, 4> p;
     for (auto& x : p[0]) x = unit(random);

@@ -17,6 +17,7 @@
 #include "mesh_closing.hpp"
 #include "mesh_triangulation.hpp"
 #include "polyhedron.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -230,10 +231,8 @@ TEST(Repair, IsTheSamePartWhateverIsWrong) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   std::size_t most = 6000;
-  int rounds = 1;
   if (const char* given = std::getenv("BSP2_MOST_FACETS")) most = std::strtoul(given, nullptr, 10);
-  if (const char* given = std::getenv("BSP2_ROUNDS")) rounds = std::atoi(given);
-  for (int round = 0; round < rounds; ++round)
+  for (int round = 0; round < samples::rounds(1); ++round)
     for (const auto& [name, make] : makers) {
       const auto facets = static_cast<std::size_t>(1000 * std::pow(static_cast<double>(most) / 1000, uniform(random, 0, 1)));
       expect_the_same_part(name, make, facets, {}, random);
@@ -249,7 +248,7 @@ TEST(Repair, AnEdgeGoesOnThroughAHole) {
   Random random(seed);
   const Surface box = prism({{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}, {}, 2, 2);
   const double volume = signed_volume(box.points, box.triangles), surface = area(box.points, box.triangles);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     const auto first = random() % box.triangles.size();
     FaceCycles faces;
     bool is_second_out = false;
@@ -278,7 +277,7 @@ TEST(Repair, AHeapOfTrianglesIsClosedOrLeftOut) {
   const std::uint32_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < 150; ++round) {
+  for (int round = 0; round < samples::rounds(80); ++round) {
     Soup soup;
     const double reach = std::pow(10, uniform(random, -5, 1)), grid = random() % 2 == 0 ? 0 : uniform(random, 2, 30), far = random() % 5 == 0 ? 1e30 : 1;
     const std::size_t count = 1 + random() % 200;

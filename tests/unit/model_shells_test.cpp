@@ -12,6 +12,7 @@
 #include "mesh_crossing.hpp"
 #include "mesh_shells.hpp"
 #include "model_helpers.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -86,7 +87,7 @@ TEST(Shells, GoodNestsStayAsTheyAreAndTurnedOnesAreTurnedBack) {
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::size_t most = 0, all_turned = 0;
-  for (int round = 0; round < 100; ++round) {
+  for (int round = 0; round < samples::rounds(100); ++round) {
     Nest nest{random, {}, {}};
     nest.fill({{0, 0, 0}, {6, 6, 6}}, false, Nest::none);
     nest.fill({{6, static_cast<int>(random() % 7), 0}, {9, 9, 6}}, false, Nest::none);  // beside it, touching
@@ -127,7 +128,7 @@ TEST(Shells, BoxesThatShareSpaceCrossOrAreNested) {
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   int crossing = 0, nested = 0;
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < samples::rounds(3000); ++round) {
     Block blocks[2];
     for (Block& block : blocks)
       for (std::size_t k = 0; k < 3; ++k) {

@@ -14,6 +14,7 @@
 #include "bsp2/geometry/error.hpp"
 #include "imports.hpp"
 #include "temporary_folder.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -52,7 +53,7 @@ TEST(StlCount, IsAsTheLengthSays) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < samples::rounds(200); ++round) {
     const auto count = static_cast<std::uint32_t>(1 + random() % 20), facets = 4 * count;
     const auto other = static_cast<std::uint32_t>(round % 2 == 0 ? random() % facets : facets + 1 + random() % 1'000'000'000);
     const std::uint32_t told = round % 4 == 0 ? facets : round % 4 == 1 ? 0 : other;

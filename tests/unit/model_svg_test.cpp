@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "drawing_helpers.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -81,7 +82,7 @@ TEST_F(SvgDrawing, VisibilityIsInherited) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  for (int round = 0; round < 50; ++round) {
+  for (int round = 0; round < samples::rounds(50); ++round) {
     double expected = 0;
     std::string text;
     const auto grow = [&](const auto& self, int depth, bool is_visible, bool is_displayed) -> void {
@@ -233,7 +234,7 @@ TEST_F(SvgDrawing, DamagedDrawingsAreErrorsOrDrawings) {
                             "<path d=\"M1 1L5 1C6 2 7 3 5 5A2 2 0 0 1 3 5Z\"/><text>a</text><g clip-path=\"url(#c)\" style=\"display:inline\">" + square(1) + "</g>";
   ASSERT_EQ(fault(sound), "");
   int errors = 0;
-  for (int round = 0; round < 2000; ++round) {
+  for (int round = 0; round < samples::rounds(2000); ++round) {
     std::string damaged = sound;
     for (int i = static_cast<int>(random() % 3); i >= 0; --i) {
       const std::size_t at = random() % damaged.size();

@@ -11,6 +11,7 @@
 #include "bsp2/geometry/plane_names.hpp"
 #include "dataflow_oracle.hpp"
 #include "resolved.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -19,11 +20,6 @@ using geometry::HyperplaneId;
 using geometry::OrientedHyperplane;
 using geometry::PlaneNames;
 using model::Expression;
-
-std::size_t rounds(std::size_t usual) {
-  const char* given = std::getenv("BSP2_ROUNDS");
-  return given == nullptr ? usual : std::strtoull(given, nullptr, 10);
-}
 
 EvaluateOptions to_tolerance(double tolerance, unsigned threads = 1) {
   EvaluateOptions options;
@@ -154,7 +150,7 @@ Expression random_model(Random& random) {
 
 TEST(CurvedResolution, OfRandomSolidsThatSharePlanes) {
   constexpr std::array tolerances{0.8, 0.4, 0.2, 0.1};
-  const std::size_t count = rounds(160);
+  const std::size_t count = static_cast<std::size_t>(samples::rounds(160));
   std::size_t solid = 0;
   for (std::size_t round = 0; round < count; ++round) {
     const std::uint64_t seed = new_seed();
@@ -212,7 +208,7 @@ TEST(CurvedResolution, OfOrdinarySolids) {
 }
 
 TEST(CurvedResolution, DoesNotDependOnThreadsOrRegions) {
-  for (std::size_t round = 0; round < rounds(10); ++round) {
+  for (std::size_t round = 0; round < static_cast<std::size_t>(samples::rounds(10)); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -251,7 +247,7 @@ bool are_one(const geometry::HyperplaneTable<3>& table, HyperplaneId a, Hyperpla
 
 /// All pairs of planes with names are told apart by their names exactly if they differ.
 TEST(PlaneNames, AreOneForEachPlane) {
-  for (std::size_t round = 0; round < rounds(12); ++round) {
+  for (std::size_t round = 0; round < static_cast<std::size_t>(samples::rounds(12)); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);

@@ -13,6 +13,7 @@
 #include "edge_chain.hpp"
 #include "exact_points.hpp"
 #include "resolved.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -208,7 +209,7 @@ INSTANTIATE_TEST_SUITE_P(Of, RandomResolution, testing::Values(Kind::grid_boxes,
 
 TEST_P(RandomResolution, ContactsAndBoundaryCoverAllFacets) {
   std::size_t told = 0;
-  for (int round = 0; round < 400; ++round) {
+  for (int round = 0; round < samples::rounds(400); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -228,7 +229,7 @@ TEST_P(RandomResolution, ContactsAndBoundaryCoverAllFacets) {
 /// The search in space against asking each point about each edge.
 TEST_P(RandomResolution, DividedEdgesHaveNoVertexInside) {
   std::size_t divided = 0;
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -264,7 +265,7 @@ TEST_P(RandomResolution, DividedEdgesHaveNoVertexInside) {
 }
 
 TEST_P(RandomResolution, BoundaryIsTheSameForAnyPartitionAndAnyThreads) {
-  for (int round = 0; round < 40; ++round) {
+  for (int round = 0; round < samples::rounds(40); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
