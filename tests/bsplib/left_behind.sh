@@ -1,6 +1,7 @@
 #!/bin/bash
 # left_behind.sh <command...>: in a /dev/shm of its own, with what killed programs left there. 77 if that cannot be had.
 unshare -m mount -t tmpfs none /dev/shm 2>/dev/null || exit 77
+# shellcheck disable=SC2016  # the inner shell expands it
 exec unshare -m bash -c '
 mount -t tmpfs -o size=64m none /dev/shm || exit 77
 old=/dev/shm/bsp2-shared-1-0123456789abcdef fresh=/dev/shm/bsp2-shared-2-0123456789abcdef other=/dev/shm/bsp2-other

@@ -12,6 +12,7 @@ if [[ -z ${BSP2_SLURM_FOLDER:-} ]]; then  # outside: the daemons, a limit of tim
   if [[ ! -x $local_slurm || $EUID != 0 ]]; then echo "skipped: needs local-slurm, and root"; exit 77; fi
   folder=$(mktemp -d /tmp/bsp2-slurm-XXXXXX) && chmod 755 "$folder"  # munge asks for it
   export BSP2_SLURM_FOLDER=$folder LOCAL_SLURM_DIR=$folder/slurm LOCAL_SLURM_PORT=$((20000 + RANDOM % 10000))
+  # shellcheck disable=SC2317  # a trap calls it
   finish() { timeout 60 "$local_slurm" down; rm -rf "$folder"; }
   trap finish EXIT
   trap 'exit 1' INT TERM HUP
