@@ -10,7 +10,7 @@
 namespace bsp2::model {
 namespace {
 
-Point3 cross(const Point3& p, const Point3& q, const Point3& apex) {
+Point3 cross_about(const Point3& p, const Point3& q, const Point3& apex) {
   Point3 product{};
   for (int k = 0; k < 3; ++k) {
     const int l = (k + 1) % 3, m = (k + 2) % 3;
@@ -23,7 +23,7 @@ Point3 cross(const Point3& p, const Point3& q, const Point3& apex) {
 Point3 area_vector(const std::vector<Point3>& points, std::span<const std::uint32_t> cycle) {
   Point3 sum{};
   for (std::size_t i = 1; i + 1 < cycle.size(); ++i) {
-    const Point3 part = cross(points[cycle[i]], points[cycle[i + 1]], points[cycle[0]]);
+    const Point3 part = cross_about(points[cycle[i]], points[cycle[i + 1]], points[cycle[0]]);
     for (int k = 0; k < 3; ++k) sum[k] += part[k];
   }
   return sum;
@@ -54,26 +54,26 @@ int axis_of_largest_triangle(const std::vector<Point3>& points, std::span<const 
   Point3 normal{};
   double most = 0;
   for (const std::uint32_t vertex : cycle) {
-    const Point3 candidate = cross(*low[longest], points[vertex], *high[longest]);
+    const Point3 candidate = cross_about(*low[longest], points[vertex], *high[longest]);
     const double length = candidate[0] * candidate[0] + candidate[1] * candidate[1] + candidate[2] * candidate[2];
     if (length > most) most = length, normal = candidate;
   }
   return largest(normal);
 }
 
-double dot(const Point2& a, const Point2& b, const Point2& apex) {
+double dot_about(const Point2& a, const Point2& b, const Point2& apex) {
   return (a.u - apex.u) * (b.u - apex.u) + (a.v - apex.v) * (b.v - apex.v);
 }
 
-double cross(const Point2& a, const Point2& b, const Point2& apex) {
+double cross_about(const Point2& a, const Point2& b, const Point2& apex) {
   return (a.u - apex.u) * (b.v - apex.v) - (a.v - apex.v) * (b.u - apex.u);
 }
 
 /// By how much the angles at b and d of the quadrilateral a b c d exceed 180 degrees together: if they do, the diagonal b d is better
 /// than a c. If they do so by less than `indifference`, the diagonal that is there stays.
 double excess_of_angles(const Point2& a, const Point2& b, const Point2& c, const Point2& d) {
-  const double sine_b = cross(c, a, b), cosine_b = dot(c, a, b);
-  const double sine_d = cross(a, c, d), cosine_d = dot(a, c, d);
+  const double sine_b = cross_about(c, a, b), cosine_b = dot_about(c, a, b);
+  const double sine_d = cross_about(a, c, d), cosine_d = dot_about(a, c, d);
   return std::atan2(-(sine_b * cosine_d + cosine_b * sine_d), sine_b * sine_d - cosine_b * cosine_d);
 }
 
