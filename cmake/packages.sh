@@ -32,7 +32,8 @@ install_packages() {
     printf 'These packages are missing; install them as root:\n  apt-get install %s\n' "${missing[*]}" >&2
     return 1
   fi
-  printf 'Installing %d packages and what they need: %s\n' "${#missing[@]}" "${missing[*]}"
+  printf 'Installing %d packages and what they need:\n' "${#missing[@]}"
+  printf '%s ' "${missing[@]}" | fold -s -w "${COLUMNS:-80}" && echo
   # The lists of a fresh machine are empty, those of an old one are stale: then, and only then, fetch them.
   as_root_apt install -y --no-install-recommends "${missing[@]}" >/dev/null 2>&1 && return 0
   as_root_apt update
@@ -49,4 +50,27 @@ build_preset() {
       { cat "build/configure-$preset.log" >&2; return 1; }
   fi
   cmake --build --preset "$preset" "$@"
+}
+
+# As build_preset, on one line: how many of the steps are done. All that the build says is in build/build-<preset>.log, and shown if it fails.
+build_on_one_line() {
+  local log=build/build-$1.log line tenth shown=-1 steps='^\[([0-9]+)/([0-9]+)\]'
+  mkdir -p build
+  if build_preset "$@" 2>&1 | tee "$log" | while IFS= read -r line; do
+    [[ $line =~ $steps ]] || continue
+    tenth=$((10 * BASH_REMATCH[1] / BASH_REMATCH[2]))
+    if [[ -t 1 ]]; then
+      printf '\rBuilding: %d of %d steps' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}"
+    elif ((tenth > shown)); then
+      printf 'Building: %d of %d steps\n' "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}"
+    fi
+    shown=$tenth
+  done; then
+    if [[ -t 1 ]]; then echo; fi
+    return 0
+  fi
+  echo
+  tail -n 40 "$log" >&2
+  printf 'The build failed; all that it said is in %s\n' "$log" >&2
+  return 1
 }
