@@ -37,7 +37,7 @@ struct Bounded {
 };
 
 template <typename Number>
-Number cross(const Point2& apex, const Point2& p, const Point2& q) {
+Number cross_at(const Point2& apex, const Point2& p, const Point2& q) {
   const Number u{apex.u}, v{apex.v};
   return (Number{p.u} - u) * (Number{q.v} - v) - (Number{p.v} - v) * (Number{q.u} - u);
 }
@@ -49,8 +49,8 @@ Number height(const TriangleMesh& mesh, std::uint32_t triangle, int axis, const 
   const Point2 pa = along(axis, mesh.points[a]), pb = along(axis, mesh.points[b]), pc = along(axis, mesh.points[c]);
   const Number low{mesh.points[a][k]};
   return low +
-         (cross<Number>(pa, at, pc) * (Number{mesh.points[b][k]} - low) + cross<Number>(pa, pb, at) * (Number{mesh.points[c][k]} - low)) /
-             cross<Number>(pa, pb, pc);
+         (cross_at<Number>(pa, at, pc) * (Number{mesh.points[b][k]} - low) + cross_at<Number>(pa, pb, at) * (Number{mesh.points[c][k]} - low)) /
+             cross_at<Number>(pa, pb, pc);
 }
 
 }  // namespace
