@@ -76,7 +76,7 @@ Frontier frontier_of(const Crew<D>& crew, const TreeNumbering<D>& numbering, con
     const Outcome<D>& outcome = *left.back();
     left.pop_back();
     switch (outcome.form) {
-      case Form::cell: frontier.nodes.push_back({Frontier::Kind::held, outcome.label, 0, outcome.part}); break;
+      case Form::cell: frontier.nodes.push_back({Frontier::Kind::held, outcome.label, 0, outcome.owner}); break;
       case Form::subtree: frontier.nodes.push_back({Frontier::Kind::emitted, Label::out, 0, numbering.child(outcome.tree)}); break;
       case Form::suspended_token: {
         const Token<D>& token = *outcome.token;

@@ -46,10 +46,12 @@ class Compiler {
     Network<D> network(HyperplaneTable<D>(box.lower, box.upper, reach));
     network.coincidence = options_.coincidence;
     network.bounds = box;
-    add_colours(network);
-    network.part_names = std::move(lowered_.part_names);
+    network.parts = std::move(lowered_.parts);
     network.producers = std::move(producers);
+    add_colours(network);
+    colour_parts(network);
     network.program = std::move(lowered_.program);
+    network.guards = std::move(lowered_.guards);
     add_planes(network, box);
     find_shared(network);
     network.axial_planes = AxialPlanes<D>(network.table, options_.coincidence);
@@ -69,7 +71,7 @@ class Compiler {
   void check_sizes(const std::vector<Producer<D>>& producers, double reach) const {
     for (std::size_t i = 0; i < producers.size(); ++i) {
       const Transformer<D>& placement = lowered_.occurrences[i].placement;
-      if (!is_surely_small(placement, reach)) at_its_place(producers[i].part, [&] { check_size(placement, reach); });
+      if (!is_surely_small(placement, reach)) at_its_place(producers[i].primitive, [&] { check_size(placement, reach); });
     }
   }
 
@@ -94,13 +96,13 @@ class Compiler {
       }
   }
 
-  /// Errors in `work` get the place of the part.
+  /// Errors in `work` get the place of the primitive.
   template <typename Work>
-  void at_its_place(std::int32_t part, Work&& work) const {
+  void at_its_place(std::int32_t primitive, Work&& work) const {
     try {
       work();
     } catch (const Error& error) {
-      throw Error((options_.place_of_part ? options_.place_of_part(part) : "") + error.what());
+      throw Error((options_.place_of_primitive ? options_.place_of_primitive(primitive) : "") + error.what());
     }
   }
 
@@ -130,10 +132,33 @@ class Compiler {
   void add_colours(Network<D>& network) const {
     const auto& occurrences = lowered_.occurrences;
     if (std::none_of(occurrences.begin(), occurrences.end(), [](const auto& occurrence) { return occurrence.colour != nullptr; })) return;
+    const Occurrence<D>* first = nullptr;  // to which something may belong
     for (const Occurrence<D>& occurrence : occurrences) {
+      const auto number = static_cast<std::size_t>(occurrence.number);
+      if (network.colours.size() <= number) network.colours.resize(number + 1);
+      if (occurrence.colour != nullptr) network.colours[number] = *occurrence.colour;
+      if ((lowered_.program[occurrence.leaf] & (Program::negated | Program::mute)) != 0) continue;
+      if (first == nullptr) first = &occurrence;
+      network.has_colours = network.has_colours || colour_of(occurrence) != colour_of(*first);
+    }
+  }
+
+  static std::optional<model::Colour> colour_of(const Occurrence<D>& occurrence) {
+    return occurrence.colour != nullptr ? std::optional(*occurrence.colour) : std::nullopt;
+  }
+
+  /// A part has the colour that all of it has.
+  void colour_parts(Network<D>& network) const {
+    std::vector<bool> is_met(network.parts.size());
+    for (const Occurrence<D>& occurrence : lowered_.occurrences) {
+      if (network.parts.empty() || occurrence.part < 0) continue;
       const auto part = static_cast<std::size_t>(occurrence.part);
-      if (network.colours.size() <= part) network.colours.resize(part + 1);
-      if (occurrence.colour != nullptr) network.colours[part] = *occurrence.colour;
+      const auto colour = colour_of(occurrence);
+      if (!is_met[part])
+        network.parts[part].colour = colour;
+      else if (network.parts[part].colour != colour)
+        network.parts[part].colour.reset();
+      is_met[part] = true;
     }
   }
 
@@ -162,7 +187,10 @@ class Compiler {
         shape_of_[i] = framed.shape;
         occurrence.placement = occurrence.placement.after(framed.frame);
         const Shape<D>& shape = shapes_[framed.shape];
+        producers[i].primitive = occurrence.number;
         producers[i].part = occurrence.part;
+        producers[i].guard = occurrence.guard;
+        producers[i].leaf = occurrence.leaf;
         producers[i].undecided = shape.undecided;
         static_cast<Box<D>&>(producers[i]) = image_of(shape, occurrence.placement);
       }
@@ -262,7 +290,7 @@ class Compiler {
           continue;
         }
         if (shape.preimage != nullptr) {
-          at_its_place(producer.part, [&] { add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids); });
+          at_its_place(producer.primitive, [&] { add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids); });
           continue;
         }
         add_half_spaces(network, producer, own);
@@ -392,24 +420,24 @@ class Compiler {
   }
 
   std::size_t flat_count_ = 0;
-  std::int32_t flat_part_ = 0, last_flat_part_ = 0;  // the first and the last one
+  std::int32_t flat_primitive_ = 0, last_flat_primitive_ = 0;  // the first and the last one
   Box<D> flat_box_;
 
   /// The pieces of one drawing are one primitive.
   void flatten(Producer<D>& producer) {
     if (flat_count_ == 0) {
-      flat_part_ = producer.part;
+      flat_primitive_ = producer.primitive;
       flat_box_ = producer;
     }
-    if (flat_count_ == 0 || producer.part != last_flat_part_) ++flat_count_;
-    last_flat_part_ = producer.part;
+    if (flat_count_ == 0 || producer.primitive != last_flat_primitive_) ++flat_count_;
+    last_flat_primitive_ = producer.primitive;
     make_empty(producer);
   }
 
   void warn_of_flat_primitives(Network<D>& network) const {
     if (flat_count_ == 0) return;
     std::ostringstream text;
-    if (options_.place_of_part) text << options_.place_of_part(flat_part_);
+    if (options_.place_of_primitive) text << options_.place_of_primitive(flat_primitive_);
     const bool is_one = flat_count_ == 1, is_merged = options_.coincidence > 0;
     text << (is_one ? "a primitive is " : std::to_string(flat_count_) + " primitives are ");
     if (is_merged)
@@ -417,7 +445,7 @@ class Compiler {
     else
       text << "flat to the last bit of " << (is_one ? "its" : "their") << " numbers, so " << (is_one ? "it encloses" : "they enclose")
            << " nothing, and left out: ";
-    text << (is_one ? "" : "the first one is ") << "part " << flat_part_ << ", between (";
+    text << (is_one ? "" : "the first one is ") << "primitive " << flat_primitive_ << ", between (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.lower[i];
     text << ") and (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.upper[i];
@@ -435,7 +463,7 @@ template <int D>
 Network<D> compile(const model::Expression& expression, const CompileOptions& options) {
   std::vector<std::string> warnings;
   const model::Expression resolved = resolve(expression, options, warnings);
-  Lowered<D> lowered = lower<D>(resolved);
+  Lowered<D> lowered = lower<D>(resolved, options.parts);
   Network<D> network = Compiler<D>(lowered, options).run();
   network.warnings.insert(network.warnings.begin(), warnings.begin(), warnings.end());
   return network;

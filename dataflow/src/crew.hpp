@@ -61,6 +61,7 @@ class Worker {
   Pool<Join<D>> joins_;
   std::shared_ptr<Refinement> batch_;
   Words program_;
+  Words found_;  // of a cell that is looked at once more
   std::vector<Piece> pieces_;
   geometry::HalfspaceColumns<D> left_;  // of a chain
 
@@ -72,6 +73,7 @@ class Worker {
   Token<D>* clip(Token<D>* token, const typename Localizer<D>::Cut& cut);
   bool cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest);
   std::int64_t settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut);
+  void end_undecided(const Token<D>& token, Outcome<D>& outcome);
   Token<D>* unfold(Token<D>* token);
   Token<D>* unfold_by_the_clock(Token<D>* token);
   Token<D>* leave(Token<D>* token);
@@ -86,7 +88,7 @@ class Worker {
   std::int64_t settle(Outcome<D>& outcome, std::uint32_t region);
   std::int64_t emit(Outcome<D>& outcome, std::uint32_t region);
   void write(const Outcome<D>& outcome, std::uint32_t region);
-  [[nodiscard]] std::int32_t source_part(const Outcome<D>& outcome) const;
+  [[nodiscard]] std::int32_t part_of(const Outcome<D>& outcome) const;
   void count(const Outcome<D>& outcome, const geometry::Moments<D>& moments);
   void flush();
   void count_decided(std::uint16_t level);

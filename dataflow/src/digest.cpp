@@ -40,10 +40,10 @@ class CellHash {
     facets_ = facets_ * multiplier + twice_the_corners;
     ++facet_count_;
   }
-  [[nodiscard]] Digest digest(std::span<const double> points, geometry::Label label, std::int32_t part, std::uint16_t level) const {
+  [[nodiscard]] Digest digest(std::span<const double> points, geometry::Label label, std::int32_t primitive, std::int32_t part, std::uint16_t level) const {
     const std::array<std::uint64_t, 4> head{points.size() | std::uint64_t{facet_count_} << 32,
-                                            static_cast<std::uint64_t>(label) | std::uint64_t{level} << 8 | std::uint64_t{static_cast<std::uint32_t>(part)} << 32,
-                                            XXH3_64bits(points.data(), points.size_bytes()), facets_};
+                                            static_cast<std::uint64_t>(label) | std::uint64_t{level} << 8 | std::uint64_t{static_cast<std::uint32_t>(primitive)} << 32,
+                                            XXH3_64bits(points.data(), points.size_bytes()), facets_ ^ mark_of(label, part)};
     const XXH128_hash_t hash = XXH3_128bits(head.data(), sizeof head);
     Digest one;
     one.words = {hash.low64, hash.high64};
@@ -53,6 +53,10 @@ class CellHash {
  private:
   std::uint64_t facets_ = 0;
   std::uint32_t facet_count_ = 0;
+  /// What is IN is in part 0 where nothing has a name: that adds nothing.
+  static std::uint64_t mark_of(geometry::Label label, std::int32_t part) {
+    return label != geometry::Label::in || part == 0 ? 0 : mixed(static_cast<std::uint32_t>(part));
+  }
 };
 
 /// Around a facet in space, each corner ends two edges.
@@ -87,11 +91,11 @@ void Digest::add(const geometry::CellBatch& batch, std::size_t cell) {
     for (const std::uint16_t corner : batch.vertices_of_facet(facet)) sum += 2 * key_of(corner);
     hash.add_facet(sum);
   }
-  *this += hash.digest(batch.cell_points(cell), batch.label[cell], batch.part[cell], batch.level[cell]);
+  *this += hash.digest(batch.cell_points(cell), batch.label[cell], batch.primitive[cell], batch.part[cell], batch.level[cell]);
 }
 
 template <int D>
-void Digest::add(const Cell<D>& cell, geometry::Label label, std::int32_t part, std::uint16_t level) {
+void Digest::add(const Cell<D>& cell, geometry::Label label, std::int32_t primitive, std::int32_t part, std::uint16_t level) {
   CellHash hash;
   add_facets(cell, hash);
   thread_local std::vector<double> points;  // one after the other, as in a batch
@@ -99,7 +103,7 @@ void Digest::add(const Cell<D>& cell, geometry::Label label, std::int32_t part, 
   double* next = points.data();
   for (const auto& vertex : cell.vertices())
     for (const double x : vertex.x) *next++ = x;
-  *this += hash.digest(points, label, part, level);
+  *this += hash.digest(points, label, primitive, part, level);
 }
 
 Digest& Digest::operator+=(const Digest& other) {
@@ -114,7 +118,7 @@ std::string Digest::hex() const {
   return text.data();
 }
 
-#define BSP2_INSTANTIATE(D) template void Digest::add<D>(const geometry::Cell<D>&, geometry::Label, std::int32_t, std::uint16_t);
+#define BSP2_INSTANTIATE(D) template void Digest::add<D>(const geometry::Cell<D>&, geometry::Label, std::int32_t, std::int32_t, std::uint16_t);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

@@ -22,8 +22,21 @@ void Totals<D>::reset_bounds() {
 }
 
 template <int D>
+geometry::MomentSum<D>& Totals<D>::of_part(std::size_t part) {
+  if (part >= parts.size()) {
+    geometry::MomentSum<D> nothing = in;
+    auto state = nothing.state();
+    state.words = {};
+    nothing.set_state(state);
+    parts.resize(part + 1, nothing);
+  }
+  return parts[part];
+}
+
+template <int D>
 Totals<D>& Totals<D>::operator+=(const Totals& other) {
   in += other.in;
+  for (std::size_t part = 0; part < other.parts.size(); ++part) of_part(part) += other.parts[part];
   fuzzy += other.fuzzy;
   fuzzy_below += other.fuzzy_below;
   in_cells += other.in_cells;

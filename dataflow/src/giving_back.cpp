@@ -68,12 +68,12 @@ class Giver {
     const Whole& second = wholes_.at(static_cast<std::uint32_t>(~node.positive));
     if (first.label != second.label) return false;
     std::optional<Cell<D>> cell;
-    const auto part = part_of_both<D>(network_, localizer_, first.part, second.part, [&]() -> const Cell<D>& {
+    const auto owner = owner_of_both<D>(network_, localizer_, first.owner, second.owner, [&]() -> const Cell<D>& {
       if (!cell) cell = cell_of_path();
       return *cell;
     });
-    if (!part) return false;
-    first.part = *part;
+    if (!owner) return false;
+    first.owner = *owner;
     first.level = static_cast<std::uint16_t>(path_.size());
     child = node.negative;
     node.negative = node.positive;  // the node is not reached any more, and names nobody who is

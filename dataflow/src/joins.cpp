@@ -61,7 +61,7 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
     if (node.kind == Frontier::Kind::elsewhere && crew_.options.suspend) return leave(token);
     if (node.kind == Frontier::Kind::held) {
       outcome.label = node.label;
-      outcome.part = node.value;
+      outcome.owner = node.value;
       outcome.cell = std::move(token->cell);
     } else {
       outcome.form = Form::subtree;
@@ -143,9 +143,9 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
   Outcome<D> whole;
   whole.level = join.level;
   if (a.form == Form::cell && b.form == Form::cell && a.label == b.label && a.label != Label::fuzzy) {
-    if (const auto part = part_of_both<D>(crew_.network, localizer_, a.part, b.part, [&]() -> const Cell<D>& { return join.cell; })) {
+    if (const auto owner = owner_of_both<D>(crew_.network, localizer_, a.owner, b.owner, [&]() -> const Cell<D>& { return join.cell; })) {
       whole.label = a.label;
-      whole.part = *part;
+      whole.owner = *owner;
       whole.cell = std::move(join.cell);
       if (stays(whole.label)) grow(-1);
       return whole;
@@ -192,11 +192,12 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   const EvaluateOptions& options = crew_.options;
   const bool kept = outcome.label == Label::in ? options.keep_in : outcome.label == Label::fuzzy ? options.keep_fuzzy : options.keep_out;
   if (outcome.label == Label::out && !kept) return 0;
+  if (Container::is_one(outcome.owner)) outcome.owner = localizer_.decide(crew_.network.program, outcome.cell, found_).owner;
   if (kept && crew_.writes_cells) {
     write(outcome, region);
   } else {
     count(outcome, writer_.measure(outcome.cell));
-    if (kept) totals.digest.add(outcome.cell, outcome.label, source_part(outcome), outcome.level);
+    if (kept) totals.digest.add(outcome.cell, outcome.label, crew_.network.primitive_of(outcome.owner), part_of(outcome), outcome.level);
   }
   if (!kept) return 0;
   const std::uint64_t number = emitted++;
@@ -204,10 +205,10 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   return crew_.codes.cell(index, number);
 }
 
-/// The part of a cell as the consumers know it.
+/// What is not IN is no part of the model.
 template <int D>
-std::int32_t Worker<D>::source_part(const Outcome<D>& outcome) const {
-  return outcome.part >= 0 ? crew_.network.producers[outcome.part].part : outcome.part;
+std::int32_t Worker<D>::part_of(const Outcome<D>& outcome) const {
+  return outcome.label == Label::in ? crew_.network.part_of(outcome.owner) : geometry::no_part;
 }
 
 /// Counts a cell, and adds it to the batch at hand.
@@ -221,7 +222,8 @@ void Worker<D>::write(const Outcome<D>& outcome, std::uint32_t region) {
   CellBatch& cells = batch_->cells;
   count(outcome, writer_.append(outcome.cell, cells));
   cells.label.push_back(outcome.label);
-  cells.part.push_back(source_part(outcome));
+  cells.primitive.push_back(crew_.network.primitive_of(outcome.owner));
+  cells.part.push_back(part_of(outcome));
   cells.region.push_back(crew_.region_numbers[region]);
   cells.level.push_back(outcome.level);
   totals.digest.add(cells, cells.size() - 1);
@@ -240,6 +242,7 @@ void Worker<D>::count(const Outcome<D>& outcome, const geometry::Moments<D>& mom
   } else {
     ++totals.in_cells;
     totals.in.add(moments);
+    if (const std::int32_t part = part_of(outcome); part >= 0 && crew_.network.is_divided()) totals.of_part(static_cast<std::size_t>(part)).add(moments);
     const auto range = geometry::vertex_range(outcome.cell);
     for (int i = 0; i < D; ++i) {
       totals.lower[i] = std::min(totals.lower[i], range.lower[i]);

@@ -36,6 +36,21 @@ constexpr std::size_t long_program = 256;
 /// Programs up to this length are closed up where an operand has gone.
 constexpr std::size_t longest_move = 4096;
 
+/// The answer of a leaf whose producer says this about the cell.
+Answer answer_of(const Word* leaf, Label label) {
+  const bool has_owner = label == Label::in && (leaf[0] & Program::mute) == 0;
+  const Answer answer{label, has_owner ? static_cast<std::int32_t>(leaf[2]) : no_owner};
+  return (leaf[0] & Program::negated) != 0 ? Complement::map(answer) : answer;
+}
+
+/// The producers of leaves ascend.
+const Word* first_leaf(const Word* program) {
+  while ((program[0] & Program::kind_mask) != Program::kind_leaf) program += Program::header;
+  return program;
+}
+
+Answer known_answer(const Word* leaf) { return {Label::in, static_cast<std::int32_t>(leaf[2])}; }
+
 /// Whether a program has so many leaves that space might be cut between its operands.
 bool has_many_leaves(std::span<const Word> program) {
   std::size_t leaves = 0;
@@ -149,16 +164,29 @@ Answer Localizer<D>::visit_combiner(const Word*& at, Words& out) {
   Combiner combiner(kind, at[2]);
   out.push(kind, 0, 0);
   at += Program::header;
+  bool covers = kind == Program::kind_intersect;
   while (at != end) {
     const Answer operand = visit(at, out);
-    if (operand.label == Label::fuzzy || !combiner.fold(operand)) continue;
+    if (operand.label == Label::fuzzy) {
+      covers = kind == Program::kind_intersect ? covers && covers_ : kind == Program::kind_unite && covers_;
+      if (!covers || kind == Program::kind_intersect) continue;
+      at = end;  // no point is left to what comes after it
+      break;
+    }
+    if (!combiner.fold(operand)) continue;
     at = end;
+    covers = kind == Program::kind_unite && network_->is_divided() && keep_earlier(begin, first_active, operand, out);
+    if (covers) break;
     out.resize(begin);
     active_.resize(first_active);
+    covers_ = false;
     return operand;
   }
+  covers_ = covers;
   const std::size_t length = out.size() - begin;
-  if (length == Program::header) {  // no operand is left
+  const bool is_settled = covers && kind == Program::kind_intersect && is_owned(out.begin() + begin + Program::header, out.end(), combiner.memory());
+  if (is_settled) active_.resize(first_active);
+  if (length == Program::header || is_settled) {  // no operand is left
     out.resize(begin);
     return combiner.answer();
   }
@@ -177,6 +205,8 @@ template <int D>
 Answer Localizer<D>::visit_leaf(const Word*& at, Words& out) {
   const Word* const leaf = at;
   at += leaf[1];
+  covers_ = false;
+  if ((leaf[0] & Program::known) != 0) return known_answer(leaf);
   const Producer<D>& producer = network_->producers[leaf[2]];
   Label label = Label::out;
   if (!view_.extent().misses(producer)) {
@@ -201,8 +231,160 @@ Answer Localizer<D>::visit_leaf(const Word*& at, Words& out) {
     }
     out.resize(begin);
   }
-  const Answer answer{label, label == Label::in ? static_cast<std::int32_t>(leaf[2]) : geometry::no_part};
-  return (leaf[0] & Program::negated) != 0 ? Complement::map(answer) : answer;
+  return answer_of(leaf, label);
+}
+
+// --- what cells belong to where the model has several parts -------------------------------------------------------------
+
+/// A union is IN by its newest operand, but earlier ones are undecided: what is in them is theirs. Leaves out those that change nothing.
+/// @return whether any is left; then the program ends in the answer.
+template <int D>
+bool Localizer<D>::keep_earlier(std::size_t begin, std::size_t first_active, const Answer& last, Words& out) {
+  std::vector<std::size_t> operands;
+  for (std::size_t at = begin + Program::header; at < out.size(); at += out[at + 1]) operands.push_back(at);
+  while (!operands.empty() && belongs_to(out.begin() + operands.back(), last)) {
+    out.resize(operands.back());
+    operands.pop_back();
+  }
+  while (active_.size() > first_active && active_[active_.size() - 1].at >= out.size()) active_.resize(active_.size() - 1);
+  if (operands.empty()) return false;
+  out.push(Program::kind_leaf | Program::known, Program::header, static_cast<Word>(last.owner));
+  return true;
+}
+
+/// Whether all that is in an operand belongs to what the cell belongs to without it.
+template <int D>
+bool Localizer<D>::belongs_to(const Word* operand, const Answer& last) const {
+  const Owners owners = owners_of(operand);
+  if (last.owner == no_owner) return !owners.any;
+  return !owners.nobody && !owners.several && (!owners.any || owners.part == network_->part_of(last.owner));
+}
+
+template <int D>
+void Localizer<D>::Owners::add(std::int32_t other) {
+  several = several || (any && part != other);
+  any = true;
+  part = other;
+}
+
+template <int D>
+void Localizer<D>::Owners::add(const Owners& others) {
+  if (others.any) add(others.part);
+  several = several || others.several;
+  nobody = nobody || others.nobody;
+}
+
+/// What points of an undecided program may belong to, if they are in it; rather too much.
+template <int D>
+typename Localizer<D>::Owners Localizer<D>::owners_of(const Word*& at) const {
+  const Word* const begin = at;
+  const Word* const end = at + at[1];
+  const Word kind = begin[0] & Program::kind_mask;
+  Owners owners;
+  if (kind == Program::kind_leaf) {
+    at = end;
+    const Answer answer = (begin[0] & Program::known) != 0 ? known_answer(begin) : answer_of(begin, (begin[0] & Program::negated) != 0 ? Label::out : Label::in);
+    if (answer.owner == no_owner)
+      owners.nobody = true;
+    else
+      owners.add(network_->part_of(answer.owner));
+    return owners;
+  }
+  at += Program::header;
+  if (kind == Program::kind_intersect) {
+    owners = owners_in_intersection(at, end, begin[2]);
+  } else {
+    if (kind == Program::kind_differ && begin[2] >> 1 != 0) owners.add(network_->part_of(static_cast<std::int32_t>(begin[2] >> 1) - 1));
+    while (at != end) owners.add(owners_of(at));
+  }
+  at = end;
+  return owners;
+}
+
+/// Whether it is known whose an intersection is, of which no more than that is undecided: none of its operands comes before the one that is remembered.
+template <int D>
+bool Localizer<D>::is_owned(const Word* at, const Word* end, Word memory) {
+  if (memory == 0) return false;
+  for (; at != end; at += at[1])
+    if (first_leaf(at)[2] < memory) return false;
+  return true;
+}
+
+/// Those of the operands up to the first one that leaves nothing to nobody. @param memory of the operands that were folded: the lowest owner + 1.
+template <int D>
+typename Localizer<D>::Owners Localizer<D>::owners_in_intersection(const Word* at, const Word* end, Word memory) const {
+  Owners owners;
+  while (at != end) {
+    if (memory != 0 && first_leaf(at)[2] >= memory) break;  // it comes after the one that is remembered
+    const Owners operand = owners_of(at);
+    owners.add({operand.part, operand.any, operand.several, false});
+    if (!operand.nobody) return owners;
+  }
+  if (memory != 0)
+    owners.add(network_->part_of(static_cast<std::int32_t>(memory) - 1));
+  else
+    owners.nobody = true;
+  return owners;
+}
+
+template <int D>
+Answer Localizer<D>::known(std::span<const Word> program) {
+  if (program.empty()) return {Label::fuzzy};
+  const Word* at = program.data();
+  return known(at);
+}
+
+template <int D>
+Answer Localizer<D>::known(const Word*& at) {
+  const Word* const begin = at;
+  const Word* const end = at + at[1];
+  const Word kind = begin[0] & Program::kind_mask;
+  if (kind == Program::kind_leaf) {
+    at = end;
+    return (begin[0] & Program::known) != 0 ? known_answer(begin) : Answer{Label::fuzzy};
+  }
+  Combiner combiner(kind, begin[2]);
+  bool undecided = false;
+  at += Program::header;
+  while (at != end) {
+    const Answer operand = known(at);
+    if (operand.label == Label::fuzzy) {
+      undecided = true;
+    } else if (combiner.fold(operand)) {
+      at = end;
+      return operand;
+    }
+  }
+  return undecided ? Answer{Label::fuzzy} : combiner.answer();
+}
+
+template <int D>
+bool Localizer<D>::is_left(const Producer<D>& producer, const Cell<D>& cell) {
+  if (producer.guard < 0) return true;
+  view_.look_at(cell);
+  view_.be_quick(false);
+  active_.clear();
+  Words unused;
+  for (std::int32_t i = producer.guard; i >= 0; i = network_->guards[static_cast<std::size_t>(i)].around) {
+    const Word* const begin = network_->program.data() + network_->guards[static_cast<std::size_t>(i)].begin;
+    const Word* const end = begin + begin[1];
+    bool odd = false;
+    for (const Word* at = begin + Program::header; at != end;) {
+      const auto first = static_cast<std::size_t>(at - network_->program.data());
+      if (producer.leaf >= first && producer.leaf < first + at[1]) {  // the operand itself
+        at += at[1];
+        continue;
+      }
+      unused.clear();
+      active_.clear();
+      const Label label = visit(at, unused).label;
+      if (label == Label::fuzzy) return false;
+      if (label == Label::out && (begin[0] & Program::kind_mask) == Program::kind_intersect) return false;
+      odd ^= label == Label::in;
+    }
+    if (odd && (begin[0] & Program::kind_mask) == Program::kind_differ) return false;
+  }
+  return true;
 }
 
 /// Hands the process behind a leaf to `use`.
@@ -423,13 +605,12 @@ void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const
   const Word* const leaf = program.data() + active_[0].at;
   const auto planes = listed_planes(leaf);
   if (planes.size() < 2 || planes.size() > ConvexProducer<D>::many_planes) return;
-  const bool negated = (leaf[0] & Program::negated) != 0;
-  const Answer inside{Label::in, static_cast<std::int32_t>(leaf[2])}, outside{Label::out};
   const Word* at = program.data();
-  cut.beyond = answer_if(at, negated ? Complement::map(outside) : outside);
+  cut.beyond = answer_if(at, answer_of(leaf, Label::out));
   at = program.data();
-  cut.behind = answer_if(at, negated ? Complement::map(inside) : inside);
-  cut.last_planes = planes;
+  cut.behind = answer_if(at, answer_of(leaf, Label::in));
+  const bool are_alike = cut.beyond.label == cut.behind.label && network_->part_of(cut.beyond.owner) == network_->part_of(cut.behind.owner);
+  if (!are_alike) cut.last_planes = planes;  // else what is cut is given back, which only splits see to
 }
 
 /// The program's answer if its only leaf had this one.
@@ -438,8 +619,10 @@ Answer Localizer<D>::answer_if(const Word*& at, const Answer& leaf) const {
   const Word kind = at[0] & Program::kind_mask;
   const Word* const end = at + at[1];
   if (kind == Program::kind_leaf) {
+    const bool is_known = (at[0] & Program::known) != 0;
+    const Word* const begin = at;
     at = end;
-    return leaf;
+    return is_known ? known_answer(begin) : leaf;
   }
   Combiner combiner(kind, at[2]);
   at += Program::header;
@@ -461,6 +644,7 @@ Label Localizer<D>::label_if(const Word*& at, const Word* leaf, Label assumed) c
   const Word* const end = at + at[1];
   if (kind == Program::kind_leaf) {
     at = end;
+    if ((begin[0] & Program::known) != 0) return Label::in;
     if (begin != leaf) return Label::fuzzy;
     return (begin[0] & Program::negated) != 0 ? Complement::map(assumed) : assumed;
   }

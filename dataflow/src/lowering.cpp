@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <optional>
 #include <stdexcept>
+#include <string>
 #include <unordered_set>
 #include <utility>
 
 #include "bsp2/geometry/dimensions.hpp"
 #include "bsp2/geometry/error.hpp"
+#include "bsp2/model/colour.hpp"
 
 namespace bsp2::dataflow {
 
@@ -23,8 +27,10 @@ struct Visit {
   Word enclosing;  // kind of the combiner around it
   std::size_t begin;
   const model::Colour* colour = nullptr;  // the outermost one on the way here
-  std::int32_t part = -1;  // that all in it belongs to; -1: each primitive is a part of its own
-  bool is_repeated = false;  // an operand that was there already: it counts parts, no more
+  std::int32_t number = -1;  // of the primitive that all in it is one of; -1: each primitive has a number of its own
+  std::int32_t part = geometry::no_part;
+  bool is_mute = false;      // nothing belongs to what is in it
+  bool is_repeated = false;  // an operand that was there already: it counts primitives, no more
 };
 
 /// Which operands are the same node as an earlier one that is combined in the same way; nothing if none is. Of those, a union, an
@@ -52,7 +58,10 @@ std::vector<bool> repeated_operands(const model::Boolean& boolean) {
 template <int D>
 class Lowering {
  public:
+  explicit Lowering(Parts divided_by) : divided_by_(divided_by) {}
+
   Lowered<D> run(const model::Expression& expression) {
+    root_ = &expression.node();
     placements_.emplace_back();
     // One occurrence a part, mostly. Room that is not needed is never touched.
     constexpr std::uint64_t most = 1 << 22;
@@ -66,31 +75,71 @@ class Lowering {
       if (visit.node == nullptr)
         close(visit.begin);
       else if (visit.is_repeated)
-        take_parts(visit.part < 0 ? visit.node->parts : 0);
+        take_numbers(visit.number < 0 ? visit.node->parts : 0);
       else
         std::visit([&](const auto& value) { enter(visit, value); }, visit.node->value);
     }
+    if (lowered_.parts.empty()) make_one();
     return std::move(lowered_);
   }
 
  private:
   using Net = Network<D>;
+  const Parts divided_by_;
   Lowered<D> lowered_;
   std::vector<Transformer<D>> placements_;  // products of the maps on the way down to where the walk is
   std::vector<Visit> stack_;
-  std::uint64_t parts_ = 0;  // that have been met
+  const model::Node* root_ = nullptr;
+  std::optional<bool> has_names_;
+  std::uint64_t numbers_ = 0;  // of the primitives that have been met
+  std::int32_t guard_ = -1;    // the innermost one that is open
+  std::map<std::string, std::int32_t, std::less<>> part_of_name_;
 
   /// @return the first of them.
-  std::int32_t take_parts(std::uint64_t count) {
-    const std::uint64_t first = std::exchange(parts_, parts_ + count);
-    if (parts_ > std::numeric_limits<std::int32_t>::max()) throw Error("the model has more than 2,147,483,647 primitives");
+  std::int32_t take_numbers(std::uint64_t count) {
+    const std::uint64_t first = std::exchange(numbers_, numbers_ + count);
+    if (numbers_ > std::numeric_limits<std::int32_t>::max()) throw Error("the model has more than 2,147,483,647 primitives");
     return static_cast<std::int32_t>(first);
+  }
+
+  /// One name is one part, wherever it stands.
+  std::int32_t part_named(const std::string& name) {
+    const auto [found, is_new] = part_of_name_.try_emplace(name, static_cast<std::int32_t>(lowered_.parts.size()));
+    if (is_new) lowered_.parts.push_back({name, {}});
+    return found->second;
+  }
+
+  /// Whether anything has a name. Looked up once, where it matters: a symmetric difference in another one, in which an operand that is IN may be
+  /// cancelled by another, is no list of operands of which the first one that is IN has the cell.
+  bool has_names() {
+    if (has_names_) return *has_names_;
+    has_names_ = false;
+    std::unordered_set<const model::Node*> seen;
+    std::vector<const model::Node*> left{root_};
+    while (!left.empty() && !*has_names_ && divided_by_ != Parts::none) {
+      const model::Node* const node = left.back();
+      left.pop_back();
+      if (!seen.insert(node).second) continue;
+      const auto* named = std::get_if<model::Named>(&node->value);
+      has_names_ = divided_by_ == Parts::named ? named != nullptr && named->role == model::Named::Role::part : std::holds_alternative<model::Coloured>(node->value);
+      for (const model::Expression& child : node->children()) left.push_back(&child.node());
+    }
+    return *has_names_;
+  }
+
+  /// Nothing has a name: all is one part, whatever is subtracted from what.
+  void make_one() {
+    for (Occurrence<D>& occurrence : lowered_.occurrences) {
+      occurrence.part = 0;
+      lowered_.program[occurrence.leaf] &= ~Net::mute;
+    }
   }
 
   void enter(const Visit& visit, const model::Primitive& primitive) {
     const auto producer = static_cast<Word>(lowered_.occurrences.size());
-    lowered_.occurrences.push_back({&primitive, placements_[visit.placement], visit.part >= 0 ? visit.part : take_parts(1), visit.colour});
-    const Word kind = Net::kind_leaf | Net::whole | (visit.complemented ? Net::negated : 0);
+    lowered_.occurrences.push_back({&primitive, placements_[visit.placement], visit.number >= 0 ? visit.number : take_numbers(1),
+                                    visit.is_mute ? geometry::no_part : visit.part, visit.colour, static_cast<std::uint32_t>(lowered_.program.size()), guard_});
+    const Word kind = Net::kind_leaf | Net::whole | (visit.complemented ? Net::negated : 0) | (visit.is_mute ? Net::mute : 0);
     lowered_.program.insert(lowered_.program.end(), {kind, static_cast<Word>(Net::header), producer});
   }
 
@@ -106,23 +155,24 @@ class Lowering {
   void enter(const Visit& visit, const model::Coloured& coloured) {
     Visit child = visit;
     child.node = &coloured.child.node();
-    if (child.colour == nullptr) child.colour = &coloured.colour;
+    if (child.colour == nullptr) {
+      child.colour = &coloured.colour;
+      if (divided_by_ == Parts::colours && !visit.is_mute) child.part = part_named(model::name_of(coloured.colour));
+    }
     stack_.push_back(child);
   }
 
   void enter(const Visit& visit, const model::Named& named) {
     Visit child = visit;
     child.node = &named.child.node();
-    if (named.role == model::Named::Role::part && visit.part < 0) {
-      child.part = take_parts(visit.node->parts);
-      lowered_.part_names.emplace_back(child.part, named.name);
-    }
+    const bool counts = divided_by_ == Parts::named && named.role == model::Named::Role::part && visit.part < 0 && !visit.is_mute;
+    if (counts) child.part = part_named(named.name);
     stack_.push_back(child);
   }
 
   void enter(Visit visit, const model::Boolean& boolean) {
     const auto& children = boolean.children;
-    if (boolean.parts != 0 && visit.part < 0) visit.part = take_parts(boolean.parts);
+    if (boolean.parts != 0 && visit.number < 0) visit.number = take_numbers(boolean.parts);
     if (children.size() == 1 && boolean.operation != Operation::complement) {
       visit.node = &children[0].node();
       stack_.push_back(visit);
@@ -132,6 +182,7 @@ class Lowering {
       Visit child = visit;
       child.node = &children[0].node();
       child.complemented = !visit.complemented;
+      child.is_mute = child.is_mute || !is_one_primitive(visit);
       stack_.push_back(child);
       return;
     }
@@ -142,14 +193,50 @@ class Lowering {
     const Word kind = differ ? Net::kind_differ : unites ? Net::kind_unite : Net::kind_intersect;
     const std::vector<bool> repeated = repeated_operands(boolean);
     const bool is_one = !repeated.empty() && std::count(repeated.begin(), repeated.end(), false) == 1;
-    if (!is_one && (kind != visit.enclosing || children.empty())) open(kind);
+    const bool is_merged = kind == visit.enclosing && !children.empty() && !(differ && has_names());
+    if (!is_one && !is_merged) open(kind);
+    const bool may_divide = divided_by_ != Parts::none && !is_one_primitive(visit);
+    const std::size_t first_mute = may_divide ? first_of_the_mute(boolean) : children.size();
     for (std::size_t i = children.size(); i-- > 0;) {
-      bool complemented = visit.complemented;
-      if (differ) complemented = visit.complemented && i == 0;
-      if (boolean.operation == Operation::subtract && i > 0) complemented = !complemented;
-      stack_.push_back({&children[i].node(), visit.placement, complemented, is_one ? visit.enclosing : kind, 0, visit.colour, visit.part,
-                        !repeated.empty() && repeated[i]});
+      Visit child = visit;
+      child.node = &children[i].node();
+      if (differ) child.complemented = visit.complemented && i == 0;
+      if (boolean.operation == Operation::subtract && i > 0) child.complemented = !visit.complemented;
+      child.enclosing = is_one ? visit.enclosing : kind;
+      child.begin = 0;
+      child.is_mute = visit.is_mute || i >= first_mute;
+      child.is_repeated = !repeated.empty() && repeated[i];
+      stack_.push_back(child);
     }
+  }
+
+  /// What a primitive of the source is made of belongs to it, and nothing in it has a say.
+  static bool is_one_primitive(const Visit& visit) { return visit.number >= 0; }
+
+  /// Whether each point of a solid belongs to a primitive: no complement makes it. Of large ones nobody looks: then it is not known.
+  static bool owns_its_points(const model::Node& node, int& nodes_to_look_at) {
+    if (--nodes_to_look_at < 0) return false;
+    const auto owns = [&](const model::Expression& child) { return owns_its_points(child.node(), nodes_to_look_at); };
+    const auto children = node.children();
+    const auto* boolean = std::get_if<model::Boolean>(&node.value);
+    if (boolean == nullptr || boolean->operation == Operation::unite || boolean->operation == Operation::symmetric_difference)
+      return std::all_of(children.begin(), children.end(), owns);
+    if (boolean->operation == Operation::complement) return false;
+    if (boolean->operation == Operation::subtract) return children.empty() || owns(children.front());
+    return std::any_of(children.begin(), children.end(), owns);
+  }
+
+  /// The first operand to which nothing belongs, nor to those behind it: what is subtracted, and in an intersection what comes after an operand
+  /// that says of each of its points whose it is.
+  static std::size_t first_of_the_mute(const model::Boolean& boolean) {
+    const auto& children = boolean.children;
+    if (boolean.operation == Operation::subtract) return 1;
+    if (boolean.operation != Operation::intersect) return children.size();
+    const auto first = std::find_if(children.begin(), children.end(), [](const model::Expression& child) {
+      int nodes_to_look_at = 64;
+      return owns_its_points(child.node(), nodes_to_look_at);
+    });
+    return static_cast<std::size_t>(std::min(first - children.begin() + 1, std::ssize(children)));
   }
 
   void enter(const Visit&, const model::Construction&) { throw std::logic_error("constructs are resolved before lowering"); }
@@ -161,10 +248,15 @@ class Lowering {
   void open(Word kind) {
     if (++depth_ > deepest) throw Error("unions, intersections and differences are nested more than 100000 deep");
     stack_.push_back({nullptr, 0, false, 0, lowered_.program.size()});
+    if (kind != Net::kind_unite) {
+      lowered_.guards.push_back({static_cast<std::uint32_t>(lowered_.program.size()), guard_});
+      guard_ = static_cast<std::int32_t>(lowered_.guards.size() - 1);
+    }
     lowered_.program.insert(lowered_.program.end(), {kind, 0, 0});
   }
   void close(std::size_t begin) {
     --depth_;
+    if (lowered_.program[begin] != Net::kind_unite) guard_ = lowered_.guards[static_cast<std::size_t>(guard_)].around;
     lowered_.program[begin + 1] = static_cast<Word>(lowered_.program.size() - begin);
   }
 };
@@ -172,8 +264,8 @@ class Lowering {
 }  // namespace
 
 template <int D>
-Lowered<D> lower(const model::Expression& expression) {
-  return Lowering<D>().run(expression);
+Lowered<D> lower(const model::Expression& expression, Parts parts) {
+  return Lowering<D>(parts).run(expression);
 }
 
 template <int D>
@@ -219,7 +311,7 @@ Box<D> hull_of(const std::vector<Producer<D>>& producers) {
 }
 
 #define BSP2_INSTANTIATE(D)                                                         \
-  template Lowered<D> lower<D>(const model::Expression&);                           \
+  template Lowered<D> lower<D>(const model::Expression&, Parts);                    \
   template Box<D> bounds_of<D>(const Lowered<D>&, const std::vector<Producer<D>>&); \
   template Box<D> hull_of<D>(const std::vector<Producer<D>>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

@@ -15,8 +15,11 @@ template <int D>
 struct Occurrence {
   const model::Primitive* primitive;
   Transformer<D> placement;
-  std::int32_t part;  ///< Producer::part
+  std::int32_t number;     ///< Producer::primitive
+  std::int32_t part = 0;   ///< Producer::part
   const model::Colour* colour = nullptr;  ///< the outermost one around it
+  std::uint32_t leaf = 0;  ///< where it is in the program
+  std::int32_t guard = -1;  ///< Producer::guard
 };
 
 /// The expression without transformers and complements: occurrences in source order, and Network's program over them.
@@ -24,12 +27,14 @@ template <int D>
 struct Lowered {
   std::vector<Occurrence<D>> occurrences;
   std::vector<Word> program;
-  std::vector<std::pair<std::int32_t, std::string>> part_names;  ///< of the parts that have one
+  std::vector<Guard> guards;
+  std::vector<Part> parts;  ///< that have a name; none: the whole is one
 };
 
+/// @param parts what divides it into parts.
 /// Walks the expression depth first, without recursion: it may be nested ten thousand deep.
 template <int D>
-Lowered<D> lower(const model::Expression& expression);
+Lowered<D> lower(const model::Expression& expression, Parts parts = Parts::none);
 
 /// A box that contains the solid; unbounded where only complements bound it.
 template <int D>

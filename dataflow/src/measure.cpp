@@ -7,7 +7,9 @@ namespace bsp2::dataflow {
 
 template <int D>
 Totals<D> measure(const model::Expression& solid, const EvaluateOptions& how, const CompileOptions& options) {
-  const Network<D> network = compile<D>(solid, options);
+  CompileOptions whole = options;
+  whole.parts = Parts::none;
+  const Network<D> network = compile<D>(solid, whole);
   return evaluate(network, partition(network, 0).regions, how, {}).totals;
 }
 

@@ -300,10 +300,10 @@ std::vector<PointSet<D>> merged(const std::vector<geometry::CellBatch>& batches)
   return CellMerger<D>().run(std::move(items));
 }
 
-/// Without places: its parts are numbered by themselves.
+/// Without places: its primitives are numbered by themselves.
 template <int D>
 Network<D> nested_network(const model::Expression& solid, const CompileOptions& options) {
-  return compile<D>(solid, {.coincidence = options.coincidence});
+  return compile<D>(solid, {.coincidence = options.coincidence, .parts = Parts::none});
 }
 
 /// The IN cells, and with a refinement those that it leaves FUZZY; in an order that is always the same.

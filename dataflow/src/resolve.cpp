@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
@@ -73,6 +74,41 @@ Expression boolean_of(const Boolean& boolean, const Node& node, std::vector<Expr
   return image.node().parts == node.parts ? image : one_part(image, node.parts);  // other than the node's: it is empty
 }
 
+/// The outermost colour and name around the first primitive of an operand.
+struct Looks {
+  std::optional<model::Colour> colour;
+  std::optional<std::string> part;
+
+  /// What is made of operands that are no more looks like the first of them, unless something around it says else.
+  [[nodiscard]] Expression on(Expression image) const {
+    if (is_empty(image)) return image;
+    const int dimension = image.dimension();
+    if (part) image = make(dimension, model::Named{model::Named::Role::part, *part, std::move(image)});
+    return colour ? make(dimension, model::Coloured{*colour, std::move(image)}) : image;
+  }
+};
+
+Looks looks_of(const Expression& operand) {
+  Looks looks;
+  const Node* node = &operand.node();
+  for (; !node->children().empty(); node = &node->children().front().node()) {
+    if (const auto* boolean = std::get_if<Boolean>(&node->value); boolean != nullptr && boolean->operation == model::Operation::complement) break;
+    if (const auto* coloured = std::get_if<model::Coloured>(&node->value); coloured != nullptr && !looks.colour) looks.colour = coloured->colour;
+    const auto* named = std::get_if<model::Named>(&node->value);
+    if (named != nullptr && named->role == model::Named::Role::part && !looks.part) looks.part = named->name;
+  }
+  return looks;
+}
+
+/// The looks of constructs that are operands of another one say no more.
+void take_looks_off(const Construction& construction, std::vector<Expression>& images) {
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (!std::holds_alternative<Construction>(construction.operands[i].node().value)) continue;
+    if (const auto* coloured = std::get_if<model::Coloured>(&images[i].node().value)) images[i] = Expression(coloured->child);
+    if (const auto* named = std::get_if<model::Named>(&images[i].node().value)) images[i] = Expression(named->child);
+  }
+}
+
 class Resolver {
  public:
   Resolver(const CompileOptions& options, std::vector<std::string>& warnings) : options_(options), warnings_(warnings) {}
@@ -91,7 +127,9 @@ class Resolver {
             return is_empty(images[0]) ? images[0] : make(node.dimension, model::Coloured{coloured->colour, images[0]});
           if (const auto* named = std::get_if<model::Named>(&node.value))
             return is_empty(images[0]) && images[0].node().parts == 0 ? images[0] : make(node.dimension, model::Named{named->role, named->name, images[0]});
-          return one_part(image_of(node, images), node.parts);
+          const Looks looks = looks_of(images.front());
+          take_looks_off(std::get<Construction>(node.value), images);
+          return looks.on(one_part(image_of(node, images), node.parts));
         });
     return without_flats(image);
   }
@@ -153,7 +191,7 @@ class Resolver {
         [this](const Node& node, std::vector<Expression> images) -> Expression {
           if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(node.dimension, Boolean{boolean->operation, std::move(images)});
           if (const auto* transform = std::get_if<Transform>(&node.value)) return make(node.dimension, Transform{transform->matrix, images[0]});
-          if (!images.empty()) return images[0];  // a construct has the colour and the name around it
+          if (!images.empty()) return images[0];  // see Looks
           return faceted_primitive(std::get<Primitive>(node.value), node.dimension, options_);
         });
   }
@@ -348,7 +386,7 @@ class Resolver {
             const auto& m = transform->matrix;
             return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
           }
-          if (!images.empty()) return images[0];  // a construct has the colour and the name around it
+          if (!images.empty()) return images[0];  // see Looks
           return std::visit([this](const auto& primitive) { return prism(primitive); }, std::get<Primitive>(node.value));
         });
   }

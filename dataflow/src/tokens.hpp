@@ -11,6 +11,7 @@
 
 #include "bsp2/dataflow/frontier.hpp"
 #include "bsp2/dataflow/network.hpp"
+#include "bsp2/dataflow/process.hpp"
 #include "bsp2/geometry/cell.hpp"
 #include "bsp2/geometry/cell_batch.hpp"
 
@@ -35,7 +36,7 @@ struct Outcome {
   geometry::Label label = geometry::Label::out;  ///< of a cell
   bool divided = false;  ///< of a suspended one: some of its cells have been emitted, so it is never given back whole
   std::uint16_t level = 0;
-  std::int32_t part = geometry::no_part;
+  std::int32_t owner = no_owner;  ///< the producer that a cell belongs to, or a Container
   union {
     std::int64_t tree = 0;  ///< of a subtree: see TreeCodes
     Token<D>* token;        ///< of a suspended token

@@ -112,16 +112,27 @@ Token<D>* Worker<D>::process(Token<D>* token) {
       return may_clip(*token, cut) ? clip(token, cut) : split(token, cut);
     }
     outcome.label = answer.label;
-    outcome.part = answer.part;
+    outcome.owner = answer.owner;
     if (!stays(answer.label)) grow(-1);
   }
   if (left && crew_.options.suspend) {
     token->ended = !stop;
     return leave(token);
   }
-  if (left) outcome.label = Label::fuzzy;
+  if (left) end_undecided(*token, outcome);
   outcome.cell = std::move(token->cell);
+  if (left && outcome.label == Label::in) outcome.tree = settle(outcome, token->region);  // like a FUZZY cell, it is never given back
   return give(token, std::move(outcome));
+}
+
+/// A cell that is not cut again is FUZZY, unless no more than what it belongs to is undecided about it.
+template <int D>
+void Worker<D>::end_undecided(const Token<D>& token, Outcome<D>& outcome) {
+  Answer answer{Label::fuzzy};
+  if (crew_.network.is_divided()) answer = localizer_.decide(token.program, token.cell, program_);
+  if (crew_.network.is_divided() && answer.label == Label::fuzzy) answer = Localizer<D>::known(program_);
+  outcome.label = answer.label;
+  outcome.owner = answer.owner;
 }
 
 /// Whether nothing is left to be done with a token, or below a node of a frontier, that is suspended.
@@ -246,7 +257,7 @@ Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut
   }
   if (!stays(cut.beyond.label)) grow(-1);
   outcome.label = cut.beyond.label;  // nothing is inside: no cut was needed
-  outcome.part = cut.beyond.part;
+  outcome.owner = cut.beyond.owner;
   outcome.cell = std::move(token->cell);
   return give(token, std::move(outcome));
 }
@@ -275,13 +286,13 @@ template <int D>
 std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Localizer<D>::Cut& cut) {
   Outcome<D> outcome;
   outcome.label = cut.behind.label;
-  outcome.part = cut.behind.part;
+  outcome.owner = cut.behind.owner;
   outcome.level = static_cast<std::uint16_t>(token.level + pieces_.size());
   if (stays(outcome.label)) outcome.cell = clipper_.cell();
   std::int64_t tree = settle(outcome, token.region);
   outcome.form = Form::cell;
   outcome.label = cut.beyond.label;
-  outcome.part = cut.beyond.part;
+  outcome.owner = cut.beyond.owner;
   for (std::size_t i = pieces_.size(); i-- > 0;) {
     outcome.level = static_cast<std::uint16_t>(token.level + i + 1);
     outcome.cell = std::move(pieces_[i].cell);

@@ -19,11 +19,11 @@ namespace {
 void sort_faces(Skin& skin) {
   std::vector<std::uint32_t> order(skin.faces.size()), place(skin.faces.size());
   std::iota(order.begin(), order.end(), 0u);
-  const auto key = [&](std::uint32_t i) { return std::tuple(skin.faces[i].outward.code, skin.faces[i].part); };
+  const auto key = [&](std::uint32_t i) { return std::tuple(skin.faces[i].outward.code, skin.faces[i].owner); };
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
   std::vector<Skin::Face> faces;
   for (const std::uint32_t old : order) {
-    if (faces.empty() || faces.back().outward != skin.faces[old].outward || faces.back().part != skin.faces[old].part)
+    if (faces.empty() || faces.back().outward != skin.faces[old].outward || faces.back().owner != skin.faces[old].owner)
       faces.push_back(skin.faces[old]);
     place[old] = static_cast<std::uint32_t>(faces.size() - 1);
   }
@@ -192,7 +192,7 @@ bool triangulate_faces(ExactPoints& exact, PointSet& points, const Skin& skin, c
   surface = {};
   surface.points.reserve(points.size());
   surface.triangles.reserve(edges.size());
-  surface.part.reserve(edges.size());
+  surface.owner.reserve(edges.size());
   const std::size_t known = points.size();
   SweepTriangulator triangulator;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -219,7 +219,7 @@ bool triangulate_faces(ExactPoints& exact, PointSet& points, const Skin& skin, c
         point = number[point];
       }
       surface.triangles.push_back(triangle);
-      surface.part.push_back(face.part);
+      surface.owner.push_back(face.owner);
     }
   }
   return points.size() == known;

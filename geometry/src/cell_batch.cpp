@@ -26,6 +26,7 @@ void CellBatch::append(const CellBatch& from, std::size_t first, std::size_t cou
   append_ends(facet_vertex_offset, from.facet_vertex_offset, facet, last_facet);
   append_ends(facet_offset, from.facet_offset, first, last);
   append_slice(label, from.label, first, last);
+  append_slice(primitive, from.primitive, first, last);
   append_slice(part, from.part, first, last);
   append_slice(region, from.region, first, last);
   append_slice(level, from.level, first, last);
@@ -40,6 +41,7 @@ void CellBatch::shrink_to_fit() {
   facet_vertices.shrink_to_fit();
   facet_hyperplane.shrink_to_fit();
   label.shrink_to_fit();
+  primitive.shrink_to_fit();
   part.shrink_to_fit();
   region.shrink_to_fit();
   level.shrink_to_fit();

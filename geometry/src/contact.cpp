@@ -158,7 +158,7 @@ struct FacetMatcher::Implementation {
     if (skin == nullptr) return;
     for (int side = 0; side < 2; ++side)
       for (const Facet& facet : facets[side])
-        if (!facet.covered) add_loop(polygon(facet), face_of(side, source(facet).part), true);
+        if (!facet.covered) add_loop(polygon(facet), face_of(side, source(facet).owner), true);
     reduce();
     append_to(*skin);
   }
@@ -380,13 +380,13 @@ struct FacetMatcher::Implementation {
     if (of_positive == Overlap::none) return;
     negative.covered = of_negative == Overlap::all;
     positive.covered = of_positive == Overlap::all;
-    const std::int32_t part_of_negative = source(negative).part, part_of_positive = source(positive).part;
+    const std::int32_t owner_of_negative = source(negative).owner, owner_of_positive = source(positive).owner;
     if (negative.covered || positive.covered) {
       add_contact(negative, positive, negative.covered ? negative.area : positive.area);
       if (!with_skin) return;
       // The smaller one is gone; from the larger one it is taken away, which looks at it from the other side.
-      if (!positive.covered) add_loop(polygon(negative), face_of(1, part_of_positive), true);
-      if (!negative.covered) add_loop(polygon(positive), face_of(0, part_of_negative), true);
+      if (!positive.covered) add_loop(polygon(negative), face_of(1, owner_of_positive), true);
+      if (!negative.covered) add_loop(polygon(positive), face_of(0, owner_of_negative), true);
       return;
     }
     clipped.assign(polygon(negative).begin(), polygon(negative).end());
@@ -394,8 +394,8 @@ struct FacetMatcher::Implementation {
     const auto twice_area = newell(clipped.size(), [&](std::size_t i) -> const std::array<double, 3>& { return vertex(clipped[i]).x; });
     add_contact(negative, positive, length(twice_area) / 2);
     if (!with_skin) return;
-    add_loop(clipped, face_of(0, part_of_negative), false);
-    add_loop(clipped, face_of(1, part_of_positive), true);
+    add_loop(clipped, face_of(0, owner_of_negative), false);
+    add_loop(clipped, face_of(1, owner_of_positive), true);
   }
 
   /// Keeps what of `clipped` is on the negative side. @pre something is.
@@ -421,11 +421,11 @@ struct FacetMatcher::Implementation {
 
   // --- the skin ---
 
-  std::uint32_t face_of(int side, std::int32_t part) {
+  std::uint32_t face_of(int side, std::int32_t owner) {
     const OrientedHyperplane outward = oriented(plane, side == 1);
     for (std::uint32_t i = 0; i < faces.size(); ++i)
-      if (faces[i].outward == outward && faces[i].part == part) return i;
-    faces.push_back({outward, part});
+      if (faces[i].outward == outward && faces[i].owner == owner) return i;
+    faces.push_back({outward, owner});
     return static_cast<std::uint32_t>(faces.size() - 1);
   }
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "bsp2/geometry/boundary.hpp"
 #include "bsp2/geometry/module.hpp"
@@ -28,7 +29,8 @@ struct VtkModule {
   /// @return of the simplices in it, if the cells are to be cut.
   SimplexCount (*write_piece)(const PieceFile& file, const Piece& piece, bool with_polyhedron, const VtuOptions& options);
   /// The bytes of a file.
-  std::string (*to_vtp)(const geometry::TriangleSurface& surface);
+  /// @param part_names as `write_surface`.
+  std::string (*to_vtp)(const geometry::TriangleSurface& surface, const std::vector<std::string>& part_names);
 };
 
 /// What bsp2-hdf5 does: see write_snapshot and read_snapshot.

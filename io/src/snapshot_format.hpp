@@ -11,7 +11,7 @@
 namespace bsp2::io::snapshot {
 
 inline const std::string format_name = "bsp2 snapshot";
-inline constexpr std::int32_t format_version = 4;
+inline constexpr std::int32_t format_version = 5;
 
 /// The coordinates of the eye are attributes; they are there only if there is an eye.
 inline std::string eye_attribute(std::size_t axis) { return "eye_" + std::to_string(axis + 1); }

@@ -24,6 +24,7 @@ SnapshotHead read_head(hid_t file) {
   if (head.dimension < 1 || head.dimension > 6) throw Failure("its dimension is " + std::to_string(head.dimension));
   head.coincidence = hdf5::read_attribute<double>(file, "coincidence");
   head.curved = hdf5::read_attribute<std::uint32_t>(file, "curved") != 0;
+  head.parts_by_colour = H5Aexists(file, "parts_by_colour") > 0;
   head.tolerance = hdf5::read_attribute<double>(file, "tolerance");
   if (H5Aexists(file, "angle") > 0) {
     head.angle = hdf5::read_attribute<double>(file, "angle");
@@ -192,6 +193,7 @@ void read_cells(hid_t file, Snapshot& snapshot, const Rows& rows) {
   Slices<std::uint16_t> facet_vertices(hdf5::read_rows<std::uint16_t>(file, "cells/facet_vertices", corners));
   Slices<std::int32_t> facet_hyperplane(hdf5::read_rows<std::int32_t>(file, "cells/facet_hyperplane", facets));
   Slices<std::uint8_t> label(hdf5::read_rows<std::uint8_t>(file, "cells/label", rows));
+  Slices<std::int32_t> primitive(hdf5::read_rows<std::int32_t>(file, "cells/primitive", rows));
   Slices<std::int32_t> part(hdf5::read_rows<std::int32_t>(file, "cells/part", rows));
   Slices<std::uint32_t> region(hdf5::read_rows<std::uint32_t>(file, "cells/region", rows));
   Slices<std::uint16_t> level(hdf5::read_rows<std::uint16_t>(file, "cells/level", rows));
@@ -214,6 +216,7 @@ void read_cells(hid_t file, Snapshot& snapshot, const Rows& rows) {
         if (value > static_cast<std::uint8_t>(geometry::Label::fuzzy)) throw Failure("a cell has no known label");
         batch->label.push_back(static_cast<geometry::Label>(value));
       }
+      batch->primitive = primitive.next(n);
       batch->part = part.next(n);
       batch->region = region.next(n);
       batch->level = level.next(n);

@@ -216,6 +216,7 @@ void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<S
   out.write<std::uint8_t>("cells/label", share[cells], 1, [&](const auto& append) {
     for (const auto& batch : snapshot.cells) append(std::span(reinterpret_cast<const std::uint8_t*>(batch->label.data()), batch->size()));
   });
+  column("cells/primitive", share[cells], 1, &CellBatch::primitive);
   column("cells/part", share[cells], 1, &CellBatch::part);
   column("cells/region", share[cells], 1, &CellBatch::region);
   column("cells/level", share[cells], 1, &CellBatch::level);
@@ -277,6 +278,7 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head, const st
   number("dimension", head.dimension);
   number("coincidence", head.coincidence);
   number("curved", static_cast<std::uint32_t>(head.curved));
+  if (head.parts_by_colour) number("parts_by_colour", std::uint32_t{1});
   number("tolerance", head.tolerance);
   if (head.angle > 0) {
     number("angle", head.angle);
@@ -338,7 +340,7 @@ std::uint64_t bytes_of(const std::vector<Share>& share, const SnapshotHead& head
     return (rows + chunk - 1) / chunk * chunk * size;
   };
   std::uint64_t bytes = array(points, 8 * d) + array(corners, 2) + array(frontier, 28) + array(archived, 1) + array(regions, 20);
-  for (const std::uint64_t size : {8, 8, 1, 4, 4, 2, 8}) bytes += array(cells, size);
+  for (const std::uint64_t size : {8, 8, 1, 4, 4, 4, 2, 8}) bytes += array(cells, size);
   for (const std::uint64_t size : {8, 4}) bytes += array(facets, size);
   for (const std::uint64_t size : {8, 4}) bytes += array(nodes, size);
   bytes += array(hyperplanes, 4) + array(hyperplanes, 8 * (d + 1));

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 using geometry::TriangleSurface;
+using Names = std::vector<std::string>;
 
 static_assert(std::endian::native == std::endian::little, "binary STL and PLY are written as they lie in memory");
 
@@ -65,22 +66,50 @@ std::string to_stl(const SingleSurface& surface) {
   return bytes;
 }
 
-std::string to_ply(const TriangleSurface& surface) {
-  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment written by bsp2\nelement vertex " + std::to_string(surface.points.size()) +
+/// A name in one line of text.
+std::string one_line(std::string name) {
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  return name;
+}
+
+std::string to_ply(const TriangleSurface& surface, const Names& part_names) {
+  std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment written by bsp2\n";
+  for (std::size_t part = 0; part < part_names.size(); ++part) bytes += "comment part " + std::to_string(part) + ' ' + one_line(part_names[part]) + '\n';
+  bytes += "element vertex " + std::to_string(surface.points.size()) +
                       "\nproperty double x\nproperty double y\nproperty double z\nelement face " + std::to_string(surface.triangles.size()) +
-                      "\nproperty list uchar int vertex_indices\nproperty int part\nend_header\n";
+                      "\nproperty list uchar int vertex_indices\nproperty int " + (part_names.empty() ? "primitive" : "part") + "\nend_header\n";
   for (const auto& point : surface.points)
     for (const double x : point) put(bytes, x);
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
     put(bytes, std::uint8_t{3});
     for (const std::uint32_t corner : surface.triangles[i]) put(bytes, static_cast<std::int32_t>(corner));
-    put(bytes, surface.part[i]);
+    put(bytes, surface.owner[i]);
   }
   return bytes;
 }
 
-std::string to_obj(const TriangleSurface& surface) {
+/// A name of a group is one word: white space in it becomes _. Of names that become equal so, all but the first get a number.
+std::vector<std::string> group_names(const Names& part_names) {
+  std::vector<std::string> groups;
+  for (std::size_t part = 0; part < part_names.size(); ++part) {
+    std::string word = one_line(part_names[part]);
+    std::replace(word.begin(), word.end(), ' ', '_');
+    const bool is_taken = word.empty() || std::find(groups.begin(), groups.end(), word) != groups.end();
+    if (is_taken) word += "_" + std::to_string(part);
+    groups.push_back(word);
+  }
+  return groups;
+}
+
+std::string to_obj(const TriangleSurface& surface, const Names& part_names) {
   std::string text = "# written by bsp2\n";
+  const std::vector<std::string> groups = group_names(part_names);
+  const std::string kind = part_names.empty() ? "primitive" : "part";
+  const auto group_of = [&](std::int32_t owner) {
+    if (owner < 0) return "no_" + kind;
+    return part_names.empty() ? kind + '_' + std::to_string(owner) : groups.at(static_cast<std::size_t>(owner));
+  };
   std::array<char, 32> digits;
   const auto add = [&](auto number) {
     text += ' ';
@@ -93,10 +122,10 @@ std::string to_obj(const TriangleSurface& surface) {
   }
   std::vector<std::size_t> order(surface.triangles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return surface.part[a] < surface.part[b]; });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return surface.owner[a] < surface.owner[b]; });
   for (std::size_t i = 0; i < order.size(); ++i) {
-    const std::int32_t part = surface.part[order[i]];
-    if (i == 0 || part != surface.part[order[i - 1]]) text += part == geometry::no_part ? "g no_part\n" : "g part_" + std::to_string(part) + '\n';
+    const std::int32_t owner = surface.owner[order[i]];
+    if (i == 0 || owner != surface.owner[order[i - 1]]) text += "g " + group_of(owner) + '\n';
     text += 'f';
     for (const std::uint32_t corner : surface.triangles[order[i]]) add(corner + 1);
     text += '\n';
@@ -152,11 +181,13 @@ void check_surface_file(const fs::path& path) {
   if (ending_of(path) == ".vtp") vtk_module();
 }
 
-std::string write_surface(const fs::path& path, const TriangleSurface& surface) {
+std::string write_surface(const fs::path& path, const TriangleSurface& surface, const Names& part_names) {
   check_surface_file(path);
   const std::string ending = ending_of(path);
   if (ending == ".stl") return write_stl(path, surface);
-  write_file(path, ending == ".vtp" ? vtk_module().to_vtp(surface) : ending == ".ply" ? to_ply(surface) : to_obj(surface));
+  write_file(path, ending == ".vtp"   ? vtk_module().to_vtp(surface, part_names)
+                   : ending == ".ply" ? to_ply(surface, part_names)
+                                      : to_obj(surface, part_names));
   return "";
 }
 

@@ -1,6 +1,7 @@
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkErrorCode.h>
+#include <vtkFieldData.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkObject.h>
@@ -65,24 +66,25 @@ SimplexCount write_piece(const PieceFile& to, const Piece& piece, bool with_poly
   throw Error("cannot write '" + to.shown.string() + "': " + (from_system ? std::generic_category().message(code) : "the disk is full"));
 }
 
-std::string to_vtp(const geometry::TriangleSurface& surface) {
+std::string to_vtp(const geometry::TriangleSurface& surface, const std::vector<std::string>& part_names) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(surface.points.size()));
   for (std::size_t i = 0; i < surface.points.size(); ++i) points->SetPoint(static_cast<vtkIdType>(i), surface.points[i].data());
   vtkNew<vtkCellArray> triangles;
-  vtkNew<vtkIntArray> part;
-  part->SetName("part");
+  vtkNew<vtkIntArray> owner;
+  owner->SetName(part_names.empty() ? "primitive" : "part");
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
     const auto& [a, b, c] = surface.triangles[i];
     const std::array<vtkIdType, 3> corners{a, b, c};
     triangles->InsertNextCell(3, corners.data());
-    part->InsertNextValue(surface.part[i]);
+    owner->InsertNextValue(surface.owner[i]);
   }
   vtkNew<vtkPolyData> data;
   data->SetPoints(points);
   data->SetPolys(triangles);
-  data->GetCellData()->AddArray(part);
+  data->GetCellData()->AddArray(owner);
+  add_part_names(data->GetFieldData(), part_names);
   vtkNew<vtkXMLPolyDataWriter> writer;
   writer->SetInputData(data);
   writer->SetDataModeToAppended();

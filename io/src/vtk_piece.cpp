@@ -4,10 +4,12 @@
 #include <vtkCellData.h>
 #include <vtkCellType.h>
 #include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
 #include <vtkIdTypeArray.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
+#include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnsignedIntArray.h>
 #include <vtkUnsignedShortArray.h>
@@ -60,6 +62,7 @@ class CellArrays {
     color_->SetName("color");
     color_->SetNumberOfComponents(4);
     label_->SetName("label");
+    primitive_->SetName("primitive");
     part_->SetName("part");
     region_->SetName("region");
     rank_->SetName("rank");
@@ -67,8 +70,9 @@ class CellArrays {
     volume_->SetName("volume");
   }
   void add(const CellBatch& batch, std::size_t cell, int rank, double volume) {
-    if (!options_->colour_of_part.empty()) color_->InsertNextTypedTuple(colour_of(batch, cell).data());
+    if (!options_->colour_of_primitive.empty()) color_->InsertNextTypedTuple(colour_of(batch, cell).data());
     label_->InsertNextValue(static_cast<unsigned char>(batch.label[cell]));
+    primitive_->InsertNextValue(batch.primitive[cell]);
     part_->InsertNextValue(batch.part[cell]);
     region_->InsertNextValue(batch.region[cell]);
     rank_->InsertNextValue(rank);
@@ -77,23 +81,23 @@ class CellArrays {
   }
   void attach_to(vtkCellData* data) const {
     for (vtkDataArray* array :
-         std::initializer_list<vtkDataArray*>{label_, part_, region_, rank_, level_, volume_}) {
+         std::initializer_list<vtkDataArray*>{label_, primitive_, part_, region_, rank_, level_, volume_}) {
       data->AddArray(array);
     }
-    if (!options_->colour_of_part.empty()) data->AddArray(color_);
-    data->SetActiveScalars("part");  // what ParaView colours by at first
+    if (!options_->colour_of_primitive.empty()) data->AddArray(color_);
+    data->SetActiveScalars(options_->part_names.empty() ? "primitive" : "part");  // what ParaView colours by at first
   }
 
  private:
   [[nodiscard]] const std::array<std::uint8_t, 4>& colour_of(const CellBatch& batch, std::size_t cell) const {
-    const auto part = static_cast<std::size_t>(batch.part[cell]);  // none: beyond all
-    const bool has_part = batch.label[cell] == geometry::Label::in && part < options_->colour_of_part.size();
-    return has_part ? options_->colour_of_part[part] : options_->other_colour;
+    const auto primitive = static_cast<std::size_t>(batch.primitive[cell]);  // none: beyond all
+    const bool has_one = batch.label[cell] == geometry::Label::in && primitive < options_->colour_of_primitive.size();
+    return has_one ? options_->colour_of_primitive[primitive] : options_->other_colour;
   }
 
   const VtuOptions* options_;
   vtkNew<vtkUnsignedCharArray> label_, color_;
-  vtkNew<vtkIntArray> part_, rank_;
+  vtkNew<vtkIntArray> primitive_, part_, rank_;
   vtkNew<vtkUnsignedIntArray> region_;
   vtkNew<vtkUnsignedShortArray> level_;
   vtkNew<vtkDoubleArray> volume_;
@@ -122,6 +126,7 @@ class GridBuilder {
     grid->SetCells(types_, cells_, polyhedra ? face_locations_.Get() : nullptr,
                    polyhedra ? faces_.Get() : nullptr);
     arrays_.attach_to(grid->GetCellData());
+    add_part_names(grid->GetFieldData(), options_.part_names);
     return grid;
   }
 
@@ -193,6 +198,14 @@ class GridBuilder {
 };
 
 }  // namespace
+
+void add_part_names(vtkFieldData* to, const std::vector<std::string>& part_names) {
+  if (part_names.empty()) return;
+  vtkNew<vtkStringArray> names;
+  names->SetName("part_names");
+  for (const std::string& name : part_names) names->InsertNextValue(name);
+  to->AddArray(names);
+}
 
 bool has_polyhedra(const Piece& piece) {
   VtkCell shape;

@@ -2,9 +2,13 @@
 
 #include <vtkSmartPointer.h>
 
+#include <string>
+#include <vector>
+
 #include "bsp2/io/vtu.hpp"
 #include "piece.hpp"
 
+class vtkFieldData;
 class vtkUnstructuredGrid;
 
 namespace bsp2::io {
@@ -17,5 +21,8 @@ bool has_polyhedra(const Piece& piece);
 /// whole `.pvtu` if one of its pieces has none.
 /// @param simplices what the cells are cut into, if they are, is added.
 vtkSmartPointer<vtkUnstructuredGrid> make_grid(const Piece& piece, bool with_polyhedron, const VtuOptions& options, SimplexCount& simplices);
+
+/// As the field array `part_names`, if there are any.
+void add_part_names(vtkFieldData* to, const std::vector<std::string>& part_names);
 
 }  // namespace bsp2::io

@@ -27,20 +27,23 @@ void remove_pieces(const fs::path& pvtu, std::uint64_t first) {
 }
 
 /// Names and types as the pieces have them.
-std::string summary(const fs::path& pvtu, std::uint64_t pieces, bool has_colours) {
+std::string summary(const fs::path& pvtu, std::uint64_t pieces, const VtuOptions& options) {
   std::string text = R"(<VTKFile type="PUnstructuredGrid" version="1.0" byte_order=")";
   text += std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
   text += R"(" header_type="UInt64">
   <PUnstructuredGrid GhostLevel="0">
-    <PCellData Scalars="part">
+    <PCellData Scalars=")";
+  text += options.part_names.empty() ? "primitive" : "part";
+  text += R"(">
       <PDataArray type="UInt8" Name="label"/>
+      <PDataArray type="Int32" Name="primitive"/>
       <PDataArray type="Int32" Name="part"/>
       <PDataArray type="UInt32" Name="region"/>
       <PDataArray type="Int32" Name="rank"/>
       <PDataArray type="UInt16" Name="level"/>
       <PDataArray type="Float64" Name="volume"/>
 )";
-  if (has_colours) text += "      <PDataArray type=\"UInt8\" Name=\"color\" NumberOfComponents=\"4\"/>\n";
+  if (!options.colour_of_primitive.empty()) text += "      <PDataArray type=\"UInt8\" Name=\"color\" NumberOfComponents=\"4\"/>\n";
   text += R"(    </PCellData>
     <PPoints>
       <PDataArray type="Float64" Name="Points" NumberOfComponents="3"/>
@@ -86,7 +89,7 @@ void VtuShare::write(std::uint64_t before, const Size& all) {
   }
   if (before > 0) return;
   try {
-    write_file(scratch_->path() / pvtu_.filename(), summary(pvtu_, all.pieces, !options_.colour_of_part.empty()));
+    write_file(scratch_->path() / pvtu_.filename(), summary(pvtu_, all.pieces, options_));
   } catch (const Error&) {
     throw Error("cannot write '" + pvtu_.string() + "': the disk is full");
   }

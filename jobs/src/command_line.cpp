@@ -34,7 +34,7 @@ constexpr auto footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, exported, rendered, points, series;
+  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, parts, exported, rendered, points, series;
   PictureText view;
   std::vector<std::string> keep;
   bool mesh = false;
@@ -100,6 +100,10 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("KIND")
       ->group(group);
   app.add_flag("--curved", options.curved, "take spheres, cylinders, circles as truly round:\nFUZZY cells hold their surfaces (see --tolerance)")->group(group);
+  app.add_option("--parts", raw.parts, "what the parts of the model are: named (its part\nnodes; default), or colour (each colour is one)")
+      ->check(is_one_of({"named", "colour", "color"}))
+      ->type_name("KIND")
+      ->group(group);
   app.add_option("--coincidence", options.coincidence,
                  "planes closer than this share of the bounding box\nare one; 0: only equal planes")
       ->check(finite_share())
@@ -258,6 +262,7 @@ void set_export(RunCommand& command, const std::filesystem::path& path) {
 
 RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
+  command.options.parts_by_colour = raw.parts == "colour" || raw.parts == "color";
   if (raw.order == "priority" || raw.order == "view") command.options.order = supersteps::Order::priority;
   if (raw.order == "view" || command.options.angle) {
     if (raw.view.eye.empty())

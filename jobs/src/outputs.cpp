@@ -81,7 +81,7 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
 /// On the master. Nothing if the run could not find it, which it has told.
 void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
   if (result.boundary) {
-    const std::string warning = io::write_surface(path, *result.boundary);
+    const std::string warning = io::write_surface(path, *result.boundary, result.part_names);
     if (!warning.empty()) result.report.warnings.push_back(warning);
     return;
   }

@@ -208,7 +208,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   }
   if (command.points && ranks.is_master()) {
     bar.clear();
-    print_answers(out, command.options.points, result.answers, result.report.dimension, command.json);
+    print_answers(out, command.options.points, result.answers, result.report.dimension, command.json, result.part_names);
   }
   if (!cells_are_written) write_cells(command, result, ranks);
   write_results(command, result, ranks);

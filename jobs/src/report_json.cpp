@@ -1,5 +1,7 @@
 #include "bsp2/jobs/report_json.hpp"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <nlohmann/json.hpp>
 
 namespace bsp2::jobs {
@@ -42,8 +44,19 @@ Json named(const supersteps::NamedMeasures& measures) {
   return json;
 }
 
+Json named(const supersteps::NamedPart& part) {
+  Json json{{"part", part.part}, {"name", part.name}};
+  if (part.colour) {
+    const auto& [red, green, blue, opacity] = *part.colour;
+    const std::string colour = fmt::format("#{:02x}{:02x}{:02x}", red, green, blue);
+    json["color"] = opacity == 255 ? colour : colour + fmt::format("{:02x}", opacity);
+  }
+  json["volume"] = part.volume;
+  return json;
+}
+
 Json overlapping(const supersteps::OverlappingMesh& mesh) {
-  Json json{{"place", mesh.place}, {"file", nullptr}, {"part", mesh.part}, {"triangles", mesh.triangles}, {"volume_by_faces", nullptr}};
+  Json json{{"place", mesh.place}, {"file", nullptr}, {"primitive", mesh.primitive}, {"triangles", mesh.triangles}, {"volume_by_faces", nullptr}};
   if (!mesh.file.empty()) json["file"] = mesh.file;
   if (mesh.volume_by_faces) json["volume_by_faces"] = *mesh.volume_by_faces;
   return json;
@@ -67,7 +80,7 @@ std::string to_json(const supersteps::RunReport& report) {
   if (report.tolerance) json["tolerance"] = *report.tolerance;
   if (report.angle) json["view"] = {{"eye", report.eye}, {"angle", *report.angle}};
   add_moments(json, report);
-  for (const auto& [part, name] : report.named_parts) json["parts"].push_back({{"part", part}, {"name", name}});
+  for (const auto& part : report.named_parts) json["parts"].push_back(named(part));
   for (const auto& measures : report.measures) json["measures"].push_back(named(measures));
   json["bounds"] = nullptr;
   if (!report.lower.empty()) json["bounds"] = Json::array({report.lower, report.upper});

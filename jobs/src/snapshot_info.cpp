@@ -34,6 +34,7 @@ void print_snapshot(std::ostream& out, const std::filesystem::path& path) {
   line("dimension", std::to_string(head.dimension));
   line("coincidence", fmt::format("{}", head.coincidence));
   if (head.curved) line("curved", "spheres, cylinders and cones are round");
+  if (head.parts_by_colour) line("parts", "each colour is one");
   if (head.tolerance > 0) line("tolerance", fmt::format("{}", head.tolerance));
   if (head.angle > 0) line("angle", fmt::format("{} degrees, seen from ({})", head.angle, fmt::join(head.eye, ", ")));
   if (head.level) line("level", std::to_string(*head.level));

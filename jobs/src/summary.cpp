@@ -98,7 +98,7 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
   if (!report.centroid.empty()) out << "  centroid  " << tuple(report.centroid) << '\n';
   print_moments(out, report);
   for (const auto& measures : report.measures) print_measures(out, measures);
-  for (const auto& [part, name] : report.named_parts) out << fmt::format("  part      {}: {}\n", part, name);
+  for (const auto& part : report.named_parts) out << fmt::format("  part      {}: {}, volume {:.12g}\n", part.part, part.name, part.volume);
   if (!report.lower.empty())
     out << "  bounds    " << tuple(report.lower) << "\n            " << tuple(report.upper) << '\n';
   if (report.boundary) {

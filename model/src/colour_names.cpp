@@ -1,9 +1,14 @@
 #include "colour_names.hpp"
 
+#include "bsp2/model/colour.hpp"
+
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -69,6 +74,19 @@ std::optional<Colour> colour_named(std::string_view text) {
   if (found == std::end(names) || found->first != name) return std::nullopt;
   const auto channel = [&](int shift) { return (found->second >> shift & 255) / 255.0; };
   return Colour{channel(16), channel(8), channel(0), 1};
+}
+
+std::string name_of(const Colour& colour) {
+  std::uint32_t digits = 0;
+  for (const double channel : colour) digits = digits << 8 | static_cast<std::uint32_t>(std::lround(255 * channel));
+  // Of two names the better known one: cyan and magenta, not aqua and fuchsia.
+  const auto is_it = [&](const auto& entry) { return (entry.second << 8 | 255U) == digits && entry.first != "aqua" && entry.first != "fuchsia"; };
+  const auto* const named = std::find_if(std::begin(names), std::end(names), is_it);
+  if (named != std::end(names)) return std::string(named->first);
+  std::array<char, 10> text{};
+  const bool is_opaque = (digits & 255U) == 255U;
+  std::snprintf(text.data(), text.size(), is_opaque ? "#%06x" : "#%08x", static_cast<unsigned>(is_opaque ? digits >> 8 : digits));
+  return text.data();
 }
 
 }  // namespace bsp2::model

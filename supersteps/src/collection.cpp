@@ -163,7 +163,8 @@ SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::files
     io::VtuOptions options;
     options.tets = tets;
     options.rank_of_region = result.rank_of_region;
-    for (const auto& colour : result.colour_of_part) options.colour_of_part.push_back(colour.value_or(uncoloured));
+    options.part_names = result.part_names;
+    for (const auto& colour : result.colour_of_primitive) options.colour_of_primitive.push_back(colour.value_or(uncoloured));
     options.other_colour = uncoloured;
     share.emplace(pvtu, result.report.dimension, result.mesh.batches, options);
     size = share->size();

@@ -49,14 +49,15 @@ dataflow::Network<D> translation(const Source& source, const RunOptions& options
   const std::string name = source_name(options);
   const auto located = [&](const std::string& text) { return text.starts_with(name + ":") ? text : name + ": " + text; };
   const auto place = [&](std::size_t offset) { return model::place_in(source.text, name, offset) + ": "; };
-  dataflow::CompileOptions compile_options{.coincidence = options.coincidence, .threads = threads};
+  dataflow::CompileOptions compile_options{
+      .coincidence = options.coincidence, .parts = options.parts_by_colour ? dataflow::Parts::colours : dataflow::Parts::named, .threads = threads};
   compile_options.place_of = [&](const model::Node& node) {
     const auto found = source.model.construct_offsets.find(&node);
     return found == source.model.construct_offsets.end() ? "" : place(found->second);
   };
-  compile_options.place_of_part = [&](std::int32_t part) {
+  compile_options.place_of_primitive = [&](std::int32_t primitive) {
     const auto& offsets = source.model.part_offsets;
-    return static_cast<std::size_t>(part) < offsets.size() ? place(offsets[static_cast<std::size_t>(part)]) : "";
+    return static_cast<std::size_t>(primitive) < offsets.size() ? place(offsets[static_cast<std::size_t>(primitive)]) : "";
   };
   try {
     dataflow::Network<D> network = dataflow::compile<D>(source.model.expression, compile_options);

@@ -15,12 +15,12 @@ struct LeftOver {
   std::vector<std::uint32_t> unfinished;
   std::vector<std::uint32_t> region;  // of wholes
   std::vector<std::uint8_t> label;
-  std::vector<std::int32_t> part;
+  std::vector<std::int32_t> owner;
   std::vector<std::uint16_t> level;
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & unfinished & region & label & part & level;
+    archive & unfinished & region & label & owner & level;
   }
 };
 
@@ -35,7 +35,7 @@ LeftOver left_over(const Progress<D>& progress) {
     }
     left.region.push_back(whole->region);
     left.label.push_back(static_cast<std::uint8_t>(whole->label));
-    left.part.push_back(whole->part);
+    left.owner.push_back(whole->owner);
     left.level.push_back(whole->level);
   }
   return left;
@@ -44,7 +44,7 @@ LeftOver left_over(const Progress<D>& progress) {
 /// A region as what it became: its cell is that of the node of the partition which it has taken.
 template <int D>
 void become(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, const dataflow::Whole& whole, dataflow::Region<D>& region) {
-  region.frontier.nodes[0].value = whole.part;
+  region.frontier.nodes[0].value = whole.owner;
   if (region.level == whole.level && !region.cell.vertices().empty()) return;
   region.level = whole.level;
   region.cell = dataflow::region_cell(network, partition, region.number);
@@ -59,7 +59,7 @@ void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& p
   for (const LeftOver& left : all_gather(ranks, left_over(progress))) {
     unfinished.insert(unfinished.end(), left.unfinished.begin(), left.unfinished.end());
     for (std::size_t i = 0; i < left.region.size(); ++i)
-      wholes.push_back({left.region[i], static_cast<geometry::Label>(left.label[i]), left.part[i], left.level[i]});
+      wholes.push_back({left.region[i], static_cast<geometry::Label>(left.label[i]), left.owner[i], left.level[i]});
   }
   if (wholes.empty()) return;
   std::map<std::uint32_t, dataflow::Whole> remaining;

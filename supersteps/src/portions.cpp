@@ -41,6 +41,7 @@ RunOptions options_of(const io::SnapshotHead& head) {
   options.model = head.model;
   options.coincidence = head.coincidence;
   options.curved = head.curved;
+  options.parts_by_colour = head.parts_by_colour;
   options.level = head.level;
   if (head.tolerance > 0) options.tolerance = head.tolerance;
   if (head.angle > 0) {

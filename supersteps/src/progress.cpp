@@ -16,7 +16,7 @@
 namespace boost::serialization {
 template <class Archive>
 void serialize(Archive& archive, bsp2::io::SnapshotHead& head, unsigned) {
-  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.tolerance & head.angle & head.eye;
+  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.parts_by_colour & head.tolerance & head.angle & head.eye;
   archive & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
   archive & head.complete & head.in_cells & head.out_cells & head.in_volume & head.digest & head.totals & head.partition_root;
   archive & head.partition_hyperplane & head.partition_children & head.superstep_name & head.superstep_step & head.superstep_rank;
@@ -41,6 +41,7 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
     head.dimension = D;
     head.coincidence = options.coincidence;
     head.curved = options.curved;
+    head.parts_by_colour = options.parts_by_colour;
     head.tolerance = options.tolerance.value_or(0);
     if (options.angle) {
       head.angle = *options.angle;
@@ -317,6 +318,7 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   resumed.model = head.model;
   resumed.coincidence = head.coincidence;
   resumed.curved = head.curved;
+  resumed.parts_by_colour = head.parts_by_colour;
   if (!options.tolerance && head.tolerance > 0) resumed.tolerance = head.tolerance;
   if (!options.angle && head.angle > 0) {
     resumed.angle = head.angle;

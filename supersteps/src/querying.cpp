@@ -12,9 +12,10 @@ namespace bsp2::supersteps {
 template <int D>
 std::vector<Answer> querying(const geometry::HyperplaneTable<D>& table, const RunResult& result, std::span<const double> points, unsigned threads) {
   std::vector<geometry::Label> labels;
-  std::vector<std::int32_t> parts;
+  std::vector<std::int32_t> primitives, parts;
   for (const auto& batch : result.mesh.batches) {
     labels.insert(labels.end(), batch->label.begin(), batch->label.end());
+    primitives.insert(primitives.end(), batch->primitive.begin(), batch->primitive.end());
     parts.insert(parts.end(), batch->part.begin(), batch->part.end());
   }
   const geometry::PointQuery<D> query(table, result.tree, std::move(labels));
@@ -25,8 +26,10 @@ std::vector<Answer> querying(const geometry::HyperplaneTable<D>& table, const Ru
       std::array<double, D> point;
       std::copy_n(points.begin() + static_cast<std::ptrdiff_t>(i * D), D, point.begin());
       const auto found = query.ask(point);
-      answers[i] = {found.label, found.leaf == 0 ? geometry::no_part : parts[static_cast<std::size_t>(found.leaf) - 1], found.distance,
-                    {found.nearest.begin(), found.nearest.end()}};
+      Answer& answer = answers[i] = {.label = found.label, .distance = found.distance, .nearest = {found.nearest.begin(), found.nearest.end()}};
+      if (found.leaf == 0) continue;
+      answer.primitive = primitives[static_cast<std::size_t>(found.leaf) - 1];
+      answer.part = parts[static_cast<std::size_t>(found.leaf) - 1];
     }
   });
   return answers;

@@ -178,7 +178,7 @@ class Painter {
   Painter(const RunResult& result, const PictureOptions& options, const Camera& camera, const Frame& frame, const InnerSides* inner, Target& target)
       : result_(result), options_(options), camera_(camera), frame_(frame), inner_(inner), target_(target) {
     const auto is_opaque = [](const auto& colour) { return !colour || (*colour)[3] == 255; };
-    if (options.format != PictureFormat::png && std::all_of(result.colour_of_part.begin(), result.colour_of_part.end(), is_opaque))
+    if (options.format != PictureFormat::png && std::all_of(result.colour_of_primitive.begin(), result.colour_of_primitive.end(), is_opaque))
       hidden_.emplace(result.mesh);
   }
 

@@ -166,10 +166,10 @@ using Nodes = std::map<std::uint32_t, FacetSet>;
 
 /// Hands the facets on each node to the rank that glues it; they are on their way when this returns. Collective.
 /// @return those that stay here.
-Nodes send_facets_of_nodes(Ranks& ranks, const Table& table, const Names& names, const Groups& groups,
+Nodes send_facets_of_nodes(Ranks& ranks, const dataflow::Network<3>& network, const Names& names, const Groups& groups,
                            const CellShare& share) {
   std::optional<FacetIndex> found;
-  ranks.agree([&] { found.emplace(table, share.batches, geometry::FacetGrouping{share.first_cell, groups.only(true), names}); });
+  ranks.agree([&] { found.emplace(network.table, share.batches, geometry::FacetGrouping{share.first_cell, groups.only(true), names, network.is_divided()}); });
   const FacetIndex& index = *found;
   const auto owner = owners_of_nodes(ranks, index, groups.regions());
   Nodes nodes;
@@ -217,17 +217,17 @@ class RegionsInTurn {
 };
 
 /// Glues the regions of this rank. The share is given up piece by piece.
-void glue_regions(const Table& table, const Names& names, const Groups& groups, CellShare& cells, const RunOptions& options,
+void glue_regions(const dataflow::Network<3>& network, const Names& names, const Groups& groups, CellShare& cells, const RunOptions& options,
                   unsigned threads, const std::function<void()>& meanwhile, Share& all) {
   std::size_t many_vertices = std::size_t{1} << 16;
   RegionsInTurn regions(cells);
   for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
-    const FacetIndex index(table, some.batches, {some.first_cell, groups.only(false), names});
+    const FacetIndex index(network.table, some.batches, {some.first_cell, groups.only(false), names, network.is_divided()});
     const auto load = [&](std::size_t i, FacetSet& facets) {
       facets.clear(index.hyperplane(i));
       index.append(i, facets);
     };
-    all.append(match_all(table, index.size(), load, options, threads, meanwhile));
+    all.append(match_all(network.table, index.size(), load, options, threads, meanwhile));
     some = {};
     malloc_trim(0);  // regions are small, so their arrays lie among others
     if (all.skin.vertices.size() < many_vertices) continue;
@@ -253,12 +253,13 @@ void glue_nodes(const Ranks& ranks, const Table& table, Nodes nodes, const RunOp
 }
 
 /// Glues what this rank has, and the nodes of the partition that fall to it. The share is given up piece by piece. Collective.
-Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& partition, CellShare cells, const RunOptions& options, unsigned threads) {
+Share glue(Ranks& ranks, const dataflow::Network<3>& network, const dataflow::Partition<3>& partition, CellShare cells,
+           const RunOptions& options, unsigned threads) {
   std::optional<Groups> made;
   ranks.agree([&] { made.emplace(partition); });
   const Groups& groups = *made;
-  const Names names = agree_on_names(ranks, table, cells);
-  Nodes nodes = send_facets_of_nodes(ranks, table, names, groups, cells);
+  const Names names = agree_on_names(ranks, network.table, cells);
+  Nodes nodes = send_facets_of_nodes(ranks, network, names, groups, cells);
   const auto meanwhile = [&] {
     if (ranks.is_syncing()) ranks.try_sync();
   };
@@ -266,7 +267,7 @@ Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& parti
   // What goes wrong here must not leave the others waiting for what is on its way.
   std::exception_ptr failure;
   try {
-    glue_regions(table, names, groups, cells, options, threads, meanwhile, all);
+    glue_regions(network, names, groups, cells, options, threads, meanwhile, all);
   } catch (const bsplib::Error&) {
     throw;
   } catch (...) {
@@ -275,7 +276,7 @@ Share glue(Ranks& ranks, const Table& table, const dataflow::Partition<3>& parti
   if (ranks.is_syncing()) ranks.wait();
   ranks.agree([&] {
     if (failure) std::rethrow_exception(failure);
-    glue_nodes(ranks, table, std::move(nodes), options, threads, all);
+    glue_nodes(ranks, network.table, std::move(nodes), options, threads, all);
   });
   return all;
 }
@@ -302,11 +303,11 @@ CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions
 }
 
 template <int D>
-Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, const dataflow::Partition<D>& partition, CellShare share,
-                      const RunOptions& options, unsigned threads) {
+Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, CellShare share, const RunOptions& options,
+                      unsigned threads) {
   Resolution result;
   if constexpr (D == 3) {
-    Share mine = glue(ranks, table, partition, std::move(share), options, threads);
+    Share mine = glue(ranks, network, partition, std::move(share), options, threads);
     result.contacts = std::move(mine.contacts);
     if (!options.boundary) return result;
     std::string bytes;
@@ -322,7 +323,7 @@ Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, c
         dataflow::from_bytes(message.bytes, skin);
         mine.skin.append(skin);
       }
-      if (ranks.is_master()) result.boundary = geometry::triangulate(table, std::move(mine.skin));
+      if (ranks.is_master()) result.boundary = geometry::triangulate(network.table, std::move(mine.skin));
     });
   }
   return result;
@@ -340,8 +341,7 @@ std::vector<geometry::Contact> contacts_among(const Table& table, std::span<cons
 }
 
 #define BSP2_STAGE(D)                                                                                                                              \
-  template Resolution resolution<D>(Ranks&, const geometry::HyperplaneTable<D>&, const dataflow::Partition<D>&, CellShare, const RunOptions&, \
-                                    unsigned);
+  template Resolution resolution<D>(Ranks&, const dataflow::Network<D>&, const dataflow::Partition<D>&, CellShare, const RunOptions&, unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

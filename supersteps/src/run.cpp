@@ -50,6 +50,13 @@ std::vector<std::string> late_warnings(const RunReport& report, const std::strin
   return warnings;
 }
 
+std::optional<Rgba> rounded(const std::optional<model::Colour>& colour) {
+  if (!colour) return std::nullopt;
+  Rgba rgba;
+  for (int i = 0; i < 4; ++i) rgba[i] = static_cast<std::uint8_t>(std::lround(255 * (*colour)[i]));
+  return rgba;
+}
+
 template <int D>
 void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals, const RunOptions& options) {
   report.hyperplanes = network.table.size();
@@ -57,7 +64,11 @@ void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow
   report.fuzzy_cells = totals.fuzzy_cells;
   if (options.keep_out) report.out_cells = totals.out_cells;
   static_cast<Measures&>(report) = measures_of(totals);
-  for (const auto& [part, name] : network.part_names) report.named_parts.push_back({part, name});
+  for (std::size_t part = 0; part < network.parts.size(); ++part) {
+    const auto& [name, colour] = network.parts[part];
+    const double volume = part < totals.parts.size() ? totals.parts[part].value().volume() : 0;
+    report.named_parts.push_back({static_cast<std::int32_t>(part), name, rounded(colour), volume});
+  }
   report.level = totals.level;
   if (totals.in_cells > 0) {
     report.lower.assign(totals.lower.begin(), totals.lower.end());
@@ -266,12 +277,8 @@ void refuse_late_warnings(Ranks& ranks, const RunReport& report) {
 template <int D>
 void add_looks(RunResult& result, const dataflow::Network<D>& network, const std::vector<std::int32_t>& rank_of_region) {
   result.rank_of_region = rank_of_region;
-  for (const auto& colour : network.colours) {
-    auto& rounded = result.colour_of_part.emplace_back();
-    if (!colour) continue;
-    rounded.emplace();
-    for (int i = 0; i < 4; ++i) (*rounded)[i] = static_cast<std::uint8_t>(std::lround(255 * (*colour)[i]));
-  }
+  for (const auto& colour : network.colours) result.colour_of_primitive.push_back(rounded(colour));
+  for (const auto& part : network.parts) result.part_names.push_back(part.name);
   if (network.bounds.is_empty()) return;
   result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
   result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
@@ -283,7 +290,7 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
   if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
   const auto failed = attempt(ranks, [&] {
     ranks.agree([&] { ranks.begin("resolution"); });
-    auto [contacts, boundary] = resolution<D>(ranks, network.table, progress.partition, std::move(share), options, result.report.threads);
+    auto [contacts, boundary] = resolution<D>(ranks, network, progress.partition, std::move(share), options, result.report.threads);
     result.contacts = std::move(contacts);
     result.boundary = std::move(boundary);
   });
@@ -458,8 +465,8 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
   report.notes = source.model.notes;
-  for (const auto& [place, file, part, triangles, volume] : source.overlapping_meshes)
-    report.overlapping_meshes.push_back({place, file, part, triangles, volume});
+  for (const auto& [place, file, primitive, triangles, volume] : source.overlapping_meshes)
+    report.overlapping_meshes.push_back({place, file, primitive, triangles, volume});
 
   RunResult result;
   switch (report.dimension) {

@@ -12,9 +12,9 @@ std::uint32_t scrambled(std::uint32_t h) {
   return h ^ (h >> 13);
 }
 
-/// A little lighter or darker, warmer or colder from part to part, so that neighbours can be told apart.
-Colour varied(const Colour& colour, std::int32_t part) {
-  const std::uint32_t h = scrambled(static_cast<std::uint32_t>(part));
+/// A little lighter or darker, warmer or colder from primitive to primitive, so that neighbours can be told apart.
+Colour varied(const Colour& colour, std::int32_t primitive) {
+  const std::uint32_t h = scrambled(static_cast<std::uint32_t>(primitive));
   const double light = 1 + 0.07 * ((h & 0xff) / 127.5 - 1), warmth = 0.03 * (((h >> 8) & 0xff) / 127.5 - 1);
   return {colour[0] * light + warmth, colour[1] * light, colour[2] * light - warmth};
 }
@@ -38,14 +38,19 @@ Colour numbered(std::int64_t number) {
 
 constexpr Colour mist{0.96, 0.55, 0.22};
 
-Ink model_ink(const RunResult& result, std::int32_t part) {
-  const auto& colours = result.colour_of_part;
-  if (part >= 0 && static_cast<std::size_t>(part) < colours.size() && colours[static_cast<std::size_t>(part)]) {
-    const Rgba& c = *colours[static_cast<std::size_t>(part)];
+Ink model_ink(const RunResult& result, std::int32_t primitive) {
+  const auto& colours = result.colour_of_primitive;
+  if (primitive >= 0 && static_cast<std::size_t>(primitive) < colours.size() && colours[static_cast<std::size_t>(primitive)]) {
+    const Rgba& c = *colours[static_cast<std::size_t>(primitive)];
     return {{c[0] / 255.0, c[1] / 255.0, c[2] / 255.0}, c[3] / 255.0};
   }
   const Colour stone{uncoloured[0] / 255.0, uncoloured[1] / 255.0, uncoloured[2] / 255.0};
-  return {varied(stone, part)};
+  return {varied(stone, primitive)};
+}
+
+/// Parts with names, else primitives.
+Ink part_ink(const RunResult& result, const geometry::CellBatch& batch, std::size_t cell) {
+  return {numbered(result.part_names.empty() ? batch.primitive[cell] : batch.part[cell])};
 }
 
 }  // namespace
@@ -55,8 +60,8 @@ Ink ink_of(const RunResult& result, const geometry::CellBatch& batch, std::size_
   const std::uint32_t region = batch.region[cell];
   const bool fuzzy = batch.label[cell] == geometry::Label::fuzzy;
   switch (shade) {
-    case Shade::colour: ink = fuzzy ? Ink{mist} : model_ink(result, batch.part[cell]); break;
-    case Shade::part: ink = fuzzy ? Ink{mist} : Ink{numbered(batch.part[cell])}; break;
+    case Shade::colour: ink = fuzzy ? Ink{mist} : model_ink(result, batch.primitive[cell]); break;
+    case Shade::part: ink = fuzzy ? Ink{mist} : part_ink(result, batch, cell); break;
     case Shade::rank: ink.colour = numbered(result.rank_of_region.empty() ? 0 : result.rank_of_region.at(region)); break;
     case Shade::region: ink.colour = numbered(region); break;
     case Shade::label: ink.colour = fuzzy ? mist : Colour{0.45, 0.65, 0.85}; break;

@@ -141,7 +141,7 @@ struct Resolution {
 /// @param share is given up region by region: cells that nobody else holds are freed on the way.
 /// Source: the paper, section 4.2, "Resolution".
 template <int D>
-Resolution resolution(Ranks& ranks, const geometry::HyperplaneTable<D>& table, const dataflow::Partition<D>& partition, CellShare share,
+Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, CellShare share,
                       const RunOptions& options, unsigned threads);
 
 /// The contacts among cells of any region, counted through the batches. Not collective.

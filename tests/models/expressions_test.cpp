@@ -121,6 +121,7 @@ TEST(Expressions, PartsAndMeasuresAreReported) {
   EXPECT_EQ(parts.named_parts[0].part, 0);
   EXPECT_EQ(parts.named_parts[1].name, "head");
   EXPECT_EQ(parts.named_parts[1].part, 1);
+  for (const auto& part : parts.named_parts) EXPECT_NEAR(part.volume, 2, 1e-12);
   const auto drilled = run_file(path_of("measure"));
   ASSERT_EQ(drilled.measures.size(), 2U);
   EXPECT_EQ(drilled.measures[0].name, "block");

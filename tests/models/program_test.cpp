@@ -264,9 +264,9 @@ TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {
   const Ended answer = start("query " + path + " --points " + points.string());
   EXPECT_EQ(answer.code, 0);
   EXPECT_EQ(answer.text.substr(0, answer.text.find("0.1\t0.1\t0.1\tOUT\t-1\t")),
-            "x\ty\tz\tlabel\tpart\tdistance\tnearest_x\tnearest_y\tnearest_z\n"
-            "3.5\t0.5\t0.25\tIN\t2\t-0.25\t3.5\t0.5\t0\n"
-            "3.5\t0.5\t1.5\tOUT\t-1\t0.5\t3.5\t0.5\t1\n");
+            "x\ty\tz\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\tnearest_z\n"
+            "3.5\t0.5\t0.25\tIN\t2\t0\t-0.25\t3.5\t0.5\t0\n"
+            "3.5\t0.5\t1.5\tOUT\t-1\t-1\t0.5\t3.5\t0.5\t1\n");
   EXPECT_EQ(start("query " + path + " --points - --json < " + points.string()).code, 0);
   std::ofstream(points) << "1 2 3\n1 2\n";
   const Ended wrong = start("query " + path + " --points " + points.string());

@@ -64,7 +64,7 @@ void expect_same(const RunResult& a, const RunResult& b) {
   ASSERT_TRUE(a.boundary && b.boundary);
   EXPECT_TRUE(a.boundary->points == b.boundary->points);
   EXPECT_TRUE(a.boundary->triangles == b.boundary->triangles);
-  EXPECT_TRUE(a.boundary->part == b.boundary->part);
+  EXPECT_TRUE(a.boundary->owner == b.boundary->owner);
 }
 
 /// Runs on all ranks. @return the master's result, with the contacts of all ranks; nothing elsewhere.

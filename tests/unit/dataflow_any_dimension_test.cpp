@@ -258,10 +258,12 @@ TEST(AnyDimension, TheViewIsRefinedToAnAngle) {
 TEST(AnyDimension, NamedPartsAreOnePart) {
   const auto model = model::unite({model::cuboid({1, 1, 1, 1}), model::part("rest", model::unite({model::simplex(4, 3), model::ball(4, 2)}))});
   const Network<4> network = compile<4>(model, {});
-  ASSERT_EQ(network.part_names.size(), 1U);
-  EXPECT_EQ(network.part_names[0], std::pair(1, std::string("rest")));
-  EXPECT_EQ(network.producers[1].part, 1);
-  EXPECT_EQ(network.producers[2].part, 1);
+  ASSERT_EQ(network.parts.size(), 1U);
+  EXPECT_EQ(network.parts[0].name, "rest");
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(network.producers[i].primitive, static_cast<std::int32_t>(i));
+    EXPECT_EQ(network.producers[i].part, i == 0 ? geometry::no_part : 0);
+  }
 }
 
 /// The errors of constructs have the place of the construct.

@@ -56,6 +56,7 @@ void expect_round_trips(Random& random) {
     EXPECT_EQ(back.facet_vertices, batch.facet_vertices);
     EXPECT_EQ(back.facet_hyperplane, batch.facet_hyperplane);
     EXPECT_EQ(back.label, batch.label);
+    EXPECT_EQ(back.primitive, batch.primitive);
     EXPECT_EQ(back.part, batch.part);
     EXPECT_EQ(back.region, batch.region);
     EXPECT_EQ(back.level, batch.level);

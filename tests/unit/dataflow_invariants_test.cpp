@@ -37,12 +37,11 @@ double root_volume(const Network<D>& network) {
   return geometry::CellWriter<D>(network.table).measure(geometry::root_cell(network.table)).volume();
 }
 
-/// Labels, parts, disjointness and the root's filling of one evaluation that kept all cells.
+/// Labels, primitives, disjointness and the root's filling of one evaluation that kept all cells.
 template <int D>
 void check_cells(const model::Expression& e, const Network<D>& network, const Evaluated<D>& result,
                  Random& random, bool finished) {
   const auto primitives = occurrences(e);
-  const bool positive = is_positive(e);
   double sum = 0, in = 0, fuzzy = 0;
   std::uint64_t count = 0;
   for (const auto& refinement : result.refinements) {
@@ -55,13 +54,14 @@ void check_cells(const model::Expression& e, const Network<D>& network, const Ev
       if (label == Label::in) in += batch.volume[cell];
       if (label == Label::fuzzy) fuzzy += batch.volume[cell];
       ASSERT_TRUE(!finished || label != Label::fuzzy);
-      const std::int32_t part = batch.part[cell];
+      const std::int32_t primitive = batch.primitive[cell];
       if (label == Label::in) {
-        ASSERT_TRUE(part == geometry::no_part ||
-                    (part >= 0 && static_cast<std::size_t>(part) < primitives.size()));
-        ASSERT_TRUE(!positive || part != geometry::no_part);
+        ASSERT_TRUE(primitive == geometry::no_primitive ||
+                    (primitive >= 0 && static_cast<std::size_t>(primitive) < primitives.size()));
+        ASSERT_EQ(batch.part[cell], 0);
       } else {
-        ASSERT_EQ(part, geometry::no_part);
+        ASSERT_EQ(primitive, geometry::no_primitive);
+        ASSERT_EQ(batch.part[cell], geometry::no_part);
       }
       if (label == Label::fuzzy) continue;
       for (int sample = 0; sample < 2; ++sample) {
@@ -69,8 +69,8 @@ void check_cells(const model::Expression& e, const Network<D>& network, const Ev
         const Where truth = where(e, x, margin);
         if (truth.doubtful) continue;
         ASSERT_EQ(label == Label::in, truth.inside) << "cell " << cell << " of level " << batch.level[cell];
-        if (part >= 0) {
-          ASSERT_TRUE(where(primitives[static_cast<std::size_t>(part)], x, margin).inside) << "part " << part;
+        if (primitive >= 0) {
+          ASSERT_TRUE(where(primitives[static_cast<std::size_t>(primitive)], x, margin).inside) << "primitive " << primitive;
         }
       }
     }

@@ -129,7 +129,7 @@ Stream<D> refine(const model::Expression& e, Random& random, std::uint64_t most 
     // The result depends on the arguments alone.
     EXPECT_EQ(localizer.fire(token.program, token.cell, again, other).label, answer.label);
     if (answer.label != Label::fuzzy) {
-      EXPECT_EQ(answer.label == Label::out ? answer.part : geometry::no_part, geometry::no_part);
+      EXPECT_EQ(answer.label == Label::out ? answer.owner : no_owner, no_owner);
       const Where truth = where(e, point_in(token.cell, random), 1e-7L);
       EXPECT_TRUE(truth.doubtful || (answer.label == Label::in) == truth.inside);
       (answer.label == Label::in ? result.in : result.out)++;
@@ -247,24 +247,24 @@ TEST(Combiner, FoldsAnsweredOperandsAway) {
   EXPECT_EQ(left(unite({out, cut, cut2})), "(u +1 +2)");
   EXPECT_EQ(left(intersect({in, subtract({cut, out}), cut2})), "(i +1 +3)");
   EXPECT_EQ(left(unite({out, intersect({in, unite({cut, cut2})})})),
-            "(i (u +2 +3))");  // it has to remember a part
+            "(i (u +2 +3))");  // it has to remember an owner
   EXPECT_EQ(left(subtract({in, cut})), "(i -1)");
 }
 
-TEST(Combiner, NamesAPartThatContainsTheCell) {
+TEST(Combiner, NamesAnOwnerThatContainsTheCell) {
   using namespace model;
   const Expression in = at(-1, -1, -1, cube(3)), other_in = at(-2, -2, -2, cube(5)),
                    out = at(2, 2, 2, cube()), cut = at(0.5, -1, -1, cube(3));
-  const auto part = [](const Expression& e) { return fire_at_middle(e).part; };
-  EXPECT_EQ(part(unite({out, in, other_in})), 1);
-  EXPECT_EQ(part(intersect({in, other_in})), 0);
-  EXPECT_EQ(part(subtract({other_in, out})), 0);
-  EXPECT_EQ(part(intersect({complement(out), other_in})), 1);
-  EXPECT_EQ(part(symmetric_difference({out, in})), 1);
-  EXPECT_EQ(part(symmetric_difference({in, other_in, in})), 0);
-  EXPECT_EQ(part(unite({out, intersect({in, complement(out)})})), 1);
-  EXPECT_EQ(part(intersect({in, unite({out, other_in, cut})})), 0);
-  EXPECT_EQ(part(intersect({unite({complement(out), in}), unite({in, complement(out)})})), 2);
+  const auto owner = [](const Expression& e) { return fire_at_middle(e).owner; };
+  EXPECT_EQ(owner(unite({out, in, other_in})), 1);
+  EXPECT_EQ(owner(intersect({in, other_in})), 0);
+  EXPECT_EQ(owner(subtract({other_in, out})), 0);
+  EXPECT_EQ(owner(intersect({complement(out), other_in})), 1);
+  EXPECT_EQ(owner(symmetric_difference({out, in})), 1);
+  EXPECT_EQ(owner(symmetric_difference({in, other_in, in})), 0);
+  EXPECT_EQ(owner(unite({out, intersect({in, complement(out)})})), 1);
+  EXPECT_EQ(owner(intersect({in, unite({out, other_in, cut})})), 0);
+  EXPECT_EQ(owner(intersect({unite({complement(out), in}), unite({in, complement(out)})})), 2);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A cell's part: a primitive of the source that contains the whole cell, the same one in every run.
+// A cell's primitive: one of the source that contains the whole cell, the same one in every run.
 
 #include <gtest/gtest.h>
 
@@ -77,76 +77,84 @@ void expect_contained(const model::Expression& primitive, const Network<D>& netw
   EXPECT_TRUE(inner.inside || inner.doubtful);
   if constexpr (D == 3)
     if (placed.mesh() != nullptr) {
-      EXPECT_FALSE(crosses(placed, network, batch, cell)) << "a facet of the part goes through the cell";
+      EXPECT_FALSE(crosses(placed, network, batch, cell)) << "a facet of the primitive goes through the cell";
       return;
     }
   const auto corners = batch.cell_points(cell);
   for (std::size_t at = 0; at < corners.size(); at += D) {
     const Where there = where(
         primitive, Point(corners.begin() + static_cast<std::ptrdiff_t>(at), corners.begin() + static_cast<std::ptrdiff_t>(at + D)), 1e-8L);
-    EXPECT_TRUE(there.inside || there.doubtful) << "a corner is outside of the part";
+    EXPECT_TRUE(there.inside || there.doubtful) << "a corner is outside of the primitive";
   }
 }
 
-/// The part of each IN cell, by the coordinates of its corners.
+bool is_union(const model::Expression& e) {
+  if (const auto* transform = std::get_if<model::Transform>(&e.node().value)) return is_union(transform->child);
+  const auto* boolean = std::get_if<model::Boolean>(&e.node().value);
+  if (boolean == nullptr) return true;
+  return boolean->operation == model::Operation::unite && std::all_of(boolean->children.begin(), boolean->children.end(), is_union);
+}
+
+/// The primitive of each IN cell, by the coordinates of its corners.
 template <int D>
-std::map<std::vector<double>, std::int32_t> parts_of(const Evaluated<D>& result) {
-  std::map<std::vector<double>, std::int32_t> parts;
+std::map<std::vector<double>, std::int32_t> primitives_of(const Evaluated<D>& result) {
+  std::map<std::vector<double>, std::int32_t> primitives;
   for (const auto& refinement : result.refinements)
     for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) {
       const auto corners = refinement->cells.cell_points(cell);
-      parts.emplace(std::vector<double>(corners.begin(), corners.end()), refinement->cells.part[cell]);
+      primitives.emplace(std::vector<double>(corners.begin(), corners.end()), refinement->cells.primitive[cell]);
     }
-  return parts;
+  return primitives;
 }
 
 template <int D>
-void check_parts(const model::Expression& e, Random& random) {
+void check_primitives(const model::Expression& e, Random& random) {
   const Network<D> network = compile<D>(e, {});
   const auto primitives = occurrences(e);
-  const bool positive = is_positive(e);
+  const bool only_unites = is_union(e);  // else an operand may have no cell as a whole
   EvaluateOptions options;
   const Evaluated<D> one = evaluate_all(network, 0, options);
   for (const auto& refinement : one.refinements) {
     const CellBatch& batch = refinement->cells;
     for (std::size_t cell = 0; cell < batch.size(); ++cell) {
       ASSERT_EQ(batch.label[cell], Label::in);
-      const std::int32_t part = batch.part[cell];
-      ASSERT_TRUE(part != geometry::no_part || !positive);
-      if (part == geometry::no_part) continue;
-      ASSERT_LT(static_cast<std::size_t>(part), primitives.size());
-      expect_contained<D>(primitives[static_cast<std::size_t>(part)], network, batch, cell, random);
+      const std::int32_t primitive = batch.primitive[cell];
+      ASSERT_EQ(batch.part[cell], 0) << "nothing has a name";
+      ASSERT_TRUE(primitive != geometry::no_primitive || !only_unites);
+      if (primitive == geometry::no_primitive) continue;
+      ASSERT_LT(static_cast<std::size_t>(primitive), primitives.size());
+      expect_contained<D>(primitives[static_cast<std::size_t>(primitive)], network, batch, cell, random);
       if (testing::Test::HasFailure()) return;
     }
   }
-  const auto parts = parts_of(one);
+  const auto all = primitives_of(one);
   for (const unsigned threads : {1U, 2U, 4U})
     for (const Order order : {Order::depth, Order::priority}) {
       options.threads = threads;
       options.order = order;
-      ASSERT_EQ(parts_of(evaluate_all(network, 0, options)), parts) << threads << " threads";
+      ASSERT_EQ(primitives_of(evaluate_all(network, 0, options)), all) << threads << " threads";
     }
 }
 
 template <int D>
-void check_random_parts(int rounds, int depth) {
+void check_random_primitives(int rounds, int depth) {
   for (int round = 0; round < rounds; ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
-    check_parts<D>(random_expression(random, D, round % 3 == 0 ? Kind::grid_boxes : Kind::solids, depth), random);
+    check_primitives<D>(random_expression(random, D, round % 3 == 0 ? Kind::grid_boxes : Kind::solids, depth), random);
     if (testing::Test::HasFailure()) return;
   }
 }
 
-TEST(Parts, ContainTheirWholeCells) {
-  check_random_parts<3>(50, 2);
+TEST(Primitives, ContainTheirWholeCells) {
+  check_random_primitives<3>(50, 2);
 }
 
-TEST(Parts, ContainTheirWholeCellsInOtherDimensions) {
-  check_random_parts<1>(20, 2);
-  check_random_parts<2>(30, 2);
-  check_random_parts<4>(2, 1);
+TEST(Primitives, ContainTheirWholeCellsInOtherDimensions) {
+  check_random_primitives<1>(20, 2);
+  check_random_primitives<2>(30, 2);
+  check_random_primitives<4>(2, 1);
 }
 
 }  // namespace

@@ -419,8 +419,8 @@ TEST(Combiner, FoldsStreamsOfRefinementsIntoOne) {
   for (int round = 0; round < samples::rounds(5000); ++round) {
     const Word kind = static_cast<Word>(pick(random, 1, 3));
     std::vector<Label> known(static_cast<std::size_t>(pick(random, 1, 6)), Label::fuzzy);
-    std::vector<std::int32_t> part(known.size());
-    for (auto& p : part) p = chance(random, 0.3) ? geometry::no_part : pick(random, 0, 9);
+    std::vector<std::int32_t> owner(known.size());
+    for (auto& p : owner) p = chance(random, 0.3) ? no_owner : pick(random, 0, 9);
     std::vector<std::size_t> left(known.size());
     for (std::size_t i = 0; i < left.size(); ++i) left[i] = i;
     Word memory = 0;
@@ -433,8 +433,8 @@ TEST(Combiner, FoldsStreamsOfRefinementsIntoOne) {
       for (const std::size_t i : left) {
         if (known[i] == Label::fuzzy)
           undecided.push_back(i);
-        else if (combiner.fold({known[i], known[i] == Label::in ? part[i] : geometry::no_part})) {
-          answer = Answer{known[i], known[i] == Label::in ? part[i] : geometry::no_part};
+        else if (combiner.fold({known[i], known[i] == Label::in ? owner[i] : no_owner})) {
+          answer = Answer{known[i], known[i] == Label::in ? owner[i] : no_owner};
           break;
         }
       }
@@ -443,14 +443,14 @@ TEST(Combiner, FoldsStreamsOfRefinementsIntoOne) {
       ASSERT_EQ(answer.has_value(), expected.has_value());
       if (answer) {
         ASSERT_EQ(answer->label == Label::in, *expected);
-        if (answer->label == Label::in && kind != Program::kind_unite) {  // the lowest part of the operands that are IN
-          std::int32_t lowest = geometry::no_part;
+        if (answer->label == Label::in && kind != Program::kind_unite) {  // the lowest owner of the operands that are IN
+          std::int32_t lowest = no_owner;
           for (std::size_t i = 0; i < known.size(); ++i)
-            if (known[i] == Label::in && part[i] >= 0 && (lowest < 0 || part[i] < lowest)) lowest = part[i];
-          ASSERT_EQ(answer->part, lowest);
+            if (known[i] == Label::in && owner[i] >= 0 && (lowest < 0 || owner[i] < lowest)) lowest = owner[i];
+          ASSERT_EQ(answer->owner, lowest);
         }
         if (answer->label == Label::out) {
-          ASSERT_EQ(answer->part, geometry::no_part);
+          ASSERT_EQ(answer->owner, no_owner);
         }
         break;
       }

@@ -108,7 +108,7 @@ struct Run {
     std::size_t cell = static_cast<std::size_t>(leaf) - 1, batch = 0;
     while (cell >= refinements[batch]->cells.size()) cell -= refinements[batch++]->cells.size();
     const CellBatch& in = refinements[batch]->cells;
-    return {static_cast<int>(in.label[cell]), in.part[cell], in.volume[cell]};
+    return {static_cast<int>(in.label[cell]), in.primitive[cell], in.volume[cell]};
   }
 };
 

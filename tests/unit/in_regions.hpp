@@ -147,7 +147,7 @@ class InRegions {
                   is->second.level,
                   region_cell(network_, parts_, region.number),
                   {},
-                  {{{Frontier::Kind::held, is->second.label, 0, is->second.part}}, {}}};
+                  {{{Frontier::Kind::held, is->second.label, 0, is->second.owner}}, {}}};
       (was_whole && is->second.is_certain ? certain : others).push_back(std::move(region));
     }
     totals_ += picture<D>(network_, certain, options_, {}).totals;

@@ -89,7 +89,7 @@ void add_ring(TriangleSurface& surface, std::uint32_t n, std::uint32_t m, const 
     for (std::uint32_t j = 0; j < m; ++j) {
       const std::uint32_t a = first + i * m + j, b = first + (i + 1) % n * m + j, c = first + (i + 1) % n * m + (j + 1) % m, d = first + i * m + (j + 1) % m;
       surface.triangles.insert(surface.triangles.end(), {{a, b, c}, {a, c, d}});
-      surface.part.insert(surface.part.end(), {0, 0});
+      surface.owner.insert(surface.owner.end(), {0, 0});
     }
 }
 
@@ -114,7 +114,7 @@ void add_box(TriangleSurface& surface, int n, const Point& low, const Point& siz
             around[side == 0 ? 3 - corner : corner] = point(at);
           }
           surface.triangles.insert(surface.triangles.end(), {{around[0], around[1], around[2]}, {around[0], around[2], around[3]}});
-          surface.part.insert(surface.part.end(), {0, 0});
+          surface.owner.insert(surface.owner.end(), {0, 0});
         }
 }
 
@@ -193,7 +193,7 @@ TEST_F(SinglePrecision, ACornerThatComesToLieOnAnEdgeDividesIt) {
   surface.points = {{0, 0, 0}, {2, 0, 0}, {1, 1e-9, 0}, {0, 2, 0}, {0, 0, 5}};
   for (auto& point : surface.points) point[1] += 64;
   surface.triangles = {{0, 2, 1}, {0, 3, 2}, {2, 3, 1}, {0, 1, 4}, {1, 3, 4}, {3, 0, 4}};
-  surface.part.assign(6, 0);
+  surface.owner.assign(6, 0);
   const std::vector<Facet> facets = written(surface);
   expect_sound(facets);
   EXPECT_EQ(facets.size(), 6U) << "the side over the long edge becomes two";

@@ -38,7 +38,8 @@ std::shared_ptr<const CellBatch> random_batch(std::mt19937& random, std::size_t 
     }
     batch->facet_offset.push_back(static_cast<std::uint32_t>(batch->facet_hyperplane.size()));
     batch->label.push_back(static_cast<geometry::Label>(number(3)));
-    batch->part.push_back(number(100) - 1);
+    batch->primitive.push_back(number(100) - 1);
+    batch->part.push_back(number(9) - 1);
     batch->region.push_back(region);
     batch->level.push_back(static_cast<std::uint16_t>(random()));
     batch->volume.push_back(static_cast<double>(random()));
@@ -146,6 +147,7 @@ void expect_equal(const Snapshot& a, const Snapshot& b) {
   EXPECT_EQ(all(a, &CellBatch::facet_vertices), all(b, &CellBatch::facet_vertices));
   EXPECT_EQ(all(a, &CellBatch::facet_hyperplane), all(b, &CellBatch::facet_hyperplane));
   EXPECT_EQ(all(a, &CellBatch::label), all(b, &CellBatch::label));
+  EXPECT_EQ(all(a, &CellBatch::primitive), all(b, &CellBatch::primitive));
   EXPECT_EQ(all(a, &CellBatch::part), all(b, &CellBatch::part));
   EXPECT_EQ(all(a, &CellBatch::region), all(b, &CellBatch::region));
   EXPECT_EQ(all(a, &CellBatch::level), all(b, &CellBatch::level));

@@ -1,6 +1,7 @@
 // What is written as a surface, read back by VTK's own readers.
 #include <gtest/gtest.h>
 #include <vtkCellData.h>
+#include <vtkFieldData.h>
 #include <vtkDataArray.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
@@ -9,6 +10,7 @@
 #include <vtkPolyData.h>
 #include <vtkSTLReader.h>
 #include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
 #include <vtkXMLPolyDataReader.h>
 
 #include <cmath>
@@ -32,7 +34,7 @@ TriangleSurface tetrahedron() {
   TriangleSurface surface;
   surface.points = {{0, 0, 0}, {1.0 / 3, 0, 0}, {0, 0.1, 0}, {1e-3, 0, 1234567.890123}};
   surface.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  surface.part = {5, geometry::no_part, 7, 5};
+  surface.owner = {5, geometry::no_primitive, 7, 5};
   return surface;
 }
 
@@ -41,11 +43,12 @@ class Surface : public ::testing::Test {
   samples::TemporaryFolder folder;
   TriangleSurface surface = tetrahedron();
   std::string warning;
+  std::vector<std::string> names;  ///< of parts
 
   template <typename Reader>
   vtkSmartPointer<vtkPolyData> write_and_read(const char* name) {
     const fs::path file = folder.path() / name;
-    warning = write_surface(file, surface);
+    warning = write_surface(file, surface, names);
     vtkNew<Reader> reader;
     reader->SetFileName(file.c_str());
     reader->Update();
@@ -73,12 +76,18 @@ class Surface : public ::testing::Test {
   }
 };
 
-TEST_F(Surface, VtpHoldsAllDigitsAndParts) {
-  const auto read = write_and_read<vtkXMLPolyDataReader>("a.vtp");
-  expect_same(read, 0);
-  vtkDataArray* part = read->GetCellData()->GetArray("part");
-  ASSERT_NE(part, nullptr);
-  for (std::size_t i = 0; i < surface.part.size(); ++i) EXPECT_EQ(part->GetComponent(static_cast<vtkIdType>(i), 0), surface.part[i]);
+TEST_F(Surface, VtpHoldsAllDigitsAndPrimitivesOrParts) {
+  for (const bool named : {false, true}) {
+    if (named) names = std::vector<std::string>(8, "a b");
+    const auto read = write_and_read<vtkXMLPolyDataReader>("a.vtp");
+    expect_same(read, 0);
+    vtkDataArray* owner = read->GetCellData()->GetArray(named ? "part" : "primitive");
+    ASSERT_NE(owner, nullptr);
+    for (std::size_t i = 0; i < surface.owner.size(); ++i) EXPECT_EQ(owner->GetComponent(static_cast<vtkIdType>(i), 0), surface.owner[i]);
+    auto* const all_names = vtkStringArray::SafeDownCast(read->GetFieldData()->GetAbstractArray("part_names"));
+    ASSERT_EQ(all_names != nullptr, named);
+    if (named) EXPECT_EQ(all_names->GetValue(7), "a b");
+  }
 }
 
 TEST_F(Surface, StlIsReadAsWritten) { expect_same(write_and_read<vtkSTLReader>("a.STL"), 1e-7); }
@@ -87,7 +96,7 @@ TEST_F(Surface, StlLeavesOutWhatSinglePrecisionCollapses) {
   surface.points.push_back({-1, 1, 1});  // over the side 2 0 3
   surface.triangles.pop_back();
   surface.triangles.insert(surface.triangles.end(), {{2, 0, 4}, {0, 3, 4}, {3, 2, 4}});
-  surface.part.assign(6, 0);
+  surface.owner.assign(6, 0);
   surface.points[1] = {0, 1e-3, 1e-60};
   surface.points[2] = {0, 1e-3, 0};
   // Two triangles have two corners in one; two others come to lie on each other, back to back. Three are left with one that is gone.
@@ -123,7 +132,7 @@ TEST_F(Surface, NormalsOfStlAreThoseOfTheCornersWritten) {
     for (int k = 0; k < 3; ++k) c[k] = (a[k] + b[k]) / 2 + 1e-8 * number(random);
     surface.points.insert(surface.points.end(), {a, b, c});
     surface.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-    surface.part.push_back(0);
+    surface.owner.push_back(0);
   }
   ASSERT_EQ(write_surface(folder.path() / "a.stl", surface), "");
   const std::string bytes = text("a.stl");
@@ -149,20 +158,28 @@ TEST_F(Surface, PlyIsReadAsWritten) {
   const auto body = bytes.find("end_header\n") + 11;
   ASSERT_EQ(bytes.size(), body + 4 * 24 + 4 * (1 + 12 + 4));
   double x = 0;
-  std::int32_t part = 0;
+  std::int32_t primitive = 0;
   std::memcpy(&x, bytes.data() + body + 3 * 24 + 16, sizeof x);
-  std::memcpy(&part, bytes.data() + body + 4 * 24 + 2 * 17 + 13, sizeof part);
+  std::memcpy(&primitive, bytes.data() + body + 4 * 24 + 2 * 17 + 13, sizeof primitive);
   EXPECT_EQ(x, 1234567.890123);
-  EXPECT_EQ(part, 7);
+  EXPECT_EQ(primitive, 7);
+  names = {"", "a\nb"};
+  surface.owner = {0, 1, 1, 0};
+  expect_same(write_and_read<vtkPLYReader>("b.ply"), 1e-7);
+  EXPECT_NE(text("b.ply").find("comment part 1 a b\n"), std::string::npos);
 }
 
-TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPart) {
-  surface.triangles = {surface.triangles[1], surface.triangles[0], surface.triangles[3], surface.triangles[2]};  // as they are written: by part
-  surface.part = {geometry::no_part, 5, 5, 7};
+TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPrimitiveOrPart) {
+  surface.triangles = {surface.triangles[1], surface.triangles[0], surface.triangles[3], surface.triangles[2]};  // as they are written: by owner
+  surface.owner = {geometry::no_primitive, 5, 5, 7};
   expect_same(write_and_read<vtkOBJReader>("a.obj"), 1e-7);
   const std::string all = text("a.obj");
   EXPECT_NE(all.find("v 0.001 0 1234567.890123\n"), std::string::npos);
-  EXPECT_NE(all.find("g no_part\nf 1 2 4\ng part_5\nf 1 3 2\nf 3 1 4\ng part_7\nf 2 3 4\n"), std::string::npos);
+  EXPECT_NE(all.find("g no_primitive\nf 1 2 4\ng primitive_5\nf 1 3 2\nf 3 1 4\ng primitive_7\nf 2 3 4\n"), std::string::npos);
+  surface.owner = {geometry::no_part, 0, 1, 2};
+  names = {"left leg", "left_leg", ""};
+  expect_same(write_and_read<vtkOBJReader>("b.obj"), 1e-7);
+  EXPECT_NE(text("b.obj").find("g no_part\nf 1 2 4\ng left_leg\nf 1 3 2\ng left_leg_1\nf 3 1 4\ng _2\nf 2 3 4\n"), std::string::npos);
 }
 
 TEST_F(Surface, AnEmptyOneCanBeWritten) {

@@ -100,6 +100,7 @@ TEST_F(Vtu, WritesTheExactTypeOfEachCell) {
     EXPECT_NEAR(volume_of(grid->GetCell(i)), batch->volume[cell], 1e-14) << "cell " << i;
     EXPECT_EQ(value(grid, "volume", i), batch->volume[cell]);
     EXPECT_EQ(value(grid, "label", i), static_cast<double>(batch->label[cell]));
+    EXPECT_EQ(value(grid, "primitive", i), batch->primitive[cell]);
     EXPECT_EQ(value(grid, "part", i), batch->part[cell]);
     EXPECT_EQ(value(grid, "region", i), batch->region[cell]);
     EXPECT_EQ(value(grid, "level", i), batch->level[cell]);
@@ -232,16 +233,17 @@ TEST_F(Vtu, AMissingFolderIsTheUsersMistake) {
   }
 }
 
-TEST_F(Vtu, WritesTheColourOfEachPart) {
+TEST_F(Vtu, WritesTheColourOfEachPrimitive) {
   std::mt19937 random(3);
   const auto sample = samples::random_mesh(random, 40);
   auto batch = std::make_shared<CellBatch>(*sample.batches[0]);
   for (std::size_t cell = 0; cell < batch->size(); ++cell) {
-    batch->part[cell] = static_cast<int>(cell % 3) - 1;
+    batch->primitive[cell] = static_cast<int>(cell % 3) - 1;
     batch->label[cell] = cell % 5 == 4 ? geometry::Label::fuzzy : geometry::Label::in;
   }
   VtuOptions options;
-  options.colour_of_part = {{1, 2, 3, 4}, {250, 251, 252, 253}};
+  options.colour_of_primitive = {{1, 2, 3, 4}, {250, 251, 252, 253}};
+  options.part_names = {"a", "b c"};
   options.other_colour = {9, 9, 9, 255};
   options.piece_cells = 7;
   const auto grid = write_and_read(3, {batch}, options);
@@ -249,9 +251,9 @@ TEST_F(Vtu, WritesTheColourOfEachPart) {
   ASSERT_NE(colours, nullptr);
   ASSERT_EQ(colours->GetNumberOfComponents(), 4);
   for (vtkIdType i = 0; i < grid->GetNumberOfCells(); ++i) {
-    const int part = static_cast<int>(value(grid, "part", i));
-    const bool has_part = part >= 0 && value(grid, "label", i) == 1;
-    const std::array<std::uint8_t, 4> expected = has_part ? options.colour_of_part[static_cast<std::size_t>(part)] : options.other_colour;
+    const int primitive = static_cast<int>(value(grid, "primitive", i));
+    const bool has_one = primitive >= 0 && value(grid, "label", i) == 1;
+    const std::array<std::uint8_t, 4> expected = has_one ? options.colour_of_primitive[static_cast<std::size_t>(primitive)] : options.other_colour;
     for (int k = 0; k < 4; ++k) EXPECT_EQ(colours->GetComponent(i, k), expected[static_cast<std::size_t>(k)]);
   }
   EXPECT_EQ(write_and_read(3, {batch})->GetCellData()->GetArray("color"), nullptr);

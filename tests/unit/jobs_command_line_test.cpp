@@ -181,8 +181,11 @@ TEST(CommandLine, QueriesReadPointsOfTheDimension) {
   }
   std::ostringstream out;
   const double points[] = {0.5, 0.25, 4, 1};
-  print_answers(out, points, {{geometry::Label::in, 7, 0.1, {0.5, 0.15}}, {geometry::Label::out, -1, 3, {1, 1}}}, 2, false);
-  EXPECT_EQ(out.str(), "x\ty\tlabel\tpart\tdistance\tnearest_x\tnearest_y\n0.5\t0.25\tIN\t7\t-0.1\t0.5\t0.15\n4\t1\tOUT\t-1\t3\t1\t1\n");
+  print_answers(out, points, {{geometry::Label::in, 7, 0, 0.1, {0.5, 0.15}}, {geometry::Label::out, -1, -1, 3, {1, 1}}}, 2, false);
+  EXPECT_EQ(out.str(), "x\ty\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\n0.5\t0.25\tIN\t7\t0\t-0.1\t0.5\t0.15\n4\t1\tOUT\t-1\t-1\t3\t1\t1\n");
+  std::ostringstream named;
+  print_answers(named, std::span(points, 2), {{geometry::Label::in, 7, 1, 0.1, {0.5, 0.15}}}, 2, false, {"base", "a post"});
+  EXPECT_EQ(named.str(), "x\ty\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\tname\n0.5\t0.25\tIN\t7\t1\t-0.1\t0.5\t0.15\ta post\n");
   std::ostringstream json;
   print_answers(json, {}, {}, 2, true);
   EXPECT_EQ(json.str(), "[]\n");

@@ -118,7 +118,7 @@ TEST(ReportJson, IsDocumentedFieldByField) {
   report.tolerance = report.angle = 0.5;
   report.eye = {1, 2, 3};
   report.inertia_least = report.inertia_most = report.inertia;
-  report.named_parts = {{0, "knob"}};
+  report.named_parts = {{0, "knob", supersteps::Rgba{255, 0, 0, 128}, 0.5}};
   report.measures = {{report, "all", 3}};
   report.boundary = {12, 6.5, true};
   report.simplices = {28990, 0.5, 3, 1e-17};
@@ -130,6 +130,14 @@ TEST(ReportJson, IsDocumentedFieldByField) {
   EXPECT_EQ(documented_fields(), written);
 }
 
+TEST(ReportJson, ListsPartsWithColourAndVolume) {
+  auto report = sample_report();
+  report.named_parts = {{0, "knob", supersteps::Rgba{255, 0, 16, 128}, 0.5}, {1, "red", supersteps::Rgba{255, 0, 0, 255}, 2}, {2, "rest", {}, 0}};
+  const auto json = nlohmann::json::parse(to_json(report))["parts"];
+  EXPECT_EQ(json.dump(), R"([{"color":"#ff001080","name":"knob","part":0,"volume":0.5},{"color":"#ff0000","name":"red","part":1,"volume":2.0},)"
+                         R"({"name":"rest","part":2,"volume":0.0}])");
+}
+
 TEST(ReportJson, ListsOverlappingMeshes) {
   auto report = sample_report();
   report.overlapping_meshes = {{"a.csg:3:1", "", 2, 8160, 1 / 3.0}, {"a.csg:4:1", "b.stl", 3, 12, {}}};
@@ -137,7 +145,7 @@ TEST(ReportJson, ListsOverlappingMeshes) {
   ASSERT_EQ(json.size(), 2U);
   EXPECT_EQ(json[0]["volume_by_faces"].get<double>(), 1 / 3.0);
   EXPECT_EQ(json[0]["file"], nullptr);
-  EXPECT_EQ(json[1].dump(), R"({"file":"b.stl","part":3,"place":"a.csg:4:1","triangles":12,"volume_by_faces":null})");
+  EXPECT_EQ(json[1].dump(), R"({"file":"b.stl","place":"a.csg:4:1","primitive":3,"triangles":12,"volume_by_faces":null})");
 }
 
 TEST(Summary, FitsATerminalAndGroupsDigits) {

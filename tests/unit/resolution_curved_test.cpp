@@ -216,7 +216,7 @@ TEST(CurvedResolution, DoesNotDependOnThreadsOrRegions) {
     const Resolved one = resolved(e, to_tolerance(0.4)), other = resolved(e, to_tolerance(0.4, 3));
     EXPECT_EQ(other.surface.points, one.surface.points);
     EXPECT_EQ(other.surface.triangles, one.surface.triangles);
-    EXPECT_EQ(other.surface.part, one.surface.part);
+    EXPECT_EQ(other.surface.owner, one.surface.owner);
     if (testing::Test::HasFailure()) return;
   }
 }

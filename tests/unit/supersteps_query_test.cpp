@@ -81,7 +81,8 @@ void compare_with_the_boundary(const fs::path& model, unsigned seed) {
     }
     EXPECT_NEAR(answer.distance, expected, 1e-9 * (1 + expected));
     EXPECT_NEAR(length(Vector{answer.nearest[0], answer.nearest[1], answer.nearest[2]} - p), answer.distance, 1e-9 * (1 + expected));
-    EXPECT_EQ(answer.part >= 0, answer.label == geometry::Label::in);
+    EXPECT_EQ(answer.part, answer.label == geometry::Label::in ? 0 : geometry::no_part);
+    EXPECT_TRUE(answer.primitive < 0 || answer.label == geometry::Label::in);
     inside += answer.label == geometry::Label::in ? 1 : 0;
   }
   EXPECT_GT(inside, 0);
@@ -134,7 +135,7 @@ TEST(Query, FuzzyCellsOnlyShortenDistances) {
 }
 
 /// Red, then blue within green: the outermost colour counts.
-TEST(Colours, ReachThePartsOfARun) {
+TEST(Colours, ReachThePrimitivesOfARun) {
   const samples::TemporaryFolder folder;
   RunOptions options;
   options.model = folder.path() / "model.csg";
@@ -142,13 +143,13 @@ TEST(Colours, ReachThePartsOfARun) {
   std::ofstream(options.model) << "color([1,0,0,1]) cube(size=[1,1,1]);\n"
                                   "color([0,1,0,0.5]) group() { multmatrix([[1,0,0,2],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) color([0,0,1,1]) cube(size=[1,1,1]); }\n"
                                   "multmatrix([[1,0,0,4],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) color([-1,-1,-1,1]) cube(size=[1,1,1]);\n";
-  const auto colours = run(options).colour_of_part;
+  const auto colours = run(options).colour_of_primitive;
   ASSERT_EQ(colours.size(), 3U);
   EXPECT_EQ(colours[0], (Rgba{255, 0, 0, 255}));
   EXPECT_EQ(colours[1], (Rgba{0, 255, 0, 128}));
   EXPECT_FALSE(colours[2]);
   options.model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
-  EXPECT_TRUE(run(options).colour_of_part.empty());
+  EXPECT_TRUE(run(options).colour_of_primitive.empty());
 }
 
 }  // namespace

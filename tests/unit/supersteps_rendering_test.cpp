@@ -50,9 +50,9 @@ std::pair<SolidMesh, geometry::BspTree> box_of_cells(std::size_t cells) {
   auto sample = samples::random_mesh(random, cells);
   SolidMesh mesh;
   for (const auto& batch : sample.batches) {
-    auto same_part = std::make_shared<CellBatch>(*batch);
-    std::fill(same_part->part.begin(), same_part->part.end(), 0);
-    mesh.batches.push_back(same_part);
+    auto same_look = std::make_shared<CellBatch>(*batch);
+    std::fill(same_look->primitive.begin(), same_look->primitive.end(), 0);
+    mesh.batches.push_back(same_look);
   }
   return {mesh, sample.tree};
 }
@@ -86,7 +86,7 @@ TEST(Rendering, DrawsThePlaneAndOnlyInCells) {
   samples::append_polygon(*batch, {{2, 0}, {4, 0}, {4, 2}, {2, 2}}, random);
   samples::append_polygon(*batch, {{0, 2}, {4, 2}, {4, 4}, {0, 4}}, random);
   batch->label[2] = geometry::Label::out;
-  batch->part[1] = 1;
+  batch->primitive[1] = 1;
   SolidMesh mesh{2, {batch}};
   const geometry::BspTree tree{2, 0, {{0, 1, ~3}, {1, ~1, ~2}}, {}, {-2, 0, 1, -2, 1, 0}};  // y = 2, below it x = 2
   const Image image = decode(render(mesh, tree, {.width = 100, .height = 100}));
@@ -118,7 +118,8 @@ RunResult two_cubes() {
     batch->point_offset.push_back(8 * (region + 1));
     batch->facet_offset.push_back(6 * (region + 1));
     batch->label.push_back(geometry::Label::in);
-    batch->part.push_back(static_cast<std::int32_t>(region));
+    batch->primitive.push_back(static_cast<std::int32_t>(region));
+    batch->part.push_back(0);
     batch->region.push_back(region);
     batch->level.push_back(1);
     batch->volume.push_back(1);
@@ -215,7 +216,7 @@ TEST(Rendering, ColoursEdgesAndShadesShow) {
   EXPECT_GT(row_of(drawn(cubes, options), 50).size(), 5U);
   options.edges = false;
   options.shade = Shade::colour;
-  cubes.colour_of_part = {Rgba{0, 0, 255, 255}, Rgba{255, 0, 0, 255}};
+  cubes.colour_of_primitive = {Rgba{0, 0, 255, 255}, Rgba{255, 0, 0, 255}};
   const auto row = row_of(drawn(cubes, options), 50);
   ASSERT_EQ(row.size(), 4U);
   EXPECT_EQ(row[1] & 0xffff00, 0U);  // blue

@@ -62,13 +62,13 @@ template <class Archive, int D>
 void serialize(Archive& archive, bsp2::dataflow::Totals<D>& totals, unsigned) {
   archive & totals.in & totals.fuzzy & totals.fuzzy_below & totals.in_cells & totals.fuzzy_cells & totals.out_cells;
   archive & make_array(totals.lower.data(), totals.lower.size()) & make_array(totals.upper.data(), totals.upper.size());
-  archive & totals.level & totals.digest & totals.counts;
+  archive & totals.level & totals.digest & totals.counts & totals.parts;
 }
 
 template <class Archive>
 void serialize(Archive& archive, bsp2::geometry::CellBatch& batch, unsigned) {
   archive & batch.dimension & batch.points & batch.point_offset & batch.facet_offset & batch.facet_vertex_offset & batch.facet_vertices;
-  archive & batch.facet_hyperplane & batch.label & batch.part & batch.region & batch.level & batch.volume;
+  archive & batch.facet_hyperplane & batch.label & batch.primitive & batch.part & batch.region & batch.level & batch.volume;
 }
 
 template <class Archive>

@@ -8,7 +8,8 @@ namespace bsp2::dataflow {
 ///
 /// Operands answer one after the other, and not all at once: those that did are *folded* away and need not be asked again
 /// within the cell; the combiner only remembers (in one word) what they leave behind. Symmetric differences count modulo 2.
-/// The part of an IN answer is the lowest part among the IN operands; a union takes the one that decided it.
+/// The owner of an IN answer is the lowest one among the IN operands, which is that of the first operand that names any; a union takes
+/// the one that decided it.
 /// Source: the paper, section 4.1, "Combiners".
 class Combiner {
  public:
@@ -26,11 +27,11 @@ class Combiner {
     const bool in = operand.label == geometry::Label::in;
     if (kind_ != Program::kind_differ && operand.label == deciding(kind_)) return true;
     if (!in) return false;
-    const auto part = static_cast<Word>(operand.part + 1);  // 0: none
+    const auto owner = static_cast<Word>(operand.owner + 1);  // 0: none
     if (kind_ == Program::kind_intersect) {
-      memory_ = lower(memory_, part);
+      memory_ = lower(memory_, owner);
     } else {
-      memory_ = lower(memory_ >> 1, part) << 1 | ((memory_ & 1) ^ 1);
+      memory_ = lower(memory_ >> 1, owner) << 1 | ((memory_ & 1) ^ 1);
     }
     return false;
   }
@@ -43,7 +44,7 @@ class Combiner {
     return (memory_ & 1) != 0 ? Answer{Label::in, static_cast<std::int32_t>(memory_ >> 1) - 1} : Answer{Label::out};
   }
 
-  /// What is to be remembered of the operands that were folded: their lowest part (plus one, 0: none), for symmetric
+  /// What is to be remembered of the operands that were folded: their lowest owner (plus one, 0: none), for symmetric
   /// differences times two plus the parity of the IN ones.
   [[nodiscard]] Word memory() const { return memory_; }
   /// Whether a single operand that is left answers for the combiner.
@@ -51,7 +52,7 @@ class Combiner {
 
  private:
   Word kind_, memory_;
-  static Word lower(Word known, Word part) { return part != 0 && (known == 0 || part < known) ? part : known; }
+  static Word lower(Word known, Word owner) { return owner != 0 && (known == 0 || owner < known) ? owner : known; }
 };
 
 }  // namespace bsp2::dataflow

@@ -68,14 +68,14 @@ struct Region {
   }
 };
 
-/// Order-independent sum of 128-bit hashes of cells: label, part, level, coordinates byte for byte, and which corners each facet has.
+/// Order-independent sum of 128-bit hashes of cells: label, primitive, named part, level, coordinates byte for byte, and which corners each facet has.
 /// Which region they are in does not count: the cells are the same for any number of regions.
 struct Digest {
   std::array<std::uint64_t, 2> words{};
   void add(const geometry::CellBatch& batch, std::size_t cell);
   /// The same for a cell that has not been written to a batch.
   template <int D>
-  void add(const geometry::Cell<D>& cell, geometry::Label label, std::int32_t part, std::uint16_t level);
+  void add(const geometry::Cell<D>& cell, geometry::Label label, std::int32_t primitive, std::int32_t part, std::uint16_t level);
   Digest& operator+=(const Digest& other);
   [[nodiscard]] std::string hex() const;
 };
@@ -86,6 +86,7 @@ template <int D>
 struct Totals {
   Totals(double radius, double width) : in(radius, width), fuzzy(radius, width), fuzzy_below(radius, width) {}
   geometry::MomentSum<D> in, fuzzy;
+  std::vector<geometry::MomentSum<D>> parts;  ///< the IN cells of each part that has a name; may end before the last one
   /// At most the integrals over the FUZZY cells of min(x_i x_j, 0). So what the solid has in them is between these and
   /// `fuzzy` less these: with `in`, an interval that holds the solid's moment.
   geometry::MomentSum<D> fuzzy_below;
@@ -95,6 +96,8 @@ struct Totals {
   Digest digest;                                               ///< of the cells that are kept
   geometry::KernelCounts counts;
   void reset_bounds();
+  /// The sum over a part's IN cells.
+  geometry::MomentSum<D>& of_part(std::size_t part);
   Totals& operator+=(const Totals& other);
 };
 

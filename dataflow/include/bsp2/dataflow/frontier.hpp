@@ -18,7 +18,7 @@ struct Frontier {
   enum class Kind : std::uint8_t {
     split,   ///< value: the hyperplane's id; two subtrees follow
     token,   ///< a FUZZY cell; value: how many words its localized expression has
-    held,    ///< a decided cell that is not emitted yet, since its parent may be given back whole; value: its part
+    held,    ///< a decided cell that is not emitted yet, since its parent may be given back whole; value: its owner (see alike.hpp)
     emitted,   ///< a subtree whose cells have been emitted; value: its root in the recorded tree, as BspTree has children
     elsewhere  ///< a subtree that belongs to another portion of the frontier; value: whether cells of it are known to have been
                ///< emitted. See portion.hpp

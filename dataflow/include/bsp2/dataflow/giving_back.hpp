@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bsp2/dataflow/partition.hpp"
+#include "bsp2/dataflow/process.hpp"
 
 namespace bsp2::dataflow {
 
@@ -13,7 +14,7 @@ namespace bsp2::dataflow {
 struct Whole {
   std::uint32_t region = 0;
   geometry::Label label = geometry::Label::in;
-  std::int32_t part = geometry::no_part;
+  std::int32_t owner = no_owner;  ///< as an Outcome has it
   std::uint16_t level = 0;
   bool is_certain = false;  ///< it will not be given back with its sibling: nothing keeps it from being emitted
 };

@@ -46,6 +46,10 @@ class Localizer {
   /// The same for a cell that will not be cut: FUZZY only if some producer really is undecided.
   Answer decide(std::span<const Word> program, const geometry::Cell<D>& cell, Words& out);
 
+  /// The answer that a program gives away, as far as it was localized: IN although it is undecided what the cell belongs to, then to the
+  /// first operand that is known to be IN. Else FUZZY.
+  [[nodiscard]] static Answer known(std::span<const Word> program);
+
   /// An operand that is left, and how many of its half-spaces or facets are undecided.
   struct UndecidedOperand {
     Word producer;
@@ -56,6 +60,8 @@ class Localizer {
 
   /// Whether the whole cell is certainly inside this convex producer; false for meshes.
   bool contains(const Producer<D>& producer, const geometry::Cell<D>& cell);
+  /// Whether a cell that this producer contains is also in the operand of the model that it is a part of: nothing cuts it away.
+  bool is_left(const Producer<D>& producer, const geometry::Cell<D>& cell);
 
  private:
   const Network<D>* network_;
@@ -67,6 +73,7 @@ class Localizer {
   geometry::Buffer<ActiveLeaf> active_;     // the undecided leaves, but for those that stay so
   bool stays_undecided_ = false;       // there may be leaves that do
   bool was_hasty_ = false;             // some leaves were asked quickly, and may be decided
+  bool covers_ = false;                // what was visited last is FUZZY, but IN: only what the cell belongs to is undecided
   Words second_pass_;
   double tolerance_ = 0;
   std::array<double, D> eye_{};
@@ -87,6 +94,21 @@ class Localizer {
   Answer visit(const Word*& at, Words& out);
   Answer visit_combiner(const Word*& at, Words& out);
   Answer visit_leaf(const Word*& at, Words& out);
+  bool keep_earlier(std::size_t begin, std::size_t first_active, const Answer& last, Words& out);
+  void end_in(const Answer& answer, Words& out) const;
+  /// What the points of a cell may belong to.
+  struct Owners {
+    std::int32_t part = geometry::no_part;
+    bool any = false, several = false;  // parts
+    bool nobody = false;                // some may belong to nothing
+    void add(std::int32_t other);
+    void add(const Owners& others);
+  };
+  Owners owners_of(const Word*& at) const;
+  Owners owners_in_intersection(const Word* at, const Word* end, Word memory) const;
+  [[nodiscard]] static bool is_owned(const Word* at, const Word* end, Word memory);
+  [[nodiscard]] bool belongs_to(const Word* operand, const Answer& last) const;
+  static Answer known(const Word*& at);
   template <typename Use>
   auto with_producer(const Word* leaf, Use&& use) const;
   [[nodiscard]] bool is_curved(const Word* leaf) const;

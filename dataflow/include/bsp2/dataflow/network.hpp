@@ -17,6 +17,7 @@
 #include "bsp2/dataflow/program.hpp"
 #include "bsp2/dataflow/round.hpp"
 #include "bsp2/dataflow/spline.hpp"
+#include "bsp2/geometry/cell_batch.hpp"
 #include "bsp2/geometry/hyperplane_table.hpp"
 #include "bsp2/model/expression.hpp"
 
@@ -28,7 +29,10 @@ namespace bsp2::dataflow {
 /// Source: the paper, section 4.1, "Producers".
 template <int D>
 struct Producer : Box<D> {
-  std::int32_t part = 0;                    ///< number of the primitive in the source, in its order (Node::parts)
+  std::int32_t primitive = 0;               ///< its number in the source, in the order of the source (Node::parts)
+  std::int32_t part = 0;                    ///< index into Network::parts, or no_part; 0 if the whole model is one
+  std::int32_t guard = -1;                  ///< index into Network::guards: the innermost one around it, or -1
+  std::uint32_t leaf = 0;                   ///< where it is in Network::program
   std::uint32_t first_plane = 0, plane_count = 0;  ///< convex: its half-spaces, inside negative, in Network::planes
   std::int32_t lathe = -1;                  ///< index into Network::lathes: convex, with very many half-spaces
   std::int32_t mesh = -1;                   ///< index into Network::meshes, or -1 for a convex producer
@@ -39,6 +43,25 @@ struct Producer : Box<D> {
   bool undecided = false;                   ///< convex, and only its outside is known: inside it cells stay FUZZY
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
+};
+
+/// A combiner of the program other than a union. Below unions alone, what is in a producer is in the solid.
+struct Guard {
+  std::uint32_t begin;   ///< in Network::program
+  std::int32_t around;   ///< index of the next one outside, or -1
+};
+
+/// What of a model has a name: all that belongs to operands under `part` nodes of this name, or under colours.
+struct Part {
+  std::string name;
+  std::optional<model::Colour> colour;  ///< if all of it has one and the same
+};
+
+/// What divides a model into parts.
+enum class Parts : std::uint8_t {
+  none,    ///< nothing: the whole is one
+  named,   ///< `part` nodes; of nested ones the outermost counts
+  colours  ///< colours; of nested ones the outermost counts, as where they are drawn
 };
 
 /// The compiled expression: producers, and the combiners over them as a flat program (see Program).
@@ -58,8 +81,10 @@ struct Network : Program {
   std::vector<Spline<D>> splines;
   std::vector<Preimage<D>> preimages;
   std::vector<Word> program;  ///< empty: the solid is empty
-  std::vector<std::optional<model::Colour>> colours;  ///< of each part; empty where the model has none
-  std::vector<std::pair<std::int32_t, std::string>> part_names;  ///< of the parts that have one
+  std::vector<Guard> guards;
+  std::vector<std::optional<model::Colour>> colours;  ///< of each primitive; empty where the model has none
+  bool has_colours = false;  ///< several
+  std::vector<Part> parts;   ///< that have a name, in the order of the source; none: the whole model is part 0
   Box<D> bounds = Box<D>::empty();  ///< of the solid, before anything is evaluated
   double coincidence = 0;     ///< what it was compiled with: CompileOptions::coincidence
   AxialPlanes<D> axial_planes;
@@ -69,6 +94,14 @@ struct Network : Program {
 
   /// The cut across an axis at the last position of the table's grid that is <= value, or the model's hyperplane there.
   [[nodiscard]] geometry::HyperplaneId axial_cut(int axis, double value) const { return axial_planes.cut(table, axis, table.axis_position(axis, value)); }
+  /// Whether cells are told apart by what they belong to: no cell has points of two parts, and a cut where the part changes is never given back.
+  [[nodiscard]] bool is_divided() const { return !parts.empty(); }
+  /// What a cell belongs to, by its owner.
+  [[nodiscard]] std::int32_t primitive_of(std::int32_t owner) const { return owner >= 0 ? producers[static_cast<std::size_t>(owner)].primitive : geometry::no_primitive; }
+  [[nodiscard]] std::int32_t part_of(std::int32_t owner) const {
+    if (!is_divided()) return 0;
+    return owner >= 0 ? producers[static_cast<std::size_t>(owner)].part : geometry::no_part;
+  }
   /// Whether several convex producers end in this hyperplane, or one of many half-spaces does twice.
   [[nodiscard]] bool is_shared(geometry::HyperplaneId id) const { return id < shared.size() && shared[id]; }
   /// Whether it has solids that are refined without end.
@@ -80,10 +113,11 @@ struct Network : Program {
 
 struct CompileOptions {
   double coincidence = 1e-9;  ///< hyperplanes closer than this share of the bounding box are one
+  Parts parts = Parts::named;
   unsigned threads = 1;       ///< that place primitives; the network is the same for any number
-  /// What messages about a construct, or about a part, begin with: its place in the source. May be missing.
+  /// What messages about a construct, or about a primitive, begin with: its place in the source. May be missing.
   std::function<std::string(const model::Node&)> place_of;
-  std::function<std::string(std::int32_t)> place_of_part;
+  std::function<std::string(std::int32_t)> place_of_primitive;
 };
 
 /// Lowers an expression to a network. @pre expression.dimension() == D.

@@ -22,10 +22,13 @@
 /// through all processes at once. Which process is meant is known at compile time: no virtual call a cell.
 namespace bsp2::dataflow {
 
-/// What a process says about a cell: its label, and for IN a primitive that contains it.
+/// No producer: see Answer::owner.
+inline constexpr std::int32_t no_owner = -1;
+
+/// What a process says about a cell: its label, and for IN the producer that the cell belongs to: one that is an operand, and IN, on all of it.
 struct Answer {
   geometry::Label label;
-  std::int32_t part = geometry::no_part;
+  std::int32_t owner = no_owner;
   friend bool operator==(const Answer&, const Answer&) = default;
 };
 

@@ -44,7 +44,7 @@ class Transformer {
 };
 
 /// The complement of a solid: a process with one input stream, the answers of a producer, and one output stream.
-/// Its answer IN names no part, since no primitive contains the cell.
+/// Its answer IN names no owner, since no primitive contains the cell.
 /// Source: the paper, section 4.1, "Transformers".
 struct Complement {
   static constexpr geometry::Label map(geometry::Label label) {

@@ -13,7 +13,7 @@ namespace bsp2::geometry {
 struct TriangleSurface {
   std::vector<std::array<double, 3>> points;             ///< rounded; model units
   std::vector<std::array<std::uint32_t, 3>> triangles;   ///< indices of points
-  std::vector<std::int32_t> part;                        ///< one a triangle: the part of the cell behind it
+  std::vector<std::int32_t> owner;                       ///< one a triangle: of the cell behind it, as FacetGrouping::by_part says
 
   [[nodiscard]] double area() const;
   /// Volume inside, by the divergence theorem.

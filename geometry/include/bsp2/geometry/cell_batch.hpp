@@ -10,7 +10,9 @@ namespace bsp2::geometry {
 /// What is known about all points of a cell.
 enum class Label : std::uint8_t { out = 0, in = 1, fuzzy = 2 };
 
-/// The part of a cell that no primitive of the source contains (cells of a complement, FUZZY and OUT cells).
+/// Of a cell that is in no operand of the source as a whole (cells of a complement, FUZZY and OUT cells).
+inline constexpr std::int32_t no_primitive = -1;
+/// Of a cell that belongs to nothing with a name, where something has one (and of FUZZY and OUT cells).
 inline constexpr std::int32_t no_part = -1;
 
 /// Convex cells of any dimension D as flat typed arrays: the form in which cells leave the kernel, travel and are
@@ -23,7 +25,7 @@ inline constexpr std::int32_t no_part = -1;
 ///   facet_vertex_offset f + 1  facet j owns facet_vertices [facet_vertex_offset[j], facet_vertex_offset[j+1])
 ///   facet_vertices     v       indices into the *cell's own* points (0 is the cell's first point)
 ///   facet_hyperplane   f       id of the hyperplane that carries the facet; ~id where the cell is on its positive side
-///   label, part, region, level, volume: n each
+///   label, primitive, part, region, level, volume: n each
 /// Order: in D = 3 the vertices of a facet go around it, counter-clockwise seen from outside. In D = 2 a facet is an
 /// edge (2 vertices), in D = 1 a point (1 vertex); in D > 3 the vertices of a facet are a set.
 struct CellBatch {
@@ -35,7 +37,8 @@ struct CellBatch {
   std::vector<std::uint16_t> facet_vertices;
   std::vector<std::int32_t> facet_hyperplane;
   std::vector<Label> label;
-  std::vector<std::int32_t> part;     ///< index of a primitive, in the order of the source, that contains the whole cell
+  std::vector<std::int32_t> primitive;  ///< number of the primitive, in the order of the source, that the whole cell belongs to
+  std::vector<std::int32_t> part;     ///< number of the named part, in the order of the source; 0 where nothing has a name
   std::vector<std::uint32_t> region;  ///< leaf of the partition that produced the cell
   std::vector<std::uint16_t> level;   ///< number of hyperplanes on the cell's BSP path
   std::vector<double> volume;         ///< D-dimensional content, in model units

@@ -61,7 +61,7 @@ class CellWriter {
   explicit CellWriter(const HyperplaneTable<D>& table) : table_(&table) {}
   /// Volume and moments of a cell.
   Moments<D> measure(const Cell<D>& cell);
-  /// Appends the cell with its geometry and volume; the caller fills label, part, region and level.
+  /// Appends the cell with its geometry and volume; the caller fills label, primitive, part, region and level.
   /// @return its moments.
   Moments<D> append(const Cell<D>& cell, CellBatch& batch);
 

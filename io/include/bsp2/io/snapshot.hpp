@@ -21,6 +21,7 @@ struct SnapshotHead {
   std::int32_t dimension = 3;
   double coincidence = 1e-9;
   bool curved = false;                 ///< how the source was read
+  bool parts_by_colour = false;        ///< its colours divide the model into parts
   std::optional<std::uint32_t> level;  ///< at which cells are left
   double tolerance = 0;                ///< where round solids are left; 0: nowhere
   double angle = 0;                    ///< likewise, as seen from `eye`, in degrees

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "bsp2/geometry/cell_batch.hpp"
@@ -17,9 +18,10 @@ struct VtuOptions {
   bool tets = false;  ///< cut the cells into simplices, none of which is flat or inverted: larger files, but faster filters in ParaView
   int rank = 0;       ///< who computed the cells, for the cell array `rank`
   std::vector<std::int32_t> rank_of_region;  ///< who computed the cells of each region, if they are of several
-  /// Red, green, blue, opacity of the IN cells of each part, for the cell array `color`; empty: there is none.
-  std::vector<std::array<std::uint8_t, 4>> colour_of_part;
+  /// Red, green, blue, opacity of the IN cells of each primitive, for the cell array `color`; empty: there is none.
+  std::vector<std::array<std::uint8_t, 4>> colour_of_primitive;
   std::array<std::uint8_t, 4> other_colour{255, 255, 255, 255};  ///< of all other cells
+  std::vector<std::string> part_names;  ///< in the field array `part_names` of each piece; none: the whole is part 0
   std::size_t piece_cells =
       8000;  ///< at most so many cells of the mesh in a piece; bounds the memory for writing
 };
@@ -42,7 +44,7 @@ struct SimplexCount {
 /// Writes a solid mesh as a VTK unstructured grid: `NAME.pvtu` and its pieces `NAME_0.vtu`, `NAME_1.vtu`, ...
 ///
 /// Cells are tetrahedra, wedges and hexahedra where they are exactly that, else polyhedra; polygons in 2D,
-/// lines in 1D. Points with the same coordinates are one within a piece. Cell data: label, part, region,
+/// lines in 1D. Points with the same coordinates are one within a piece. Cell data: label, primitive, part, region,
 /// rank, level, volume. All files are complete before the first of them appears under its name, the `.pvtu`
 /// last.
 /// @param pvtu a path that ends in `.pvtu`, in a folder that exists.

@@ -28,6 +28,7 @@ struct RunOptions {
   std::optional<unsigned> regions;          ///< rounded up to a power of two; none: by the model
   double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
   bool curved = false;                      ///< spheres, cylinders and circles of the text are truly round
+  bool parts_by_colour = false;             ///< each colour is a part, called like it; else each `part` node is one
   Order order = Order::depth;
   std::vector<double> eye;                  ///< D numbers: with Order::priority, what looks largest from here is refined first; and see `angle`
   std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY
@@ -40,7 +41,7 @@ struct RunOptions {
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                ///< false: only measures, no mesh is held
   std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
-  std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence, curved and keep are its own
+  std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence, curved, parts and keep are its own
   /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is. The result
   /// has no cells then, and its report counts those that are finished.
   std::function<bool()> interrupted;

@@ -58,10 +58,16 @@ struct NamedMeasures : Measures {
   int dimension = 3;
 };
 
+/// Red, green, blue, opacity.
+using Rgba = std::array<std::uint8_t, 4>;
+inline constexpr Rgba uncoloured{237, 219, 189, 255};  ///< what has no colour of its own: stone
+
 /// A part of the model that has a name; the number is in the cell data.
 struct NamedPart {
   std::int32_t part;
   std::string name;
+  std::optional<Rgba> colour;  ///< if all of it has one
+  double volume = 0;           ///< of its IN cells
 };
 
 /// A mesh of the model whose faces wind around some points more than once, or the wrong way round, while the volume counts each
@@ -69,7 +75,7 @@ struct NamedPart {
 struct OverlappingMesh {
   std::string place;                      ///< "file:line:column" in the model
   std::string file;                       ///< that it was imported from, or empty
-  std::uint64_t part = 0, triangles = 0;
+  std::uint64_t primitive = 0, triangles = 0;
   std::optional<double> volume_by_faces;  ///< each point as often as the faces wind around it; nothing under a construct (a hull, a projection, ...)
 };
 
@@ -109,10 +115,6 @@ struct SolidMesh {
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  // shared: several consumers hold the same batches
 };
 
-/// Red, green, blue, opacity.
-using Rgba = std::array<std::uint8_t, 4>;
-inline constexpr Rgba uncoloured{237, 219, 189, 255};  ///< what has no colour of its own: stone
-
 /// A box, D numbers each; empty vectors: none.
 struct Bounds {
   std::vector<double> lower, upper;
@@ -121,7 +123,7 @@ struct Bounds {
 /// Where a point is. See geometry::PointAnswer.
 struct Answer {
   geometry::Label label = geometry::Label::out;
-  std::int32_t part = geometry::no_part;  ///< of the cell
+  std::int32_t primitive = geometry::no_primitive, part = geometry::no_part;  ///< of the cell
   double distance = 0;                    ///< to the nearest point that has, or may have, another label
   std::vector<double> nearest;            ///< such a point
 };
@@ -134,7 +136,8 @@ struct RunResult {
   geometry::BspTree tree;        ///< its leaves are the cells of the mesh, in the order of the batches
   geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
   std::vector<std::int32_t> rank_of_region;  ///< who computed it
-  std::vector<std::optional<Rgba>> colour_of_part;  ///< as the model says; empty if it has no colours
+  std::vector<std::optional<Rgba>> colour_of_primitive;  ///< as the model says; empty if it has no colours
+  std::vector<std::string> part_names;  ///< by number; empty: nothing has a name, and the whole is part 0
   Bounds bounds;                 ///< of the model, before it is evaluated: they contain the solid
   std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
   /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in their order: as
