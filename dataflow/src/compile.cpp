@@ -137,7 +137,7 @@ class Compiler {
       const auto number = static_cast<std::size_t>(occurrence.number);
       if (network.colours.size() <= number) network.colours.resize(number + 1);
       if (occurrence.colour != nullptr) network.colours[number] = *occurrence.colour;
-      if ((lowered_.program[occurrence.leaf] & (Program::negated | Program::mute)) != 0) continue;
+      if ((lowered_.program[occurrence.leaf] & Program::negated) != 0 || !occurrence.owns) continue;
       if (first == nullptr) first = &occurrence;
       network.has_colours = network.has_colours || colour_of(occurrence) != colour_of(*first);
     }
@@ -191,6 +191,7 @@ class Compiler {
         producers[i].part = occurrence.part;
         producers[i].guard = occurrence.guard;
         producers[i].leaf = occurrence.leaf;
+        producers[i].owns = occurrence.owns;
         producers[i].undecided = shape.undecided;
         static_cast<Box<D>&>(producers[i]) = image_of(shape, occurrence.placement);
       }

@@ -71,6 +71,8 @@ Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, Wo
   view_.look_at(cell);
   const bool quick = program.size() > long_program && has_many_leaves(program);
   Answer answer = localize(program, out, quick);
+  if (answer.label == Label::in && was_hasty_ && (network_->has_colours || network_->is_divided()))
+    answer = localize(program, out, false);  // an earlier operand may have all of the cell
   if (answer.label != Label::fuzzy) return answer;
   const bool thin = is_thin(), between_first = quick && !thin;
   if (between_first && choose_between_operands(out, cut)) {
@@ -294,7 +296,11 @@ typename Localizer<D>::Owners Localizer<D>::owners_of(const Word*& at) const {
   if (kind == Program::kind_intersect) {
     owners = owners_in_intersection(at, end, begin[2]);
   } else {
-    if (kind == Program::kind_differ && begin[2] >> 1 != 0) owners.add(network_->part_of(static_cast<std::int32_t>(begin[2] >> 1) - 1));
+    const Word memory = kind == Program::kind_differ ? begin[2] : 0;  // of the operands that were folded: the lowest owner + 1, and the parity
+    if (memory >> 1 != 0)
+      owners.add(network_->part_of(static_cast<std::int32_t>(memory >> 1) - 1));
+    else if (memory != 0)
+      owners.nobody = true;
     while (at != end) owners.add(owners_of(at));
   }
   at = end;

@@ -90,7 +90,7 @@ class Lowering {
   std::vector<Transformer<D>> placements_;  // products of the maps on the way down to where the walk is
   std::vector<Visit> stack_;
   const model::Node* root_ = nullptr;
-  std::optional<bool> has_names_;
+  std::optional<bool> is_told_apart_;
   std::uint64_t numbers_ = 0;  // of the primitives that have been met
   std::int32_t guard_ = -1;    // the innermost one that is open
   std::map<std::string, std::int32_t, std::less<>> part_of_name_;
@@ -102,29 +102,30 @@ class Lowering {
     return static_cast<std::int32_t>(first);
   }
 
-  /// One name is one part, wherever it stands.
+  /// One name is one part, wherever it stands. Also what is only subtracted is told, as a part without cells.
   std::int32_t part_named(const std::string& name) {
     const auto [found, is_new] = part_of_name_.try_emplace(name, static_cast<std::int32_t>(lowered_.parts.size()));
     if (is_new) lowered_.parts.push_back({name, {}});
     return found->second;
   }
 
-  /// Whether anything has a name. Looked up once, where it matters: a symmetric difference in another one, in which an operand that is IN may be
-  /// cancelled by another, is no list of operands of which the first one that is IN has the cell.
-  bool has_names() {
-    if (has_names_) return *has_names_;
-    has_names_ = false;
+  /// Whether anything has a name or a colour. Looked up once, where it matters: a symmetric difference in another one, in which an operand that is
+  /// IN may be cancelled by another, is no list of operands of which the first one that is IN has the cell.
+  bool is_told_apart() {
+    if (is_told_apart_) return *is_told_apart_;
+    is_told_apart_ = false;
     std::unordered_set<const model::Node*> seen;
     std::vector<const model::Node*> left{root_};
-    while (!left.empty() && !*has_names_ && divided_by_ != Parts::none) {
+    while (!left.empty() && !*is_told_apart_ && divided_by_ != Parts::none) {
       const model::Node* const node = left.back();
       left.pop_back();
       if (!seen.insert(node).second) continue;
       const auto* named = std::get_if<model::Named>(&node->value);
-      has_names_ = divided_by_ == Parts::named ? named != nullptr && named->role == model::Named::Role::part : std::holds_alternative<model::Coloured>(node->value);
+      const bool is_part = divided_by_ == Parts::named && named != nullptr && named->role == model::Named::Role::part;
+      is_told_apart_ = is_part || std::holds_alternative<model::Coloured>(node->value);
       for (const model::Expression& child : node->children()) left.push_back(&child.node());
     }
-    return *has_names_;
+    return *is_told_apart_;
   }
 
   /// Nothing has a name: all is one part, whatever is subtracted from what.
@@ -138,7 +139,8 @@ class Lowering {
   void enter(const Visit& visit, const model::Primitive& primitive) {
     const auto producer = static_cast<Word>(lowered_.occurrences.size());
     lowered_.occurrences.push_back({&primitive, placements_[visit.placement], visit.number >= 0 ? visit.number : take_numbers(1),
-                                    visit.is_mute ? geometry::no_part : visit.part, visit.colour, static_cast<std::uint32_t>(lowered_.program.size()), guard_});
+                                    visit.is_mute ? geometry::no_part : visit.part, visit.colour, static_cast<std::uint32_t>(lowered_.program.size()), guard_,
+                                    !visit.is_mute});
     const Word kind = Net::kind_leaf | Net::whole | (visit.complemented ? Net::negated : 0) | (visit.is_mute ? Net::mute : 0);
     lowered_.program.insert(lowered_.program.end(), {kind, static_cast<Word>(Net::header), producer});
   }
@@ -157,7 +159,7 @@ class Lowering {
     child.node = &coloured.child.node();
     if (child.colour == nullptr) {
       child.colour = &coloured.colour;
-      if (divided_by_ == Parts::colours && !visit.is_mute) child.part = part_named(model::name_of(coloured.colour));
+      if (divided_by_ == Parts::colours) child.part = part_named(model::name_of(coloured.colour));
     }
     stack_.push_back(child);
   }
@@ -165,7 +167,7 @@ class Lowering {
   void enter(const Visit& visit, const model::Named& named) {
     Visit child = visit;
     child.node = &named.child.node();
-    const bool counts = divided_by_ == Parts::named && named.role == model::Named::Role::part && visit.part < 0 && !visit.is_mute;
+    const bool counts = divided_by_ == Parts::named && named.role == model::Named::Role::part && visit.part < 0;
     if (counts) child.part = part_named(named.name);
     stack_.push_back(child);
   }
@@ -193,7 +195,7 @@ class Lowering {
     const Word kind = differ ? Net::kind_differ : unites ? Net::kind_unite : Net::kind_intersect;
     const std::vector<bool> repeated = repeated_operands(boolean);
     const bool is_one = !repeated.empty() && std::count(repeated.begin(), repeated.end(), false) == 1;
-    const bool is_merged = kind == visit.enclosing && !children.empty() && !(differ && has_names());
+    const bool is_merged = kind == visit.enclosing && !children.empty() && !(differ && is_told_apart());
     if (!is_one && !is_merged) open(kind);
     const bool may_divide = divided_by_ != Parts::none && !is_one_primitive(visit);
     const std::size_t first_mute = may_divide ? first_of_the_mute(boolean) : children.size();

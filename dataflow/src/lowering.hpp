@@ -20,6 +20,7 @@ struct Occurrence {
   const model::Colour* colour = nullptr;  ///< the outermost one around it
   std::uint32_t leaf = 0;  ///< where it is in the program
   std::int32_t guard = -1;  ///< Producer::guard
+  bool owns = true;         ///< Producer::owns
 };
 
 /// The expression without transformers and complements: occurrences in source order, and Network's program over them.

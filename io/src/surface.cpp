@@ -7,8 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "bsp2/geometry/error.hpp"
 #include "bsp2/io/file.hpp"
@@ -89,14 +91,16 @@ std::string to_ply(const TriangleSurface& surface, const Names& part_names) {
   return bytes;
 }
 
+constexpr std::string_view no_part_group = "no_part";
+
 /// A name of a group is one word: white space in it becomes _. Of names that become equal so, all but the first get a number.
 std::vector<std::string> group_names(const Names& part_names) {
   std::vector<std::string> groups;
+  std::set<std::string> taken{"", std::string(no_part_group)};
   for (std::size_t part = 0; part < part_names.size(); ++part) {
     std::string word = one_line(part_names[part]);
     std::replace(word.begin(), word.end(), ' ', '_');
-    const bool is_taken = word.empty() || std::find(groups.begin(), groups.end(), word) != groups.end();
-    if (is_taken) word += "_" + std::to_string(part);
+    while (!taken.insert(word).second) word += "_" + std::to_string(part);
     groups.push_back(word);
   }
   return groups;
@@ -107,7 +111,7 @@ std::string to_obj(const TriangleSurface& surface, const Names& part_names) {
   const std::vector<std::string> groups = group_names(part_names);
   const std::string kind = part_names.empty() ? "primitive" : "part";
   const auto group_of = [&](std::int32_t owner) {
-    if (owner < 0) return "no_" + kind;
+    if (owner < 0) return part_names.empty() ? "no_" + kind : std::string(no_part_group);
     return part_names.empty() ? kind + '_' + std::to_string(owner) : groups.at(static_cast<std::size_t>(owner));
   };
   std::array<char, 32> digits;

@@ -101,6 +101,86 @@ TEST_F(NamedModels, ColoursMayBeParts) {
   EXPECT_NEAR(result.report.in_volume, 7, 1e-12);
 }
 
+/// A name that no cell has is told, too.
+TEST_F(NamedModels, APartWithoutCellsHasNoVolume) {
+  const RunResult result = run(
+      "part(\"body\") difference() { cube([2, 2, 2]); part(\"inner\") cube([1, 1, 1]); }\n"
+      "difference() { multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]); "
+      "part(\"cutter\") multmatrix([[1,0,0,5.5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]); }\n"
+      "part(\"hidden\") multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,1],[0,0,0,1]]) cube([1, 1, 1]);\n"
+      "part(\"body\") multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]);");
+  std::map<std::string, double> volume;
+  for (const auto& part : result.report.named_parts) volume[part.name] = part.volume;
+  ASSERT_EQ(volume.size(), 3U);
+  EXPECT_NEAR(volume["body"], 7 + 0.5, 1e-12);
+  EXPECT_EQ(volume["cutter"], 0);
+  EXPECT_EQ(volume["hidden"], 0);
+  EXPECT_NEAR(result.report.in_volume, 8, 1e-12);
+}
+
+/// Round and flat parts through each other, in 3 and 2 dimensions.
+const std::vector<std::string> mixed_models{
+    "part(\"ball\") difference() { sphere(r = 2); part(\"no\") cylinder(r = 0.5, h = 9, center = true); }\n"
+    "color([1, 0, 0, 0.5]) part(\"rod\") cylinder(r = 1, h = 9, center = true);\n"
+    "color([0, 0, 1, 1]) { cube([5, 1, 1]); part(\"ball\") multmatrix([[1,0,0,3],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) "
+    "sphere(r = 1); }\n"
+    "intersection() { union() { part(\"left\") cube([6, 2, 0.7]); color([0, 0.5, 0, 1]) cube([7, 1.5, 0.7]); } "
+    "sphere(r = 6); }",
+    "part(\"disc\") circle(r = 2); difference() { part(\"plate\") square([4, 1]); color([0, 1, 0, 1]) circle(r = 1); }"};
+
+void expect_same_parts(const RunResult& one, const RunResult& other) {
+  EXPECT_EQ(one.report.digest, other.report.digest);
+  EXPECT_EQ(one.report.fuzzy_cells, other.report.fuzzy_cells);
+  EXPECT_EQ(one.part_names, other.part_names);
+  ASSERT_EQ(one.report.named_parts.size(), other.report.named_parts.size());
+  for (std::size_t i = 0; i < one.report.named_parts.size(); ++i) {
+    EXPECT_EQ(one.report.named_parts[i].name, other.report.named_parts[i].name);
+    EXPECT_EQ(one.report.named_parts[i].colour, other.report.named_parts[i].colour);
+    EXPECT_EQ(one.report.named_parts[i].volume, other.report.named_parts[i].volume);
+  }
+}
+
+TEST_F(NamedModels, AreTheSameInAnyNumberOfRegions) {
+  for (const std::string& text : mixed_models)
+    for (const bool curved : {false, true})
+      for (const bool by_colour : {false, true}) {
+        SCOPED_TRACE(testing::Message() << text << " curved " << curved << " by colour " << by_colour);
+        RunOptions options;
+        options.curved = curved;
+        if (curved) options.tolerance = 0.3;
+        options.parts_by_colour = by_colour;
+        options.regions = 1;
+        const RunResult whole = run(text, options);
+        EXPECT_GE(whole.report.named_parts.size(), 1U);
+        for (const unsigned regions : {2U, 16U, 50U}) {
+          options.regions = regions;
+          options.threads = regions == 16 ? 2 : 1;
+          expect_same_parts(run(text, options), whole);
+        }
+      }
+}
+
+TEST_F(NamedModels, OutlastASnapshot) {
+  for (const std::string& text : mixed_models)
+    for (const bool curved : {false, true})
+      for (const bool by_colour : {false, true}) {
+        SCOPED_TRACE(testing::Message() << text << " curved " << curved << " by colour " << by_colour);
+        RunOptions options;
+        options.curved = curved;
+        if (curved) options.tolerance = 0.3;
+        options.parts_by_colour = by_colour;
+        options.regions = 4;
+        const RunResult whole = run(text, options);
+        options.snapshot = folder / "snapshot.h5";
+        options.cells = 10;
+        run(text, options);
+        RunOptions rest;
+        rest.resume = options.snapshot;
+        if (curved) rest.tolerance = 0.3;
+        expect_same_parts(supersteps::run(rest), whole);
+      }
+}
+
 /// What is made of several operands has the name of the first one, unless there is one around it.
 TEST_F(NamedModels, ConstructsHaveANameToo) {
   const RunResult result =

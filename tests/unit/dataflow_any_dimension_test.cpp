@@ -286,7 +286,9 @@ TEST(AnyDimension, ErrorsOfPrimitivesHaveTheirPlace) {
   const auto error_of = [](const std::string& text) -> std::string {
     const auto model = model::parse_csg(text, "t.csg");
     CompileOptions options;
-    options.place_of_part = [&](std::int32_t part) { return model::place_in(text, "t.csg", model.part_offsets.at(static_cast<std::size_t>(part))) + ": "; };
+    options.place_of_primitive = [&](std::int32_t primitive) {
+      return model::place_in(text, "t.csg", model.part_offsets.at(static_cast<std::size_t>(primitive))) + ": ";
+    };
     try {
       model.expression.dimension() == 3 ? void(compile<3>(model.expression, options)) : void(compile<5>(model.expression, options));
     } catch (const Error& error) {

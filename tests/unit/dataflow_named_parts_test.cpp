@@ -95,7 +95,7 @@ Told told(const Expression& e, const Point& x, Parts divided_by, const std::stri
 /// Names and colours, each once, around random operands of a random expression.
 class Namer {
  public:
-  explicit Namer(Random& random) : random_(random) {}
+  explicit Namer(Random& random, bool with_names = true) : random_(random), with_names_(with_names) {}
 
   Expression operator()(const Expression& e) {
     const auto& value = e.node().value;
@@ -107,13 +107,14 @@ class Namer {
       for (const Expression& child : boolean->children) operands.push_back((*this)(child));
       inner = combined(boolean->operation, std::move(operands));
     }
-    if (chance(random_, 0.35)) inner = model::part("part " + std::to_string(count_++), inner);
+    if (with_names_ && chance(random_, 0.35)) inner = model::part("part " + std::to_string(count_++), inner);
     if (chance(random_, 0.35)) inner = model::colour({colours_++ / 255.0, 0.5, 0.25, 1}, inner);
     return inner;
   }
 
  private:
   Random& random_;
+  bool with_names_;
   int count_ = 0, colours_ = 0;
 
   static Expression combined(Operation operation, std::vector<Expression> operands) {
@@ -228,6 +229,21 @@ TEST(NamedParts, FollowTheRuleInThePlane) {
   check_random<2>(100, 3);
 }
 
+/// What is outside of a box and not in another belongs to nobody, also where a later operand has it.
+TEST(NamedParts, HaveNothingOfWhatIsInAComplement) {
+  Random random(1);
+  const auto box = [](double x, double y, double width) {
+    const double matrix[] = {1, 0, x, 0, 1, y, 0, 0, 1};
+    return model::transform(matrix, model::cuboid({width, width}));
+  };
+  const Expression outside = model::complement(box(0, 0, 1)), other = box(3, 0, 1), later = box(2.5, 0, 1);
+  for (const Expression& first : {model::symmetric_difference({outside, other}), model::symmetric_difference({other, outside}),
+                                  model::unite({outside, other}), model::intersect({outside, model::complement(other)})})
+    check<2>(model::intersect({model::complement(model::complement(box(-5, -5, 10))),
+                               model::part("a", model::unite({first, later}))}),
+             Parts::named, random);
+}
+
 /// Named operands of a union: nothing is in an earlier one.
 TEST(NamedParts, BelongToTheFirstThatHasThem) {
   for (int round = 0; round < 30; ++round) {
@@ -284,6 +300,92 @@ TEST(Primitives, AreNotThoseThatAreCutAway) {
         }
       }
   }
+}
+
+/// The primitives of which one may be told to have a point, by the rule; of an intersection those of all operands,
+/// since it depends on the whole cell which of them says anything.
+struct Allowed {
+  bool inside = false, doubtful = false;
+  std::set<std::int32_t> primitives = {};
+};
+
+Allowed allowed(const Expression& e, const Point& x, std::int32_t& next) {
+  const auto& value = e.node().value;
+  if (const auto* primitive = std::get_if<model::Primitive>(&value)) {
+    const Where w = std::visit([&](const auto& shape) { return where(shape, x, margin); }, *primitive);
+    return {w.inside, w.doubtful, {next++}};
+  }
+  if (const auto* transform = std::get_if<model::Transform>(&value))
+    return allowed(transform->child, inverse_image(transform->matrix, x), next);
+  if (const auto* named = std::get_if<model::Named>(&value)) return allowed(named->child, x, next);
+  if (const auto* coloured = std::get_if<model::Coloured>(&value)) return allowed(coloured->child, x, next);
+  const auto& boolean = std::get<model::Boolean>(value);
+  Allowed all;
+  std::int64_t count = 0;
+  bool first_is_inside = false;
+  for (std::size_t i = 0; i < boolean.children.size(); ++i) {
+    const Allowed child = allowed(boolean.children[i], x, next);
+    all.doubtful = all.doubtful || child.doubtful;
+    count += child.inside;
+    if (i == 0) first_is_inside = child.inside;
+    const bool owns = boolean.operation == Operation::subtract ? i == 0 : boolean.operation != Operation::complement;
+    if (child.inside && owns) all.primitives.insert(child.primitives.begin(), child.primitives.end());
+  }
+  switch (boolean.operation) {
+    case Operation::unite:
+      all.inside = count > 0;
+      break;
+    case Operation::intersect:
+      all.inside = count == std::ssize(boolean.children);
+      break;
+    case Operation::subtract:
+      all.inside = first_is_inside && count == 1;
+      break;
+    case Operation::symmetric_difference:
+      all.inside = count % 2 == 1;
+      break;
+    case Operation::complement:
+      all.inside = count == 0;
+      break;
+  }
+  return all;
+}
+
+template <int D>
+void expect_allowed(const Expression& e, const Network<D>& network, Random& random) {
+  const auto result = evaluate_all(network, 0, EvaluateOptions{});
+  for (const auto& refinement : result.refinements) {
+    const CellBatch& batch = refinement->cells;
+    for (std::size_t cell = 0; cell < batch.size(); ++cell) {
+      if (batch.label[cell] != Label::in || batch.primitive[cell] == geometry::no_primitive) continue;
+      for (int sample = 0; sample < 4; ++sample) {
+        std::int32_t next = 0;
+        const Allowed truth = allowed(e, point_in(batch, cell, random), next);
+        if (truth.doubtful) continue;
+        ASSERT_TRUE(truth.inside);
+        ASSERT_TRUE(truth.primitives.contains(batch.primitive[cell])) << "primitive " << batch.primitive[cell];
+      }
+    }
+  }
+}
+
+template <int D>
+void check_random_primitives(int rounds, int depth) {
+  for (int round = 0; round < rounds; ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const Expression plain = random_expression(random, D, round % 2 == 0 ? Kind::grid_boxes : Kind::solids, depth);
+    const Expression coloured = model::colour({1, 0, 0, 1}, Namer(random, false)(plain));
+    expect_allowed<D>(coloured, compile<D>(coloured, {}), random);
+    expect_allowed<D>(coloured, compile<D>(coloured, {.parts = Parts::colours}), random);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST(Primitives, AreWhatTheRuleAllows) {
+  check_random_primitives<3>(60, 2);
+  check_random_primitives<2>(60, 3);
 }
 
 /// A post in the recess of a base: the base's box has it, but it is cut away there.

@@ -384,8 +384,8 @@ TEST(Transformer, ComposesAndIsSingularWhereItsMatrixIs) {
 }
 
 TEST(Complement, MapsAStreamToItsComplement) {
-  EXPECT_EQ(Complement::map(Answer{Label::in, 3}), (Answer{Label::out, geometry::no_part}));
-  EXPECT_EQ(Complement::map(Answer{Label::out}), (Answer{Label::in, geometry::no_part}));
+  EXPECT_EQ(Complement::map(Answer{Label::in, 3}), (Answer{Label::out, no_owner}));
+  EXPECT_EQ(Complement::map(Answer{Label::out}), (Answer{Label::in, no_owner}));
   EXPECT_EQ(Complement::map(Answer{Label::fuzzy}).label, Label::fuzzy);
   Random random(5);
   const auto cube = model::cuboid({1, 1, 1}), world = model::cuboid({3, 3, 3}, true);

@@ -183,7 +183,7 @@ TEST_F(SinglePrecision, NeedlesInARingEnd) {
   TriangleSurface surface;
   surface.points = {{1, 1, 1}, {0, 0, 0}, {0, 2e-17, 0}, {0, 0, 2e-17}};
   surface.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};
-  surface.part.assign(4, 0);
+  surface.owner.assign(4, 0);
   expect_sound(written(surface));
 }
 

@@ -86,7 +86,9 @@ TEST_F(Surface, VtpHoldsAllDigitsAndPrimitivesOrParts) {
     for (std::size_t i = 0; i < surface.owner.size(); ++i) EXPECT_EQ(owner->GetComponent(static_cast<vtkIdType>(i), 0), surface.owner[i]);
     auto* const all_names = vtkStringArray::SafeDownCast(read->GetFieldData()->GetAbstractArray("part_names"));
     ASSERT_EQ(all_names != nullptr, named);
-    if (named) EXPECT_EQ(all_names->GetValue(7), "a b");
+    if (named) {
+      EXPECT_EQ(all_names->GetValue(7), "a b");
+    }
   }
 }
 
@@ -180,6 +182,9 @@ TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPrimitiveOrPart) {
   names = {"left leg", "left_leg", ""};
   expect_same(write_and_read<vtkOBJReader>("b.obj"), 1e-7);
   EXPECT_NE(text("b.obj").find("g no_part\nf 1 2 4\ng left_leg\nf 1 3 2\ng left_leg_1\nf 3 1 4\ng _2\nf 2 3 4\n"), std::string::npos);
+  names = {"no_part", "a", "b"};
+  expect_same(write_and_read<vtkOBJReader>("c.obj"), 1e-7);
+  EXPECT_NE(text("c.obj").find("g no_part\nf 1 2 4\ng no_part_0\nf 1 3 2\ng a\n"), std::string::npos);
 }
 
 TEST_F(Surface, AnEmptyOneCanBeWritten) {

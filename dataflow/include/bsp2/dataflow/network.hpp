@@ -41,6 +41,7 @@ struct Producer : Box<D> {
   std::int32_t spline = -1;                 ///< index into Network::splines
   std::int32_t preimage = -1;               ///< index into Network::preimages
   bool undecided = false;                   ///< convex, and only its outside is known: inside it cells stay FUZZY
+  bool owns = true;                         ///< cells may belong to it: it is not subtracted, nor in a complement
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
 };
@@ -97,7 +98,11 @@ struct Network : Program {
   /// Whether cells are told apart by what they belong to: no cell has points of two parts, and a cut where the part changes is never given back.
   [[nodiscard]] bool is_divided() const { return !parts.empty(); }
   /// What a cell belongs to, by its owner.
-  [[nodiscard]] std::int32_t primitive_of(std::int32_t owner) const { return owner >= 0 ? producers[static_cast<std::size_t>(owner)].primitive : geometry::no_primitive; }
+  [[nodiscard]] std::int32_t primitive_of(std::int32_t owner) const {
+    if (owner < 0) return geometry::no_primitive;
+    const Producer<D>& producer = producers[static_cast<std::size_t>(owner)];
+    return producer.owns ? producer.primitive : geometry::no_primitive;
+  }
   [[nodiscard]] std::int32_t part_of(std::int32_t owner) const {
     if (!is_divided()) return 0;
     return owner >= 0 ? producers[static_cast<std::size_t>(owner)].part : geometry::no_part;
