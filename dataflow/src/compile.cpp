@@ -38,7 +38,11 @@ class Compiler {
       for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
     check_sizes(producers, reach);
     Box<D> box = bounds_of(lowered_, producers);
-    if (box.is_empty()) return empty_network();
+    if (box.is_empty()) {
+      Network<D> network = empty_network();
+      network.parts = std::move(lowered_.parts);
+      return network;
+    }
     const bool bounded = box.is_finite();
     if (!bounded) box = hull_of(producers);
     check_proportions(box, reach);

@@ -192,7 +192,7 @@ std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   const EvaluateOptions& options = crew_.options;
   const bool kept = outcome.label == Label::in ? options.keep_in : outcome.label == Label::fuzzy ? options.keep_fuzzy : options.keep_out;
   if (outcome.label == Label::out && !kept) return 0;
-  if (Container::is_one(outcome.owner)) outcome.owner = localizer_.decide(crew_.network.program, outcome.cell, found_).owner;
+  if (Container::is_one(outcome.owner)) outcome.owner = localizer_.owner_of(outcome.cell, found_);
   if (kept && crew_.writes_cells) {
     write(outcome, region);
   } else {

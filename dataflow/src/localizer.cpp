@@ -143,6 +143,79 @@ Answer Localizer<D>::decide(std::span<const Word> program, const Cell<D>& cell, 
 }
 
 template <int D>
+std::int32_t Localizer<D>::owner_of(const Cell<D>& cell, Words& out) {
+  if (operand_groups_.empty()) group_operands();
+  if (operand_groups_.empty()) return decide(network_->program, cell, out).owner;
+  view_.look_at(cell);
+  view_.be_quick(false);
+  // The answer of an operand if it is IN; else only that it is not.
+  const auto ask = [&](const auto& self, const Word*& at) -> Answer {
+    const Word kind = at[0] & Program::kind_mask;
+    if (kind == Program::kind_leaf || kind == Program::kind_differ) {
+      out.clear();
+      active_.clear();
+      return visit(at, out);
+    }
+    const Word* const end = at + at[1];
+    Combiner combiner(kind, at[2]);
+    at += Program::header;
+    while (at != end) {
+      const Answer operand = self(self, at);
+      const bool ends = kind == Program::kind_unite ? operand.label == Label::in : operand.label != Label::in;
+      if (ends) {
+        at = end;
+        return operand;
+      }
+      combiner.fold(operand);
+    }
+    return combiner.answer();
+  };
+  for (const OperandGroup& group : operand_groups_) {
+    if (view_.extent().misses(group)) continue;
+    for (const Word* at = group.begin; at != group.end;)
+      if (const Answer answer = ask(ask, at); answer.label == Label::in) return answer.owner;
+  }
+  return no_owner;
+}
+
+/// None if the network is no union, or has parts: then what comes first does not answer for the rest.
+template <int D>
+void Localizer<D>::group_operands() {
+  const auto& program = network_->program;
+  if (program.empty() || (program[0] & Program::kind_mask) != Program::kind_unite || network_->is_divided()) return;
+  constexpr std::size_t together = 8;
+  const Word* const end = program.data() + program.size();
+  std::size_t count = 0;
+  for (const Word* at = program.data() + Program::header; at != end; ++count) {
+    if (count % together == 0) operand_groups_.push_back({Box<D>::empty(), at, at});
+    operand_groups_.back().unite(box_of(at));
+    operand_groups_.back().end = at;
+  }
+}
+
+/// A box that has all of a sub-program's solid.
+template <int D>
+Box<D> Localizer<D>::box_of(const Word*& at) const {
+  const Word* const begin = at;
+  const Word* const end = at + at[1];
+  const Word kind = begin[0] & Program::kind_mask;
+  if (kind == Program::kind_leaf) {
+    at = end;
+    return (begin[0] & Program::negated) != 0 ? Box<D>::everything() : static_cast<const Box<D>&>(network_->producers[begin[2]]);
+  }
+  Box<D> box = kind == Program::kind_intersect ? Box<D>::everything() : Box<D>::empty();
+  at += Program::header;
+  while (at != end) {
+    const Box<D> operand = box_of(at);
+    if (kind == Program::kind_intersect)
+      box.intersect(operand);
+    else
+      box.unite(operand);
+  }
+  return box;
+}
+
+template <int D>
 Answer Localizer<D>::localize(std::span<const Word> program, Words& out, bool quick) {
   out.clear();
   active_.clear();

@@ -155,9 +155,9 @@ TEST(Outlines, TellOfWhatIsFlatWithoutContradiction) {
   };
   EXPECT_TRUE(warnings(0, 1e-9).empty());
   ASSERT_EQ(warnings(1, 1e-9).size(), 1);
-  EXPECT_NE(warnings(1, 1e-9)[0].find("a primitive is thinner than the tolerance, 1e-09 of the model, and left out: part 1, between"), std::string::npos)
+  EXPECT_NE(warnings(1, 1e-9)[0].find("a primitive is thinner than the tolerance, 1e-09 of the model, and left out: primitive 1, between"), std::string::npos)
       << warnings(1, 1e-9)[0];
-  EXPECT_NE(warnings(2, 1e-9)[0].find("2 primitives are thinner than the tolerance, 1e-09 of the model, and left out: the first one is part 1, between"),
+  EXPECT_NE(warnings(2, 1e-9)[0].find("2 primitives are thinner than the tolerance, 1e-09 of the model, and left out: the first one is primitive 1, between"),
             std::string::npos)
       << warnings(2, 1e-9)[0];
   for (const int count : {1, 2})

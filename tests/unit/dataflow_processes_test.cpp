@@ -290,7 +290,7 @@ TEST(Compile, WarnsOfWhatItLeavesOut) {
   const auto both = model::unite({model::cuboid({2, 1, 1}), plate});
   const auto warnings = compile<3>(both, {}).warnings;
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("part 1"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].find("primitive 1"), std::string::npos) << warnings[0];
   EXPECT_NE(warnings[0].find("--coincidence 0"), std::string::npos);
   EXPECT_TRUE(compile<3>(both, {.coincidence = 0}).warnings.empty());
   EXPECT_TRUE(compile<3>(model::unite({cube, model::cuboid({2, 1, 1})}), {}).warnings.empty());

@@ -50,6 +50,9 @@ class Localizer {
   /// first operand that is known to be IN. Else FUZZY.
   [[nodiscard]] static Answer known(std::span<const Word> program);
 
+  /// Whose a cell is that is known to be IN: the owner in the whole network's answer about it.
+  std::int32_t owner_of(const geometry::Cell<D>& cell, Words& out);
+
   /// An operand that is left, and how many of its half-spaces or facets are undecided.
   struct UndecidedOperand {
     Word producer;
@@ -95,7 +98,6 @@ class Localizer {
   Answer visit_combiner(const Word*& at, Words& out);
   Answer visit_leaf(const Word*& at, Words& out);
   bool keep_earlier(std::size_t begin, std::size_t first_active, const Answer& last, Words& out);
-  void end_in(const Answer& answer, Words& out) const;
   /// What the points of a cell may belong to.
   struct Owners {
     std::int32_t part = geometry::no_part;
@@ -109,6 +111,13 @@ class Localizer {
   [[nodiscard]] static bool is_owned(const Word* at, const Word* end, Word memory);
   [[nodiscard]] bool belongs_to(const Word* operand, const Answer& last) const;
   static Answer known(const Word*& at);
+  /// A few operands of the union at the root of the network's program, one after the other, and a box that has all of them.
+  struct OperandGroup : Box<D> {
+    const Word *begin, *end;
+  };
+  std::vector<OperandGroup> operand_groups_;  // once they are needed
+  void group_operands();
+  Box<D> box_of(const Word*& at) const;
   template <typename Use>
   auto with_producer(const Word* leaf, Use&& use) const;
   [[nodiscard]] bool is_curved(const Word* leaf) const;
