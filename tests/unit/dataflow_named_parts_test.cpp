@@ -388,6 +388,23 @@ TEST(Primitives, AreWhatTheRuleAllows) {
   check_random_primitives<2>(60, 3);
 }
 
+/// Operands of long expressions are asked hastily first.
+TEST(NamedParts, FollowTheRuleInLongExpressions) {
+  for (int round = 0; round < 2; ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    std::vector<Expression> operands;
+    for (int i = 0; i < 70; ++i)
+      operands.push_back(random_expression(random, 2, i % 2 == 0 ? Kind::grid_boxes : Kind::solids, i % 3 == 0 ? 1 : 0));
+    const Expression named = Namer(random)(model::unite(operands));
+    check<2>(named, round % 2 == 0 ? Parts::named : Parts::colours, random);
+    const Expression coloured = Namer(random, false)(model::unite(operands));
+    expect_allowed<2>(coloured, compile<2>(coloured, {}), random);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
 /// A post in the recess of a base: the base's box has it, but it is cut away there.
 TEST(NamedParts, AreNotThoseThatAreCutAway) {
   const auto moved = [](double x, double y, double z, const Expression& solid) {
