@@ -13,6 +13,7 @@
 #include "bsp2/model/colour.hpp"
 #include "cell_samples.hpp"
 #include "dataflow_oracle.hpp"
+#include "rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -246,7 +247,7 @@ TEST(NamedParts, HaveNothingOfWhatIsInAComplement) {
 
 /// Named operands of a union: nothing is in an earlier one.
 TEST(NamedParts, BelongToTheFirstThatHasThem) {
-  for (int round = 0; round < 30; ++round) {
+  for (int round = 0; round < samples::rounds(30); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
@@ -274,7 +275,7 @@ TEST(NamedParts, BelongToTheFirstThatHasThem) {
 /// Cells are what they are without names, and what they belong to is an operand on all of each cell, even
 /// where a larger primitive that contains it is cut away.
 TEST(Primitives, AreNotThoseThatAreCutAway) {
-  for (int round = 0; round < 60; ++round) {
+  for (int round = 0; round < samples::rounds(60); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
