@@ -4,6 +4,7 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <unordered_map>
 
 #include "bsp2/geometry/error.hpp"
 #include "dxf_file.hpp"
@@ -26,7 +27,7 @@ using Point = std::array<double, 2>;
 constexpr double grid = 0x1p-10;
 
 constexpr std::size_t most_lines = 1'000'000;
-/// Of the work on a drawing: an entity that is looked at, a point of a spline. Blocks in blocks multiply.
+/// Of the work on a drawing: an entity that is looked at, a number in it, a point of a spline. Blocks in blocks multiply.
 constexpr std::size_t most_steps = 20'000'000, steps_of_entity = 5, steps_of_insertion = 20;
 constexpr std::size_t deepest_block = 100;
 constexpr double largest_coordinate_drawn = 1e12;
@@ -35,10 +36,12 @@ constexpr double largest_coordinate_drawn = 1e12;
 class Joiner {
  public:
   void line(const Point& p, const Point& q) {
-    if (++lines_made_ > most_lines) throw Error("import: a DXF drawing of more than a million lines");
     const std::uint32_t a = point(place(p)), b = point(place(q));
     if (a != b) lines_.push_back({a, b});
   }
+
+  /// Of those whose ends are apart on the grid.
+  [[nodiscard]] std::size_t lines() const { return lines_.size(); }
 
   PlaneDrawing run() {
     PlaneDrawing drawing;
@@ -79,26 +82,36 @@ class Joiner {
 
  private:
   static constexpr std::uint32_t no_point = ~std::uint32_t{0};
-  std::size_t lines_made_ = 0;
+  using Place = std::array<std::int64_t, 2>;
+  struct Mixed {  // so that no drawing that is regular, or made to be slow, has many places with one value
+    std::size_t operator()(const Place& place) const {
+      const auto mix = [](std::uint64_t x) {
+        x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
+        x = (x ^ (x >> 27)) * 0x94D049BB133111EBU;
+        return x ^ (x >> 31);
+      };
+      return mix(mix(static_cast<std::uint64_t>(place[0]) + 0x9E3779B97F4A7C15U) + static_cast<std::uint64_t>(place[1]));
+    }
+  };
   std::vector<Point> points_;
   std::vector<std::array<std::uint32_t, 2>> lines_;
-  std::map<std::array<std::int64_t, 2>, std::uint32_t> taken_;  // points by their place on the grid
+  std::unordered_map<Place, std::uint32_t, Mixed> taken_;  // points by their place on the grid
 
   std::uint32_t other_end(std::uint32_t line, std::uint32_t end) const { return lines_[line][lines_[line][0] == end ? 1 : 0]; }
 
   /// The place on the grid of a point: its own, or one next to it that is taken, the nearest first.
-  std::array<std::int64_t, 2> place(const Point& p) {
+  Place place(const Point& p) {
     constexpr std::array<std::array<int, 2>, 9> near{{{0, 0}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
     const auto column = static_cast<std::int64_t>(std::round(p[0] / grid)), row = static_cast<std::int64_t>(std::round(p[1] / grid));
     for (const auto& [i, j] : near)
       if (taken_.contains({column + i, row + j})) return {column + i, row + j};
-    taken_.emplace(std::array{column, row}, no_point);
+    taken_.emplace(Place{column, row}, no_point);
     return {column, row};
   }
 
-  static Point position(const std::array<std::int64_t, 2>& place) { return {static_cast<double>(place[0]) * grid, static_cast<double>(place[1]) * grid}; }
+  static Point position(const Place& place) { return {static_cast<double>(place[0]) * grid, static_cast<double>(place[1]) * grid}; }
 
-  std::uint32_t point(const std::array<std::int64_t, 2>& place) {
+  std::uint32_t point(const Place& place) {
     std::uint32_t& index = taken_[place];
     if (index != no_point) return index;
     points_.push_back(position(place));
@@ -133,14 +146,16 @@ class Drawer {
   const Resolution& resolution_;
   Joiner joiner_;
   std::size_t steps_ = 0;
+  std::size_t lines_ = 0;        // that were drawn, wherever
+  std::size_t small_lines_ = 0;  // of these: whose ends differ, and lie on one point of the grid
   std::vector<const Block*> open_blocks_;  // those that are being inserted, each in the one before
   std::vector<std::string> block_names_;   // theirs
   Unread unread_;
 
   void spend(std::size_t steps) {
     if (steps > most_steps - steps_)
-      throw Error("import: " + name_ + " is too large: blocks inserted again and again, or splines, take more than " + std::to_string(most_steps) +
-                  " steps to draw");
+      throw Error("import: " + name_ + " is too large: blocks inserted again and again, or splines, take more than " +
+                  std::to_string(most_steps) + " steps to draw");
     steps_ += steps;
   }
 
@@ -155,7 +170,7 @@ class Drawer {
 
   /// @param map from the coordinates that the entity stands in to those of the drawing.
   void draw(const Entity& e, const Map& map) {
-    spend(steps_of_entity);
+    spend(cost_of(e));
     if (e.flag(60, 1) || (e.type == "ATTRIB" && e.flag(70, 1))) return;  // invisible
     const auto draw_by = kinds().find(e.type);
     if (draw_by == kinds().end()) {
@@ -164,7 +179,16 @@ class Drawer {
       return;
     }
     if (!e.fault.empty()) throw Error("import: " + name_ + ":" + e.fault + " of " + e.type);
+    const std::size_t small_before = small_lines_, kept_before = joiner_.lines();
     (this->*draw_by->second)(e, map);
+    const bool is_lost = small_lines_ > small_before && joiner_.lines() == kept_before;
+    if (is_lost && e.type != "INSERT") pass_over(e, e.type + " too small for the grid of 1/1024 on which drawings lie");
+  }
+
+  /// What looking at an entity takes: each of its numbers is looked for in all of them.
+  static std::size_t cost_of(const Entity& e) {
+    constexpr std::size_t letters_in_step = 16;
+    return steps_of_entity + e.numbers.size() + (e.type.size() + e.name.size() + e.layer.size()) / letters_in_step;
   }
 
   using Draw = void (Drawer::*)(const Entity&, const Map&);
@@ -183,11 +207,18 @@ class Drawer {
   }
 
   void line(const Point& p, const Point& q) {
+    if (++lines_ > most_lines) throw Error("import: a DXF drawing of more than a million lines");
     const double largest = std::max({std::fabs(p[0]), std::fabs(p[1]), std::fabs(q[0]), std::fabs(q[1])});
     if (!(largest <= largest_coordinate_drawn) || std::isnan(p[0] + p[1] + q[0] + q[1]))
       unread_.add(nullptr, "line with a coordinate beyond 1e12");
     else
-      joiner_.line(p, q);
+      join(p, q);
+  }
+
+  void join(const Point& p, const Point& q) {
+    const std::size_t before = joiner_.lines();
+    joiner_.line(p, q);
+    if (joiner_.lines() == before && p != q) ++small_lines_;
   }
 
   static std::size_t checked_sides(double sides) {
@@ -212,6 +243,7 @@ class Drawer {
     const double start = e.number(50);
     double end = e.number(51);
     if (start > end) end += 360 * std::ceil((start - end) / 360);
+    if (start == end) return pass_over(e, "ARC of angle 0");
     draw_turn(e, map, start, std::min(end - start, 360.0));
   }
 
@@ -233,6 +265,7 @@ class Drawer {
     double sweep = e.number(42, full) - start;
     if (sweep < 0) sweep += full * std::ceil(-sweep / full);
     sweep = std::min(sweep, full);
+    if (sweep == 0) return pass_over(e, "ELLIPSE of angle 0");
     const double radius = std::hypot(major[0], major[1], major[2]) * std::max(std::fabs(e.number(40, 1)), 1.0);
     const std::size_t sides = checked_sides(std::ceil(sides_of(radius, sweep, full, map)));
     const auto at = [&](std::size_t i) {
@@ -295,7 +328,7 @@ class Drawer {
     std::vector<Corner> corners;
     bool is_wide = e.number(40) > 0 || e.number(41) > 0;
     for (const Entity& vertex : e.vertices) {
-      spend(1);
+      spend(1 + vertex.numbers.size());
       if (!vertex.fault.empty()) throw Error("import: " + name_ + ":" + vertex.fault + " of VERTEX");
       if (e.flag(70, fitted) && vertex.flag(70, control_point)) continue;
       corners.push_back({vertex.number(10), vertex.number(20), e.flag(70, in_space) ? vertex.number(30) : e.number(30), vertex.number(42)});
@@ -353,19 +386,22 @@ class Drawer {
     if (block == nullptr) return pass_over(e, "INSERT of a block '" + e.name.substr(0, 60) + "' that is not there");
     constexpr std::int64_t other_file = 4;
     if (block->head.flag(70, other_file) && block->entities.empty()) return pass_over(e, "INSERT of another file");
+    spend(block->head.numbers.size());
     if (!block->head.fault.empty()) throw Error("import: " + name_ + ":" + block->head.fault + " of BLOCK");
     if (block->entities.empty()) return;
     open(*block, e.name);
     const Map plane = map.after(dxf::plane_of(e));
     const double columns = std::max(std::trunc(e.number(70, 1)), 1.0), rows = std::max(std::trunc(e.number(71, 1)), 1.0);
-    const double c = cosine(e.number(50)), s = sine(e.number(50));
+    const double c = cosine(e.number(50)), s = sine(e.number(50)), across = e.number(44), along = e.number(45);
+    const double x0 = e.number(10), y0 = e.number(20), z0 = e.number(30);
+    const Map scaled = Map::scaled({e.number(41, 1), e.number(42, 1), e.number(43, 1)},
+                                   {block->head.number(10), block->head.number(20), block->head.number(30)});
     for (double row = 0; row < rows; ++row)
       for (double column = 0; column < columns; ++column) {
         spend(steps_of_insertion);
-        const double x = column * e.number(44), y = row * e.number(45);
-        const Map turned = Map::turned(c, s, {e.number(10) + c * x - s * y, e.number(20) + s * x + c * y, e.number(30)});
-        const Map inner = plane.after(turned.after(Map::scaled({e.number(41, 1), e.number(42, 1), e.number(43, 1)},
-                                                               {block->head.number(10), block->head.number(20), block->head.number(30)})));
+        const double x = column * across, y = row * along;
+        const Map turned = Map::turned(c, s, {x0 + c * x - s * y, y0 + s * x + c * y, z0});
+        const Map inner = plane.after(turned.after(scaled));
         for (const Entity& entity : block->entities) draw(entity, inner);
       }
     open_blocks_.pop_back();

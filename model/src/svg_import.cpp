@@ -6,6 +6,7 @@
 #include <clipper.hpp>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -82,29 +83,110 @@ bool is_line(const std::vector<Point>& path) {
   return std::hypot(path.back()[0] - path[0][0], path.back()[1] - path[0][1]) > 0.1;
 }
 
-/// The area of a line with a width, on OpenSCAD's grid of 1e-4 units: its joins are mitres and its caps squares, if nothing else
-/// is said. An element inherits nothing of this, as in OpenSCAD.
-std::vector<std::vector<Point>> stroke_of(const xmlNode* node, const std::vector<Point>& line, const svg::StyleSheet& styles) {
-  constexpr double grid = 1e4, largest = 1e12;
-  const double given = svg::user_units(styles.property(node, "stroke-width")), width = given >= 0.01 && given < largest ? given : 1;
-  const std::string cap = styles.property(node, "stroke-linecap"), join = styles.property(node, "stroke-linejoin");
-  ClipperLib::Path scaled;
-  for (const Point& p : line) {
-    if (!(std::fabs(p[0]) < largest && std::fabs(p[1]) < largest)) return {};
-    scaled.emplace_back(static_cast<ClipperLib::cInt>(p[0] * grid), static_cast<ClipperLib::cInt>(p[1] * grid));
+/// A line with a width, on OpenSCAD's grid of 1e-4 units: its joins are mitres and its caps squares, if nothing else is said. An
+/// element inherits nothing of this, as in OpenSCAD.
+class Stroke {
+ public:
+  static constexpr double grid = 1e4, largest = 1e12;
+
+  /// @param width in units of the drawing, at least 0.01.
+  Stroke(double width, const std::string& cap, const std::string& join)
+      : radius_(width * grid / 2), tolerance_(std::max(0.25, radius_ * 1e-9)),  // arcs of any width have a bounded number of chords
+        is_round_(join == "round"),
+        has_round_caps_(cap == "round"),
+        clipper_(2.0, tolerance_),
+        join_(is_round_ ? ClipperLib::jtRound : join == "bevel" ? ClipperLib::jtSquare : ClipperLib::jtMiter),
+        cap_(has_round_caps_ ? ClipperLib::etOpenRound : cap == "butt" ? ClipperLib::etOpenButt : ClipperLib::etOpenSquare) {}
+
+  /// @return false if it lies too far out.
+  bool set_line(const std::vector<Point>& line) {
+    line_.clear();
+    for (const Point& p : line) {
+      if (!(std::fabs(p[0]) < largest && std::fabs(p[1]) < largest)) return false;
+      line_.emplace_back(static_cast<ClipperLib::cInt>(p[0] * grid), static_cast<ClipperLib::cInt>(p[1] * grid));
+    }
+    return true;
   }
-  ClipperLib::ClipperOffset clipper(2.0, std::max(0.25, width * grid / 2 * 1e-9));  // arcs of any width have a bounded number of chords
-  clipper.AddPath(scaled, join == "round" ? ClipperLib::jtRound : join == "bevel" ? ClipperLib::jtSquare : ClipperLib::jtMiter,
-                  cap == "round" ? ClipperLib::etOpenRound : cap == "butt" ? ClipperLib::etOpenButt : ClipperLib::etOpenSquare);
-  ClipperLib::Paths area;
-  clipper.Execute(area, width * grid / 2);
-  std::vector<std::vector<Point>> paths;
-  for (const auto& path : area) {
-    auto& points = paths.emplace_back();
-    for (const auto& p : path) points.push_back({static_cast<double>(p.X) / grid, static_cast<double>(p.Y) / grid});
+
+  /// What its outline takes, from above, before it is made.
+  struct Cost {
+    double points = 0;     ///< of the outline, where it does not cross itself
+    double looks = 0;      ///< an edge of it and a point of it at whose height it is
+    double crossings = 0;  ///< edges of the line whose surroundings overlap
+  };
+  /// @param most_looks of which more are not counted; nor are crossings beyond most_crossings.
+  [[nodiscard]] Cost cost(double most_looks, double most_crossings) const {
+    const std::size_t n = line_.size();
+    std::vector<std::pair<double, double>> heights;  // of each point, and how many the outline has there
+    for (std::size_t i = 0; i < n; ++i) heights.emplace_back(static_cast<double>(line_[i].Y), points_at(i));
+    std::sort(heights.begin(), heights.end());
+    std::vector<double> before{0};
+    for (const auto& [height, points] : heights) before.push_back(before.back() + points);
+    const auto between = [&](double low, double high) {
+      const auto from = std::lower_bound(heights.begin(), heights.end(), std::pair{low, 0.0});
+      const auto to = std::upper_bound(from, heights.end(), std::pair{high, std::numeric_limits<double>::infinity()});
+      return before[static_cast<std::size_t>(to - heights.begin())] - before[static_cast<std::size_t>(from - heights.begin())];
+    };
+    Cost cost{.points = before.back()};
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto at = static_cast<double>(line_[i].Y), next = static_cast<double>(line_[std::min(i + 1, n - 1)].Y);
+      cost.looks += 2 * (between(std::min(at, next) - radius_, std::max(at, next) + radius_) + between(at - radius_, at + radius_));
+    }
+    if (cost.looks <= most_looks) cost.crossings = crossings(most_crossings);
+    return cost;
   }
-  return paths;
-}
+
+  std::vector<std::vector<Point>> outline() {
+    clipper_.AddPath(line_, join_, cap_);
+    ClipperLib::Paths area;
+    clipper_.Execute(area, radius_);
+    std::vector<std::vector<Point>> paths;
+    for (const auto& path : area) {
+      auto& points = paths.emplace_back();
+      for (const auto& p : path) points.push_back({static_cast<double>(p.X) / grid, static_cast<double>(p.Y) / grid});
+    }
+    return paths;
+  }
+
+ private:
+  double radius_, tolerance_;
+  bool is_round_, has_round_caps_;
+  ClipperLib::ClipperOffset clipper_;
+  ClipperLib::JoinType join_;
+  ClipperLib::EndType cap_;
+  ClipperLib::Path line_;
+
+  /// As many as the outline has at a point of the line, on both sides of it.
+  [[nodiscard]] double points_at(std::size_t i) const {
+    constexpr double of_corner = 5;
+    const double chord_angle = 2 * std::acos(1 - std::min(tolerance_ / radius_, 0.25));
+    if (i == 0 || i + 1 == line_.size()) return of_corner + (has_round_caps_ ? std::numbers::pi / chord_angle : 0);
+    if (!is_round_) return of_corner;
+    const auto direction = [&](std::size_t k) {
+      return Point{static_cast<double>(line_[k + 1].X - line_[k].X), static_cast<double>(line_[k + 1].Y - line_[k].Y)};
+    };
+    const Point a = direction(i - 1), b = direction(i);
+    return of_corner + std::fabs(std::atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])) / chord_angle;
+  }
+
+  [[nodiscard]] double crossings(double most) const {
+    struct Surroundings {
+      double low, high, left, right;
+    };
+    std::vector<Surroundings> all;
+    for (std::size_t i = 0; i + 1 < line_.size(); ++i) {
+      const auto [left, right] = std::minmax({static_cast<double>(line_[i].X), static_cast<double>(line_[i + 1].X)});  // values, no references
+      const auto [low, high] = std::minmax({static_cast<double>(line_[i].Y), static_cast<double>(line_[i + 1].Y)});
+      all.push_back({low - radius_, high + radius_, left - radius_, right + radius_});
+    }
+    std::sort(all.begin(), all.end(), [](const Surroundings& a, const Surroundings& b) { return a.low < b.low; });
+    double count = 0;
+    for (std::size_t i = 0; i < all.size() && count <= most; ++i)
+      for (std::size_t k = i + 1; k < all.size() && all[k].low <= all[i].high; ++k)
+        if (all[k].left <= all[i].right && all[i].left <= all[k].right) ++count;
+    return count;
+  }
+};
 
 /// Width or height of the page in millimetres. Percentages and what is missing take it from the view box.
 double page_length(const xmlNode* svg, const char* name, double box, bool has_box, double dpi) {
@@ -231,13 +313,13 @@ bool contains(const std::array<std::string_view, N>& names, std::string_view nam
 class Walk {
  public:
   Walk(const xmlNode* root, std::string name, double dpi, const SvgSelection& wanted)
-      : root_(root), name_(std::move(name)), dpi_(dpi), wanted_(wanted), selector_(wanted, root), styles_(root) {
+      : root_(root), name_(std::move(name)), dpi_(dpi), wanted_(wanted), selector_(wanted, root), styles_(root, name_) {
     const std::vector<double> box = view_box(root);
     view_ = box.empty() ? Point{svg::user_units(svg::attribute(root, "width")), svg::user_units(svg::attribute(root, "height"))} : Point{box[2], box[3]};
   }
 
   std::optional<std::vector<PlaneDrawing>> run(bool center, const Remarks& remarks) {
-    stack_.push_back({root_, {}});
+    stack_.push_back({.node = root_, .viewport = {view_}});
     while (!stack_.empty()) {
       const Visit visit = stack_.back();
       stack_.pop_back();
@@ -255,7 +337,8 @@ class Walk {
  private:
   struct Visit {
     const xmlNode* node;
-    Affine map;
+    Affine map{};
+    svg::Viewport viewport{};
     bool is_in_layer = false, is_wanted = false;
     bool is_displayed = true;         ///< no element around it has display: none
     bool is_visible = true;           ///< as inherited
@@ -269,6 +352,10 @@ class Walk {
   };
   static constexpr std::size_t most_elements = 1'000'000, most_points = 20'000'000;
   static constexpr std::int32_t deepest_use = 100;
+  /// Of what is drawn by <use>, again and again.
+  static constexpr std::size_t most_letters = 200'000'000;
+  /// Of the outlines of lines with a width.
+  static constexpr double most_outline_points = 4e6, most_looks = 5e8, most_crossings = 5e5;
 
   const xmlNode* root_;
   std::string name_;
@@ -284,7 +371,8 @@ class Walk {
   Page page_;
   Unread unread_;
   std::unordered_set<const xmlNode*> clipped_;  // those that are told of, or have no clip
-  std::size_t used_elements_ = 0, points_ = 0;
+  std::size_t used_elements_ = 0, used_letters_ = 0, points_ = 0;
+  Stroke::Cost outlines_;  // of all lines
   bool is_there_ = false, is_shown_ = false;
 
   void step(Visit visit) {
@@ -292,6 +380,9 @@ class Walk {
     if (visit.node->ns != nullptr && root_->ns != nullptr && !xmlStrEqual(visit.node->ns->href, root_->ns->href)) return;
     if (visit.use >= 0 && ++used_elements_ > most_elements)
       throw Error("import: " + name_ + ": its <use> elements draw more than " + std::to_string(most_elements) + " elements");
+    if (visit.use >= 0 && (used_letters_ += letters_of(visit.node)) > most_letters)
+      throw Error("import: " + name_ + ": its <use> elements draw elements whose attributes have more than " + std::to_string(most_letters) +
+                  " letters");
     const std::string name = reinterpret_cast<const char*>(visit.node->name);
     if (contains(silent, name) && !(visit.is_used && name == "symbol")) return;
     if (name == "svg" && visit.use < 0) page_.read(visit.node, dpi_);
@@ -299,7 +390,7 @@ class Walk {
     if (!visit.is_displayed && wanted_.id.empty() && wanted_.layer.empty()) return;  // else it is looked for, to say that it is hidden
     const Affine outer = visit.map;
     visit.map = outer.after(map_of(svg::attribute(visit.node, "transform")));
-    if ((name == "svg" || name == "symbol") && visit.use >= 0) visit.map = visit.map.after(viewport(visit));
+    if (name == "svg" || name == "symbol") enter_viewport(visit);
     if (visit.use < 0) {
       visit.is_in_layer = visit.is_in_layer || selector_.is_layer(visit.node);
       visit.is_wanted = visit.is_wanted || (visit.is_in_layer && selector_.is_named(visit.node));
@@ -317,6 +408,14 @@ class Walk {
     } else if (is_drawn && visit.is_visible) {
       unread_.add(visit.node, name.substr(0, 40));
     }
+  }
+
+  static std::size_t letters_of(const xmlNode* node) {
+    std::size_t letters = 0;
+    for (const xmlAttr* attribute = node->properties; attribute != nullptr; attribute = attribute->next)
+      for (const xmlNode* text = attribute->children; text != nullptr; text = text->next)
+        letters += 1 + static_cast<std::size_t>(text->content != nullptr ? xmlStrlen(text->content) : 0);
+    return letters;
   }
 
   void read_visibility(Visit& visit) const {
@@ -370,7 +469,7 @@ class Walk {
     uses_.push_back({visit.node, target, visit.use, depth});
     Visit inner = visit;
     inner.node = target;
-    inner.map = visit.map.after({1, 0, 0, 1, svg::user_units(svg::attribute(visit.node, "x")), svg::user_units(svg::attribute(visit.node, "y"))});
+    inner.map = visit.map.after({1, 0, 0, 1, length(visit, visit.node, "x", 'x').value_or(0), length(visit, visit.node, "y", 'y').value_or(0)});
     inner.use = static_cast<std::int32_t>(uses_.size() - 1);
     inner.is_used = true;
     stack_.push_back(inner);
@@ -396,26 +495,58 @@ class Walk {
     return found == elements_->end() ? nullptr : found->second;
   }
 
-  /// A length along an axis: a share of the page's where it is in per cent; nothing if none is said.
-  [[nodiscard]] std::optional<double> length(const xmlNode* node, const char* key, std::size_t axis) const {
-    const std::optional<svg::Length> length = svg::read_length(svg::attribute(node, key));
-    if (!length) return std::nullopt;
-    return length->unit == "%" ? length->number / 100 * view_[axis] : svg::user_units(svg::attribute(node, key));
+  /// A length of an element, in units around it; nothing if it says none, or none that can be read (which is told).
+  std::optional<double> length(const Visit& visit, const xmlNode* node, const char* key, char axis) {
+    std::string fault;
+    const std::optional<double> length = svg::length_of(svg::attribute(node, key), axis, visit.viewport, fault);
+    if (!fault.empty()) unread_.add(node, reinterpret_cast<const char*>(node->name) + (" " + fault));
+    return length;
   }
 
-  /// From the coordinates in a `symbol` or an `svg` to those around it. What uses it may say how large it is.
-  [[nodiscard]] Affine viewport(const Visit& visit) const {
+  /// From the coordinates around a `symbol` or an `svg` to those in it. What uses it may say how large it is; one that is not used
+  /// moves nothing, as in OpenSCAD.
+  void enter_viewport(Visit& visit) {
+    const bool is_root = visit.node == root_;
+    if (is_root) return;
     const xmlNode* use = visit.is_used ? uses_[static_cast<std::size_t>(visit.use)].node : visit.node;
     const auto size = [&](const char* key, std::size_t axis) {
-      const std::optional<double> said = length(use, key, axis), own = length(visit.node, key, axis);
-      return said ? *said : own ? *own : view_[axis];
+      const char name = axis == 0 ? 'x' : 'y';
+      const std::optional<double> said = length(visit, use, key, name);
+      return said ? *said : length(visit, visit.node, key, name).value_or(visit.viewport.size[axis]);
     };
-    const Affine moved{1, 0, 0, 1, length(visit.node, "x", 0).value_or(0), length(visit.node, "y", 1).value_or(0)};
     const std::vector<double> box = view_box(visit.node);
-    const double width = size("width", 0), height = size("height", 1);
-    if (box.empty()) return moved;
-    const Fit fit(visit.node, box, width, height);
-    return moved.after({fit.sx, 0, 0, fit.sy, fit.align[0] - fit.sx * box[0], fit.align[1] - fit.sy * box[1]});
+    const Point whole{size("width", 0), size("height", 1)};
+    if (visit.use >= 0) {
+      visit.map = visit.map.after({1, 0, 0, 1, length(visit, visit.node, "x", 'x').value_or(0), length(visit, visit.node, "y", 'y').value_or(0)});
+      if (!box.empty()) {
+        const Fit fit(visit.node, box, whole[0], whole[1]);
+        visit.map = visit.map.after({fit.sx, 0, 0, fit.sy, fit.align[0] - fit.sx * box[0], fit.align[1] - fit.sy * box[1]});
+      }
+    }
+    visit.viewport.size = box.empty() ? whole : Point{box[2], box[3]};
+  }
+
+  /// The area of a line of an element. @param fault gets what is wrong with its width.
+  std::vector<std::vector<Point>> stroke_of(const Visit& visit, const std::vector<Point>& line, std::string& fault) {
+    std::string length_fault;
+    const double given = svg::length_of(styles_.property(visit.node, "stroke-width"), 'r', visit.viewport, length_fault).value_or(1);
+    if (!length_fault.empty()) fault = "with a stroke-width that is not read (drawn 1 wide)";
+    const double width = given >= 0.01 && given < Stroke::largest ? given : 1;
+    Stroke stroke(width, styles_.property(visit.node, "stroke-linecap"), styles_.property(visit.node, "stroke-linejoin"));
+    if (!stroke.set_line(line)) {
+      fault = "with a coordinate beyond 1e12";
+      return {};
+    }
+    const Stroke::Cost cost = stroke.cost(most_looks, most_crossings);
+    outlines_.points += cost.points, outlines_.looks += cost.looks, outlines_.crossings += cost.crossings;
+    const char* why = outlines_.points > most_outline_points ? "too many points"
+                      : outlines_.looks > most_looks         ? "too many points at the heights of others"
+                      : outlines_.crossings > most_crossings ? "too many crossings"
+                                                             : nullptr;
+    if (why != nullptr)
+      throw Error("import: " + name_ + ": the outlines of its lines with a width have " + why + "; convert them to areas (\"stroke to path\") in the " +
+                  "program that made the file, or make them fewer");
+    return stroke.outline();
   }
 
   void draw(const Visit& visit, const std::string& name) {
@@ -428,26 +559,32 @@ class Walk {
       drawing.paths.end_face();
     };
     bool is_stroke = false;
-    for (const auto& points : svg::shape_of(visit.node, name)) {
+    svg::Shape shape = svg::shape_of(visit.node, name, visit.viewport);
+    for (const auto& points : shape.paths) {
+      spend_points(points.size());
       if (points.size() >= 2 && (name == "polyline" || is_line(points))) {
         is_stroke = true;
-        for (const auto& area : stroke_of(visit.node, points, styles_)) add(area);
+        for (const auto& area : stroke_of(visit, points, shape.fault)) add(area);
       } else if (points.size() >= 3) {
         add(points);
       }
     }
+    if (!shape.fault.empty()) unread_.add(visit.node, name + " " + shape.fault);
     if (is_stroke)
       for (const char* key : {"marker", "marker-start", "marker-mid", "marker-end"})
         if (const std::string value = styles_.property(visit.node, key); !value.empty() && value != "none") {
           unread_.add(visit.node, "marker of a line");
           break;
         }
-    points_ += drawing.points.size();
-    if (points_ > most_points) throw Error("import: " + name_ + " has more than " + std::to_string(most_points) + " points");
     if (!is_finite(drawing))
       unread_.add(visit.node, name + " that is not finite");
     else if (!drawing.points.empty())
       drawings_.push_back(std::move(drawing));
+  }
+
+  void spend_points(std::size_t points) {
+    points_ += points;
+    if (points_ > most_points) throw Error("import: " + name_ + " has more than " + std::to_string(most_points) + " points");
   }
 };
 

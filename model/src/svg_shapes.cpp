@@ -41,6 +41,10 @@ class Numbers {
     return (*at_ >= 'a' && *at_ <= 'z') || (*at_ >= 'A' && *at_ <= 'Z') ? *at_++ : '\0';
   }
   [[nodiscard]] std::string rest() const { return at_; }
+  [[nodiscard]] bool at_end() {
+    skip();
+    return *at_ == '\0';
+  }
 
  private:
   const char* at_;
@@ -59,18 +63,20 @@ class Pen {
   /// A quarter of an ellipse, clockwise as the drawing is seen.
   void quarter(double rx, double ry, const Point& end) { arc(rx, ry, 0, false, true, end); }
 
-  void draw(const std::string& data) {
+  /// @return false if the data are damaged: what stands before is drawn.
+  bool draw(const std::string& data) {
     Numbers numbers(data);
     char command = '\0';
-    for (;;) {
+    while (!numbers.at_end()) {
       if (const char c = numbers.command(); c != '\0')
         command = c;
       else if (command == '\0' || command == 'z' || command == 'Z')
-        return;
-      if (!step(numbers, command)) return;
+        return false;
+      if (!step(numbers, command)) return false;
       if (command == 'm') command = 'l';
       if (command == 'M') command = 'L';
     }
+    return true;
   }
 
  private:
@@ -203,10 +209,19 @@ std::vector<Point> ellipse(double x, double y, double rx, double ry) {
   return path;
 }
 
-std::vector<Point> points_of(const xmlNode* node) {
-  const auto v = numbers_of(attribute(node, "points"));
+/// @param fault is told if there is something else than pairs of numbers.
+std::vector<Point> points_of(const xmlNode* node, std::string& fault) {
+  const std::string text = attribute(node, "points");
+  Numbers numbers(text);
   std::vector<Point> path;
-  for (std::size_t i = 0; i + 1 < v.size(); i += 2) path.push_back({v[i], v[i + 1]});
+  Point p;
+  while (!numbers.at_end()) {
+    if (!numbers.next(p[0]) || !numbers.next(p[1])) {
+      fault = "with damaged points (drawn up to there)";
+      break;
+    }
+    path.push_back(p);
+  }
   return path;
 }
 
@@ -273,24 +288,61 @@ double user_units(const std::string& text) {
   return length->unit.empty() ? length->number : length->number * millimetres_in(length->unit, 96) * 96 / 25.4;
 }
 
-std::vector<std::vector<Point>> shape_of(const xmlNode* node, const std::string& name) {
-  const auto number = [&](const char* key) { return user_units(attribute(node, key)); };
+double Viewport::share(char axis) const {
+  if (axis == 'x') return size[0];
+  return axis == 'y' ? size[1] : std::hypot(size[0], size[1]) / std::numbers::sqrt2;
+}
+
+std::optional<double> length_of(const std::string& text, char axis, const Viewport& viewport, std::string& fault) {
+  if (text.empty() || text == "auto") return std::nullopt;
+  const std::optional<Length> length = read_length(text);
+  if (!length) {
+    fault = "with a length that is none";
+    return std::nullopt;
+  }
+  if (length->unit == "%") return length->number / 100 * viewport.share(axis);
+  if (millimetres_in(length->unit, 96) != 0) return user_units(text);
+  fault = "with a length in '" + length->unit.substr(0, 10) + "'";
+  return std::nullopt;
+}
+
+Shape shape_of(const xmlNode* node, const std::string& name, const Viewport& viewport) {
+  Shape shape;
+  const auto number = [&](const char* key, char axis) {
+    return length_of(attribute(node, key), axis, viewport, shape.fault).value_or(0);
+  };
+  const auto size = [&](const char* key, char axis) {
+    const double value = number(key, axis);
+    if (value < 0) shape.fault = "with a negative length";
+    return value;
+  };
+  const auto finish = [&](std::vector<Point> path) {
+    if (shape.fault.empty()) shape.paths.push_back(std::move(path));
+  };
   if (name == "path") {
     Pen pen;
-    pen.draw(attribute(node, "d"));
-    return pen.paths;
+    const std::string data = attribute(node, "d");
+    if (!pen.draw(data) && data != "none") shape.fault = "with damaged data 'd' (drawn up to there)";
+    shape.paths = std::move(pen.paths);
+  } else if (name == "polyline") {
+    shape.paths.push_back(points_of(node, shape.fault));
+  } else if (name == "polygon") {
+    shape.paths.push_back(closed(points_of(node, shape.fault)));
+  } else if (name == "line") {
+    const Point from{number("x1", 'x'), number("y1", 'y')}, to{number("x2", 'x'), number("y2", 'y')};
+    finish({from, to});
+  } else if (name == "rect") {
+    const double x = number("x", 'x'), y = number("y", 'y'), w = size("width", 'x'), h = size("height", 'y');
+    const double rx = size("rx", 'x'), ry = size("ry", 'y');
+    if (w > 0 && h > 0) finish(rectangle(x, y, w, h, rx, ry));
+  } else if (name == "circle") {
+    const double x = number("cx", 'x'), y = number("cy", 'y'), r = size("r", 'r');
+    finish(closed(ellipse(x, y, r, r)));
+  } else if (name == "ellipse") {
+    const double x = number("cx", 'x'), y = number("cy", 'y'), rx = size("rx", 'x'), ry = size("ry", 'y');
+    finish(closed(ellipse(x, y, rx, ry)));
   }
-  if (name == "line") return {{{number("x1"), number("y1")}, {number("x2"), number("y2")}}};
-  if (name == "polyline") return {points_of(node)};
-  if (name == "rect") {
-    const double x = number("x"), y = number("y"), w = number("width"), h = number("height");
-    if (!(w > 0 && h > 0)) return {};
-    return {rectangle(x, y, w, h, number("rx"), number("ry"))};
-  }
-  if (name == "circle") return {closed(ellipse(number("cx"), number("cy"), number("r"), number("r")))};
-  if (name == "ellipse") return {closed(ellipse(number("cx"), number("cy"), number("rx"), number("ry")))};
-  if (name == "polygon") return {closed(points_of(node))};
-  return {};
+  return shape;
 }
 
 }  // namespace bsp2::model::svg

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "bsp2/geometry/error.hpp"
 #include "svg_shapes.hpp"
 
 namespace bsp2::model::svg {
@@ -35,7 +36,7 @@ std::vector<std::string> words_of(std::string_view text) {
 
 }  // namespace
 
-StyleSheet::StyleSheet(const xmlNode* root) {
+StyleSheet::StyleSheet(const xmlNode* root, std::string name) : name_(std::move(name)) {
   std::vector<const xmlNode*> stack{root};
   while (!stack.empty()) {
     const xmlNode* node = stack.back();
@@ -131,7 +132,7 @@ void StyleSheet::add(std::string_view selector, const std::vector<Declaration>& 
     key = "#" + rule.id;
   else if (!rule.classes.empty())
     key = "." + rule.classes[0];
-  if (count_ == most_rules) return;
+  if (count_ == most_rules || declarations.empty()) return;
   rule.place = count_++;
   rule.declarations = declarations;
   rules_[key].push_back(std::move(rule));
@@ -154,6 +155,7 @@ std::string StyleSheet::property(const xmlNode* node, std::string_view key) cons
     const auto offer_all = [&](const std::string& name) {
       const auto found = rules_.find(name);
       if (found == rules_.end()) return;
+      spend(found->second.size() * (1 + classes.size()));
       for (const Rule& rule : found->second) {
         const bool has_classes = std::all_of(rule.classes.begin(), rule.classes.end(), [&](const std::string& each) {
           return std::find(classes.begin(), classes.end(), each) != classes.end();
@@ -168,8 +170,20 @@ std::string StyleSheet::property(const xmlNode* node, std::string_view key) cons
     for (const std::string& each : classes) offer_all("." + each);
   }
   constexpr std::size_t weight_of_style = 1'000'000'000;
-  if (const std::string style = attribute(node, "style"); !style.empty()) offer(declarations_of(style), weight_of_style, 0);
+  if (const std::string style = attribute(node, "style"); !style.empty()) {
+    constexpr std::size_t letters_in_step = 8;
+    spend(style.size() / letters_in_step);
+    offer(declarations_of(style), weight_of_style, 0);
+  }
   return value;
+}
+
+void StyleSheet::spend(std::size_t steps) const {
+  constexpr std::size_t most_steps = 100'000'000;
+  steps_ += steps;
+  if (steps_ > most_steps)
+    throw Error("import: " + name_ + ": its elements have styles, and rules of style sheets that may be theirs, which take more than " +
+                std::to_string(most_steps) + " steps to read");
 }
 
 }  // namespace bsp2::model::svg

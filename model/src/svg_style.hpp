@@ -17,10 +17,11 @@ namespace bsp2::model::svg {
 class StyleSheet {
  public:
   StyleSheet() = default;
-  /// All sheets of a document.
-  explicit StyleSheet(const xmlNode* root);
+  /// All sheets of a document. @param name of its file, for messages.
+  StyleSheet(const xmlNode* root, std::string name);
 
   /// What holds for an element itself, of the properties of visibility, strokes, clips and markers: by its attribute `style`, the sheets, or an attribute of that name; empty if nothing is said.
+  /// @throws bsp2::Error if all that was asked for takes too many steps: a file decides how often which style is read.
   [[nodiscard]] std::string property(const xmlNode* node, std::string_view key) const;
 
  private:
@@ -37,7 +38,10 @@ class StyleSheet {
   };
   std::unordered_map<std::string, std::vector<Rule>> rules_;  // by what they ask first: "#id", ".class", the name of an element or "*"
   std::size_t count_ = 0;
+  std::string name_;
+  mutable std::size_t steps_ = 0;  // that all properties took
 
+  void spend(std::size_t steps) const;
   static std::vector<Declaration> declarations_of(std::string_view text);
   void read(std::string text);
   void add(std::string_view selector, const std::vector<Declaration>& declarations);

@@ -578,6 +578,22 @@ TEST_F(DxfDrawing, UnitsAreToldAndNothingIsScaled) {
 
 // --- what files may say ----------------------------------------------------------------------------------------------
 
+TEST_F(DxfDrawing, WhatIsTooSmallForTheGridIsTold) {
+  const std::string square = light_polyline({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
+  const auto line = [](double length) { return Pairs().entity("LINE").point(10, 5, 5).point(11, 5 + length, 5).text(); };
+  const auto arc = [](double from, double to) { return Pairs().entity("ARC")(10, 7)(20, 7)(40, 1)(50, from)(51, to).text(); };
+  EXPECT_NEAR(area(file_of(square + line(1e-4) + line(2e-4) + arc(30, 30) + Pairs().entity("CIRCLE")(10, 9)(20, 9)(40, 1e-5).text())), 1, 1e-9);
+  ASSERT_EQ(file_.warnings.size(), 1U);
+  EXPECT_EQ(file_.warnings[0].find("4 things in FILE are not read: 1 ARC of angle 0, 1 CIRCLE too small for the grid of 1/1024 on which drawings lie, "
+                                   "2 LINE too small for the grid of 1/1024 on which drawings lie. The result lacks them"), 0U)
+      << file_.warnings[0];
+  // A point that is drawn as a line lacks nothing; nor does a curve with a chord that is too short.
+  area(file_of(square + line(0) + arc(30, 31) + line(0.01) + light_polyline({{2, 2, 0}, {3, 2, 0}, {3, 3, 0}, {3, 3.0001, 0}})));
+  EXPECT_TRUE(file_.warnings.empty()) << file_.warnings[0];
+  area(file_of(square + Pairs().entity("INSERT")(2, "B")(41, 1e-3)(42, 1e-3).text(), block("B", line(0.1))));
+  ASSERT_EQ(file_.warnings.size(), 1U) << "small in the drawing, not in its block";
+}
+
 /// No number in a file decides how long it takes, or how much memory.
 TEST_F(DxfDrawing, BombsAreRefusedAtOnce) {
   const auto start = std::chrono::steady_clock::now();

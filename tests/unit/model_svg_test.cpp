@@ -224,6 +224,49 @@ TEST_F(SvgDrawing, WhatIsNotReadIsOneWarning) {
   EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 marker of a line."), 0U) << file_.warnings[0];
 }
 
+/// Shares of the viewport as SVG 1.1 (7.10) has them: of its width, its height, or their quadratic mean.
+TEST_F(SvgDrawing, PercentagesAreSharesOfTheViewport) {
+  expect_box("<rect x=\"10%\" y=\"20%\" width=\"50%\" height=\"25%\"/>", {10, 20, 60, 45});
+  expect_box("<circle cx=\"50%\" cy=\"50%\" r=\"10%\"/>", {40, 40, 60, 60});
+  expect_box("<g id=\"a\">" + square(1) + "</g><use href=\"#a\" x=\"30%\" y=\"40%\"/>", {0, 0, 31, 41});
+  // In a symbol they are shares of its view box: half of 10 units there, 4 times as large here.
+  expect_box("<symbol id=\"s\" viewBox=\"0 0 10 20\" preserveAspectRatio=\"none\"><rect width=\"50%\" height=\"50%\"/></symbol>"
+             "<use href=\"#s\" width=\"40\" height=\"40%\"/>", {0, 0, 20, 20});
+  file_.write("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"30mm\" height=\"40mm\" viewBox=\"0 0 30 40\"><circle r=\"10%\"/></svg>");
+  const double radius = 0.1 * std::hypot(30.0, 40.0) / std::sqrt(2.0);
+  const auto drawings = import_svg(file_.path(), 72, false, {}, file_.remarks());
+  EXPECT_NEAR(area_of(drawings->at(0)), 20 * radius * radius * std::sin(2 * std::acos(-1.0) / 40), 1e-9);
+  EXPECT_NEAR(area("<polyline points=\"0,5 50,5\" style=\"stroke-width:2%;stroke-linecap:butt\"/>"), 100, 1e-3);
+  EXPECT_TRUE(file_.warnings.empty());
+}
+
+/// What is damaged, or in units that only a font knows, is told.
+TEST_F(SvgDrawing, LengthsAndPathsThatAreNotReadAreTold) {
+  const auto told = [&](const std::string& elements, double drawn, const std::string& kind) {
+    EXPECT_NEAR(area(elements + square(1)), 1 + drawn, 1e-9) << elements;
+    ASSERT_EQ(file_.warnings.size(), 1U) << elements;
+    EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 " + kind + ". The result lacks it"), 0U) << file_.warnings[0];
+  };
+  told("<rect width=\"2em\" height=\"3\"/>", 0, "rect with a length in 'em'");
+  told("<rect x=\"wide\" width=\"2\" height=\"3\"/>", 0, "rect with a length that is none");
+  told("<circle r=\"-1\"/>", 0, "circle with a negative length");
+  told("<ellipse rx=\"1ex\" ry=\"2\"/>", 0, "ellipse with a length in 'ex'");
+  told("<line x2=\"1rem\" y2=\"2\"/>", 0, "line with a length in 'rem'");
+  told("<path d=\"M0 0H3V3H0ZM4 4H6V6H4ZL9 oops\"/>", 13, "path with damaged data 'd' (drawn up to there)");
+  told("<path d=\"oops\"/>", 0, "path with damaged data 'd' (drawn up to there)");
+  told("<polygon points=\"0,0 2,0 2,2 0,2 7\"/>", 4, "polygon with damaged points (drawn up to there)");
+  told("<polygon points=\"0,0 2,0 2,2 x 0,2\"/>", 2, "polygon with damaged points (drawn up to there)");
+  told("<g id=\"a\"/><use href=\"#a\" x=\"2em\"/>", 0, "use with a length in 'em'");
+  area("<polyline points=\"0,5 50,5\" stroke-width=\"1em\"/>");
+  ASSERT_EQ(file_.warnings.size(), 1U);
+  EXPECT_NE(file_.warnings[0].find("1 polyline with a stroke-width that is not read (drawn 1 wide)."), std::string::npos) << file_.warnings[0];
+  for (const char* sound : {"<path d=\"M0 0H3V3z \n\"/>", "<path d=\"\"/>", "<path d=\"none\"/>", "<path/>", "<rect rx=\"auto\" width=\"1\" height=\"0\"/>",
+                            "<polygon points=\" 0,0 2,0,2,2 \"/>", "<circle r=\"0\"/>"}) {
+    area(sound);
+    EXPECT_TRUE(file_.warnings.empty()) << sound << ": " << file_.warnings[0];
+  }
+}
+
 /// A drawing with everything, damaged at random, is an error or another drawing; never anything else.
 TEST_F(SvgDrawing, DamagedDrawingsAreErrorsOrDrawings) {
   const unsigned seed = std::random_device{}();
