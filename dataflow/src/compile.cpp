@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -236,6 +237,20 @@ class Compiler {
     return map_of;
   }
 
+  /// Enclosures of patches are computed in double precision: they are off by 2^-52 of how far the control points reach, twice at
+  /// least. Where that is more than what tells hyperplanes apart in the model, halving patches decides nothing and does not end.
+  static void check_reach(double scale, const Box<D>& box) {
+    constexpr double off = 0x1p-51, apart = 1e-9;
+    double width = 0;
+    for (int i = 0; i < D; ++i) width = std::max(width, box.upper[i] - box.lower[i]);
+    if (scale * off <= apart * width) return;
+    std::ostringstream text;
+    text << "the control points of a spline or subdivision surface reach " << scale << " units, and the model is " << width
+         << " wide: the surface is known to " << scale * off << " units there, which is too coarse to cut it; move the points that are so far away "
+         << "nearer, or leave them out";
+    throw Error(text.str());
+  }
+
   void add_planes(Network<D>& network, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(shapes_.take_covectors());
@@ -260,6 +275,7 @@ class Compiler {
         const auto& placed =
             patches.emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i)) : place<D>(*shape.subdivision, placement(i)))
                 .first->second;
+        at_its_place(producer.primitive, [&] { check_reach(placed.placement.scale, box); });
         std::array<double, D> factors;
         factors.fill(placed.placement.scale);
         maps[i] = table.add_map(Transformer<D>::scaling(factors, placed.placement.origin).matrix());
@@ -424,33 +440,35 @@ class Compiler {
     network.preimages.push_back(std::move(placed));
   }
 
-  std::size_t flat_count_ = 0;
-  std::int32_t flat_primitive_ = 0, last_flat_primitive_ = 0;  // the first and the last one
+  std::set<std::int32_t> flat_primitives_;
+  std::int32_t flat_primitive_ = 0;  // the first one
   Box<D> flat_box_;
 
   /// The pieces of one drawing are one primitive.
   void flatten(Producer<D>& producer) {
-    if (flat_count_ == 0) {
+    if (flat_primitives_.empty()) {
       flat_primitive_ = producer.primitive;
       flat_box_ = producer;
     }
-    if (flat_count_ == 0 || producer.primitive != last_flat_primitive_) ++flat_count_;
-    last_flat_primitive_ = producer.primitive;
+    flat_primitives_.insert(producer.primitive);
     make_empty(producer);
   }
 
   void warn_of_flat_primitives(Network<D>& network) const {
-    if (flat_count_ == 0) return;
+    if (flat_primitives_.empty()) return;
     std::ostringstream text;
     if (options_.place_of_primitive) text << options_.place_of_primitive(flat_primitive_);
-    const bool is_one = flat_count_ == 1, is_merged = options_.coincidence > 0;
-    text << (is_one ? "a primitive is " : std::to_string(flat_count_) + " primitives are ");
+    const bool is_one = flat_primitives_.size() == 1, is_merged = options_.coincidence > 0;
+    text << (is_one ? "a primitive is " : std::to_string(flat_primitives_.size()) + " primitives are ");
     if (is_merged)
-      text << "thinner than the tolerance, " << options_.coincidence << " of the model, and left out: ";
+      text << "thinner than the tolerance, " << options_.coincidence << " of " << (options_.is_nested ? "what it is made of" : "the model")
+           << ", and left out: ";
     else
       text << "flat to the last bit of " << (is_one ? "its" : "their") << " numbers, so " << (is_one ? "it encloses" : "they enclose")
            << " nothing, and left out: ";
-    text << (is_one ? "" : "the first one is ") << "primitive " << flat_primitive_ << ", between (";
+    text << (is_one ? "" : "the first one is ");
+    if (!options_.is_nested) text << "primitive " << flat_primitive_ << ", ";
+    text << "between (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.lower[i];
     text << ") and (";
     for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.upper[i];

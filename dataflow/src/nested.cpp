@@ -301,9 +301,13 @@ std::vector<PointSet<D>> merged(const std::vector<geometry::CellBatch>& batches)
 }
 
 /// Without places: its primitives are numbered by themselves.
+/// @param tells whether there is anything to say about what it loses: not where that counts all the same.
 template <int D>
-Network<D> nested_network(const model::Expression& solid, const CompileOptions& options) {
-  return compile<D>(solid, {.coincidence = options.coincidence, .parts = Parts::none});
+Network<D> nested_network(const model::Expression& solid, const CompileOptions& options, bool tells = true) {
+  Network<D> network = compile<D>(solid, {.coincidence = options.coincidence, .parts = Parts::none, .is_nested = true});
+  if (tells && options.tell_of_nested)
+    for (const std::string& warning : network.warnings) options.tell_of_nested(warning);
+  return network;
 }
 
 /// The IN cells, and with a refinement those that it leaves FUZZY; in an order that is always the same.
@@ -321,8 +325,9 @@ std::vector<geometry::CellBatch> cells_of(const Network<D>& network, const Finen
 }
 
 template <int D>
-std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options, const Fineness* fineness = nullptr) {
-  return cells_of<D>(nested_network<D>(solid, options), fineness);
+std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options, const Fineness* fineness = nullptr,
+                                                bool tells = true) {
+  return cells_of<D>(nested_network<D>(solid, options, tells), fineness);
 }
 
 }  // namespace
@@ -348,9 +353,10 @@ PointSet<D> spanning_points(const model::Expression& solid, const CompileOptions
     }
     return all;
   }
-  for_each_cell<D>(evaluate_cells<D>(solid, options), geometry::Label::in,
+  const std::vector<PointSet<D>> flats = flat_parts(lowered);
+  for_each_cell<D>(evaluate_cells<D>(solid, options, nullptr, flats.empty()), geometry::Label::in,
                    [&](PointSet<D> points, double) { all.insert(all.end(), points.begin(), points.end()); });
-  for (const PointSet<D>& flat : flat_parts(lowered)) all.insert(all.end(), flat.begin(), flat.end());
+  for (const PointSet<D>& flat : flats) all.insert(all.end(), flat.begin(), flat.end());
   return all;
 }
 
@@ -365,8 +371,9 @@ std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const Comp
     for (const auto& occurrence : lowered.occurrences) parts.push_back(placed_corners(occurrence));
     return parts;
   }
-  parts = merged<D>(evaluate_cells<D>(solid, options));
-  for (PointSet<D>& flat : flat_parts(lowered)) parts.push_back(std::move(flat));
+  std::vector<PointSet<D>> flats = flat_parts(lowered);
+  parts = merged<D>(evaluate_cells<D>(solid, options, nullptr, flats.empty()));
+  for (PointSet<D>& flat : flats) parts.push_back(std::move(flat));
   return parts;
 }
 

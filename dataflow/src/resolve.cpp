@@ -111,7 +111,14 @@ void take_looks_off(const Construction& construction, std::vector<Expression>& i
 
 class Resolver {
  public:
-  Resolver(const CompileOptions& options, std::vector<std::string>& warnings) : options_(options), warnings_(warnings) {}
+  Resolver(const CompileOptions& options, std::vector<std::string>& warnings) : options_(options), warnings_(warnings) {
+    options_.tell_of_nested = [this](const std::string& warning) {
+      const auto first = warnings_.begin() + static_cast<std::ptrdiff_t>(first_of_construct_);
+      if (std::find(first, warnings_.end(), warning) == warnings_.end()) warnings_.push_back(warning);
+    };
+  }
+  Resolver(const Resolver&) = delete;
+  Resolver& operator=(const Resolver&) = delete;
 
   Expression run(const Expression& root) {
     const Expression image = resolved_.run(
@@ -135,8 +142,9 @@ class Resolver {
   }
 
  private:
-  const CompileOptions& options_;
+  CompileOptions options_;  // which tell this of what is evaluated for a construct: several times, for some
   std::vector<std::string>& warnings_;
+  std::size_t first_of_construct_ = 0;  // of the warnings: those of the construct that is being made
   Rewriting resolved_, lifted_, faceted_, without_flats_;
   /// A flat result of a construct, and what there is to say where nobody takes its points.
   struct Flat {
@@ -202,7 +210,7 @@ class Resolver {
     if (!takes_flat(construction.construct)) leave_out_flats(images);
     if (std::any_of(images.begin(), images.end(), is_empty)) return Expression(node.dimension);
     const std::string place = options_.place_of ? options_.place_of(node) : "";
-    const std::size_t before = warnings_.size();
+    const std::size_t before = first_of_construct_ = warnings_.size();
     try {
       const auto& construct = construction.construct;
       if (const char* name = bounded_operands(construct); name != nullptr && std::any_of(images.begin(), images.end(), is_unbounded))

@@ -279,5 +279,31 @@ TEST(Flattened, IsToldWhereItIsLeftOut) {
               "minkowski: all its points lie in one plane");
 }
 
+/// A construct is made of what comes out of its operands; what they lose is told as if it were in the model itself, once for each construct
+/// however often its operands are looked at.
+TEST(Nested, LossesAreTold) {
+  const std::string thin = "difference() { cube([2, 2, 2]); cube([1, 1, 1e-12]); } ", sound = "difference() { cube([2, 2, 2]); cube([1, 1, 0.5]); } ";
+  const std::string corner = "cube([0.5, 0.25, 0.125]); ", told = "a primitive is thinner than the tolerance, 1e-09 of what it is made of, and left out: between (";
+  const auto made_of = [](const std::string& solid, const std::string& other) {
+    return std::vector<std::string>{"hull() { " + solid + other + "}", "minkowski() { " + solid + other + "}", "projection() { " + solid + "}",
+                                    "linear_extrude(height = 1) { projection(cut = false) { " + solid + "} }"};
+  };
+  for (const std::string& text : made_of(thin, corner)) {
+    const auto warnings = outcome_of(text).warnings;
+    ASSERT_EQ(warnings.size(), 1U) << text;
+    EXPECT_EQ(warnings[0].find(told), 0U) << warnings[0];
+    EXPECT_EQ(warnings[0].find("part"), std::string::npos) << warnings[0];
+  }
+  for (const std::string& text : made_of(sound, corner)) EXPECT_TRUE(outcome_of(text).warnings.empty()) << text;
+  const model::Model two = model::parse_csg("hull() { " + thin + "} minkowski() { " + thin + corner + "}", "test.csg");
+  int places = 0;
+  CompileOptions options;
+  options.place_of = [&](const model::Node&) { return "place " + std::to_string(++places) + ": "; };
+  const auto network = compile<3>(two.expression, options);
+  ASSERT_EQ(network.warnings.size(), 2U);
+  for (const std::string& warning : network.warnings) EXPECT_EQ(warning.find("place "), 0U) << warning;
+  EXPECT_NE(network.warnings[0], network.warnings[1]);
+}
+
 }  // namespace
 }  // namespace bsp2::dataflow

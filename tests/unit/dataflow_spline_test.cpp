@@ -243,6 +243,45 @@ TEST(SplineSolids, CsgHasNodesForThem) {
     EXPECT_THROW(static_cast<void>(read(text)), Error) << text;
 }
 
+/// A surface whose control points lie so far out that doubles know it less well than the model's hyperplanes is refused; before it was halved
+/// for ever. As the whole model it is as large as the model, and anything goes.
+TEST_F(Splines, ThatReachTooFarAreRefused) {
+  const auto bezier_to = [](const std::string& far) {
+    return "bezier(points = [[[0,0,1.5],[0,1,0.5],[0,2,1.5]],[[1,0," + far + "],[1,1,0.5],[1,2,1.5]],[[2,0,0.5],[2,1,1.5],[2,2,0.5]]]);";
+  };
+  const auto solid_to = [](const std::string& far) {
+    return "bezier(points = [[[[0,0,0],[0,0,1]],[[0,1,0],[0,1,1]]],[[[1,0,0],[1,0,1]],[[1,1,0],[" + far + ",1,1]]]]);";
+  };
+  const auto curve_to = [](const std::string& far) { return "bspline(points = [[0,0],[1,2],[2," + far + "],[3,0],[1,-1]], closed = true);"; };
+  const auto cage_to = [](const std::string& far) {
+    return "subdivision(points = [[0,0,0],[1,0,0],[0,1,0],[0,0," + far + "]], faces = [[0,1,2],[0,3,1],[1,3,2],[2,3,0]]);";
+  };
+  const auto fault = [](const std::string& text) -> std::string {
+    try {
+      const Expression read = model::parse_csg(text, "test.csg", {}).expression;
+      if (read.dimension() == 2)
+        static_cast<void>(compile<2>(read, {}));
+      else
+        static_cast<void>(compile<3>(read, {}));
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const auto check = [&](const auto& to, const std::string& small) {
+    for (const char* far : {"1e7", "1e10", "-1e13", "1e15"})
+      EXPECT_EQ(fault("intersection() { " + small + " " + to(far) + " }").find("the control points of a spline or subdivision surface reach"), 0U) << to(far);
+    EXPECT_EQ(fault("intersection() { " + small + " " + to("1e4") + " }"), "");
+    EXPECT_EQ(fault(to("1e13")), "") << "which is the whole model";
+    EXPECT_EQ(fault("intersection() { " + small + " multmatrix([[1e-9,0,0,0],[0,1e-9,0,0],[0,0,1e-9,0],[0,0,0,1]]) { " + to("1e10") + " } }"), "")
+        << "is made small";
+  };
+  check(bezier_to, "cube(2);");
+  check(solid_to, "cube(2);");
+  check(curve_to, "square(2);");
+  check(cage_to, "cube(2);");
+}
+
 /// The piece as a node of the text form.
 template <int D>
 std::string text_of(const Piece& piece) {

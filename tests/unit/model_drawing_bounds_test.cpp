@@ -74,14 +74,16 @@ TEST(DrawingBounds, Svg) {
               std::to_string(height < 0 ? (i % 2) * -height : static_cast<int>(random() % static_cast<unsigned>(height))) + " ";
     return text;
   };
-  for (const std::string& stroke : {"stroke-linejoin=\"round\" stroke-linecap=\"round\" stroke-width=\"1e11\"", "stroke-width=\"1\"", "stroke-width=\"100000\"",
+  for (const std::string stroke : {"stroke-linejoin=\"round\" stroke-linecap=\"round\" stroke-width=\"1e11\"", "stroke-width=\"1\"", "stroke-width=\"100000\"",
                                     "stroke-linejoin=\"round\" stroke-width=\"0.01\""})
     for (const std::size_t bytes : {megabyte / 200, megabyte / 2})
       for (const int height : {99'999, -99'999}) {
         SCOPED_TRACE(stroke + ", " + std::to_string(bytes) + " bytes, height " + std::to_string(height));
         const std::string message = refusal("<polyline " + stroke + " points=\"" + points(bytes, 99'999, height) + "\"/>");
         EXPECT_TRUE(message.empty() || message.find("import: FILE: the outlines of its lines with a width have too many ") == 0) << message;
-        if (bytes > megabyte / 10) EXPECT_NE(message, "");
+        if (bytes > megabyte / 10) {
+          EXPECT_NE(message, "");
+        }
       }
   // What people draw is read: twenty thousand points along a spiral, a thousand that hatch an area.
   std::string spiral, hatching;

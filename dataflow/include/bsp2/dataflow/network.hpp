@@ -123,6 +123,9 @@ struct CompileOptions {
   /// What messages about a construct, or about a primitive, begin with: its place in the source. May be missing.
   std::function<std::string(const model::Node&)> place_of;
   std::function<std::string(std::int32_t)> place_of_primitive;
+  /// Is told what there is to say about a solid that is evaluated on the way, since a construct is made of what comes out. May be missing.
+  std::function<void(const std::string&)> tell_of_nested;
+  bool is_nested = false;  ///< it is such a solid: its primitives have no numbers that anybody knows
 };
 
 /// Lowers an expression to a network. @pre expression.dimension() == D.
