@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <ctime>
+#include <fstream>
+#include <random>
+
 #include "models.hpp"
+#include "temporary_folder.hpp"
 
 namespace bsp2::models {
 namespace {
@@ -60,6 +65,64 @@ TEST(Cases, NoNumberFillsTheMemory) {
   const auto report = report_of("tiny-angle.csg");
   EXPECT_EQ(report.in_cells, 0U);
   EXPECT_FALSE(report.warnings.empty());
+}
+
+/// Of the processor, so that a busy machine makes no difference.
+template <typename Work>
+double seconds_of(Work&& work) {
+  const std::clock_t start = std::clock();
+  work();
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+TEST(Cases, DamagedMeshesTakeNoTime) {
+  EXPECT_LT(seconds_of([] {
+              const auto report = report_of("stl-damaged-slow.csg");
+              EXPECT_EQ(report.warnings.size(), 1U);
+              EXPECT_NEAR(report.in_volume, 4040, 1e-6);
+            }),
+            8)
+      << "1 is right, and 17 was wrong";
+}
+
+/// Whole grey values have many facets in one plane; noise of as many pixels has none.
+TEST(Cases, LandscapesOfWholeGreysAreAsFastAsNoise) {
+  constexpr int width = 140, height = 105;  // of the picture
+  const testing::TemporaryFolder folder;
+  std::mt19937 random(1);
+  std::ofstream heights(folder.path() / "noise.dat");
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) heights << std::uniform_real_distribution<>(0, 100)(random) << (x + 1 < width ? " " : "\n");
+  heights.close();
+  std::ofstream(folder.path() / "noise.csg")
+      << "multmatrix([[0.5,0,0,0],[0,0.5,0,0],[0,0,0.05,0],[0,0,0,1]]){surface(file=\"noise.dat\",center=true);}";
+  const double noise = seconds_of([&] { run_file(folder.path() / "noise.csg"); });
+  EXPECT_LT(seconds_of([] { report_of("surface-slow.csg"); }), 3 * noise) << "1.5 times is right, and 4 times was wrong; noise: " << noise << " s";
+}
+
+TEST(Cases, PartsHaveTheirVolumes) {
+  supersteps::RunOptions options;
+  options.model = cases() / "drilled-plate.csg";
+  options.threads = 2;
+  const auto result = supersteps::run(options);
+  ASSERT_EQ(result.report.named_parts.size(), 2U);
+  EXPECT_EQ(result.report.named_parts[0].name, "steel");
+  EXPECT_EQ(result.report.named_parts[1].name, "copper");
+  // Each a plate with four holes, prisms over polygons of 32 corners.
+  const double plate = 20 * (50 * 60 - 4 * 16 * 25 * std::sin(std::numbers::pi / 16));
+  std::map<std::int32_t, double> volumes;
+  for (const auto& batch : result.mesh.batches)
+    for (std::size_t i = 0; i < batch->size(); ++i) volumes[batch->part[i]] += batch->volume[i];
+  ASSERT_EQ(volumes.size(), 2U);
+  for (const auto& part : result.report.named_parts) EXPECT_NEAR(volumes[part.part], plate, 1e-9 * plate) << part.name;
+}
+
+/// What a solver sees as the skin of a mesh that fits has the area of the solid's own.
+TEST(Cases, TheSkinHasTheRightArea) {
+  const auto report = report_of("nonconforming.csg", true);
+  ASSERT_TRUE(report.boundary);
+  EXPECT_TRUE(report.boundary->closed);
+  EXPECT_NEAR(report.boundary->area, 376.6, 0.05);
 }
 
 }  // namespace
