@@ -54,13 +54,11 @@ struct Insertion {
   std::uint32_t vertex;
 };
 
-/// Empty also if there are far more than a mesh with a few gaps has: a heap of overlapping edges, which stays
-/// open.
+/// Empty also if there are more than `most`: a heap of overlapping edges, which stays open.
 std::vector<Insertion> t_vertices(const std::vector<Point3>& points, const std::vector<OpenEdge>& edges,
-                                  const Tolerance& tolerance) {
+                                  const Tolerance& tolerance, std::size_t most) {
   const PointTree tree(points, ends_of(edges));
   std::vector<Insertion> insertions;
-  const std::size_t most = 64 * edges.size() + 1000;
   for (const OpenEdge& edge : edges) {
     const Point3 &a = points[edge.a], &b = points[edge.b];
     const double reach = std::max(tolerance.at(a), tolerance.at(b));
@@ -222,12 +220,15 @@ FaceCycles weld(const std::vector<Point3>& points, const FaceCycles& faces, cons
 
 FaceCycles split_at_t_vertices(const std::vector<Point3>& points, FaceCycles faces,
                                const Tolerance& tolerance) {
+  std::size_t left = 0;  // far more than a mesh with a few gaps has, in all rounds: in a heap each makes many times as many as the last one
   for (int round = 0; round < 8;
        ++round) {  // inserting bends an edge a little, within the tolerance: then once more
     const std::vector<OpenEdge> edges = open_edges(faces);
     if (edges.empty()) break;
-    const std::vector<Insertion> insertions = t_vertices(points, edges, tolerance);
+    if (round == 0) left = 64 * edges.size() + 1000;
+    const std::vector<Insertion> insertions = t_vertices(points, edges, tolerance, left);
     if (insertions.empty()) break;
+    left -= insertions.size();
     faces = insert(faces, insertions);
   }
   return faces;

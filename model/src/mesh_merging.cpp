@@ -15,6 +15,7 @@ constexpr double largest_share = 1e-3;   ///< of the mesh's size, that corners m
 constexpr double share_of_edge = 0.5;    ///< of the shortest edge there
 constexpr int exponents[] = {-16, -12, -9, -7, -5, -4, -3, -2, -1, 0};  ///< of two, of the distances that are tried: shares of the largest one
 constexpr std::size_t most_near = 256;   ///< corners that one is held against at a time
+constexpr std::size_t most_seen = 4096;  ///< of those in the boxes around them
 constexpr double least_gain = 0.01;    ///< a larger distance has to close so much more
 
 double distance_of(const Point3& p, const Point3& q) { return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]); }
@@ -62,21 +63,34 @@ class Clusters {
   std::vector<std::uint32_t> merge(std::vector<std::uint32_t> corners, double distance) {
     const PointTree tree(points_, corners);
     for (const std::uint32_t p : corners) {
-      std::size_t left = most_near;
+      std::size_t near = 0, seen = 0;
       const double reach = std::min(distance, limit_[p]);
       tree.visit_near(points_[p], reach, [&](std::uint32_t q) {
-        if (distance_of(points_[p], points_[q]) <= std::min(reach, limit_[q])) join(p, q, distance);
-        return --left > 0;
+        const double apart = distance_of(points_[p], points_[q]);
+        if (apart <= std::min(reach, limit_[q])) join(p, q, distance);
+        near += apart <= reach ? 1 : 0;
+        return near < most_near && ++seen < most_seen;
       });
     }
     std::erase_if(corners, [&](std::uint32_t corner) { return root_[corner] != corner; });
     return corners;
   }
 
+  /// How many corners are merged so far.
+  [[nodiscard]] std::size_t merged() const { return joins_.size(); }
+
+  /// Takes back all but the first of them.
+  void keep(std::size_t merged) {
+    joins_.resize(merged);
+    std::iota(root_.begin(), root_.end(), 0u);
+    for (const auto& [gone, standing] : joins_) root_[gone] = standing;
+  }
+
  private:
   const std::vector<Point3>& points_;
   std::vector<std::uint32_t> root_, uses_;
   std::vector<double> limit_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> joins_;  // a corner that is gone, and what stands for it
 
   /// Those that stand for them have to be as near: else a chain of corners would make one of the ends of an edge.
   void join(std::uint32_t a, std::uint32_t b, double distance) {
@@ -84,6 +98,7 @@ class Clusters {
     if (a == b || distance_of(points_[a], points_[b]) > std::min({distance, limit_[a], limit_[b]})) return;
     if (std::pair(uses_[b], a) > std::pair(uses_[a], b)) std::swap(a, b);
     root_[b] = a;
+    joins_.emplace_back(b, a);
     limit_[a] = std::min(limit_[a], limit_[b]);
   }
 };
@@ -123,24 +138,22 @@ MergedCorners merged_corners(const std::vector<Point3>& points, const FaceCycles
 
   Clusters clusters(points, faces);
   struct Attempt {
-    std::size_t open;
-    std::vector<std::uint32_t> standing;  // for each corner of a face
+    std::size_t open, merged;
   };
-  std::vector<Attempt> attempts{{lone.size(), faces.corners}};
+  std::vector<Attempt> attempts{{lone.size(), 0}};
   const double largest = size_of(points, faces) * largest_share;
   for (const int exponent : exponents) {
     const std::size_t before = corners.size();
     corners = clusters.merge(std::move(corners), std::ldexp(largest, exponent));
     if (corners.size() == before) continue;
     const auto of = [&](std::uint32_t corner) { return clusters.of(corner); };
-    Attempt attempt{lone_edges(faces, of).size(), faces.corners};
-    for (std::uint32_t& corner : attempt.standing) corner = clusters.of(corner);
-    attempts.push_back(std::move(attempt));
+    attempts.push_back({lone_edges(faces, of).size(), clusters.merged()});
   }
   const auto least = std::min_element(attempts.begin(), attempts.end(), [](const Attempt& x, const Attempt& y) { return x.open < y.open; })->open;
   const double enough = static_cast<double>(least) + least_gain * static_cast<double>(lone.size() - least);
   const auto chosen = std::find_if(attempts.begin(), attempts.end(), [&](const Attempt& attempt) { return static_cast<double>(attempt.open) <= enough; });
-  result.faces.corners = std::move(chosen->standing);
+  clusters.keep(chosen->merged);
+  for (std::uint32_t& corner : result.faces.corners) corner = clusters.of(corner);
   std::vector<bool> seen(points.size());
   for (std::size_t i = 0; i < faces.corners.size(); ++i) {
     const std::uint32_t from = faces.corners[i], to = result.faces.corners[i];

@@ -88,7 +88,7 @@ TEST(Cases, DamagedMeshesTakeNoTime) {
 /// Whole grey values have many facets in one plane; noise of as many pixels has none.
 TEST(Cases, LandscapesOfWholeGreysAreAsFastAsNoise) {
   constexpr int width = 140, height = 105;  // of the picture
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   std::mt19937 random(1);
   std::ofstream heights(folder.path() / "noise.dat");
   for (int y = 0; y < height; ++y)

@@ -52,7 +52,7 @@ std::vector<std::array<Corner, 3>> triangles_of(const fs::path& path) {
 }
 
 TEST(ProgramCases, RoofsHaveNoSliversInStl) {
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const fs::path stl = folder.path() / "roof.stl", report = folder.path() / "report.json";
   const Ended ended = start("run " + (cases() / "roof-slivers.csg").string() + " --threads 2 --boundary " + stl.string() + " --report " + report.string());
   ASSERT_EQ(ended.code, 0) << ended.text;
@@ -91,7 +91,7 @@ TEST(ProgramCases, MissingLibrariesAreNamed) {
 
 TEST(ProgramCases, NoTetrahedronIsInverted) {
   if (!has_openscad()) GTEST_SKIP() << "openscad is not installed";
-  const testing::TemporaryFolder folder;
+  const samples::TemporaryFolder folder;
   const Ended ended = start("run " + (cases() / "inverted-tets.scad").string() + " --threads 2 --tets -o " + folder.path().string());
   ASSERT_EQ(ended.code, 0) << ended.text;
   std::ifstream written(folder.path() / "report.json");
