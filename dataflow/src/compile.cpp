@@ -245,8 +245,8 @@ class Compiler {
     for (int i = 0; i < D; ++i) width = std::max(width, box.upper[i] - box.lower[i]);
     if (scale * off <= apart * width) return;
     std::ostringstream text;
-    text << "the control points of a spline or subdivision surface reach " << scale << " units, and the model is " << width
-         << " wide: the surface is known to " << scale * off << " units there, which is too coarse to cut it; move the points that are so far away "
+    text << "the control points of a spline or subdivision surface reach " << scale << " units, far beyond the model: "
+         << "the surface is known to " << scale * off << " units there, which is too coarse to cut it; move the points that are so far away "
          << "nearer, or leave them out";
     throw Error(text.str());
   }
