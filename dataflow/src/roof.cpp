@@ -183,16 +183,16 @@ class Motorcycles {
   }
 };
 
-using Points = std::vector<std::array<double, 3>>;
+using SpacePoints = std::vector<std::array<double, 3>>;
 
-void add_column(Points& points, const Point& p, double low, double high) {
+void add_column(SpacePoints& points, const Point& p, double low, double high) {
   points.push_back({p[0], p[1], low});
   points.push_back({p[0], p[1], high});
 }
 
 /// What lies above the plane of an edge, between the tracks at its ends.
 Expression above(const RoofEdge& edge, const std::vector<Track>& tracks, double height) {
-  Points points;
+  SpacePoints points;
   add_column(points, edge.a, 0, height);
   add_column(points, edge.b, 0, height);
   double left = 0, right = dot(edge.b - edge.a, edge.d);
@@ -213,7 +213,7 @@ Expression above(const RoofEdge& edge, const std::vector<Track>& tracks, double 
 
 /// What lies above both planes along a track: they only touch there, and rounding must not leave a crack between them.
 Expression along(const Track& track, const std::vector<RoofEdge>& edges, double height) {
-  Points points;
+  SpacePoints points;
   const double end = std::min(track.end, height), time = end - track.start;
   add_column(points, track.origin, track.start, height);
   add_column(points, track.at(end), end, height);
@@ -224,7 +224,7 @@ Expression along(const Track& track, const std::vector<RoofEdge>& edges, double 
 /// What lies above the distance from an edge: the hull of cones over its ends, whose sides touch the true ones from
 /// outside and two of which are the planes of the edge.
 Expression above_distance(const RoofEdge& edge, std::uint32_t sides, double height) {
-  Points points{{edge.a[0], edge.a[1], 0}, {edge.b[0], edge.b[1], 0}};
+  SpacePoints points{{edge.a[0], edge.a[1], 0}, {edge.b[0], edge.b[1], 0}};
   const double radius = height / model::cosine(180.0 / sides);
   for (std::uint32_t j = 0; j < sides; ++j) {
     const double angle = (j + 0.5) * 360 / sides;

@@ -18,7 +18,7 @@
 namespace bsp2::jobs {
 namespace {
 
-constexpr auto footer =
+constexpr auto run_footer =
     "Examples:\n"
     "  bsp2 run model.csg                     evaluate and print a summary\n"
     "  bsp2 run model.csg -o out              and write mesh, surface and picture\n"
@@ -453,7 +453,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   AboutCommands about;
   add_about_commands(app, about);
   app.footer("Try 'bsp2 run --help'.");
-  run->footer(footer);
+  run->footer(run_footer);
   if (!arguments.empty() && arguments.front() == completion_word) {
     out << completion_lines(app, std::span(arguments).subspan(1));
     return std::nullopt;

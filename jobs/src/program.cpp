@@ -19,6 +19,7 @@
 #include "bsp2/jobs/signals.hpp"
 #include "bsp2/jobs/snapshot_info.hpp"
 #include "bsp2/jobs/summary.hpp"
+#include "bsp2/supersteps/run.hpp"
 
 namespace bsp2::jobs {
 namespace {

@@ -27,21 +27,21 @@ double svg_area(const std::string& elements) {
   return sum;
 }
 
-using Box = std::array<double, 4>;
+using PlaneBox = std::array<double, 4>;
 
 /// Lowest and highest x and y of a rectangle from (10, 20) to (40, 60) in a drawing with these attributes.
-Box page_box(const std::string& attributes, double dpi = 72, bool center = false) {
+PlaneBox page_box(const std::string& attributes, double dpi = 72, bool center = false) {
   const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.svg";
   std::ofstream(path) << "<svg " << attributes << "><rect x=\"10\" y=\"20\" width=\"30\" height=\"40\"/></svg>";
-  Box box{1e9, 1e9, -1e9, -1e9};
+  PlaneBox box{1e9, 1e9, -1e9, -1e9};
   const auto drawings = import_svg(path, dpi, center);
   for (const PlaneDrawing& drawing : *drawings)
     for (const auto& p : drawing.points) box = {std::min(box[0], p[0]), std::min(box[1], p[1]), std::max(box[2], p[0]), std::max(box[3], p[1])};
   return box;
 }
 
-void expect_box(const Box& a, const Box& b) {
+void expect_box(const PlaneBox& a, const PlaneBox& b) {
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(a[i], b[i], 1e-4) << "number " << i;
 }
 
