@@ -107,7 +107,7 @@ Expression placed(const LinearExtrusion& e, Expression unit) {
 
 namespace {
 
-bool is_convex(const std::vector<Point>& path) {
+bool is_convex_path(const std::vector<Point>& path) {
   const Expression hull = model::convex_hull(path);
   const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
   if (primitive == nullptr) return false;
@@ -229,7 +229,7 @@ Expression extrude_convex(const LinearExtrusion& e, const Outline& outline, std:
 Expression extrude_outline(const LinearExtrusion& e, const Outline& outline, double coincidence) {
   const std::uint32_t slices = slice_count(e, outline);
   const Grid grid(e, outline, coincidence);
-  if (e.twist == 0 && outline.size() == 1 && is_convex(outline[0])) return placed(e, extrude_convex(e, outline, slices, grid));
+  if (e.twist == 0 && outline.size() == 1 && is_convex_path(outline[0])) return placed(e, extrude_convex(e, outline, slices, grid));
   std::uint64_t edges = 0;
   for (const auto& path : outline) edges += path.size();
   if (slices * edges > most_slice_edges)
