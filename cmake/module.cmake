@@ -31,7 +31,7 @@ function(bsp2_module room name)
   add_library(${target} MODULE ${MODULE_SOURCES})
   set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME bsp2-${name} LIBRARY_OUTPUT_DIRECTORY ${BSP2_BUILT_MODULES}
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
-  target_include_directories(${target} PRIVATE $<TARGET_PROPERTY:bsp2_${room},INTERFACE_INCLUDE_DIRECTORIES>
+  target_include_directories(${target} PRIVATE src $<TARGET_PROPERTY:bsp2_${room},INTERFACE_INCLUDE_DIRECTORIES>
     $<TARGET_PROPERTY:bsp2_geometry,INTERFACE_INCLUDE_DIRECTORIES>)
   target_compile_definitions(${target} PRIVATE BSP2_MODULE_LAYOUT="${BSP2_MODULE_LAYOUT}")
   target_link_libraries(${target} PRIVATE bsp2_options Boost::headers ${MODULE_LINK})

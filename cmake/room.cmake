@@ -1,5 +1,6 @@
 # A room is a static library `bsp2::<name>`. Its public headers live in include/ (each is verified to compile
-# alone by the target `verify_headers`), private ones beside the sources. It sees only what it links.
+# alone by the target `verify_headers`), private ones beside the sources. It sees only what it links. Where CMAKE_UNITY_BUILD is on, the
+# sources of a folder are compiled as one: what they include and instantiate is compiled once, in half the time.
 #
 #   bsp2_room(<name> [PRECOMPILED] SOURCES ... [HEADERS ...] [PUBLIC targets...] [PRIVATE targets...])
 include_guard()
@@ -47,12 +48,24 @@ function(bsp2_reuse_precompiled target headers)
   endif()
 endfunction()
 
+# What lies in one folder is one unit of a unity build.
+function(bsp2_unity_by_folder target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+  foreach(source ${ARGN})
+    cmake_path(GET source PARENT_PATH folder)
+    string(MAKE_C_IDENTIFIER "${folder}" group)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP "${group}")
+  endforeach()
+endfunction()
+
 function(bsp2_room name)
   cmake_parse_arguments(ROOM "PRECOMPILED" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
   add_library(bsp2_${name} STATIC ${ROOM_SOURCES})
   add_library(bsp2::${name} ALIAS bsp2_${name})
   set_target_properties(bsp2_${name} PROPERTIES EXPORT_NAME ${name} VERIFY_INTERFACE_HEADER_SETS ON)
   target_sources(bsp2_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ROOM_HEADERS})
+  target_include_directories(bsp2_${name} PRIVATE src)
+  bsp2_unity_by_folder(bsp2_${name} ${ROOM_SOURCES})
   target_link_libraries(bsp2_${name} PUBLIC ${ROOM_PUBLIC} PRIVATE $<BUILD_INTERFACE:bsp2_options> ${ROOM_PRIVATE})
   target_compile_features(bsp2_${name} PUBLIC cxx_std_20)
   if(ROOM_PRECOMPILED)

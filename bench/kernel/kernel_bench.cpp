@@ -7,13 +7,13 @@
 #include <memory>
 #include <vector>
 
-#include "bsp2/dataflow/archive.hpp"
-#include "bsp2/dataflow/evaluate.hpp"
-#include "bsp2/dataflow/localizer.hpp"
-#include "bsp2/dataflow/partition.hpp"
-#include "bsp2/geometry/clipper.hpp"
-#include "bsp2/io/snapshot.hpp"
-#include "bsp2/model/builder.hpp"
+#include "bsp2/dataflow/regions/archive.hpp"
+#include "bsp2/dataflow/evaluate/evaluate.hpp"
+#include "bsp2/dataflow/evaluate/localizer.hpp"
+#include "bsp2/dataflow/regions/partition.hpp"
+#include "bsp2/geometry/cells/clipper.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/model/builder/builder.hpp"
 
 namespace bsp2 {
 namespace {

@@ -1,10 +1,10 @@
 // Mesh and landscape files: the first byte of the input says of which kind it is.
 #include <array>
 
-#include "bsp2/geometry/error.hpp"
+#include "bsp2/geometry/support/error.hpp"
 #include "fuzz.hpp"
-#include "imports.hpp"
-#include "polyhedron.hpp"
+#include "import/imports.hpp"
+#include "builder/polyhedron.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static constexpr std::array endings{".stl", ".off", ".obj", ".ply", ".dat", ".3mf", ".amf"};

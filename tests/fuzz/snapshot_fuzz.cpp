@@ -2,9 +2,9 @@
 #include <boost/archive/archive_exception.hpp>
 #include <span>
 
-#include "bsp2/dataflow/archive.hpp"
-#include "bsp2/geometry/error.hpp"
-#include "bsp2/io/snapshot.hpp"
+#include "bsp2/dataflow/regions/archive.hpp"
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
 #include "fuzz.hpp"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "models.hpp"
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
 namespace {

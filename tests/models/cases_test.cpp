@@ -7,7 +7,7 @@
 #include <random>
 
 #include "models.hpp"
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
 namespace {

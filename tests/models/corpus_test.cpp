@@ -7,9 +7,9 @@
 #include <optional>
 #include <sstream>
 
-#include "bsp2/model/csg.hpp"
+#include "bsp2/model/expression/csg.hpp"
 #include "models.hpp"
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
 namespace {

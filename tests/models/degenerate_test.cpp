@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "models.hpp"
-#include "rounds.hpp"
+#include "support/rounds.hpp"
 
 namespace bsp2::models {
 namespace {

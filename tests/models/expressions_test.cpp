@@ -9,7 +9,7 @@
 #include <set>
 #include <string>
 
-#include "bsp2/geometry/error.hpp"
+#include "bsp2/geometry/support/error.hpp"
 #include "models.hpp"
 
 namespace bsp2::models {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/supersteps/run.hpp"
-#include "dataflow_oracle.hpp"
+#include "bsp2/supersteps/loop/run.hpp"
+#include "dataflow/oracle.hpp"
 
 namespace bsp2::models {
 

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <string>
 
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/supersteps/loop/run.hpp"
 
 namespace bsp2 {
 namespace {

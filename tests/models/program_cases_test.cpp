@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "models.hpp"
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
 namespace {

@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace {
 

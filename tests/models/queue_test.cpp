@@ -15,10 +15,10 @@
 #include <thread>
 #include <vector>
 
-#include "bsp2/io/snapshot.hpp"
-#include "listening.hpp"
-#include "temporary_folder.hpp"
-#include "rounds.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
+#include "support/listening.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/rounds.hpp"
 
 namespace {
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "models.hpp"
-#include "random_text.hpp"
-#include "temporary_folder.hpp"
-#include "rounds.hpp"
+#include "support/random_text.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/rounds.hpp"
 
 namespace bsp2::models {
 namespace {

@@ -18,8 +18,8 @@
 #include <thread>
 #include <vector>
 
-#include "listening.hpp"
-#include "temporary_folder.hpp"
+#include "support/listening.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace {
 

@@ -12,9 +12,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "bsp2/geometry/error.hpp"
-#include "bsp2/jobs/program.hpp"
-#include "bsp2/supersteps/run.hpp"
+#include "bsp2/geometry/support/error.hpp"
+#include "program/program.hpp"
+#include "bsp2/supersteps/loop/run.hpp"
 
 namespace {
 

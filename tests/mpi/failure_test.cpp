@@ -12,7 +12,7 @@
 #include <random>
 #include <sstream>
 
-#include "temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace {
 

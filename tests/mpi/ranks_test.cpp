@@ -1,12 +1,12 @@
 // Ranks: messages, agreement on failures, records.
-#include "bsp2/supersteps/ranks.hpp"
+#include "bsp2/supersteps/ranks/ranks.hpp"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 #include <thread>
 
-#include "bsp2/geometry/error.hpp"
+#include "bsp2/geometry/support/error.hpp"
 
 namespace bsp2::supersteps {
 namespace {

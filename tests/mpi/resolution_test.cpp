@@ -7,10 +7,10 @@
 #include <random>
 #include <tuple>
 
-#include "bsp2/supersteps/run.hpp"
-#include "exchange.hpp"
-#include "progress.hpp"
-#include "temporary_folder.hpp"
+#include "bsp2/supersteps/loop/run.hpp"
+#include "ranks/exchange.hpp"
+#include "loop/progress.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::supersteps {
 namespace {

@@ -11,14 +11,14 @@
 #include <numeric>
 #include <random>
 
-#include "bsp2/geometry/error.hpp"
-#include "bsp2/supersteps/collection.hpp"
-#include "bsp2/supersteps/rendering.hpp"
-#include "bsp2/supersteps/run.hpp"
-#include "exchange.hpp"
-#include "random_text.hpp"
-#include "temporary_folder.hpp"
-#include "rounds.hpp"
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/supersteps/stages/collection.hpp"
+#include "bsp2/supersteps/render/rendering.hpp"
+#include "bsp2/supersteps/loop/run.hpp"
+#include "ranks/exchange.hpp"
+#include "support/random_text.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/rounds.hpp"
 
 namespace bsp2::supersteps {
 namespace {

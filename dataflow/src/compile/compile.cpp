@@ -1,0 +1,499 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+#include "bsp2/dataflow/network/network.hpp"
+#include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/parallel.hpp"
+#include "lowering/lowering.hpp"
+#include "shapes/preimage_shape.hpp"
+#include "compile/resolve.hpp"
+#include "lowering/shapes.hpp"
+#include "shapes/spline_shape.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+using geometry::HyperplaneTable;
+using geometry::OrientedHyperplane;
+using geometry::Quad;
+
+/// Collects shapes and places occurrences: from the lowered tree to a network.
+template <int D>
+class Compiler {
+ public:
+  /// @param lowered is used up.
+  Compiler(Lowered<D>& lowered, const CompileOptions& options) : lowered_(lowered), options_(options) {}
+
+  Network<D> run() {
+    make_shapes();
+    std::vector<Producer<D>> producers = make_producers();
+    double reach = 0;
+    for (const Producer<D>& producer : producers)
+      for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
+    check_sizes(producers, reach);
+    Box<D> box = bounds_of(lowered_, producers);
+    if (box.is_empty()) {
+      Network<D> network = empty_network();
+      network.parts = std::move(lowered_.parts);
+      return network;
+    }
+    const bool bounded = box.is_finite();
+    if (!bounded) box = hull_of(producers);
+    check_proportions(box, reach);
+
+    Network<D> network(HyperplaneTable<D>(box.lower, box.upper, reach));
+    network.coincidence = options_.coincidence;
+    network.bounds = box;
+    network.parts = std::move(lowered_.parts);
+    network.producers = std::move(producers);
+    add_colours(network);
+    colour_parts(network);
+    network.program = std::move(lowered_.program);
+    network.guards = std::move(lowered_.guards);
+    add_planes(network, box);
+    find_shared(network);
+    network.axial_planes = AxialPlanes<D>(network.table, options_.coincidence);
+    if (!bounded)
+      network.warnings.push_back("the solid has no bounds: it is the complement of something, or holds one; it is cut off at the bounds of its primitives; "
+                                 "intersect it with a box to say where it ends");
+    warn_of_flat_primitives(network);
+    return network;
+  }
+
+ private:
+  Lowered<D>& lowered_;  // its placements become those of the normalized frames
+  const CompileOptions& options_;
+  Shapes<D> shapes_;
+  std::vector<std::uint32_t> shape_of_;  // of each occurrence
+
+  void check_sizes(const std::vector<Producer<D>>& producers, double reach) const {
+    for (std::size_t i = 0; i < producers.size(); ++i) {
+      const Transformer<D>& placement = lowered_.occurrences[i].placement;
+      if (!is_surely_small(placement, reach)) at_its_place(producers[i].primitive, [&] { check_size(placement, reach); });
+    }
+  }
+
+  /// By the exponents.
+  static bool is_surely_small(const Transformer<D>& placement, double reach) {
+    const auto exponent = [](Quad x) { return geometry::QuadBits(x).exponent_field(); };
+    const int limit = exponent(static_cast<Quad>(std::min(1e40L, 0x1p20L * static_cast<long double>(reach))));
+    for (const auto& row : placement.matrix())
+      for (const Quad entry : row)
+        if (exponent(entry) >= limit) return false;
+    return true;
+  }
+
+  /// Second moments are fifth powers of lengths, and all must stay far from the limits of a double.
+  static void check_size(const Transformer<D>& placement, double reach) {
+    for (const auto& row : placement.matrix())
+      for (const Quad entry : row) {
+        const auto size = std::fabs(static_cast<long double>(entry));
+        if (!(size <= 1e40L)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+        if (size > 0x1p20L * static_cast<long double>(reach))
+          throw Error("a primitive is modelled more than a million times its reach away from where its matrices put it; model it nearer to the origin");
+      }
+  }
+
+  /// Errors in `work` get the place of the primitive.
+  template <typename Work>
+  void at_its_place(std::int32_t primitive, Work&& work) const {
+    try {
+      work();
+    } catch (const Error& error) {
+      throw Error((options_.place_of_primitive ? options_.place_of_primitive(primitive) : "") + error.what());
+    }
+  }
+
+  /// The grid must resolve the solid, however far its largest primitive reaches. A solid that is almost nothing, such as
+  /// the intersection of two that touch, gets some space around it.
+  static void check_proportions(Box<D>& box, double reach) {
+    double size = 0;
+    for (int i = 0; i < D; ++i) size = std::max(size, box.upper[i] - box.lower[i]);
+    if (!std::isfinite(size) || !(reach <= 1e40))
+      throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+    if (size > 0 && size < 1e-40) throw Error("the model is smaller than 1e-40; scale it up");
+    if (size > 0 && reach > 0x1p68 * size)
+      throw Error("a primitive reaches more than 2^68 times farther than the solid is large; make that primitive smaller");
+    const double missing = reach * 0x1p-40 - size;
+    for (int i = 0; i < D && missing > 0; ++i) {
+      box.lower[i] -= missing / 2;
+      box.upper[i] += missing / 2;
+    }
+  }
+
+  static Network<D> empty_network() {
+    std::array<double, D> zero{}, one;
+    one.fill(1);
+    return Network<D>(HyperplaneTable<D>(zero, one, 1));
+  }
+
+  void add_colours(Network<D>& network) const {
+    const auto& occurrences = lowered_.occurrences;
+    if (std::none_of(occurrences.begin(), occurrences.end(), [](const auto& occurrence) { return occurrence.colour != nullptr; })) return;
+    const Occurrence<D>* first = nullptr;  // to which something may belong
+    for (const Occurrence<D>& occurrence : occurrences) {
+      const auto number = static_cast<std::size_t>(occurrence.number);
+      if (network.colours.size() <= number) network.colours.resize(number + 1);
+      if (occurrence.colour != nullptr) network.colours[number] = *occurrence.colour;
+      if ((lowered_.program[occurrence.leaf] & Program::negated) != 0 || !occurrence.owns) continue;
+      if (first == nullptr) first = &occurrence;
+      network.has_colours = network.has_colours || colour_of(occurrence) != colour_of(*first);
+    }
+  }
+
+  static std::optional<model::Colour> colour_of(const Occurrence<D>& occurrence) {
+    return occurrence.colour != nullptr ? std::optional(*occurrence.colour) : std::nullopt;
+  }
+
+  /// A part has the colour that all of it has.
+  void colour_parts(Network<D>& network) const {
+    std::vector<bool> is_met(network.parts.size());
+    for (const Occurrence<D>& occurrence : lowered_.occurrences) {
+      if (network.parts.empty() || occurrence.part < 0) continue;
+      const auto part = static_cast<std::size_t>(occurrence.part);
+      const auto colour = colour_of(occurrence);
+      if (!is_met[part])
+        network.parts[part].colour = colour;
+      else if (network.parts[part].colour != colour)
+        network.parts[part].colour.reset();
+      is_met[part] = true;
+    }
+  }
+
+  void make_shapes() {
+    constexpr std::size_t at_once = 4096;  // so that few meshes are held twice
+    const auto& occurrences = lowered_.occurrences;
+    std::vector<const model::Primitive*> next;
+    for (std::size_t first = 0; first < occurrences.size(); first += at_once) {
+      next.clear();
+      const auto some = std::span(occurrences).subspan(first, std::min(at_once, occurrences.size() - first));
+      for (const Occurrence<D>& occurrence : some) next.push_back(occurrence.primitive);
+      shapes_.prepare(next, options_.threads);
+    }
+  }
+
+  /// Placements become those of the shapes' normalized frames.
+  std::vector<Producer<D>> make_producers() {
+    constexpr std::size_t grain = 64;
+    auto& occurrences = lowered_.occurrences;
+    shape_of_.resize(occurrences.size());
+    std::vector<Producer<D>> producers(occurrences.size());
+    geometry::for_each_range(occurrences.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) {
+        Occurrence<D>& occurrence = occurrences[i];
+        const Framed<D> framed = shapes_.of(*occurrence.primitive);
+        shape_of_[i] = framed.shape;
+        occurrence.placement = occurrence.placement.after(framed.frame);
+        const Shape<D>& shape = shapes_[framed.shape];
+        producers[i].primitive = occurrence.number;
+        producers[i].part = occurrence.part;
+        producers[i].guard = occurrence.guard;
+        producers[i].leaf = occurrence.leaf;
+        producers[i].owns = occurrence.owns;
+        producers[i].undecided = shape.undecided;
+        static_cast<Box<D>&>(producers[i]) = image_of(shape, occurrence.placement);
+      }
+    });
+    return producers;
+  }
+
+  static Box<D> image_of(const Shape<D>& shape, const Transformer<D>& placement) {
+    if (shape.round) return placement.image_of_round(shape.round->axes);
+    return shape.rings.empty() ? placement.image(shape.bounds) : placement.image(shape.rings);
+  }
+
+  static constexpr std::uint32_t no_map = ~std::uint32_t{0};
+
+  /// Adds the maps of the producers that the box does not miss. Makes room for all that is added for these, at least for those with flat faces.
+  /// @return the map of each producer.
+  std::vector<std::uint32_t> add_maps(Network<D>& network, const Box<D>& box) const {
+    constexpr std::size_t grain = 64;
+    const auto& producers = network.producers;
+    std::vector<std::uint32_t> map_of(producers.size(), no_map);
+    std::size_t planes = 0;
+    std::uint32_t maps = 0;
+    for (std::size_t i = 0; i < producers.size(); ++i) {
+      if (box.misses(producers[i])) continue;
+      map_of[i] = maps++;
+      planes += shapes_[shape_of_[i]].covector_count;
+    }
+    if (planes > std::numeric_limits<std::uint32_t>::max()) throw Error("the model's primitives have more than 4,294,967,295 half-spaces; divide it");
+    network.planes.reserve(planes);
+    network.table.reserve(maps);
+    const std::uint32_t first_map = network.table.add_maps(maps);
+    for (std::uint32_t& map : map_of)
+      if (map != no_map) map += first_map;
+    geometry::for_each_range(producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i)
+        if (map_of[i] != no_map) network.table.set_map(map_of[i], lowered_.occurrences[i].placement.matrix(), producers[i].lower, producers[i].upper);
+    });
+    return map_of;
+  }
+
+  /// Enclosures of patches are computed in double precision: they are off by 2^-52 of how far the control points reach, twice at
+  /// least. Where that is more than what tells hyperplanes apart in the model, halving patches decides nothing and does not end.
+  static void check_reach(double scale, const Box<D>& box) {
+    constexpr double off = 0x1p-51, apart = 1e-9;
+    double width = 0;
+    for (int i = 0; i < D; ++i) width = std::max(width, box.upper[i] - box.lower[i]);
+    if (scale * off <= apart * width) return;
+    std::ostringstream text;
+    text << "the control points of a spline or subdivision surface reach " << scale << " units, far beyond the model: "
+         << "the surface is known to " << scale * off << " units there, which is too coarse to cut it; move the points that are so far away "
+         << "nearer, or leave them out";
+    throw Error(text.str());
+  }
+
+  void add_planes(Network<D>& network, const Box<D>& box) {
+    HyperplaneTable<D>& table = network.table;
+    table.add_covectors(shapes_.take_covectors());
+    const auto placement = [&](std::size_t i) -> const Transformer<D>& { return lowered_.occurrences[i].placement; };
+    const std::vector<std::uint32_t> map_of = add_maps(network, box);
+    std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
+    first_occurrence.reserve(network.producers.size());
+    std::map<std::size_t, PreimageFrame<D>> frames;  // by producer
+    std::map<std::size_t, PlacedPatches<D>> patches;  // by producer
+    std::uint32_t rounds = 0;
+    for (std::size_t i = 0; i < network.producers.size(); ++i) {
+      Producer<D>& producer = network.producers[i];
+      const Shape<D>& shape = shapes_[shape_of_[i]];
+      first_occurrence.push_back(0);
+      std::optional<std::uint32_t> first;
+      const bool matters = map_of[i] != no_map;
+      if (matters && shape.covector_count > 0 && table.orientation(map_of[i]) != 0)
+        first = table.add_occurrences(map_of[i], shape.first_covector, shape.covector_count);
+      if (matters && shape.is_spline()) {
+        first = 0;  // it has no half-spaces
+        ++rounds;
+        const auto& placed =
+            patches.emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i)) : place<D>(*shape.subdivision, placement(i)))
+                .first->second;
+        at_its_place(producer.primitive, [&] { check_reach(placed.placement.scale, box); });
+        std::array<double, D> factors;
+        factors.fill(placed.placement.scale);
+        maps[i] = table.add_map(Transformer<D>::scaling(factors, placed.placement.origin).matrix());
+      } else if (matters && shape.is_round()) {
+        maps[i] = table.add_map(placement(i).matrix());
+        if (shape.preimage != nullptr) {
+          const auto& frame = frames.emplace(i, PreimageFrame<D>(producer)).first->second;
+          frames.at(i).map = table.add_map(Transformer<D>::scaling(frame.scale, frame.origin).matrix());
+        }
+        if (table.orientation(maps[i]) != 0) {
+          first = first.value_or(0);  // a ball has no half-spaces
+          ++rounds;
+        }
+      }
+      if (first)
+        first_occurrence.back() = *first;
+      else if (matters)
+        flatten(producer);
+      else
+        make_empty(producer);
+    }
+    std::vector<std::size_t> meshes;  // the producers that are meshes
+    const std::vector<OrientedHyperplane> codes = table.merge(options_.coincidence, options_.threads);
+    for (std::size_t i = 0; i < network.producers.size(); ++i) {
+      Producer<D>& producer = network.producers[i];
+      if (producer.is_empty()) continue;
+      const Shape<D>& shape = shapes_[shape_of_[i]];
+      const std::span own(codes.data() + first_occurrence[i], shape.covector_count);
+      if (shape.is_round()) {
+        const std::uint32_t ids = network.table.free_ids() / rounds--;
+        if (shape.is_spline()) {
+          add_spline(network, producer, std::move(patches.at(i)), maps[i], ids);
+          continue;
+        }
+        if (shape.preimage != nullptr) {
+          at_its_place(producer.primitive, [&] { add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids); });
+          continue;
+        }
+        add_half_spaces(network, producer, own);
+        if (producer.is_empty()) continue;
+        if (shape.round) add_round(network, producer, *shape.round, maps[i], ids);
+        if constexpr (D == 3)
+          if (shape.torus) add_torus(network, producer, *shape.torus, maps[i], ids);
+        continue;
+      }
+      if constexpr (D == 3) {
+        if (shape.mesh != nullptr && !shape.mesh->convex) {
+          producer.mesh = static_cast<std::int32_t>(meshes.size());
+          meshes.push_back(i);
+          continue;
+        }
+        if (shape.lathe != nullptr) {
+          const auto facets = own.first(shape.lathe->facet_count);
+          add_half_spaces(network, producer, facets);
+          if (producer.is_empty()) continue;
+          // LatheProducer finds the half-spaces by their place among all.
+          network.planes.resize(producer.first_plane);
+          network.planes.insert(network.planes.end(), facets.begin(), facets.end());
+          producer.plane_count = static_cast<std::uint32_t>(facets.size());
+          producer.lathe = static_cast<std::int32_t>(network.lathes.size());
+          network.lathes.push_back(place_lathe(*shape.lathe, placement(i), own, table.radius(), options_.coincidence * table.width()));
+          continue;
+        }
+      }
+      add_half_spaces(network, producer, own);
+    }
+    if constexpr (D == 3) {
+      const auto facets_of = [&](std::size_t i) { return std::span(codes.data() + first_occurrence[i], shapes_[shape_of_[i]].covector_count); };
+      place_meshes(network, meshes, facets_of);
+    }
+  }
+
+  /// @param producers that are meshes. @param facets_of the half-spaces of a producer.
+  template <typename FacetsOf>
+  void place_meshes(Network<3>& network, const std::vector<std::size_t>& producers, const FacetsOf& facets_of) const {
+    std::vector<std::optional<Mesh>> placed(producers.size());
+    constexpr std::size_t grain = 16;
+    geometry::for_each_range(producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
+      for (std::size_t k = first; k < end; ++k) {
+        const std::size_t i = producers[k];
+        const Shape<3>& shape = shapes_[shape_of_[i]];
+        placed[k] = place_mesh(*shape.mesh, lowered_.occurrences[i].placement.matrix(), network.table.grid_exponent(), facets_of(i));
+      }
+    });
+    network.meshes.reserve(placed.size());
+    for (auto& mesh : placed) network.meshes.push_back(std::move(*mesh));
+  }
+
+  /// The half-spaces of a convex producer, each once. One that merging has made flat is empty.
+  void add_half_spaces(Network<D>& network, Producer<D>& producer, std::span<const OrientedHyperplane> own) {
+    std::vector<OrientedHyperplane>& planes = own_planes_;
+    planes.assign(own.begin(), own.end());
+    std::sort(planes.begin(), planes.end(), [](auto a, auto b) { return a.code < b.code; });
+    planes.erase(std::unique(planes.begin(), planes.end()), planes.end());
+    for (std::size_t i = 0; i + 1 < planes.size(); ++i)
+      if (planes[i].id() == planes[i + 1].id()) return flatten(producer);
+    producer.first_plane = static_cast<std::uint32_t>(network.planes.size());
+    producer.plane_count = static_cast<std::uint32_t>(planes.size());
+    network.planes.insert(network.planes.end(), planes.begin(), planes.end());
+    for (const OrientedHyperplane plane : planes) {
+      const auto h = network.table.rounded(plane.id());
+      for (int axis = 0; axis < D; ++axis)
+        if (std::fabs(h.normal[axis]) > 1 - 1e-12)
+          producer.bounding_plane[axis][(h.normal[axis] > 0) != plane.flipped() ? 1 : 0] = plane.code + 1;
+    }
+  }
+
+  static void find_shared(Network<D>& network) {
+    std::vector<bool> seen(network.table.size());
+    network.shared.resize(network.table.size());
+    for (const OrientedHyperplane plane : network.planes) {
+      if (seen[plane.id()]) network.shared[plane.id()] = true;
+      seen[plane.id()] = true;
+    }
+  }
+
+  std::vector<OrientedHyperplane> own_planes_;  // of one producer
+
+  static void check_ids(std::uint64_t needed, std::uint32_t ids) {
+    if (needed > ids) throw Error("too many round solids: the hyperplanes do not suffice for all of them; leave out --curved");
+  }
+
+  void add_torus(Network<3>& network, Producer<3>& producer, double minor, std::uint32_t map, std::uint32_t ids) {
+    HyperplaneTable<3>& table = network.table;
+    const geometry::RoundFamily<3> fan(2, 1, 1, ids / 8);
+    const geometry::TorusFamily family(minor, ids - ids / 8);
+    check_ids(std::uint64_t{fan.count()} + family.count(), ids);
+    producer.torus = static_cast<std::int32_t>(network.tori.size());
+    const auto first_of_fan = table.add_family(map, fan);
+    network.tori.push_back({fan, first_of_fan, family, table.add_family(map, family), table.map(map).inverse(table.radius())});
+  }
+
+  void add_round(Network<D>& network, Producer<D>& producer, const typename Shape<D>::RoundPart& part, std::uint32_t map, std::uint32_t ids) {
+    HyperplaneTable<D>& table = network.table;
+    const geometry::RoundFamily<D> family(part.axes, part.bottom, part.top, ids);
+    check_ids(family.count(), ids);
+    producer.round = static_cast<std::int32_t>(network.rounds.size());
+    network.rounds.push_back({family, table.add_family(map, family), table.map(map).inverse(table.radius())});
+    const Round<D>& round = network.rounds.back();
+    for (std::uint32_t face = 0; face < static_cast<std::uint32_t>(2 * part.axes) && part.bottom == part.top; ++face) {
+      const OrientedHyperplane tangent = round.plane(family.tangent({.face = face}));
+      const auto h = table.rounded(tangent.id());
+      for (int axis = 0; axis < D; ++axis)
+        if (std::fabs(h.normal[axis]) > 1 - 1e-12) producer.bounding_plane[axis][h.normal[axis] > 0 ? 1 : 0] = tangent.code + 1;
+    }
+  }
+
+  void add_spline(Network<D>& network, Producer<D>& producer, PlacedPatches<D> placed, std::uint32_t map, std::uint32_t ids) {
+    const auto tree = std::make_shared<PatchTree<D>>(std::move(placed.roots), placed.placement, placed.error, placed.weight_ratio, placed.closed, ids);
+    check_ids(tree->count(), ids);
+    producer.spline = static_cast<std::int32_t>(network.splines.size());
+    network.splines.push_back({tree, network.table.add_family(map, geometry::SharedFamily<D>(tree))});
+  }
+
+  void add_preimage(Network<D>& network, Producer<D>& producer, const model::Preimage& preimage, std::uint32_t map,
+                    const PreimageFrame<D>& frame, std::uint32_t ids) {
+    HyperplaneTable<D>& table = network.table;
+    auto placed = place_preimage<D>(preimage, table.map(map).inverse(table.radius()), frame, ids);
+    check_ids(placed.planes->count(), ids);
+    producer.preimage = static_cast<std::int32_t>(network.preimages.size());
+    placed.first = table.add_family(frame.map, geometry::SharedFamily<D>(placed.planes));
+    network.preimages.push_back(std::move(placed));
+  }
+
+  std::set<std::int32_t> flat_primitives_;
+  std::int32_t flat_primitive_ = 0;  // the first one
+  Box<D> flat_box_;
+
+  /// The pieces of one drawing are one primitive.
+  void flatten(Producer<D>& producer) {
+    if (flat_primitives_.empty()) {
+      flat_primitive_ = producer.primitive;
+      flat_box_ = producer;
+    }
+    flat_primitives_.insert(producer.primitive);
+    make_empty(producer);
+  }
+
+  void warn_of_flat_primitives(Network<D>& network) const {
+    if (flat_primitives_.empty()) return;
+    std::ostringstream text;
+    if (options_.place_of_primitive) text << options_.place_of_primitive(flat_primitive_);
+    const bool is_one = flat_primitives_.size() == 1, is_merged = options_.coincidence > 0;
+    text << (is_one ? "a primitive is " : std::to_string(flat_primitives_.size()) + " primitives are ");
+    if (is_merged)
+      text << "thinner than the tolerance, " << options_.coincidence << " of " << (options_.is_nested ? "what it is made of" : "the model")
+           << ", and left out: ";
+    else
+      text << "flat to the last bit of " << (is_one ? "its" : "their") << " numbers, so " << (is_one ? "it encloses" : "they enclose")
+           << " nothing, and left out: ";
+    text << (is_one ? "" : "the first one is ");
+    if (!options_.is_nested) text << "primitive " << flat_primitive_ << ", ";
+    text << "between (";
+    for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.lower[i];
+    text << ") and (";
+    for (int i = 0; i < D; ++i) text << (i == 0 ? "" : ", ") << flat_box_.upper[i];
+    text << ")";
+    if (is_merged) text << "; --coincidence 0 keeps all that the numbers of the model express";
+    network.warnings.push_back(text.str());
+  }
+
+  static void make_empty(Producer<D>& producer) { static_cast<Box<D>&>(producer) = Box<D>::empty(); }
+};
+
+}  // namespace
+
+template <int D>
+Network<D> compile(const model::Expression& expression, const CompileOptions& options) {
+  std::vector<std::string> warnings;
+  const model::Expression resolved = resolve(expression, options, warnings);
+  Lowered<D> lowered = lower<D>(resolved, options.parts);
+  Network<D> network = Compiler<D>(lowered, options).run();
+  network.warnings.insert(network.warnings.begin(), warnings.begin(), warnings.end());
+  return network;
+}
+
+#define BSP2_INSTANTIATE(D) template Network<D> compile<D>(const model::Expression&, const CompileOptions&);
+BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
+#undef BSP2_INSTANTIATE
+
+}  // namespace bsp2::dataflow

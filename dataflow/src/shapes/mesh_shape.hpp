@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "bsp2/dataflow/shapes/mesh.hpp"
+#include "bsp2/geometry/exact/affine_map.hpp"
+#include "bsp2/geometry/exact/covector.hpp"
+#include "bsp2/model/expression/expression.hpp"
+
+namespace bsp2::dataflow {
+
+/// A triangle mesh in a normalized frame: integer points p, coordinates p 2^-53 in [-1, 1], and the exact planes
+/// through its triangles.
+struct MeshShape {
+  explicit MeshShape(const model::TriangleMesh& mesh);
+
+  double scale = 1;                ///< a power of two: units of the primitive's frame per unit of the normalized one
+  std::array<double, 3> origin{};  ///< of the normalized frame in the primitive's: not 0 where the mesh is far from there
+  std::vector<std::array<std::int64_t, 3>> points;
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< those that are not flat
+  std::vector<geometry::Covector<3>> covectors;         ///< one a triangle
+  std::array<double, 3> lower, upper;
+  bool convex = false;  ///< the intersection of its half-spaces
+
+ private:
+  void choose_frame(const model::TriangleMesh& mesh);
+  [[nodiscard]] bool is_convex() const;
+};
+
+/// The mesh as a producer of the model. @param planes the merged hyperplane of each triangle.
+Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent, std::span<const geometry::OrientedHyperplane> planes);
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,317 @@
+#include "bsp2/geometry/surface/boundary.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <tuple>
+
+#include "surface/edge_chain.hpp"
+#include "surface/exact_points.hpp"
+#include "surface/sweep_triangulation.hpp"
+#include "surface/no_index.hpp"
+
+namespace bsp2::geometry {
+namespace {
+
+/// Puts the faces in an order that does not depend on how they were found.
+void sort_faces(Skin& skin) {
+  std::vector<std::uint32_t> order(skin.faces.size()), place(skin.faces.size());
+  std::iota(order.begin(), order.end(), 0u);
+  const auto key = [&](std::uint32_t i) { return std::tuple(skin.faces[i].outward.code, skin.faces[i].owner); };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  std::vector<Skin::Face> faces;
+  for (const std::uint32_t old : order) {
+    if (faces.empty() || faces.back().outward != skin.faces[old].outward || faces.back().owner != skin.faces[old].owner)
+      faces.push_back(skin.faces[old]);
+    place[old] = static_cast<std::uint32_t>(faces.size() - 1);
+  }
+  for (Skin::Edge& edge : skin.edges) edge.face = place[edge.face];
+  skin.faces = std::move(faces);
+}
+
+/// The vertices of a skin, equal ones once; the edges are renumbered.
+PointSet unite_points(const HyperplaneTable<3>& table, Skin& skin) {
+  PointSet points;
+  points.vertices.reserve(skin.vertices.size());
+  for (const auto& ids : skin.vertices) points.vertices.push_back(canonical_vertex(table, ids));
+  points.offset = std::move(skin.incident_offset);
+  points.planes = std::move(skin.incident);
+  skin.vertices = {};
+  const auto map = ExactPoints(table).unify(points);
+  for (Skin::Edge& edge : skin.edges) {
+    edge.from = map[edge.from];
+    edge.to = map[edge.to];
+  }
+  return points;
+}
+
+/// Adds up the edges of each plane line by line: those on both sides of a cut between regions were added up apart.
+void add_up_lines(ExactPoints& exact, const PointSet& points, Skin& skin) {
+  const auto plane = [&](const Skin::Edge& edge) { return skin.faces[edge.face].outward.id(); };
+  std::sort(skin.edges.begin(), skin.edges.end(), [&](const Skin::Edge& a, const Skin::Edge& b) { return plane(a) < plane(b); });
+  LineAdder adder(exact);
+  EdgeChain sum, edges;
+  sum.reserve(skin.edges.size());
+  for (std::size_t begin = 0, end = 0; begin < skin.edges.size(); begin = end) {
+    while (end < skin.edges.size() && plane(skin.edges[end]) == plane(skin.edges[begin])) ++end;
+    edges.assign(skin.edges.begin() + static_cast<std::ptrdiff_t>(begin), skin.edges.begin() + static_cast<std::ptrdiff_t>(end));
+    adder.add_up(points, plane(skin.edges[begin]), edges);
+    sum.insert(sum.end(), edges.begin(), edges.end());
+  }
+  skin.edges = std::move(sum);
+}
+
+/// Joins the edges at vertices in which no more happens than that one straight edge goes on as another, in all faces.
+/// @pre no vertex lies inside an edge.
+class Straightener {
+ public:
+  /// @param skin its edges are used up.
+  Straightener(ExactPoints& exact, const PointSet& points, Skin& skin) : exact_(exact), points_(points), skin_(skin) {}
+
+  EdgeChain run() {
+    find_neighbours();
+    EdgeChain edges = std::move(skin_.edges);
+    std::sort(edges.begin(), edges.end(),
+              [](const Skin::Edge& a, const Skin::Edge& b) { return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to); });
+    EdgeChain joined;
+    joined.reserve(edges.size());
+    for (const Skin::Edge& edge : edges) {
+      if (straight_[edge.from]) continue;
+      Skin::Edge whole = edge;
+      while (straight_[whole.to]) whole.to = next(edges, whole.face, whole.to);
+      joined.push_back(whole);
+    }
+    return joined;
+  }
+
+ private:
+  struct Neighbours {
+    std::array<std::uint32_t, 2> points{none, none};
+    bool more = false;
+    void add(std::uint32_t point) {
+      if (point == points[0] || point == points[1]) return;
+      if (points[1] != none) more = true;
+      points[points[0] == none ? 0 : 1] = point;
+    }
+  };
+
+  ExactPoints& exact_;
+  const PointSet& points_;
+  Skin& skin_;
+  std::vector<bool> straight_;
+
+  void find_neighbours() {
+    std::vector<Neighbours> neighbours(points_.size());
+    for (const Skin::Edge& edge : skin_.edges) {
+      neighbours[edge.from].add(edge.to);
+      neighbours[edge.to].add(edge.from);
+    }
+    straight_.assign(points_.size(), false);
+    std::vector<bool> seen(points_.size(), false);
+    for (const Skin::Edge& edge : skin_.edges)
+      for (const auto& [middle, end] : {std::pair(edge.from, edge.to), std::pair(edge.to, edge.from)}) {
+        const Neighbours& both = neighbours[middle];
+        if (seen[middle] || both.more) continue;
+        seen[middle] = true;
+        const std::uint32_t other = both.points[both.points[0] == end ? 1 : 0];
+        straight_[middle] = exact_.side(points_, other, skin_.faces[edge.face].outward.id()) == 0 && exact_.side(points_, other, edge.across) == 0;
+      }
+  }
+  static std::uint32_t next(const EdgeChain& edges, std::uint32_t face, std::uint32_t from) {
+    const auto edge = std::lower_bound(edges.begin(), edges.end(), std::pair(face, from),
+                                       [](const Skin::Edge& e, const auto& key) { return std::pair(e.face, e.from) < key; });
+    if (edge == edges.end() || edge->face != face || edge->from != from) throw std::logic_error("the boundary of a face does not close");
+    return edge->to;
+  }
+};
+
+}  // namespace
+
+void Skin::append(const Skin& other) {
+  const auto first_vertex = static_cast<std::uint32_t>(vertices.size()), first_face = static_cast<std::uint32_t>(faces.size()),
+             first_incident = static_cast<std::uint32_t>(incident.size());
+  vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
+  incident.insert(incident.end(), other.incident.begin(), other.incident.end());
+  for (std::size_t i = 1; i < other.incident_offset.size(); ++i) incident_offset.push_back(first_incident + other.incident_offset[i]);
+  faces.insert(faces.end(), other.faces.begin(), other.faces.end());
+  for (const Edge& edge : other.edges) edges.push_back({first_vertex + edge.from, first_vertex + edge.to, first_face + edge.face, edge.across});
+}
+
+void Skin::unite_names() {
+  std::vector<std::uint32_t> order(vertices.size()), place(vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return vertices[a] < vertices[b]; });
+  Skin united;
+  united.incident.reserve(incident.size());
+  std::vector<HyperplaneId> known;
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    const auto& name = vertices[order[begin]];
+    known.clear();
+    for (; end < order.size() && vertices[order[end]] == name; ++end) {
+      const std::uint32_t old = order[end];
+      place[old] = static_cast<std::uint32_t>(united.vertices.size());
+      known.insert(known.end(), incident.begin() + incident_offset[old], incident.begin() + incident_offset[old + 1]);
+    }
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    united.vertices.push_back(name);
+    united.incident.insert(united.incident.end(), known.begin(), known.end());
+    united.incident_offset.push_back(static_cast<std::uint32_t>(united.incident.size()));
+  }
+  vertices = std::move(united.vertices);
+  incident = std::move(united.incident);
+  incident_offset = std::move(united.incident_offset);
+  for (Edge& edge : edges) {
+    edge.from = place[edge.from];
+    edge.to = place[edge.to];
+  }
+}
+
+namespace {
+
+/// Where edges of one face cross though none ends there: three lines through a point with every other one of the six
+/// sectors in the face, so that each line goes straight on. Looked for only where a face could not be triangulated.
+void add_crossings(ExactPoints& exact, std::span<const Skin::Edge> edges, OrientedHyperplane outward, PointSet& points) {
+  const auto part = [&](const Skin::Edge& a, const Skin::Edge& b) {
+    return exact.side(points, a.from, b.across) * exact.side(points, a.to, b.across) < 0;
+  };
+  for (std::size_t i = 0; i < edges.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      if (!part(edges[i], edges[k]) || !part(edges[k], edges[i])) continue;
+      const Vertex<3> vertex =
+          canonical_vertex(exact.table(), {outward.id(), edges[i].across, edges[k].across});
+      points.add(vertex, vertex.hyperplanes);
+    }
+}
+
+/// The triangles of all faces. @return whether all could be made; else `points` has more of them, to divide edges at.
+bool triangulate_faces(ExactPoints& exact, PointSet& points, const Skin& skin, const EdgeChain& edges,
+                       TriangleSurface& surface) {
+  surface = {};
+  surface.points.reserve(points.size());
+  surface.triangles.reserve(edges.size());
+  surface.owner.reserve(edges.size());
+  const std::size_t known = points.size();
+  SweepTriangulator triangulator;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> number(known, none);
+  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+    const Skin::Face& face = skin.faces[edges[begin].face];
+    while (end < edges.size() && edges[end].face == edges[begin].face) ++end;
+    const auto of_face = std::span(edges).subspan(begin, end - begin);
+    triangles.clear();
+    try {
+      triangulator.triangulate(exact, points, face.outward, of_face, triangles);
+    } catch (const std::logic_error&) {
+      const std::size_t before = points.size();
+      add_crossings(exact, of_face, face.outward, points);
+      if (points.size() == before) throw;
+    }
+    for (auto& triangle : triangles) {
+      for (std::uint32_t& point : triangle) {
+        if (number[point] == none) {
+          number[point] = static_cast<std::uint32_t>(surface.points.size());
+          const auto& x = points.vertices[point].x;
+          surface.points.push_back({x[0] + 0.0, x[1] + 0.0, x[2] + 0.0});  // no negative zeros
+        }
+        point = number[point];
+      }
+      surface.triangles.push_back(triangle);
+      surface.owner.push_back(face.owner);
+    }
+  }
+  return points.size() == known;
+}
+
+/// Divides edges at the points from `first` on, which may be the same as others.
+void divide_at(ExactPoints& exact, PointSet& points, std::size_t first, Skin& skin) {
+  const auto map = exact.unify(points);
+  for (Skin::Edge& edge : skin.edges) {
+    edge.from = map[edge.from];
+    edge.to = map[edge.to];
+  }
+  std::vector<std::uint32_t> crossings(map.begin() + static_cast<std::ptrdiff_t>(first), map.end());
+  EdgeSplitter(exact).split(points, skin.faces, skin.edges, crossings);
+  add_up(skin.edges);
+}
+
+}  // namespace
+
+TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
+  ExactPoints exact(table);
+  sort_faces(skin);
+  skin.unite_names();
+  PointSet points = unite_points(table, skin);
+  add_up_lines(exact, points, skin);
+  add_up(skin.edges);
+  EdgeSplitter(exact).split(points, skin.faces, skin.edges);
+  add_up(skin.edges);
+  TriangleSurface surface;
+  for (;;) {
+    skin.edges = Straightener(exact, points, skin).run();
+    const std::size_t known = points.size();
+    const EdgeChain& edges = skin.edges;
+    if (triangulate_faces(exact, points, skin, edges, surface)) return surface;
+    const std::size_t undivided = edges.size();
+    divide_at(exact, points, known, skin);
+    if (skin.edges.size() <= undivided) throw std::logic_error("edges of a face of the boundary that cross cannot be divided");
+  }
+}
+
+double TriangleSurface::area() const {
+  long double sum = 0;
+  for (const auto& [a, b, c] : triangles) {
+    std::array<double, 3> u, v;
+    for (int k = 0; k < 3; ++k) {
+      u[k] = points[b][k] - points[a][k];
+      v[k] = points[c][k] - points[a][k];
+    }
+    const double x = u[1] * v[2] - u[2] * v[1], y = u[2] * v[0] - u[0] * v[2], z = u[0] * v[1] - u[1] * v[0];
+    sum += std::sqrt(x * x + y * y + z * z) / 2;
+  }
+  return static_cast<double>(sum);
+}
+
+double TriangleSurface::volume() const {
+  if (points.empty()) return 0;
+  long double sum = 0;
+  const auto& o = points[0];  // near the solid, wherever that is
+  for (const auto& [a, b, c] : triangles) {
+    std::array<std::array<long double, 3>, 3> p;
+    for (int k = 0; k < 3; ++k)
+      p[k] = {static_cast<long double>(points[a][k]) - o[k], static_cast<long double>(points[b][k]) - o[k], static_cast<long double>(points[c][k]) - o[k]};
+    sum += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) - p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
+           p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+  }
+  return static_cast<double>(sum / 6);
+}
+
+bool TriangleSurface::is_closed() const {
+  // The sides by their lower end; one is written as its upper end and its direction.
+  std::vector<std::uint32_t> begin(points.size() + 1, 0);
+  const auto for_each_side = [&](const auto& see) {
+    for (const auto& triangle : triangles)
+      for (int k = 0; k < 3; ++k)
+        if (const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3]; from != to) see(std::min(from, to), std::max(from, to), from < to);
+  };
+  for_each_side([&](std::uint32_t low, std::uint32_t, bool) { ++begin[low + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  std::vector<std::pair<std::uint32_t, bool>> sides(begin.back());
+  for_each_side([&](std::uint32_t low, std::uint32_t high, bool upwards) { sides[next[low]++] = {high, upwards}; });
+  for (std::size_t low = 0; low < points.size(); ++low) {
+    const std::span at_low(sides.data() + begin[low], begin[low + 1] - begin[low]);
+    std::sort(at_low.begin(), at_low.end());
+    for (std::size_t i = 0; i < at_low.size();) {
+      const std::uint32_t high = at_low[i].first;
+      std::ptrdiff_t sum = 0;
+      for (; i < at_low.size() && at_low[i].first == high; ++i) sum += at_low[i].second ? 1 : -1;
+      if (sum != 0) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace bsp2::geometry

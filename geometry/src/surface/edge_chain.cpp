@@ -1,0 +1,238 @@
+#include "surface/edge_chain.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+#include <tuple>
+
+namespace bsp2::geometry {
+namespace {
+
+std::pair<std::uint32_t, std::uint32_t> ends(const Skin::Edge& edge) { return std::minmax(edge.from, edge.to); }
+
+constexpr std::size_t few = 8;  // below it all pairs are looked at
+
+}  // namespace
+
+void add_up(EdgeChain& edges) {
+  std::sort(edges.begin(), edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) {
+    return std::tuple(a.face, ends(a), a.across, a.from) < std::tuple(b.face, ends(b), b.across, b.from);
+  });
+  std::size_t kept = 0;
+  for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+    std::ptrdiff_t sum = 0;
+    for (end = begin; end < edges.size() && edges[end].face == edges[begin].face && ends(edges[end]) == ends(edges[begin]); ++end)
+      sum += edges[end].from < edges[end].to ? 1 : -1;
+    Skin::Edge edge = edges[begin];
+    if ((edge.from < edge.to) != (sum > 0)) std::swap(edge.from, edge.to);
+    for (; sum != 0; sum += sum > 0 ? -1 : 1) edges[kept++] = edge;
+  }
+  edges.resize(kept);
+}
+
+namespace {
+
+/// The lowest of the planes, other than `own`, that two points are known to share.
+HyperplaneId common_plane(const PointSet& points, std::uint32_t a, std::uint32_t b, HyperplaneId own) {
+  const auto p = points.planes_of(a), q = points.planes_of(b);
+  for (std::size_t i = 0, k = 0; i < p.size() && k < q.size();) {
+    if (p[i] == q[k]) {
+      if (p[i] != own) return p[i];
+      ++i, ++k;
+    } else {
+      p[i] < q[k] ? ++i : ++k;
+    }
+  }
+  throw std::logic_error("the ends of an edge share one plane only");
+}
+
+}  // namespace
+
+void LineAdder::add_up(const PointSet& points, HyperplaneId plane, EdgeChain& edges) {
+  items_.clear();
+  for (const Skin::Edge& edge : edges)
+    items_.push_back({std::uint64_t{common_plane(points, edge.from, edge.to, plane)} << 32 | edge.face, edge.from, edge.to});
+  std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) { return a.line_and_face < b.line_and_face; });
+  edges.clear();
+  for (std::size_t begin = 0, end = 0; begin < items_.size(); begin = end) {
+    while (end < items_.size() && items_[end].line_and_face == items_[begin].line_and_face) ++end;
+    add_line(points, std::span(items_).subspan(begin, end - begin), edges);
+  }
+}
+
+void LineAdder::add_line(const PointSet& points, std::span<const Item> items, EdgeChain& sum) {
+  const auto across = static_cast<HyperplaneId>(items[0].line_and_face >> 32);
+  const auto face = static_cast<std::uint32_t>(items[0].line_and_face);
+  if (items.size() == 1) {
+    sum.push_back({items[0].from, items[0].to, face, across});
+    return;
+  }
+  // What an edge adds to all that is beyond its end, it takes away beyond its beginning. By points, then along the line.
+  ends_.clear();
+  for (const Item& item : items) {
+    ends_.push_back({item.from, 1});
+    ends_.push_back({item.to, -1});
+  }
+  std::sort(ends_.begin(), ends_.end(), [](const End& a, const End& b) { return a.point < b.point; });
+  std::size_t kept = 0;
+  for (std::size_t begin = 0, end = 0; begin < ends_.size(); begin = end) {
+    End total{ends_[begin].point, 0};
+    for (; end < ends_.size() && ends_[end].point == total.point; ++end) total.change += ends_[end].change;
+    if (total.change != 0) ends_[kept++] = total;
+  }
+  ends_.resize(kept);
+  if (ends_.empty()) return;
+  const int axis = ExactPoints::axis_of_line(points, items[0].from, items[0].to);
+  std::sort(ends_.begin(), ends_.end(), [&](const End& a, const End& b) {
+    if (a.point == b.point) return false;
+    if (axis >= 0) return exact_.compare(points, a.point, b.point, axis) < 0;
+    for (int k = 0; k < 3; ++k)
+      if (const int order = exact_.compare(points, a.point, b.point, k)) return order < 0;
+    return false;
+  });
+  int count = 0;
+  for (std::size_t i = 0; i + 1 < ends_.size(); ++i) {
+    count += ends_[i].change;
+    for (int k = 0; k < count; ++k) sum.push_back({ends_[i].point, ends_[i + 1].point, face, across});
+    for (int k = 0; k > count; --k) sum.push_back({ends_[i + 1].point, ends_[i].point, face, across});
+  }
+}
+
+void EdgeSplitter::collect_segments(std::span<const Skin::Face> faces, const EdgeChain& edges) {
+  segments_.clear();
+  for (const Skin::Edge& edge : edges) {
+    const auto [low, high] = ends(edge);
+    segments_.push_back({low, high, faces[edge.face].outward.id(), edge.across});
+  }
+  std::sort(segments_.begin(), segments_.end(), [](const Segment& a, const Segment& b) { return std::tie(a.from, a.to) < std::tie(b.from, b.to); });
+  segments_.erase(std::unique(segments_.begin(), segments_.end(),
+                              [](const Segment& a, const Segment& b) { return a.from == b.from && a.to == b.to; }),
+                  segments_.end());
+}
+
+bool EdgeSplitter::is_inside(const PointSet& points, const Segment& segment, std::uint32_t point) {
+  if (point == segment.from || point == segment.to) return false;
+  const Vertex<3>&u = points.vertices[segment.from], &v = points.vertices[segment.to], &w = points.vertices[point];
+  std::array<double, 3> along, to;
+  double length = 0, projected = 0;
+  for (int k = 0; k < 3; ++k) {
+    along[k] = v.x[k] - u.x[k];
+    to[k] = w.x[k] - u.x[k];
+    length += along[k] * along[k];
+    projected += along[k] * to[k];
+  }
+  const double share = length > 0 ? std::clamp(projected / length, 0.0, 1.0) : 0;
+  const double reach = 2 * (u.error + v.error + w.error) + 0x1p-49 * std::sqrt(length);
+  for (int k = 0; k < 3; ++k)
+    if (std::fabs(to[k] - share * along[k]) > reach) return false;
+  return exact_.side(points, point, segment.plane) == 0 && exact_.side(points, point, segment.across) == 0 &&
+         exact_.is_between(points, segment.from, point, segment.to);
+}
+
+/// Makes a k-d tree: the one in the middle parts those before it from those after it, along its axis.
+void EdgeSplitter::build(std::span<Candidate> candidates) {
+  if (candidates.size() <= few) return;
+  std::array<double, 3> low = candidates[0].x, high = low;
+  for (const Candidate& candidate : candidates)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], candidate.x[k]);
+      high[k] = std::max(high[k], candidate.x[k]);
+    }
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
+  const std::size_t half = candidates.size() / 2;
+  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(half), candidates.end(),
+                   [axis](const Candidate& a, const Candidate& b) { return a.x[axis] < b.x[axis]; });
+  candidates[half].axis = axis;
+  build(candidates.first(half));
+  build(candidates.subspan(half + 1));
+}
+
+/// Follows a piece of a segment down the tree. Shares of its length are rounded by 2^-51 of it at most, for which the margin
+/// has room.
+void EdgeSplitter::find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates, double low, double high) {
+  const Segment& segment = segments_[number];
+  const auto &from = points.vertices[segment.from].x, &to = points.vertices[segment.to].x;
+  const auto test = [&](const Candidate& candidate) {
+    for (int k = 0; k < 3; ++k)
+      if (candidate.x[k] < std::min(from[k], to[k]) - margin_ || candidate.x[k] > std::max(from[k], to[k]) + margin_) return;
+    if (is_inside(points, segment, candidate.point)) inner_.emplace_back(number, candidate.point);
+  };
+  if (candidates.size() <= few) {
+    for (const Candidate& candidate : candidates) test(candidate);
+    return;
+  }
+  const std::size_t half = candidates.size() / 2;
+  const Candidate& middle = candidates[half];
+  test(middle);
+  const double start = from[middle.axis], step = to[middle.axis] - start;
+  const double at_low = start + low * step, at_high = start + high * step;
+  const auto share_at = [&](double position) { return std::clamp((position - start) / step, low, high); };
+  if (const double top = middle.x[middle.axis] + margin_; std::min(at_low, at_high) <= top)
+    find(points, number, candidates.first(half), at_low > top ? share_at(top) : low, at_high > top ? share_at(top) : high);
+  if (const double bottom = middle.x[middle.axis] - margin_; std::max(at_low, at_high) >= bottom)
+    find(points, number, candidates.subspan(half + 1), at_low < bottom ? share_at(bottom) : low, at_high < bottom ? share_at(bottom) : high);
+}
+
+/// The points of each segment in order from its lower end.
+void EdgeSplitter::sort_inner(const PointSet& points) {
+  std::sort(inner_.begin(), inner_.end());
+  for (std::size_t begin = 0, end = 0; begin < inner_.size(); begin = end) {
+    const std::uint32_t segment = inner_[begin].first;
+    while (end < inner_.size() && inner_[end].first == segment) ++end;
+    std::sort(inner_.begin() + static_cast<std::ptrdiff_t>(begin), inner_.begin() + static_cast<std::ptrdiff_t>(end),
+              [&](const auto& a, const auto& b) {
+                return a.second != b.second && exact_.is_before(points, a.second, b.second, segments_[segment].to);
+              });
+  }
+}
+
+void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
+                         std::span<const std::uint32_t> others) {
+  if (edges.empty()) return;
+  collect_segments(faces, edges);
+  std::vector<std::uint32_t> used(others.begin(), others.end());
+  for (const Segment& segment : segments_) {
+    used.push_back(segment.from);
+    used.push_back(segment.to);
+  }
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  double largest_error = 0;
+  std::vector<Candidate> candidates;
+  candidates.reserve(used.size());
+  for (const std::uint32_t point : used) {
+    candidates.push_back({points.vertices[point].x, point, 0});
+    largest_error = std::max(largest_error, points.vertices[point].error);
+  }
+  margin_ = 8 * largest_error + 0x1p-48 * exact_.table().radius();
+  build(candidates);
+  inner_.clear();
+  for (std::uint32_t i = 0; i < segments_.size(); ++i) find(points, i, candidates, 0, 1);
+  if (inner_.empty()) return;
+  sort_inner(points);
+
+  EdgeChain divided;
+  divided.reserve(edges.size() + 2 * inner_.size());
+  for (const Skin::Edge& edge : edges) {
+    const auto [low, high] = ends(edge);
+    const auto segment = std::lower_bound(segments_.begin(), segments_.end(), std::pair(low, high), [](const Segment& s, const auto& key) {
+      return std::pair(s.from, s.to) < key;
+    });
+    const auto number = static_cast<std::uint32_t>(segment - segments_.begin());
+    std::uint32_t at = low;
+    const bool forward = edge.from == low;
+    const auto step = [&](std::uint32_t next) {
+      divided.push_back({forward ? at : next, forward ? next : at, edge.face, edge.across});
+      at = next;
+    };
+    for (auto inner = std::lower_bound(inner_.begin(), inner_.end(), std::pair(number, 0u)); inner != inner_.end() && inner->first == number; ++inner)
+      step(inner->second);
+    step(high);
+  }
+  edges = std::move(divided);
+}
+
+}  // namespace bsp2::geometry

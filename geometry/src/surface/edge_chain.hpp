@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "bsp2/geometry/surface/contact.hpp"
+#include "surface/exact_points.hpp"
+
+namespace bsp2::geometry {
+
+/// Sums of directed edges (1-chains), one for each face, over a set of different points.
+///
+/// What has cancelled is gone: edges that run along each other in opposite directions leave no trace.
+using EdgeChain = std::vector<Skin::Edge>;
+
+/// Adds up the edges between the same points in the same face.
+void add_up(EdgeChain& edges);
+
+/// Adds up the edges of one plane line by line, whatever their ends are: where they run along each other, their sum
+/// counts. Straight runs come out as one edge.
+///
+/// Edges are on one line if their ends are known to share a second plane. What is not known is left as it is: the sum is
+/// the same. Thread rule: one thread at a time.
+class LineAdder {
+ public:
+  explicit LineAdder(ExactPoints& exact) : exact_(exact) {}
+  void add_up(const PointSet& points, HyperplaneId plane, EdgeChain& edges);
+
+ private:
+  struct Item {
+    std::uint64_t line_and_face;
+    std::uint32_t from, to;
+  };
+  struct End {
+    std::uint32_t point;
+    int change;  // of the sum, on the way along the line
+  };
+  ExactPoints& exact_;
+  std::vector<Item> items_;
+  std::vector<End> ends_;
+
+  void add_line(const PointSet& points, std::span<const Item> items, EdgeChain& sum);
+};
+
+/// Divides edges so that no end of any of them, and no other given point, lies inside one. Exact. Thread rule: one
+/// thread at a time.
+class EdgeSplitter {
+ public:
+  explicit EdgeSplitter(ExactPoints& exact) : exact_(exact) {}
+  void split(const PointSet& points, std::span<const Skin::Face> faces, EdgeChain& edges,
+             std::span<const std::uint32_t> others = {});
+
+ private:
+  struct Segment {
+    std::uint32_t from, to;  // from < to
+    HyperplaneId plane, across;
+  };
+  /// A point that may lie in a segment, in a k-d tree.
+  struct Candidate {
+    std::array<double, 3> x;
+    std::uint32_t point;
+    int axis;  ///< along which it parts the points before it from those after it
+  };
+
+  ExactPoints& exact_;
+  std::vector<Segment> segments_;
+  double margin_ = 0;  // that covers all errors of points
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> inner_;  // segment, point inside it
+
+  void collect_segments(std::span<const Skin::Face> faces, const EdgeChain& edges);
+  void build(std::span<Candidate> candidates);
+  void find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates, double low, double high);
+  bool is_inside(const PointSet& points, const Segment& segment, std::uint32_t point);
+  void sort_inner(const PointSet& points);
+};
+
+}  // namespace bsp2::geometry

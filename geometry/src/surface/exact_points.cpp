@@ -1,0 +1,251 @@
+#include "surface/exact_points.hpp"
+#include "surface/no_index.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace bsp2::geometry {
+namespace {
+
+constexpr std::array<double, 3> sorting_direction{0.6180339887498949, 0.5291502622129181, 0.5814370241526847};
+
+std::array<HyperplaneId, 3> sorted(std::array<HyperplaneId, 3> ids) {
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+/// Holds a determinant of three homogeneous points: two coordinates of at most 1520 bits each and a weight of 1400 (exact.hpp).
+using WideInteger = FixedInteger<4608>;
+
+[[gnu::noinline]] WideInteger widen(const ExactInteger<3>& value) { return WideInteger(value); }  // inlined, it confuses GCC 12's bounds check
+
+}  // namespace
+
+void PointSet::clear() {
+  vertices.clear();
+  offset.assign(1, 0);
+  planes.clear();
+}
+
+void PointSet::add(const Vertex<3>& vertex, std::span<const HyperplaneId> known) {
+  vertices.push_back(vertex);
+  planes.insert(planes.end(), known.begin(), known.end());
+  offset.push_back(static_cast<std::uint32_t>(planes.size()));
+}
+
+Vertex<3> canonical_vertex(const HyperplaneTable<3>& table, std::array<HyperplaneId, 3> ids) {
+  std::uint64_t unused = 0;
+  return make_vertex<3>(table, sorted(ids), unused);
+}
+
+const ExactCovector<3>& ExactCoordinates::covector(HyperplaneId id) {
+  Covector& entry = covectors_[(id * 0x9e3779b1u >> 12) % covectors_.size()];
+  if (entry.id != id) {
+    entry.value = table_.exact(id);
+    divide_by_common_power_of_two(entry.value);
+    entry.id = id;
+  }
+  return entry.value;
+}
+
+const ExactCovector<3>& ExactCoordinates::point(const Vertex<3>& vertex) {
+  const auto& ids = vertex.hyperplanes;
+  Point& entry = points_[((ids[0] * 0x9e3779b1u ^ ids[1] * 0x85ebca6bu ^ ids[2] * 0xc2b2ae35u) >> 12) % points_.size()];
+  if (entry.ids != ids) {
+    std::array<ExactCovector<3>, 3> rows;
+    for (int i = 0; i < 3; ++i) rows[i] = covector(ids[i]);
+    entry.value = meeting_point<3>(rows);
+    entry.ids = ids;
+  }
+  return entry.value;
+}
+
+int ExactPoints::side(const Vertex<3>& vertex, HyperplaneId id, const Hyperplane<3>& rounded) {
+  const double value = rounded.at(vertex.x), bound = rounded.error + vertex.error * (1 + 0x1p-40);
+  if (value > bound) return 1;
+  if (value < -bound) return -1;
+  for (const HyperplaneId own : vertex.hyperplanes)
+    if (own == id) return 0;
+  const auto& point = coordinates_.point(vertex);
+  const auto& h = coordinates_.covector(id);
+  ExactInteger<3> sum = h[3] * point[3];
+  for (int i = 0; i < 3; ++i)
+    if (!h[i].is_zero() && !point[i].is_zero()) sum += h[i] * point[i];
+  return sum.sign() * point[3].sign();
+}
+
+int ExactPoints::side(const PointSet& points, std::size_t point, HyperplaneId id) {
+  return points.is_known_on(point, id) ? 0 : side(points.vertices[point], id);
+}
+
+bool ExactPoints::is_known(std::uint32_t list, HyperplaneId plane) const {
+  for (; list != none; list = known_[list].next)
+    if (known_[list].plane == plane) return true;
+  return false;
+}
+
+/// Two points are equal if one is on three independent hyperplanes of the other.
+bool ExactPoints::equals(const PointSet& points, std::uint32_t point, const Cluster& cluster) {
+  const Vertex<3>&a = points.vertices[point], &b = points.vertices[cluster.point];
+  const double reach = (a.error + b.error) * (1 + 0x1p-40);
+  for (int k = 0; k < 3; ++k)
+    if (std::fabs(a.x[k] - b.x[k]) > reach) return false;
+  for (const HyperplaneId plane : a.hyperplanes)
+    if (!is_known(cluster.known, plane) && side(b, plane) != 0) return false;
+  return true;
+}
+
+std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
+  // Sorted along a direction in which different points hardly ever agree, equal points are close to each other.
+  keys_.clear();
+  clusters_.clear();
+  known_.clear();
+  double largest_error = 0;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const Vertex<3>& vertex = points.vertices[i];
+    keys_.emplace_back(sorting_direction[0] * vertex.x[0] + sorting_direction[1] * vertex.x[1] + sorting_direction[2] * vertex.x[2], i);
+    largest_error = std::max(largest_error, vertex.error);
+  }
+  // By name where the keys agree: the order in which the points came shall not matter.
+  std::sort(keys_.begin(), keys_.end(), [&](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : points.vertices[a.second].hyperplanes < points.vertices[b.second].hyperplanes;
+  });
+  std::vector<std::uint32_t> map(points.size());
+  const double slack = 0x1p-49 * table_.radius();
+  // A cluster's key is that of its first member, which is at most its error below the exact one: keys ascend.
+  for (const auto& [key, i] : keys_) {
+    const Vertex<3>& vertex = points.vertices[i];
+    const double lowest = key - vertex.error - largest_error - slack;
+    std::uint32_t found = none;
+    for (std::size_t k = clusters_.size(); k-- > 0 && clusters_[k].key >= lowest && found == none;)
+      if (vertex.hyperplanes == points.vertices[clusters_[k].point].hyperplanes || equals(points, i, clusters_[k]))
+        found = static_cast<std::uint32_t>(k);
+    if (found == none) {
+      found = static_cast<std::uint32_t>(clusters_.size());
+      clusters_.push_back({i, none, key});
+    }
+    Cluster& cluster = clusters_[found];
+    if (vertex.hyperplanes < points.vertices[cluster.point].hyperplanes) cluster.point = i;
+    for (const HyperplaneId plane : points.planes_of(i))
+      if (!is_known(cluster.known, plane)) {
+        known_.push_back({plane, cluster.known});
+        cluster.known = static_cast<std::uint32_t>(known_.size() - 1);
+      }
+    map[i] = found;
+  }
+  PointSet& result = united_;
+  result.clear();
+  for (const Cluster& cluster : clusters_) {
+    const std::size_t begin = result.planes.size();
+    for (std::uint32_t at = cluster.known; at != none; at = known_[at].next) result.planes.push_back(known_[at].plane);
+    std::sort(result.planes.begin() + static_cast<std::ptrdiff_t>(begin), result.planes.end());
+    result.vertices.push_back(points.vertices[cluster.point]);
+    result.offset.push_back(static_cast<std::uint32_t>(result.planes.size()));
+  }
+  std::swap(points, result);
+  return map;
+}
+
+namespace {
+
+/// -1 or 1: which of two points comes first along the longest axis of a direction; 0 if their errors do not tell.
+int rounded_order(const Vertex<3>& a, const Vertex<3>& b, const std::array<double, 3>& direction) {
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::fabs(direction[k]) > std::fabs(direction[axis])) axis = k;
+  const double difference = direction[axis] < 0 ? a.x[axis] - b.x[axis] : b.x[axis] - a.x[axis];
+  const double bound = (a.error + b.error) * (1 + 0x1p-40);
+  return difference > bound ? -1 : difference < -bound ? 1 : 0;
+}
+
+}  // namespace
+
+bool ExactPoints::is_before(const PointSet& points, std::uint32_t a, std::uint32_t b, std::uint32_t v) {
+  const Vertex<3>&va = points.vertices[a], &vb = points.vertices[b], &vv = points.vertices[v];
+  const std::array<double, 3> direction{vv.x[0] - va.x[0], vv.x[1] - va.x[1], vv.x[2] - va.x[2]};
+  double size = 0;
+  for (const double d : direction) size = std::max(size, std::fabs(d));
+  if (size > va.error + vv.error)  // the direction is known along its longest axis
+    if (const int order = rounded_order(va, vb, direction)) return order < 0;
+  // Seen from a, b is on v's side of a plane that crosses the line in a.
+  for (const HyperplaneId plane : va.hyperplanes)
+    if (const int s = side(points, v, plane)) return side(points, b, plane) == s;
+  return false;  // cannot be: a's three planes have no line in common
+}
+
+int ExactPoints::axis_of_line(const PointSet& points, std::uint32_t a, std::uint32_t b) {
+  const Vertex<3>&va = points.vertices[a], &vb = points.vertices[b];
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::fabs(va.x[k] - vb.x[k]) > std::fabs(va.x[axis] - vb.x[axis])) axis = k;
+  return std::fabs(va.x[axis] - vb.x[axis]) > (va.error + vb.error) * (1 + 0x1p-40) ? axis : -1;
+}
+
+int ExactPoints::compare(const PointSet& points, std::uint32_t a, std::uint32_t b, int axis) {
+  const Vertex<3>&va = points.vertices[a], &vb = points.vertices[b];
+  const double difference = va.x[axis] - vb.x[axis], bound = (va.error + vb.error) * (1 + 0x1p-40);
+  if (difference > bound) return 1;
+  if (difference < -bound) return -1;
+  const auto p = coordinates_.point(va);
+  const auto& q = coordinates_.point(vb);
+  const WideInteger value = widen(p[axis]) * widen(q[3]) - widen(q[axis]) * widen(p[3]);
+  return value.sign() * p[3].sign() * q[3].sign();
+}
+
+bool ExactPoints::is_between(const PointSet& points, std::uint32_t u, std::uint32_t w, std::uint32_t v) {
+  return is_before(points, u, w, v) && is_before(points, v, w, u);
+}
+
+// --- PlaneFrame ---------------------------------------------------------------------------------------------------
+
+PlaneFrame::PlaneFrame(ExactPoints& exact, OrientedHyperplane outward) : coordinates_(exact.coordinates()), plane_(outward.id()) {
+  const auto normal = exact.table().rounded(outward.id()).normal;
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::fabs(normal[k]) > std::fabs(normal[axis])) axis = k;
+  u_ = (axis + 1) % 3;
+  v_ = (axis + 2) % 3;
+  if ((normal[axis] < 0) != outward.flipped()) std::swap(u_, v_);
+}
+
+int PlaneFrame::orientation(const Vertex<3>& a, const Vertex<3>& b, const Vertex<3>& c) const {
+  const double bu = b.x[u_] - a.x[u_], bv = b.x[v_] - a.x[v_], cu = c.x[u_] - a.x[u_], cv = c.x[v_] - a.x[v_];
+  const double left = bu * cv, right = bv * cu, determinant = left - right;
+  // Each difference is off by the errors of its two points; the last term is for the rounding of all operations.
+  const double eb = 2 * (a.error + b.error), ec = 2 * (a.error + c.error);
+  const double bound = (std::fabs(bu) + std::fabs(bv)) * ec + (std::fabs(cu) + std::fabs(cv)) * eb + 2 * eb * ec +
+                       0x1p-50 * (std::fabs(left) + std::fabs(right));
+  if (determinant > bound) return 1;
+  if (determinant < -bound) return -1;
+  std::array<std::array<WideInteger, 3>, 3> rows;
+  int sign = 1;
+  const std::array<const Vertex<3>*, 3> points{&a, &b, &c};
+  for (int i = 0; i < 3; ++i) {
+    const auto& point = coordinates_.point(*points[i]);
+    rows[i] = {widen(point[u_]), widen(point[v_]), widen(point[3])};
+    sign *= point[3].sign();
+  }
+  const auto minor = [&](int i, int j, int k, int l) -> WideInteger { return rows[i][k] * rows[j][l] - rows[i][l] * rows[j][k]; };
+  const WideInteger value = rows[0][2] * minor(1, 2, 0, 1) - rows[1][2] * minor(0, 2, 0, 1) + rows[2][2] * minor(0, 1, 0, 1);
+  return sign * value.sign();
+}
+
+bool PlaneFrame::is_left_of(const Vertex<3>& a, const Vertex<3>& b) const {
+  constexpr int along = 1000003, across = 618029;
+  const double du = b.x[u_] - a.x[u_], dv = b.x[v_] - a.x[v_];
+  const double difference = along * du + across * dv;
+  const double bound = (along + across) * (2 * (a.error + b.error) + 0x1p-50 * (std::fabs(du) + std::fabs(dv)));
+  if (difference > bound) return true;
+  if (difference < -bound) return false;
+  const auto p = coordinates_.point(a);
+  const auto& q = coordinates_.point(b);
+  const auto order = [&](int cu, int cv) {  // sign of q - p
+    const WideInteger at_p = widen(p[u_]) * cu + widen(p[v_]) * cv, at_q = widen(q[u_]) * cu + widen(q[v_]) * cv;
+    const WideInteger value = at_q * widen(p[3]) - at_p * widen(q[3]);
+    return value.sign() * p[3].sign() * q[3].sign();
+  };
+  const int first = order(along, across);
+  return first != 0 ? first > 0 : order(0, 1) > 0;
+}
+
+}  // namespace bsp2::geometry

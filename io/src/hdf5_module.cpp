@@ -1,4 +1,0 @@
-#include "modules.hpp"
-#include "snapshot_format.hpp"
-
-BSP2_DEFINE_MODULE(bsp2::io::Hdf5Module, bsp2::io::snapshot::write, bsp2::io::snapshot::read)

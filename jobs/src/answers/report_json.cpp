@@ -1,0 +1,113 @@
+#include "answers/report_json.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <nlohmann/json.hpp>
+
+namespace bsp2::jobs {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json superstep(const supersteps::SuperstepRecord& record) {
+  return {{"name", record.name},
+          {"step", record.step},
+          {"seconds", record.seconds},
+          {"work_seconds", record.work_seconds},
+          {"hidden_seconds", record.hidden_seconds},
+          {"hidden_bytes", record.hidden_bytes},
+          {"bytes_sent", record.bytes_sent},
+          {"bytes_received", record.bytes_received},
+          {"cells", record.cells},
+          {"predicted_seconds", record.predicted_seconds}};
+}
+
+/// null where there is nothing: no cells have no centroid.
+Json or_null(const std::vector<double>& values) {
+  return values.empty() ? Json(nullptr) : Json(values);
+}
+
+/// Volume, centroid and moments, in the order of the report.
+void add_volume(Json& json, const supersteps::Measures& measures) {
+  json["volume"] = {{"in", measures.in_volume}, {"fuzzy", measures.fuzzy_volume}};
+}
+void add_moments(Json& json, const supersteps::Measures& measures) {
+  json["centroid"] = or_null(measures.centroid);
+  json["inertia"] = measures.inertia;
+  if (!measures.inertia_least.empty()) json["inertia_interval"] = Json::array({measures.inertia_least, measures.inertia_most});
+}
+
+Json named(const supersteps::NamedMeasures& measures) {
+  Json json{{"name", measures.name}, {"dimension", measures.dimension}};
+  add_volume(json, measures);
+  add_moments(json, measures);
+  return json;
+}
+
+Json named(const supersteps::NamedPart& part) {
+  Json json{{"part", part.part}, {"name", part.name}};
+  if (part.colour) {
+    const auto& [red, green, blue, opacity] = *part.colour;
+    const std::string colour = fmt::format("#{:02x}{:02x}{:02x}", red, green, blue);
+    json["color"] = opacity == 255 ? colour : colour + fmt::format("{:02x}", opacity);
+  }
+  json["volume"] = part.volume;
+  return json;
+}
+
+Json overlapping(const supersteps::OverlappingMesh& mesh) {
+  Json json{{"place", mesh.place}, {"file", nullptr}, {"primitive", mesh.primitive}, {"triangles", mesh.triangles}, {"volume_by_faces", nullptr}};
+  if (!mesh.file.empty()) json["file"] = mesh.file;
+  if (mesh.volume_by_faces) json["volume_by_faces"] = *mesh.volume_by_faces;
+  return json;
+}
+
+}  // namespace
+
+std::string to_json(const supersteps::RunReport& report) {
+  Json json;
+  json["model"] = report.model;
+  json["dimension"] = report.dimension;
+  json["ranks"] = report.ranks;
+  json["threads"] = report.threads;
+  json["regions"] = report.regions;
+  json["level"] = report.level;
+  json["primitives"] = report.primitives;
+  json["hyperplanes"] = report.hyperplanes;
+  json["cells"] = {{"in", report.in_cells}, {"fuzzy", report.fuzzy_cells}, {"out", nullptr}};
+  if (report.out_cells) json["cells"]["out"] = *report.out_cells;
+  add_volume(json, report);
+  if (report.tolerance) json["tolerance"] = *report.tolerance;
+  if (report.angle) json["view"] = {{"eye", report.eye}, {"angle", *report.angle}};
+  add_moments(json, report);
+  for (const auto& part : report.named_parts) json["parts"].push_back(named(part));
+  for (const auto& measures : report.measures) json["measures"].push_back(named(measures));
+  json["bounds"] = nullptr;
+  if (!report.lower.empty()) json["bounds"] = Json::array({report.lower, report.upper});
+  json["boundary"] = nullptr;
+  if (report.boundary)
+    json["boundary"] = {{"triangles", report.boundary->triangles}, {"area", report.boundary->area}, {"closed", report.boundary->closed}};
+  if (const auto& simplices = report.simplices)
+    json["simplices"] = {{"count", simplices->simplices},
+                         {"smallest_angle", simplices->smallest_angle},
+                         {"incomplete_cells", simplices->incomplete_cells},
+                         {"left_out_volume", simplices->left_out_volume}};
+  json["digest"] = report.digest;
+  json["supersteps"] = Json::array();
+  for (const auto& record : report.supersteps) json["supersteps"].push_back(superstep(record));
+  json["stats"] = {{"splits", report.splits},
+                   {"predicates", report.predicates},
+                   {"exact_fallbacks", report.exact_fallbacks}};
+  json["seconds"] = report.seconds;
+  json["cpu_seconds"] = report.cpu_seconds;
+  json["peak_rss_bytes"] = report.peak_rss_bytes;
+  json["warnings"] = report.warnings;
+  json["notes"] = report.notes;
+  for (const auto& failed : report.failed) json["failed"].push_back(failed.text);
+  json["overlapping_meshes"] = Json::array();
+  for (const auto& mesh : report.overlapping_meshes) json["overlapping_meshes"].push_back(overlapping(mesh));
+  // A path need not be UTF-8, a JSON text must.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace bsp2::jobs

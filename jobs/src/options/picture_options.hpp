@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "bsp2/supersteps/render/rendering.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace bsp2::jobs {
+
+/// The options of a picture as they are typed: one home for all commands that draw.
+struct PictureText {
+  std::string eye, look, size, shade;
+  double explode = 0;
+  bool edges = false;
+};
+
+/// Adds --eye, --look, --explode, --edges, --shade and --size to a command.
+void add_picture_options(CLI::App& app, PictureText& text);
+
+/// Was any of them given?
+bool is_given(const PictureText& text);
+
+/// The point that --eye names, in any dimension. @throws bsp2::Error if it names none.
+std::vector<double> eye_of(const PictureText& text);
+
+/// What they mean. @throws bsp2::Error for points, sizes and endings that make no sense.
+supersteps::PictureOptions picture_options(const PictureText& text);
+
+/// The format of a picture's file. @param option that names it, for the message.
+/// @throws bsp2::Error if its ending names none.
+supersteps::PictureFormat checked_format(const std::filesystem::path& path, const std::string& option);
+
+/// The name of the picture of a step: PREFIX0007.png, or DIR/0007.png for a prefix that ends with a slash or is a folder.
+std::filesystem::path frame_path(const std::filesystem::path& prefix, unsigned step);
+
+}  // namespace bsp2::jobs

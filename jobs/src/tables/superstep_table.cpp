@@ -1,0 +1,97 @@
+#include "tables/superstep_table.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <numeric>
+#include <ostream>
+
+namespace bsp2::jobs {
+namespace {
+
+using supersteps::SuperstepRecord;
+
+/// Six digits of bytes, or what comes near.
+std::string bytes_text(std::uint64_t bytes) {
+  if (bytes < 1000000) return grouped(bytes) + " B";
+  if (bytes < 1000000000) return fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(bytes));
+  return fmt::format("{:.1f} GB", 1e-9 * static_cast<double>(bytes));
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : (values[half - 1] + values[half]) / 2;
+}
+
+/// The largest h-relation of a rank.
+std::uint64_t h_of(const SuperstepRecord& record) {
+  std::uint64_t h = 0;
+  for (const auto* bytes : {&record.bytes_sent, &record.bytes_received})
+    for (const std::uint64_t value : *bytes) h = std::max(h, value);
+  return h;
+}
+
+/// What of it travelled while workers computed.
+std::uint64_t hidden_of(const SuperstepRecord& record) {
+  const std::uint64_t hidden = record.hidden_bytes.empty() ? 0 : *std::max_element(record.hidden_bytes.begin(), record.hidden_bytes.end());
+  return std::min(hidden, h_of(record));
+}
+
+void print_record(std::ostream& out, const SuperstepRecord& record) {
+  const auto [least, most] = std::minmax_element(record.work_seconds.begin(), record.work_seconds.end());
+  out << fmt::format("  {:<12}{:>4}{:>8.3f}{:>8.3f}{:>8.3f}{:>10}{:>11}{:>8.3f}{:>8.3f}\n", record.name, record.step, *least,
+                     median(record.work_seconds), *most, bytes_text(h_of(record)),
+                     grouped(std::accumulate(record.cells.begin(), record.cells.end(), std::uint64_t{0})),
+                     *std::max_element(record.seconds.begin(), record.seconds.end()), record.predicted_seconds);
+}
+
+/// A run that is resumed begins with this, as the first one did.
+bool begins_session(const SuperstepRecord& record) { return record.name == "compilation"; }
+
+}  // namespace
+
+std::string grouped(std::uint64_t number) {
+  std::string digits = std::to_string(number);
+  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3) {
+    digits.insert(static_cast<std::size_t>(at), 1, ',');
+  }
+  return digits;
+}
+
+void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& records) {
+  out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min", "median", "max", "h", "cells", "seconds",
+                     "w+gh+l");
+  double hidden = 0, waited = 0;  // on all ranks together
+  std::uint64_t h = 0, hidden_h = 0;
+  std::size_t ranks = 0;
+  const bool was_resumed = std::count_if(records.begin(), records.end(), begins_session) > 1;
+  unsigned session = 0;
+  for (const SuperstepRecord& record : records) {
+    if (record.seconds.empty()) continue;
+    if (begins_session(record) && was_resumed)
+      out << fmt::format("  session {}, {} rank{}\n", ++session, record.seconds.size(), record.seconds.size() == 1 ? "" : "s");
+    print_record(out, record);
+    h += h_of(record);
+    hidden_h += hidden_of(record);
+    ranks = std::max(ranks, record.seconds.size());
+    hidden = std::accumulate(record.hidden_seconds.begin(), record.hidden_seconds.end(), hidden);
+    waited += std::accumulate(record.seconds.begin(), record.seconds.end(), 0.0) - std::accumulate(record.work_seconds.begin(), record.work_seconds.end(), 0.0);
+  }
+  if (ranks > 1) out << fmt::format("  main threads communicated {:.3f} s while workers computed, and waited {:.3f} s\n", hidden, waited);
+  if (hidden_h > 0)
+    out << fmt::format("  of all h, {}, {:.0f} % was hidden behind their work\n", bytes_text(h),
+                       100 * static_cast<double>(hidden_h) / static_cast<double>(h));
+}
+
+std::string to_csv(const std::vector<SuperstepRecord>& records) {
+  std::string text = "superstep,step,rank,seconds,work_seconds,hidden_seconds,bytes_sent,bytes_received,hidden_bytes,cells,predicted_seconds\n";
+  for (const SuperstepRecord& record : records)
+    for (std::size_t rank = 0; rank < record.seconds.size(); ++rank)
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank, record.seconds[rank], record.work_seconds[rank],
+                          record.hidden_seconds[rank],
+                          record.bytes_sent[rank], record.bytes_received[rank], record.hidden_bytes[rank], record.cells[rank], record.predicted_seconds);
+  return text;
+}
+
+}  // namespace bsp2::jobs

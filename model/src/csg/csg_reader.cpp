@@ -1,0 +1,644 @@
+#include <algorithm>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/model/expression/csg.hpp"
+#include "csg/csg_any_nodes.hpp"
+#include "csg/csg_nodes.hpp"
+#include "text/csg_scanner.hpp"
+#include "csg/csg_spline_nodes.hpp"
+#include "builder/matrix.hpp"
+#include "builder/node_pool.hpp"
+#include "builder/polyhedron.hpp"
+
+namespace bsp2::model {
+namespace {
+
+constexpr std::size_t most_warnings = 100;
+
+/// Builds the expression while it reads, bottom up, with explicit stacks: the nesting of the text costs
+/// memory, never call stack.
+///
+/// What a subtree cannot be (an unsupported node, an open polyhedron) is noted, not thrown, as long as it is
+/// unknown whether the subtree takes part: a later `!` may leave it out. Errors of syntax are thrown at once.
+class Reader {
+ public:
+  Reader(std::string_view text, const std::string& name, const CsgOptions& options)
+      : text_(text), name_(name), folder_(std::filesystem::path(name).parent_path()), options_(options), scanner_(text), lines_(text) {}
+
+  Model read() {
+    try {
+      return read_nodes();
+    } catch (const SyntaxError& error) {
+      throw Error(located(error) + (error.is_source || is_source_at(text_, error.offset, reading_) ? std::string(source_hint) : ""));
+    }
+  }
+
+ private:
+  /// Why a subtree takes no part.
+  enum class Absence : std::uint8_t {
+    none,
+    background,
+    disabled
+  };  // -, under %, under *
+
+  struct Frame {
+    NodeKind kind = NodeKind::group;
+    Absence absence = Absence::none;
+    bool is_root = false;    ///< tagged by !
+    bool vanishes = false;   ///< a construct that leaves nothing
+    bool is_bare = false;    ///< has no braces, so it ends with its one child
+    bool is_own = false;     ///< it is, or holds, a node that OpenSCAD does not have
+    std::size_t offset = 0;  ///< of the name
+    std::string_view name;
+    std::size_t first_operand = 0;  ///< its children's solids are operands_[first_operand..]
+    std::size_t first_place = 0;    ///< and their primitives stand at places_[first_place..]
+    std::size_t problem = none;     ///< index of the first problem in them
+  };
+
+  static constexpr std::size_t none = ~std::size_t{0};
+
+  Model read_nodes();
+  void read_node();
+  Frame header();
+  void modifiers(Frame& frame);
+  [[nodiscard]] bool only_points_count(const Frame& frame, bool is_solid) const;
+  [[nodiscard]] bool flat_points_count(const Frame& frame) const;
+  std::optional<double> scale_of_maps();
+  void remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh);
+  Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
+  const Expression* known_polyhedron();
+  Expression primitive_of(const Frame& frame, const Arguments& arguments);
+  void interpret(Frame& frame);
+  void close();
+  void close_frame();
+  void complete(const Frame& frame, Expression solid);
+  int settle_dimension(Frame& frame);
+  void forget_places(std::size_t operand);
+  Expression solid_of(Frame& frame);
+  Expression any_node_of(Frame& frame);
+  Expression image_of(Frame& frame, const Expression& child);
+  Expression construction_of(const Frame& frame, int dimension, std::span<const Expression> operands);
+  [[nodiscard]] SyntaxError nothing_left() const;
+  Model result();
+  [[noreturn]] void fail_open_frame();
+
+  void note(Frame& frame, std::string text) {
+    if (frame.problem != none) return;
+    frame.problem = problems_.size();
+    problems_.push_back({frame.offset, std::move(text)});
+  }
+  void warn(const Frame& frame, std::string text) {
+    if (is_outside(frame.kind) && is_told(warnings_, text)) return;
+    if (warnings_.size() < most_warnings)
+      warnings_.push_back({{frame.offset, std::move(text)}});
+    else
+      ++warnings_left_out_;
+  }
+  void remark(const Frame& frame, std::string text) {
+    if (!is_told(notes_, text) && notes_.size() < most_warnings) notes_.push_back({{frame.offset, std::move(text)}});
+  }
+  /// What it is like is said by a font or a file, in the same words at each place.
+  static bool is_outside(NodeKind kind) { return kind == NodeKind::text || kind == NodeKind::import || kind == NodeKind::surface || is_extrusion(kind); }
+  static bool is_construct(NodeKind kind) { return kind >= NodeKind::hull && kind < NodeKind::cube; }
+  static bool is_extrusion(NodeKind kind) { return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude || kind == NodeKind::roof; }
+  static bool is_mesh(const Expression& solid) {
+    const auto* shape = std::get_if<Primitive>(&solid.node().value);
+    return shape != nullptr && std::holds_alternative<TriangleMesh>(*shape);
+  }
+  struct Remark {
+    SyntaxError error;
+    std::size_t more_places = 0;
+  };
+  /// Counts a place where it is told already.
+  static bool is_told(std::vector<Remark>& remarks, const std::string& text) {
+    const auto told = std::find_if(remarks.begin(), remarks.end(), [&](const Remark& each) { return each.error.text == text; });
+    if (told == remarks.end()) return false;
+    ++told->more_places;
+    return true;
+  }
+  std::string located(const Remark& remark) {
+    const std::size_t more = remark.more_places;
+    return located(remark.error) + (more == 0 ? "" : " (and at " + std::to_string(more) + (more == 1 ? " more place)" : " more places)"));
+  }
+  std::string located(const SyntaxError& error) {
+    return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
+  }
+
+  std::string_view text_;
+  const std::string& name_;
+  const std::filesystem::path folder_;  // what names of files are relative to
+  CsgOptions options_;
+  Scanner scanner_;
+  std::string_view reading_;  // the name of the last node that was begun
+  LineFinder lines_;
+  NodePool pool_;
+  std::vector<Frame> frames_{Frame{.name = "the file"}};  // which is a group
+  std::vector<Expression> operands_;
+  std::vector<std::size_t> operand_places_;  // of each operand: its first place
+  std::vector<std::size_t> places_;          // of the primitives that take part, in source order
+  std::unordered_map<const Node*, std::size_t> constructs_at_;
+  struct MatrixText {
+    std::array<double, 16> affine;  // as OpenSCAD reads it
+    std::vector<double> square;     // as it stands, if it is square
+    std::optional<double> volume_scale{};  // once it was asked for
+  };
+  std::vector<MatrixText> matrices_;              // of the multmatrix frames
+  std::vector<AnyNode> any_nodes_;                // of the frames of nodes that OpenSCAD does not have
+  std::vector<std::optional<Colour>> colours_;    // of the color frames
+  std::vector<Construct> constructs_;             // of the frames from hull to roof
+  std::vector<SyntaxError> problems_;
+  std::vector<Remark> warnings_, notes_;
+  std::vector<Model::Mesh> meshes_;
+  std::unordered_map<std::string_view, Expression> polyhedra_;  // those with nothing to warn of, by the text of their arguments
+  const Expression* known_ = nullptr;  // what the node that was begun last is, where that is known
+  std::optional<SyntaxError> left_out_;  // the first open polyhedron that takes part
+  std::size_t warnings_left_out_ = 0;
+  bool root_tagged_ = false;
+  Frame root_;  // once the subtree tagged by ! is complete
+  Expression root_solid_;
+  std::vector<std::size_t> root_places_;
+  std::vector<Argument> arguments_;  // scratch
+  std::vector<Value> tape_;
+};
+
+Model Reader::read_nodes() {
+  bool any = false;
+  if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) scanner_.fail("this text is UTF-16; save it as UTF-8");
+  for (scanner_.skip_space(); !scanner_.at_end(); scanner_.skip_space(), any = true) {
+    if (scanner_.peek() == '}') {
+      if (frames_.size() == 1) scanner_.fail("this '}' closes nothing");
+      scanner_.advance();
+      close();
+    } else if (scanner_.peek() == ';') {
+      scanner_.advance();  // an empty statement
+    } else {
+      read_node();
+    }
+  }
+  if (frames_.size() > 1) fail_open_frame();
+  if (!any) throw Error(name_ + ": holds no model: there is no node in it");
+  return result();
+}
+
+void Reader::fail_open_frame() {
+  const Frame& frame = frames_.back();
+  const std::string opened = lines_.at(frame.offset);
+  scanner_.fail("the text ends inside '" + std::string(frame.name) + "' of " + opened +
+                "; a '}' is missing, or the file is cut off");
+}
+
+void Reader::modifiers(Frame& frame) {
+  bool root = false, background = false, disabled = false;
+  for (;; scanner_.advance(), scanner_.skip_space()) {
+    const char c = scanner_.peek();
+    if (c == '!')
+      root = true;
+    else if (c == '%')
+      background = true;
+    else if (c == '*')
+      disabled = true;
+    else if (c != '#')
+      break;
+  }
+  // What is disabled is not in the tree at all, so nothing in it can be the root. The first root in the tree
+  // counts.
+  if (disabled)
+    frame.absence = Absence::disabled;
+  else if (background && frame.absence == Absence::none)
+    frame.absence = Absence::background;
+  if (!root || root_tagged_ || frame.absence == Absence::disabled) return;
+  root_tagged_ = frame.is_root = true;
+  frame.absence = Absence::none;
+  notes_.clear();
+  warnings_.clear();  // of what is not in the tree now
+  meshes_.clear();
+  left_out_.reset();
+  warnings_left_out_ = 0;
+}
+
+Reader::Frame Reader::header() {
+  const Frame& parent = frames_.back();
+  Frame frame;
+  const bool transparent = parent.kind < NodeKind::cube;
+  frame.absence = parent.absence == Absence::none && !transparent ? Absence::background : parent.absence;
+  if (root_tagged_ && frame.absence == Absence::none && root_.is_root) frame.absence = Absence::background;
+  modifiers(frame);
+  frame.offset = scanner_.offset();
+  frame.name = scanner_.identifier();
+  if (frame.name.empty()) scanner_.fail("expected a node, found " + scanner_.here());
+  reading_ = frame.name;
+  frame.kind = node_kind(frame.name);
+  frame.is_own = is_any_node(frame.kind) || is_spline_node(frame.kind);
+  frame.first_operand = operands_.size();
+  frame.first_place = places_.size();
+  arguments_.clear();
+  known_ = frame.kind == NodeKind::polyhedron ? known_polyhedron() : nullptr;
+  if (known_ == nullptr) scanner_.arguments(arguments_, tape_);
+  return frame;
+}
+
+/// The same polyhedra are written again and again, and to make sure that one is closed takes long. @return null, or what stands here, which
+/// is passed over.
+const Expression* Reader::known_polyhedron() {
+  const std::size_t begin = scanner_.offset(), end = text_.find(')', begin);
+  if (end == std::string_view::npos) return nullptr;
+  const auto found = polyhedra_.find(text_.substr(begin, end + 1 - begin));
+  if (found == polyhedra_.end()) return nullptr;
+  scanner_.advance(end + 1 - begin);
+  return &found->second;
+}
+
+/// Makes of the arguments what there is to make before the children are read.
+void Reader::interpret(Frame& frame) {
+  if (frame.absence != Absence::none) return;
+  const Arguments arguments(arguments_, tape_);
+  const auto warn = [&](std::string text) { this->warn(frame, std::move(text)); };
+  switch (frame.kind) {
+    case NodeKind::unknown:
+      note(frame, why_not(frame.name));
+      break;
+    case NodeKind::multmatrix:
+      matrices_.push_back({read_matrix(arguments), read_square_matrix(arguments)});
+      break;
+    case NodeKind::color:
+      colours_.push_back(read_colour(arguments, warn));
+      break;
+    case NodeKind::group:
+    case NodeKind::difference:
+    case NodeKind::intersection:
+      break;
+    default: {
+      if (is_any_node(frame.kind) && frame.kind < NodeKind::cube) {
+        any_nodes_.emplace_back();
+        try {
+          any_nodes_.back() = read_any_node(frame.kind, arguments);
+        } catch (const Error& error) {
+          note(frame, error.what());
+        }
+        break;
+      }
+      const std::size_t constructs = constructs_.size();
+      try {
+        if (is_construct(frame.kind)) {
+          const auto construct = read_construct(frame.kind, arguments, warn);
+          frame.vanishes = !construct;
+          constructs_.push_back(construct.value_or(Hull{}));
+          if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
+        }
+        Expression made = primitive_of(frame, arguments);
+        if (is_mesh(made) && !only_points_count(frame, true)) remember_mesh(frame, arguments, made);
+        operands_.push_back(std::move(made));
+        operand_places_.push_back(places_.size());
+        if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
+      } catch (const Error& error) {
+        if (is_construct(frame.kind) && constructs_.size() == constructs) constructs_.emplace_back();
+        note(frame, error.what());
+      }
+    }
+  }
+}
+
+/// What a node without children is.
+Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) {
+  if (known_ != nullptr) return *known_;
+  bool is_sound = true;
+  const auto warn = [&](std::string text) {
+    is_sound = false;
+    this->warn(frame, std::move(text));
+  };
+  try {
+    const auto note = [&](std::string text) { remark(frame, std::move(text)); };
+    Expression made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn, note);
+    if (frame.kind == NodeKind::polyhedron && is_sound) {
+      const std::size_t begin = frame.offset + frame.name.size();
+      polyhedra_.emplace(text_.substr(begin, scanner_.offset() - begin), made);
+    }
+    return made;
+  } catch (const HollowPolyhedron& polyhedron) {
+    return solid_of_hollow(frame, polyhedron);
+  }
+}
+
+/// Whether a hull takes what stands here as a set of points: nothing in between needs a solid. A minkowski takes what is no solid by its
+/// points too, and a solid as it is.
+bool Reader::only_points_count(const Frame& frame, bool is_solid) const {
+  bool is_root = frame.is_root;
+  for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
+    const NodeKind kind = frames_[i].kind;
+    if (kind == NodeKind::hull || (kind == NodeKind::minkowski && !is_solid)) return true;
+    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix && kind != NodeKind::minkowski) return false;
+    is_root = frames_[i].is_root;
+  }
+  return false;
+}
+
+/// Whether what a frame makes counts though it encloses nothing, since a hull, a sum or a shadow takes its points: nothing in between needs a solid.
+bool Reader::flat_points_count(const Frame& frame) const {
+  if (frame.is_root) return false;
+  for (std::size_t i = frames_.size(); i-- > 0;) {
+    const NodeKind kind = frames_[i].kind;
+    if (kind == NodeKind::hull || kind == NodeKind::minkowski) return true;
+    if (kind == NodeKind::projection) return !std::get<Projection>(constructs_.back()).cut;
+    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix) return false;
+    if (frames_[i].is_root) return false;
+  }
+  return false;
+}
+
+/// What the maps around the frame at hand multiply a solid's volume by; nothing if a construct makes another solid of it.
+std::optional<double> Reader::scale_of_maps() {
+  double scale = 1;
+  std::size_t matrix = matrices_.size();
+  bool is_root = false;
+  for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
+    if (is_construct(frames_[i].kind)) return std::nullopt;
+    if (frames_[i].kind == NodeKind::multmatrix) {
+      MatrixText& map = matrices_[--matrix];
+      if (!map.volume_scale) map.volume_scale = volume_scale(map.affine);
+      scale *= *map.volume_scale;
+    }
+    is_root = frames_[i].is_root;
+  }
+  return scale;
+}
+
+/// A polyhedron, or an import of one, with what there is to say of it should it overlap itself.
+void Reader::remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh) {
+  if (frame.kind != NodeKind::polyhedron && frame.kind != NodeKind::import) return;
+  meshes_.push_back({frame.offset, frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(),
+                     mesh, frame.is_root ? 1 : scale_of_maps()});
+}
+
+/// OpenSCAD reports an open polyhedron and goes on without it; a hull takes its points all the same.
+Expression Reader::solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron) {
+  std::string text = polyhedron.what();
+  if (only_points_count(frame, false)) {
+    warn(frame, text + ". Only its points count here");
+    return polyhedron.points.empty() ? pool_.empty(3) : pool_.primitive(spanned(polyhedron.points), 3);
+  }
+  if (polyhedron.is_open) {
+    text += ". It encloses no volume and is left out";
+    if (!left_out_) left_out_ = SyntaxError{frame.offset, text};
+  }
+  warn(frame, std::move(text));
+  return pool_.empty(3);
+}
+
+void Reader::read_node() {
+  Frame frame = header();
+  interpret(frame);
+  scanner_.skip_space();
+  const char c = scanner_.peek();
+  frame.is_bare = frame.kind < NodeKind::cube && scanner_.at_node();
+  if (c != ';' && c != '{' && !frame.is_bare)
+    scanner_.fail("expected ';' or '{' after '" + std::string(frame.name.substr(0, 60)) + "(...)', found " + scanner_.here());
+  if (!frame.is_bare) scanner_.advance();
+  frames_.push_back(frame);
+  if (c == ';') close();
+}
+
+/// Which dimension the operands of a frame have, by OpenSCAD's rule: that of the first one that is any geometry, empty
+/// or not. Those of another dimension are taken out; but OpenSCAD has no rule for other dimensions than 2 and 3, so they are
+/// an error.
+int Reader::settle_dimension(Frame& frame) {
+  const auto begin = operands_.begin() + static_cast<std::ptrdiff_t>(frame.first_operand);
+  int dimension = operand_dimension(frame.kind);
+  for (auto at = begin; at != operands_.end() && dimension == 0; ++at) dimension = at->dimension();
+  std::vector<std::size_t> dropped;
+  for (auto at = begin; at != operands_.end(); ++at) {
+    if (at->dimension() == 0 || at->dimension() == dimension) continue;
+    const int other = at->dimension();
+    if (operand_dimension(frame.kind) != 0 && (other > 3 || other < 2 || (frame.kind == NodeKind::offset && frame.is_own)))
+      note(frame, "'" + std::string(frame.name) + "' takes children of " + std::to_string(dimension) + " dimensions, not of " + std::to_string(other) +
+                      advice_for_dimension(frame.kind));
+    else if ((other != 2 && other != 3) || (dimension != 2 && dimension != 3))
+      note(frame, "'" + std::string(frame.name) + "' has children of " + std::to_string(dimension) + " and " + std::to_string(other) +
+                      " dimensions; extrude, embed and project change the dimension");
+    if (!pool_.is_empty(*at)) dropped.push_back(static_cast<std::size_t>(at - operands_.begin()));
+    *at = pool_.empty(0);
+  }
+  for (std::size_t i = dropped.size(); i-- > 0;) forget_places(dropped[i]);
+  if (!dropped.empty())
+    warn(frame, "'" + std::string(frame.name) + "' is " + std::to_string(dimension) + "-dimensional here; its children of another dimension take no part");
+  return dimension;
+}
+
+/// The primitives of an operand take no part after all.
+void Reader::forget_places(std::size_t operand) {
+  const std::size_t begin = operand_places_[operand], end = operand + 1 < operands_.size() ? operand_places_[operand + 1] : places_.size();
+  places_.erase(places_.begin() + static_cast<std::ptrdiff_t>(begin), places_.begin() + static_cast<std::ptrdiff_t>(end));
+  for (std::size_t i = operand + 1; i < operand_places_.size(); ++i) operand_places_[i] -= end - begin;
+}
+
+Expression Reader::solid_of(Frame& frame) {
+  if (frame.kind >= NodeKind::cube && frame.kind < NodeKind::unknown)
+    return operands_.size() > frame.first_operand ? operands_[frame.first_operand] : pool_.empty(0);
+  if (is_any_node(frame.kind)) return any_node_of(frame);
+  const int dimension = settle_dimension(frame);
+  const auto operands = std::span<const Expression>(operands_).subspan(frame.first_operand);
+  switch (frame.kind) {
+    case NodeKind::difference:
+      return pool_.boolean(Operation::subtract, dimension, operands);
+    case NodeKind::intersection:
+      return pool_.boolean(Operation::intersect, dimension, operands);
+    case NodeKind::color: {
+      const std::optional<Colour> colour = colours_.back();
+      colours_.pop_back();
+      const Expression child = pool_.boolean(Operation::unite, dimension, operands);
+      return colour ? pool_.coloured(*colour, child) : child;
+    }
+    case NodeKind::multmatrix: {
+      const Expression child = pool_.boolean(Operation::unite, dimension, operands);
+      const Expression image = image_of(frame, child);
+      matrices_.pop_back();
+      return image;
+    }
+    default:
+      if (is_construct(frame.kind)) return construction_of(frame, dimension, operands);
+      return pool_.boolean(Operation::unite, dimension, operands);
+  }
+}
+
+/// What a multmatrix makes of its children.
+Expression Reader::image_of(Frame& frame, const Expression& child) {
+  if (pool_.is_empty(child)) return child;
+  const int dimension = child.dimension();
+  std::vector<double> matrix;
+  if (dimension == 2 || dimension == 3) {
+    matrix = matrix_of_dimension(matrices_.back().affine, dimension);
+  } else {
+    const auto stride = static_cast<std::size_t>(dimension) + 1;
+    matrix = matrices_.back().square;
+    if (matrix.size() != stride * stride) {
+      note(frame, "multmatrix: its children have " + std::to_string(dimension) + " dimensions, so its matrix has to be " + std::to_string(stride) + " x " +
+                      std::to_string(stride) + ", the translation in the last column");
+      return pool_.empty(dimension);
+    }
+  }
+  switch (normalize_affine(matrix)) {
+    case MatrixKind::regular:
+      return pool_.transform(std::move(matrix), child);
+    case MatrixKind::singular:
+      if (flat_points_count(frame)) {
+        const Expression flat = pool_.construction(ProjectiveMap{std::move(matrix)}, dimension, {&child, 1});
+        constructs_at_.try_emplace(&flat.node(), frame.offset);
+        return flat;
+      }
+      warn(frame, "this multmatrix flattens its children (its determinant is 0), so they enclose nothing and are left out; only hull, minkowski and "
+                  "projection take the points of what is flat");
+      break;
+    case MatrixKind::not_finite:
+      warn(frame, "this multmatrix removes its children: its matrix holds inf or nan");
+      break;
+  }
+  return pool_.empty(dimension);
+}
+
+/// What a node that OpenSCAD does not have makes of its children.
+Expression Reader::any_node_of(Frame& frame) {
+  const AnyNode node = std::move(any_nodes_.back());
+  any_nodes_.pop_back();
+  if (frame.problem != none) return pool_.empty(0);
+  try {
+    std::vector<Expression> operands;
+    if (frame.kind == NodeKind::product) {
+      for (std::size_t i = frame.first_operand; i < operands_.size(); ++i)
+        if (operands_[i].dimension() != 0) operands.push_back(operands_[i]);
+    } else {
+      const int dimension = settle_dimension(frame);
+      const auto children = std::span<const Expression>(operands_).subspan(frame.first_operand);
+      if (frame.kind == NodeKind::symmetric_difference) return pool_.boolean(Operation::symmetric_difference, dimension, children);
+      if (dimension != 0) operands.push_back(pool_.boolean(Operation::unite, dimension, children));
+    }
+    if (frame.problem != none || operands.empty()) return pool_.empty(0);
+    const Expression made = make_any_node(frame.kind, node, operands, pool_);
+    if (is_construct(frame.kind)) {
+      if (std::any_of(operands.begin(), operands.end(), [&](const Expression& e) { return pool_.is_empty(e); })) return pool_.empty(made.dimension());
+      constructs_at_.try_emplace(&made.node(), frame.offset);
+    }
+    if (const auto* named = std::get_if<Named>(&made.node().value); named != nullptr && named->role == Named::Role::measure)
+      constructs_at_.try_emplace(&made.node(), frame.offset);
+    return made;
+  } catch (const Error& error) {
+    note(frame, error.what());
+    return pool_.empty(0);
+  }
+}
+
+Expression Reader::construction_of(const Frame& frame, int dimension, std::span<const Expression> operands) {
+  const Construct construct = constructs_.back();
+  constructs_.pop_back();
+  const int result = is_extrusion(frame.kind) ? 3 : frame.kind == NodeKind::projection ? 2 : dimension;
+  if (frame.kind == NodeKind::minkowski) {
+    const auto is_empty = [&](const Expression& operand) { return pool_.is_empty(operand); };
+    // OpenSCAD 2021.01 passes over empty solids. In the plane it does so only if the first child and one more are something.
+    if (dimension == 2 && operands.size() > 1 && (is_empty(operands[0]) || std::all_of(operands.begin() + 1, operands.end(), is_empty))) return pool_.empty(2);
+    Expression sum = pool_.empty(result);
+    for (const Expression& operand : operands) {
+      if (pool_.is_empty(operand)) continue;
+      const Expression pair[] = {sum, operand};
+      sum = pool_.is_empty(sum) ? operand : pool_.construction(construct, result, pair);
+      constructs_at_.try_emplace(&sum.node(), frame.offset);
+    }
+    return sum;
+  }
+  const Expression operand = pool_.boolean(Operation::unite, dimension, operands);
+  if (frame.vanishes || pool_.is_empty(operand)) return pool_.empty(result);
+  const Expression made = pool_.construction(construct, result, {&operand, 1});
+  constructs_at_.try_emplace(&made.node(), frame.offset);
+  return made;
+}
+
+/// The end of a node, and of those around it that have no braces.
+void Reader::close() {
+  do close_frame();
+  while (frames_.back().is_bare);
+}
+
+void Reader::close_frame() {
+  Frame frame = frames_.back();
+  frames_.pop_back();
+  if (frame.absence != Absence::none) return;
+  Expression solid = solid_of(frame);
+  operands_.erase(operands_.begin() + static_cast<std::ptrdiff_t>(frame.first_operand), operands_.end());
+  operand_places_.resize(operands_.size());
+  complete(frame, std::move(solid));
+}
+
+/// Hands a finished subtree that takes part to its parent.
+void Reader::complete(const Frame& frame, Expression solid) {
+  if (pool_.is_empty(solid)) places_.resize(frame.first_place);
+  if (frame.is_root) {
+    root_ = frame;
+    places_.erase(places_.begin(), places_.begin() + static_cast<std::ptrdiff_t>(frame.first_place));
+    root_places_ = std::move(places_);
+    places_.assign(frame.first_place, 0);  // nothing of the rest counts
+    root_solid_ = std::move(solid);
+    return;
+  }
+  Frame& parent = frames_.back();
+  parent.is_own = parent.is_own || frame.is_own;
+  if (parent.problem == none) parent.problem = frame.problem;
+  operands_.push_back(std::move(solid));
+  operand_places_.push_back(frame.first_place);
+}
+
+/// Of a model that is an open polyhedron alone: with what was odd about it before, which may be why it is open, and which nobody is told
+/// as a warning.
+SyntaxError Reader::nothing_left() const {
+  SyntaxError error{left_out_->offset, left_out_->text + ", and nothing else is left of the model"};
+  std::size_t more = 0;
+  constexpr std::size_t most = 3;
+  for (const Remark& warning : warnings_) {
+    if (warning.error.offset != left_out_->offset || warning.error.text == left_out_->text) continue;
+    if (more++ < most) error.text += "; " + warning.error.text;
+  }
+  if (more > most) error.text += "; and " + std::to_string(more - most) + " more warnings";
+  return error;
+}
+
+Model Reader::result() {
+  Frame& top = frames_.front();
+  Model model;
+  if (!root_tagged_ && top.problem == none) model.expression = solid_of(top);
+  const std::size_t problem = root_tagged_ ? root_.problem : top.problem;
+  if (problem != none) throw Error(located(problems_[problem]));
+  if (root_tagged_) {
+    model.expression = root_solid_;
+    model.part_offsets = std::move(root_places_);
+  } else {
+    if (pool_.is_empty(model.expression)) places_.clear();
+    model.part_offsets = std::move(places_);
+  }
+  if (left_out_ && pool_.is_empty(model.expression)) throw nothing_left();
+  model.primitive_count = model.part_offsets.size();
+  model.construct_offsets = std::move(constructs_at_);
+  model.meshes = std::move(meshes_);
+  std::erase_if(model.meshes, [&](const Model::Mesh& mesh) { return !std::binary_search(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset); });
+  if (model.expression.dimension() == 0) model.expression = pool_.empty(3);
+  for (const Remark& warning : warnings_) model.warnings.push_back(located(warning));
+  for (const Remark& each : notes_) model.notes.push_back(located(each));
+  if (warnings_left_out_ > 0)
+    model.warnings.push_back(name_ + ": and " + std::to_string(warnings_left_out_) + " more warnings");
+  return model;
+}
+
+}  // namespace
+
+std::string place_in(std::string_view text, const std::string& name, std::size_t offset) {
+  return name + ":" + LineFinder(text).at(std::min(offset, text.size()));
+}
+
+Model parse_csg(std::string_view text, const std::string& name, const CsgOptions& options) {
+  return Reader(text, name, options).read();
+}
+
+Model read_csg(const std::filesystem::path& path, const CsgOptions& options) {
+  return parse_csg(read_model_text(path), path.string(), options);
+}
+
+}  // namespace bsp2::model

@@ -1,0 +1,495 @@
+#include "bsp2/supersteps/loop/run.hpp"
+
+#include <malloc.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "ranks/exchange.hpp"
+#include "loop/measuring.hpp"
+#include "loop/progress.hpp"
+#include "loop/querying.hpp"
+#include "stages/stages.hpp"
+
+namespace bsp2::supersteps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Usage {
+  double cpu_seconds = 0;
+  std::uint64_t peak_rss_bytes = 0;
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & cpu_seconds & peak_rss_bytes;
+  }
+};
+
+Usage usage_of_this_process() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+  return {seconds(usage.ru_utime) + seconds(usage.ru_stime), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
+}
+
+bool is_empty(const RunReport& report) { return report.complete && report.in_cells + report.fuzzy_cells == 0; }
+
+/// What only the cells and the boundary can tell; on the master. @param why_empty is added where the solid is empty.
+std::vector<std::string> late_warnings(const RunReport& report, const std::string& why_empty = {}) {
+  std::vector<std::string> warnings;
+  if (is_empty(report)) warnings.emplace_back("the solid is empty" + why_empty);
+  if (report.boundary && !report.boundary->closed)
+    warnings.emplace_back(
+        "the boundary is not closed: some of its edges are used more often in one direction than in the other, so its file has gaps, and programs "
+        "that print it may fill it wrongly; cells, volume and pictures are not concerned. This is a mistake of bsp2: please report the model; another "
+        "--coincidence, or --tolerance of a round one, may get around it");
+  return warnings;
+}
+
+std::optional<Rgba> rounded(const std::optional<model::Colour>& colour) {
+  if (!colour) return std::nullopt;
+  Rgba rgba;
+  for (int i = 0; i < 4; ++i) rgba[i] = static_cast<std::uint8_t>(std::lround(255 * (*colour)[i]));
+  return rgba;
+}
+
+template <int D>
+void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals, const RunOptions& options) {
+  report.hyperplanes = network.table.size();
+  report.in_cells = totals.in_cells;
+  report.fuzzy_cells = totals.fuzzy_cells;
+  if (options.keep_out) report.out_cells = totals.out_cells;
+  static_cast<Measures&>(report) = measures_of(totals);
+  for (std::size_t part = 0; part < network.parts.size(); ++part) {
+    const auto& [name, colour] = network.parts[part];
+    const double volume = part < totals.parts.size() ? totals.parts[part].value().volume() : 0;
+    report.named_parts.push_back({static_cast<std::int32_t>(part), name, rounded(colour), volume});
+  }
+  report.level = totals.level;
+  if (totals.in_cells > 0) {
+    report.lower.assign(totals.lower.begin(), totals.lower.end());
+    report.upper.assign(totals.upper.begin(), totals.upper.end());
+    for (auto* corner : {&report.lower, &report.upper})
+      for (double& x : *corner) x += 0.0;  // which of 0 and -0 came first is nothing to tell of
+  }
+  report.digest = totals.digest.hex();
+  report.splits = totals.counts.splits;
+  report.predicates = totals.counts.predicates;
+  report.exact_fallbacks = totals.counts.exact_predicates;
+}
+
+/// Why the loop goes on or ends, the same on all ranks.
+struct StepEnd {
+  bool stopped = false, interrupted = false;  // on some rank
+  std::uint64_t cells = 0;                    // on all ranks, undecided ones counted; where there is a limit
+  bool last = false;
+};
+
+template <int D>
+std::uint64_t finished_cells(const Progress<D>& progress) {
+  return progress.totals.in_cells + progress.totals.fuzzy_cells + progress.totals.out_cells;
+}
+
+/// The cells of this rank if the run ended now.
+template <int D>
+std::uint64_t cells_now(const Progress<D>& progress, bool keep_out) {
+  std::uint64_t cells = finished_cells(progress);
+  for (const auto& region : progress.partition.regions) cells += region.cells_left(keep_out);
+  return cells;
+}
+
+/// Whether there are about as many cells as were asked for: cells that turn out alike, and are given back as one while the workers stop, do no harm.
+bool are_enough(std::uint64_t cells, const RunOptions& options) { return options.cells && cells >= *options.cells - *options.cells / 64; }
+
+/// What all ranks say after a computation superstep. Collective.
+template <int D>
+StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& progress, bool stopped, unsigned steps_done) {
+  const bool interrupted = options.interrupted && options.interrupted();
+  StepEnd end;
+  const std::uint64_t cells = options.cells ? cells_now(progress, options.keep_out) : 0;
+  for (const auto& answer : all_gather(ranks, std::vector<std::uint64_t>{stopped, interrupted, cells})) {
+    end.stopped = end.stopped || answer[0] != 0;
+    end.interrupted = end.interrupted || answer[1] != 0;
+    end.cells += answer[2];
+  }
+  const unsigned only = options.budget_seconds && !options.snapshot && !options.on_frame ? 1 : ~0U;
+  end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || are_enough(end.cells, options);
+  end.interrupted = end.interrupted && end.stopped;
+  return end;
+}
+
+/// The options of one computation superstep. Without a budget, a step that ends with a snapshot is long against the time
+/// that the last one took to write.
+RunOptions options_of_step(const RunOptions& options, double snapshot_seconds) {
+  constexpr double shortest = 30, share = 20;
+  RunOptions step = options;
+  if (options.snapshot && !options.budget_seconds) step.budget_seconds = std::max(shortest, share * snapshot_seconds);
+  return step;
+}
+
+/// One round of a computation superstep: what it decides becomes progress, what is left stays in it.
+template <int D>
+Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads,
+                    std::optional<std::uint64_t> quota, CellStream* stream) {
+  Keeper keeper;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells && (stream == nullptr || stream->holds_here())) consumers.push_back(&keeper);
+  const std::vector<std::uint32_t> numbers = progress.region_numbers();
+  const Recorded before = recorded(progress.meshes);
+  auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, before, quota, stream, consumers);
+  ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells + computed.evaluation.totals.out_cells);
+  malloc_trim(0);  // what the workers held: the next supersteps need other sizes
+  progress.add(numbers, computed.evaluation, before, keeper, stream);
+  progress.partition.regions = std::move(computed.evaluation.unfinished);
+  return computed;
+}
+
+/// What ranks have done in the rounds of a step so far.
+struct Rounds {
+  double seconds = 0;        ///< of the slowest
+  std::uint64_t cells = 0;   ///< undecided ones counted; where there is a limit
+  unsigned unfinished = 0;   ///< ranks that have something left
+  bool interrupted = false;  ///< on some rank
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & seconds & cells & unfinished & interrupted;
+  }
+};
+
+/// All together. Collective. What a rank measured itself must not lead it another way than the others.
+Rounds ask_all(Ranks& ranks, const Rounds& mine) {
+  Rounds all;
+  for (const Rounds& said : all_gather(ranks, mine)) {
+    all.seconds = std::max(all.seconds, said.seconds);
+    all.cells += said.cells;
+    all.unfinished += said.unfinished;
+    all.interrupted = all.interrupted || said.interrupted;
+  }
+  return all;
+}
+
+/// One computation superstep. It has several rounds if a rank has nothing left to do before the others, or cells enough before
+/// all together have: then regions move. @param cells that all ranks have, undecided ones counted, where there is a limit.
+template <int D>
+bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region, const RunOptions& options,
+             std::uint64_t cells, unsigned threads, CellStream* stream) {
+  const auto start = Clock::now();
+  ++progress.steps;
+  RunOptions round = options;
+  for (auto active = static_cast<unsigned>(ranks.count());;) {
+    std::optional<std::uint64_t> quota;
+    if (options.cells) round.cells = *options.cells > cells ? *options.cells - cells : 0;
+    if (round.cells) quota = std::max<std::uint64_t>(1, (*round.cells + active - 1) / active);
+    const auto computed = compute(ranks, network, progress, round, threads, quota, stream);
+    const bool stopped = computed.evaluation.stopped;
+    if (ranks.count() == 1 || (!computed.shall_move && !options.cells)) return stopped;
+    const bool unfinished = stopped && !progress.partition.regions.empty();
+    const Rounds all = ask_all(
+        ranks, {std::chrono::duration<double>(Clock::now() - start).count(), options.cells ? cells_now(progress, options.keep_out) : 0,
+                unfinished ? 1U : 0U, options.interrupted && options.interrupted()});
+    if (all.unfinished == 0 || all.interrupted || (options.budget_seconds && all.seconds >= *options.budget_seconds) || are_enough(all.cells, options))
+      return stopped;
+    active = all.unfinished;
+    if (options.budget_seconds) round.budget_seconds = *options.budget_seconds - all.seconds;
+    cells = all.cells;
+    if (!move_regions(ranks, network, progress, rank_of_region, options.level)) round.move_after_seconds.reset();
+  }
+}
+
+/// What is left becomes FUZZY cells: the end of a run.
+template <int D>
+void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads, CellStream* stream) {
+  if (progress.partition.regions.empty()) return;
+  Keeper keeper;
+  std::vector<dataflow::Consumer*> consumers;
+  if (options.collect_cells) consumers.push_back(&keeper);
+  if (stream != nullptr) consumers.push_back(stream);
+  const Recorded before = recorded(progress.meshes);
+  auto evaluation = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
+  progress.add(progress.region_numbers(), evaluation, before, keeper, stream);
+}
+
+/// Cells go to the master while they are computed, if they are wanted there.
+std::unique_ptr<CellStream> stream_of(Ranks& ranks, const RunOptions& options, RegionMeshes& meshes) {
+  if (ranks.count() == 1 || !options.collect_cells || options.collect == Collect::file) return nullptr;
+  const bool keeps = options.collect == Collect::automatic || options.snapshot || options.on_frame || options.boundary || options.contacts;
+  auto stream = std::make_unique<CellStream>(ranks, options.collect, keeps);
+  stream->begin(meshes);
+  return stream;
+}
+
+/// Brings the cells to where they are wanted, and joins the trees above them. Collective.
+template <int D>
+RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, RegionMeshes meshes, Collect collect,
+                    std::size_t regions, CellStream* stream = nullptr) {
+  RunResult result;
+  result.is_collected = collection(ranks, meshes, collect, stream);
+  Part part = join(std::move(meshes), D, regions);
+  malloc_trim(0);  // the regions' own trees
+  ranks.count_cells(part.cells);
+  std::vector<std::int32_t> leaves(regions);
+  for (std::size_t i = 0; i < leaves.size(); ++i) leaves[i] = ~static_cast<std::int32_t>(i + 1);
+  result.tree = join_trees<D>(network, partition, std::move(part.tree), part.roots);
+  result.partition = join_trees<D>(network, partition, geometry::BspTree{.dimension = D}, leaves);
+  result.mesh = {D, std::move(part.batches)};
+  return result;
+}
+
+/// Whether all is decided, on all ranks. Collective.
+template <int D>
+bool is_nothing_left(Ranks& ranks, const Progress<D>& progress) {
+  const auto left = all_gather(ranks, static_cast<std::uint64_t>(progress.partition.regions.size()));
+  return std::all_of(left.begin(), left.end(), [](std::uint64_t regions) { return regions == 0; });
+}
+
+/// Writes the progress. @return how that failed, alike on all ranks: the run is worth going on with. Collective.
+template <int D>
+std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options,
+                                        const Source& source, bool complete, const std::vector<SuperstepRecord>& earlier) {
+  auto records = earlier;
+  for (auto& record : ranks.records()) records.push_back(std::move(record));
+  auto failed = attempt(ranks, [&] {
+    ranks.agree([&] { ranks.begin("snapshot", progress.steps - 1); });
+    try {
+      save_progress(ranks, network, progress, options, source, complete, records);
+    } catch (const io::RefusedSnapshot& refusal) {
+      throw AgreedFailure(refusal.what(), true);
+    }
+  });
+  if (failed) failed->file = *options.snapshot;
+  return failed;
+}
+
+/// With --strict, before anything is written: what only the cells and the boundary can tell. Collective.
+/// @throws bsp2::Error on all ranks if there is something.
+void refuse_late_warnings(Ranks& ranks, const RunReport& report) {
+  std::vector<std::string> warnings = late_warnings(report);
+  broadcast(ranks, warnings);
+  refuse_warnings(warnings);
+}
+
+/// What the pictures need to know of the model.
+template <int D>
+void add_looks(RunResult& result, const dataflow::Network<D>& network, const std::vector<std::int32_t>& rank_of_region) {
+  result.rank_of_region = rank_of_region;
+  for (const auto& colour : network.colours) result.colour_of_primitive.push_back(rounded(colour));
+  for (const auto& part : network.parts) result.part_names.push_back(part.name);
+  if (network.bounds.is_empty()) return;
+  result.bounds.lower.assign(network.bounds.lower.begin(), network.bounds.lower.end());
+  result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
+}
+
+/// Glues the cells, if that is asked for; what cannot be glued is told in the report. Collective.
+template <int D>
+void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, CellShare share, const RunOptions& options, RunResult& result) {
+  if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
+  const auto failed = attempt(ranks, [&] {
+    ranks.agree([&] { ranks.begin("resolution"); });
+    auto [contacts, boundary] = resolution<D>(ranks, network, progress.partition, std::move(share), options, result.report.threads);
+    result.contacts = std::move(contacts);
+    result.boundary = std::move(boundary);
+  });
+  if (failed) result.report.failed.push_back({"the boundary: " + failed->text, failed->is_users});
+  if (result.boundary) result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+}
+
+/// Shows what there is after a computation superstep; each rank shows the cells of its own regions.
+template <int D>
+void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, unsigned threads,
+                const std::vector<std::int32_t>& rank_of_region) {
+  ranks.begin("rendering", progress.steps - 1);
+  Keeper keeper;
+  dataflow::Consumer* const consumers[] = {&keeper};
+  RegionMeshes meshes = progress.meshes;
+  const Recorded before = recorded(meshes);
+  auto rest = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
+  divide<D>(rest, progress.region_numbers(), before, keeper.take(), meshes);
+  RunResult now = collected(ranks, network, progress.partition, std::move(meshes), Collect::file, rank_of_region.size());
+  now.report.dimension = D;
+  add_looks(now, network, rank_of_region);
+  options.on_frame(now, progress.steps - 1);
+}
+
+/// The text is the master's, but the files that it imports, and fonts, each rank reads for itself. Regions of different models
+/// would not fit together.
+/// @throws bsp2::Error on all ranks, if not all have compiled the same.
+template <int D>
+void check_same_model(Ranks& ranks, const dataflow::Network<D>& network, const std::string& model) {
+  if (ranks.count() == 1) return;
+  const auto all = all_gather(ranks, std::to_string(D) + ' ' + hyperplane_digest(network) + ' ' + std::to_string(network.program.size()));
+  const auto other = std::find_if(all.begin(), all.end(), [&](const std::string& compiled) { return compiled != all.front(); });
+  if (other != all.end())
+    throw Error(model + ": rank " + std::to_string(other - all.begin()) +
+                " has compiled another solid than rank 0: the files that the model imports, or its fonts, differ there");
+}
+
+/// The loop of supersteps.
+template <int D>
+RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
+  const dataflow::Network<D> network = translation<D>(source, options, report.threads);
+  check_same_model(ranks, network, report.model);
+  limit_refinement(network, options);
+  if (network.is_round()) {
+    report.tolerance = options.tolerance;
+    report.angle = options.angle;
+    report.eye = options.eye;
+  }
+  report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());
+  if (options.strict) refuse_warnings(report.warnings);
+
+  ranks.begin("distribution");
+  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options)
+                                                   : begin_progress<D>(network, distribution<D>(ranks, network, options, report.threads));
+  report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
+  progress.keeps_cells = options.collect_cells;
+  const std::unique_ptr<CellStream> streamed = stream_of(ranks, options, progress.meshes);
+  CellStream* const stream = streamed.get();
+
+  double snapshot_seconds = 0;
+  std::optional<FailedOutput> snapshot_failure;  // of the last one
+  bool saves_late = false;                       // when it is sure that nothing is refused
+  StepEnd end{.stopped = true, .last = options.steps == 0U};
+  if (options.cells)
+    for (const std::uint64_t cells : all_gather(ranks, cells_now(progress, options.keep_out))) end.cells += cells;
+  for (unsigned step = 0; !end.last; ++step) {
+    ranks.begin("computation", progress.steps);
+    if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
+    const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, snapshot_seconds), end.cells, report.threads, stream);
+    give_back(ranks, network, progress, options, report.threads, stream);
+    end = end_of_step(ranks, options, progress, stopped, step + 1);
+    saves_late = options.strict && options.snapshot && end.last && !end.interrupted && is_nothing_left(ranks, progress);
+    if (options.snapshot && !saves_late) {
+      const auto start = Clock::now();
+      snapshot_failure = try_to_save(ranks, network, progress, options, source, !end.stopped, report.earlier);
+      snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    }
+    if (options.on_frame && !end.interrupted) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
+  }
+
+  ranks.begin("collection");
+  // What is left is made again to be drawn, which may take as long as it took: too long for who interrupts.
+  if (!end.interrupted) draw_rest(network, progress, options, report.threads, stream);
+  fill(report, network, sum_totals(ranks, network, progress.totals), options);
+  report.complete = !end.stopped;
+  report.interrupted = end.interrupted;
+  RunResult result;
+  if (end.interrupted) {
+    if (snapshot_failure) report.failed.push_back(*snapshot_failure);
+    result.report = std::move(report);
+    return result;
+  }
+  CellShare to_glue;
+  if (options.collect_cells) {
+    if (options.boundary || options.contacts) to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
+    RegionMeshes meshes = saves_late ? progress.meshes : std::move(progress.meshes);
+    result = collected(ranks, network, progress.partition, std::move(meshes), options.collect, rank_of_region.size(), stream);
+  }
+  add_looks(result, network, rank_of_region);
+
+  if (!options.points.empty() && result.is_collected && ranks.is_master()) result.answers = querying<D>(network.table, result, options.points, report.threads);
+  result.report = std::move(report);
+  if (options.strict) {
+    resolve(ranks, network, progress, std::exchange(to_glue, {}), options, result);
+    refuse_late_warnings(ranks, result.report);
+    if (saves_late) snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete, result.report.earlier);
+  }
+  if (snapshot_failure) result.report.failed.push_back(*snapshot_failure);
+  if (options.on_cells) {
+    options.on_cells(result);
+    result.mesh.batches.clear();
+    result.tree = geometry::BspTree{.dimension = D};
+  }
+  if (!options.strict) resolve(ranks, network, progress, std::move(to_glue), options, result);
+  return result;
+}
+
+}  // namespace
+
+std::optional<FailedOutput> attempt(const Ranks& ranks, const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const AgreedFailure& failure) {
+    return FailedOutput{failure.what(), failure.is_users};
+  } catch (const Error& error) {
+    if (ranks.count() > 1) throw;
+    return FailedOutput{error.what(), true};
+  } catch (const Failure& failure) {
+    if (ranks.count() > 1) throw;
+    return FailedOutput{failure.what(), false};
+  } catch (const std::bad_alloc&) {
+    if (ranks.count() > 1) throw;
+    return FailedOutput{"out of memory", false};
+  } catch (const std::exception& error) {
+    if (ranks.count() > 1) throw;
+    return FailedOutput{std::string("internal error: ") + error.what(), false};
+  }
+  return std::nullopt;
+}
+
+void record_costs(Ranks& ranks, RunReport& report) {
+  report.supersteps = report.earlier;
+  for (auto& record : ranks.records()) report.supersteps.push_back(std::move(record));
+  report.cpu_seconds = 0;
+  report.peak_rss_bytes = 0;
+  for (const Usage& usage : gather(ranks, usage_of_this_process())) {
+    report.cpu_seconds += usage.cpu_seconds;
+    report.peak_rss_bytes = std::max(report.peak_rss_bytes, usage.peak_rss_bytes);
+  }
+  report.seconds = ranks.seconds();
+}
+
+RunResult run(const RunOptions& given, Ranks& ranks) {
+  RunReport report;
+  RunOptions options = given.resume ? resumed_options(given, report.earlier) : given;
+  options.collect_cells = options.collect_cells || options.snapshot || options.on_frame;
+  ranks.begin("compilation");
+  Source source = compilation(ranks, options);
+  ranks.begin("broadcast");
+  broadcasting(ranks, source);
+  report.threads = threads_of(options, ranks);
+  ranks.begin("compilation");
+  source = parsed(std::move(source), options, report.threads);
+  report.model = options.model.string();
+  report.ranks = static_cast<unsigned>(ranks.count());
+  report.dimension = source.model.expression.dimension();
+  if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
+  if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))
+    throw Error("the eye has " + std::to_string(options.eye.size()) + " coordinates, the model has " + std::to_string(report.dimension) + " dimensions");
+  report.primitives = source.model.primitive_count;
+  report.warnings = source.warnings;
+  report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
+  if (options.strict) refuse_warnings(report.warnings);
+  report.notes = source.model.notes;
+  for (const auto& [place, file, primitive, triangles, volume] : source.overlapping_meshes)
+    report.overlapping_meshes.push_back({place, file, primitive, triangles, volume});
+
+  RunResult result;
+  switch (report.dimension) {
+    case 1: result = run_supersteps<1>(ranks, options, source, std::move(report)); break;
+    case 2: result = run_supersteps<2>(ranks, options, source, std::move(report)); break;
+    case 3: result = run_supersteps<3>(ranks, options, source, std::move(report)); break;
+    case 4: result = run_supersteps<4>(ranks, options, source, std::move(report)); break;
+    case 5: result = run_supersteps<5>(ranks, options, source, std::move(report)); break;
+    case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
+    default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
+  }
+  if (ranks.is_master() && !result.report.interrupted) {
+    const std::string why_empty = is_empty(result.report) ? lost_by_merging(source, options, result.report.hyperplanes, result.report.threads) : "";
+    for (std::string& warning : late_warnings(result.report, why_empty)) result.report.warnings.push_back(std::move(warning));
+  }
+  if (ranks.is_master()) result.report.measures = measuring(source.model.expression, options, result.report);
+  record_costs(ranks, result.report);
+  return result;
+}
+
+RunResult run(const RunOptions& options) {
+  Ranks alone;
+  return run(options, alone);
+}
+
+}  // namespace bsp2::supersteps

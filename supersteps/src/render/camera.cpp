@@ -1,0 +1,149 @@
+#include "render/camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "bsp2/geometry/support/error.hpp"
+
+namespace bsp2::supersteps {
+namespace {
+
+Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+double length(const Vector& a) { return std::sqrt(dot(a, a)); }
+
+double diagonal(const Box3& box) { return box.is_empty() ? 0 : length(difference(box.high, box.low)); }
+
+/// To a viewer in front (-y), 30 degrees to the right and 22 degrees above.
+Vector default_direction() {
+  const double a = 30 * std::numbers::pi / 180, e = 22 * std::numbers::pi / 180;
+  return {std::sin(a) * std::cos(e), -std::cos(a) * std::cos(e), std::sin(e)};
+}
+
+}  // namespace
+
+Vector normalized(const Vector& a) {
+  const double l = length(a);
+  return {a[0] / l, a[1] / l, a[2] / l};
+}
+
+Vector normal_of(const std::vector<Vector>& polygon) {
+  Vector n{};
+  for (std::size_t i = 2; i < polygon.size(); ++i) {
+    const Vector u = difference(polygon[i - 1], polygon[0]), v = difference(polygon[i], polygon[0]);
+    for (int k = 0; k < 3; ++k) n[k] += u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+  }
+  return n;
+}
+
+Box3::Box3() {
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+}
+
+void Box3::add(const Vector& p) {
+  for (int axis = 0; axis < 3; ++axis) {
+    low[axis] = std::min(low[axis], p[axis]);
+    high[axis] = std::max(high[axis], p[axis]);
+  }
+}
+
+void Box3::add(const Box3& other) {
+  if (other.is_empty()) return;
+  add(other.low);
+  add(other.high);
+}
+
+Vector Box3::middle() const {
+  if (is_empty()) return {};
+  return {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
+}
+
+std::array<Vector, 8> Box3::corners() const {
+  std::array<Vector, 8> result;
+  for (unsigned corner = 0; corner < 8; ++corner)
+    for (unsigned axis = 0; axis < 3; ++axis) result[corner][axis] = corner >> axis & 1 ? high[axis] : low[axis];
+  return result;
+}
+
+Camera::Camera(const PictureOptions& options, int dimension, const Box3& shown) {
+  if (dimension == 2 && !options.eye) return;
+  if (options.eye) {
+    const Vector looked_at = options.look.value_or(shown.middle()), back = difference(*options.eye, looked_at);
+    if (!(length(back) > 0)) throw Error("the eye is where it looks, at (" + std::to_string(looked_at[0]) + ", " + std::to_string(looked_at[1]) + ", " +
+                                         std::to_string(looked_at[2]) + "): choose another --eye or --look");
+    eye_ = options.eye;
+    toward_ = normalized(back);
+    near_ = 1e-4 * std::max(diagonal(shown), length(back));
+  } else {
+    toward_ = default_direction();
+  }
+  right_ = cross({0, 0, 1}, toward_);
+  right_ = length(right_) > 1e-9 ? normalized(right_) : Vector{1, 0, 0};  // straight down or up: +x is to the right
+  up_ = cross(toward_, right_);
+}
+
+void Camera::clip(std::vector<Vector>& polygon) const {
+  if (std::all_of(polygon.begin(), polygon.end(), [this](const Vector& p) { return is_before_eye(p); })) return;
+  // What is near goes on far beside the picture. So it is cut off there first, and then the rest may come as near as it likes.
+  constexpr double widest = 500, nearest = 1e-9;  // the tangent to each side; in `near_`
+  const auto cut = [&](const auto& inside) {
+    std::vector<Vector> kept;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vector &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+      const double x = inside(p), y = inside(q);
+      if (x >= 0) kept.push_back(p);
+      if ((x < 0) == (y < 0)) continue;
+      const double t = x / (x - y);
+      kept.push_back({p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2])});
+    }
+    polygon = std::move(kept);
+  };
+  for (const int axis : {0, 1})
+    for (const double side : {1.0, -1.0}) cut([&](const Vector& p) { return -widest * p[2] + side * p[axis]; });
+  cut([&](const Vector& p) { return -p[2] - nearest * near_; });
+}
+
+Extent::Extent() {
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+}
+
+void Extent::add(const Camera& camera, const Vector& point) {
+  constexpr double widest = 1;  // the tangent of half of 90 degrees
+  const Vector seen = camera.see(point);
+  for (int axis = 0; axis < 2; ++axis) {
+    double x = std::copysign(widest, seen[axis]);  // of what is behind the eye
+    if (camera.is_before_eye(seen)) x = camera.project(seen)[axis];
+    if (camera.is_perspective()) x = std::clamp(x, -widest, widest);
+    low[axis] = std::min(low[axis], x);
+    high[axis] = std::max(high[axis], x);
+  }
+}
+
+void Extent::add(const Extent& other) {
+  for (int axis = 0; axis < 2; ++axis) {
+    low[axis] = std::min(low[axis], other.low[axis]);
+    high[axis] = std::max(high[axis], other.high[axis]);
+  }
+}
+
+Frame::Frame(const Camera& camera, Extent extent, const std::optional<Vector>& look, int width, int height) : half_{width / 2.0, height / 2.0} {
+  constexpr double margin = 0.05;
+  auto& [low, high] = extent;
+  if (!(low[0] <= high[0])) return;
+  middle_ = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+  if (look) middle_ = camera.is_perspective() ? Point2{} : camera.project(camera.see(*look));
+  double scale = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 2; ++axis) {
+    const double reach = std::max(high[axis] - middle_[axis], middle_[axis] - low[axis]);
+    if (reach > 0) scale = std::min(scale, half_[axis] * (1 - 2 * margin) / reach);
+  }
+  if (std::isfinite(scale)) scale_ = scale;
+}
+
+}  // namespace bsp2::supersteps

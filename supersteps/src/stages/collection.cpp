@@ -1,0 +1,202 @@
+#include "bsp2/supersteps/stages/collection.hpp"
+
+#include <algorithm>
+#include <boost/serialization/utility.hpp>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/io/outputs/vtu.hpp"
+#include "ranks/exchange.hpp"
+#include "stages/stages.hpp"
+
+namespace boost::serialization {
+template <>
+struct is_bitwise_serializable<bsp2::geometry::BspTree::Node> : mpl::true_ {};
+}  // namespace boost::serialization
+
+namespace bsp2::supersteps {
+namespace {
+
+using geometry::BspTree;
+using geometry::CellBatch;
+
+/// All of a region's mesh but its cells.
+struct Forest {
+  std::uint32_t& region;
+  std::uint32_t& cells;
+  BspTree& tree;
+
+  template <class Archive>
+  void serialize(Archive& archive, unsigned) {
+    archive & region & cells & tree.dimension & tree.root & tree.nodes & tree.ids & tree.hyperplanes;
+  }
+};
+
+}  // namespace
+
+void send(Ranks& ranks, int to, RegionMesh mesh) {
+  for (auto& batch : mesh.batches) {
+    ranks.send(to, std::string(1, 'c') + dataflow::to_bytes(*batch));
+    batch = nullptr;
+  }
+  ranks.send(to, std::string(1, 'r') + dataflow::to_bytes(Forest{mesh.region, mesh.cells, mesh.tree}));
+}
+
+bool receive(std::string_view message, RegionMesh& mesh) {
+  const std::span<const char> bytes(message.data() + 1, message.size() - 1);
+  if (message.front() == 'c') {
+    const auto batch = std::make_shared<CellBatch>();
+    dataflow::from_bytes(bytes, *batch);
+    mesh.batches.push_back(batch);
+    return false;
+  }
+  Forest forest{mesh.region, mesh.cells, mesh.tree};
+  dataflow::from_bytes(bytes, forest);
+  return true;
+}
+
+namespace {
+
+void send(Ranks& ranks, int to, RegionMeshes meshes) {
+  while (!meshes.empty()) send(ranks, to, std::move(meshes.extract(meshes.begin()).mapped()));
+}
+
+void receive(const Ranks& ranks, RegionMeshes& meshes) {
+  RegionMesh mesh;
+  for (const auto& message : ranks.received()) {
+    if (!receive(message.bytes, mesh)) continue;
+    const std::uint32_t region = mesh.region;
+    meshes[region] = std::exchange(mesh, {});
+  }
+}
+
+void to_master(Ranks& ranks, RegionMeshes& meshes) {
+  if (!ranks.is_master()) send(ranks, 0, std::exchange(meshes, {}));
+  ranks.sync();
+  receive(ranks, meshes);
+}
+
+/// In each round every second of those that still hold cells hands them to its neighbour.
+void up_a_tree(Ranks& ranks, RegionMeshes& meshes) {
+  for (int stride = 1; stride < ranks.count(); stride *= 2) {
+    if (ranks.rank() % (2 * stride) == stride) send(ranks, ranks.rank() - stride, std::exchange(meshes, {}));
+    ranks.sync();
+    receive(ranks, meshes);
+  }
+}
+
+Collect decide(Ranks& ranks, const RegionMeshes& meshes, Collect how) {
+  if (how != Collect::automatic) return how;
+  std::uint64_t mine = 0, cells = 0;
+  for (const auto& [number, mesh] : meshes) mine += mesh.cells;
+  for (const std::uint64_t count : gather(ranks, mine)) cells += count;
+  bool is_small = cells <= cells_of_a_master;
+  broadcast(ranks, is_small);
+  return is_small ? Collect::master : Collect::file;
+}
+
+}  // namespace
+
+namespace {
+
+/// The meshes get the cells that have gone ahead of them. @throws std::logic_error if some are missing.
+void take_cells(RegionMeshes& meshes, RegionCells cells) {
+  for (auto& [number, mesh] : meshes) {
+    mesh.batches = std::move(cells[number]);
+    std::uint64_t count = 0;
+    for (const auto& batch : mesh.batches) count += batch->size();
+    if (count != mesh.cells)
+      throw std::logic_error("of region " + std::to_string(number) + " " + std::to_string(count) + " cells came, not " +
+                             std::to_string(mesh.cells));
+  }
+}
+
+}  // namespace
+
+bool collection(Ranks& ranks, RegionMeshes& meshes, Collect how, CellStream* stream) {
+  if (ranks.count() == 1) return true;
+  how = decide(ranks, meshes, how);
+  const bool is_streamed = stream != nullptr && !stream->is_abandoned() && how != Collect::file;
+  RegionCells cells;
+  if (is_streamed) {
+    for (auto& [number, mesh] : meshes) mesh.batches.clear();
+    cells = stream->finish();
+  }
+  if (how == Collect::master) to_master(ranks, meshes);
+  if (how == Collect::tree) up_a_tree(ranks, meshes);
+  if (is_streamed && ranks.is_master()) take_cells(meshes, std::move(cells));
+  return how != Collect::file;
+}
+
+template <int D>
+dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals) {
+  dataflow::Totals<D> sum(network.table.radius(), network.table.width());
+  sum.reset_bounds();
+  for (const auto& part : gather(ranks, totals, sum)) sum += part;
+  return sum;
+}
+
+template <int D>
+BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, BspTree tree,
+                   const std::vector<std::int32_t>& roots) {
+  tree.dimension = D;
+  const auto first = static_cast<std::int32_t>(tree.nodes.size());
+  const auto child = [&](std::int32_t code) { return code >= 0 ? first + code : roots[static_cast<std::size_t>(~code)]; };
+  for (const auto& node : partition.nodes) {
+    const auto h = network.table.rounded(node.hyperplane);
+    tree.nodes.push_back({static_cast<std::uint32_t>(tree.hyperplanes.size() / (D + 1)), child(node.negative), child(node.positive)});
+    tree.ids.push_back(node.hyperplane);
+    tree.hyperplanes.push_back(h.offset);
+    tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
+  }
+  tree.root = child(partition.root);
+  return tree;
+}
+
+SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets, unsigned step) {
+  std::optional<io::VtuShare> share;
+  io::VtuShare::Size size;
+  ranks.agree([&] {
+    ranks.begin("collection", step);
+    io::VtuOptions options;
+    options.tets = tets;
+    options.rank_of_region = result.rank_of_region;
+    options.part_names = result.part_names;
+    for (const auto& colour : result.colour_of_primitive) options.colour_of_primitive.push_back(colour.value_or(uncoloured));
+    options.other_colour = uncoloured;
+    share.emplace(pvtu, result.report.dimension, result.mesh.batches, options);
+    size = share->size();
+  });
+  io::VtuShare::Size all;
+  std::uint64_t before = 0;
+  const auto shares = all_gather(ranks, std::pair(size.pieces, size.has_polyhedra));
+  for (std::size_t rank = 0; rank < shares.size(); ++rank) {
+    if (rank < static_cast<std::size_t>(ranks.rank())) before += shares[rank].first;
+    all.pieces += shares[rank].first;
+    all.has_polyhedra = all.has_polyhedra || shares[rank].second;
+  }
+  ranks.agree([&] { share->write(before, all); });  // now all have written theirs
+  ranks.agree([&] { share->publish(); });
+  ranks.agree([&] {
+    if (ranks.is_master()) share->finish();
+  });
+  SimplexReport report;
+  const io::SimplexCount& mine = share->simplices();
+  for (const auto& part : all_gather(ranks, SimplexReport{mine.simplices, mine.smallest_angle, mine.incomplete_cells, mine.left_out_volume})) {
+    report.simplices += part.simplices;
+    report.smallest_angle = std::min(report.smallest_angle, part.smallest_angle);
+    report.incomplete_cells += part.incomplete_cells;
+    report.left_out_volume += part.left_out_volume;
+  }
+  return report;
+}
+
+#define BSP2_STAGE(D)                                                                                                               \
+  template dataflow::Totals<D> sum_totals<D>(Ranks&, const dataflow::Network<D>&, const dataflow::Totals<D>&);                      \
+  template BspTree join_trees<D>(const dataflow::Network<D>&, const dataflow::Partition<D>&, BspTree, const std::vector<std::int32_t>&);
+BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
+#undef BSP2_STAGE
+
+}  // namespace bsp2::supersteps

@@ -1,0 +1,341 @@
+// Round solids: intervals that hold the truth, and streams that refine.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "bsp2/dataflow/evaluate/localizer.hpp"
+#include "producers/round_producer.hpp"
+#include "producers/torus_producer.hpp"
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/model/expression/csg.hpp"
+#include "dataflow/oracle.hpp"
+#include "dataflow/intervals.hpp"
+#include "dataflow/producer_stream.hpp"
+#include "support/rounds.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+
+using geometry::Label;
+
+double ball_volume(int d) { return std::pow(std::numbers::pi, d / 2.0) / std::tgamma(d / 2.0 + 1); }
+
+/// At each level of the BSP tree the interval holds the truth, and lies in that of the level before.
+template <int D>
+void check_levels(const model::Expression& e, double truth, std::initializer_list<unsigned> levels, double last_share = 1) {
+  SCOPED_TRACE(testing::Message() << "D=" << D);
+  Interval last{0, 1e300, 0};
+  for (const unsigned level : levels) {
+    const Interval now = volume_interval<D>(e, down_to(level));
+    expect_contains(now, truth);
+    EXPECT_GE(now.in, last.in - 1e-12 * truth);
+    EXPECT_LE(now.high(), last.high() + 1e-12 * truth);
+    last = now;
+  }
+  EXPECT_LT(last.fuzzy, truth * last_share);
+}
+
+TEST(Curved, BallsOfAnyDimensionLieInTheirIntervals) {
+  check_levels<1>(model::ball(1, 1), 2, {0, 1, 2, 3});
+  check_levels<2>(model::ball(2, 1), ball_volume(2), {0, 1, 4, 8, 12, 16, 20});
+  check_levels<3>(model::ball(3, 1), ball_volume(3), {0, 1, 6, 10, 14, 18}, 0.6);
+  check_levels<4>(model::ball(4, 1), ball_volume(4), {0, 1, 8, 14, 20}, 1.2);
+  // What is around a ball is most of its box: 32 and 64 against 5.3 and 5.2.
+  check_levels<5>(model::ball(5, 1), ball_volume(5), {0, 10, 18}, 7);
+  check_levels<6>(model::ball(6, 1), ball_volume(6), {0, 12, 18}, 16);
+}
+
+/// The promise of docs/curved.md: at level l of the fan, layers are 1 - 1 / sqrt(1 + (d - 1) / 4^l) thick.
+double layer(int d, int level) { return 1 - 1 / std::sqrt(1 + (d - 1) * std::pow(0.25, level)); }
+
+/// @param part of the unit ball: one of so many that are alike. @param factor by which its layer gets thinner with each level, at least.
+template <int D>
+void check_rate_of(const model::Expression& part, double parts, int first, int last, double factor) {
+  SCOPED_TRACE(testing::Message() << "D=" << D);
+  const double surface = D * ball_volume(D);
+  double before = 0;
+  for (int level = first; level <= last; ++level) {
+    const double thickness = layer(D, level);
+    const Interval now = volume_interval<D>(part, thinner_than(thickness * 1.0001));
+    expect_contains(now, ball_volume(D) / parts);
+    EXPECT_LE(now.fuzzy * parts, surface * thickness * std::pow(1 + thickness, D)) << "level " << level;
+    if (level > first) { EXPECT_LT(now.fuzzy, before * factor) << "level " << level; }
+    before = now.fuzzy;
+  }
+}
+
+template <int D>
+void check_rate(int first, int last) {
+  check_rate_of<D>(model::ball(D, 1), 1, first, last, 0.36);
+}
+
+TEST(Curved, TheFuzzyLayerShrinksFourfoldALevel) {
+  check_rate<2>(1, 8);
+  check_rate<3>(1, 5);
+  check_rate<4>(1, 2);
+}
+
+/// x1 >= x2 >= ... >= xD >= 0, as a simplex far larger than the ball. Images of it under signs and permutations of the axes fill
+/// the space 2^D D! times over, and map the ball to itself: each holds the same share of it.
+template <int D>
+model::Expression chamber() {
+  std::vector<double> matrix((D + 1) * (D + 1), 0.0);
+  for (int row = 0; row < D; ++row)
+    for (int column = row; column < D; ++column) matrix[static_cast<std::size_t>(row * (D + 1) + column)] = 16;
+  matrix.back() = 1;
+  return model::transform(matrix, model::simplex(D, 1));
+}
+
+/// In one of the chambers, where few cells of many levels are.
+template <int D>
+void check_rate_in_chamber(int first, int last) {
+  check_rate_of<D>(model::intersect({model::ball(D, 1), chamber<D>()}), std::pow(2, D) * std::tgamma(D + 1), first, last, 0.32);
+}
+
+TEST(Curved, TheFuzzyLayerShrinksFourfoldALevelInChambers) {
+  check_rate_in_chamber<3>(1, 5);
+  check_rate_in_chamber<4>(1, 4);
+  check_rate_in_chamber<5>(1, 3);
+  check_rate_in_chamber<6>(1, 3);
+}
+
+TEST(Curved, CylindersAndConesLieInTheirIntervals) {
+  const double pi = std::numbers::pi;
+  check_levels<3>(model::round_cylinder(2, 2, {3}), 12 * pi, {0, 4, 8, 12, 16});
+  check_levels<3>(model::cone(3, 2, 0), 4 * pi, {0, 4, 8, 12, 16});
+  check_levels<3>(model::cone(3, 0, 2), 4 * pi, {0, 4, 8, 12, 16});
+  check_levels<3>(model::cone(3, 2, 1), 7 * pi, {0, 4, 8, 12, 16});
+  check_levels<4>(model::round_cylinder(3, 1, {2}), ball_volume(3) * 2, {0, 6, 12, 18});
+  check_levels<4>(model::round_cylinder(2, 1, {2, 3}), pi * 6, {0, 6, 12, 18});
+  check_levels<3>(model::round_cylinder(1, 1, {2, 3}), 12, {0, 6});
+  for (const double tolerance : {0.1, 0.01, 0.001}) {
+    const Interval cone = volume_interval<3>(model::cone(3, 2, 0), thinner_than(tolerance));
+    expect_contains(cone, 4 * pi);
+    EXPECT_LE(cone.fuzzy, 1.3 * tolerance * pi * 2 * std::sqrt(13.0));
+  }
+}
+
+double determinant(std::vector<double> m, int d) {
+  const auto at = [&](int i, int j) -> double& { return m[static_cast<std::size_t>(i * (d + 1) + j)]; };
+  double result = 1;
+  for (int k = 0; k < d; ++k) {
+    int pivot = k;
+    for (int i = k; i < d; ++i)
+      if (std::fabs(at(i, k)) > std::fabs(at(pivot, k))) pivot = i;
+    if (pivot != k) result = -result;
+    for (int j = 0; j < d; ++j) std::swap(at(k, j), at(pivot, j));
+    result *= at(k, k);
+    for (int i = k + 1; i < d; ++i)
+      for (int j = d - 1; j >= k; --j) at(i, j) -= at(i, k) / at(k, k) * at(k, j);
+  }
+  return std::fabs(result);
+}
+
+template <int D>
+void check_ellipsoid(Random& random, unsigned level) {
+  const auto matrix = free_matrix(random, D, 5);
+  const Interval image = volume_interval<D>(model::transform(matrix, model::ball(D, 1.5)), down_to(level));
+  const double truth = ball_volume(D) * std::pow(1.5, D) * determinant(matrix, D);
+  expect_contains(image, truth);
+  EXPECT_LT(image.fuzzy, truth * (D == 4 ? 4 : 0.5));
+}
+
+TEST(Curved, EllipsoidsAreEnclosedToo) {
+  for (int round = 0; round < samples::rounds(5); ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    check_ellipsoid<2>(random, 14);
+    check_ellipsoid<3>(random, 20);
+    check_ellipsoid<4>(random, 16);
+  }
+}
+
+/// A small, flat, far one: coordinates lose up to 10 of 16 digits there, so tests in doubles cannot tell, exact ones do.
+TEST(Curved, SmallBallsFarAwayAreEnclosedToo) {
+  for (const double size : {1e-3, 1e-6, 1e-8}) {
+    SCOPED_TRACE(size);
+    const std::vector<double> matrix{size, 0, 0, 1000, 0, size, 0, -700, 0, 0.3 * size, size / 16, 300, 0, 0, 0, 1};
+    const double truth = ball_volume(3) * size * size * size / 16;
+    const Interval far = volume_interval<3>(model::transform(matrix, model::ball(3, 1)), down_to(16));
+    EXPECT_LE(far.in, truth * (1 + 1e-9 / size * 1e-3));  // the volumes of the cells are rounded at this distance
+    EXPECT_GE(far.high(), truth * (1 - 1e-9 / size * 1e-3));
+    EXPECT_GT(far.in, 0.3 * truth);
+    EXPECT_LT(far.fuzzy, truth);
+  }
+}
+
+TEST(Curved, ToriLieInTheirIntervalsByPappus) {
+  const double pi = std::numbers::pi;
+  for (const auto& [major, minor] : {std::pair(2.0, 1.0), std::pair(1.0, 1.0), std::pair(5.0, 0.25)}) {
+    SCOPED_TRACE(testing::Message() << major << " " << minor);
+    const double truth = 2 * pi * pi * major * minor * minor;
+    check_levels<3>(model::torus(major, minor), truth, {0, 1, 5, 10, 15}, 8);
+    double before = truth;
+    for (const double tolerance : {0.2, 0.05}) {
+      const Interval now = volume_interval<3>(model::torus(major, minor), thinner_than(tolerance * minor));
+      expect_contains(now, truth);
+      EXPECT_LT(now.fuzzy, 1.2 * tolerance * minor * 4 * pi * pi * major * minor);
+      EXPECT_LT(now.fuzzy, before * 0.6);
+      before = now.fuzzy;
+    }
+  }
+  Random random(new_seed());
+  const auto matrix = free_matrix(random, 3, 5);
+  expect_contains(volume_interval<3>(model::transform(matrix, model::torus(2, 1)), thinner_than(0.1)), 4 * pi * pi * determinant(matrix, 3));
+  expect_contains(volume_interval<3>(model::subtract({model::torus(2, 1), model::cuboid({3, 3, 1})}), thinner_than(0.05)), 4 * pi * pi * 7 / 8);
+}
+
+/// Second moments about the origin: of the ball r^(d+2) V_d / (d + 2), moved by a vector m: plus m_i m_j V_d.
+TEST(Curved, MomentsLieInTheirIntervals) {
+  const std::array<double, 3> m{0.3, -2, 0.1};
+  const std::vector<double> matrix{1, 0, 0, m[0], 0, 1, 0, m[1], 0, 0, 1, m[2], 0, 0, 0, 1};
+  const Network<3> network = compile<3>(model::transform(matrix, model::ball(3, 1)), {});
+  const double volume = ball_volume(3);
+  double width = 1e300;
+  for (const double tolerance : {0.3, 0.1, 0.01}) {
+    const auto totals = evaluate(network, partition(network, 0).regions, thinner_than(tolerance), {}).totals;
+    const auto in = totals.in.value(), fuzzy = totals.fuzzy.value(), below = totals.fuzzy_below.value();
+    double widest = 0;
+    for (int i = 0; i <= 3; ++i)
+      for (int j = i; j <= 3; ++j) {
+        const double truth =
+            (i == 0 ? 1 : m[static_cast<std::size_t>(i - 1)]) * (j == 0 ? 1 : m[static_cast<std::size_t>(j - 1)]) * volume +
+            (i == j && i > 0 ? volume / 5 : 0);
+        const auto at = static_cast<std::size_t>(geometry::Moments<3>::index(i, j));
+        const double least = in.integral[at] + below.integral[at], most = in.integral[at] + fuzzy.integral[at] - below.integral[at];
+        EXPECT_LE(least, truth + 1e-12) << i << j;
+        EXPECT_GE(most, truth - 1e-12) << i << j;
+        widest = std::max(widest, most - least);
+      }
+    EXPECT_LT(widest, width / 2);
+    width = widest;
+  }
+}
+
+TEST(Curved, BooleansWithPolyhedraKeepTheInterval) {
+  const double pi = std::numbers::pi;
+  const auto ball = model::ball(3, 2);
+  const auto octant = model::cuboid({5, 5, 5});
+  const double eighth = ball_volume(3);
+  for (const unsigned level : {6U, 12U, 16U}) {
+    expect_contains(volume_interval<3>(model::intersect({ball, octant}), down_to(level)), eighth);
+    expect_contains(volume_interval<3>(model::subtract({ball, octant}), down_to(level)), 7 * eighth);
+    expect_contains(volume_interval<3>(model::subtract({octant, ball}), down_to(level)), 125 - eighth);
+    expect_contains(volume_interval<3>(model::unite({octant, ball}), down_to(level)), 125 + 7 * eighth);
+    expect_contains(volume_interval<3>(model::symmetric_difference({octant, ball}), down_to(level)), 125 + 6 * eighth);
+  }
+  for (const double tolerance : {0.3, 0.1, 0.03}) {  // thin cells that a polyhedron and a round solid share
+    expect_contains(volume_interval<3>(model::intersect({ball, octant}), thinner_than(tolerance)), eighth);
+    expect_contains(volume_interval<3>(model::subtract({ball, octant}), thinner_than(tolerance)), 7 * eighth);
+    expect_contains(volume_interval<3>(model::unite({octant, ball}), thinner_than(tolerance)), 125 + 7 * eighth);
+  }
+  Random random(new_seed());
+  for (int round = 0; round < samples::rounds(5); ++round) {  // in truth half the ball each, whatever the plane
+    auto turn = free_matrix(random, 3, 0);
+    const auto half = model::transform(
+        turn, model::transform(std::vector<double>{20, 0, 0, 0, 0, 20, 0, -10, 0, 0, 20, -10, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));
+    expect_contains(volume_interval<3>(model::intersect({ball, half}), thinner_than(0.1)), 4 * eighth);
+    expect_contains(volume_interval<3>(model::subtract({ball, half}), thinner_than(0.1)), 4 * eighth);
+  }
+  // Steinmetz: two cylinders across each other.
+  const std::vector<double> upright{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2, 0, 0, 0, 1}, lying{0, 0, 1, -2, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 0, 1};
+  const auto rod = model::round_cylinder(2, 1, {4});
+  const auto a = model::transform(upright, rod), b = model::transform(lying, rod);
+  for (const double tolerance : {0.1, 0.01}) {
+    const Interval both = volume_interval<3>(model::intersect({a, b}), thinner_than(tolerance));
+    expect_contains(both, 16.0 / 3);
+    EXPECT_LT(both.fuzzy, 18 * tolerance);
+    expect_contains(volume_interval<3>(model::unite({a, b}), thinner_than(tolerance)), 8 * pi - 16.0 / 3);
+  }
+}
+
+/// What ends by itself is decided to its end, however thin the cells are.
+TEST(Curved, ToleranceLeavesNoPolyhedronUndecided) {
+  const auto apart = model::unite(
+      {model::ball(3, 1), model::transform(std::vector<double>{1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::sphere(1, 24))});
+  const Network<3> network = compile<3>(apart, {});
+  const auto result = evaluate_all(network, 0, thinner_than(0.5));
+  for (const auto& refinement : result.refinements)
+    for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) {
+      if (refinement->cells.label[cell] != Label::fuzzy) continue;
+      const auto points = refinement->cells.cell_points(cell);
+      for (std::size_t i = 0; i < points.size(); i += 3) EXPECT_LT(points[i], 2);
+    }
+}
+
+TEST(Curved, CellsDoNotDependOnThreadsAndOrder) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  const auto solid = model::subtract({model::transform(free_matrix(random, 3, 1), model::ball(3, 2)), model::cuboid({1, 2, 3}), model::cone(3, 1, 0)});
+  expect_same_digest<3>(solid, down_to(12), 0);
+  expect_same_digest<3>(solid, down_to(14), 3);
+  expect_same_digest<3>(solid, thinner_than(0.05), 2);
+  expect_same_digest<3>(model::subtract({model::torus(2, 0.7), solid}), down_to(14), 1);
+  expect_same_digest<4>(model::subtract({model::ball(4, 1), model::cuboid({1, 1, 1, 1})}), down_to(12), 1);
+}
+
+template <int D>
+void check_stream(const model::Expression& e, unsigned deepest, Random& random) {
+  const Network<D> network = compile<D>(e, {});
+  if constexpr (D == 3)
+    if (!network.tori.empty()) return check_stream_of<D>(network, TorusProducer(network, network.producers[0]), deepest, truth_of(e), random);
+  ASSERT_EQ(network.rounds.size(), 1U);
+  check_stream_of<D>(network, RoundProducer<D>(network, network.producers[0]), deepest, truth_of(e), random);
+}
+
+TEST(TorusProducer, EmitsAStreamOfRefinements) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  check_stream<3>(model::torus(2, 1), 16, random);
+  check_stream<3>(model::transform(free_matrix(random, 3, 3), model::torus(1, 0.3)), 16, random);
+}
+
+TEST(RoundProducer, EmitsAStreamOfRefinements) {
+  const std::uint64_t seed = new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  check_stream<2>(model::ball(2, 1), 18, random);
+  check_stream<2>(model::transform(free_matrix(random, 2, 3), model::ball(2, 1)), 18, random);
+  check_stream<3>(model::ball(3, 2), 16, random);
+  check_stream<3>(model::transform(free_matrix(random, 3, 3), model::round_cylinder(2, 1, {2})), 16, random);
+  check_stream<3>(model::transform(free_matrix(random, 3, 3), model::cone(2, 1, 0)), 16, random);
+  check_stream<4>(model::ball(4, 1), 14, random);
+  check_stream<5>(model::round_cylinder(3, 1, {1, 2}), 14, random);
+}
+
+TEST(Curved, CsgIsReadRoundOnDemand) {
+  const double pi = std::numbers::pi;
+  const auto read = [](const char* text) { return model::parse_csg(text, "test.csg", {.curved = true}).expression; };
+  const auto check = [&](const char* text, double truth, double tolerance) {
+    SCOPED_TRACE(text);
+    const Interval now = volume_interval<3>(read(text), thinner_than(tolerance));
+    expect_contains(now, truth);
+    EXPECT_LT(now.fuzzy, 0.1 * truth);
+  };
+  check("difference() { sphere(r = 5); cylinder(h = 20, r = 4, center = true); }", 36 * pi, 0.02);
+  check("cylinder(h = 3, r1 = 1, r2 = 2);", 7 * pi, 0.02);
+  check("linear_extrude(height = 2) { difference() { circle(r = 2); circle(r = 1); } }", 6 * pi, 0.01);
+  const Interval disk = volume_interval<2>(read("circle(d = 4, $fn = 100);"), thinner_than(1e-4));
+  expect_contains(disk, 4 * pi);
+  // Nuts stay nuts, and so does what constructs need corners of.
+  const Interval nut = volume_interval<3>(read("cylinder(h = 2, r = 1, $fn = 6);"), {});
+  EXPECT_NEAR(nut.in, 3 * std::sqrt(3.0), 1e-12);
+  EXPECT_EQ(nut.fuzzy, 0);
+  const Interval hull = volume_interval<3>(read("hull() { cylinder(h = 1, r = 1, $fn = 64); }"), {});
+  EXPECT_NEAR(hull.in, 32 * std::sin(pi / 32), 1e-12);
+  EXPECT_EQ(hull.fuzzy, 0);
+  // Steiner: a disk and a ball.
+  const double of_torus = volume_interval<3>(model::construct(model::Hull{}, {model::torus(20, 8)}), {}).in,
+               whole = 2 * pi * 400 * 8 + pi * pi * 20 * 64 + 4 * pi / 3 * 512;
+  EXPECT_LT(of_torus, whole);
+  EXPECT_GT(of_torus, 0.97 * whole);
+}
+
+}  // namespace
+}  // namespace bsp2::dataflow

@@ -1,0 +1,208 @@
+// What is written as a surface, read back by VTK's own readers.
+#include <gtest/gtest.h>
+#include <vtkCellData.h>
+#include <vtkFieldData.h>
+#include <vtkDataArray.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkOBJReader.h>
+#include <vtkPLYReader.h>
+#include <vtkPolyData.h>
+#include <vtkSTLReader.h>
+#include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
+#include <vtkXMLPolyDataReader.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/outputs/surface.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace bsp2::io {
+namespace {
+
+namespace fs = std::filesystem;
+using geometry::TriangleSurface;
+
+/// A tetrahedron whose corners need all digits, of three parts.
+TriangleSurface tetrahedron() {
+  TriangleSurface surface;
+  surface.points = {{0, 0, 0}, {1.0 / 3, 0, 0}, {0, 0.1, 0}, {1e-3, 0, 1234567.890123}};
+  surface.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  surface.owner = {5, geometry::no_primitive, 7, 5};
+  return surface;
+}
+
+class Surface : public ::testing::Test {
+ protected:
+  samples::TemporaryFolder folder;
+  TriangleSurface surface = tetrahedron();
+  std::string warning;
+  std::vector<std::string> names;  ///< of parts
+
+  template <typename Reader>
+  vtkSmartPointer<vtkPolyData> write_and_read(const char* name) {
+    const fs::path file = folder.path() / name;
+    warning = write_surface(file, surface, names);
+    vtkNew<Reader> reader;
+    reader->SetFileName(file.c_str());
+    reader->Update();
+    return reader->GetOutput();
+  }
+
+  /// @param precision relative.
+  void expect_same(vtkPolyData* read, double precision) {
+    ASSERT_EQ(read->GetNumberOfPoints(), static_cast<vtkIdType>(surface.points.size()));
+    ASSERT_EQ(read->GetNumberOfCells(), static_cast<vtkIdType>(surface.triangles.size()));
+    for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+      vtkNew<vtkIdList> corners;
+      read->GetCellPoints(static_cast<vtkIdType>(i), corners);
+      ASSERT_EQ(corners->GetNumberOfIds(), 3);
+      for (vtkIdType k = 0; k < 3; ++k) {
+        const double* x = read->GetPoint(corners->GetId(k));
+        const auto& expected = surface.points[surface.triangles[i][static_cast<std::size_t>(k)]];
+        for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(x[axis], expected[axis], precision * std::fabs(expected[axis]));
+      }
+    }
+  }
+  [[nodiscard]] std::string text(const char* name) const {
+    std::ifstream in(folder.path() / name, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+};
+
+TEST_F(Surface, VtpHoldsAllDigitsAndPrimitivesOrParts) {
+  for (const bool named : {false, true}) {
+    if (named) names = std::vector<std::string>(8, "a b");
+    const auto read = write_and_read<vtkXMLPolyDataReader>("a.vtp");
+    expect_same(read, 0);
+    vtkDataArray* owner = read->GetCellData()->GetArray(named ? "part" : "primitive");
+    ASSERT_NE(owner, nullptr);
+    for (std::size_t i = 0; i < surface.owner.size(); ++i) EXPECT_EQ(owner->GetComponent(static_cast<vtkIdType>(i), 0), surface.owner[i]);
+    auto* const all_names = vtkStringArray::SafeDownCast(read->GetFieldData()->GetAbstractArray("part_names"));
+    ASSERT_EQ(all_names != nullptr, named);
+    if (named) {
+      EXPECT_EQ(all_names->GetValue(7), "a b");
+    }
+  }
+}
+
+TEST_F(Surface, StlIsReadAsWritten) { expect_same(write_and_read<vtkSTLReader>("a.STL"), 1e-7); }
+
+TEST_F(Surface, StlLeavesOutWhatSinglePrecisionCollapses) {
+  surface.points.push_back({-1, 1, 1});  // over the side 2 0 3
+  surface.triangles.pop_back();
+  surface.triangles.insert(surface.triangles.end(), {{2, 0, 4}, {0, 3, 4}, {3, 2, 4}});
+  surface.owner.assign(6, 0);
+  surface.points[1] = {0, 1e-3, 1e-60};
+  surface.points[2] = {0, 1e-3, 0};
+  // Two triangles have two corners in one; two others come to lie on each other, back to back. Three are left with one that is gone.
+  const auto read = write_and_read<vtkSTLReader>("a.stl");
+  EXPECT_EQ(read->GetNumberOfCells(), 4);
+  EXPECT_EQ(read->GetNumberOfPoints(), 4);
+}
+
+// Far from the origin, or large, single precision does not do: who gets the file has to know.
+TEST_F(Surface, WhatSinglePrecisionSpoilsIsTold) {
+  write_and_read<vtkSTLReader>("a.stl");
+  EXPECT_EQ(warning, "");
+  for (auto& point : surface.points) point = {point[0] + 1e5, point[1], point[2] / 1234567.890123};
+  write_and_read<vtkSTLReader>("a.stl");
+  EXPECT_NE(warning.find("single precision"), std::string::npos);
+  write_and_read<vtkPLYReader>("a.ply");
+  EXPECT_EQ(warning, "");
+  surface.points[3][2] = 1e39;
+  EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "large.stl", surface)), Error);
+  EXPECT_FALSE(fs::exists(folder.path() / "large.stl"));
+}
+
+// Readers compare the two. Slivers are turned over by rounding, so the normal has to be that of what is written.
+TEST_F(Surface, NormalsOfStlAreThoseOfTheCornersWritten) {
+  const auto seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  surface = {};
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    const std::array<double, 3> a{number(random), number(random), number(random)}, b{number(random), number(random), number(random)};
+    std::array<double, 3> c;
+    for (int k = 0; k < 3; ++k) c[k] = (a[k] + b[k]) / 2 + 1e-8 * number(random);
+    surface.points.insert(surface.points.end(), {a, b, c});
+    surface.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    surface.owner.push_back(0);
+  }
+  ASSERT_EQ(write_surface(folder.path() / "a.stl", surface), "");
+  const std::string bytes = text("a.stl");
+  const std::size_t count = (bytes.size() - 84) / 50;
+  ASSERT_GT(count, 900U);
+  for (std::size_t i = 0; i < count; ++i) {
+    std::array<std::array<float, 3>, 4> t;  // the normal, the corners
+    std::memcpy(t.data(), bytes.data() + 84 + 50 * i, sizeof t);
+    double along = 0;
+    for (int k = 0; k < 3; ++k) {
+      const int l = (k + 1) % 3, m = (k + 2) % 3;
+      const auto edge = [&](int corner, int axis) { return static_cast<double>(t[corner][axis]) - t[1][axis]; };
+      along += t[0][k] * (edge(2, l) * edge(3, m) - edge(2, m) * edge(3, l));
+    }
+    EXPECT_GE(along, 0) << i;
+  }
+}
+
+TEST_F(Surface, PlyIsReadAsWritten) {
+  expect_same(write_and_read<vtkPLYReader>("a.ply"), 1e-7);  // VTK's reader rounds
+  const std::string bytes = text("a.ply");
+  EXPECT_NE(bytes.find("property double z"), std::string::npos);
+  const auto body = bytes.find("end_header\n") + 11;
+  ASSERT_EQ(bytes.size(), body + 4 * 24 + 4 * (1 + 12 + 4));
+  double x = 0;
+  std::int32_t primitive = 0;
+  std::memcpy(&x, bytes.data() + body + 3 * 24 + 16, sizeof x);
+  std::memcpy(&primitive, bytes.data() + body + 4 * 24 + 2 * 17 + 13, sizeof primitive);
+  EXPECT_EQ(x, 1234567.890123);
+  EXPECT_EQ(primitive, 7);
+  names = {"", "a\nb"};
+  surface.owner = {0, 1, 1, 0};
+  expect_same(write_and_read<vtkPLYReader>("b.ply"), 1e-7);
+  EXPECT_NE(text("b.ply").find("comment part 1 a b\n"), std::string::npos);
+}
+
+TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPrimitiveOrPart) {
+  surface.triangles = {surface.triangles[1], surface.triangles[0], surface.triangles[3], surface.triangles[2]};  // as they are written: by owner
+  surface.owner = {geometry::no_primitive, 5, 5, 7};
+  expect_same(write_and_read<vtkOBJReader>("a.obj"), 1e-7);
+  const std::string all = text("a.obj");
+  EXPECT_NE(all.find("v 0.001 0 1234567.890123\n"), std::string::npos);
+  EXPECT_NE(all.find("g no_primitive\nf 1 2 4\ng primitive_5\nf 1 3 2\nf 3 1 4\ng primitive_7\nf 2 3 4\n"), std::string::npos);
+  surface.owner = {geometry::no_part, 0, 1, 2};
+  names = {"left leg", "left_leg", ""};
+  expect_same(write_and_read<vtkOBJReader>("b.obj"), 1e-7);
+  EXPECT_NE(text("b.obj").find("g no_part\nf 1 2 4\ng left_leg\nf 1 3 2\ng left_leg_1\nf 3 1 4\ng _2\nf 2 3 4\n"), std::string::npos);
+  names = {"no_part", "a", "b"};
+  expect_same(write_and_read<vtkOBJReader>("c.obj"), 1e-7);
+  EXPECT_NE(text("c.obj").find("g no_part\nf 1 2 4\ng no_part_0\nf 1 3 2\ng a\n"), std::string::npos);
+}
+
+TEST_F(Surface, AnEmptyOneCanBeWritten) {
+  surface = {};
+  EXPECT_EQ(write_and_read<vtkXMLPolyDataReader>("a.vtp")->GetNumberOfCells(), 0);
+  for (const char* name : {"a.stl", "a.ply", "a.obj"}) {
+    EXPECT_EQ(write_surface(folder.path() / name, surface), "");
+    EXPECT_FALSE(text(name).empty());
+  }
+}
+
+TEST_F(Surface, OtherEndingsAndMissingFoldersAreErrors) {
+  EXPECT_FALSE(is_surface_file("a.vtu"));
+  EXPECT_FALSE(is_surface_file("stl"));
+  EXPECT_TRUE(is_surface_file("x/a.PLY"));
+  EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "a.off", surface)), Error);
+  for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp"}) EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "none" / name, surface)), Error);
+}
+
+}  // namespace
+}  // namespace bsp2::io
