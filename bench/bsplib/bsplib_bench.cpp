@@ -222,7 +222,9 @@ struct Combinations {
       line("Array::hpget", total, [=](std::size_t at, std::size_t bytes) {
         part->hpget(to, at, std::span<std::byte>(mine + at, bytes));
       });
-      const auto send = [=](std::size_t at, std::size_t bytes) { bsp_send(to, nullptr, mine + at, as_int(bytes)); };
+      const auto send = [=](std::size_t at, std::size_t bytes) {
+        bsp_send(to, nullptr, mine + at, as_int(bytes));
+      };
       line("bsp_send", total, send);
       line("bsp_send, bsp_move of all", total, send, [=] {
         int size = 0;

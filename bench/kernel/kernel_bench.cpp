@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "bsp2/dataflow/regions/archive.hpp"
 #include "bsp2/dataflow/evaluate/evaluate.hpp"
 #include "bsp2/dataflow/evaluate/localizer.hpp"
+#include "bsp2/dataflow/regions/archive.hpp"
 #include "bsp2/dataflow/regions/partition.hpp"
 #include "bsp2/geometry/cells/clipper.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
@@ -29,7 +29,8 @@ constexpr int D = 3;
 Network<D> cylinder_network(std::int64_t facets) {
   const double c = std::cos(0.7), s = std::sin(0.7);
   const std::array<double, 16> turned{1, 0, 0, 0.1, 0, c, -s, 0.2, 0, s, c, 0.3, 0, 0, 0, 1};
-  return dataflow::compile<D>(model::transform(turned, model::cylinder(2, 1, 0.9, static_cast<std::uint32_t>(facets))), {});
+  return dataflow::compile<D>(
+      model::transform(turned, model::cylinder(2, 1, 0.9, static_cast<std::uint32_t>(facets))), {});
 }
 
 /// The cell inside all half-spaces of a network's first producer.
@@ -44,7 +45,9 @@ Cell<D> inside_of(const Network<D>& network, Splitter<D>& splitter) {
 class Cells : public dataflow::Consumer {
  public:
   std::vector<std::shared_ptr<const dataflow::Refinement>> batches;
-  void consume(const std::shared_ptr<const dataflow::Refinement>& batch) override { batches.push_back(batch); }
+  void consume(const std::shared_ptr<const dataflow::Refinement>& batch) override {
+    batches.push_back(batch);
+  }
 };
 
 /// Balls on a grid that overlap: a solid of many cells.
@@ -81,7 +84,8 @@ void BM_PredicateFiltered(benchmark::State& state) {
 }
 BENCHMARK(BM_PredicateFiltered);
 
-/// And when exact integers have to? Four planes through one corner of a cone; a new splitter remembers no answer.
+/// And when exact integers have to? Four planes through one corner of a cone; a new splitter remembers no
+/// answer.
 void BM_PredicateExact(benchmark::State& state) {
   const auto network = dataflow::compile<D>(model::cylinder(2, 1, 0, 32), {});
   const auto planes = network.planes_of(network.producers[0]);
@@ -96,7 +100,8 @@ void BM_PredicateExact(benchmark::State& state) {
     state.PauseTiming();
     Splitter<D> splitter(network.table);
     state.ResumeTiming();
-    for (const auto plane : planes) benchmark::DoNotOptimize(splitter.side(vertex, plane.id(), network.table.rounded(plane.id())));
+    for (const auto plane : planes)
+      benchmark::DoNotOptimize(splitter.side(vertex, plane.id(), network.table.rounded(plane.id())));
     asked += splitter.counts().exact_predicates;
   }
   state.SetItemsProcessed(static_cast<std::int64_t>(asked));
@@ -110,7 +115,8 @@ void BM_Split(benchmark::State& state) {
   const auto cell = inside_of(network, splitter);
   const auto& table = network.table;
   double middle = 0;
-  for (const auto& vertex : cell.vertices()) middle += vertex.x[0] / static_cast<double>(cell.vertices().size());
+  for (const auto& vertex : cell.vertices())
+    middle += vertex.x[0] / static_cast<double>(cell.vertices().size());
   const HyperplaneId id = table.axis_hyperplane(0, table.axis_position(0, middle));
   std::array<Cell<D>, 2> halves;
   for (auto _ : state) {

@@ -98,9 +98,7 @@ bool same_memory(const bsp2_reference_run& run, Registry::Id slot, std::size_t o
   return run.slot == slot && slot != Registry::no_id && bytes <= run.end && offset <= run.end - bytes;
 }
 
-std::size_t length(const bsp2_reference_run& run) {
-  return run.next - run.first;
-}
+std::size_t length(const bsp2_reference_run& run) { return run.next - run.first; }
 
 }  // namespace
 
@@ -155,7 +153,8 @@ void Engine::end_hpput(int pid) {
   } else if (bytes >= wire::stage_bytes) {
     stage_put(pid, source, run.slot, run.first, bytes);
   } else {
-    out(pid).put(run.slot, run.first, source, bytes, registry_.slot(run.slot).sizes[static_cast<std::size_t>(pid)]);
+    out(pid).put(run.slot, run.first, source, bytes,
+                 registry_.slot(run.slot).sizes[static_cast<std::size_t>(pid)]);
   }
 }
 
@@ -208,7 +207,8 @@ void Engine::end_runs(int pid) {
 Registry::Id Engine::push_reg(const void* address, std::size_t bytes) {
   check_usable("push_reg");
   if (bytes > static_cast<std::size_t>(PTRDIFF_MAX))
-    reject(Errc::bad_argument, "push_reg", "No memory has " + std::to_string(bytes) + " bytes; was the size negative?");
+    reject(Errc::bad_argument, "push_reg",
+           "No memory has " + std::to_string(bytes) + " bytes; was the size negative?");
   return registry_.push(address, bytes);
 }
 
@@ -292,7 +292,8 @@ void Engine::close_queue(std::uint32_t queue) {
 void Engine::send(std::uint32_t queue, int pid, std::span<const std::byte> tag,
                   std::span<const std::byte> payload) {
   const bool known = has_queue(queue);
-  if (known && exists(pid) && out(pid).message_again(queue, tag.data(), tag.size(), payload.data(), payload.size()))
+  if (known && exists(pid) &&
+      out(pid).message_again(queue, tag.data(), tag.size(), payload.data(), payload.size()))
     return;
   Outbox& box = outbox(pid, "send");
   if (!known) reject(Errc::bad_argument, "send", "There is no such queue");

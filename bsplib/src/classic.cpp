@@ -9,13 +9,9 @@ namespace classic = bsp2::bsplib::classic;
 
 extern "C" {
 
-void bsp_init(void (*spmd)(void), int argc, char** argv) {
-  classic::init(spmd, argc, argv);
-}
+void bsp_init(void (*spmd)(void), int argc, char** argv) { classic::init(spmd, argc, argv); }
 
-void bsp_end(void) {
-  classic::end();
-}
+void bsp_end(void) { classic::end(); }
 
 void bsp_abort(const char* format, ...) {
   va_list arguments;
@@ -23,21 +19,13 @@ void bsp_abort(const char* format, ...) {
   classic::abort_with(format, arguments);
 }
 
-void bsp_abort_va(const char* format, va_list arguments) {
-  classic::abort_with(format, arguments);
-}
+void bsp_abort_va(const char* format, va_list arguments) { classic::abort_with(format, arguments); }
 
-void bsp_vabort(const char* format, va_list arguments) {
-  classic::abort_with(format, arguments);
-}
+void bsp_vabort(const char* format, va_list arguments) { classic::abort_with(format, arguments); }
 
-double bsp_time(void) {
-  return classic::engine("bsp_time").time();
-}
+double bsp_time(void) { return classic::engine("bsp_time").time(); }
 
-void bsp_sync(void) {
-  classic::sync("bsp_sync");
-}
+void bsp_sync(void) { classic::sync("bsp_sync"); }
 
 void bsp_pop_reg(const void* address) {
   auto& world = classic::engine("bsp_pop_reg");

@@ -81,8 +81,8 @@ struct Api {
            state.engine->put_again(static_cast<int>(to), src, run->slot, at, size);
   }
 
-  static bool scatter_hpput(const bsp2_reference_run& run, Pid to, const void* dst, std::size_t at, const void* src,
-                            std::size_t size) {
+  static bool scatter_hpput(const bsp2_reference_run& run, Pid to, const void* dst, std::size_t at,
+                            const void* src, std::size_t size) {
     bsp2_put_run& puts = *run_of(&bsp2_runs::put, to);
     return run.first == run.next && puts.name == dst && bsp2_scatter_put(&puts, 0, 0, at, src, size);
   }
@@ -125,8 +125,8 @@ struct Api {
   }
 
   /// As put_again.
-  static bool get_again(bsp2_reference_run* bsp2_runs::*kind, Pid from, const void* src, Size offset, void* dst,
-                        Size bytes, bool unbuffered) {
+  static bool get_again(bsp2_reference_run* bsp2_runs::*kind, Pid from, const void* src, Size offset,
+                        void* dst, Size bytes, bool unbuffered) {
     bsp2_reference_run* run = run_of(kind, from);
     if (!run || run->name != src || negative(offset) || negative(bytes)) return false;
     const auto at = static_cast<std::size_t>(offset), size = static_cast<std::size_t>(bytes);
@@ -169,7 +169,8 @@ struct Api {
     auto& world = engine("bsp_set_tagsize");
     if (!bytes) die("bsp_set_tagsize", "NULL ptr as argument is now allowed: it must point to the tag size");
     if (negative(*bytes)) die("bsp_set_tagsize", "Tag size may not be negative");
-    guarded("bsp_set_tagsize", [&] { *bytes = static_cast<Size>(world.set_tagsize(static_cast<std::size_t>(*bytes))); });
+    guarded("bsp_set_tagsize",
+            [&] { *bytes = static_cast<Size>(world.set_tagsize(static_cast<std::size_t>(*bytes))); });
   }
 
   static void send(Pid to, const void* tag, const void* payload, Size bytes) {
@@ -195,7 +196,8 @@ struct Api {
     const bsp2_messages& front = bsp2_classic_messages;
     *count = narrow<Nprocs>(state.messages_behind + left(), "bsp_qsize", "The number of messages");
     if (bytes)
-      *bytes = narrow<Size>(state.bytes_behind + left() * front.payload, "bsp_qsize", "The size of all messages");
+      *bytes =
+          narrow<Size>(state.bytes_behind + left() * front.payload, "bsp_qsize", "The size of all messages");
   }
 
   /// How many messages of one size there are at the front of the queue.
@@ -206,9 +208,7 @@ struct Api {
     return static_cast<std::size_t>(front.last - front.place) / (front.tag_room + front.payload_room) + 1;
   }
 
-  static const char* front_payload() {
-    return bsp2_classic_messages.place + bsp2_classic_messages.tag_room;
-  }
+  static const char* front_payload() { return bsp2_classic_messages.place + bsp2_classic_messages.tag_room; }
 
   static void drop_front() {
     bsp2_messages& front = bsp2_classic_messages;
@@ -226,7 +226,8 @@ struct Api {
       die("bsp_get_tag", "tag must point to a block of available memory of at least " +
                              std::to_string(bytes) + " bytes long");
     const bsp2_messages& front = bsp2_classic_messages;
-    *status = front.place ? narrow<Size>(front.payload, "bsp_get_tag", "The size of the message") : static_cast<Size>(-1);
+    *status = front.place ? narrow<Size>(front.payload, "bsp_get_tag", "The size of the message")
+                          : static_cast<Size>(-1);
     if (front.place && bytes > 0) std::memcpy(tag, front.place, bytes);
   }
 
@@ -236,7 +237,8 @@ struct Api {
     if (!payload && bytes != 0) die("bsp_move", "payload may not be NULL if reception_nbytes is non-zero");
     if (!bsp2_classic_messages.place) die("bsp_move", "Message queue was empty");
     const std::size_t size = std::min(static_cast<std::size_t>(bytes), bsp2_classic_messages.payload);
-    if (size > 0) copy_bytes(static_cast<std::byte*>(payload), reinterpret_cast<const std::byte*>(front_payload()), size);
+    if (size > 0)
+      copy_bytes(static_cast<std::byte*>(payload), reinterpret_cast<const std::byte*>(front_payload()), size);
     drop_front();
   }
 

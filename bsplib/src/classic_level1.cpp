@@ -62,9 +62,7 @@ class Collective {
   bool is_second_ = false;  ///< messages that the program sent before are there after the whole call
 };
 
-std::byte* at(void* memory, std::size_t place) {
-  return static_cast<std::byte*>(memory) + place;
-}
+std::byte* at(void* memory, std::size_t place) { return static_cast<std::byte*>(memory) + place; }
 
 void copy(void* to, const void* from, std::size_t bytes) {
   if (bytes > 0) copy_bytes(static_cast<std::byte*>(to), static_cast<const std::byte*>(from), bytes);
@@ -160,9 +158,7 @@ void total_exchange(void* src, void* dst, int nbytes) {
 }
 
 /// Whether a process hears of another one, or of its group: a fold asks all, a scan the lower ones.
-bool counts(bool scans, int from, int to) {
-  return !scans || from <= to;
-}
+bool counts(bool scans, int from, int to) { return !scans || from <= to; }
 
 /// A fold or a scan: within the groups, then among them. In the second superstep each process tells the value
 /// of its group.
@@ -258,18 +254,10 @@ using classic::Call;
 
 extern "C" {
 
-void bsp_bcast(int root, void* src, void* dst, int nbytes) {
-  classic::broadcast(root, src, dst, nbytes);
-}
-void bsp_gather(int root, void* src, void* dst, int nbytes) {
-  classic::gather(root, src, dst, nbytes);
-}
-void bsp_scatter(int root, void* src, void* dst, int nbytes) {
-  classic::scatter(root, src, dst, nbytes);
-}
-void bsp_total_exchange(void* src, void* dst, int nbytes) {
-  classic::total_exchange(src, dst, nbytes);
-}
+void bsp_bcast(int root, void* src, void* dst, int nbytes) { classic::broadcast(root, src, dst, nbytes); }
+void bsp_gather(int root, void* src, void* dst, int nbytes) { classic::gather(root, src, dst, nbytes); }
+void bsp_scatter(int root, void* src, void* dst, int nbytes) { classic::scatter(root, src, dst, nbytes); }
+void bsp_total_exchange(void* src, void* dst, int nbytes) { classic::total_exchange(src, dst, nbytes); }
 void bsp_fold(BSP2_OPERATOR(op), void* src, void* dst, int nbytes) {
   classic::combine("bsp_fold", Call::classic_fold, op, src, dst, nbytes);
 }
@@ -280,12 +268,10 @@ void bsp_scan(BSP2_OPERATOR(op), void* src, void* dst, int nbytes) {
   classic::combine("bsp_scan", Call::classic_scan, op, src, dst, nbytes);
 }
 
-#define BSP2_OF_ONE(name, type, function)                                             \
-  type bsp_##name(type x) {                                                           \
-    return classic::of_one<type, classic::function>("bsp_" #name, false, x);          \
-  }                                                                                   \
-  type bsp_##name##_prefix(type x) {                                                  \
-    return classic::of_one<type, classic::function>("bsp_" #name "_prefix", true, x); \
+#define BSP2_OF_ONE(name, type, function)                                                              \
+  type bsp_##name(type x) { return classic::of_one<type, classic::function>("bsp_" #name, false, x); } \
+  type bsp_##name##_prefix(type x) {                                                                   \
+    return classic::of_one<type, classic::function>("bsp_" #name "_prefix", true, x);                  \
   }
 BSP2_OF_ONE(sumI, int, Sum)
 BSP2_OF_ONE(sumR, float, Sum)
@@ -301,12 +287,8 @@ BSP2_OF_ONE(maxR, float, Most)
 BSP2_OF_ONE(maxD, double, Most)
 #undef BSP2_OF_ONE
 
-int bsp_all(int x) {
-  return classic::of_one<int, classic::Least>("bsp_all", false, x != 0);
-}
-int bsp_any(int x) {
-  return classic::of_one<int, classic::Most>("bsp_any", false, x != 0);
-}
+int bsp_all(int x) { return classic::of_one<int, classic::Least>("bsp_all", false, x != 0); }
+int bsp_any(int x) { return classic::of_one<int, classic::Most>("bsp_any", false, x != 0); }
 int bsp_constantI(int x) {
   struct Range {
     int least, most;

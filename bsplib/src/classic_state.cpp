@@ -17,7 +17,8 @@ State state;
 
 extern "C" {
 bsp2_put_run bsp2_classic_puts[BSP2_RUNS];
-bsp2_reference_run bsp2_classic_hpputs[BSP2_RUNS], bsp2_classic_gets[BSP2_RUNS], bsp2_classic_hpgets[BSP2_RUNS];
+bsp2_reference_run bsp2_classic_hpputs[BSP2_RUNS], bsp2_classic_gets[BSP2_RUNS],
+    bsp2_classic_hpgets[BSP2_RUNS];
 bsp2_message_run bsp2_classic_sends[BSP2_RUNS];
 bsp2_messages bsp2_classic_messages;
 bsp2_place bsp2_here;
@@ -57,7 +58,8 @@ void print(std::string message) {
   std::fflush(stderr);
 }
 
-/// All processes come by here once, where they begin or, if they never do, at their end: so nobody waits in bsp_begin for one that ended.
+/// All processes come by here once, where they begin or, if they never do, at their end: so nobody waits in
+/// bsp_begin for one that ended.
 void meet_before_begin(bool begins) {
   int rank = 0;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
@@ -66,8 +68,10 @@ void meet_before_begin(bool begins) {
   std::array<int, 2> most{};  // the highest that ended, and minus the lowest that begins
   MPI_Allreduce(mine.data(), most.data(), 2, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   if (most[0] == none || most[1] == none) return;
-  if (rank == -most[1]) die("bsp_begin", "Process " + std::to_string(most[0]) + " has ended without calling it");
-  MPI_Barrier(MPI_COMM_WORLD);  // until that process ends all: one that finalized MPI meanwhile could keep mpirun
+  if (rank == -most[1])
+    die("bsp_begin", "Process " + std::to_string(most[0]) + " has ended without calling it");
+  MPI_Barrier(
+      MPI_COMM_WORLD);  // until that process ends all: one that finalized MPI meanwhile could keep mpirun
 }
 
 /// A program that ends without bsp_end must not leave the others waiting.
@@ -163,9 +167,7 @@ void abort_with(const char* format, va_list arguments) {
   end_all();
 }
 
-void not_in_spmd(const char* function) {
-  die(function, "can only be called within SPMD section");
-}
+void not_in_spmd(const char* function) { die(function, "can only be called within SPMD section"); }
 
 void init(void (*spmd)(void), int argc, char** argv) {
   start_mpi(&argc, &argv);
@@ -249,8 +251,13 @@ void next_messages() {
   }
   const MessageRun& run = runs[state.next_run++];
   const auto* first = reinterpret_cast<const char*>(run.place);
-  bsp2_classic_messages = {first, first + (run.count - 1) * run.stride(), run.payload, wire::padded(run.payload),
-                           run.tag, wire::padded(run.tag), 0};
+  bsp2_classic_messages = {first,
+                           first + (run.count - 1) * run.stride(),
+                           run.payload,
+                           wire::padded(run.payload),
+                           run.tag,
+                           wire::padded(run.tag),
+                           0};
   state.messages_behind -= run.count;
   state.bytes_behind -= run.count * run.payload;
 }

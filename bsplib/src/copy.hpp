@@ -11,9 +11,9 @@ void copy_in_pieces(std::byte* to, const std::byte* from, std::size_t bytes);
 
 /// Copies what may overlap, as a put to oneself may.
 ///
-/// Two things beside memmove. Most of what is copied in small pieces are single words. And where the target begins 1 to 31
-/// bytes further into its page than the source, AMD's `rep movsb`, which the C library takes for 2 KiB and more, is many
-/// times slower than otherwise: pieces too short for it do not suffer.
+/// Two things beside memmove. Most of what is copied in small pieces are single words. And where the target
+/// begins 1 to 31 bytes further into its page than the source, AMD's `rep movsb`, which the C library takes
+/// for 2 KiB and more, is many times slower than otherwise: pieces too short for it do not suffer.
 inline void copy_bytes(std::byte* to, const std::byte* from, std::size_t bytes) {
   constexpr std::size_t page = 4096;
   if (bytes == 8) {

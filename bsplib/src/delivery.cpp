@@ -155,7 +155,7 @@ bool Engine::advance(bool wait) {
 
 void Engine::finish_sync() {
   if (verdict_) throw_agreed(*verdict_);  // fail() has ended an open superstep
-  if (phase_ == Phase::idle) return;  // the end of the world has
+  if (phase_ == Phase::idle) return;      // the end of the world has
   if (pending_) raise(*pending_);
   write_gets();
   if constexpr (defect != Defect::gets_after_puts) apply_puts();
@@ -234,8 +234,8 @@ void Engine::notify(int rank, int tag) {
   MPI_Isend(nullptr, 0, MPI_BYTE, rank, tag, comm_, &send_requests_.emplace_back());
 }
 
-/// Unbuffered puts into and gets from memory that we can reach. The other rank is in its sync, since its slot is here,
-/// and stays there until it has our notice.
+/// Unbuffered puts into and gets from memory that we can reach. The other rank is in its sync, since its slot
+/// is here, and stays there until it has our notice.
 void Engine::copy_directly() {
   for (int rank = 0; rank < nprocs_; ++rank) {
     if (out(rank).copies.empty()) continue;

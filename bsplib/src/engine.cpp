@@ -32,8 +32,9 @@ WorldOptions agreed(MPI_Comm comm, WorldOptions options) {
     if (culprit == rank) options.unreadable->copy(value.data(), value.size() - 1);
     MPI_Bcast(value.data(), static_cast<int>(value.size()), MPI_CHAR, culprit, comm);
     throw Error(Errc::bad_argument, culprit, 0, "BSP2_STAGING_BYTES",
-                "'" + std::string(value.data()) + "' is not a number of bytes between 0 and " + std::to_string(WorldOptions::most_staging_bytes), true,
-                culprit == rank);
+                "'" + std::string(value.data()) + "' is not a number of bytes between 0 and " +
+                    std::to_string(WorldOptions::most_staging_bytes),
+                true, culprit == rank);
   }
   options.staging_bytes = least[0];
   return options;
@@ -515,8 +516,8 @@ std::pair<Registry::Id, std::byte*> Engine::allocate(std::size_t bytes) {
   return {registry_.adopt(std::move(slot)), address};
 }
 
-/// Memory that the ranks of this node reach; null if there is not enough. It begins in a page where copies to and from
-/// large blocks of the heap, which begin 16 bytes into theirs, are fast both ways: see copy_bytes().
+/// Memory that the ranks of this node reach; null if there is not enough. It begins in a page where copies to
+/// and from large blocks of the heap, which begin 16 bytes into theirs, are fast both ways: see copy_bytes().
 std::byte* Engine::allocate_shared(Registry::Slot& slot, std::size_t bytes) {
   if (staging_.node() == MPI_COMM_NULL) return nullptr;
   slot.shared = SharedMemory(staging_.node(), bytes + alignment);

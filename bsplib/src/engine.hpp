@@ -290,10 +290,12 @@ class Engine : public std::enable_shared_from_this<Engine> {
     Buffer data;
     std::size_t tag_size = 0;
   } kept_;
-  std::vector<std::vector<Message>> queues_;  ///< queue 0 is empty until somebody asks for its single messages
+  std::vector<std::vector<Message>>
+      queues_;                      ///< queue 0 is empty until somebody asks for its single messages
   std::vector<bool> queue_in_use_;  ///< by number
   std::vector<std::uint32_t> free_queues_, closed_queues_;  ///< to be given out again; at the next sync
-  std::vector<Registry::Id> slots_later_;  ///< what was destroyed in an open superstep is given back in the next
+  std::vector<Registry::Id>
+      slots_later_;  ///< what was destroyed in an open superstep is given back in the next
   std::vector<std::uint32_t> queues_later_;
 
   std::size_t tag_size_ = 0, next_tag_size_ = 0, received_tag_size_ = 0;

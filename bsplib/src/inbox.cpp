@@ -68,7 +68,8 @@ inline void for_each_record(const std::byte* stream, std::size_t size, Visit&& v
       visit(Item{Op::get, brief.target(), brief.offset, brief.size(), at, nullptr});
       at += sizeof brief;
     } else if (brief.op() == Op::short_messages) {
-      visit(Item{Op::message, brief.target(), brief.payload(), brief.size(), at, at + sizeof brief, brief.count()});
+      visit(Item{Op::message, brief.target(), brief.payload(), brief.size(), at, at + sizeof brief,
+                 brief.count()});
       at += sizeof brief + brief.count() * (wire::padded(brief.size()) + wire::padded(brief.payload()));
     } else {
       const auto record = load<Record>(at);
@@ -94,9 +95,7 @@ class Addresses {
   std::byte* base_ = nullptr;
 };
 
-bool travels_alone(const wire::BigPut& put, bool own) {
-  return put.where == wire::nowhere && !own;
-}
+bool travels_alone(const wire::BigPut& put, bool own) { return put.where == wire::nowhere && !own; }
 
 }  // namespace
 

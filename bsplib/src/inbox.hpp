@@ -22,7 +22,8 @@ class Buffer {
   std::size_t capacity_ = 0;
 };
 
-/// Messages of one size that a rank sent one after the other. They are where it staged them, or where they were received.
+/// Messages of one size that a rank sent one after the other. They are where it staged them, or where they
+/// were received.
 struct MessageRun {
   int source = 0;
   std::size_t count = 0;

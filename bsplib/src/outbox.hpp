@@ -25,8 +25,8 @@ inline constexpr bsp2_message_run no_message_run{nullptr, nullptr, 0, 0, 0, 0};
 /// it.
 ///
 /// The newest put stays open as a run (run.h): puts that continue where it ends only append their bytes. So a
-/// loop of small puts over neighbouring elements costs little more than one large put. Messages of one size are
-/// a run, too: one record. Any other record closes the run.
+/// loop of small puts over neighbouring elements costs little more than one large put. Messages of one size
+/// are a run, too: one record. Any other record closes the run.
 class Outbox {
  public:
   struct Piece {
@@ -65,8 +65,8 @@ class Outbox {
   void message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* payload,
                std::size_t bytes);
   /// One more of the queue and the sizes of the newest message.
-  bool message_again(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes, const std::byte* bytes_at,
-                     std::size_t bytes) {
+  bool message_again(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
+                     const std::byte* bytes_at, std::size_t bytes) {
     return queue == queue_ && tag_bytes == messages_->tag &&
            bsp2_continue_messages(messages_, tag, bytes_at, bytes) != 0;
   }
@@ -112,7 +112,8 @@ class Outbox {
   void settle() { run_->end != 0 ? end_run() : end_scattered(); }
   void open_messages(const std::byte* next_payload);
   void end_messages();
-  bool prolong_messages(std::uint32_t queue, std::size_t tag_bytes, const std::byte* bytes_at, std::size_t bytes);
+  bool prolong_messages(std::uint32_t queue, std::size_t tag_bytes, const std::byte* bytes_at,
+                        std::size_t bytes);
   void write_head(std::byte* place, std::size_t offset, std::size_t bytes) const;
   void write_put(std::size_t offset, const void* source, std::size_t bytes);
 
@@ -123,14 +124,14 @@ class Outbox {
   std::size_t size_ = 0, reserve_ = 0;
   std::size_t peak_ = 0;  ///< of the last streams, fading; private memory is taken at once in this size
   // The newest put. As long as it has a slot, puts to the same registration need few checks; as long as it
-  // has a `next`, it is continued without this object, which is told at its end. As long as it has a `ceiling`, others
-  // follow it without this object.
+  // has a `next`, it is continued without this object, which is told at its end. As long as it has a
+  // `ceiling`, others follow it without this object.
   bsp2_put_run* run_;
   // The newest message: continued without this object as long as it has a `next`.
   bsp2_message_run* messages_;
-  std::uint32_t queue_ = 0;           ///< of the messages
-  std::size_t messages_at_ = 0;       ///< where their record begins
-  std::size_t messages_in_run_ = 0;   ///< 0: no messages end the stream
+  std::uint32_t queue_ = 0;                  ///< of the messages
+  std::size_t messages_at_ = 0;              ///< where their record begins
+  std::size_t messages_in_run_ = 0;          ///< 0: no messages end the stream
   std::size_t first_ = 0, last_ = 0;         ///< where it begins and ends in the registration
   std::size_t limit_ = 0;                    ///< size of the registration
   std::size_t head_ = sizeof(wire::Record);  ///< size of its record without the data
@@ -227,13 +228,15 @@ inline void Outbox::open_messages(const std::byte* next_payload) {
   if (end < size_ + all) return;
   messages_->next = reinterpret_cast<char*>(block_.data + size_);
   messages_->ceiling = reinterpret_cast<char*>(block_.data + (end - all + 1));
-  messages_->ahead = reinterpret_cast<std::size_t>(messages_->next) - reinterpret_cast<std::size_t>(next_payload);
+  messages_->ahead =
+      reinterpret_cast<std::size_t>(messages_->next) - reinterpret_cast<std::size_t>(next_payload);
 }
 
 /// Brings their record up to date, and the end of the stream, too.
 inline void Outbox::end_messages() {
   if (!messages_->next) return;
-  const std::size_t bytes = static_cast<std::size_t>(messages_->next - reinterpret_cast<char*>(block_.data + size_));
+  const std::size_t bytes =
+      static_cast<std::size_t>(messages_->next - reinterpret_cast<char*>(block_.data + size_));
   messages_->next = messages_->ceiling = nullptr;
   if (bytes == 0) return;
   const std::size_t more = bytes / (wire::padded(messages_->tag) + wire::padded(messages_->payload));
@@ -246,7 +249,8 @@ inline void Outbox::end_messages() {
 }
 
 /// The record goes on in a larger stream.
-inline bool Outbox::prolong_messages(std::uint32_t queue, std::size_t tag_bytes, const std::byte* bytes_at, std::size_t bytes) {
+inline bool Outbox::prolong_messages(std::uint32_t queue, std::size_t tag_bytes, const std::byte* bytes_at,
+                                     std::size_t bytes) {
   if (messages_in_run_ == 0 || queue != queue_ || tag_bytes != messages_->tag || bytes != messages_->payload)
     return false;
   end_messages();
@@ -258,7 +262,9 @@ inline bool Outbox::prolong_messages(std::uint32_t queue, std::size_t tag_bytes,
 
 inline void Outbox::message(std::uint32_t queue, const std::byte* tag, std::size_t tag_bytes,
                             const std::byte* bytes_at, std::size_t bytes) {
-  if (prolong_messages(queue, tag_bytes, bytes_at, bytes) && message_again(queue, tag, tag_bytes, bytes_at, bytes)) return;
+  if (prolong_messages(queue, tag_bytes, bytes_at, bytes) &&
+      message_again(queue, tag, tag_bytes, bytes_at, bytes))
+    return;
   const bool is_short = wire::Short::can_carry(queue, tag_bytes, bytes);
   const std::size_t head = is_short ? sizeof(wire::Short) : sizeof(wire::Record);
   std::byte* place = append(head + wire::padded(tag_bytes) + wire::padded(bytes));

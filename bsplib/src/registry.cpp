@@ -78,9 +78,7 @@ Registry::Id Registry::find(const void* address) const {
   return found == effective_.end() ? no_id : found->second.back();
 }
 
-bool Registry::pending(const void* address) const {
-  return latest_.find(address) != latest_.end();
-}
+bool Registry::pending(const void* address) const { return latest_.find(address) != latest_.end(); }
 
 std::optional<Registry::Problem> Registry::resolve_null(Id& id) const {
   bool some_null = false;

@@ -62,8 +62,8 @@ bool take(int file, std::size_t bytes) {
   return error == 0;
 }
 
-/// Only one process of a node looks and takes at a time, so that several worlds do not count on the same room. Nothing waits
-/// for another process meanwhile.
+/// Only one process of a node looks and takes at a time, so that several worlds do not count on the same
+/// room. Nothing waits for another process meanwhile.
 class Turn {
  public:
   Turn() : folder_(open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
@@ -88,8 +88,8 @@ bool leaves_room(int file, std::size_t bytes, std::size_t spare) {
   return unlimited || system.f_bavail >= bytes / system.f_frsize + spare / system.f_frsize;
 }
 
-/// Who makes a segment holds a lock on it as long as it has a name. The lock ends with its holder, also where that was
-/// killed.
+/// Who makes a segment holds a lock on it as long as it has a name. The lock ends with its holder, also where
+/// that was killed.
 bool is_locked(const std::filesystem::path& path) {
   const int file = open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) return true;  // that of another user, or gone
@@ -98,7 +98,8 @@ bool is_locked(const std::filesystem::path& path) {
   return locked;
 }
 
-/// Names that programs left behind which were killed while they made a segment. A young one may be about to be locked.
+/// Names that programs left behind which were killed while they made a segment. A young one may be about to
+/// be locked.
 void remove_left_behind() {
   namespace fs = std::filesystem;
   std::error_code none;
@@ -107,12 +108,13 @@ void remove_left_behind() {
     std::error_code gone;
     if (!file->path().filename().string().starts_with(prefix)) continue;
     if (!fs::is_regular_file(file->symlink_status(gone))) continue;
-    if (file->last_write_time(gone) < old && !gone && !is_locked(file->path())) fs::remove(file->path(), gone);
+    if (file->last_write_time(gone) < old && !gone && !is_locked(file->path()))
+      fs::remove(file->path(), gone);
   }
 }
 
-/// A new segment, locked; -1 and an empty name if there is none. The room is looked at before anybody takes of it:
-/// others must not find the file system full even for a moment.
+/// A new segment, locked; -1 and an empty name if there is none. The room is looked at before anybody takes
+/// of it: others must not find the file system full even for a moment.
 int create_now(Name& name, std::size_t bytes, std::size_t spare) {
   std::random_device random;
   const auto number = (std::uint64_t{random()} << 32U) | random();

@@ -11,9 +11,7 @@ namespace {
 constexpr std::size_t alignment = 64;  // a cache line
 constexpr std::size_t stream_room = 4096;
 
-std::size_t aligned(std::size_t n) {
-  return (n + alignment - 1) & ~(alignment - 1);
-}
+std::size_t aligned(std::size_t n) { return (n + alignment - 1) & ~(alignment - 1); }
 
 }  // namespace
 

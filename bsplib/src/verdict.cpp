@@ -134,7 +134,8 @@ std::optional<Engine::Verdict> Engine::judge_counts() const {
   const auto types = [](const Header& h) { return h.types; };
   if (const auto odd = odd_one_out(types))
     return Verdict{Errc::mixed_collectives, *odd, "sync",
-                   "Not all ranks made their queues and arrays of the same types, in the same order, and gave them back alike"};
+                   "Not all ranks made their queues and arrays of the same types, in the same order, and "
+                   "gave them back alike"};
   return std::nullopt;
 }
 
@@ -142,7 +143,7 @@ std::optional<Engine::Verdict> Engine::judge() const {
   if (nprocs_ == 1 && header(0).kind != Kind::error) return std::nullopt;
   if (auto verdict = judge_errors()) return verdict;
   if (auto verdict = judge_kinds()) return verdict;
-  if (header(0).kind == Kind::end) return std::nullopt;  // what was announced for a next superstep is void
+  if (header(0).kind == Kind::end) return std::nullopt;    // what was announced for a next superstep is void
   if (header(0).kind == Kind::world) return std::nullopt;  // which concerns another world
   if (auto verdict = judge_calls()) return verdict;
   return judge_counts();

@@ -51,7 +51,7 @@ struct Header {
   std::uint64_t tag_size = 0;
   std::uint64_t argument =
       0;  ///< bytes to allocate; of a sync, which collective it is part of (Call); of an error, the culprit
-  std::uint64_t types = 0;     ///< of all queues and memory made so far: a hash of their sequence
+  std::uint64_t types = 0;  ///< of all queues and memory made so far: a hash of their sequence
   Origin error_origin = Origin::sub_world;
   std::uint32_t error_bytes = 0;  ///< length of the error's text
   double work_seconds = 0.0;
@@ -61,7 +61,8 @@ struct Header {
   std::uint32_t contents = 0;
   std::uint64_t stream_bytes = 0;
   std::uint64_t stream_where = 0;
-  std::uint32_t copies = 0;  ///< puts and gets that the sender copies to and from the receiver's memory; a notice follows them
+  std::uint32_t copies =
+      0;  ///< puts and gets that the sender copies to and from the receiver's memory; a notice follows them
   std::uint32_t messages = 0;
   std::uint64_t payload = 0;
   std::uint64_t read_bytes = 0;   ///< of the gets among the copies
@@ -72,7 +73,15 @@ static_assert(sizeof(Header) <= 144);
 inline constexpr std::size_t inline_bytes = slot_bytes - sizeof(Header);
 
 /// Records are 8-byte aligned; the data of put and message follows its record, padded to 8 bytes.
-enum class Op : std::uint32_t { put = 1, big_put = 2, get = 3, message = 4, short_put = 5, short_get = 6, short_messages = 7 };
+enum class Op : std::uint32_t {
+  put = 1,
+  big_put = 2,
+  get = 3,
+  message = 4,
+  short_put = 5,
+  short_get = 6,
+  short_messages = 7
+};
 inline constexpr std::size_t max_inline_size = (std::size_t{1} << 28) - 8;
 
 struct Record {
@@ -87,8 +96,8 @@ struct Record {
 };
 static_assert(sizeof(Record) == 16);
 
-/// A put or a get that fits in fewer bits: most do. Also messages with tags and payloads of one size, one after the other.
-/// Its op is where that of a Record is.
+/// A put or a get that fits in fewer bits: most do. Also messages with tags and payloads of one size, one
+/// after the other. Its op is where that of a Record is.
 struct Short {
   static constexpr std::uint32_t target_limit = 1U << 14U;
   static constexpr std::size_t reach = std::size_t{1} << 32U;  ///< registrations up to this size
@@ -170,9 +179,7 @@ constexpr std::pair<int, int> unpack_culprit(std::uint64_t argument) {
   return {static_cast<int>(argument & 0xffffffffU), static_cast<int>(argument >> 32U)};
 }
 
-constexpr std::size_t padded(std::size_t n) {
-  return (n + 7) & ~std::size_t{7};
-}
+constexpr std::size_t padded(std::size_t n) { return (n + 7) & ~std::size_t{7}; }
 
 enum Tag : int {
   tag_slot = 1,

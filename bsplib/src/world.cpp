@@ -79,64 +79,36 @@ Engine& World::engine() const {
   return *engine_;
 }
 
-int World::pid() const {
-  return engine().pid();
-}
-int World::nprocs() const {
-  return engine().nprocs();
-}
-double World::time() const {
-  return engine().time();
-}
-std::uint64_t World::superstep() const {
-  return engine().superstep();
-}
-void World::sync(const detail::Call& call, detail::Place place) {
-  engine().sync(call, place);
-}
+int World::pid() const { return engine().pid(); }
+int World::nprocs() const { return engine().nprocs(); }
+double World::time() const { return engine().time(); }
+std::uint64_t World::superstep() const { return engine().superstep(); }
+void World::sync(const detail::Call& call, detail::Place place) { engine().sync(call, place); }
 
 OpenSuperstep World::open(std::source_location place) {
   engine().open_sync(place);
   return OpenSuperstep(engine_);
 }
 
-void World::close() {
-  engine().close();
-}
-void World::fail(const std::string& why) {
-  engine().fail(why);
-}
-void World::relay(const Error& error) {
-  engine().relay(error);
-}
-bool World::failed() const {
-  return engine().failed();
-}
-World World::split(int color, int key) {
-  return World(engine().split(color, key));
-}
+void World::close() { engine().close(); }
+void World::fail(const std::string& why) { engine().fail(why); }
+void World::relay(const Error& error) { engine().relay(error); }
+bool World::failed() const { return engine().failed(); }
+World World::split(int color, int key) { return World(engine().split(color, key)); }
 
 World::Slot World::push_reg(const void* address, std::size_t bytes) {
   return engine().push_reg(address, bytes);
 }
-void World::pop_reg(const void* address) {
-  engine().pop_reg(address);
-}
-void World::pop_slot(Slot slot) {
-  engine().pop_slot(slot);
-}
+void World::pop_reg(const void* address) { engine().pop_reg(address); }
+void World::pop_slot(Slot slot) { engine().pop_slot(slot); }
 void World::give_back_slot(Slot slot) noexcept {
   if (engine_) engine_->give_back_slot(slot);
 }
 void World::give_back_queue(std::uint32_t queue) noexcept {
   if (engine_) engine_->give_back_queue(queue);
 }
-std::pair<World::Slot, std::byte*> World::allocate(std::size_t bytes) {
-  return engine().allocate(bytes);
-}
-std::size_t World::size_of(Slot slot, int pid) const {
-  return engine().size_of(slot, pid);
-}
+std::pair<World::Slot, std::byte*> World::allocate(std::size_t bytes) { return engine().allocate(bytes); }
+std::size_t World::size_of(Slot slot, int pid) const { return engine().size_of(slot, pid); }
 World::Slot World::slot_of(const void* address, const char* caller) const {
   return engine().slot_of(address, caller);
 }
@@ -154,15 +126,9 @@ void World::start_hpget(int pid, Slot source, std::size_t offset, void* target, 
   engine().get(pid, source, offset, target, bytes, true);
 }
 
-std::size_t World::set_tagsize(std::size_t bytes) {
-  return engine().set_tagsize(bytes);
-}
-std::size_t World::tagsize() const {
-  return engine().tagsize();
-}
-std::size_t World::received_tagsize() const {
-  return engine().received_tagsize();
-}
+std::size_t World::set_tagsize(std::size_t bytes) { return engine().set_tagsize(bytes); }
+std::size_t World::tagsize() const { return engine().tagsize(); }
+std::size_t World::received_tagsize() const { return engine().received_tagsize(); }
 void World::reject_index(int pid, std::size_t index, std::size_t size) const {
   std::string number = std::to_string(index);
   if (const auto negative = static_cast<std::ptrdiff_t>(index); negative < 0)
@@ -171,32 +137,18 @@ void World::reject_index(int pid, std::size_t index, std::size_t size) const {
                   "Element " + number + " is beyond registered range of " + std::to_string(size) +
                       " elements at rank " + std::to_string(pid));
 }
-void World::declare_type(std::uint64_t hash) {
-  engine().declare_type(hash);
-}
-std::uint32_t World::new_queue() {
-  return engine().new_queue();
-}
-void World::close_queue(std::uint32_t queue) {
-  engine().close_queue(queue);
-}
+void World::declare_type(std::uint64_t hash) { engine().declare_type(hash); }
+std::uint32_t World::new_queue() { return engine().new_queue(); }
+void World::close_queue(std::uint32_t queue) { engine().close_queue(queue); }
 void World::send(std::uint32_t queue, int pid, std::span<const std::byte> tag,
                  std::span<const std::byte> payload) {
   engine().send(queue, pid, tag, payload);
 }
-std::span<const Message> World::messages(std::uint32_t queue) const {
-  return engine().messages(queue);
-}
+std::span<const Message> World::messages(std::uint32_t queue) const { return engine().messages(queue); }
 
-const CostReport& World::costs() const {
-  return engine().costs;
-}
-void World::set_machine(const Machine& machine) {
-  engine().machine = machine;
-}
-const std::optional<Machine>& World::machine() const {
-  return engine().machine;
-}
+const CostReport& World::costs() const { return engine().costs; }
+void World::set_machine(const Machine& machine) { engine().machine = machine; }
+const std::optional<Machine>& World::machine() const { return engine().machine; }
 
 OpenSuperstep::~OpenSuperstep() {
   if (!engine_) return;
@@ -208,9 +160,7 @@ OpenSuperstep::~OpenSuperstep() {
   }
 }
 
-bool OpenSuperstep::poll() {
-  return !engine_ || engine_->advance(false);
-}
+bool OpenSuperstep::poll() { return !engine_ || engine_->advance(false); }
 
 void OpenSuperstep::close() {
   if (!engine_) return;

@@ -21,12 +21,8 @@ struct Point {
   bool operator==(const Point&) const = default;
 };
 
-int next(const World& world) {
-  return (world.pid() + 1) % world.nprocs();
-}
-int previous(const World& world) {
-  return (world.pid() + world.nprocs() - 1) % world.nprocs();
-}
+int next(const World& world) { return (world.pid() + 1) % world.nprocs(); }
+int previous(const World& world) { return (world.pid() + world.nprocs() - 1) % world.nprocs(); }
 
 /// A message of this size takes another path through the layer: slot, staging, message, direct.
 class Access : public testing::TestWithParam<std::tuple<std::size_t, std::size_t>> {
@@ -253,9 +249,11 @@ TEST(ArrayTest, EmptyAccessesDoNothing) {
   const std::vector<int> data(10, 5);
   std::vector<int> got(10);
   for (int i = 0; i < 3; ++i) {
-    array.hpput(next(world), std::span(data).subspan(static_cast<std::size_t>(i), 1), static_cast<std::size_t>(i));
+    array.hpput(next(world), std::span(data).subspan(static_cast<std::size_t>(i), 1),
+                static_cast<std::size_t>(i));
     array.hpput(next(world), std::span<const int>(), static_cast<std::size_t>(i) + 1);
-    source.hpget(next(world), static_cast<std::size_t>(i), std::span(got).subspan(static_cast<std::size_t>(i), 1));
+    source.hpget(next(world), static_cast<std::size_t>(i),
+                 std::span(got).subspan(static_cast<std::size_t>(i), 1));
     source.hpget(next(world), static_cast<std::size_t>(i) + 1, std::span<int>());
     source.get(next(world), static_cast<std::size_t>(i) + 1, std::span<int>());
   }

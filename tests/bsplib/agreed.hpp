@@ -40,9 +40,7 @@ inline void expect_agreed(const std::function<void(World&)>& program, Errc code,
   for (const std::string& other : all.all_gather(error->what())) EXPECT_EQ(other, error->what());
 }
 
-inline int last(const World& world) {
-  return world.nprocs() - 1;
-}
+inline int last(const World& world) { return world.nprocs() - 1; }
 inline int ranks() {
   int size = 1;
   MPI_Comm_size(MPI_COMM_WORLD, &size);

@@ -12,9 +12,7 @@ namespace {
 
 using namespace bsp2::bsplib;
 
-std::string name(int pid) {
-  return std::string(1, static_cast<char>('a' + pid));
-}
+std::string name(int pid) { return std::string(1, static_cast<char>('a' + pid)); }
 
 TEST(CollectivesTest, EveryOneOnNumbers) {
   World world;

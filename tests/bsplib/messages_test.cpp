@@ -1,11 +1,11 @@
 // Queues of typed messages, and the tagged messages below them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <boost/serialization/map.hpp>
 #include <boost/serialization/string.hpp>
 #include <boost/serialization/vector.hpp>
-#include <algorithm>
-#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -54,7 +54,8 @@ struct Name {
   void serialize(Archive& archive, unsigned) {
     static constexpr std::array<const char*, 3> names{"tower", "piece", "sponge"};
     int index = 0;
-    if constexpr (Archive::is_saving::value) index = static_cast<int>(std::find(names.begin(), names.end(), std::string(text)) - names.begin());
+    if constexpr (Archive::is_saving::value)
+      index = static_cast<int>(std::find(names.begin(), names.end(), std::string(text)) - names.begin());
     archive& index;
     if constexpr (Archive::is_loading::value) text = names.at(static_cast<std::size_t>(index));
   }
@@ -67,7 +68,8 @@ TEST(QueueTest, ArchivesWhatSaysHow) {
   const std::string own = world.pid() % 2 == 0 ? "piece" : "sponge";  // another address on each rank
   for (int pid = 0; pid < world.nprocs(); ++pid) queue.send(pid, Name{own.c_str()});
   world.sync();
-  for (const auto& [source, value] : queue.receive()) EXPECT_STREQ(value.text, source % 2 == 0 ? "piece" : "sponge");
+  for (const auto& [source, value] : queue.receive())
+    EXPECT_STREQ(value.text, source % 2 == 0 ? "piece" : "sponge");
 }
 
 TEST(QueueTest, QueuesDoNotMix) {

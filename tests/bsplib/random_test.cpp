@@ -253,13 +253,16 @@ class Program {
     return true;
   }
 
-  void send(int q) { send_to(q, pick(p_), pick(10) == 0 && big_ ? 50000U + pick_size(50000) : pick_size(40)); }
+  void send(int q) {
+    send_to(q, pick(p_), pick(10) == 0 && big_ ? 50000U + pick_size(50000) : pick_size(40));
+  }
 
   /// Of one size, now and then with another one between them.
   void run_of_messages(int q) {
     const int t = pick(p_);
     const std::size_t size = pick_size(20);
-    for (int count = pick(big_ ? 400 : 20); count > 0; --count) send_to(q, t, pick(10) == 0 ? pick_size(20) : size);
+    for (int count = pick(big_ ? 400 : 20); count > 0; --count)
+      send_to(q, t, pick(10) == 0 ? pick_size(20) : size);
   }
 
   void send_to(int q, int t, std::size_t size) {

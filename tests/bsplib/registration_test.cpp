@@ -10,9 +10,7 @@ namespace {
 
 using namespace bsp2::bsplib;
 
-int next(const World& world) {
-  return (world.pid() + 1) % world.nprocs();
-}
+int next(const World& world) { return (world.pid() + 1) % world.nprocs(); }
 
 TEST(Registration, TakesEffectAtTheNextSync) {
   World world;

@@ -230,8 +230,9 @@ TEST_F(Agreed, OthersAreInAPartWhileASuperstepIsOpen) {
         Errc::exception, culprit, "while it is open");
 }
 
-/// One rank fails in a part instead of opening a superstep there, another around it, and the superstep that it has opened outlives the
-/// throw. The text of the first is too long for the headers, so whoever hears of it tells it on.
+/// One rank fails in a part instead of opening a superstep there, another around it, and the superstep that
+/// it has opened outlives the throw. The text of the first is too long for the headers, so whoever hears of
+/// it tells it on.
 TEST_F(Agreed, TwoFailWhileASuperstepOfAPartIsOpen) {
   const int thrower = ranks() > 3 ? 1 : 0;  // one that passes texts on
   for (const std::size_t length : {200, 200000}) {

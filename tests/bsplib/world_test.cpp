@@ -17,12 +17,8 @@ namespace {
 
 using namespace bsp2::bsplib;
 
-int next(const World& world) {
-  return (world.pid() + 1) % world.nprocs();
-}
-int previous(const World& world) {
-  return (world.pid() + world.nprocs() - 1) % world.nprocs();
-}
+int next(const World& world) { return (world.pid() + 1) % world.nprocs(); }
+int previous(const World& world) { return (world.pid() + world.nprocs() - 1) % world.nprocs(); }
 
 TEST(WorldTest, TakesACommunicatorOfBoost) {
   const boost::mpi::communicator communicator;

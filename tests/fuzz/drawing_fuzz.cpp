@@ -1,8 +1,8 @@
 // Plane drawings: SVG if the input begins with '<', else DXF.
 #include "bsp2/geometry/support/error.hpp"
+#include "builder/polygon.hpp"
 #include "fuzz.hpp"
 #include "import/imports.hpp"
-#include "builder/polygon.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return -1;

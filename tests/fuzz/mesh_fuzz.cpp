@@ -2,9 +2,9 @@
 #include <array>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "builder/polyhedron.hpp"
 #include "fuzz.hpp"
 #include "import/imports.hpp"
-#include "builder/polyhedron.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static constexpr std::array endings{".stl", ".off", ".obj", ".ply", ".dat", ".3mf", ".amf"};

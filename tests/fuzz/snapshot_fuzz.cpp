@@ -1,4 +1,5 @@
-// Snapshots: the file as HDF5 with its arrays, and the archives in it. The first byte says which of them the input is.
+// Snapshots: the file as HDF5 with its arrays, and the archives in it. The first byte says which of them the
+// input is.
 #include <boost/archive/archive_exception.hpp>
 #include <span>
 

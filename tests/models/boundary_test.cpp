@@ -36,8 +36,10 @@ TEST(Boundary, OfTheExamples) {
   EXPECT_NEAR(tower.report.boundary->area, 9619.266, 1e-3);
   const auto in_regions = run_with_boundary(folder / "leaning_tower.csg", 16);
   expect_closed(in_regions);
-  EXPECT_NEAR(in_regions.report.boundary->area, tower.report.boundary->area, 1e-9 * tower.report.boundary->area);
-  for (const char* name : {"mechanical_piece.csg", "menger_sponge.csg", "every_node.csg", "polyhedra.csg", "touching_solids.csg"}) {
+  EXPECT_NEAR(in_regions.report.boundary->area, tower.report.boundary->area,
+              1e-9 * tower.report.boundary->area);
+  for (const char* name : {"mechanical_piece.csg", "menger_sponge.csg", "every_node.csg", "polyhedra.csg",
+                           "touching_solids.csg"}) {
     SCOPED_TRACE(name);
     expect_closed(run_with_boundary(folder / name));
   }
@@ -78,7 +80,8 @@ TEST(Boundary, OfTheCorpus) {
   EXPECT_GT(checked, 50U);
 }
 
-/// ParaView opens what is written, if its checker is at hand and asked for by BSP2_PARAVIEW: it takes a while.
+/// ParaView opens what is written, if its checker is at hand and asked for by BSP2_PARAVIEW: it takes a
+/// while.
 TEST(Boundary, OpensInParaView) {
   const auto checker = shared() / "tools" / "paraview-check";
   if (shared().empty() || std::getenv("BSP2_PARAVIEW") == nullptr) GTEST_SKIP() << "not asked for";
@@ -86,7 +89,10 @@ TEST(Boundary, OpensInParaView) {
   const auto model = std::filesystem::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
   for (const char* name : {"b.vtp", "b.stl", "b.ply", "b.obj"}) {
     const std::string file = (folder.path() / name).string();
-    EXPECT_EQ(std::system((std::string(BSP2_PROGRAM) + " run --quiet " + model.string() + " --boundary " + file).c_str()), 0);
+    EXPECT_EQ(
+        std::system(
+            (std::string(BSP2_PROGRAM) + " run --quiet " + model.string() + " --boundary " + file).c_str()),
+        0);
     EXPECT_EQ(std::system((checker.string() + " " + file).c_str()), 0) << name;
   }
 }

@@ -54,8 +54,11 @@ TEST(Cases, RoundSolidsHaveAClosedBoundary) {
     EXPECT_TRUE(result.boundary->is_closed()) << file;
     double volume = 0;
     for (const auto& t : result.boundary->triangles) {
-      const auto &a = result.boundary->points[t[0]], &b = result.boundary->points[t[1]], &c = result.boundary->points[t[2]];
-      volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6;
+      const auto &a = result.boundary->points[t[0]], &b = result.boundary->points[t[1]],
+                 &c = result.boundary->points[t[2]];
+      volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                 a[2] * (b[0] * c[1] - b[1] * c[0])) /
+                6;
     }
     EXPECT_NEAR(volume, result.report.in_volume, 1e-9 * volume) << file;
   }
@@ -92,12 +95,14 @@ TEST(Cases, LandscapesOfWholeGreysAreAsFastAsNoise) {
   std::mt19937 random(1);
   std::ofstream heights(folder.path() / "noise.dat");
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) heights << std::uniform_real_distribution<>(0, 100)(random) << (x + 1 < width ? " " : "\n");
+    for (int x = 0; x < width; ++x)
+      heights << std::uniform_real_distribution<>(0, 100)(random) << (x + 1 < width ? " " : "\n");
   heights.close();
-  std::ofstream(folder.path() / "noise.csg")
-      << "multmatrix([[0.5,0,0,0],[0,0.5,0,0],[0,0,0.05,0],[0,0,0,1]]){surface(file=\"noise.dat\",center=true);}";
+  std::ofstream(folder.path() / "noise.csg") << "multmatrix([[0.5,0,0,0],[0,0.5,0,0],[0,0,0.05,0],[0,0,0,1]])"
+                                                "{surface(file=\"noise.dat\",center=true);}";
   const double noise = seconds_of([&] { run_file(folder.path() / "noise.csg"); });
-  EXPECT_LT(seconds_of([] { report_of("surface-slow.csg"); }), 3 * noise) << "1.5 times is right, and 4 times was wrong; noise: " << noise << " s";
+  EXPECT_LT(seconds_of([] { report_of("surface-slow.csg"); }), 3 * noise)
+      << "1.5 times is right, and 4 times was wrong; noise: " << noise << " s";
 }
 
 TEST(Cases, PartsHaveTheirVolumes) {
@@ -114,7 +119,8 @@ TEST(Cases, PartsHaveTheirVolumes) {
   for (const auto& batch : result.mesh.batches)
     for (std::size_t i = 0; i < batch->size(); ++i) volumes[batch->part[i]] += batch->volume[i];
   ASSERT_EQ(volumes.size(), 2U);
-  for (const auto& part : result.report.named_parts) EXPECT_NEAR(volumes[part.part], plate, 1e-9 * plate) << part.name;
+  for (const auto& part : result.report.named_parts)
+    EXPECT_NEAR(volumes[part.part], plate, 1e-9 * plate) << part.name;
 }
 
 /// What a solver sees as the skin of a mesh that fits has the area of the solid's own.

@@ -13,10 +13,14 @@ TEST(ConstructCases, HaveTheRightContent) {
   const struct {
     const char* file;
     double coincidence, content;
-  } right[] = {{"coincidence-0-fill.csg", 0, 237.764129074},      {"coincidence-0-twist.csg", 0, 255.936969912},
-               {"coincidence-0-slow-twist.csg", 0, 2924.05894629}, {"lathe-clean.csg", 1e-9, 21860.7803111},
-               {"lathe-clean.csg", 0, 21860.7803111},              {"extrude-scale-one-zero.csg", 1e-9, 1437.5},
-               {"extrude-scale-one-zero.csg", 0, 1437.5},          {"hull-of-flat.csg", 1e-9, 4},
+  } right[] = {{"coincidence-0-fill.csg", 0, 237.764129074},
+               {"coincidence-0-twist.csg", 0, 255.936969912},
+               {"coincidence-0-slow-twist.csg", 0, 2924.05894629},
+               {"lathe-clean.csg", 1e-9, 21860.7803111},
+               {"lathe-clean.csg", 0, 21860.7803111},
+               {"extrude-scale-one-zero.csg", 1e-9, 1437.5},
+               {"extrude-scale-one-zero.csg", 0, 1437.5},
+               {"hull-of-flat.csg", 1e-9, 4},
                {"hull-of-flat.csg", 0, 4}};
   for (const auto& [file, coincidence, content] : right) {
     const auto report = run_file(cases() / file, 2, coincidence);

@@ -17,9 +17,9 @@ namespace {
 struct Entry {
   std::string file, status, kernels, histogram;
   int level = 0, dimension = 3;
-  double content = 0, reach = 0;            // volume or area; the largest coordinate
-  std::array<double, 2> by_kernel{};        // the same by CGAL and by Manifold
-  std::vector<double> bounds;               // xmin ymin zmin xmax ymax zmax
+  double content = 0, reach = 0;      // volume or area; the largest coordinate
+  std::array<double, 2> by_kernel{};  // the same by CGAL and by Manifold
+  std::vector<double> bounds;         // xmin ymin zmin xmax ymax zmax
   [[nodiscard]] bool is_hard() const { return status == "ok" && kernels == "agree"; }
   /// Whether curves are made of chords in ways that kernels differ about, or coordinates come in six digits.
   [[nodiscard]] bool is_rounded() const {
@@ -45,7 +45,8 @@ std::vector<Entry> entries() {
       continue;
     }
     const auto number = [&](const char* name) { return std::strtod(words[column[name]].c_str(), nullptr); };
-    Entry entry{words[column["file"]], words[column["status"]], words[column["kernels"]], words[column["histogram"]]};
+    Entry entry{words[column["file"]], words[column["status"]], words[column["kernels"]],
+                words[column["histogram"]]};
     entry.level = static_cast<int>(number("level"));
     entry.dimension = static_cast<int>(number("dim"));
     entry.content = number(entry.dimension == 2 ? "area" : "volume");
@@ -67,7 +68,8 @@ double as_stl_text(double x) {
   return std::strtod(text.data(), nullptr);
 }
 
-/// The volume (D = 2: area) of the boundary if its coordinates are rounded like that. A plane model is given the height 1.
+/// The volume (D = 2: area) of the boundary if its coordinates are rounded like that. A plane model is given
+/// the height 1.
 std::optional<double> content_as_text(const Entry& entry) {
   const auto source = shared() / "corpus" / "csg" / entry.file;
   const samples::TemporaryFolder folder;
@@ -85,15 +87,17 @@ std::optional<double> content_as_text(const Entry& entry) {
   return boundary->volume();
 }
 
-/// Where the last digits of the coordinates in which the references were written tell two solids apart, ours is compared as it would
-/// have been written: with the reference of one of the two kernels, which may be further from each other.
+/// Where the last digits of the coordinates in which the references were written tell two solids apart, ours
+/// is compared as it would have been written: with the reference of one of the two kernels, which may be
+/// further from each other.
 void expect_content(const Entry& entry, double content) {
   const double limit = entry.is_rounded() ? 1e-4 : 1e-6;
   if (std::fabs(content - entry.content) <= limit * entry.content) return;
   const auto as_text = content_as_text(entry);
   ASSERT_TRUE(as_text.has_value()) << "there is no closed boundary";
   const auto error = [&](double reference) { return std::fabs(*as_text - reference) / entry.content; };
-  EXPECT_LE(std::min(error(entry.by_kernel[0]), error(entry.by_kernel[1])), limit) << content << ", as text " << *as_text;
+  EXPECT_LE(std::min(error(entry.by_kernel[0]), error(entry.by_kernel[1])), limit)
+      << content << ", as text " << *as_text;
 }
 
 TEST(Corpus, VolumesOfFilesWithoutTwoDimensionalNodes) {
@@ -139,15 +143,17 @@ TEST(Corpus, ContentAndBoundsOfFilesWithAllNodes) {
 TEST(Corpus, TheTowerOfPisa) {
   const auto file = shared() / "corpus" / "csg" / "pyplasm__pisa.csg";
   if (shared().empty() || !std::filesystem::exists(file)) GTEST_SKIP() << "no corpus at hand";
-  // The reference, 7067.46, has a tolerance. Exactly: the sum of its slabs by a mesh kernel of the last digit (docs/corpus.md).
+  // The reference, 7067.46, has a tolerance. Exactly: the sum of its slabs by a mesh kernel of the last digit
+  // (docs/corpus.md).
   EXPECT_NEAR(run_file(file, 2, 0).in_volume, 7067.4545447, 1e-10 * 7067);
   EXPECT_NEAR(run_file(file).in_volume, 7067.4545447, 2e-9 * 7067);  // faces that nearly coincide are moved
 }
 
-/// The seashell is one mesh that overlaps itself. The manifest has the volume that its faces sum up to, the integral of the winding
-/// number; a solid is a set of points, here each counts once. With a box around it that is turned inside out, as part of the same
-/// mesh, every winding number is one less, and what the solid leaves out of the box is where it was 1; with two boxes, where
-/// it was 2. So volumes of solids as they are evaluated here add up to the manifest's figure.
+/// The seashell is one mesh that overlaps itself. The manifest has the volume that its faces sum up to, the
+/// integral of the winding number; a solid is a set of points, here each counts once. With a box around it
+/// that is turned inside out, as part of the same mesh, every winding number is one less, and what the solid
+/// leaves out of the box is where it was 1; with two boxes, where it was 2. So volumes of solids as they are
+/// evaluated here add up to the manifest's figure.
 TEST(Corpus, TheSeashellCountsItsOverlapsOnce) {
   const auto file = shared() / "corpus" / "csg" / "dotscad__seashell-fab4.csg";
   if (shared().empty() || !std::filesystem::exists(file)) GTEST_SKIP() << "no corpus at hand";
@@ -165,8 +171,14 @@ TEST(Corpus, TheSeashellCountsItsOverlapsOnce) {
     for (int k = 0; k < std::abs(times); ++k) {
       half += 1;
       const auto first = static_cast<std::uint32_t>(points.size());
-      for (int i = 0; i < 8; ++i) points.push_back({i & 1 ? half : -half, i & 2 ? half : -half, i & 4 ? half : -half});
-      for (const auto& face : {std::array{0U, 1U, 3U, 2U}, {4U, 6U, 7U, 5U}, {0U, 4U, 5U, 1U}, {2U, 3U, 7U, 6U}, {0U, 2U, 6U, 4U}, {1U, 5U, 7U, 3U}}) {
+      for (int i = 0; i < 8; ++i)
+        points.push_back({i & 1 ? half : -half, i & 2 ? half : -half, i & 4 ? half : -half});
+      for (const auto& face : {std::array{0U, 1U, 3U, 2U},
+                               {4U, 6U, 7U, 5U},
+                               {0U, 4U, 5U, 1U},
+                               {2U, 3U, 7U, 6U},
+                               {0U, 2U, 6U, 4U},
+                               {1U, 5U, 7U, 3U}}) {
         std::vector<std::uint32_t> corners;
         for (const std::uint32_t corner : face) corners.push_back(first + corner);
         if (times > 0) std::reverse(corners.begin(), corners.end());
@@ -186,7 +198,8 @@ TEST(Corpus, TheSeashellCountsItsOverlapsOnce) {
   const model::Model read = model::read_csg(file);
   const auto overlaps = model::overlaps_of(read, model::read_text(file), file.string()).meshes;
   ASSERT_EQ(overlaps.size(), 1U);
-  EXPECT_NEAR(overlaps[0].volume_by_faces.value(), counted, 1e-9 * counted) << "what its faces sum up to is what was evaluated";
+  EXPECT_NEAR(overlaps[0].volume_by_faces.value(), counted, 1e-9 * counted)
+      << "what its faces sum up to is what was evaluated";
   EXPECT_NEAR(sum, all, 1e-9 * all);
   EXPECT_NEAR(all, 2457.3736, 1e-3);
 }

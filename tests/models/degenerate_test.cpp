@@ -154,7 +154,8 @@ TEST(DegenerateModel, CubesTurnedAboutAnyAxes) {
   for (int k = 0; k < 12; ++k) {
     Expression turned = cube(1, true);
     for (int turns = 0; turns < 3; ++turns)  // about z, and with the axes exchanged
-      turned = model::transform(std::vector<double>{0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1}, turn(uniform(random, 0, 6.3), turned));
+      turned = model::transform(std::vector<double>{0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1},
+                                turn(uniform(random, 0, 6.3), turned));
     cubes.push_back(turned);
   }
   const Expression all = unite(cubes);

@@ -1,7 +1,6 @@
 // The examples of the text form against their volumes, and what else docs/expressions.md promises.
 
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <fstream>
@@ -22,7 +21,7 @@ struct Example {
   const char* name;
   int dimension;
   double volume;
-  double tolerance = 0;  // of round solids; 0: it is made of polytopes
+  double tolerance = 0;                    // of round solids; 0: it is made of polytopes
   double share = dimension > 3 ? 1 : 0.1;  // at most so much of the volume is FUZZY then
 };
 
@@ -32,15 +31,15 @@ const Example examples[] = {
     {"simplex_points", 3, 4},
     {"polytope", 4, 32.0 / 3},
     {"cuboid", 5, 120},
-    {"ball", 4, pi * pi / 2, 0.25},
+    {"ball", 4, pi* pi / 2, 0.25},
     {"d_cylinder", 4, 8 * pi / 3, 0.2},
     {"cone", 3, 7 * pi, 0.02},
-    {"torus", 3, 6 * pi * pi, 0.05},
+    {"torus", 3, 6 * pi* pi, 0.05},
     {"complement", 4, 47},
     {"symmetric_difference", 2, 6},
     {"multmatrix", 4, 6},
     {"product", 4, 3 * 1.7320508075688772},
-    {"duocylinder", 4, pi * pi / 4, 0.1},
+    {"duocylinder", 4, pi* pi / 4, 0.1},
     {"product_cone", 4, 2 * pi / 3, 0.1},
     {"extrude", 4, 4.5},
     {"embed", 4, 0.5e-4},
@@ -71,7 +70,9 @@ const Example examples[] = {
     {"configuration_space", 4, 36},
 };
 
-fs::path path_of(const std::string& name) { return fs::path(BSP2_SOURCE_DIR) / "examples" / "expressions" / (name + ".csg"); }
+fs::path path_of(const std::string& name) {
+  return fs::path(BSP2_SOURCE_DIR) / "examples" / "expressions" / (name + ".csg");
+}
 
 supersteps::RunReport run_example(const Example& example, unsigned threads) {
   supersteps::RunOptions options;
@@ -103,7 +104,8 @@ TEST(Expressions, EveryExampleHasItsVolume) {
 TEST(Expressions, EveryFileIsInTheTable) {
   std::set<std::string> known, there;
   for (const Example& example : examples) known.insert(example.name);
-  for (const auto& entry : fs::directory_iterator(path_of("x").parent_path())) there.insert(entry.path().stem());
+  for (const auto& entry : fs::directory_iterator(path_of("x").parent_path()))
+    there.insert(entry.path().stem());
   EXPECT_EQ(known, there);
 }
 

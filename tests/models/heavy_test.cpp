@@ -22,9 +22,7 @@ TEST(HeavyModel, AnIcosphereOf80000Triangles) {
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 300);
 }
 
-TEST(HeavyModel, MengerSpongeOfLevel3) {
-  EXPECT_NEAR(evaluate(menger(3)).volume(), 8000, 1e-9);
-}
+TEST(HeavyModel, MengerSpongeOfLevel3) { EXPECT_NEAR(evaluate(menger(3)).volume(), 8000, 1e-9); }
 
 TEST(HeavyModel, ManyCubesTurnedAboutTheirCommonAxis) {
   for (const int n : {90, 180, 360}) {

@@ -25,9 +25,7 @@ inline std::filesystem::path shared() {
 }
 
 /// Inputs that once went wrong, each with what is right in cases.tsv.
-inline std::filesystem::path cases() {
-  return std::filesystem::path(BSP2_SOURCE_DIR) / "tests" / "cases";
-}
+inline std::filesystem::path cases() { return std::filesystem::path(BSP2_SOURCE_DIR) / "tests" / "cases"; }
 
 inline supersteps::RunReport run_file(const std::filesystem::path& path, unsigned threads = 2,
                                       double coincidence = 1e-9) {
@@ -53,9 +51,7 @@ inline Expression move(double x, double y, double z, const Expression& e) {
 inline Expression turn(double angle, const Expression& e) {
   return model::transform(rotation_about_z(angle), e);
 }
-inline Expression cube(double size, bool center = false) {
-  return model::cuboid({size, size, size}, center);
-}
+inline Expression cube(double size, bool center = false) { return model::cuboid({size, size, size}, center); }
 
 /// The cells of an evaluation and its sums.
 struct Solid {

@@ -103,12 +103,12 @@ TEST_F(NamedModels, ColoursMayBeParts) {
 
 /// A name that no cell has is told, too.
 TEST_F(NamedModels, APartWithoutCellsHasNoVolume) {
-  const RunResult result = run(
-      "part(\"body\") difference() { cube([2, 2, 2]); part(\"inner\") cube([1, 1, 1]); }\n"
-      "difference() { multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]); "
-      "part(\"cutter\") multmatrix([[1,0,0,5.5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]); }\n"
-      "part(\"hidden\") multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,1],[0,0,0,1]]) cube([1, 1, 1]);\n"
-      "part(\"body\") multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]);");
+  const RunResult result =
+      run("part(\"body\") difference() { cube([2, 2, 2]); part(\"inner\") cube([1, 1, 1]); }\n"
+          "difference() { multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]); "
+          "part(\"cutter\") multmatrix([[1,0,0,5.5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]); }\n"
+          "part(\"hidden\") multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,1],[0,0,0,1]]) cube([1, 1, 1]);\n"
+          "part(\"body\") multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube([1, 1, 1]);");
   std::map<std::string, double> volume;
   for (const auto& part : result.report.named_parts) volume[part.name] = part.volume;
   ASSERT_EQ(volume.size(), 3U);
@@ -122,11 +122,14 @@ TEST_F(NamedModels, APartWithoutCellsHasNoVolume) {
 const std::vector<std::string> mixed_models{
     "part(\"ball\") difference() { sphere(r = 2); part(\"no\") cylinder(r = 0.5, h = 9, center = true); }\n"
     "color([1, 0, 0, 0.5]) part(\"rod\") cylinder(r = 1, h = 9, center = true);\n"
-    "color([0, 0, 1, 1]) { cube([5, 1, 1]); part(\"ball\") multmatrix([[1,0,0,3],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) "
+    "color([0, 0, 1, 1]) { cube([5, 1, 1]); part(\"ball\") "
+    "multmatrix([[1,0,0,3],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) "
     "sphere(r = 1); }\n"
-    "intersection() { union() { part(\"left\") cube([6, 2, 0.7]); color([0, 0.5, 0, 1]) cube([7, 1.5, 0.7]); } "
+    "intersection() { union() { part(\"left\") cube([6, 2, 0.7]); color([0, 0.5, 0, 1]) cube([7, 1.5, 0.7]); "
+    "} "
     "sphere(r = 6); }",
-    "part(\"disc\") circle(r = 2); difference() { part(\"plate\") square([4, 1]); color([0, 1, 0, 1]) circle(r = 1); }"};
+    "part(\"disc\") circle(r = 2); difference() { part(\"plate\") square([4, 1]); color([0, 1, 0, 1]) "
+    "circle(r = 1); }"};
 
 void expect_same_parts(const RunResult& one, const RunResult& other) {
   EXPECT_EQ(one.report.digest, other.report.digest);

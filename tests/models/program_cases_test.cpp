@@ -32,7 +32,8 @@ Ended start(const std::string& arguments) {
   FILE* pipe = popen((BSP2_PROGRAM " " + arguments + " 2>&1").c_str(), "r");
   std::string text;
   std::array<char, 4096> buffer;
-  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), count);
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
+    text.append(buffer.data(), count);
   const int status = pclose(pipe);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
 }
@@ -47,14 +48,16 @@ std::vector<std::array<Corner, 3>> triangles_of(const fs::path& path) {
   const std::string bytes{std::istreambuf_iterator<char>(file), {}};
   std::vector<std::array<Corner, 3>> triangles;
   constexpr std::size_t head = 84, facet = 50, normal = 12;
-  for (std::size_t at = head; at + facet <= bytes.size(); at += facet) std::memcpy(triangles.emplace_back().data(), bytes.data() + at + normal, 36);
+  for (std::size_t at = head; at + facet <= bytes.size(); at += facet)
+    std::memcpy(triangles.emplace_back().data(), bytes.data() + at + normal, 36);
   return triangles;
 }
 
 TEST(ProgramCases, RoofsHaveNoSliversInStl) {
   const samples::TemporaryFolder folder;
   const fs::path stl = folder.path() / "roof.stl", report = folder.path() / "report.json";
-  const Ended ended = start("run " + (cases() / "roof-slivers.csg").string() + " --threads 2 --boundary " + stl.string() + " --report " + report.string());
+  const Ended ended = start("run " + (cases() / "roof-slivers.csg").string() + " --threads 2 --boundary " +
+                            stl.string() + " --report " + report.string());
   ASSERT_EQ(ended.code, 0) << ended.text;
   std::ifstream written(report);
   const double volume = nlohmann::json::parse(written).at("volume").at("in").get<double>();
@@ -92,7 +95,8 @@ TEST(ProgramCases, MissingLibrariesAreNamed) {
 TEST(ProgramCases, NoTetrahedronIsInverted) {
   if (!has_openscad()) GTEST_SKIP() << "openscad is not installed";
   const samples::TemporaryFolder folder;
-  const Ended ended = start("run " + (cases() / "inverted-tets.scad").string() + " --threads 2 --tets -o " + folder.path().string());
+  const Ended ended = start("run " + (cases() / "inverted-tets.scad").string() + " --threads 2 --tets -o " +
+                            folder.path().string());
   ASSERT_EQ(ended.code, 0) << ended.text;
   std::ifstream written(folder.path() / "report.json");
   const auto simplices = nlohmann::json::parse(written).at("simplices");

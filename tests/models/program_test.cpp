@@ -30,7 +30,8 @@ Ended start(const std::string& arguments, const std::string& program = BSP2_PROG
   FILE* pipe = popen(command.c_str(), "r");
   std::string text;
   std::array<char, 4096> buffer;
-  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), count);
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
+    text.append(buffer.data(), count);
   const int status = pclose(pipe);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
 }
@@ -60,7 +61,9 @@ class Program : public testing::Test {
 
 // However long ago writing failed, and whoever wrote.
 TEST_F(Program, AFullDiskIsToldOf) {
-  for (const std::string& arguments : {std::string("--version"), std::string("--help"), std::string("run --help"), "run --quiet --stats " + model("cube(1);")}) {
+  for (const std::string& arguments :
+       {std::string("--version"), std::string("--help"), std::string("run --help"),
+        "run --quiet --stats " + model("cube(1);")}) {
     const Ended ended = start("", "(" BSP2_PROGRAM " " + arguments + " > /dev/full)");
     EXPECT_EQ(ended.code, 2) << arguments;
     EXPECT_EQ(ended.text, "bsp2: cannot write to standard output: No space left on device\n") << arguments;
@@ -69,8 +72,9 @@ TEST_F(Program, AFullDiskIsToldOf) {
 
 TEST_F(Program, TwoOutputsNeedTwoNames) {
   const std::string cube = model("cube(1);"), here = folder_.path().string();
-  for (const std::string& outputs : {"--report " + here + "/x --table " + here + "/x", "--snapshot " + here + "/a.stl --boundary " + here + "/./a.stl",
-                                    "-o " + here + "/out --table " + here + "/out/report.json"}) {
+  for (const std::string& outputs : {"--report " + here + "/x --table " + here + "/x",
+                                     "--snapshot " + here + "/a.stl --boundary " + here + "/./a.stl",
+                                     "-o " + here + "/out --table " + here + "/out/report.json"}) {
     const Ended ended = start("run " + cube + " " + outputs);
     EXPECT_EQ(ended.code, 2) << ended.text;
     EXPECT_NE(ended.text.find("two outputs would be written to one file"), std::string::npos) << ended.text;
@@ -79,10 +83,14 @@ TEST_F(Program, TwoOutputsNeedTwoNames) {
 }
 
 TEST_F(Program, WarnsOfWhatNobodyWants) {
-  for (const auto& [text, warning] : {std::pair<std::string, std::string>{"difference() { cube(1); cube(2); }", "the solid is empty"},
-                                      {"linear_extrude(height = 1) { text(text = \"a\xe6\x97\xa5\xe6\x9c\xac\"); }", "has no glyph for: \xe6\x97\xa5\xe6\x9c\xac"},
-                                      {"multmatrix([[1, 0, 0, 1e6], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(0.1); }", "the single precision of .stl"}}) {
-    const Ended ended = start("run --quiet " + model(text) + " --boundary " + (folder_.path() / "a.stl").string());
+  for (const auto& [text, warning] :
+       {std::pair<std::string, std::string>{"difference() { cube(1); cube(2); }", "the solid is empty"},
+        {"linear_extrude(height = 1) { text(text = \"a\xe6\x97\xa5\xe6\x9c\xac\"); }",
+         "has no glyph for: \xe6\x97\xa5\xe6\x9c\xac"},
+        {"multmatrix([[1, 0, 0, 1e6], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(0.1); }",
+         "the single precision of .stl"}}) {
+    const Ended ended =
+        start("run --quiet " + model(text) + " --boundary " + (folder_.path() / "a.stl").string());
     EXPECT_EQ(ended.code, 0) << ended.text;
     EXPECT_NE(ended.text.find(warning), std::string::npos) << ended.text;
   }
@@ -94,10 +102,12 @@ TEST_F(Program, RefusesBadModelsWithOneMessageAndNoFile) {
   expect_refused("group() { cube(size=[1,2,", ":1:");
   expect_refused("\x93\x01\xff garbage", ":1:1:");
   expect_refused("cube();\n  warp() { circle(r = 1); }", ":2:3: there is no node 'warp'");
-  expect_refused("polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);", "the edge from point 1 (1, 0, 0) to point 2");
+  expect_refused("polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);",
+                 "the edge from point 1 (1, 0, 0) to point 2");
   expect_refused("cylinder($fn = 1e9, h = 1, r1 = 1, r2 = 1);", "limit");
   std::string huge = "cube();";
-  for (int i = 0; i < 3; ++i) huge = "multmatrix([[1e200,0,0,0],[0,1e200,0,0],[0,0,1e200,0],[0,0,0,1]]) {" + huge + "}";
+  for (int i = 0; i < 3; ++i)
+    huge = "multmatrix([[1e200,0,0,0],[0,1e200,0,0],[0,0,1e200,0],[0,0,0,1]]) {" + huge + "}";
   expect_refused(huge, "not finite");
 }
 
@@ -110,7 +120,8 @@ TEST_F(Program, RefusesBadPathsAndOptions) {
   EXPECT_EQ(start("run " + good + " --snapshot " + snapshot).code, 0);
   const Ended resumed = start("run " + snapshot);
   EXPECT_EQ(resumed.code, 2);
-  EXPECT_NE(resumed.text.find("run.h5: is a snapshot, not a model; 'bsp2 info'"), std::string::npos) << resumed.text;
+  EXPECT_NE(resumed.text.find("run.h5: is a snapshot, not a model; 'bsp2 info'"), std::string::npos)
+      << resumed.text;
   EXPECT_EQ(start("run " + good + " --bogus").code, 2);
   EXPECT_EQ(start("run " + good + " --cells -5").code, 2);
   EXPECT_EQ(start("run " + good + " --threads minus").code, 2);
@@ -127,21 +138,29 @@ TEST_F(Program, TellsWhyAFileCannotBeRead) {
     EXPECT_EQ(ended.code, 2) << arguments << ": " << ended.text;
     EXPECT_EQ(ended.text, "bsp2: " + message + "\n");
   };
-  const std::string folder = folder_.path().string(), pipe = folder + "/pipe", source = folder + "/pipe.scad", loop = folder + "/loop.csg";
+  const std::string folder = folder_.path().string(), pipe = folder + "/pipe", source = folder + "/pipe.scad",
+                    loop = folder + "/loop.csg";
   for (const std::string& name : {pipe, source}) ASSERT_EQ(mkfifo(name.c_str(), 0600), 0);
   fs::create_symlink(loop, loop);
   refused("run " + loop, loop + ": cannot be read: Too many levels of symbolic links");
   refused("run -", "-: no such file; standard input is /dev/stdin");
   refused("run /dev/zero", "/dev/zero: is no text, so it holds no model: byte 0 is 0");
-  refused("run " + source, source + ": is a pipe or a device, and OpenSCAD source has to be a file; save it as one");
+  refused("run " + source,
+          source + ": is a pipe or a device, and OpenSCAD source has to be a file; save it as one");
   const std::string importing = model("import(\"pipe\");");
-  refused("run " + importing, importing + ":1:1: import: " + pipe + " is a pipe or a device; save what it tells as a file and name that");
+  refused("run " + importing, importing + ":1:1: import: " + pipe +
+                                  " is a pipe or a device; save what it tells as a file and name that");
   for (const std::string command : {"resume ", "info "}) {
-    refused(command + pipe, "cannot read '" + pipe + "': it is a pipe or a device, and a snapshot has to be a file");
-    refused(command + folder, "'" + folder + "' is a folder without a snapshot.h5; name the file that 'bsp2 run' wrote with --snapshot or -o");
+    refused(command + pipe,
+            "cannot read '" + pipe + "': it is a pipe or a device, and a snapshot has to be a file");
+    refused(
+        command + folder,
+        "'" + folder +
+            "' is a folder without a snapshot.h5; name the file that 'bsp2 run' wrote with --snapshot or -o");
   }
   ASSERT_EQ(start("run " + model("cube(1);") + " --quiet -o " + out().string()).code, 0);
-  refused("resume " + out().string(), "'" + out().string() + "' is a folder; its snapshot is '" + (out() / "snapshot.h5").string() + "'");
+  refused("resume " + out().string(),
+          "'" + out().string() + "' is a folder; its snapshot is '" + (out() / "snapshot.h5").string() + "'");
   const fs::path closed = folder_.path() / "closed";
   fs::create_directory(closed);
   std::ofstream(closed / "x.csg") << "cube(1);";
@@ -149,7 +168,8 @@ TEST_F(Program, TellsWhyAFileCannotBeRead) {
   if (geteuid() != 0)  // whom nothing is closed to
     refused("run " + closed.string() + "/x.csg",
             closed.string() +
-                "/x.csg: cannot be read: Permission denied; it takes the right to read the file and to enter the folders above it");
+                "/x.csg: cannot be read: Permission denied; it takes the right to read the file and to enter "
+                "the folders above it");
   fs::permissions(closed, fs::perms::owner_all);
 }
 
@@ -177,7 +197,8 @@ TEST_F(Program, TellsThatAPlaneModelHasNoBoundary) {
 }
 
 TEST_F(Program, LeavesNoBlanksAtTheEndsOfLines) {
-  const std::string snapshot = (folder_.path() / "run.h5").string(), queue = (folder_.path() / "queue").string(), source = model("cube(1);");
+  const std::string snapshot = (folder_.path() / "run.h5").string(),
+                    queue = (folder_.path() / "queue").string(), source = model("cube(1);");
   ASSERT_EQ(start("run " + source + " --quiet --snapshot " + snapshot).code, 0);
   ASSERT_EQ(start("jobs split " + source + " " + queue).code, 0);
   const auto expect_none = [&](const std::string& arguments) {
@@ -185,7 +206,9 @@ TEST_F(Program, LeavesNoBlanksAtTheEndsOfLines) {
     EXPECT_EQ(ended.code, 0) << ended.text;
     EXPECT_EQ((" " + ended.text).find(" \n"), std::string::npos) << ended.text;
   };
-  for (const std::string& arguments : {"info " + snapshot, "run " + source + " --stats", "tables " + source + " --regions 1,2"}) expect_none(arguments);
+  for (const std::string& arguments :
+       {"info " + snapshot, "run " + source + " --stats", "tables " + source + " --regions 1,2"})
+    expect_none(arguments);
   expect_none("jobs status --all " + queue);  // to do
   ASSERT_EQ(start("jobs run " + queue).code, 0);
   expect_none("jobs status --all " + queue);  // finished
@@ -200,7 +223,10 @@ std::string contents(const fs::path& path) {
 /// With all outputs: 500 bytes a cell beyond 60 MB.
 TEST_F(Program, HoldsTheTowerInLittleMemory) {
   const fs::path report = out() / "report.json";
-  EXPECT_EQ(start("run " + std::string(BSP2_SOURCE_DIR) + "/examples/leaning_tower.csg --threads 2 --quiet -o " + out().string()).code, 0);
+  EXPECT_EQ(start("run " + std::string(BSP2_SOURCE_DIR) +
+                  "/examples/leaning_tower.csg --threads 2 --quiet -o " + out().string())
+                .code,
+            0);
   std::ifstream in(report);
   const auto json = nlohmann::json::parse(in);
   EXPECT_EQ(json["boundary"]["closed"], true);
@@ -221,7 +247,8 @@ TEST_F(Program, AFolderShowsOneRun) {
   const auto run = [&](const char* model, const char* options) {
     const fs::path path = folder_.path() / "model.csg";
     std::ofstream(path) << model;
-    const Ended ended = start("run " + path.string() + " --quiet --strict " + options + " -o " + out().string());
+    const Ended ended =
+        start("run " + path.string() + " --quiet --strict " + options + " -o " + out().string());
     EXPECT_EQ(ended.code, 0) << ended.text;
     EXPECT_EQ(ended.text.find("warning"), std::string::npos) << ended.text;
     return fs::exists(out() / "boundary.stl");
@@ -239,19 +266,27 @@ TEST_F(Program, AFolderShowsOneRun) {
   // A surface asked for by a name of its own is no such file.
   const fs::path mine = out() / "mine.stl";
   std::ofstream(mine) << "keep";
-  const Ended ended = start("run " + model("circle(1);") + " -o " + out().string() + " --boundary " + mine.string());
+  const Ended ended =
+      start("run " + model("circle(1);") + " -o " + out().string() + " --boundary " + mine.string());
   EXPECT_EQ(ended.code, 2) << ended.text;
   EXPECT_EQ(contents(mine.string()), "keep");
 }
 
 /// What is drawn, exported and asked of a snapshot is what the run would have written.
 TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {
-  const std::string path = (folder_.path() / "run.h5").string(), picture = (folder_.path() / "a.png").string(), surface = (folder_.path() / "a.ply").string();
+  const std::string path = (folder_.path() / "run.h5").string(),
+                    picture = (folder_.path() / "a.png").string(),
+                    surface = (folder_.path() / "a.ply").string();
   const std::string view = " --eye 9,-7,6 --explode 0.3 --shade part --edges --size 320x200";
   const std::string source = model(
-      "difference() { cube(size = [2, 2, 2]); sphere($fn = 12, r = 1.5); } color([1, 0, 0, 1]) multmatrix([[1,0,0,3],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube();");
-  ASSERT_EQ(start("run " + source + " --regions 8 --snapshot " + path + " --picture " + picture + view + " --boundary " + surface).code, 0);
-  const std::string drawn = (folder_.path() / "b.png").string(), exported = (folder_.path() / "b.ply").string();
+      "difference() { cube(size = [2, 2, 2]); sphere($fn = 12, r = 1.5); } color([1, 0, 0, 1]) "
+      "multmatrix([[1,0,0,3],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube();");
+  ASSERT_EQ(start("run " + source + " --regions 8 --snapshot " + path + " --picture " + picture + view +
+                  " --boundary " + surface)
+                .code,
+            0);
+  const std::string drawn = (folder_.path() / "b.png").string(),
+                    exported = (folder_.path() / "b.ply").string();
   EXPECT_EQ(start("render " + path + " -o " + drawn + view).text, "");
   EXPECT_EQ(start("export " + path + " -o " + exported).text, "");
   EXPECT_GT(contents(drawn).size(), 1000U);
@@ -280,16 +315,21 @@ TEST_F(Program, SnapshotsCanBeDrawnExportedAndAsked) {
 TEST_F(Program, StartsWithoutWhatMostRunsDoNotNeed) {
   const Ended libraries = start("", "LD_TRACE_LOADED_OBJECTS=1 " BSP2_PROGRAM);  // as ldd does
   EXPECT_NE(libraries.text.find("libstdc++"), std::string::npos) << libraries.text;
-  for (const char* late : {"libvtk", "libhdf5", "libcairo", "libX11", "libharfbuzz", "libfontconfig", "libfreetype", "libzip", "libcrypto"}) EXPECT_EQ(libraries.text.find(late), std::string::npos) << libraries.text;
+  for (const char* late : {"libvtk", "libhdf5", "libcairo", "libX11", "libharfbuzz", "libfontconfig",
+                           "libfreetype", "libzip", "libcrypto"})
+    EXPECT_EQ(libraries.text.find(late), std::string::npos) << libraries.text;
 }
 
 TEST_F(Program, TellsBeforeTheRunThatAModuleCannotBeLoaded) {
   const fs::path program = folder_.path() / "bin" / "bsp2";
-  const fs::path modules = (program.parent_path() / fs::relative(BSP2_MODULES, fs::path(BSP2_PROGRAM).parent_path())).lexically_normal();
+  const fs::path modules =
+      (program.parent_path() / fs::relative(BSP2_MODULES, fs::path(BSP2_PROGRAM).parent_path()))
+          .lexically_normal();
   fs::create_directories(program.parent_path());
   fs::create_directories(modules);
   fs::copy_file(BSP2_PROGRAM, program);
-  for (const char* module : {"bsp2-vtk.so", "bsp2-hdf5.so", "bsp2-cairo.so"}) std::ofstream(modules / module) << "no library";
+  for (const char* module : {"bsp2-vtk.so", "bsp2-hdf5.so", "bsp2-cairo.so"})
+    std::ofstream(modules / module) << "no library";
   const std::string run = " run " + model("cube(1);") + " ", at = folder_.path() / "result";
   const std::pair<std::string, std::string> all[] = {{"--series " + at + ".pvd", "bsp2-vtk.so"},
                                                      {"--boundary " + at + ".vtp", "bsp2-vtk.so"},
@@ -306,17 +346,23 @@ TEST_F(Program, TellsBeforeTheRunThatAModuleCannotBeLoaded) {
   for (const auto& [option, module] : all) {
     const Ended ended = start(run + option + " --report " + at + ".json", program);
     EXPECT_EQ(ended.code, 2) << ended.text;
-    EXPECT_EQ(ended.text.find("bsp2: cannot load " + module + ": it is not in '" + modules.string() + "'; "), 0U) << ended.text;
+    EXPECT_EQ(ended.text.find("bsp2: cannot load " + module + ": it is not in '" + modules.string() + "'; "),
+              0U)
+        << ended.text;
     EXPECT_FALSE(fs::exists(at + ".json")) << option;
   }
-  const Ended without = start(run + "--boundary " + at + ".stl --report " + at + ".json", program);  // what needs neither
+  const Ended without =
+      start(run + "--boundary " + at + ".stl --report " + at + ".json", program);  // what needs neither
   EXPECT_EQ(without.code, 0) << without.text;
   EXPECT_TRUE(fs::exists(at + ".stl"));
 }
 
 TEST_F(Program, DrawsAFrameOfEachStep) {
   const std::string tower = std::string(BSP2_SOURCE_DIR) + "/examples/menger_sponge.csg";
-  EXPECT_EQ(start("run " + tower + " --frames " + (out() / "f").string() + " --budget 1ms --size 50x50 --quiet").code, 0);
+  EXPECT_EQ(
+      start("run " + tower + " --frames " + (out() / "f").string() + " --budget 1ms --size 50x50 --quiet")
+          .code,
+      0);
   EXPECT_GT(contents(out() / "f0000.png").size(), 100U);
 }
 
@@ -327,7 +373,8 @@ TEST_F(Program, WritesTheMeshOfEachStep) {
   const std::string text = contents(series);
   std::size_t steps = 0;
   for (; fs::exists(out() / ("a & b_000" + std::to_string(steps) + ".pvtu")); ++steps)
-    EXPECT_NE(text.find("file=\"a &amp; b_000" + std::to_string(steps) + ".pvtu\""), std::string::npos) << text;
+    EXPECT_NE(text.find("file=\"a &amp; b_000" + std::to_string(steps) + ".pvtu\""), std::string::npos)
+        << text;
   EXPECT_GT(steps, 0U);
   EXPECT_EQ(start("run " + sponge + " --series " + (out() / "x.pvtu").string()).code, 2);
 }
@@ -343,14 +390,19 @@ TEST_F(Program, TakesOddNumbersAsOpenScadDoes) {
 }
 
 TEST_F(Program, IsStrictWhereItIsAskedTo) {
-  const std::string open = "cube(9);\n polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);";
+  const std::string open =
+      "cube(9);\n polyhedron(points=[[0,0,0],[1,0,0],[0,1,0],[0,0,1]],faces=[[0,1,2],[0,3,1],[0,2,3]]);";
   const Ended repaired = start("run " + model(open));
   EXPECT_EQ(repaired.code, 0) << repaired.text;
-  EXPECT_NE(repaired.text.find("model.csg:2:2: this polyhedron is not closed: the edge from point 1 (1, 0, 0) to point 2"), std::string::npos) << repaired.text;
+  EXPECT_NE(repaired.text.find(
+                "model.csg:2:2: this polyhedron is not closed: the edge from point 1 (1, 0, 0) to point 2"),
+            std::string::npos)
+      << repaired.text;
   // One warning of the reader, one of a construct, one of compilation: each with its place, each an error.
-  const std::pair<std::string, std::string> all[] = {{open, ":2:2: "},
-                                                     {"cube(1);\n\n rotate_extrude() { square(2, center = true); }", ":3:2: a rotate_extrude is empty"},
-                                                     {"cube(1);\n group() {\n  cube([1, 1, 1e-11]); }", ":3:3: a primitive is thinner"}};
+  const std::pair<std::string, std::string> all[] = {
+      {open, ":2:2: "},
+      {"cube(1);\n\n rotate_extrude() { square(2, center = true); }", ":3:2: a rotate_extrude is empty"},
+      {"cube(1);\n group() {\n  cube([1, 1, 1e-11]); }", ":3:3: a primitive is thinner"}};
   for (const auto& [text, place] : all) {
     const Ended strict = start("run --strict " + model(text) + " -o " + out().string());
     EXPECT_EQ(strict.code, 2) << strict.text;
@@ -378,10 +430,12 @@ class Scad : public Program {
 };
 
 TEST_F(Scad, IsTranslatedByOpenscad) {
-  const Ended ended = start_with("echo \"WARNING: odd $3\" >&2; test \"$1\" = -o && echo 'cube([1, 2, 3]);' > \"$2\"");
+  const Ended ended =
+      start_with("echo \"WARNING: odd $3\" >&2; test \"$1\" = -o && echo 'cube([1, 2, 3]);' > \"$2\"");
   EXPECT_EQ(ended.code, 0) << ended.text;
   EXPECT_NE(ended.text.find("volume 6"), std::string::npos) << ended.text;
-  EXPECT_NE(ended.text.find("a b.scad: openscad: WARNING: odd " + folder_.path().string()), std::string::npos) << ended.text;
+  EXPECT_NE(ended.text.find("a b.scad: openscad: WARNING: odd " + folder_.path().string()), std::string::npos)
+      << ended.text;
   const Ended wrong = start_with("echo 'cube(' > \"$2\"");
   EXPECT_EQ(wrong.code, 2) << wrong.text;
   EXPECT_NE(wrong.text.find("a b.scad.csg:2:1: "), std::string::npos) << wrong.text;
@@ -394,16 +448,21 @@ TEST_F(Scad, IsAnErrorIfOpenscadFails) {
   EXPECT_EQ(start_with("exit 0").code, 2) << "nothing is written";
   const Ended asserted = start_with("echo 'ERROR: Assertion failed'; echo > \"$2\"");
   EXPECT_EQ(asserted.code, 2) << asserted.text;
-  EXPECT_NE(asserted.text.find("openscad failed: ERROR: Assertion failed"), std::string::npos) << asserted.text;
+  EXPECT_NE(asserted.text.find("openscad failed: ERROR: Assertion failed"), std::string::npos)
+      << asserted.text;
   EXPECT_EQ(start_with("kill -9 $$").code, 2);
   // A library that is not there leaves no node, and no exit code: what was said of it is why.
-  const Ended without = start_with("echo \"WARNING: Can't open include file 'BOSL2/std.scad'.\"; for i in 1 2 3; do echo 'WARNING: Ignoring x'; done; echo > \"$2\"");
+  const Ended without = start_with(
+      "echo \"WARNING: Can't open include file 'BOSL2/std.scad'.\"; for i in 1 2 3; do echo 'WARNING: "
+      "Ignoring x'; done; echo > \"$2\"");
   EXPECT_EQ(without.code, 2) << without.text;
-  EXPECT_NE(without.text.find("holds no model: openscad makes nothing of it, and says: WARNING: Can't open include file 'BOSL2/std.scad'.; WARNING: Ignoring x "
+  EXPECT_NE(without.text.find("holds no model: openscad makes nothing of it, and says: WARNING: Can't open "
+                              "include file 'BOSL2/std.scad'.; WARNING: Ignoring x "
                               "(3 times). Install what is missing"),
             std::string::npos)
       << without.text;
-  EXPECT_NE(start_with("echo > \"$2\"").text.find("holds no model: openscad makes nothing of it\n"), std::string::npos);
+  EXPECT_NE(start_with("echo > \"$2\"").text.find("holds no model: openscad makes nothing of it\n"),
+            std::string::npos);
   // Nor is it lost where the text is none.
   const Ended damaged = start_with("echo 'WARNING: odd'; echo 'cube(' > \"$2\"");
   EXPECT_NE(damaged.text.find("; before that, "), std::string::npos) << damaged.text;
@@ -419,17 +478,21 @@ TEST_F(Scad, IsAnErrorIfOpenscadFails) {
 
 /// Where planes that are one leave nothing, it is said that they are.
 TEST_F(Program, TellsThatMergingLeavesNothing) {
-  const std::string thin = "difference() { cube(10); multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,-1e-10],[0,0,0,1]]) cube(10); }";
+  const std::string thin =
+      "difference() { cube(10); multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,-1e-10],[0,0,0,1]]) cube(10); }";
   const Ended merged = start("run " + model(thin));
   EXPECT_EQ(merged.code, 0) << merged.text;
   EXPECT_NE(merged.text.find("the solid is empty; "), std::string::npos) << merged.text;
   EXPECT_NE(merged.text.find("--coincidence 0 keeps all"), std::string::npos) << merged.text;
   EXPECT_EQ(start("run --coincidence 0 " + model(thin)).text.find("the solid is empty"), std::string::npos);
-  EXPECT_NE(start("run " + model("difference() { cube(1); cube(2); }")).text.find("the solid is empty\n"), std::string::npos) << "nothing is merged";
+  EXPECT_NE(start("run " + model("difference() { cube(1); cube(2); }")).text.find("the solid is empty\n"),
+            std::string::npos)
+      << "nothing is merged";
 }
 
 TEST_F(Program, EvaluatesDeepNesting) {
-  for (const std::string node : {"group() {", "difference() { cube(size = [9, 9, 9]);", "multmatrix([[1,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) {"}) {
+  for (const std::string node : {"group() {", "difference() { cube(size = [9, 9, 9]);",
+                                 "multmatrix([[1,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) {"}) {
     std::string text;
     for (int i = 0; i < 10000; ++i) text += node;
     text += "cube();";
@@ -440,9 +503,11 @@ TEST_F(Program, EvaluatesDeepNesting) {
 }
 
 TEST_F(Program, WritesWhatItWasAskedFor) {
-  const Ended ended = start("run " + model("difference() { cube(size=[4,4,4]); sphere($fn=8,r=2); }") + " -o " + out().string());
+  const Ended ended = start("run " + model("difference() { cube(size=[4,4,4]); sphere($fn=8,r=2); }") +
+                            " -o " + out().string());
   EXPECT_EQ(ended.code, 0) << ended.text;
-  for (const char* name : {"report.json", "solid.pvtu", "boundary.stl", "view.png", "snapshot.h5"}) EXPECT_TRUE(fs::exists(out() / name)) << name;
+  for (const char* name : {"report.json", "solid.pvtu", "boundary.stl", "view.png", "snapshot.h5"})
+    EXPECT_TRUE(fs::exists(out() / name)) << name;
   EXPECT_NE(ended.text.find("closed"), std::string::npos);
   for (std::size_t begin = 0; begin < ended.text.size();) {  // fits a terminal
     const std::size_t end = std::min(ended.text.find('\n', begin), ended.text.size());

@@ -1,4 +1,5 @@
-// The queue of independent jobs, as many processes use it: whatever happens to them, the merge is the run of one process.
+// The queue of independent jobs, as many processes use it: whatever happens to them, the merge is the run of
+// one process.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -17,8 +18,8 @@
 
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "support/listening.hpp"
-#include "support/temporary_folder.hpp"
 #include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace {
 
@@ -35,7 +36,9 @@ class Jobs : public testing::Test {
   std::string model_ = std::string(BSP2_SOURCE_DIR) + "/examples/leaning_tower.csg";
   fs::path queue_ = folder_.path() / "queue";
 
-  [[nodiscard]] fs::path output(pid_t child) const { return folder_.path() / ("output." + std::to_string(child)); }
+  [[nodiscard]] fs::path output(pid_t child) const {
+    return folder_.path() / ("output." + std::to_string(child));
+  }
   pid_t start(const std::vector<std::string>& arguments) {
     const pid_t child = fork();
     if (child != 0) return child;
@@ -68,14 +71,18 @@ class Jobs : public testing::Test {
     const Ended ended = run(arguments);
     ASSERT_EQ(ended.code, 0) << ended.text;
   }
-  [[nodiscard]] std::vector<std::string> worker(const std::string& limit = "--budget", const std::string& value = "1h") const {
+  [[nodiscard]] std::vector<std::string> worker(const std::string& limit = "--budget",
+                                                const std::string& value = "1h") const {
     return {"jobs", "run", queue_.string(), "--threads", "1", limit, value, "--lease", "2"};
   }
   /// Divides jobs by cells: seconds differ from machine to machine and under the sanitizers.
-  [[nodiscard]] std::vector<std::string> worker(int cells) const { return worker("--cells", std::to_string(cells)); }
+  [[nodiscard]] std::vector<std::string> worker(int cells) const {
+    return worker("--cells", std::to_string(cells));
+  }
   [[nodiscard]] std::size_t results() const {
     std::size_t count = 0;
-    for (const auto& entry : fs::directory_iterator(queue_ / "done")) count += entry.path().filename().string().starts_with(".") ? 0 : 1;
+    for (const auto& entry : fs::directory_iterator(queue_ / "done"))
+      count += entry.path().filename().string().starts_with(".") ? 0 : 1;
     return count;
   }
   /// What a run takes on this machine, in this build, at least.
@@ -134,7 +141,8 @@ TEST_F(Jobs, LeaveNoFolderOfAModelThatIsRefused) {
   EXPECT_EQ(run({"jobs", "split", model, queue_.string()}).code, 0);
 }
 
-/// Also at a level, with OUT cells: joins across jobs, FUZZY cells, and the BSP tree that the picture is drawn with.
+/// Also at a level, with OUT cells: joins across jobs, FUZZY cells, and the BSP tree that the picture is
+/// drawn with.
 TEST_F(Jobs, DivideThemselvesAndStillGiveWhatARunGives) {
   model_ = std::string(BSP2_SOURCE_DIR) + "/examples/mechanical_piece.csg";
   for (const std::vector<std::string>& options :
@@ -145,11 +153,13 @@ TEST_F(Jobs, DivideThemselvesAndStillGiveWhatARunGives) {
     EXPECT_EQ(run(worker(60)).code, 0);
     EXPECT_GT(results(), 8U);
     expect_merged(options);
-    const fs::path a = folder_.path() / "a.png", b = folder_.path() / "b.png", snapshot = folder_.path() / "whole.h5";
+    const fs::path a = folder_.path() / "a.png", b = folder_.path() / "b.png",
+                   snapshot = folder_.path() / "whole.h5";
     std::vector<std::string> plain{"run", model_, "--picture", a.string()};
     plain.insert(plain.end(), options.begin(), options.end());
     EXPECT_EQ(run(plain).code, 0);
-    const Ended merged = run({"jobs", "merge", queue_.string(), "--picture", b.string(), "--snapshot", snapshot.string()});
+    const Ended merged =
+        run({"jobs", "merge", queue_.string(), "--picture", b.string(), "--snapshot", snapshot.string()});
     EXPECT_EQ(merged.code, 0) << merged.text;
     EXPECT_TRUE(bytes(a) == bytes(b));
     EXPECT_EQ(digest(run({"resume", snapshot.string()}).text), digest(merged.text));
@@ -159,16 +169,20 @@ TEST_F(Jobs, DivideThemselvesAndStillGiveWhatARunGives) {
 /// Round solids end at a tolerance, which is the plan's even where nobody chose it.
 TEST_F(Jobs, RefineRoundSolidsAsARunDoes) {
   model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
-  for (const std::vector<std::string>& options : {std::vector<std::string>{"--curved"}, {"--curved", "--tolerance", "0.01", "--regions", "2"}}) {
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"--curved"}, {"--curved", "--tolerance", "0.01", "--regions", "2"}}) {
     fs::remove_all(queue_);
     split(options);
-    EXPECT_EQ(run(worker("--budget", std::to_string(std::max(1, milliseconds_of_run(options) / 12)) + "ms")).code, 0);
+    EXPECT_EQ(
+        run(worker("--budget", std::to_string(std::max(1, milliseconds_of_run(options) / 12)) + "ms")).code,
+        0);
     EXPECT_GT(results(), 2U);
     expect_merged(options);
   }
 }
 
-/// Cells that have ended as thin enough are no work: a job that is divided has some that have not for either half, whenever its time is up.
+/// Cells that have ended as thin enough are no work: a job that is divided has some that have not for either
+/// half, whenever its time is up.
 TEST_F(Jobs, AreDividedWhereBothHalvesHaveSomethingToDo) {
   model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
   const std::vector<std::string> options{"--curved", "--tolerance", "0.1", "--regions", "2"};
@@ -177,16 +191,20 @@ TEST_F(Jobs, AreDividedWhereBothHalvesHaveSomethingToDo) {
   int divided = 0;
   for (const auto& entry : fs::directory_iterator(queue_ / "done")) {
     const auto result = bsp2::io::read_snapshot(entry.path(), bsp2::io::SnapshotPart::head);
-    const auto sum = [](const std::vector<std::uint64_t>& numbers) { return std::accumulate(numbers.begin(), numbers.end(), std::uint64_t{0}); };
+    const auto sum = [](const std::vector<std::uint64_t>& numbers) {
+      return std::accumulate(numbers.begin(), numbers.end(), std::uint64_t{0});
+    };
     const std::uint64_t open = sum(result.frontier_open);
-    EXPECT_TRUE(result.head.complete ? open == 0 : open > 1) << entry.path() << " " << open << " of " << sum(result.frontier_tokens);
+    EXPECT_TRUE(result.head.complete ? open == 0 : open > 1)
+        << entry.path() << " " << open << " of " << sum(result.frontier_tokens);
     divided += result.head.complete ? 0 : 1;
   }
   EXPECT_GT(divided, 0);
   expect_merged(options);
 }
 
-/// Workers are killed at random moments while others go on; jobs are taken again, and some are evaluated twice.
+/// Workers are killed at random moments while others go on; jobs are taken again, and some are evaluated
+/// twice.
 TEST_F(Jobs, SurviveTheirWorkers) {
   const auto seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);

@@ -12,8 +12,8 @@
 
 #include "models.hpp"
 #include "support/random_text.hpp"
-#include "support/temporary_folder.hpp"
 #include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::models {
 namespace {

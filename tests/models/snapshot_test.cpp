@@ -81,19 +81,23 @@ class Session : public testing::Test {
   [[nodiscard]] std::vector<std::string> leftovers() const {
     std::vector<std::string> names;
     for (const auto& entry : fs::directory_iterator(folder_.path()))
-      if (entry.path().filename().string().starts_with(".")) names.push_back(entry.path().filename().string());
+      if (entry.path().filename().string().starts_with("."))
+        names.push_back(entry.path().filename().string());
     return names;
   }
 };
 
 TEST_F(Session, ResumedAfterAnyStepsEndsAsIfUninterrupted) {
-  for (const std::vector<std::string>& fixed : {std::vector<std::string>{}, {"--regions", "4", "--level", "30", "--keep", "in", "--keep", "out"}}) {
+  for (const std::vector<std::string>& fixed :
+       {std::vector<std::string>{}, {"--regions", "4", "--level", "30", "--keep", "in", "--keep", "out"}}) {
     const std::string expected = uninterrupted(fixed);
-    std::vector<std::string> arguments{"run", model_, "--snapshot", snapshot_.string(), "--budget", "5ms", "--steps", "2", "--order", "priority"};
+    std::vector<std::string> arguments{"run", model_,    "--snapshot", snapshot_.string(), "--budget",
+                                       "5ms", "--steps", "2",          "--order",          "priority"};
     arguments.insert(arguments.end(), fixed.begin(), fixed.end());
     EXPECT_EQ(run(arguments).code, 0);
     EXPECT_NE(run({"info", snapshot_.string()}).text.find("unfinished; go on"), std::string::npos);
-    const Ended middle = run({"resume", snapshot_.string(), "--budget", "5ms", "--steps", "1", "--threads", "3"});
+    const Ended middle =
+        run({"resume", snapshot_.string(), "--budget", "5ms", "--steps", "1", "--threads", "3"});
     EXPECT_EQ(middle.code, 0) << middle.text;
     EXPECT_NE(digest(middle.text), expected);
     const Ended ended = run({"resume", snapshot_.string()});
@@ -107,15 +111,18 @@ TEST_F(Session, ResumedAfterAnyStepsEndsAsIfUninterrupted) {
 TEST_F(Session, CurvedRunsGoOnToTheirTolerance) {
   model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
   const std::string expected = uninterrupted({"--curved", "--tolerance", "0.02", "--regions", "4"});
-  const Ended first = run({"run", model_, "--curved", "--tolerance", "0.02", "--regions", "4", "--snapshot", snapshot_.string(), "--budget",
-                           "1ms", "--steps", "1"});
+  const Ended first = run({"run", model_, "--curved", "--tolerance", "0.02", "--regions", "4", "--snapshot",
+                           snapshot_.string(), "--budget", "1ms", "--steps", "1"});
   EXPECT_EQ(first.code, 0) << first.text;
   EXPECT_NE(digest(first.text), expected);
   const Ended ended = run({"resume", snapshot_.string(), "--threads", "3"});
   EXPECT_EQ(ended.code, 0) << ended.text;
   EXPECT_EQ(digest(ended.text), expected);
   // Coarse first, then finer.
-  EXPECT_EQ(run({"run", model_, "--curved", "--tolerance", "0.5", "--regions", "4", "--snapshot", snapshot_.string()}).code, 0);
+  EXPECT_EQ(run({"run", model_, "--curved", "--tolerance", "0.5", "--regions", "4", "--snapshot",
+                 snapshot_.string()})
+                .code,
+            0);
   EXPECT_EQ(digest(run({"resume", snapshot_.string(), "--tolerance", "0.02"}).text), expected);
 }
 
@@ -123,7 +130,8 @@ TEST_F(Session, CurvedRunsGoOnToTheirTolerance) {
 TEST_F(Session, StepsOfMillisecondsComeToAnEnd) {
   model_ = std::string(BSP2_SOURCE_DIR) + "/examples/napkin_ring.csg";
   const std::string expected = uninterrupted({"--curved", "--tolerance", "0.01"});
-  const Ended ended = run({"run", model_, "--curved", "--tolerance", "0.01", "--snapshot", snapshot_.string(), "--budget", "3ms"});
+  const Ended ended = run({"run", model_, "--curved", "--tolerance", "0.01", "--snapshot", snapshot_.string(),
+                           "--budget", "3ms"});
   EXPECT_EQ(ended.code, 0) << ended.text;
   EXPECT_EQ(digest(ended.text), expected);
   EXPECT_NE(run({"info", snapshot_.string()}).text.find("complete"), std::string::npos);
@@ -146,8 +154,8 @@ TEST_F(Session, SignalsEndTheStepWithASnapshot) {
     ASSERT_LT(attempts++, 50) << "no moment was found between the first cell and the last";
     const int signal = signals.front();
     fs::remove(snapshot_);
-    const pid_t child = start({"run", model_, "--threads", "1", "--order", "priority", "--snapshot", snapshot_.string(), "-o",
-                               (folder_.path() / "out").string()});
+    const pid_t child = start({"run", model_, "--threads", "1", "--order", "priority", "--snapshot",
+                               snapshot_.string(), "-o", (folder_.path() / "out").string()});
     bsp2::samples::wait_for_handler(child, signal);
     std::this_thread::sleep_for(delay);
     kill(child, signal);
@@ -171,14 +179,16 @@ TEST_F(Session, SignalsEndTheStepWithASnapshot) {
   }
 }
 
-/// A model that has no end, but comes through a pipe, keeps the run from getting anywhere. It does come, as ThreadSanitizer hands on
-/// no signal while the program waits in fopen or fread.
+/// A model that has no end, but comes through a pipe, keeps the run from getting anywhere. It does come, as
+/// ThreadSanitizer hands on no signal while the program waits in fopen or fread.
 TEST_F(Session, ASignalBeforeAllTellsThatWhatIsThereIsOfAnEarlierRun) {
-  const std::string out = (folder_.path() / "out").string(), pipe = (folder_.path() / "pipe.csg").string(), small = (folder_.path() / "small.csg").string();
+  const std::string out = (folder_.path() / "out").string(), pipe = (folder_.path() / "pipe.csg").string(),
+                    small = (folder_.path() / "small.csg").string();
   const std::string nothing = "bsp2: interrupted before there was anything to save\n";
   const std::string others = "bsp2: the other files in '" + out + "' are of an earlier run\n";
   const auto of_earlier = [](const std::string& file) {
-    return "bsp2: '" + file + "' is the snapshot of an earlier run: to resume it is not to go on with this one\n";
+    return "bsp2: '" + file +
+           "' is the snapshot of an earlier run: to resume it is not to go on with this one\n";
   };
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const int writer = open(pipe.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
@@ -191,7 +201,8 @@ TEST_F(Session, ASignalBeforeAllTellsThatWhatIsThereIsOfAnEarlierRun) {
     const pid_t child = start(all);
     bsp2::samples::wait_for_handler(child, SIGINT);
     kill(child, SIGINT);
-    for (const auto end = std::chrono::steady_clock::now() + 60s; !has_ended(child) && std::chrono::steady_clock::now() < end;) {
+    for (const auto end = std::chrono::steady_clock::now() + 60s;
+         !has_ended(child) && std::chrono::steady_clock::now() < end;) {
       [[maybe_unused]] const auto written = write(writer, spaces.data(), spaces.size());
       std::this_thread::sleep_for(100us);
     }
@@ -205,13 +216,15 @@ TEST_F(Session, ASignalBeforeAllTellsThatWhatIsThereIsOfAnEarlierRun) {
   EXPECT_EQ(interrupted_at_once({"-o", out}), nothing + of_earlier(out + "/snapshot.h5") + others);
   EXPECT_EQ(interrupted_at_once({}), nothing);
   EXPECT_EQ(interrupted_at_once({"-o", out, "--snapshot", snapshot_.string()}), nothing + others);
-  EXPECT_EQ(interrupted_at_once({"--snapshot", out + "/snapshot.h5"}), nothing + of_earlier(out + "/snapshot.h5"));
+  EXPECT_EQ(interrupted_at_once({"--snapshot", out + "/snapshot.h5"}),
+            nothing + of_earlier(out + "/snapshot.h5"));
   close(writer);
 }
 
 /// The snapshot that is resumed is no earlier run's, by whatever path it is named.
 TEST_F(Session, ASignalBeforeAllTellsNothingOfTheSnapshotThatIsResumed) {
-  const std::string model = (folder_.path() / "model.csg").string(), mesh = (folder_.path() / "mesh.off").string();
+  const std::string model = (folder_.path() / "model.csg").string(),
+                    mesh = (folder_.path() / "mesh.off").string();
   std::ofstream(model) << "import(file = \"mesh.off\");";
   const auto write_mesh = [&](int idle_points) {
     std::ofstream out(mesh);
@@ -223,7 +236,8 @@ TEST_F(Session, ASignalBeforeAllTellsNothingOfTheSnapshotThatIsResumed) {
   const Ended first = run({"run", model, "--snapshot", snapshot_.string()});
   ASSERT_EQ(first.code, 0) << first.text;
   write_mesh(4000000);  // while this is read the signal comes
-  const pid_t child = start({"resume", snapshot_.string(), "--snapshot", (folder_.path() / "." / "run.h5").string()});
+  const pid_t child =
+      start({"resume", snapshot_.string(), "--snapshot", (folder_.path() / "." / "run.h5").string()});
   bsp2::samples::wait_for_handler(child, SIGINT);
   kill(child, SIGINT);
   const Ended ended = wait(child);
@@ -234,7 +248,8 @@ TEST_F(Session, ASignalBeforeAllTellsNothingOfTheSnapshotThatIsResumed) {
 TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
   const auto begin = std::chrono::steady_clock::now();
   const std::string expected = uninterrupted();
-  const auto whole = std::max(10ms, std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin));
+  const auto whole = std::max(
+      10ms, std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin));
   const auto seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
@@ -242,7 +257,8 @@ TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
   const int kills = wanted != nullptr ? std::atoi(wanted) : 20;
   constexpr int least_kills = 5;  // where each takes long, as under a sanitizer
   const auto are_enough = [&](int killed) {
-    return killed >= kills || (wanted == nullptr && killed >= least_kills && std::chrono::steady_clock::now() - begin > 60s);
+    return killed >= kills ||
+           (wanted == nullptr && killed >= least_kills && std::chrono::steady_clock::now() - begin > 60s);
   };
   const auto resume = [&] {
     const Ended ended = run({"resume", snapshot_.string()});
@@ -255,9 +271,11 @@ TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
     ASSERT_LT(attempts, 10 * kills) << "the runs end before they are killed";
     std::vector<std::string> arguments{"run", model_};
     if (fs::exists(snapshot_)) arguments = {"resume", snapshot_.string()};
-    arguments.insert(arguments.end(), {"--snapshot", snapshot_.string(), "--budget", "20ms", "--threads", "2"});
+    arguments.insert(arguments.end(),
+                     {"--snapshot", snapshot_.string(), "--budget", "20ms", "--threads", "2"});
     const pid_t child = start(arguments);
-    std::this_thread::sleep_for(whole / 10 + std::chrono::milliseconds(random() % static_cast<unsigned>(2 * whole.count())));
+    std::this_thread::sleep_for(
+        whole / 10 + std::chrono::milliseconds(random() % static_cast<unsigned>(2 * whole.count())));
     kill(child, SIGKILL);
     const Ended ended = wait(child);
     if (ended.code == 128 + SIGKILL) ++killed;
@@ -273,15 +291,19 @@ TEST_F(Session, AKilledRunLosesOnlyItsLastStep) {
 /// Disk full, and a snapshot of another version: nothing is lost.
 TEST_F(Session, AFullDiskLeavesTheOldSnapshot) {
   const std::string expected = uninterrupted();
-  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot",
+                 snapshot_.string()})
+                .code,
+            0);
   const auto bytes = [&] {
     std::ifstream in(snapshot_, std::ios::binary);
     return std::string{std::istreambuf_iterator<char>(in), {}};
   };
   const std::string before = bytes();
   // A limit of the size of files stands for a full disk.
-  const std::string limited = "ulimit -f " + std::to_string(before.size() / 1024 + 64) + "; trap '' XFSZ; exec " + BSP2_PROGRAM +
-                              " resume " + snapshot_.string() + " > " + output_.string() + " 2>&1";
+  const std::string limited = "ulimit -f " + std::to_string(before.size() / 1024 + 64) +
+                              "; trap '' XFSZ; exec " + BSP2_PROGRAM + " resume " + snapshot_.string() +
+                              " > " + output_.string() + " 2>&1";
   const int code = code_of(std::system(("bash -c \"" + limited + "\"").c_str()));
   std::ifstream out(output_);
   const std::string text{std::istreambuf_iterator<char>(out), {}};
@@ -295,7 +317,10 @@ TEST_F(Session, AFullDiskLeavesTheOldSnapshot) {
 }
 
 TEST_F(Session, ExportsTheWholeAsItIs) {
-  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot",
+                 snapshot_.string()})
+                .code,
+            0);
   const Ended ended = run({"export", snapshot_.string(), "-o", (folder_.path() / "solid.pvtu").string()});
   EXPECT_EQ(ended.code, 0) << ended.text;
   EXPECT_TRUE(fs::exists(folder_.path() / "solid.pvtu"));
@@ -304,51 +329,71 @@ TEST_F(Session, ExportsTheWholeAsItIs) {
 
 /// The folder of a resumed run has all that the folder of an uninterrupted one has.
 TEST_F(Session, ResumedIntoAFolderLeavesItsSnapshotThereToo) {
-  const fs::path out = folder_.path() / "out", there = out / "snapshot.h5", other = folder_.path() / "other.h5";
-  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  const fs::path out = folder_.path() / "out", there = out / "snapshot.h5",
+                 other = folder_.path() / "other.h5";
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot",
+                 snapshot_.string()})
+                .code,
+            0);
   // Another one by name is the only one.
-  EXPECT_EQ(run({"resume", snapshot_.string(), "--steps", "1", "--budget", "1ms", "-o", out.string(), "--snapshot", other.string()}).code, 0);
+  EXPECT_EQ(run({"resume", snapshot_.string(), "--steps", "1", "--budget", "1ms", "-o", out.string(),
+                 "--snapshot", other.string()})
+                .code,
+            0);
   EXPECT_TRUE(fs::exists(other));
   EXPECT_FALSE(fs::exists(there));
   const Ended ended = run({"resume", snapshot_.string(), "-o", out.string()});
   EXPECT_EQ(ended.code, 0) << ended.text;
-  for (const char* name : {"report.json", "solid.pvtu", "view.png", "boundary.stl", "snapshot.h5"}) EXPECT_TRUE(fs::exists(out / name)) << name;
+  for (const char* name : {"report.json", "solid.pvtu", "view.png", "boundary.stl", "snapshot.h5"})
+    EXPECT_TRUE(fs::exists(out / name)) << name;
   const std::string info = run({"info", there.string()}).text, kept = run({"info", snapshot_.string()}).text;
   EXPECT_NE(info.find("complete"), std::string::npos) << info;
   EXPECT_EQ(digest(info), digest(ended.text));
   EXPECT_NE(kept.find("complete"), std::string::npos) << kept;
-  EXPECT_EQ(run({"resume", there.string(), "-o", out.string()}).code, 0);  // it may be the one that is resumed
+  EXPECT_EQ(run({"resume", there.string(), "-o", out.string()}).code,
+            0);  // it may be the one that is resumed
   EXPECT_EQ(digest(run({"info", there.string()}).text), digest(ended.text));
-  for (const auto& entry : fs::directory_iterator(out)) EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
+  for (const auto& entry : fs::directory_iterator(out))
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry.path();
 }
 
 /// A folder under the copy's unfinished name stands for a disk that is full by then.
 TEST_F(Session, ACopyThatFailsTakesNothingElseAlong) {
   const fs::path out = folder_.path() / "out";
-  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot", snapshot_.string()}).code, 0);
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--order", "priority", "--snapshot",
+                 snapshot_.string()})
+                .code,
+            0);
   fs::create_directories(out / ".snapshot.h5.part" / "taken");
   const std::string table = (out / "table.csv").string();
   const Ended ended = run({"resume", snapshot_.string(), "-o", out.string(), "--table", table});
   EXPECT_EQ(ended.code, 2) << ended.text;
-  EXPECT_NE(ended.text.find("cannot write the snapshot '" + (out / "snapshot.h5").string() + "'"), std::string::npos) << ended.text;
-  for (const char* name : {"report.json", "table.csv", "solid.pvtu"}) EXPECT_TRUE(fs::exists(out / name)) << name;
+  EXPECT_NE(ended.text.find("cannot write the snapshot '" + (out / "snapshot.h5").string() + "'"),
+            std::string::npos)
+      << ended.text;
+  for (const char* name : {"report.json", "table.csv", "solid.pvtu"})
+    EXPECT_TRUE(fs::exists(out / name)) << name;
   EXPECT_NE(run({"info", snapshot_.string()}).text.find("complete"), std::string::npos);
 }
 
 TEST_F(Session, RefusesWhatIsNoSnapshotWithOneMessage) {
-  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--snapshot", snapshot_.string()}).code, 0);
+  ASSERT_EQ(run({"run", model_, "--budget", "5ms", "--steps", "1", "--snapshot", snapshot_.string()}).code,
+            0);
   std::ifstream in(snapshot_, std::ios::binary);
   const std::string good{std::istreambuf_iterator<char>(in), {}};
   const fs::path bad = folder_.path() / "bad.h5";
   std::vector<std::string> contents{"", "cube();", good.substr(0, good.size() / 2), good.substr(0, 100)};
   for (std::string damaged : {good, good}) {
-    for (std::size_t i = damaged.size() / 3; i < damaged.size(); i += damaged.size() / 10) damaged[i] = static_cast<char>(~damaged[i]);
+    for (std::size_t i = damaged.size() / 3; i < damaged.size(); i += damaged.size() / 10)
+      damaged[i] = static_cast<char>(~damaged[i]);
     contents.push_back(damaged);
   }
   for (const std::string& content : contents) {
     std::ofstream(bad, std::ios::binary) << content;
     for (const std::vector<std::string>& arguments :
-         {std::vector<std::string>{"info", bad.string()}, {"resume", bad.string()}, {"export", bad.string(), "-o", (folder_.path() / "x.pvtu").string()}}) {
+         {std::vector<std::string>{"info", bad.string()},
+          {"resume", bad.string()},
+          {"export", bad.string(), "-o", (folder_.path() / "x.pvtu").string()}}) {
       const Ended ended = run(arguments);
       if (arguments[0] == "info" && content.size() == good.size()) continue;  // may read what is whole
       EXPECT_EQ(ended.code, 2) << arguments[0] << " " << content.size() << " " << ended.text;
@@ -370,8 +415,9 @@ TEST_F(Session, RanksWriteOneSnapshotAndAnyNumberOfThemGoesOn) {
   setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
   const std::string expected = uninterrupted({"--regions", "8"});
   const auto on_ranks = [&](int ranks, const std::string& arguments) {
-    const std::string command = std::string(BSP2_MPIEXEC) + " --oversubscribe -n " + std::to_string(ranks) + " " + BSP2_PROGRAM + " " + arguments +
-                                " --threads 1 > " + output_.string() + " 2>&1";
+    const std::string command = std::string(BSP2_MPIEXEC) + " --oversubscribe -n " + std::to_string(ranks) +
+                                " " + BSP2_PROGRAM + " " + arguments + " --threads 1 > " + output_.string() +
+                                " 2>&1";
     const int code = code_of(std::system(command.c_str()));
     std::ifstream in(output_);
     return Ended{code, {std::istreambuf_iterator<char>(in), {}}};
@@ -391,7 +437,8 @@ TEST_F(Session, RanksWriteOneSnapshotAndAnyNumberOfThemGoesOn) {
 
 /// The program that docs/snapshots.md shows.
 TEST_F(Session, IsReadByPythonInTenLines) {
-  if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) GTEST_SKIP() << "python3-h5py is not installed";
+  if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0)
+    GTEST_SKIP() << "python3-h5py is not installed";
   ASSERT_EQ(run({"run", model_, "--snapshot", snapshot_.string()}).code, 0);
   std::ifstream docs(std::string(BSP2_SOURCE_DIR) + "/docs/snapshots.md");
   const std::string text{std::istreambuf_iterator<char>(docs), {}};

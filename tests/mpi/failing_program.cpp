@@ -3,7 +3,8 @@
 //   BSP2_FAIL_RANK   on which rank
 //   BSP2_FAIL_HOW    user: bsp2::Error; ours: std::logic_error; worker: a worker thread runs out of memory;
 //                    busy: bsp2::Error, while all others are busy for a minute
-//                    main:N or worker:N: the N-th allocation, from there on, of the main thread or of workers fails
+//                    main:N or worker:N: the N-th allocation, from there on, of the main thread or of workers
+//                    fails
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -13,8 +14,8 @@
 #include <thread>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "program/program.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
+#include "program/program.hpp"
 
 namespace {
 
@@ -58,8 +59,11 @@ int main(int argc, char** argv) {
       if (colon == std::string::npos)
         workers_fail = true;
       else
-        (how.starts_with("main") ? main_allocations : worker_allocations) = std::atol(how.c_str() + colon + 1);
+        (how.starts_with("main") ? main_allocations : worker_allocations) =
+            std::atol(how.c_str() + colon + 1);
     };
-  const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) { return supersteps::run(options, all); };
+  const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) {
+    return supersteps::run(options, all);
+  };
   return jobs::program({argv + 1, argv + argc}, std::cout, ranks, run);
 }

@@ -27,12 +27,13 @@ struct Ended {
 
 Ended start(const std::string& environment, int ranks, const std::string& arguments) {
   const auto begin = std::chrono::steady_clock::now();
-  const std::string command = environment + " timeout --kill-after=5 30 " + MPIEXEC + " --oversubscribe -n " + std::to_string(ranks) + " " +
-                              FAILING_PROGRAM + " " + arguments + " 2>&1";
+  const std::string command = environment + " timeout --kill-after=5 30 " + MPIEXEC + " --oversubscribe -n " +
+                              std::to_string(ranks) + " " + FAILING_PROGRAM + " " + arguments + " 2>&1";
   FILE* pipe = popen(command.c_str(), "r");
   std::string text;
   std::array<char, 4096> buffer;
-  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe)) text.append(buffer.data(), count);
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
+    text.append(buffer.data(), count);
   Ended ended;
   ended.code = WEXITSTATUS(pclose(pipe));
   ended.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -40,7 +41,8 @@ Ended start(const std::string& environment, int ranks, const std::string& argume
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);)
     // Where the launcher ends all, a master that has nothing yet may say that it was.
-    if (line.starts_with("bsp2: ") && line.find("interrupted before") == std::string::npos) ended.messages.push_back(line);
+    if (line.starts_with("bsp2: ") && line.find("interrupted before") == std::string::npos)
+      ended.messages.push_back(line);
   return ended;
 }
 
@@ -56,20 +58,27 @@ class Failure : public testing::Test {
 
   /// Fails in a run of the model that writes all it can.
   /// @param lost what is then not there; empty: nothing is.
-  void expect_agreed(const std::string& superstep, int ranks, int rank, const std::string& how, const fs::path& model,
-                     const std::string& collect = "file", const std::string& lost = "") {
+  void expect_agreed(const std::string& superstep, int ranks, int rank, const std::string& how,
+                     const fs::path& model, const std::string& collect = "file",
+                     const std::string& lost = "") {
     SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " + how);
     const std::string place = ranks == 1 ? "" : " (" + superstep + ", rank " + std::to_string(rank) + ")";
-    const std::string cause = how == "user" || how == "busy" ? "injected mistake" : how == "ours" ? "internal error: injected bug" : "out of memory";
-    const Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect " + collect + " --threads 2 -o " + out());
+    const std::string cause = how == "user" || how == "busy" ? "injected mistake"
+                              : how == "ours"                ? "internal error: injected bug"
+                                                             : "out of memory";
+    const Ended ended =
+        start(failing(superstep, rank, how), ranks,
+              "run " + model.string() + " --regions 8 --collect " + collect + " --threads 2 -o " + out());
     EXPECT_EQ(ended.code, how == "user" || how == "busy" ? 2 : 1);
     ASSERT_EQ(ended.messages.size(), 1U) << ended.text;
-    EXPECT_TRUE(ended.messages[0].starts_with("bsp2: ") && ended.messages[0].ends_with(cause + place)) << ended.messages[0];
+    EXPECT_TRUE(ended.messages[0].starts_with("bsp2: ") && ended.messages[0].ends_with(cause + place))
+        << ended.messages[0];
     EXPECT_LT(ended.seconds, lost.empty() ? 10 : 20);
     for (const std::string name : {"report.json", "solid.pvtu", "view.png", "boundary.stl", "snapshot.h5"})
       EXPECT_EQ(fs::exists(out() + "/" + name), !lost.empty() && name != lost) << name << ended.text;
     if (fs::exists(out())) {
-      for (const auto& entry : fs::directory_iterator(out())) EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry;
+      for (const auto& entry : fs::directory_iterator(out()))
+        EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry;
     }
   }
 };
@@ -86,7 +95,8 @@ TEST_F(Failure, EndsAllRanksInEverySuperstep) {
 /// Where the snapshot, the boundary or the picture fails on one rank, all go on with the rest.
 TEST_F(Failure, InOneOutputLeavesTheOthers) {
   const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
-  const auto expect_lost = [&](const std::string& superstep, int ranks, int rank, const std::string& how, const std::string& collect, const std::string& lost) {
+  const auto expect_lost = [&](const std::string& superstep, int ranks, int rank, const std::string& how,
+                               const std::string& collect, const std::string& lost) {
     fs::remove_all(out());
     expect_agreed(superstep, ranks, rank, how, model, collect, lost);
   };
@@ -108,7 +118,8 @@ TEST_F(Failure, OfAThreadEndsWhatTheOthersCompute) {
   std::ofstream file(model);
   file << "difference() { cube(size=[20,20,20]);\n";
   for (int i = 0; i < 6000; ++i)
-    file << "multmatrix([[1,0,0," << number() << "],[0,1,0," << number() << "],[0,0,1," << number() << "],[0,0,0,1]]) { sphere($fn=10,r=0.7); }\n";
+    file << "multmatrix([[1,0,0," << number() << "],[0,1,0," << number() << "],[0,0,1," << number()
+         << "],[0,0,0,1]]) { sphere($fn=10,r=0.7); }\n";
   file << "}\n";
   file.close();
   for (const int rank : {0, 1}) expect_agreed("computation", 2, rank, "worker", model);
@@ -120,21 +131,29 @@ TEST_F(Failure, EndsRanksThatAreBusyWithSomethingElse) {
   expect_agreed("distribution", 2, 1, "busy", model);
 }
 
-/// MPI-IO says of a disk that is full only that a write failed, or never ends. Nothing half written is left, and the old snapshot is.
+/// MPI-IO says of a disk that is full only that a write failed, or never ends. Nothing half written is left,
+/// and the old snapshot is.
 TEST_F(Failure, OfAFullDiskNamesTheFileAndTheReason) {
-  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "menger_sponge.csg", disk = folder_.path() / "disk";
-  const std::string snapshot = (disk / "run.h5").string(), arguments = "run " + model.string() + " --regions 16 --threads 1 --snapshot " + snapshot;
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "menger_sponge.csg",
+                 disk = folder_.path() / "disk";
+  const std::string snapshot = (disk / "run.h5").string(),
+                    arguments = "run " + model.string() + " --regions 16 --threads 1 --snapshot " + snapshot;
   fs::create_directory(disk);
   // 140 kB are needed.
   for (const std::string size : {"40k", "132k"}) {
     const std::string mount = "mount -t tmpfs -o size=" + size + " none " + disk.string();
-    if (std::system(("unshare -m " + mount + " 2>/dev/null").c_str()) != 0) GTEST_SKIP() << "no file system can be mounted here";
+    if (std::system(("unshare -m " + mount + " 2>/dev/null").c_str()) != 0)
+      GTEST_SKIP() << "no file system can be mounted here";
     for (const int ranks : {1, 2, 3}) {
       SCOPED_TRACE(size + ", " + std::to_string(ranks) + " ranks");
-      const Ended ended = start("unshare -m bash -c '" + mount + " && \"$@\"; code=$?; ls -A " + disk.string() + "; exit $code' - env", ranks, arguments);
+      const Ended ended = start("unshare -m bash -c '" + mount + " && \"$@\"; code=$?; ls -A " +
+                                    disk.string() + "; exit $code' - env",
+                                ranks, arguments);
       EXPECT_EQ(ended.code, 2) << ended.text;
       ASSERT_EQ(ended.messages.size(), 1U) << ended.text;
-      EXPECT_TRUE(ended.messages[0].starts_with("bsp2: cannot write the snapshot '" + snapshot + "': No space left on device")) << ended.messages[0];
+      EXPECT_TRUE(ended.messages[0].starts_with("bsp2: cannot write the snapshot '" + snapshot +
+                                                "': No space left on device"))
+          << ended.messages[0];
       EXPECT_LT(ended.seconds, 15);
       EXPECT_EQ(ended.text.find("\nrun.h5"), std::string::npos) << ended.text;
       EXPECT_EQ(ended.text.find("\n.run.h5"), std::string::npos) << ended.text;
@@ -142,7 +161,8 @@ TEST_F(Failure, OfAFullDiskNamesTheFileAndTheReason) {
   }
 }
 
-/// Not where a superstep begins but anywhere in it, or in what comes after: in the middle of messages, of files, of threads.
+/// Not where a superstep begins but anywhere in it, or in what comes after: in the middle of messages, of
+/// files, of threads.
 TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
   const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
   const char* wanted = std::getenv("BSP2_FAILURES");
@@ -152,15 +172,20 @@ TEST_F(Failure, AtAnyAllocationEndsAllRanks) {
   std::mt19937 random(seed);
   int harmless = 0;
   for (int round = 0; round < rounds; ++round)
-    for (const std::string superstep : {"compilation", "broadcast", "distribution", "computation", "snapshot", "collection", "rendering", "resolution"}) {
+    for (const std::string superstep : {"compilation", "broadcast", "distribution", "computation", "snapshot",
+                                        "collection", "rendering", "resolution"}) {
       const bool in_worker = superstep == "computation" || superstep == "resolution";
       for (const std::string thread : {"main", "worker"}) {
         if (thread == "worker" && !in_worker) continue;
-        const auto allocation = static_cast<int>(std::exp(std::uniform_real_distribution<double>(0, std::log(300.0))(random)));
-        const int ranks = 2 + static_cast<int>(random() % 2), rank = static_cast<int>(random() % static_cast<unsigned>(ranks));
+        const auto allocation =
+            static_cast<int>(std::exp(std::uniform_real_distribution<double>(0, std::log(300.0))(random)));
+        const int ranks = 2 + static_cast<int>(random() % 2),
+                  rank = static_cast<int>(random() % static_cast<unsigned>(ranks));
         const std::string how = thread + ":" + std::to_string(allocation);
-        SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " + how);
-        Ended ended = start(failing(superstep, rank, how), ranks, "run " + model.string() + " --regions 8 --collect file --threads 2 -o " + out());
+        SCOPED_TRACE(superstep + ", rank " + std::to_string(rank) + " of " + std::to_string(ranks) + ", " +
+                     how);
+        Ended ended = start(failing(superstep, rank, how), ranks,
+                            "run " + model.string() + " --regions 8 --collect file --threads 2 -o " + out());
         if (ended.code == 0) {  // some can be done without: that of std::stable_sort
           EXPECT_TRUE(fs::exists(out() + "/report.json")) << ended.text;
           EXPECT_TRUE(ended.messages.empty()) << ended.text;

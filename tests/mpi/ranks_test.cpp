@@ -15,7 +15,9 @@ TEST(Ranks, MessagesArriveInTheOrderOfTheRanksAndOnlyOnce) {
   Ranks ranks = Ranks::launched();
   for (int round = 0; round < 3; ++round) {
     for (int to = 0; to < ranks.count(); ++to)
-      for (int i = 0; i <= ranks.rank(); ++i) ranks.send(to, std::to_string(100 * ranks.rank() + i) + std::string(static_cast<std::size_t>(round) * 3000, '.'));
+      for (int i = 0; i <= ranks.rank(); ++i)
+        ranks.send(to, std::to_string(100 * ranks.rank() + i) +
+                           std::string(static_cast<std::size_t>(round) * 3000, '.'));
     ranks.sync();
     std::vector<int> seen;
     for (const auto& message : ranks.received()) {

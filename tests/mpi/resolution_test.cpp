@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "bsp2/supersteps/loop/run.hpp"
-#include "ranks/exchange.hpp"
 #include "loop/progress.hpp"
+#include "ranks/exchange.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::supersteps {
@@ -26,15 +26,19 @@ RunOptions options_for(const fs::path& model, unsigned regions) {
   return options;
 }
 
-fs::path example(const char* name) { return fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"); }
+fs::path example(const char* name) {
+  return fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg");
+}
 
-using ContactKey = std::tuple<std::array<std::uint64_t, 2>, std::array<std::uint16_t, 2>, geometry::HyperplaneId>;
+using ContactKey =
+    std::tuple<std::array<std::uint64_t, 2>, std::array<std::uint16_t, 2>, geometry::HyperplaneId>;
 /// Sorted, with the areas.
 using Contacts = std::vector<std::pair<ContactKey, double>>;
 
 Contacts contacts_of(const std::vector<geometry::Contact>& contacts) {
   Contacts keys;
-  for (const auto& contact : contacts) keys.push_back({{contact.cell, contact.facet, contact.hyperplane}, contact.area});
+  for (const auto& contact : contacts)
+    keys.push_back({{contact.cell, contact.facet, contact.hyperplane}, contact.area});
   std::sort(keys.begin(), keys.end());
   return keys;
 }
@@ -104,7 +108,8 @@ TEST(Resolution, FindsTheSameTrianglesAndContactsOnAnyNumberOfRanks) {
 TEST(Resolution, NamesPlanesAlikeOnAllRanks) {
   for (const unsigned regions : {4U, 32U}) {
     SCOPED_TRACE(regions);
-    RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "tests" / "cases" / "curved-two-equal-balls.csg", regions);
+    RunOptions options =
+        options_for(fs::path(BSP2_SOURCE_DIR) / "tests" / "cases" / "curved-two-equal-balls.csg", regions);
     options.tolerance = 0.25;
     const auto result = together(options);
     if (!result) continue;
@@ -121,18 +126,22 @@ TEST(Resolution, FindsTheSameSurfaceForAnyNumberOfRegions) {
     const auto result = together(options_for(example(name), 16));
     if (!result) continue;
     const RunResult whole = run(options_for(example(name), 1));
-    EXPECT_NEAR(result->report.boundary->area, whole.report.boundary->area, 1e-12 * whole.report.boundary->area);
+    EXPECT_NEAR(result->report.boundary->area, whole.report.boundary->area,
+                1e-12 * whole.report.boundary->area);
     EXPECT_EQ(result->boundary->triangles.size(), whole.boundary->triangles.size());
   }
 }
 
 /// A block of n x n x n units with three square tunnels through each.
 std::string block(int n) {
-  const auto tunnel = [](const std::string& x, const std::string& y, const std::string& z, const std::string& size) {
-    return "multmatrix([[1,0,0," + x + "],[0,1,0," + y + "],[0,0,1," + z + "],[0,0,0,1]]) { cube(size=[" + size + "]); }\n";
+  const auto tunnel = [](const std::string& x, const std::string& y, const std::string& z,
+                         const std::string& size) {
+    return "multmatrix([[1,0,0," + x + "],[0,1,0," + y + "],[0,0,1," + z + "],[0,0,0,1]]) { cube(size=[" +
+           size + "]); }\n";
   };
   const std::string length = std::to_string(n + 2), square = "0.5,0.5";
-  std::string text = "difference() { cube(size=[" + std::to_string(n) + "," + std::to_string(n) + "," + std::to_string(n) + "]);\n";
+  std::string text = "difference() { cube(size=[" + std::to_string(n) + "," + std::to_string(n) + "," +
+                     std::to_string(n) + "]);\n";
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       const std::string a = std::to_string(i + 0.25), b = std::to_string(j + 0.25);
@@ -158,7 +167,8 @@ TEST(Resolution, SendsFacetsOnCutsOnly) {
     expect_closed(*result);
     cells.push_back(static_cast<double>(result->report.in_cells));
     for (const auto& record : result->report.supersteps)
-      if (record.name == "resolution" && record.step == 0) bytes.push_back(std::accumulate(record.bytes_sent.begin(), record.bytes_sent.end(), 0.0));
+      if (record.name == "resolution" && record.step == 0)
+        bytes.push_back(std::accumulate(record.bytes_sent.begin(), record.bytes_sent.end(), 0.0));
     ranks = static_cast<int>(result->report.ranks);
   }
   if (ranks == 1) return;  // nothing travels, or this is not the master
@@ -170,12 +180,14 @@ TEST(Resolution, SendsFacetsOnCutsOnly) {
 
 /// Many small things in one corner, and a few elsewhere.
 std::string crowded_corner(std::mt19937& random, int count = 500) {
-  const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };
+  const auto number = [&](double low, double high) {
+    return std::to_string(std::uniform_real_distribution<double>(low, high)(random));
+  };
   std::string text = "cube(size=[100,90,80]);\n";
   for (int i = 0; i < count; ++i) {
     const bool in_corner = i % 10 != 0;
-    text += "multmatrix([[1,0,0," + number(0, in_corner ? 12 : 100) + "],[0,1,0," + number(0, in_corner ? 12 : 90) + "],[0,0,1," +
-            number(76, in_corner ? 82 : 90) + "],[0,0,0,1]])";
+    text += "multmatrix([[1,0,0," + number(0, in_corner ? 12 : 100) + "],[0,1,0," +
+            number(0, in_corner ? 12 : 90) + "],[0,0,1," + number(76, in_corner ? 82 : 90) + "],[0,0,0,1]])";
     text += " { sphere($fn=14,r=" + number(0.5, 2) + "); }\n";
   }
   return text;
@@ -215,7 +227,8 @@ std::vector<std::int32_t> one_rank_has_the_dear_ones(const RunResult& result) {
   std::sort(regions.begin(), regions.end());
   const auto ranks = static_cast<std::int32_t>(result.report.ranks);
   std::vector<std::int32_t> owner(regions.size(), ranks - 1);
-  for (std::size_t i = 0; i < regions.size() / 2; ++i) owner[regions[i].second] = static_cast<std::int32_t>(i) % ranks;
+  for (std::size_t i = 0; i < regions.size() / 2; ++i)
+    owner[regions[i].second] = static_cast<std::int32_t>(i) % ranks;
   return owner;
 }
 
@@ -254,7 +267,8 @@ TEST(Moving, IsBegunByARankThatHasNothingLeftToDo) {
       before = cells.back();
       is_long = seconds > 0.5;
     } else if (is_long) {
-      // What was given away is computed by whoever had nothing left; how much depends on how fast the machine is.
+      // What was given away is computed by whoever had nothing left; how much depends on how fast the machine
+      // is.
       EXPECT_TRUE(is_moved);
       EXPECT_LT(cells.back(), before);
     }
@@ -297,7 +311,8 @@ TEST(Run, CountsTheCellsOfAllRanksTogether) {
   const auto result = together(options);
   if (!result) return;
   EXPECT_FALSE(result->report.complete);
-  const std::uint64_t cells = result->report.in_cells + result->report.fuzzy_cells;  // those that are left undecided, too
+  const std::uint64_t cells =
+      result->report.in_cells + result->report.fuzzy_cells;  // those that are left undecided, too
   EXPECT_GE(cells, 2900U);
   EXPECT_LE(cells, 4500U);
   EXPECT_GE(result->report.in_cells, 2500U);
@@ -362,7 +377,8 @@ TEST(Resume, GoesOnFromASnapshotWithTheCellsLeftWhereTheyAre) {
   expect_same(*resumed, *whole);
 }
 
-/// What constructs make of round solids lies between polytopes, and what nothing is known of stays FUZZY, also after a pause.
+/// What constructs make of round solids lies between polytopes, and what nothing is known of stays FUZZY,
+/// also after a pause.
 TEST(Resume, EndsWithTheCellsOfAnUninterruptedRunWhereConstructsEncloseRoundSolids) {
   const samples::TemporaryFolder folder;
   const std::string model = model_in(folder, R"(

@@ -1,6 +1,7 @@
 // A run on several ranks against the run of one process.
-#include <gtest/gtest.h>
+#include "bsp2/supersteps/loop/run.hpp"
 
+#include <gtest/gtest.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkNew.h>
@@ -12,13 +13,12 @@
 #include <random>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/supersteps/stages/collection.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
-#include "bsp2/supersteps/loop/run.hpp"
+#include "bsp2/supersteps/stages/collection.hpp"
 #include "ranks/exchange.hpp"
 #include "support/random_text.hpp"
-#include "support/temporary_folder.hpp"
 #include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::supersteps {
 namespace {
@@ -31,7 +31,8 @@ RunOptions options_for(const fs::path& model, unsigned regions, unsigned threads
   options.regions = regions;
   options.threads = threads;
   options.collect_cells = false;
-  options.move_after_seconds.reset();  // a step that ends early splits some cells again, and the splits are compared
+  options.move_after_seconds
+      .reset();  // a step that ends early splits some cells again, and the splits are compared
   return options;
 }
 
@@ -72,26 +73,31 @@ void compare(const RunOptions& options) {
     names.push_back(record.name);
     EXPECT_EQ(record.seconds.size(), together.ranks);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"compilation", "broadcast", "distribution", "computation", "collection"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"compilation", "broadcast", "distribution", "computation",
+                                             "collection"}));
 }
 
 TEST(Run, FindsTheSameCellsOnAnyNumberOfRanks) {
-  for (const char* name : {"constructs", "every_node", "mechanical_piece", "menger_sponge", "plane", "polyhedra", "touching_solids"})
+  for (const char* name : {"constructs", "every_node", "mechanical_piece", "menger_sponge", "plane",
+                           "polyhedra", "touching_solids"})
     for (const unsigned regions : {1U, 8U, 32U}) {
       SCOPED_TRACE(std::string(name) + ", regions " + std::to_string(regions));
-      compare(options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), regions, 1 + regions % 2));
+      compare(options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), regions,
+                          1 + regions % 2));
     }
 }
 
 /// Cuts between regions add no cell, change none, and what they parted as a whole is given back.
 TEST(Run, FindsTheSameCellsInAnyNumberOfRegions) {
   Ranks ranks = Ranks::launched();
-  for (const char* name : {"every_node", "mechanical_piece", "menger_sponge", "napkin_ring", "polyhedra", "touching_solids"})
+  for (const char* name :
+       {"every_node", "mechanical_piece", "menger_sponge", "napkin_ring", "polyhedra", "touching_solids"})
     for (const unsigned level : {0U, 7U}) {  // 0: to the end
       SCOPED_TRACE(std::string(name) + ", level " + std::to_string(level));
       std::vector<std::string> digests;
       for (const unsigned regions : {1U, 2U, 16U, 128U}) {
-        RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), regions, 1);
+        RunOptions options =
+            options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / (std::string(name) + ".csg"), regions, 1);
         if (level > 0) options.level = level;
         options.keep_out = true;
         ranks.together([&] { digests.push_back(run(options, ranks).report.digest); });
@@ -122,7 +128,8 @@ TEST(Run, FindsTheSameCellsOfRoundSolidsInAnyNumberOfRegions) {
     if (text.chance(0.3))
       options.level = static_cast<unsigned>(dimension == 2 ? text.pick(5, 20) : text.pick(5, 12));
     else
-      options.tolerance = std::array{0.05, 0.2, 0.7}[static_cast<std::size_t>(dimension - 2)] * text.uniform(0.5, 1.5);
+      options.tolerance =
+          std::array{0.05, 0.2, 0.7}[static_cast<std::size_t>(dimension - 2)] * text.uniform(0.5, 1.5);
     options.keep_out = text.chance(0.3);
     std::vector<RunReport> reports;
     for (const unsigned regions : {1U, 20U, 200U, 1000U}) {
@@ -158,9 +165,11 @@ TEST(Run, AgreesWithALevelAndWithOutCells) {
 TEST(Run, ListsOverlappingMeshesOnAnyNumberOfRanks) {
   const samples::TemporaryFolder folder;
   const fs::path path = folder.path() / "model.csg";
-  // Two corners cut off a cube of side 2, each twice: tetrahedra of volume 4 / 3 that have a pyramid in common.
+  // Two corners cut off a cube of side 2, each twice: tetrahedra of volume 4 / 3 that have a pyramid in
+  // common.
   std::ofstream(path)
-      << "multmatrix([[3,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { polyhedron(points = [[0,0,0],[2,0,0],[0,2,0],[0,0,2],[1,0,0],[-1,0,0],[1,2,0],[1,0,2]],"
+      << "multmatrix([[3,0,0,1],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { polyhedron(points = "
+         "[[0,0,0],[2,0,0],[0,2,0],[0,0,2],[1,0,0],[-1,0,0],[1,2,0],[1,0,2]],"
          "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2],[4,6,5],[4,5,7],[4,7,6],[5,6,7]]); } cube(1);";
   RunOptions options = options_for(path, 4, 1);
   Ranks ranks = Ranks::launched();
@@ -182,7 +191,8 @@ TEST(Run, RefusesImportsThatDifferBetweenRanks) {
   Ranks ranks = Ranks::launched();
   const auto imported_with = [&](int size) {
     const std::string z = std::to_string(size);
-    std::ofstream(folder.path() / "p.off") << "OFF 4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 " + z + "\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+    std::ofstream(folder.path() / "p.off")
+        << "OFF 4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 " + z + "\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
     std::ofstream(folder.path() / "model.csg") << "import(file = \"p.off\"); cube(3);";
     const RunOptions options = options_for(folder.path() / "model.csg", 4, 1);
     ranks.together([&] { run(options, ranks); });
@@ -193,20 +203,27 @@ TEST(Run, RefusesImportsThatDifferBetweenRanks) {
     imported_with(5 + (ranks.rank() == ranks.count() - 1 ? 1 : 0));
     ADD_FAILURE() << "nobody noticed";
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("rank " + std::to_string(ranks.count() - 1) + " has compiled another solid than rank 0"),
-              std::string::npos)
+    EXPECT_NE(
+        std::string(error.what())
+            .find("rank " + std::to_string(ranks.count() - 1) + " has compiled another solid than rank 0"),
+        std::string::npos)
         << error.what();
   }
 }
 
 /// Boxes, balls and cylinders anywhere, with differences and intersections.
 std::string random_model(std::mt19937& random) {
-  const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };
+  const auto number = [&](double low, double high) {
+    return std::to_string(std::uniform_real_distribution<double>(low, high)(random));
+  };
   std::string text;
   for (int i = 0; i < 40; ++i) {
-    text += "multmatrix([[1,0,0," + number(0, 10) + "],[0,1,0," + number(0, 10) + "],[0,0,1," + number(0, 10) + "],[0,0,0,1]]) {";
-    text += std::array{"difference", "intersection", "union"}[random() % 3] + std::string("() { cube(size=[") + number(1, 3) + "," + number(1, 3) + ",2]);";
-    text += random() % 2 == 0 ? "sphere($fn=8,r=" + number(1, 2) + ");" : "cylinder($fn=7,h=" + number(1, 3) + ",r1=1,r2=" + number(0, 1) + ");";
+    text += "multmatrix([[1,0,0," + number(0, 10) + "],[0,1,0," + number(0, 10) + "],[0,0,1," +
+            number(0, 10) + "],[0,0,0,1]]) {";
+    text += std::array{"difference", "intersection", "union"}[random() % 3] +
+            std::string("() { cube(size=[") + number(1, 3) + "," + number(1, 3) + ",2]);";
+    text += random() % 2 == 0 ? "sphere($fn=8,r=" + number(1, 2) + ");"
+                              : "cylinder($fn=7,h=" + number(1, 3) + ",r1=1,r2=" + number(0, 1) + ");";
     text += "} }\n";
   }
   return text;
@@ -236,7 +253,8 @@ using Volumes = std::vector<std::pair<std::uint32_t, double>>;
 Volumes volumes_of(const SolidMesh& mesh) {
   Volumes volumes;
   for (const auto& batch : mesh.batches)
-    for (std::size_t cell = 0; cell < batch->size(); ++cell) volumes.emplace_back(batch->region[cell], batch->volume[cell]);
+    for (std::size_t cell = 0; cell < batch->size(); ++cell)
+      volumes.emplace_back(batch->region[cell], batch->volume[cell]);
   std::sort(volumes.begin(), volumes.end());
   return volumes;
 }
@@ -296,8 +314,9 @@ TEST(Run, CollectsTheSameCellsAndDrawsTheSamePictureEveryWay) {
   }
 }
 
-/// Cells travel while others are computed, in rounds between which regions move, kept where they were found or not. One rank
-/// begins with everything. What the master then has is one whole: all cells, and a tree that finds them.
+/// Cells travel while others are computed, in rounds between which regions move, kept where they were found
+/// or not. One rank begins with everything. What the master then has is one whole: all cells, and a tree that
+/// finds them.
 TEST(Run, CollectsWhileItComputes) {
   RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "leaning_tower.csg", 16, 1);
   options.collect_cells = true;
@@ -329,11 +348,13 @@ TEST(Run, CollectsWhileItComputes) {
       if (record.name == "collection") later += record.bytes_received[0];
     }
     EXPECT_GE(came, 200 * of_others);
-    EXPECT_LE(later, 12 * result.tree.nodes.size() + 4 * result.tree.ids.size() + 8 * result.tree.hyperplanes.size() + 100000);
+    EXPECT_LE(later, 12 * result.tree.nodes.size() + 4 * result.tree.ids.size() +
+                         8 * result.tree.hyperplanes.size() + 100000);
   }
 }
 
-/// Steps that end in the middle, also before any region is finished: what is left is drawn and travels at the end.
+/// Steps that end in the middle, also before any region is finished: what is left is drawn and travels at the
+/// end.
 TEST(Run, CollectsWhatIsLeftToo) {
   RunOptions options = options_for(fs::path(BSP2_SOURCE_DIR) / "examples" / "leaning_tower.csg", 16, 1);
   options.collect_cells = true;

@@ -11,10 +11,10 @@
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
-#include "lowering/lowering.hpp"
-#include "shapes/preimage_shape.hpp"
 #include "compile/resolve.hpp"
+#include "lowering/lowering.hpp"
 #include "lowering/shapes.hpp"
+#include "shapes/preimage_shape.hpp"
 #include "shapes/spline_shape.hpp"
 
 namespace bsp2::dataflow {
@@ -36,7 +36,8 @@ class Compiler {
     std::vector<Producer<D>> producers = make_producers();
     double reach = 0;
     for (const Producer<D>& producer : producers)
-      for (int i = 0; i < D; ++i) reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
+      for (int i = 0; i < D; ++i)
+        reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
     check_sizes(producers, reach);
     Box<D> box = bounds_of(lowered_, producers);
     if (box.is_empty()) {
@@ -61,8 +62,10 @@ class Compiler {
     find_shared(network);
     network.axial_planes = AxialPlanes<D>(network.table, options_.coincidence);
     if (!bounded)
-      network.warnings.push_back("the solid has no bounds: it is the complement of something, or holds one; it is cut off at the bounds of its primitives; "
-                                 "intersect it with a box to say where it ends");
+      network.warnings.push_back(
+          "the solid has no bounds: it is the complement of something, or holds one; it is cut off at the "
+          "bounds of its primitives; "
+          "intersect it with a box to say where it ends");
     warn_of_flat_primitives(network);
     return network;
   }
@@ -76,7 +79,8 @@ class Compiler {
   void check_sizes(const std::vector<Producer<D>>& producers, double reach) const {
     for (std::size_t i = 0; i < producers.size(); ++i) {
       const Transformer<D>& placement = lowered_.occurrences[i].placement;
-      if (!is_surely_small(placement, reach)) at_its_place(producers[i].primitive, [&] { check_size(placement, reach); });
+      if (!is_surely_small(placement, reach))
+        at_its_place(producers[i].primitive, [&] { check_size(placement, reach); });
     }
   }
 
@@ -95,9 +99,14 @@ class Compiler {
     for (const auto& row : placement.matrix())
       for (const Quad entry : row) {
         const auto size = std::fabs(static_cast<long double>(entry));
-        if (!(size <= 1e40L)) throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+        if (!(size <= 1e40L))
+          throw Error(
+              "the model is too large: lengths above 1e40 or not finite; look for huge factors in its "
+              "matrices");
         if (size > 0x1p20L * static_cast<long double>(reach))
-          throw Error("a primitive is modelled more than a million times its reach away from where its matrices put it; model it nearer to the origin");
+          throw Error(
+              "a primitive is modelled more than a million times its reach away from where its matrices put "
+              "it; model it nearer to the origin");
       }
   }
 
@@ -111,16 +120,19 @@ class Compiler {
     }
   }
 
-  /// The grid must resolve the solid, however far its largest primitive reaches. A solid that is almost nothing, such as
-  /// the intersection of two that touch, gets some space around it.
+  /// The grid must resolve the solid, however far its largest primitive reaches. A solid that is almost
+  /// nothing, such as the intersection of two that touch, gets some space around it.
   static void check_proportions(Box<D>& box, double reach) {
     double size = 0;
     for (int i = 0; i < D; ++i) size = std::max(size, box.upper[i] - box.lower[i]);
     if (!std::isfinite(size) || !(reach <= 1e40))
-      throw Error("the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
+      throw Error(
+          "the model is too large: lengths above 1e40 or not finite; look for huge factors in its matrices");
     if (size > 0 && size < 1e-40) throw Error("the model is smaller than 1e-40; scale it up");
     if (size > 0 && reach > 0x1p68 * size)
-      throw Error("a primitive reaches more than 2^68 times farther than the solid is large; make that primitive smaller");
+      throw Error(
+          "a primitive reaches more than 2^68 times farther than the solid is large; make that primitive "
+          "smaller");
     const double missing = reach * 0x1p-40 - size;
     for (int i = 0; i < D && missing > 0; ++i) {
       box.lower[i] -= missing / 2;
@@ -136,7 +148,9 @@ class Compiler {
 
   void add_colours(Network<D>& network) const {
     const auto& occurrences = lowered_.occurrences;
-    if (std::none_of(occurrences.begin(), occurrences.end(), [](const auto& occurrence) { return occurrence.colour != nullptr; })) return;
+    if (std::none_of(occurrences.begin(), occurrences.end(),
+                     [](const auto& occurrence) { return occurrence.colour != nullptr; }))
+      return;
     const Occurrence<D>* first = nullptr;  // to which something may belong
     for (const Occurrence<D>& occurrence : occurrences) {
       const auto number = static_cast<std::size_t>(occurrence.number);
@@ -185,22 +199,23 @@ class Compiler {
     auto& occurrences = lowered_.occurrences;
     shape_of_.resize(occurrences.size());
     std::vector<Producer<D>> producers(occurrences.size());
-    geometry::for_each_range(occurrences.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
-      for (std::size_t i = first; i < end; ++i) {
-        Occurrence<D>& occurrence = occurrences[i];
-        const Framed<D> framed = shapes_.of(*occurrence.primitive);
-        shape_of_[i] = framed.shape;
-        occurrence.placement = occurrence.placement.after(framed.frame);
-        const Shape<D>& shape = shapes_[framed.shape];
-        producers[i].primitive = occurrence.number;
-        producers[i].part = occurrence.part;
-        producers[i].guard = occurrence.guard;
-        producers[i].leaf = occurrence.leaf;
-        producers[i].owns = occurrence.owns;
-        producers[i].undecided = shape.undecided;
-        static_cast<Box<D>&>(producers[i]) = image_of(shape, occurrence.placement);
-      }
-    });
+    geometry::for_each_range(occurrences.size(), grain, options_.threads,
+                             [&](std::size_t first, std::size_t end) {
+                               for (std::size_t i = first; i < end; ++i) {
+                                 Occurrence<D>& occurrence = occurrences[i];
+                                 const Framed<D> framed = shapes_.of(*occurrence.primitive);
+                                 shape_of_[i] = framed.shape;
+                                 occurrence.placement = occurrence.placement.after(framed.frame);
+                                 const Shape<D>& shape = shapes_[framed.shape];
+                                 producers[i].primitive = occurrence.number;
+                                 producers[i].part = occurrence.part;
+                                 producers[i].guard = occurrence.guard;
+                                 producers[i].leaf = occurrence.leaf;
+                                 producers[i].owns = occurrence.owns;
+                                 producers[i].undecided = shape.undecided;
+                                 static_cast<Box<D>&>(producers[i]) = image_of(shape, occurrence.placement);
+                               }
+                             });
     return producers;
   }
 
@@ -211,7 +226,8 @@ class Compiler {
 
   static constexpr std::uint32_t no_map = ~std::uint32_t{0};
 
-  /// Adds the maps of the producers that the box does not miss. Makes room for all that is added for these, at least for those with flat faces.
+  /// Adds the maps of the producers that the box does not miss. Makes room for all that is added for these,
+  /// at least for those with flat faces.
   /// @return the map of each producer.
   std::vector<std::uint32_t> add_maps(Network<D>& network, const Box<D>& box) const {
     constexpr std::size_t grain = 64;
@@ -224,29 +240,36 @@ class Compiler {
       map_of[i] = maps++;
       planes += shapes_[shape_of_[i]].covector_count;
     }
-    if (planes > std::numeric_limits<std::uint32_t>::max()) throw Error("the model's primitives have more than 4,294,967,295 half-spaces; divide it");
+    if (planes > std::numeric_limits<std::uint32_t>::max())
+      throw Error("the model's primitives have more than 4,294,967,295 half-spaces; divide it");
     network.planes.reserve(planes);
     network.table.reserve(maps);
     const std::uint32_t first_map = network.table.add_maps(maps);
     for (std::uint32_t& map : map_of)
       if (map != no_map) map += first_map;
-    geometry::for_each_range(producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
-      for (std::size_t i = first; i < end; ++i)
-        if (map_of[i] != no_map) network.table.set_map(map_of[i], lowered_.occurrences[i].placement.matrix(), producers[i].lower, producers[i].upper);
-    });
+    geometry::for_each_range(
+        producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
+          for (std::size_t i = first; i < end; ++i)
+            if (map_of[i] != no_map)
+              network.table.set_map(map_of[i], lowered_.occurrences[i].placement.matrix(), producers[i].lower,
+                                    producers[i].upper);
+        });
     return map_of;
   }
 
-  /// Enclosures of patches are computed in double precision: they are off by 2^-52 of how far the control points reach, twice at
-  /// least. Where that is more than what tells hyperplanes apart in the model, halving patches decides nothing and does not end.
+  /// Enclosures of patches are computed in double precision: they are off by 2^-52 of how far the control
+  /// points reach, twice at least. Where that is more than what tells hyperplanes apart in the model, halving
+  /// patches decides nothing and does not end.
   static void check_reach(double scale, const Box<D>& box) {
     constexpr double off = 0x1p-51, apart = 1e-9;
     double width = 0;
     for (int i = 0; i < D; ++i) width = std::max(width, box.upper[i] - box.lower[i]);
     if (scale * off <= apart * width) return;
     std::ostringstream text;
-    text << "the control points of a spline or subdivision surface reach " << scale << " units, far beyond the model: "
-         << "the surface is known to " << scale * off << " units there, which is too coarse to cut it; move the points that are so far away "
+    text << "the control points of a spline or subdivision surface reach " << scale
+         << " units, far beyond the model: "
+         << "the surface is known to " << scale * off
+         << " units there, which is too coarse to cut it; move the points that are so far away "
          << "nearer, or leave them out";
     throw Error(text.str());
   }
@@ -254,11 +277,13 @@ class Compiler {
   void add_planes(Network<D>& network, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(shapes_.take_covectors());
-    const auto placement = [&](std::size_t i) -> const Transformer<D>& { return lowered_.occurrences[i].placement; };
+    const auto placement = [&](std::size_t i) -> const Transformer<D>& {
+      return lowered_.occurrences[i].placement;
+    };
     const std::vector<std::uint32_t> map_of = add_maps(network, box);
     std::vector<std::uint32_t> first_occurrence, maps(network.producers.size());  // maps: of round solids
     first_occurrence.reserve(network.producers.size());
-    std::map<std::size_t, PreimageFrame<D>> frames;  // by producer
+    std::map<std::size_t, PreimageFrame<D>> frames;   // by producer
     std::map<std::size_t, PlacedPatches<D>> patches;  // by producer
     std::uint32_t rounds = 0;
     for (std::size_t i = 0; i < network.producers.size(); ++i) {
@@ -273,7 +298,9 @@ class Compiler {
         first = 0;  // it has no half-spaces
         ++rounds;
         const auto& placed =
-            patches.emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i)) : place<D>(*shape.subdivision, placement(i)))
+            patches
+                .emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i))
+                                                    : place<D>(*shape.subdivision, placement(i)))
                 .first->second;
         at_its_place(producer.primitive, [&] { check_reach(placed.placement.scale, box); });
         std::array<double, D> factors;
@@ -311,7 +338,8 @@ class Compiler {
           continue;
         }
         if (shape.preimage != nullptr) {
-          at_its_place(producer.primitive, [&] { add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids); });
+          at_its_place(producer.primitive,
+                       [&] { add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids); });
           continue;
         }
         add_half_spaces(network, producer, own);
@@ -336,30 +364,36 @@ class Compiler {
           network.planes.insert(network.planes.end(), facets.begin(), facets.end());
           producer.plane_count = static_cast<std::uint32_t>(facets.size());
           producer.lathe = static_cast<std::int32_t>(network.lathes.size());
-          network.lathes.push_back(place_lathe(*shape.lathe, placement(i), own, table.radius(), options_.coincidence * table.width()));
+          network.lathes.push_back(place_lathe(*shape.lathe, placement(i), own, table.radius(),
+                                               options_.coincidence * table.width()));
           continue;
         }
       }
       add_half_spaces(network, producer, own);
     }
     if constexpr (D == 3) {
-      const auto facets_of = [&](std::size_t i) { return std::span(codes.data() + first_occurrence[i], shapes_[shape_of_[i]].covector_count); };
+      const auto facets_of = [&](std::size_t i) {
+        return std::span(codes.data() + first_occurrence[i], shapes_[shape_of_[i]].covector_count);
+      };
       place_meshes(network, meshes, facets_of);
     }
   }
 
   /// @param producers that are meshes. @param facets_of the half-spaces of a producer.
   template <typename FacetsOf>
-  void place_meshes(Network<3>& network, const std::vector<std::size_t>& producers, const FacetsOf& facets_of) const {
+  void place_meshes(Network<3>& network, const std::vector<std::size_t>& producers,
+                    const FacetsOf& facets_of) const {
     std::vector<std::optional<Mesh>> placed(producers.size());
     constexpr std::size_t grain = 16;
-    geometry::for_each_range(producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
-      for (std::size_t k = first; k < end; ++k) {
-        const std::size_t i = producers[k];
-        const Shape<3>& shape = shapes_[shape_of_[i]];
-        placed[k] = place_mesh(*shape.mesh, lowered_.occurrences[i].placement.matrix(), network.table.grid_exponent(), facets_of(i));
-      }
-    });
+    geometry::for_each_range(
+        producers.size(), grain, options_.threads, [&](std::size_t first, std::size_t end) {
+          for (std::size_t k = first; k < end; ++k) {
+            const std::size_t i = producers[k];
+            const Shape<3>& shape = shapes_[shape_of_[i]];
+            placed[k] = place_mesh(*shape.mesh, lowered_.occurrences[i].placement.matrix(),
+                                   network.table.grid_exponent(), facets_of(i));
+          }
+        });
     network.meshes.reserve(placed.size());
     for (auto& mesh : placed) network.meshes.push_back(std::move(*mesh));
   }
@@ -395,43 +429,52 @@ class Compiler {
   std::vector<OrientedHyperplane> own_planes_;  // of one producer
 
   static void check_ids(std::uint64_t needed, std::uint32_t ids) {
-    if (needed > ids) throw Error("too many round solids: the hyperplanes do not suffice for all of them; leave out --curved");
+    if (needed > ids)
+      throw Error(
+          "too many round solids: the hyperplanes do not suffice for all of them; leave out --curved");
   }
 
-  void add_torus(Network<3>& network, Producer<3>& producer, double minor, std::uint32_t map, std::uint32_t ids) {
+  void add_torus(Network<3>& network, Producer<3>& producer, double minor, std::uint32_t map,
+                 std::uint32_t ids) {
     HyperplaneTable<3>& table = network.table;
     const geometry::RoundFamily<3> fan(2, 1, 1, ids / 8);
     const geometry::TorusFamily family(minor, ids - ids / 8);
     check_ids(std::uint64_t{fan.count()} + family.count(), ids);
     producer.torus = static_cast<std::int32_t>(network.tori.size());
     const auto first_of_fan = table.add_family(map, fan);
-    network.tori.push_back({fan, first_of_fan, family, table.add_family(map, family), table.map(map).inverse(table.radius())});
+    network.tori.push_back(
+        {fan, first_of_fan, family, table.add_family(map, family), table.map(map).inverse(table.radius())});
   }
 
-  void add_round(Network<D>& network, Producer<D>& producer, const typename Shape<D>::RoundPart& part, std::uint32_t map, std::uint32_t ids) {
+  void add_round(Network<D>& network, Producer<D>& producer, const typename Shape<D>::RoundPart& part,
+                 std::uint32_t map, std::uint32_t ids) {
     HyperplaneTable<D>& table = network.table;
     const geometry::RoundFamily<D> family(part.axes, part.bottom, part.top, ids);
     check_ids(family.count(), ids);
     producer.round = static_cast<std::int32_t>(network.rounds.size());
     network.rounds.push_back({family, table.add_family(map, family), table.map(map).inverse(table.radius())});
     const Round<D>& round = network.rounds.back();
-    for (std::uint32_t face = 0; face < static_cast<std::uint32_t>(2 * part.axes) && part.bottom == part.top; ++face) {
+    for (std::uint32_t face = 0; face < static_cast<std::uint32_t>(2 * part.axes) && part.bottom == part.top;
+         ++face) {
       const OrientedHyperplane tangent = round.plane(family.tangent({.face = face}));
       const auto h = table.rounded(tangent.id());
       for (int axis = 0; axis < D; ++axis)
-        if (std::fabs(h.normal[axis]) > 1 - 1e-12) producer.bounding_plane[axis][h.normal[axis] > 0 ? 1 : 0] = tangent.code + 1;
+        if (std::fabs(h.normal[axis]) > 1 - 1e-12)
+          producer.bounding_plane[axis][h.normal[axis] > 0 ? 1 : 0] = tangent.code + 1;
     }
   }
 
-  void add_spline(Network<D>& network, Producer<D>& producer, PlacedPatches<D> placed, std::uint32_t map, std::uint32_t ids) {
-    const auto tree = std::make_shared<PatchTree<D>>(std::move(placed.roots), placed.placement, placed.error, placed.weight_ratio, placed.closed, ids);
+  void add_spline(Network<D>& network, Producer<D>& producer, PlacedPatches<D> placed, std::uint32_t map,
+                  std::uint32_t ids) {
+    const auto tree = std::make_shared<PatchTree<D>>(std::move(placed.roots), placed.placement, placed.error,
+                                                     placed.weight_ratio, placed.closed, ids);
     check_ids(tree->count(), ids);
     producer.spline = static_cast<std::int32_t>(network.splines.size());
     network.splines.push_back({tree, network.table.add_family(map, geometry::SharedFamily<D>(tree))});
   }
 
-  void add_preimage(Network<D>& network, Producer<D>& producer, const model::Preimage& preimage, std::uint32_t map,
-                    const PreimageFrame<D>& frame, std::uint32_t ids) {
+  void add_preimage(Network<D>& network, Producer<D>& producer, const model::Preimage& preimage,
+                    std::uint32_t map, const PreimageFrame<D>& frame, std::uint32_t ids) {
     HyperplaneTable<D>& table = network.table;
     auto placed = place_preimage<D>(preimage, table.map(map).inverse(table.radius()), frame, ids);
     check_ids(placed.planes->count(), ids);
@@ -461,11 +504,11 @@ class Compiler {
     const bool is_one = flat_primitives_.size() == 1, is_merged = options_.coincidence > 0;
     text << (is_one ? "a primitive is " : std::to_string(flat_primitives_.size()) + " primitives are ");
     if (is_merged)
-      text << "thinner than the tolerance, " << options_.coincidence << " of " << (options_.is_nested ? "what it is made of" : "the model")
-           << ", and left out: ";
+      text << "thinner than the tolerance, " << options_.coincidence << " of "
+           << (options_.is_nested ? "what it is made of" : "the model") << ", and left out: ";
     else
-      text << "flat to the last bit of " << (is_one ? "its" : "their") << " numbers, so " << (is_one ? "it encloses" : "they enclose")
-           << " nothing, and left out: ";
+      text << "flat to the last bit of " << (is_one ? "its" : "their") << " numbers, so "
+           << (is_one ? "it encloses" : "they enclose") << " nothing, and left out: ";
     text << (is_one ? "" : "the first one is ");
     if (!options_.is_nested) text << "primitive " << flat_primitive_ << ", ";
     text << "between (";

@@ -8,18 +8,18 @@
 #include <unordered_map>
 #include <utility>
 
-#include "operands/any_constructs.hpp"
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/model/expression/bottom_up.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/builder/flat.hpp"
-#include "operands/enclosure.hpp"
+#include "bsp2/model/expression/bottom_up.hpp"
 #include "constructs/extrusion.hpp"
-#include "operands/faceting.hpp"
-#include "operands/nested.hpp"
 #include "constructs/offset.hpp"
 #include "constructs/outline.hpp"
 #include "constructs/roof.hpp"
+#include "operands/any_constructs.hpp"
+#include "operands/enclosure.hpp"
+#include "operands/faceting.hpp"
+#include "operands/nested.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -64,14 +64,17 @@ Expression boolean_of(const Boolean& boolean, int dimension, std::vector<Express
 /// The image of a node as one part that stands for all of those in the node, whatever it was made of.
 Expression one_part(const Expression& image, std::uint64_t parts) {
   if (std::holds_alternative<Primitive>(image.node().value) && parts == 1) return image;
-  if (const auto* boolean = std::get_if<Boolean>(&image.node().value)) return make(image.dimension(), Boolean{boolean->operation, boolean->children, parts});
+  if (const auto* boolean = std::get_if<Boolean>(&image.node().value))
+    return make(image.dimension(), Boolean{boolean->operation, boolean->children, parts});
   return make(image.dimension(), Boolean{model::Operation::unite, {image}, parts});
 }
 
 /// The same as one part where the node is one.
 Expression boolean_of(const Boolean& boolean, const Node& node, std::vector<Expression> images) {
   Expression image = boolean_of(boolean, node.dimension, std::move(images));
-  return image.node().parts == node.parts ? image : one_part(image, node.parts);  // other than the node's: it is empty
+  return image.node().parts == node.parts
+             ? image
+             : one_part(image, node.parts);  // other than the node's: it is empty
 }
 
 /// The outermost colour and name around the first primitive of an operand.
@@ -79,7 +82,8 @@ struct Looks {
   std::optional<model::Colour> colour;
   std::optional<std::string> part;
 
-  /// What is made of operands that are no more looks like the first of them, unless something around it says else.
+  /// What is made of operands that are no more looks like the first of them, unless something around it says
+  /// else.
   [[nodiscard]] Expression on(Expression image) const {
     if (is_empty(image)) return image;
     const int dimension = image.dimension();
@@ -92,8 +96,12 @@ Looks looks_of(const Expression& operand) {
   Looks looks;
   const Node* node = &operand.node();
   for (; !node->children().empty(); node = &node->children().front().node()) {
-    if (const auto* boolean = std::get_if<Boolean>(&node->value); boolean != nullptr && boolean->operation == model::Operation::complement) break;
-    if (const auto* coloured = std::get_if<model::Coloured>(&node->value); coloured != nullptr && !looks.colour) looks.colour = coloured->colour;
+    if (const auto* boolean = std::get_if<Boolean>(&node->value);
+        boolean != nullptr && boolean->operation == model::Operation::complement)
+      break;
+    if (const auto* coloured = std::get_if<model::Coloured>(&node->value);
+        coloured != nullptr && !looks.colour)
+      looks.colour = coloured->colour;
     const auto* named = std::get_if<model::Named>(&node->value);
     if (named != nullptr && named->role == model::Named::Role::part && !looks.part) looks.part = named->name;
   }
@@ -104,14 +112,17 @@ Looks looks_of(const Expression& operand) {
 void take_looks_off(const Construction& construction, std::vector<Expression>& images) {
   for (std::size_t i = 0; i < images.size(); ++i) {
     if (!std::holds_alternative<Construction>(construction.operands[i].node().value)) continue;
-    if (const auto* coloured = std::get_if<model::Coloured>(&images[i].node().value)) images[i] = Expression(coloured->child);
-    if (const auto* named = std::get_if<model::Named>(&images[i].node().value)) images[i] = Expression(named->child);
+    if (const auto* coloured = std::get_if<model::Coloured>(&images[i].node().value))
+      images[i] = Expression(coloured->child);
+    if (const auto* named = std::get_if<model::Named>(&images[i].node().value))
+      images[i] = Expression(named->child);
   }
 }
 
 class Resolver {
  public:
-  Resolver(const CompileOptions& options, std::vector<std::string>& warnings) : options_(options), warnings_(warnings) {
+  Resolver(const CompileOptions& options, std::vector<std::string>& warnings)
+      : options_(options), warnings_(warnings) {
     options_.tell_of_nested = [this](const std::string& warning) {
       const auto first = warnings_.begin() + static_cast<std::ptrdiff_t>(first_of_construct_);
       if (std::find(first, warnings_.end(), warning) == warnings_.end()) warnings_.push_back(warning);
@@ -129,11 +140,15 @@ class Resolver {
             return boolean_of(*boolean, node, std::move(images));
           }
           if (const auto* transform = std::get_if<Transform>(&node.value))
-            return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
+            return is_empty(images[0]) ? images[0]
+                                       : make(node.dimension, Transform{transform->matrix, images[0]});
           if (const auto* coloured = std::get_if<model::Coloured>(&node.value))
-            return is_empty(images[0]) ? images[0] : make(node.dimension, model::Coloured{coloured->colour, images[0]});
+            return is_empty(images[0]) ? images[0]
+                                       : make(node.dimension, model::Coloured{coloured->colour, images[0]});
           if (const auto* named = std::get_if<model::Named>(&node.value))
-            return is_empty(images[0]) && images[0].node().parts == 0 ? images[0] : make(node.dimension, model::Named{named->role, named->name, images[0]});
+            return is_empty(images[0]) && images[0].node().parts == 0
+                       ? images[0]
+                       : make(node.dimension, model::Named{named->role, named->name, images[0]});
           const Looks looks = looks_of(images.front());
           take_looks_off(std::get<Construction>(node.value), images);
           return looks.on(one_part(image_of(node, images), node.parts));
@@ -160,7 +175,8 @@ class Resolver {
       if (primitive == nullptr || !model::is_flat(*primitive)) return;
       const char* name = bounded_operands(construction.construct);
       const std::string what = name != nullptr ? name : "multmatrix";
-      flats_.insert_or_assign(&solid.node(), Flat{solid, place + what + ": all its points lie " + model::flat_place(solid.dimension()) +
+      flats_.insert_or_assign(&solid.node(), Flat{solid, place + what + ": all its points lie " +
+                                                             model::flat_place(solid.dimension()) +
                                                              ", so it encloses nothing and is left out"});
     };
     note(image);
@@ -171,23 +187,30 @@ class Resolver {
     for (Expression& solid : solids) solid = without_flats(solid);
   }
 
-  /// The same without flat results of constructs, for all but those that take points: one warning for each construct.
+  /// The same without flat results of constructs, for all but those that take points: one warning for each
+  /// construct.
   Expression without_flats(const Expression& solid) {
     if (flats_.empty()) return solid;
     return without_flats_.run(
         solid,
         [this](const Expression& at) {
-          const bool stays = std::holds_alternative<Primitive>(at.node().value) && !flats_.contains(&at.node());
+          const bool stays =
+              std::holds_alternative<Primitive>(at.node().value) && !flats_.contains(&at.node());
           return stays ? std::optional(at) : std::nullopt;
         },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
-          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return boolean_of(*boolean, node, std::move(images));
+          if (const auto* boolean = std::get_if<Boolean>(&node.value))
+            return boolean_of(*boolean, node, std::move(images));
           if (const auto* transform = std::get_if<Transform>(&node.value))
-            return is_empty(images[0]) ? images[0] : make(node.dimension, Transform{transform->matrix, images[0]});
-          if (const auto* coloured = std::get_if<model::Coloured>(&node.value)) return make(node.dimension, model::Coloured{coloured->colour, images[0]});
-          if (const auto* named = std::get_if<model::Named>(&node.value)) return make(node.dimension, model::Named{named->role, named->name, images[0]});
+            return is_empty(images[0]) ? images[0]
+                                       : make(node.dimension, Transform{transform->matrix, images[0]});
+          if (const auto* coloured = std::get_if<model::Coloured>(&node.value))
+            return make(node.dimension, model::Coloured{coloured->colour, images[0]});
+          if (const auto* named = std::get_if<model::Named>(&node.value))
+            return make(node.dimension, model::Named{named->role, named->name, images[0]});
           const std::string& warning = flats_.at(&node).warning;
-          if (std::find(warnings_.begin(), warnings_.end(), warning) == warnings_.end()) warnings_.push_back(warning);
+          if (std::find(warnings_.begin(), warnings_.end(), warning) == warnings_.end())
+            warnings_.push_back(warning);
           return one_part(Expression(node.dimension), node.parts);
         });
   }
@@ -197,8 +220,10 @@ class Resolver {
     return faceted_.run(
         solid, [](const Expression& at) { return at.node().faceted ? std::optional(at) : std::nullopt; },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
-          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(node.dimension, Boolean{boolean->operation, std::move(images)});
-          if (const auto* transform = std::get_if<Transform>(&node.value)) return make(node.dimension, Transform{transform->matrix, images[0]});
+          if (const auto* boolean = std::get_if<Boolean>(&node.value))
+            return make(node.dimension, Boolean{boolean->operation, std::move(images)});
+          if (const auto* transform = std::get_if<Transform>(&node.value))
+            return make(node.dimension, Transform{transform->matrix, images[0]});
           if (!images.empty()) return images[0];  // see Looks
           return faceted_primitive(std::get<Primitive>(node.value), node.dimension, options_);
         });
@@ -213,7 +238,8 @@ class Resolver {
     const std::size_t before = first_of_construct_ = warnings_.size();
     try {
       const auto& construct = construction.construct;
-      if (const char* name = bounded_operands(construct); name != nullptr && std::any_of(images.begin(), images.end(), is_unbounded))
+      if (const char* name = bounded_operands(construct);
+          name != nullptr && std::any_of(images.begin(), images.end(), is_unbounded))
         throw Error(std::string(name) + ": the solid has no bounds; intersect it with something that has");
       Expression image = !passes_on(construct) && std::any_of(images.begin(), images.end(), is_only_enclosed)
                              ? enclosed_image_of(construct, images)
@@ -234,28 +260,35 @@ class Resolver {
 
   /// What it makes of operands that it cannot take as they are.
   Expression enclosed_image_of(const model::Construct& construct, std::vector<Expression> operands) {
-    if (takes_these(construct, operands)) return std::visit([&](const auto& what) { return construct_of(what, operands); }, construct);
+    if (takes_these(construct, operands))
+      return std::visit([&](const auto& what) { return construct_of(what, operands); }, construct);
     if (std::holds_alternative<model::MinkowskiSum>(construct)) limit_pairs(operands);
     const auto image_with = [&](Facets facets) {
       std::vector<Expression> polytopes;
       for (const Expression& operand : operands) polytopes.push_back(with_facets(operand, facets, options_));
       return image_of(construct, std::move(polytopes));
     };
-    if (is_monotone(construct)) return between(image_with(Facets::inside), image_with(Facets::around), options_);
+    if (is_monotone(construct))
+      return between(image_with(Facets::inside), image_with(Facets::around), options_);
     if (std::any_of(operands.begin(), operands.end(), is_refined))
-      throw Error(std::string(bounded_operands(construct)) + ": a spline, a subdivision surface, or a section or product of something curved has no corners");
+      throw Error(
+          std::string(bounded_operands(construct)) +
+          ": a spline, a subdivision surface, or a section or product of something curved has no corners");
     const std::string corners = circle_corners_text(operands);
-    warnings_.push_back(std::string(bounded_operands(construct)) + ": what is round in it is taken as polyhedra in it" +
-                        (corners.empty() ? "" : ", with " + corners + " corners to a circle; $fn says how many"));
+    warnings_.push_back(
+        std::string(bounded_operands(construct)) + ": what is round in it is taken as polyhedra in it" +
+        (corners.empty() ? "" : ", with " + corners + " corners to a circle; $fn says how many"));
     return image_with(Facets::inside);
   }
 
-  /// Each pair of convex parts has a sum: two tori of 64 segments each take many minutes. So operands get fewer corners where that makes fewer pairs.
+  /// Each pair of convex parts has a sum: two tori of 64 segments each take many minutes. So operands get
+  /// fewer corners where that makes fewer pairs.
   /// @throws bsp2::Error where so many are left of cells of splines and the like that the sum would not end.
   void limit_pairs(std::vector<Expression>& operands) {
     const std::size_t pairs = with_fewer_pairs(operands);
     if (pairs > 10'000 && std::any_of(operands.begin(), operands.end(), is_refined))
-      throw Error("minkowski: of splines, subdivision surfaces and the like the cells are added, and " + std::to_string(pairs) +
+      throw Error("minkowski: of splines, subdivision surfaces and the like the cells are added, and " +
+                  std::to_string(pairs) +
                   " pairs of them are too many (10000 at most); add a convex solid, or one with fewer parts");
   }
 
@@ -264,7 +297,8 @@ class Resolver {
     constexpr std::size_t most_pairs = 600;
     const auto pairs_of = [&](const std::vector<Expression>& solids) {
       std::size_t product = 1;
-      for (const Expression& solid : solids) product *= convex_parts(with_facets(solid, Facets::around, options_), options_).size();
+      for (const Expression& solid : solids)
+        product *= convex_parts(with_facets(solid, Facets::around, options_), options_).size();
       return product;
     };
     const std::size_t at_first = pairs_of(operands);
@@ -277,7 +311,8 @@ class Resolver {
       if (now >= at_first) return at_first;
       operands = std::move(coarser);
       if (now > most_pairs && corners > 16) continue;
-      warnings_.push_back("minkowski: " + std::to_string(at_first) + " pairs of convex parts are too many: circles get " + std::to_string(corners) +
+      warnings_.push_back("minkowski: " + std::to_string(at_first) +
+                          " pairs of convex parts are too many: circles get " + std::to_string(corners) +
                           " corners at most where $fn does not say how many");
       return now;
     }
@@ -286,29 +321,36 @@ class Resolver {
 
   /// Whether it makes of a larger solid a larger one, up to nothing but rounding.
   static bool is_monotone(const model::Construct& construct) {
-    return std::holds_alternative<model::Hull>(construct) || std::holds_alternative<model::MinkowskiSum>(construct) ||
-           std::holds_alternative<model::Shadow>(construct) || std::holds_alternative<model::ProjectiveMap>(construct) ||
-           std::holds_alternative<model::Sweep>(construct) || std::holds_alternative<model::Growth>(construct);
+    return std::holds_alternative<model::Hull>(construct) ||
+           std::holds_alternative<model::MinkowskiSum>(construct) ||
+           std::holds_alternative<model::Shadow>(construct) ||
+           std::holds_alternative<model::ProjectiveMap>(construct) ||
+           std::holds_alternative<model::Sweep>(construct) ||
+           std::holds_alternative<model::Growth>(construct);
   }
 
   /// Whether it goes through the expression, so that what is round stays so.
   static bool passes_on(const model::Construct& construct) {
-    if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct)) return extrusion->is_straight();
+    if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct))
+      return extrusion->is_straight();
     if (const auto* growth = std::get_if<model::Growth>(&construct)) return growth->distance == 0;
-    return std::holds_alternative<model::Product>(construct) || std::holds_alternative<model::Section>(construct);
+    return std::holds_alternative<model::Product>(construct) ||
+           std::holds_alternative<model::Section>(construct);
   }
 
   /// Whether the points of what is flat count in it.
   static bool takes_flat(const model::Construct& construct) {
     if (const auto* projection = std::get_if<model::Projection>(&construct)) return !projection->cut;
-    return std::holds_alternative<model::Hull>(construct) || std::holds_alternative<model::MinkowskiSum>(construct) || is_affine(construct);
+    return std::holds_alternative<model::Hull>(construct) ||
+           std::holds_alternative<model::MinkowskiSum>(construct) || is_affine(construct);
   }
 
   /// Whether it is the image under an affine map, which may be singular.
   static bool is_affine(const model::Construct& construct) {
     const auto* map = std::get_if<model::ProjectiveMap>(&construct);
     if (map == nullptr) return false;
-    const auto d = static_cast<std::ptrdiff_t>(std::lround(std::sqrt(static_cast<double>(map->matrix.size())))) - 1;
+    const auto d =
+        static_cast<std::ptrdiff_t>(std::lround(std::sqrt(static_cast<double>(map->matrix.size())))) - 1;
     return std::all_of(map->matrix.end() - 1 - d, map->matrix.end() - 1, [](double x) { return x == 0; });
   }
 
@@ -321,7 +363,8 @@ class Resolver {
     return false;
   }
 
-  /// The name of a construct that goes by the points of its operands, so that these have to be bounded; null for one that does not.
+  /// The name of a construct that goes by the points of its operands, so that these have to be bounded; null
+  /// for one that does not.
   static const char* bounded_operands(const model::Construct& construct) {
     struct Name {
       const char* operator()(const model::LinearExtrusion&) const { return "linear_extrude"; }
@@ -335,39 +378,50 @@ class Resolver {
       const char* operator()(const model::Roof&) const { return "roof"; }
       const char* operator()(const model::Product&) const { return nullptr; }  // asks for more: see there
       const char* operator()(const model::Shadow&) const { return "project"; }
-      const char* operator()(const model::Section&) const { return nullptr; }        // goes through the expression
+      const char* operator()(const model::Section&) const { return nullptr; }  // goes through the expression
       const char* operator()(const model::ProjectiveMap&) const { return nullptr; }  // likewise
       const char* operator()(const model::Sweep&) const { return "sweep"; }
-      const char* operator()(const model::Growth& growth) const { return growth.distance == 0 ? nullptr : growth.distance > 0 ? "grow" : "shrink"; }
+      const char* operator()(const model::Growth& growth) const {
+        return growth.distance == 0 ? nullptr : growth.distance > 0 ? "grow" : "shrink";
+      }
     };
     return std::visit(Name{}, construct);
   }
 
   /// Whether it knows what to do with round solids.
   static bool takes_round(const model::Construct& construct) {
-    if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct)) return extrusion->is_straight();
+    if (const auto* extrusion = std::get_if<model::LinearExtrusion>(&construct))
+      return extrusion->is_straight();
     if (const auto* growth = std::get_if<model::Growth>(&construct)) return growth->distance == 0;
-    return std::holds_alternative<model::Product>(construct) || std::holds_alternative<model::Shadow>(construct) ||
-           std::holds_alternative<model::Section>(construct) || std::holds_alternative<model::ProjectiveMap>(construct) ||
+    return std::holds_alternative<model::Product>(construct) ||
+           std::holds_alternative<model::Shadow>(construct) ||
+           std::holds_alternative<model::Section>(construct) ||
+           std::holds_alternative<model::ProjectiveMap>(construct) ||
            std::holds_alternative<model::Sweep>(construct);
   }
 
   /// The constructs of any dimension.
   template <typename What>
   Expression construct_of(const What& what, const std::vector<Expression>& operands) {
-    return dataflow::image_of(what, operands, ConstructContext{options_, [this](const Expression& solid) { return faceted(solid); }});
+    return dataflow::image_of(what, operands, ConstructContext{options_, [this](const Expression& solid) {
+                                                                 return faceted(solid);
+                                                               }});
   }
 
   Expression construct_of(const model::LinearExtrusion& extrusion, const std::vector<Expression>& operands) {
-    if (extrusion.twist == 0 && extrusion.scale[0] == extrusion.scale[1] && extrusion.scale[0] != 1) return tapered(extrusion, operands[0]);
-    if (!extrusion.is_straight()) return extrude_outline(extrusion, outline_of(operands[0], options_), options_.coincidence);
+    if (extrusion.twist == 0 && extrusion.scale[0] == extrusion.scale[1] && extrusion.scale[0] != 1)
+      return tapered(extrusion, operands[0]);
+    if (!extrusion.is_straight())
+      return extrude_outline(extrusion, outline_of(operands[0], options_), options_.coincidence);
     const auto& d = extrusion.direction;
     const double back = extrusion.center ? 0.5 : 0;
-    const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1], 0, 0, d[2], -back * d[2], 0, 0, 0, 1};
+    const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1],
+                             0, 0, d[2], -back * d[2], 0, 0, 0,    1};
     return model::transform(matrix, lifted(operands[0]));
   }
 
-  /// A cone over a plane solid, or its lower part: a projective image of the prism, so Booleans stay what they are.
+  /// A cone over a plane solid, or its lower part: a projective image of the prism, so Booleans stay what
+  /// they are.
   static Expression tapered(const model::LinearExtrusion& extrusion, const Expression& solid) {
     const double scale = extrusion.scale[0];
     const auto& d = extrusion.direction;
@@ -384,30 +438,42 @@ class Resolver {
     });
   }
 
-  /// The product of a bounded plane solid with the interval [0, 1]: every primitive becomes a prism, all else stays.
+  /// The product of a bounded plane solid with the interval [0, 1]: every primitive becomes a prism, all else
+  /// stays.
   Expression lifted(const Expression& solid) {
     return lifted_.run(
         solid, [](const Expression&) -> std::optional<Expression> { return std::nullopt; },
         [this](const Node& node, std::vector<Expression> images) -> Expression {
-          if (const auto* boolean = std::get_if<Boolean>(&node.value)) return make(3, Boolean{boolean->operation, std::move(images)});
+          if (const auto* boolean = std::get_if<Boolean>(&node.value))
+            return make(3, Boolean{boolean->operation, std::move(images)});
           if (const auto* transform = std::get_if<Transform>(&node.value)) {
             const auto& m = transform->matrix;
-            return make(3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
+            return make(
+                3, Transform{{m[0], m[1], 0, m[2], m[3], m[4], 0, m[5], 0, 0, 1, 0, 0, 0, 0, 1}, images[0]});
           }
           if (!images.empty()) return images[0];  // see Looks
-          return std::visit([this](const auto& primitive) { return prism(primitive); }, std::get<Primitive>(node.value));
+          return std::visit([this](const auto& primitive) { return prism(primitive); },
+                            std::get<Primitive>(node.value));
         });
   }
-  Expression unit_prism(const Primitive& primitive) { return construct_of(model::Product{}, {make(2, primitive), model::cuboid({1})}); }
-  static Expression prism(const model::Cuboid& square) { return make(3, model::Cuboid{{square.size[0], square.size[1], 1}}); }
+  Expression unit_prism(const Primitive& primitive) {
+    return construct_of(model::Product{}, {make(2, primitive), model::cuboid({1})});
+  }
+  static Expression prism(const model::Cuboid& square) {
+    return make(3, model::Cuboid{{square.size[0], square.size[1], 1}});
+  }
   static Expression prism(const model::RegularPolygon& circle) {
     return make(3, model::Lathe{circle.sides, {{circle.radius, 0}, {circle.radius, 1}}});
   }
   static Expression prism(const model::ConvexPolygon& polygon) { return make(3, polygon); }
-  static Expression prism(const model::Round& disk) { return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides, disk.fineness}); }
+  static Expression prism(const model::Round& disk) {
+    return make(3, model::Round{disk.bottom, disk.top, {1}, disk.sides, disk.fineness});
+  }
   Expression prism(const model::Spline& spline) { return unit_prism(spline); }
   Expression prism(const model::Preimage& section) { return unit_prism(section); }
-  static Expression prism(const model::SubdivisionSurface&) { throw std::logic_error("a subdivision surface is no plane solid"); }
+  static Expression prism(const model::SubdivisionSurface&) {
+    throw std::logic_error("a subdivision surface is no plane solid");
+  }
   static Expression prism(const model::Torus&) { throw std::logic_error("a torus is no plane solid"); }
   static Expression prism(const model::Lathe&) { throw std::logic_error("a lathe is no plane solid"); }
   Expression prism(const model::Polytope& shadow) { return unit_prism(shadow); }
@@ -421,8 +487,8 @@ class Resolver {
     // What reaches over the axis by less than OpenSCAD's grid ends at the axis.
     const double grid = 0x1p-16;
     if (low < -grid && high > grid) {
-      warnings_.push_back("a rotate_extrude is empty: its profile reaches from x = " + std::to_string(low) + " to " + std::to_string(high) +
-                          "; it has to stay on one side of the axis x = 0");
+      warnings_.push_back("a rotate_extrude is empty: its profile reaches from x = " + std::to_string(low) +
+                          " to " + std::to_string(high) + "; it has to stay on one side of the axis x = 0");
       return Expression(3);
     }
     double start = extrusion.start;
@@ -434,8 +500,10 @@ class Resolver {
     for (auto& path : outline)
       for (auto& p : path) p[0] = std::max(p[0], 0.0);
     const double sides = model::side_count(std::max(high, -low), extrusion.resolution);
-    if (!(sides <= model::max_sides)) throw Error("rotate_extrude: more than " + std::to_string(model::max_sides) + " segments");
-    const auto segments = static_cast<std::uint32_t>(std::max(std::trunc(sides * std::fabs(extrusion.angle) / 360), 1.0));
+    if (!(sides <= model::max_sides))
+      throw Error("rotate_extrude: more than " + std::to_string(model::max_sides) + " segments");
+    const auto segments =
+        static_cast<std::uint32_t>(std::max(std::trunc(sides * std::fabs(extrusion.angle) / 360), 1.0));
     return revolve_outline(outline, start, extrusion.angle, segments, options_.coincidence);
   }
 
@@ -452,8 +520,10 @@ class Resolver {
         for (int i = 0; i < 2; ++i) low[i] = std::min(low[i], p[i]), high[i] = std::max(high[i], p[i]);
     // No point is farther from the outline than half its width, and no roof is higher than that.
     const double height = 0.53 * std::min(high[0] - low[0], high[1] - low[1]);
-    // Where nothing is merged the walls have to be the outline's: else what sticks out of it, by rounding, would stay as high as the prism.
-    const std::vector<Expression> base{options_.coincidence < outline_coincidence ? plane_solid(outline) : operands[0]};
+    // Where nothing is merged the walls have to be the outline's: else what sticks out of it, by rounding,
+    // would stay as high as the prism.
+    const std::vector<Expression> base{options_.coincidence < outline_coincidence ? plane_solid(outline)
+                                                                                  : operands[0]};
     std::vector<Expression> solids{construct_of(model::LinearExtrusion{.direction = {0, 0, height}}, base)};
     for (Expression& piece : pieces_above_roof(roof, outline, height)) solids.push_back(std::move(piece));
     return model::subtract(std::move(solids));
@@ -514,7 +584,8 @@ class Resolver {
     const auto& mesh = std::get<model::TriangleMesh>(std::get<Primitive>(hull.node().value));
     for (const auto& triangle : mesh.triangles)
       for (int k = 0; k < 3; ++k)
-        if (triangle[k] < triangle[(k + 1) % 3]) cross(mesh.points[triangle[k]], mesh.points[triangle[(k + 1) % 3]]);
+        if (triangle[k] < triangle[(k + 1) % 3])
+          cross(mesh.points[triangle[k]], mesh.points[triangle[(k + 1) % 3]]);
     return cut;
   }
 
@@ -529,11 +600,14 @@ class Resolver {
     int largest = 0;
     for (int i = 1; i < D; ++i)
       if (resize.size[i] > resize.size[largest]) largest = i;
-    const double automatic = resize.size[largest] > 0 ? resize.size[largest] / (high[largest] - low[largest]) : 1;
+    const double automatic =
+        resize.size[largest] > 0 ? resize.size[largest] / (high[largest] - low[largest]) : 1;
     std::vector<double> matrix((D + 1) * (D + 1));
     matrix.back() = 1;
     for (int i = 0; i < D; ++i)
-      matrix[i * (D + 2)] = resize.size[i] > 0 ? resize.size[i] / (high[i] - low[i]) : resize.automatic[i] ? automatic : 1;
+      matrix[i * (D + 2)] = resize.size[i] > 0    ? resize.size[i] / (high[i] - low[i])
+                            : resize.automatic[i] ? automatic
+                                                  : 1;
     return model::transform(matrix, operand);
   }
 
@@ -544,7 +618,8 @@ class Resolver {
 
 }  // namespace
 
-model::Expression resolve(const model::Expression& expression, const CompileOptions& options, std::vector<std::string>& warnings) {
+model::Expression resolve(const model::Expression& expression, const CompileOptions& options,
+                          std::vector<std::string>& warnings) {
   return expression.node().resolved ? expression : Resolver(options, warnings).run(expression);
 }
 

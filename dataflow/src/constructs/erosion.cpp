@@ -15,7 +15,8 @@ namespace {
 
 /// How far points reach in a direction, at least and at most.
 std::array<double, 2> extent(std::span<const double> direction, const Points& points) {
-  std::array<double, 2> reach{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  std::array<double, 2> reach{std::numeric_limits<double>::infinity(),
+                              -std::numeric_limits<double>::infinity()};
   for (std::size_t p = 0; p < points.size(); p += direction.size()) {
     double at = 0;
     for (std::size_t k = 0; k < direction.size(); ++k) at += direction[k] * points[p + k];
@@ -26,7 +27,8 @@ std::array<double, 2> extent(std::span<const double> direction, const Points& po
 
 Points middle_of(const Points& corners, std::size_t d) {
   Points middle(d);
-  for (std::size_t i = 0; i < corners.size(); ++i) middle[i % d] += corners[i] / static_cast<double>(corners.size() / d);
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    middle[i % d] += corners[i] / static_cast<double>(corners.size() / d);
   return middle;
 }
 
@@ -37,7 +39,8 @@ double value_at(const double* half_space, const Points& point) {
   return value;
 }
 
-/// A point far inside of half-spaces of unit normals, if there is one: away from the nearest of them, in shorter and shorter steps.
+/// A point far inside of half-spaces of unit normals, if there is one: away from the nearest of them, in
+/// shorter and shorter steps.
 Points deepest_found(std::span<const double> half_spaces, Points point, double width) {
   constexpr int steps = 1000;
   const std::size_t d = point.size();
@@ -65,7 +68,8 @@ const model::Polytope* polytope_of(const model::Expression& hull) {
   return primitive != nullptr ? std::get_if<model::Polytope>(primitive) : nullptr;
 }
 
-/// The corners of an intersection of half-spaces around a point: the facets of the hull of their normals, each divided by its distance from there.
+/// The corners of an intersection of half-spaces around a point: the facets of the hull of their normals,
+/// each divided by its distance from there.
 Points corners_by_duality(const Points& normals_by_distance, const Points& inner) {
   const std::size_t d = inner.size();
   const model::Expression hull = model::convex_hull(static_cast<int>(d), normals_by_distance);
@@ -73,7 +77,8 @@ Points corners_by_duality(const Points& normals_by_distance, const Points& inner
   if (dual == nullptr) return {};
   Points corners;
   for (std::size_t at = 0; at < dual->half_spaces.size(); at += d + 1)
-    for (std::size_t k = 0; k < d; ++k) corners.push_back(inner[k] - dual->half_spaces[at + k] / dual->half_spaces[at + d]);
+    for (std::size_t k = 0; k < d; ++k)
+      corners.push_back(inner[k] - dual->half_spaces[at + k] / dual->half_spaces[at + d]);
   return corners;
 }
 

@@ -38,7 +38,8 @@ double twist_slices(const LinearExtrusion& e, double height, double radius) {
     along = spiral_length(radius / end, end) - spiral_length(radius / end, end - turn);
   }
   const double by_angle = std::ceil(degrees / std::max(e.resolution.fa, 0.01));
-  return std::max(std::min(by_angle, std::ceil(std::hypot(along, height) / std::max(e.resolution.fs, 0.01))), least);
+  return std::max(std::min(by_angle, std::ceil(std::hypot(along, height) / std::max(e.resolution.fs, 0.01))),
+                  least);
 }
 
 /// Whether scaling keeps all sides planar: edges along an axis stay parallel to themselves.
@@ -64,16 +65,20 @@ std::uint32_t slice_count(const LinearExtrusion& e, const Outline& outline) {
     }
   double slices = e.twist != 0 ? twist_slices(e, height, radius) : 1;
   if (e.scale[0] != e.scale[1])
-    slices = std::max(slices, e.resolution.fn > 0 ? std::trunc(e.resolution.fn) : std::ceil(std::hypot(shift, height) / std::max(e.resolution.fs, 0.01)));
-  if (!(slices <= model::max_sides)) throw Error("linear_extrude: more than " + std::to_string(model::max_sides) + " slices; give slices or a larger $fs");
+    slices = std::max(slices, e.resolution.fn > 0
+                                  ? std::trunc(e.resolution.fn)
+                                  : std::ceil(std::hypot(shift, height) / std::max(e.resolution.fs, 0.01)));
+  if (!(slices <= model::max_sides))
+    throw Error("linear_extrude: more than " + std::to_string(model::max_sides) +
+                " slices; give slices or a larger $fs");
   return static_cast<std::uint32_t>(std::max(slices, 1.0));
 }
 
 /// Whether the last slice ends in a line.
 bool flattens_to_a_line(const LinearExtrusion& e) { return (e.scale[0] == 0) != (e.scale[1] == 0); }
 
-/// Which diagonal OpenSCAD 2021.01 takes for the side between an edge of the outline, p1 to q1, and its copy above, p2 to q2: the shorter
-/// one, and the longer one below a slice that is flattened to a line.
+/// Which diagonal OpenSCAD 2021.01 takes for the side between an edge of the outline, p1 to q1, and its copy
+/// above, p2 to q2: the shorter one, and the longer one below a slice that is flattened to a line.
 class Diagonals {
  public:
   Diagonals(const LinearExtrusion& extrusion, bool is_hole, bool is_last_slice)
@@ -88,7 +93,9 @@ class Diagonals {
  private:
   bool first_of_equals_, takes_longer_;
 
-  static double length(const Point& from, const Point& to) { return std::hypot(to[0] - from[0], to[1] - from[1]); }
+  static double length(const Point& from, const Point& to) {
+    return std::hypot(to[0] - from[0], to[1] - from[1]);
+  }
 
   [[nodiscard]] bool is_preferred(double first, double second) const {
     const bool are_equal = 2e5 * std::fabs(first - second) <= first + second;  // ten parts in a million
@@ -99,7 +106,8 @@ class Diagonals {
 Expression placed(const LinearExtrusion& e, Expression unit) {
   const auto& d = e.direction;
   const double back = e.center ? 0.5 : 0;
-  const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1], 0, 0, d[2], -back * d[2], 0, 0, 0, 1};
+  const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1],
+                           0, 0, d[2], -back * d[2], 0, 0, 0,    1};
   return model::transform(matrix, std::move(unit));
 }
 
@@ -115,15 +123,16 @@ bool is_convex_path(const std::vector<Point>& path) {
   return std::fabs(signed_area(std::get<model::ConvexPolygon>(*primitive).points) - area) <= 1e-9 * area;
 }
 
-/// The grid of the corners of all slices: multiples of 2^-52 of the largest of them, which each slice holds exactly in a frame of its own; or
-/// none, where what differs by rounding is merged.
+/// The grid of the corners of all slices: multiples of 2^-52 of the largest of them, which each slice holds
+/// exactly in a frame of its own; or none, where what differs by rounding is merged.
 class Grid {
  public:
   Grid(const LinearExtrusion& e, const Outline& outline, double coincidence) {
     if (coincidence >= outline_coincidence) return;
     double reach = 1;
     for (const auto& path : outline)
-      for (const Point& p : path) reach = std::max(reach, std::hypot(p[0], p[1]) * std::max({1.0, e.scale[0], e.scale[1]}));
+      for (const Point& p : path)
+        reach = std::max(reach, std::hypot(p[0], p[1]) * std::max({1.0, e.scale[0], e.scale[1]}));
     unit_ = std::ldexp(1.0, std::ilogb(reach) + 1 - 52);
   }
   [[nodiscard]] bool is_there() const { return unit_ > 0; }
@@ -137,16 +146,22 @@ class Grid {
   double unit_ = 0;
 };
 
-double signed_volume(const std::vector<std::array<double, 3>>& points, const std::array<std::uint32_t, 3>& triangle) {
+double signed_volume(const std::vector<std::array<double, 3>>& points,
+                     const std::array<std::uint32_t, 3>& triangle) {
   const auto &a = points[triangle[0]], &b = points[triangle[1]], &c = points[triangle[2]];
-  return (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6;
+  return (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+          a[2] * (b[0] * c[1] - b[1] * c[0])) /
+         6;
 }
 
-/// The hull of points if it has no more volume than what their faces bound, so that these only have creases of rounding.
-std::optional<Expression> hull_without_creases(const std::vector<std::array<double, 3>>& points, const std::vector<std::vector<std::uint32_t>>& faces) {
+/// The hull of points if it has no more volume than what their faces bound, so that these only have creases
+/// of rounding.
+std::optional<Expression> hull_without_creases(const std::vector<std::array<double, 3>>& points,
+                                               const std::vector<std::vector<std::uint32_t>>& faces) {
   double volume = 0;
   for (const auto& face : faces)  // clockwise
-    for (std::size_t i = 1; i + 1 < face.size(); ++i) volume += signed_volume(points, {face[0], face[i + 1], face[i]});
+    for (std::size_t i = 1; i + 1 < face.size(); ++i)
+      volume += signed_volume(points, {face[0], face[i + 1], face[i]});
   Expression hull = model::convex_hull(points);
   const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
   if (primitive == nullptr) return std::nullopt;
@@ -157,7 +172,8 @@ std::optional<Expression> hull_without_creases(const std::vector<std::array<doub
   return hull;
 }
 
-Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::uint32_t slice, std::uint32_t slices, const Grid& grid) {
+Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::uint32_t slice,
+                         std::uint32_t slices, const Grid& grid) {
   std::vector<std::array<double, 3>> points;
   std::vector<std::vector<std::uint32_t>> faces;  // clockwise seen from outside
   for (const auto& path : outline) {
@@ -165,7 +181,8 @@ Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::
     for (std::uint32_t j = slice; j <= slice + 1; ++j) {
       const double t = static_cast<double>(j) / slices, c = cosine(-e.twist * t), s = sine(-e.twist * t);
       for (const auto& p : path)
-        points.push_back(grid.snapped({(1 - (1 - e.scale[0]) * t) * (c * p[0] - s * p[1]), (1 - (1 - e.scale[1]) * t) * (s * p[0] + c * p[1]), t}));
+        points.push_back(grid.snapped({(1 - (1 - e.scale[0]) * t) * (c * p[0] - s * p[1]),
+                                       (1 - (1 - e.scale[1]) * t) * (s * p[0] + c * p[1]), t}));
     }
     std::vector<std::uint32_t> bottom, top;
     for (std::uint32_t i = 0; i < n; ++i) {
@@ -193,13 +210,15 @@ Expression twisted_slice(const LinearExtrusion& e, const Outline& outline, std::
 }
 
 /// Slices of a scaled convex outline: convex but for the tetrahedra that the shorter diagonals cut off.
-Expression extrude_convex(const LinearExtrusion& e, const Outline& outline, std::uint32_t slices, const Grid& grid) {
+Expression extrude_convex(const LinearExtrusion& e, const Outline& outline, std::uint32_t slices,
+                          const Grid& grid) {
   const std::vector<Point>& path = outline[0];
   const auto n = path.size();
   std::vector<Expression> all;
   const auto at = [&](std::size_t i, std::uint32_t j) {
     const double t = static_cast<double>(j) / slices;
-    return grid.snapped({(1 - (1 - e.scale[0]) * t) * path[i % n][0], (1 - (1 - e.scale[1]) * t) * path[i % n][1], t});
+    return grid.snapped(
+        {(1 - (1 - e.scale[0]) * t) * path[i % n][0], (1 - (1 - e.scale[1]) * t) * path[i % n][1], t});
   };
   for (std::uint32_t j = 0; j < slices; ++j) {
     if (j + 1 == slices && flattens_to_a_line(e)) {  // its sides meet inside of the hull
@@ -216,7 +235,8 @@ Expression extrude_convex(const LinearExtrusion& e, const Outline& outline, std:
       // The two triangles along p1 q2 bulge if p2 lies behind the plane of p1 q1 q2.
       const double ux = q1[0] - p1[0], uy = q1[1] - p1[1], vx = q2[0] - p2[0], vy = q2[1] - p2[1];
       const double bulge = ux * vy - uy * vx;  // > 0: the upper edge is turned to the left
-      if (std::fabs(bulge) <= 1e-12 * std::hypot(ux, uy) * std::hypot(vx, vy)) continue;  // plane but for rounding
+      if (std::fabs(bulge) <= 1e-12 * std::hypot(ux, uy) * std::hypot(vx, vy))
+        continue;  // plane but for rounding
       if (first ? bulge > 0 : bulge < 0) slab.push_back(model::convex_hull({p1, q1, p2, q2}));
     }
     all.push_back(slab.size() == 1 ? slab[0] : model::subtract(std::move(slab)));
@@ -229,13 +249,14 @@ Expression extrude_convex(const LinearExtrusion& e, const Outline& outline, std:
 Expression extrude_outline(const LinearExtrusion& e, const Outline& outline, double coincidence) {
   const std::uint32_t slices = slice_count(e, outline);
   const Grid grid(e, outline, coincidence);
-  if (e.twist == 0 && outline.size() == 1 && is_convex_path(outline[0])) return placed(e, extrude_convex(e, outline, slices, grid));
+  if (e.twist == 0 && outline.size() == 1 && is_convex_path(outline[0]))
+    return placed(e, extrude_convex(e, outline, slices, grid));
   std::uint64_t edges = 0;
   for (const auto& path : outline) edges += path.size();
   if (slices * edges > most_slice_edges)
-    throw Error("linear_extrude: the number of slices is " + std::to_string(slices) + ", the number of edges in each " +
-                std::to_string(edges) + "; the limit is " + std::to_string(most_slice_edges) +
-                " edges in all: give fewer slices or a larger $fs");
+    throw Error("linear_extrude: the number of slices is " + std::to_string(slices) +
+                ", the number of edges in each " + std::to_string(edges) + "; the limit is " +
+                std::to_string(most_slice_edges) + " edges in all: give fewer slices or a larger $fs");
   // A mesh for each slice: it costs caps, but the mesh that a cell has to look at is small.
   std::vector<Expression> all;
   for (std::uint32_t j = 0; j < slices; ++j) all.push_back(twisted_slice(e, outline, j, slices, grid));
@@ -244,11 +265,14 @@ Expression extrude_outline(const LinearExtrusion& e, const Outline& outline, dou
 
 namespace {
 
-/// The cone between an edge and the axis, as part of a turn of at most 180 degrees, or as a whole one (angle = 360).
-Expression cone(const Point& low, const Point& high, double start, double angle, std::uint32_t segments, double coincidence) {
+/// The cone between an edge and the axis, as part of a turn of at most 180 degrees, or as a whole one (angle
+/// = 360).
+Expression cone(const Point& low, const Point& high, double start, double angle, std::uint32_t segments,
+                double coincidence) {
   // Its end is high[1] to the last bit only if that is not a sum; it matters where nothing is merged.
   if (angle == 360 && coincidence < outline_coincidence)
-    return Expression(std::make_shared<model::Node>(3, model::Lathe{segments, {{low[0], low[1]}, {high[0], high[1]}}}));
+    return Expression(
+        std::make_shared<model::Node>(3, model::Lathe{segments, {{low[0], low[1]}, {high[0], high[1]}}}));
   if (angle == 360) {
     const double shift[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, low[1], 0, 0, 0, 1};
     return model::transform(shift, model::cylinder(high[1] - low[1], low[0], high[0], segments));
@@ -265,7 +289,8 @@ Expression cone(const Point& low, const Point& high, double start, double angle,
 
 namespace {
 
-/// The outline with edges that are horizontal, or on the axis, but for the rounding of its corners made so: their cones would have no thickness.
+/// The outline with edges that are horizontal, or on the axis, but for the rounding of its corners made so:
+/// their cones would have no thickness.
 Outline straightened(Outline outline) {
   double reach = 0;
   for (const auto& path : outline)
@@ -273,8 +298,11 @@ Outline straightened(Outline outline) {
   const double rounding = reach * 0x1p-46;
   for (auto& path : outline) {
     const std::size_t n = path.size();
-    const auto is_level = [&](std::size_t i) { return std::fabs(path[(i + 1) % n][1] - path[i % n][1]) <= rounding; };
-    std::size_t first = 0;  // the end of an edge that is not horizontal, so that no run of horizontal ones goes past the end of the path
+    const auto is_level = [&](std::size_t i) {
+      return std::fabs(path[(i + 1) % n][1] - path[i % n][1]) <= rounding;
+    };
+    std::size_t first = 0;  // the end of an edge that is not horizontal, so that no run of horizontal ones
+                            // goes past the end of the path
     while (first < n && is_level(first)) ++first;
     if (first == n) continue;
     for (std::size_t i = first + 1; i < first + n; ++i)
@@ -290,7 +318,8 @@ Outline straightened(Outline outline) {
 
 }  // namespace
 
-Expression revolve_outline(const Outline& given, double start, double angle, std::uint32_t segments, double coincidence) {
+Expression revolve_outline(const Outline& given, double start, double angle, std::uint32_t segments,
+                           double coincidence) {
   const Outline outline = straightened(given);
   // Parts of a turn are convex up to 180 degrees. A whole turn with less than three segments is flat.
   struct Sector {
@@ -303,7 +332,8 @@ Expression revolve_outline(const Outline& given, double start, double angle, std
     sectors = {{0, 360, segments}};
   } else {
     // At most all of them, also where the angle is so small that the quotient is infinite.
-    const auto most = static_cast<std::uint32_t>(std::clamp(std::floor(180 / std::fabs(angle) * segments), 1.0, std::max(1.0, static_cast<double>(segments))));
+    const auto most = static_cast<std::uint32_t>(std::clamp(
+        std::floor(180 / std::fabs(angle) * segments), 1.0, std::max(1.0, static_cast<double>(segments))));
     for (std::uint32_t j = 0; j < segments; j += most) {
       const std::uint32_t count = std::min(most, segments - j);
       sectors.push_back({start + angle * j / segments, angle * count / segments, count});
@@ -315,7 +345,8 @@ Expression revolve_outline(const Outline& given, double start, double angle, std
       Point p = path[i], q = path[(i + 1) % path.size()];
       if (p[1] == q[1] || (p[0] == 0 && q[0] == 0)) continue;
       if (p[1] > q[1]) std::swap(p, q);
-      for (const Sector& sector : sectors) cones.push_back(cone(p, q, sector.start, sector.angle, sector.segments, coincidence));
+      for (const Sector& sector : sectors)
+        cones.push_back(cone(p, q, sector.start, sector.angle, sector.segments, coincidence));
     }
   if (cones.empty()) return Expression(3);
   Expression solid = cones.size() == 1 ? cones[0] : model::symmetric_difference(std::move(cones));

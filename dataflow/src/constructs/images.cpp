@@ -5,10 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include "operands/any_constructs.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/bounds.hpp"
 #include "bsp2/model/builder/builder.hpp"
+#include "operands/any_constructs.hpp"
 #include "operands/enclosure.hpp"
 #include "operands/placed_parts.hpp"
 
@@ -18,11 +18,14 @@ using model::Expression;
 
 namespace {
 
-/// Rows of the map from a section's space to the own space of what is placed there, constants last: the inverse of the placement.
-std::vector<std::vector<Real>> rows_into_primitive(const model::Section& section, const PlacedPrimitive& placed) {
+/// Rows of the map from a section's space to the own space of what is placed there, constants last: the
+/// inverse of the placement.
+std::vector<std::vector<Real>> rows_into_primitive(const model::Section& section,
+                                                   const PlacedPrimitive& placed) {
   const std::size_t d = size(placed.dimension), axis = size(section.axis);
   const Affine map(d, placed.matrix);
-  std::vector<std::vector<Real>> rows(d, std::vector<Real>(2 * d + 1));  // of the linear part, the unit matrix, the translation
+  std::vector<std::vector<Real>> rows(
+      d, std::vector<Real>(2 * d + 1));  // of the linear part, the unit matrix, the translation
   for (std::size_t i = 0; i < d; ++i) {
     for (std::size_t j = 0; j < d; ++j) rows[i][j] = static_cast<Real>(map.at(i, j));
     rows[i][d + i] = 1;
@@ -51,15 +54,17 @@ std::vector<std::vector<Real>> rows_into_primitive(const model::Section& section
   return result;
 }
 
-/// The points of a box at which low <= row . x <= high, the row's constant last: a parallelepiped, and more room along all other axes. Nothing if
-/// the row is constant and out of range, everything (no expression) if it is within.
+/// The points of a box at which low <= row . x <= high, the row's constant last: a parallelepiped, and more
+/// room along all other axes. Nothing if the row is constant and out of range, everything (no expression) if
+/// it is within.
 std::optional<Expression> slab(const std::vector<Real>& row, Real low, Real high, const AxisBox& room) {
   const std::size_t d = row.size() - 1;
   std::size_t along = 0;
   Real reach = std::fabs(row[d]);
   for (std::size_t i = 0; i < d; ++i) {
     if (std::fabs(row[i]) > std::fabs(row[along])) along = i;
-    reach += std::fabs(row[i]) * std::max(std::fabs(static_cast<Real>(room.lower[i])), std::fabs(static_cast<Real>(room.upper[i])));
+    reach += std::fabs(row[i]) * std::max(std::fabs(static_cast<Real>(room.lower[i])),
+                                          std::fabs(static_cast<Real>(room.upper[i])));
   }
   if (std::fabs(row[along]) * static_cast<Real>(room.upper[along] - room.lower[along]) <= 0x1p-48L * reach) {
     if (row[d] < low || row[d] > high) return Expression(static_cast<int>(d));
@@ -84,7 +89,8 @@ std::optional<Expression> slab(const std::vector<Real>& row, Real low, Real high
 Expression section_of_curved(const model::Section& section, const PlacedPrimitive& placed) {
   const int dimension = placed.dimension - 1;
   const std::size_t axis = size(section.axis);
-  model::Bounds bounds = model::bounds(model::transform(placed.matrix, make(placed.dimension, *placed.primitive)));
+  model::Bounds bounds =
+      model::bounds(model::transform(placed.matrix, make(placed.dimension, *placed.primitive)));
   if (section.at < bounds.lower[axis] || section.at > bounds.upper[axis]) return Expression(dimension);
   bounds.lower.erase(bounds.lower.begin() + static_cast<std::ptrdiff_t>(axis));
   bounds.upper.erase(bounds.upper.begin() + static_cast<std::ptrdiff_t>(axis));
@@ -100,7 +106,8 @@ Expression section_of_curved(const model::Section& section, const PlacedPrimitiv
       auto& row = whole.emplace_back(rows[0].size());
       row.back() = static_cast<Real>(inner->map[i + from]);
       for (std::size_t j = 0; j < from; ++j)
-        for (std::size_t k = 0; k < row.size(); ++k) row[k] += static_cast<Real>(inner->map[i + j]) * rows[j][k];
+        for (std::size_t k = 0; k < row.size(); ++k)
+          row[k] += static_cast<Real>(inner->map[i + j]) * rows[j][k];
     }
     rows = std::move(whole);
   } else if (const auto* round = std::get_if<model::Round>(placed.primitive)) {
@@ -113,7 +120,8 @@ Expression section_of_curved(const model::Section& section, const PlacedPrimitiv
     }
     const std::size_t axes = rows.size() - round->lengths.size();
     for (std::size_t j = axes; j < rows.size(); ++j)
-      if (auto between = slab(rows[j], 0, static_cast<Real>(round->lengths[j - axes]), room)) parts.push_back(*std::move(between));
+      if (auto between = slab(rows[j], 0, static_cast<Real>(round->lengths[j - axes]), room))
+        parts.push_back(*std::move(between));
   } else if (const auto* torus = std::get_if<model::Torus>(placed.primitive)) {
     preimage.solid = *torus;
   } else if (const auto* spline = std::get_if<model::Spline>(placed.primitive)) {
@@ -128,8 +136,10 @@ Expression section_of_curved(const model::Section& section, const PlacedPrimitiv
   return parts.size() == 1 ? parts[0] : model::intersect(std::move(parts));
 }
 
-/// The section of a placed ball or cylinder: x_axis depends either on one of its straight axes alone, or on its round ones.
-Expression section_of_round(const model::Section& section, const PlacedPrimitive& placed, const model::Round& round) {
+/// The section of a placed ball or cylinder: x_axis depends either on one of its straight axes alone, or on
+/// its round ones.
+Expression section_of_round(const model::Section& section, const PlacedPrimitive& placed,
+                            const model::Round& round) {
   const std::size_t d = size(placed.dimension), axes = d - round.lengths.size(), axis = size(section.axis);
   const Affine map(d, placed.matrix);
   std::vector<std::size_t> straight;
@@ -146,8 +156,7 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
   }
   norm = std::sqrt(norm);
   const Real rest = static_cast<Real>(section.at) - static_cast<Real>(map.at(axis, d));
-  if (straight.size() > 1 || (norm > 0 && !straight.empty()))
-    return section_of_curved(section, placed);
+  if (straight.size() > 1 || (norm > 0 && !straight.empty())) return section_of_curved(section, placed);
   // The columns that stay, and where the one that goes is.
   std::vector<std::vector<Real>> columns;
   std::vector<Real> origin(d);
@@ -162,12 +171,14 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
   double radius = round.bottom;
   if (!straight.empty()) {
     const std::size_t j = straight[0];
-    if (round.bottom != round.top && j > axes) return section_of_curved(section, placed);  // along the axis of a cone's prism
+    if (round.bottom != round.top && j > axes)
+      return section_of_curved(section, placed);  // along the axis of a cone's prism
     const Real y = rest / static_cast<Real>(map.at(axis, j));
     if (y < 0 || y > static_cast<Real>(round.lengths[j - axes])) return Expression(result);
     cut.lengths.erase(cut.lengths.begin() + static_cast<std::ptrdiff_t>(j - axes));
-    radius = static_cast<double>(static_cast<Real>(round.bottom) + (static_cast<Real>(round.top) - static_cast<Real>(round.bottom)) * y /
-                                                                       static_cast<Real>(round.lengths[j - axes]));
+    radius = static_cast<double>(static_cast<Real>(round.bottom) +
+                                 (static_cast<Real>(round.top) - static_cast<Real>(round.bottom)) * y /
+                                     static_cast<Real>(round.lengths[j - axes]));
     for (std::size_t i = 0; i < d; ++i) origin[i] += static_cast<Real>(map.at(i, j)) * y;
     for (std::size_t k = 0; k < d; ++k)
       if (k != j) columns.push_back(column(k));
@@ -181,7 +192,8 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
     for (std::size_t k = 0; k < axes; ++k) {
       std::vector<Real> entries(d);
       for (std::size_t i = 0; i < d; ++i)
-        for (std::size_t j = 0; j < axes; ++j) entries[i] += static_cast<Real>(map.at(i, j)) * turn[j * axes + k];
+        for (std::size_t j = 0; j < axes; ++j)
+          entries[i] += static_cast<Real>(map.at(i, j)) * turn[j * axes + k];
       if (k + 1 < axes)
         columns.push_back(entries);
       else
@@ -195,7 +207,8 @@ Expression section_of_round(const model::Section& section, const PlacedPrimitive
     for (std::size_t k = 0; k + 1 < d; ++k) image.at(row, k) = static_cast<double>(columns[k][i]);
     image.at(row++, d - 1) = static_cast<double>(origin[i]);
   }
-  return model::transform(image.entries, model::round_cylinder(result - static_cast<int>(cut.lengths.size()), radius, cut.lengths));
+  return model::transform(image.entries, model::round_cylinder(result - static_cast<int>(cut.lengths.size()),
+                                                               radius, cut.lengths));
 }
 
 using Pairs = std::vector<std::array<std::size_t, 2>>;
@@ -207,8 +220,10 @@ Pairs all_pairs(const std::vector<std::size_t>& a, const std::vector<std::size_t
   return pairs;
 }
 
-/// Pairs of corners of a polytope among which are the ends of all its edges from `a` to `b`: they have D - 1 facets in common. More do no harm.
-Pairs edges_of_polytope(const model::Polytope& polytope, std::size_t d, double grid, const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) {
+/// Pairs of corners of a polytope among which are the ends of all its edges from `a` to `b`: they have D - 1
+/// facets in common. More do no harm.
+Pairs edges_of_polytope(const model::Polytope& polytope, std::size_t d, double grid,
+                        const std::vector<std::size_t>& a, const std::vector<std::size_t>& b) {
   const auto on_facet = [&](const double* half_space, std::size_t p) {
     double value = half_space[d], norm = 0;
     for (std::size_t k = 0; k < d; ++k) {
@@ -235,8 +250,8 @@ Pairs edges_of_polytope(const model::Polytope& polytope, std::size_t d, double g
   return pairs;
 }
 
-/// The section of a convex hull: the points on the hyperplane, and where segments between points of both sides cross it. A
-/// face that lies there counts. Of many points only the edges of the hull are looked at.
+/// The section of a convex hull: the points on the hyperplane, and where segments between points of both
+/// sides cross it. A face that lies there counts. Of many points only the edges of the hull are looked at.
 Expression section_of_hull(const model::Section& section, Points corners, int dimension) {
   constexpr std::size_t many_pairs = 50'000;
   const std::size_t d = size(dimension), axis = size(section.axis);
@@ -273,7 +288,8 @@ Expression section_of_hull(const model::Section& section, Points corners, int di
   Pairs pairs;
   if (mesh != nullptr) {
     for (const auto& triangle : mesh->triangles)
-      for (std::size_t i = 0; i < 3; ++i) pairs.push_back({triangle[i], triangle[(i + 1) % 3]});  // each edge both ways: one is from below
+      for (std::size_t i = 0; i < 3; ++i)
+        pairs.push_back({triangle[i], triangle[(i + 1) % 3]});  // each edge both ways: one is from below
   } else if (polytope != nullptr) {
     pairs = edges_of_polytope(*polytope, d, reach * 0x1p-30, below, above);
   } else {
@@ -283,12 +299,14 @@ Expression section_of_hull(const model::Section& section, Points corners, int di
   const auto add = [&](std::size_t p, std::size_t q, Real t) {
     for (std::size_t k = 0; k < d; ++k)
       if (k != axis)
-        cut.push_back(static_cast<double>(static_cast<Real>(corners[p * d + k]) +
-                                          t * (static_cast<Real>(corners[q * d + k]) - static_cast<Real>(corners[p * d + k]))));
+        cut.push_back(static_cast<double>(
+            static_cast<Real>(corners[p * d + k]) +
+            t * (static_cast<Real>(corners[q * d + k]) - static_cast<Real>(corners[p * d + k]))));
   };
   for (const std::size_t p : on) add(p, p, 0);
   for (const auto& [p, q] : pairs) {
-    if (!(corners[p * d + axis] - section.at < -grid) || !(corners[q * d + axis] - section.at > grid)) continue;
+    if (!(corners[p * d + axis] - section.at < -grid) || !(corners[q * d + axis] - section.at > grid))
+      continue;
     const Real low = static_cast<Real>(corners[p * d + axis]) - static_cast<Real>(section.at),
                high = static_cast<Real>(corners[q * d + axis]) - static_cast<Real>(section.at);
     add(p, q, low / (low - high));
@@ -298,7 +316,8 @@ Expression section_of_hull(const model::Section& section, Points corners, int di
 
 }  // namespace
 
-Expression image_of(const model::Shadow& shadow, const std::vector<Expression>& operands, const ConstructContext& context) {
+Expression image_of(const model::Shadow& shadow, const std::vector<Expression>& operands,
+                    const ConstructContext& context) {
   const std::size_t d = size(operands[0].dimension()), kept = shadow.axes.size();
   const auto of_corners = [&](const Points& corners) {
     Points flat;
@@ -311,23 +330,29 @@ Expression image_of(const model::Shadow& shadow, const std::vector<Expression>& 
     std::vector<Real> centre, rows;
     for (const int i : shadow.axes) {
       centre.push_back(static_cast<Real>(ball.matrix[size(i) * (d + 1) + d]));
-      for (std::size_t j = 0; j < d; ++j) rows.push_back(static_cast<Real>(ball.matrix[size(i) * (d + 1) + j]) * radius);
+      for (std::size_t j = 0; j < d; ++j)
+        rows.push_back(static_cast<Real>(ball.matrix[size(i) * (d + 1) + j]) * radius);
     }
     return ellipsoid(centre, std::move(rows));
   };
   return distributed(operands[0], static_cast<int>(kept), context, of_corners, of_ball);
 }
 
-Expression image_of(const model::Section& section, const std::vector<Expression>& operands, const ConstructContext& context) {
-  return with_primitives_replaced(operands[0], operands[0].dimension() - 1, [&](const PlacedPrimitive& placed) {
-    if (const auto* round = std::get_if<model::Round>(placed.primitive)) return section_of_round(section, placed, *round);
-    if (model::is_curved(*placed.primitive)) return section_of_curved(section, placed);
-    std::vector<Expression> parts;
-    for_convex_parts(placed, context, [&](const Points& corners) { parts.push_back(section_of_hull(section, corners, placed.dimension)); });
-    const auto* polytope = std::get_if<model::Polytope>(placed.primitive);
-    const Expression cut = united(placed.dimension - 1, std::move(parts));
-    return polytope != nullptr && polytope->undecided ? undecided(cut, context.options) : cut;
-  });
+Expression image_of(const model::Section& section, const std::vector<Expression>& operands,
+                    const ConstructContext& context) {
+  return with_primitives_replaced(
+      operands[0], operands[0].dimension() - 1, [&](const PlacedPrimitive& placed) {
+        if (const auto* round = std::get_if<model::Round>(placed.primitive))
+          return section_of_round(section, placed, *round);
+        if (model::is_curved(*placed.primitive)) return section_of_curved(section, placed);
+        std::vector<Expression> parts;
+        for_convex_parts(placed, context, [&](const Points& corners) {
+          parts.push_back(section_of_hull(section, corners, placed.dimension));
+        });
+        const auto* polytope = std::get_if<model::Polytope>(placed.primitive);
+        const Expression cut = united(placed.dimension - 1, std::move(parts));
+        return polytope != nullptr && polytope->undecided ? undecided(cut, context.options) : cut;
+      });
 }
 
 }  // namespace bsp2::dataflow

@@ -11,9 +11,12 @@ constexpr double mitre_limit = 1e6;  // no corner of a model is so sharp
 
 ClipperLib::JoinType join_of(model::Offset::Join join) {
   switch (join) {
-    case model::Offset::Join::round: return ClipperLib::jtRound;
-    case model::Offset::Join::mitre: return ClipperLib::jtMiter;
-    default: return ClipperLib::jtSquare;
+    case model::Offset::Join::round:
+      return ClipperLib::jtRound;
+    case model::Offset::Join::mitre:
+      return ClipperLib::jtMiter;
+    default:
+      return ClipperLib::jtSquare;
   }
 }
 
@@ -40,7 +43,8 @@ Outline offset_outline(const model::Offset& offset, const Outline& outline) {
   Outline result;
   for (const auto& path : moved) {
     auto& corners = result.emplace_back();
-    for (const auto& p : path) corners.push_back({static_cast<double>(p.X) * unit, static_cast<double>(p.Y) * unit});
+    for (const auto& p : path)
+      corners.push_back({static_cast<double>(p.X) * unit, static_cast<double>(p.Y) * unit});
   }
   return result;
 }

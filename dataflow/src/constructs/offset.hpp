@@ -5,8 +5,8 @@
 
 namespace bsp2::dataflow {
 
-/// The outline moved outwards (inwards for a negative distance), by the Clipper library, as OpenSCAD 2021.01 does, but on a
-/// grid of 2^-45 of the largest coordinate.
+/// The outline moved outwards (inwards for a negative distance), by the Clipper library, as OpenSCAD 2021.01
+/// does, but on a grid of 2^-45 of the largest coordinate.
 Outline offset_outline(const model::Offset& offset, const Outline& outline);
 
 }  // namespace bsp2::dataflow

@@ -16,7 +16,8 @@ namespace {
 
 using Point = std::array<double, 2>;
 
-/// Gives one number to all rounded positions of one corner: the same point is rounded differently in different cells.
+/// Gives one number to all rounded positions of one corner: the same point is rounded differently in
+/// different cells.
 class CornerNumbers {
  public:
   explicit CornerNumbers(double distance) : distance_(distance) {}
@@ -38,7 +39,8 @@ class CornerNumbers {
 
  private:
   static std::uint64_t key(std::int64_t i, std::int64_t j) {
-    return static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ull ^ static_cast<std::uint64_t>(j) * 0xC2B2AE3D27D4EB4Full;
+    return static_cast<std::uint64_t>(i) * 0x9E3779B97F4A7C15ull ^
+           static_cast<std::uint64_t>(j) * 0xC2B2AE3D27D4EB4Full;
   }
   double distance_;
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> by_square_;
@@ -50,7 +52,8 @@ struct Edge {
 
 class Tracer {
  public:
-  Tracer(const Network<2>& network, const std::vector<geometry::CellBatch>& batches) : network_(network), corners_(resolution(batches)) {
+  Tracer(const Network<2>& network, const std::vector<geometry::CellBatch>& batches)
+      : network_(network), corners_(resolution(batches)) {
     for (const auto& batch : batches) add(batch);
   }
 
@@ -77,9 +80,11 @@ class Tracer {
     for (std::size_t cell = 0; cell < batch.size(); ++cell) {
       const auto points = batch.cell_points(cell);
       std::vector<std::uint32_t> number;
-      for (std::size_t i = 0; i < points.size(); i += 2) number.push_back(corners_.number({points[i], points[i + 1]}));
+      for (std::size_t i = 0; i < points.size(); i += 2)
+        number.push_back(corners_.number({points[i], points[i + 1]}));
       for (const Edge& edge : around(batch, cell))
-        if (number[edge.from] != number[edge.to]) edges_.push_back({number[edge.from], number[edge.to], edge.line});
+        if (number[edge.from] != number[edge.to])
+          edges_.push_back({number[edge.from], number[edge.to], edge.line});
     }
   }
 
@@ -94,12 +99,14 @@ class Tracer {
       const auto ends = batch.vertices_of_facet(f);
       const std::int32_t code = batch.facet_hyperplane[f];
       const auto line = static_cast<std::uint32_t>(code < 0 ? ~code : code);
-      const double dx = points[2 * ends[1]] - points[2 * ends[0]], dy = points[2 * ends[1] + 1] - points[2 * ends[0] + 1];
+      const double dx = points[2 * ends[1]] - points[2 * ends[0]],
+                   dy = points[2 * ends[1] + 1] - points[2 * ends[0] + 1];
       edges.push_back({ends[0], ends[1], line});
       if (std::hypot(dx, dy) <= length) continue;
       length = std::hypot(dx, dy);
       longest = edges.size() - 1;
-      // The cell is where the hyperplane is negative. Points would not tell on which side a thin one is, nor short edges where they lead.
+      // The cell is where the hyperplane is negative. Points would not tell on which side a thin one is, nor
+      // short edges where they lead.
       const auto normal = network_.table.rounded(line).normal;
       is_reversed = (normal[0] * dy - normal[1] * dx < 0) != (code < 0);
     }
@@ -108,7 +115,8 @@ class Tracer {
     if (is_reversed) std::swap(edges[0].from, edges[0].to);
     for (std::size_t i = 1; i < edges.size(); ++i) {
       const std::uint32_t at = edges[i - 1].to;
-      const auto next = std::find_if(edges.begin() + static_cast<std::ptrdiff_t>(i), edges.end(), [&](const Edge& e) { return e.from == at || e.to == at; });
+      const auto next = std::find_if(edges.begin() + static_cast<std::ptrdiff_t>(i), edges.end(),
+                                     [&](const Edge& e) { return e.from == at || e.to == at; });
       if (next == edges.end()) throw std::logic_error("the edges of a cell of an outline make no cycle");
       if (next->to == at) std::swap(next->from, next->to);
       std::iter_swap(edges.begin() + static_cast<std::ptrdiff_t>(i), next);
@@ -118,7 +126,8 @@ class Tracer {
 
   /// Cuts the edges of each line at all corners of edges on it.
   void split_at_t_vertices() {
-    std::stable_sort(edges_.begin(), edges_.end(), [](const Edge& a, const Edge& b) { return a.line < b.line; });
+    std::stable_sort(edges_.begin(), edges_.end(),
+                     [](const Edge& a, const Edge& b) { return a.line < b.line; });
     std::vector<Edge> pieces;
     for (std::size_t begin = 0, end = 0; begin < edges_.size(); begin = end) {
       while (end < edges_.size() && edges_[end].line == edges_[begin].line) ++end;
@@ -137,8 +146,12 @@ class Tracer {
       if (length > longest) longest = length, direction = {q[0] - p[0], q[1] - p[1]};
       on_line.insert(on_line.end(), {edge.from, edge.to});
     }
-    const auto along = [&](std::uint32_t n) { return corners_.points[n][0] * direction[0] + corners_.points[n][1] * direction[1]; };
-    std::sort(on_line.begin(), on_line.end(), [&](auto a, auto b) { return std::pair{along(a), a} < std::pair{along(b), b}; });
+    const auto along = [&](std::uint32_t n) {
+      return corners_.points[n][0] * direction[0] + corners_.points[n][1] * direction[1];
+    };
+    std::sort(on_line.begin(), on_line.end(), [&](auto a, auto b) {
+      return std::pair{along(a), a} < std::pair{along(b), b};
+    });
     on_line.erase(std::unique(on_line.begin(), on_line.end()), on_line.end());
     std::unordered_map<std::uint32_t, std::size_t> place;
     for (std::size_t i = 0; i < on_line.size(); ++i) place[on_line[i]] = i;
@@ -156,11 +169,13 @@ class Tracer {
   /// Takes out pairs of opposite edges.
   void cancel() {
     const auto key = [](const Edge& e) { return std::array{std::min(e.from, e.to), std::max(e.from, e.to)}; };
-    std::stable_sort(edges_.begin(), edges_.end(), [&](const Edge& a, const Edge& b) { return key(a) < key(b); });
+    std::stable_sort(edges_.begin(), edges_.end(),
+                     [&](const Edge& a, const Edge& b) { return key(a) < key(b); });
     std::vector<Edge> left;
     for (std::size_t begin = 0, end = 0; begin < edges_.size(); begin = end) {
       std::vector<Edge> up, down;
-      for (; end < edges_.size() && key(edges_[end]) == key(edges_[begin]); ++end) (edges_[end].from < edges_[end].to ? up : down).push_back(edges_[end]);
+      for (; end < edges_.size() && key(edges_[end]) == key(edges_[begin]); ++end)
+        (edges_[end].from < edges_[end].to ? up : down).push_back(edges_[end]);
       const std::size_t pairs = std::min(up.size(), down.size());
       left.insert(left.end(), up.begin() + static_cast<std::ptrdiff_t>(pairs), up.end());
       left.insert(left.end(), down.begin() + static_cast<std::ptrdiff_t>(pairs), down.end());
@@ -169,7 +184,8 @@ class Tracer {
   }
 
   Outline trace() {
-    std::stable_sort(edges_.begin(), edges_.end(), [](const Edge& a, const Edge& b) { return a.from < b.from; });
+    std::stable_sort(edges_.begin(), edges_.end(),
+                     [](const Edge& a, const Edge& b) { return a.from < b.from; });
     std::vector<bool> used(edges_.size());
     Outline outline;
     for (std::size_t start = 0; start < edges_.size(); ++start) {
@@ -190,17 +206,20 @@ class Tracer {
   void check_end(const std::vector<Edge>& path) const {
     if (path.back().to == path.front().from) return;
     const auto& end = corners_.points[path.back().to];
-    throw std::logic_error("the outline of a plane solid does not close at (" + std::to_string(end[0]) + ", " + std::to_string(end[1]) + ")");
+    throw std::logic_error("the outline of a plane solid does not close at (" + std::to_string(end[0]) +
+                           ", " + std::to_string(end[1]) + ")");
   }
 
-  /// The edge that bounds the same corner of the solid: of those that leave, the first one clockwise from the way back.
+  /// The edge that bounds the same corner of the solid: of those that leave, the first one clockwise from the
+  /// way back.
   std::size_t next_of(const Edge& edge, const std::vector<bool>& used) const {
     const auto& p = corners_.points[edge.from];
     const auto& q = corners_.points[edge.to];
     const double back = std::atan2(p[1] - q[1], p[0] - q[0]);
     std::size_t best = edges_.size();
     double least = 10;
-    auto at = std::lower_bound(edges_.begin(), edges_.end(), edge.to, [](const Edge& e, std::uint32_t corner) { return e.from < corner; });
+    auto at = std::lower_bound(edges_.begin(), edges_.end(), edge.to,
+                               [](const Edge& e, std::uint32_t corner) { return e.from < corner; });
     for (; at != edges_.end() && at->from == edge.to; ++at) {
       const auto i = static_cast<std::size_t>(at - edges_.begin());
       if (used[i]) continue;
@@ -229,7 +248,9 @@ Outline outline_of(const model::Expression& solid, const CompileOptions& options
   CompileOptions own = options;
   own.coincidence = outline_coincidence;
   Outline outline;
-  evaluate_plane_cells(solid, own, [&](const Network<2>& network, const auto& batches) { outline = Tracer(network, batches).run(); });
+  evaluate_plane_cells(solid, own, [&](const Network<2>& network, const auto& batches) {
+    outline = Tracer(network, batches).run();
+  });
   return outline;
 }
 

@@ -3,11 +3,11 @@
 #include <optional>
 #include <utility>
 
-#include "operands/any_constructs.hpp"
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/model/expression/bottom_up.hpp"
 #include "bsp2/model/builder/bounds.hpp"
 #include "bsp2/model/builder/builder.hpp"
+#include "bsp2/model/expression/bottom_up.hpp"
+#include "operands/any_constructs.hpp"
 #include "operands/placed_parts.hpp"
 
 namespace bsp2::dataflow {
@@ -45,7 +45,8 @@ std::optional<AxisBox> axis_box(const Expression& solid) {
 /// The product of one primitive with [0, length].
 class Prism {
  public:
-  Prism(int dimension, double length, const ConstructContext& context) : dimension_(dimension), length_(length), context_(context) {}
+  Prism(int dimension, double length, const ConstructContext& context)
+      : dimension_(dimension), length_(length), context_(context) {}
 
   Expression operator()(const model::Cuboid& cuboid) const {
     model::Cuboid prism = cuboid;
@@ -63,20 +64,24 @@ class Prism {
   }
   Expression operator()(const model::ConvexPolygon& polygon) const {
     if (dimension_ == 3) return of_corners(polygon);
-    return model::transform(std::vector<double>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, length_, 0, 0, 0, 0, 1}, make(3, polygon));
+    return model::transform(std::vector<double>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, length_, 0, 0, 0, 0, 1},
+                            make(3, polygon));
   }
   Expression operator()(const model::Lathe& lathe) const { return of_corners(lathe); }
   Expression operator()(const model::TriangleMesh& mesh) const { return of_corners(mesh); }
   Expression operator()(const model::Torus& torus) const { return of_preimage(itself(torus)); }
   Expression operator()(const model::Spline& spline) const { return of_preimage(itself(spline)); }
-  Expression operator()(const model::SubdivisionSurface& surface) const { return of_preimage(itself(surface)); }
+  Expression operator()(const model::SubdivisionSurface& surface) const {
+    return of_preimage(itself(surface));
+  }
   Expression operator()(const model::Preimage& preimage) const { return of_preimage(preimage); }
   Expression operator()(const model::Polytope& polytope) const {
     if (polytope.half_spaces.empty()) return Expression(dimension_ + 1);  // flat: it encloses nothing
     const std::size_t d = size(dimension_);
     model::Polytope prism;
     for (const double end : {0.0, length_})
-      for (std::size_t i = 0; i < polytope.corners.size(); i += d) add_point(prism.corners, {polytope.corners.data() + i, d}, end);
+      for (std::size_t i = 0; i < polytope.corners.size(); i += d)
+        add_point(prism.corners, {polytope.corners.data() + i, d}, end);
     for (std::size_t i = 0; i < polytope.half_spaces.size(); i += d + 1) {
       add_point(prism.half_spaces, {polytope.half_spaces.data() + i, d}, 0);
       prism.half_spaces.push_back(polytope.half_spaces[i + d]);
@@ -108,7 +113,8 @@ class Prism {
   /// The map does not look at the new axis; what lies beyond its ends is cut off.
   [[nodiscard]] Expression of_preimage(model::Preimage preimage) const {
     const std::size_t d = size(dimension_), rows = preimage.map.size() / (d + 1);
-    for (std::size_t i = rows; i-- > 0;) preimage.map.insert(preimage.map.begin() + static_cast<std::ptrdiff_t>(i * (d + 1) + d), 0.0);
+    for (std::size_t i = rows; i-- > 0;)
+      preimage.map.insert(preimage.map.begin() + static_cast<std::ptrdiff_t>(i * (d + 1) + d), 0.0);
     AxisBox room{preimage.lower, preimage.upper};
     for (std::size_t i = 0; i < d; ++i) {
       const double side = (room.upper[i] - room.lower[i]) / 8;
@@ -119,7 +125,8 @@ class Prism {
     room.upper.push_back(length_);
     preimage.lower.push_back(-length_ / 8);
     preimage.upper.push_back(length_ * 1.125);
-    return model::intersect({make(dimension_ + 1, std::move(preimage)), moved(model::cuboid(room.lengths()), room.lower)});
+    return model::intersect(
+        {make(dimension_ + 1, std::move(preimage)), moved(model::cuboid(room.lengths()), room.lower)});
   }
   static void add_point(std::vector<double>& to, std::span<const double> first, double last) {
     to.insert(to.end(), first.begin(), first.end());
@@ -130,15 +137,16 @@ class Prism {
     for (const Points& part : convex_parts(make(dimension_, primitive), context_.options)) {
       Points corners;
       for (const double end : {0.0, length_})
-        for (std::size_t i = 0; i < part.size(); i += size(dimension_)) add_point(corners, {part.data() + i, size(dimension_)}, end);
+        for (std::size_t i = 0; i < part.size(); i += size(dimension_))
+          add_point(corners, {part.data() + i, size(dimension_)}, end);
       prisms.push_back(model::convex_hull(dimension_ + 1, corners));
     }
     return united(dimension_ + 1, std::move(prisms));
   }
 };
 
-/// The product of a bounded solid with [0, length] along a new last axis: every primitive becomes a prism, all else stays. For
-/// outside of all primitives the solid is not.
+/// The product of a bounded solid with [0, length] along a new last axis: every primitive becomes a prism,
+/// all else stays. For outside of all primitives the solid is not.
 Expression lifted(const Expression& solid, double length, const ConstructContext& context) {
   return model::BottomUp<Expression>().run(
       solid, [](const Expression&) -> std::optional<Expression> { return std::nullopt; },
@@ -181,7 +189,8 @@ Expression rotated_axes(const Expression& solid, std::size_t count) {
 /// The bounds of a solid with some room around them, so that no facet of theirs lies in one of its own.
 AxisBox roomy_bounds(const Expression& solid) {
   const model::Bounds bounds = model::bounds(solid);
-  if (!bounds.is_finite()) throw Error("product: an operand has no bounds; intersect it with something that has");
+  if (!bounds.is_finite())
+    throw Error("product: an operand has no bounds; intersect it with something that has");
   AxisBox box{bounds.lower, bounds.upper};
   for (std::size_t i = 0; i < box.lower.size(); ++i) {
     const double room = (bounds.upper[i] - bounds.lower[i]) / 8;
@@ -193,14 +202,17 @@ AxisBox roomy_bounds(const Expression& solid) {
 
 }  // namespace
 
-Expression image_of(const model::Product&, const std::vector<Expression>& operands, const ConstructContext& context) {
+Expression image_of(const model::Product&, const std::vector<Expression>& operands,
+                    const ConstructContext& context) {
   const Expression &a = operands[0], &b = operands[1];
-  if (model::bounds(a).is_empty() || model::bounds(b).is_empty()) return Expression(a.dimension() + b.dimension());
+  if (model::bounds(a).is_empty() || model::bounds(b).is_empty())
+    return Expression(a.dimension() + b.dimension());
   const AxisBox a_room = roomy_bounds(a), b_room = roomy_bounds(b);
   if (const auto box = axis_box(b)) return times_box(a, *box, context);
   if (const auto box = axis_box(a)) return rotated_axes(times_box(b, *box, context), size(a.dimension()));
   // The paper: embed both, then intersect.
-  return model::intersect({times_box(a, b_room, context), rotated_axes(times_box(b, a_room, context), size(a.dimension()))});
+  return model::intersect(
+      {times_box(a, b_room, context), rotated_axes(times_box(b, a_room, context), size(a.dimension()))});
 }
 
 }  // namespace bsp2::dataflow

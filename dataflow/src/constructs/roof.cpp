@@ -10,9 +10,9 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 
-// Notation: an edge runs from a to b with the solid on its left; d is its direction, n its normal to the left. In the
-// plane of its face a point is a + s d + h n at the height h. Time is height: the wavefront at the time h is the roof's
-// contour there.
+// Notation: an edge runs from a to b with the solid on its left; d is its direction, n its normal to the
+// left. In the plane of its face a point is a + s d + h n at the height h. Time is height: the wavefront at
+// the time h is the roof's contour there.
 namespace bsp2::dataflow {
 namespace {
 
@@ -55,10 +55,12 @@ struct Track {
 /// Moves all reflex corners until each has met something.
 class Motorcycles {
  public:
-  Motorcycles(std::vector<RoofEdge>& edges, const Outline& outline, double height, double grid) : edges_(edges), height_(height), grid_(grid) {
+  Motorcycles(std::vector<RoofEdge>& edges, const Outline& outline, double height, double grid)
+      : edges_(edges), height_(height), grid_(grid) {
     std::size_t first = 0;
     for (const auto& path : outline) {
-      for (std::size_t i = 0; i < path.size(); ++i) launch(first + (i + path.size() - 1) % path.size(), first + i, path[i], 0);
+      for (std::size_t i = 0; i < path.size(); ++i)
+        launch(first + (i + path.size() - 1) % path.size(), first + i, path[i], 0);
       first += path.size();
     }
   }
@@ -83,7 +85,9 @@ class Motorcycles {
     double time, time_of_other;
     std::size_t who, into;
     [[nodiscard]] bool is_meeting(double grid) const { return into != wall && time - time_of_other <= grid; }
-    friend bool operator<(const Crash& x, const Crash& y) { return x.time > y.time; }  // the queue gives the earliest
+    friend bool operator<(const Crash& x, const Crash& y) {
+      return x.time > y.time;
+    }  // the queue gives the earliest
   };
   std::vector<RoofEdge>& edges_;
   const double height_, grid_;  // grid: times and places closer than this are one
@@ -92,14 +96,16 @@ class Motorcycles {
 
   /// Whether both still come that far.
   [[nodiscard]] bool happens(const Crash& crash) const {
-    return tracks_[crash.who].end > crash.time && (crash.into == wall || tracks_[crash.into].end + grid_ >= crash.time_of_other);
+    return tracks_[crash.who].end > crash.time &&
+           (crash.into == wall || tracks_[crash.into].end + grid_ >= crash.time_of_other);
   }
 
   /// A track for the corner between two edges, if it is reflex.
   void launch(std::size_t before, std::size_t after, const Point& from, double time) {
     RoofEdge &e = edges_[before], &f = edges_[after];
     if (cross(e.d, f.d) >= -1e-12) return;
-    const Point velocity = 1 / (1 + dot(e.n, f.n)) * (e.n + f.n);  // its distance from both edges grows like the time
+    const Point velocity =
+        1 / (1 + dot(e.n, f.n)) * (e.n + f.n);  // its distance from both edges grows like the time
     const std::size_t self = tracks_.size();
     tracks_.push_back({from, velocity, time, before, after});
     e.from_b.push_back(self);
@@ -113,21 +119,27 @@ class Motorcycles {
     const double det = cross(track.velocity, edge.d);
     if (det == 0) return;
     const double time = cross(edge.a - track.origin, edge.d) / det;
-    const double place = dot(track.origin + time * track.velocity - edge.a, edge.d), length = dot(edge.b - edge.a, edge.d);
-    if (time > grid_ && place >= -grid_ && place <= length + grid_) crashes_.push({track.start + time, 0, self, wall});
+    const double place = dot(track.origin + time * track.velocity - edge.a, edge.d),
+                 length = dot(edge.b - edge.a, edge.d);
+    if (time > grid_ && place >= -grid_ && place <= length + grid_)
+      crashes_.push({track.start + time, 0, self, wall});
   }
 
   void add_meeting(std::size_t x, std::size_t y) {
     const Track &p = tracks_[x], &q = tracks_[y];
     const Point apart = q.origin - p.origin;
-    const double det = cross(p.velocity, q.velocity), speeds = std::hypot(p.velocity[0], p.velocity[1]) * std::hypot(q.velocity[0], q.velocity[1]);
+    const double det = cross(p.velocity, q.velocity),
+                 speeds = std::hypot(p.velocity[0], p.velocity[1]) * std::hypot(q.velocity[0], q.velocity[1]);
     if (std::fabs(det) <= 1e-12 * speeds) {
       // On one line they can only meet head-on: somebody who follows another is in a track already.
       const double speed = std::hypot(p.velocity[0], p.velocity[1]);
-      if (std::fabs(cross(apart, p.velocity)) > grid_ * speed || dot(apart, p.velocity) <= 0 || dot(p.velocity, q.velocity) >= 0) return;
+      if (std::fabs(cross(apart, p.velocity)) > grid_ * speed || dot(apart, p.velocity) <= 0 ||
+          dot(p.velocity, q.velocity) >= 0)
+        return;
       const double both = speed + std::hypot(q.velocity[0], q.velocity[1]);
       const Point p_late = p.at(std::max(p.start, q.start)), q_late = q.at(std::max(p.start, q.start));
-      const double time = std::max(p.start, q.start) + std::hypot(q_late[0] - p_late[0], q_late[1] - p_late[1]) / both;
+      const double time =
+          std::max(p.start, q.start) + std::hypot(q_late[0] - p_late[0], q_late[1] - p_late[1]) / both;
       return crashes_.push({time, time, x, y});
     }
     const double s = p.start + cross(apart, q.velocity) / det, t = q.start + cross(apart, p.velocity) / det;
@@ -138,7 +150,8 @@ class Motorcycles {
       crashes_.push({t, s, y, x});
   }
 
-  /// Corners meet: the wavefront comes apart between them, and each part may have a reflex corner there again.
+  /// Corners meet: the wavefront comes apart between them, and each part may have a reflex corner there
+  /// again.
   void meet(const Crash& first) {
     const Point place = tracks_[first.who].at(first.time);
     std::vector<std::size_t> all{first.who, first.into};
@@ -160,8 +173,11 @@ class Motorcycles {
     }
     for (const Crash& crash : others) crashes_.push(crash);
     // Counter-clockwise around the place, by where they come from.
-    const auto angle = [&](std::size_t track) { return std::atan2(-tracks_[track].velocity[1], -tracks_[track].velocity[0]); };
-    std::sort(all.begin(), all.end(), [&](std::size_t x, std::size_t y) { return std::pair(angle(x), x) < std::pair(angle(y), y); });
+    const auto angle = [&](std::size_t track) {
+      return std::atan2(-tracks_[track].velocity[1], -tracks_[track].velocity[0]);
+    };
+    std::sort(all.begin(), all.end(),
+              [&](std::size_t x, std::size_t y) { return std::pair(angle(x), x) < std::pair(angle(y), y); });
     all.erase(std::unique(all.begin(), all.end()), all.end());
     for (const std::size_t track : all) tracks_[track].end = std::min(tracks_[track].end, first.time);
     for (std::size_t i = 0; is_new && i < all.size(); ++i) {
@@ -170,15 +186,16 @@ class Motorcycles {
     }
   }
 
-  /// The angle of the wavefront's part between two tracks that meet, the second one counter-clockwise from the first; not positive if this part
-  /// is gone by now, as between the points of a regular star.
+  /// The angle of the wavefront's part between two tracks that meet, the second one counter-clockwise from
+  /// the first; not positive if this part is gone by now, as between the points of a regular star.
   [[nodiscard]] double part_angle(std::size_t here, std::size_t next) const {
     const auto angle = [](const Point& p) { return std::atan2(p[1], p[0]); };
     const auto from = [&](std::size_t track) { return angle(-1.0 * tracks_[track].velocity); };
     const auto turn = [](double a, double b) { return std::remainder(b - a, 2 * std::numbers::pi); };
     double sector = turn(from(here), from(next));
     if (sector <= 0) sector += 2 * std::numbers::pi;
-    const double first = turn(from(here), angle(edges_[tracks_[here].after].d)), last = turn(angle(-1.0 * edges_[tracks_[next].before].d), from(next));
+    const double first = turn(from(here), angle(edges_[tracks_[here].after].d)),
+                 last = turn(angle(-1.0 * edges_[tracks_[next].before].d), from(next));
     return sector - first - last;
   }
 };
@@ -211,18 +228,20 @@ Expression above(const RoofEdge& edge, const std::vector<Track>& tracks, double 
   return model::convex_hull(points);
 }
 
-/// What lies above both planes along a track: they only touch there, and rounding must not leave a crack between them.
+/// What lies above both planes along a track: they only touch there, and rounding must not leave a crack
+/// between them.
 Expression along(const Track& track, const std::vector<RoofEdge>& edges, double height) {
   SpacePoints points;
   const double end = std::min(track.end, height), time = end - track.start;
   add_column(points, track.origin, track.start, height);
   add_column(points, track.at(end), end, height);
-  for (const std::size_t edge : {track.before, track.after}) add_column(points, track.origin + time * edges[edge].n, end, height);
+  for (const std::size_t edge : {track.before, track.after})
+    add_column(points, track.origin + time * edges[edge].n, end, height);
   return model::convex_hull(points);
 }
 
-/// What lies above the distance from an edge: the hull of cones over its ends, whose sides touch the true ones from
-/// outside and two of which are the planes of the edge.
+/// What lies above the distance from an edge: the hull of cones over its ends, whose sides touch the true
+/// ones from outside and two of which are the planes of the edge.
 Expression above_distance(const RoofEdge& edge, std::uint32_t sides, double height) {
   SpacePoints points{{edge.a[0], edge.a[1], 0}, {edge.b[0], edge.b[1], 0}};
   const double radius = height / model::cosine(180.0 / sides);
@@ -248,7 +267,8 @@ std::vector<Expression> pieces_above_roof(const model::Roof& roof, const Outline
     return pieces;
   }
   const double asked = model::side_count(height, roof.resolution);
-  if (!(asked <= model::max_sides)) throw Error("roof: more than " + std::to_string(model::max_sides) + " sides of a cone");
+  if (!(asked <= model::max_sides))
+    throw Error("roof: more than " + std::to_string(model::max_sides) + " sides of a cone");
   const auto sides = 2 * ((static_cast<std::uint32_t>(asked) + 1) / 2);  // even: both planes of an edge
   for (const RoofEdge& edge : edges) pieces.push_back(above_distance(edge, std::max(sides, 4u), height));
   return pieces;

@@ -5,12 +5,12 @@
 #include <string>
 #include <utility>
 
-#include "operands/any_constructs.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/bounds.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "constructs/convex_sum.hpp"
 #include "constructs/erosion.hpp"
+#include "operands/any_constructs.hpp"
 #include "operands/placed_parts.hpp"
 
 namespace bsp2::dataflow {
@@ -22,14 +22,15 @@ namespace {
 /// Pairs of corners of two convex sets, whose sums may be corners of theirs.
 constexpr std::size_t most_sums = 50'000'000;
 
-Expression sum_of_parts(const std::vector<Points>& a, const std::vector<Points>& b, int dimension, const char* what) {
+Expression sum_of_parts(const std::vector<Points>& a, const std::vector<Points>& b, int dimension,
+                        const char* what) {
   const std::size_t d = size(dimension);
   std::vector<Expression> sums;
   for (const Points& p : a)
     for (const Points& q : b) {
       if (q.size() / d > most_sums / (p.size() / d))
-        throw Error(std::string(what) + ": operands of " + std::to_string(p.size() / d) + " and " + std::to_string(q.size() / d) +
-                    " points have too many sums; give them fewer sides");
+        throw Error(std::string(what) + ": operands of " + std::to_string(p.size() / d) + " and " +
+                    std::to_string(q.size() / d) + " points have too many sums; give them fewer sides");
       sums.push_back(spanned(dimension, sums_of_corners(dimension, p, q)));
     }
   return united(dimension, std::move(sums));
@@ -44,7 +45,9 @@ std::optional<Expression> single_convex(const Expression& solid) {
     if (const auto* primitive = std::get_if<model::Primitive>(&value)) {
       const auto* polytope = std::get_if<model::Polytope>(primitive);
       const bool round = std::holds_alternative<model::Round>(*primitive);
-      if (!is_convex(*primitive) || (model::is_curved(*primitive) && !round) || (polytope != nullptr && polytope->undecided)) return std::nullopt;
+      if (!is_convex(*primitive) || (model::is_curved(*primitive) && !round) ||
+          (polytope != nullptr && polytope->undecided))
+        return std::nullopt;
       break;
     }
     if (const auto* transform = std::get_if<model::Transform>(&value)) maps.push_back(transform);
@@ -55,15 +58,18 @@ std::optional<Expression> single_convex(const Expression& solid) {
       only = &child;
     }
     const auto* boolean = std::get_if<model::Boolean>(&value);
-    if (only == nullptr || (boolean != nullptr && boolean->operation != model::Operation::unite)) return std::nullopt;
+    if (only == nullptr || (boolean != nullptr && boolean->operation != model::Operation::unite))
+      return std::nullopt;
     at = only;
   }
   Expression result = *at;
-  for (std::size_t i = maps.size(); i-- > 0;) result = make(solid.dimension(), model::Transform{maps[i]->matrix, std::move(result)});
+  for (std::size_t i = maps.size(); i-- > 0;)
+    result = make(solid.dimension(), model::Transform{maps[i]->matrix, std::move(result)});
   return result;
 }
 
-/// One of the convex sets, if it holds all others: what is enclosed by polytopes is a union of those inside and those around.
+/// One of the convex sets, if it holds all others: what is enclosed by polytopes is a union of those inside
+/// and those around.
 std::optional<Points> holder_of_all(const std::vector<Points>& parts, int dimension) {
   const std::size_t d = size(dimension);
   const auto is_in = [&](const std::vector<double>& half_spaces, const Points& points) {
@@ -80,7 +86,9 @@ std::optional<Points> holder_of_all(const std::vector<Points>& parts, int dimens
     const auto* primitive = std::get_if<model::Primitive>(&hull.node().value);
     if (primitive == nullptr) continue;
     const auto& half_spaces = std::get<model::Polytope>(*primitive).half_spaces;
-    if (std::all_of(parts.begin(), parts.end(), [&](const Points& other) { return &other == &part || is_in(half_spaces, other); })) return part;
+    if (std::all_of(parts.begin(), parts.end(),
+                    [&](const Points& other) { return &other == &part || is_in(half_spaces, other); }))
+      return part;
   }
   return std::nullopt;
 }
@@ -96,12 +104,14 @@ std::optional<Points> convex_corners(const Expression& solid, const ConstructCon
 
 }  // namespace
 
-Expression image_of(const model::Sweep& sweep, const std::vector<Expression>& operands, const ConstructContext& context) {
+Expression image_of(const model::Sweep& sweep, const std::vector<Expression>& operands,
+                    const ConstructContext& context) {
   const int dimension = operands[0].dimension();
   const std::size_t d = size(dimension);
   const auto along_path = [&](const auto& of_segment) {
     std::vector<Expression> pieces;
-    for (std::size_t i = 0; i + 1 < sweep.path.size(); ++i) pieces.push_back(of_segment(sweep.path[i], sweep.path[i + 1]));
+    for (std::size_t i = 0; i + 1 < sweep.path.size(); ++i)
+      pieces.push_back(of_segment(sweep.path[i], sweep.path[i + 1]));
     return united(dimension, std::move(pieces));
   };
   const auto of_corners = [&](const Points& corners) {
@@ -150,30 +160,40 @@ Expression image_of(const model::Sweep& sweep, const std::vector<Expression>& op
       for (std::size_t i = 0; i < d; ++i)
         for (std::size_t j = 0; j < d; ++j) turn.at(i, j) = static_cast<double>(reflection[i * d + j]);
       const double lengths[] = {static_cast<double>(length)};
-      return model::transform(start.entries, model::unite({ball, model::transform(end.entries, ball),
-                                                           model::transform(turn.entries, model::round_cylinder(dimension - 1, radius, lengths))}));
+      return model::transform(
+          start.entries, model::unite({ball, model::transform(end.entries, ball),
+                                       model::transform(turn.entries, model::round_cylinder(
+                                                                          dimension - 1, radius, lengths))}));
     });
   };
   return distributed(operands[0], dimension, context, of_corners, of_ball);
 }
 
-Expression image_of(const model::MinkowskiSum&, const std::vector<Expression>& operands, const ConstructContext& context) {
-  return sum_of_parts(convex_parts(operands[0], context.options), convex_parts(operands[1], context.options), operands[0].dimension(), "minkowski");
+Expression image_of(const model::MinkowskiSum&, const std::vector<Expression>& operands,
+                    const ConstructContext& context) {
+  return sum_of_parts(convex_parts(operands[0], context.options), convex_parts(operands[1], context.options),
+                      operands[0].dimension(), "minkowski");
 }
 
-Expression image_of(const model::Growth& growth, const std::vector<Expression>& operands, const ConstructContext& context) {
+Expression image_of(const model::Growth& growth, const std::vector<Expression>& operands,
+                    const ConstructContext& context) {
   const Expression& operand = operands[0];
   const int dimension = operand.dimension();
   if (growth.distance == 0) return operand;
   const double distance = std::fabs(growth.distance);
   const std::vector<double> lengths(size(dimension), 2 * distance);
-  const Expression ball = growth.ball == model::Growth::Ball::cube ? model::cuboid(lengths, true) : model::ball_polytope(dimension, distance, growth.sides);
+  const Expression ball = growth.ball == model::Growth::Ball::cube
+                              ? model::cuboid(lengths, true)
+                              : model::ball_polytope(dimension, distance, growth.sides);
   std::vector<Points> ball_parts = convex_parts(ball, context.options);
-  if (growth.distance > 0) return sum_of_parts(convex_parts(operand, context.options), ball_parts, dimension, "grow");
-  // What is near to the outside goes. The ball is turned round: a point goes where its ball meets the outside.
+  if (growth.distance > 0)
+    return sum_of_parts(convex_parts(operand, context.options), ball_parts, dimension, "grow");
+  // What is near to the outside goes. The ball is turned round: a point goes where its ball meets the
+  // outside.
   const model::Bounds bounds = model::bounds(operand);
   if (bounds.is_empty()) return operand;
-  if (!bounds.is_finite()) throw Error("shrink: the solid has no bounds; intersect it with something that has");
+  if (!bounds.is_finite())
+    throw Error("shrink: the solid has no bounds; intersect it with something that has");
   if (const auto corners = convex_corners(operand, context))
     if (auto itself = eroded(dimension, *corners, ball_parts[0])) return *std::move(itself);
   AxisBox around{bounds.lower, bounds.upper};
@@ -184,12 +204,14 @@ Expression image_of(const model::Growth& growth, const std::vector<Expression>& 
   const Expression outside = model::subtract({moved(model::cuboid(around.lengths()), around.lower), operand});
   for (Points& part : ball_parts)
     for (double& x : part) x = -x;
-  return model::subtract({operand, sum_of_parts(convex_parts(outside, context.options), ball_parts, dimension, "shrink")});
+  return model::subtract(
+      {operand, sum_of_parts(convex_parts(outside, context.options), ball_parts, dimension, "shrink")});
 }
 
 bool is_convex_primitive(const Expression& solid) { return single_convex(solid).has_value(); }
 
-Expression image_of(const model::Hull&, const std::vector<Expression>& operands, const ConstructContext& context) {
+Expression image_of(const model::Hull&, const std::vector<Expression>& operands,
+                    const ConstructContext& context) {
   if (auto itself = single_convex(operands[0])) return *std::move(itself);
   const Points points = spanning_points(operands[0], context.options);
   return points.empty() ? Expression(operands[0].dimension()) : spanned(operands[0].dimension(), points);

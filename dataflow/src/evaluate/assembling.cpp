@@ -17,7 +17,10 @@ namespace {
 template <int D>
 class TreeNumbering {
  public:
-  explicit TreeNumbering(const Crew<D>& crew) : codes_(crew.codes), first_node_{crew.options.recorded_nodes}, first_cell_{crew.options.recorded_cells} {
+  explicit TreeNumbering(const Crew<D>& crew)
+      : codes_(crew.codes),
+        first_node_{crew.options.recorded_nodes},
+        first_cell_{crew.options.recorded_cells} {
     for (const auto& worker : crew.workers) {
       first_node_.push_back(first_node_.back() + worker->nodes.size());
       first_cell_.push_back(first_cell_.back() + worker->emitted);
@@ -30,7 +33,8 @@ class TreeNumbering {
     if (code == 0) return geometry::BspTree::empty_leaf;
     const std::uint32_t worker = codes_.worker(code);
     const bool is_earlier = worker == codes_.earlier();
-    if (code < 0) return static_cast<std::int32_t>((is_earlier ? 0 : first_node_[worker]) + codes_.index(code));
+    if (code < 0)
+      return static_cast<std::int32_t>((is_earlier ? 0 : first_node_[worker]) + codes_.index(code));
     return ~static_cast<std::int32_t>((is_earlier ? 0 : first_cell_[worker]) + codes_.index(code) + 1);
   }
 
@@ -76,21 +80,27 @@ Frontier frontier_of(const Crew<D>& crew, const TreeNumbering<D>& numbering, con
     const Outcome<D>& outcome = *left.back();
     left.pop_back();
     switch (outcome.form) {
-      case Form::cell: frontier.nodes.push_back({Frontier::Kind::held, outcome.label, 0, outcome.owner}); break;
-      case Form::subtree: frontier.nodes.push_back({Frontier::Kind::emitted, Label::out, 0, numbering.child(outcome.tree)}); break;
+      case Form::cell:
+        frontier.nodes.push_back({Frontier::Kind::held, outcome.label, 0, outcome.owner});
+        break;
+      case Form::subtree:
+        frontier.nodes.push_back({Frontier::Kind::emitted, Label::out, 0, numbering.child(outcome.tree)});
+        break;
       case Form::suspended_token: {
         const Token<D>& token = *outcome.token;
         if (token.restored != Token<D>::not_restored) {
           crew.frontiers[token.region].copy(token.restored, frontier);
         } else {
-          frontier.nodes.push_back(
-              {Frontier::Kind::token, Label::fuzzy, static_cast<std::uint16_t>(token.ended ? 1 : 0), static_cast<std::int32_t>(token.program.size())});
+          frontier.nodes.push_back({Frontier::Kind::token, Label::fuzzy,
+                                    static_cast<std::uint16_t>(token.ended ? 1 : 0),
+                                    static_cast<std::int32_t>(token.program.size())});
           frontier.programs.insert(frontier.programs.end(), token.program.begin(), token.program.end());
         }
         break;
       }
       case Form::suspended_join:
-        frontier.nodes.push_back({Frontier::Kind::split, Label::fuzzy, 0, static_cast<std::int32_t>(outcome.join->hyperplane)});
+        frontier.nodes.push_back(
+            {Frontier::Kind::split, Label::fuzzy, 0, static_cast<std::int32_t>(outcome.join->hyperplane)});
         left.push_back(&outcome.join->outcomes[1]);
         left.push_back(&outcome.join->outcomes[0]);
     }
@@ -108,7 +118,9 @@ void collect_unfinished(Crew<D>& crew, const TreeNumbering<D>& numbering, Evalua
     region.number = crew.region_numbers[i];
     region.level = root.level;
     region.frontier = frontier_of(crew, numbering, root);
-    region.cell = std::move(root.form == Form::suspended_token ? root.token->cell : root.form == Form::suspended_join ? root.join->cell : root.cell);
+    region.cell = std::move(root.form == Form::suspended_token  ? root.token->cell
+                            : root.form == Form::suspended_join ? root.join->cell
+                                                                : root.cell);
     result.unfinished.push_back(std::move(region));
   }
 }

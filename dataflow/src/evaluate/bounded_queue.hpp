@@ -10,12 +10,14 @@
 
 namespace bsp2::dataflow {
 
-/// A queue of limited length between threads: a full one holds its producers back. Its consumer is not woken for each item, which would
-/// cost more than the item, but for an eighth of the capacity; fewer wait until it looks by itself.
+/// A queue of limited length between threads: a full one holds its producers back. Its consumer is not woken
+/// for each item, which would cost more than the item, but for an eighth of the capacity; fewer wait until it
+/// looks by itself.
 template <typename T>
 class BoundedQueue {
  public:
-  explicit BoundedQueue(std::size_t capacity) : capacity_(capacity), worth_waking_(std::max<std::size_t>(1, capacity / 8)) {}
+  explicit BoundedQueue(std::size_t capacity)
+      : capacity_(capacity), worth_waking_(std::max<std::size_t>(1, capacity / 8)) {}
 
   /// Waits for room. After `close`, drops the item.
   void push(T item) {

@@ -1,6 +1,7 @@
 #pragma once
 
-// The workers of one evaluation, and what they share. Private to evaluate.cpp, worker.cpp, joins.cpp and assembling.cpp.
+// The workers of one evaluation, and what they share. Private to evaluate.cpp, worker.cpp, joins.cpp and
+// assembling.cpp.
 
 #include <array>
 #include <atomic>
@@ -12,12 +13,12 @@
 #include <span>
 #include <vector>
 
-#include "evaluate/bounded_queue.hpp"
 #include "bsp2/dataflow/evaluate/evaluate.hpp"
 #include "bsp2/dataflow/evaluate/localizer.hpp"
 #include "bsp2/geometry/cells/clipper.hpp"
 #include "bsp2/geometry/cells/halfspace_columns.hpp"
 #include "bsp2/geometry/cells/splitter.hpp"
+#include "evaluate/bounded_queue.hpp"
 #include "evaluate/tokens.hpp"
 #include "evaluate/work_deque.hpp"
 
@@ -80,7 +81,8 @@ class Worker {
   [[nodiscard]] bool has_ended(const Token<D>& token) const;
   Token<D>* give(Token<D>* token, Outcome<D>&& outcome);
   Join<D>* join_of(const Token<D>& token, geometry::HyperplaneId hyperplane);
-  void cut(const geometry::Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<geometry::Cell<D>, 2>& halves);
+  void cut(const geometry::Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built,
+           std::array<geometry::Cell<D>, 2>& halves);
   [[nodiscard]] bool needs_cell(const Token<D>& restored) const;
   void finish(Join<D>* parent, std::uint8_t side, std::uint32_t region, Outcome<D>&& outcome);
   Outcome<D> combine(Join<D>& join);
@@ -95,18 +97,25 @@ class Worker {
   void grow(std::int64_t cells);
   /// Whether a region as a whole is one cell that may be given back with its sibling.
   [[nodiscard]] bool is_held(const Outcome<D>& region) const {
-    return crew_.options.hold_wholes && region.level > 0 && region.form == Form::cell && region.label != geometry::Label::fuzzy && stays(region.label);
+    return crew_.options.hold_wholes && region.level > 0 && region.form == Form::cell &&
+           region.label != geometry::Label::fuzzy && stays(region.label);
   }
   /// Whether it is a cell of the mesh: what is OUT goes, unless somebody wants it.
-  [[nodiscard]] bool stays(geometry::Label label) const { return label != geometry::Label::out || crew_.options.keep_out; }
+  [[nodiscard]] bool stays(geometry::Label label) const {
+    return label != geometry::Label::out || crew_.options.keep_out;
+  }
 };
 
 template <int D>
 class Crew {
  public:
   Crew(const Network<D>& network_, const EvaluateOptions& options_, bool writes_cells_)
-      : network(network_), options(options_), writes_cells(writes_cells_), codes(std::max(1u, options_.threads)) {
-    for (std::uint32_t i = 0; i < std::max(1u, options.threads); ++i) workers.push_back(std::make_unique<Worker<D>>(*this, i));
+      : network(network_),
+        options(options_),
+        writes_cells(writes_cells_),
+        codes(std::max(1u, options_.threads)) {
+    for (std::uint32_t i = 0; i < std::max(1u, options.threads); ++i)
+      workers.push_back(std::make_unique<Worker<D>>(*this, i));
   }
 
   const Network<D>& network;
@@ -114,14 +123,17 @@ class Crew {
   const bool writes_cells;  // to batches, for the consumers
   const TreeCodes codes;
   std::vector<std::unique_ptr<Worker<D>>> workers;
-  BoundedQueue<std::shared_ptr<const Refinement>> queue{32};  // as many again may be on their way to the consumers
+  BoundedQueue<std::shared_ptr<const Refinement>> queue{
+      32};  // as many again may be on their way to the consumers
   Pool<Token<D>> first_tokens;
   std::atomic<std::size_t> open_regions{0};
   std::atomic<unsigned> running{0};
-  std::atomic<std::int64_t> grown{0};  // by so many the cells, decided or not, have become more; counted where there is a limit
-  std::atomic<bool> stop{false};   // leave the rest as it is
-  std::atomic<bool> fired{false};  // something has been done: no step, however short, does nothing but unfold frontiers
-  std::atomic<bool> abort{false};  // leave everything: an exception was thrown
+  std::atomic<std::int64_t> grown{
+      0};  // by so many the cells, decided or not, have become more; counted where there is a limit
+  std::atomic<bool> stop{false};  // leave the rest as it is
+  std::atomic<bool> fired{
+      false};  // something has been done: no step, however short, does nothing but unfold frontiers
+  std::atomic<bool> abort{false};             // leave everything: an exception was thrown
   std::vector<std::int64_t> region_codes;     // by place among the regions at hand
   std::vector<std::uint32_t> region_numbers;  // likewise
   std::vector<Outcome<D>> suspended;          // likewise: what is suspended of it, or held

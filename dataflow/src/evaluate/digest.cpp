@@ -40,10 +40,13 @@ class CellHash {
     facets_ = facets_ * multiplier + twice_the_corners;
     ++facet_count_;
   }
-  [[nodiscard]] Digest digest(std::span<const double> points, geometry::Label label, std::int32_t primitive, std::int32_t part, std::uint16_t level) const {
+  [[nodiscard]] Digest digest(std::span<const double> points, geometry::Label label, std::int32_t primitive,
+                              std::int32_t part, std::uint16_t level) const {
     const std::array<std::uint64_t, 4> head{points.size() | std::uint64_t{facet_count_} << 32,
-                                            static_cast<std::uint64_t>(label) | std::uint64_t{level} << 8 | std::uint64_t{static_cast<std::uint32_t>(primitive)} << 32,
-                                            XXH3_64bits(points.data(), points.size_bytes()), facets_ ^ mark_of(label, part)};
+                                            static_cast<std::uint64_t>(label) | std::uint64_t{level} << 8 |
+                                                std::uint64_t{static_cast<std::uint32_t>(primitive)} << 32,
+                                            XXH3_64bits(points.data(), points.size_bytes()),
+                                            facets_ ^ mark_of(label, part)};
     const XXH128_hash_t hash = XXH3_128bits(head.data(), sizeof head);
     Digest one;
     one.words = {hash.low64, hash.high64};
@@ -65,7 +68,8 @@ void add_facets(const Cell<3>& cell, CellHash& hash) {
   const std::size_t edges = cell.face_count(1);
   const std::uint16_t* const ends = cell.subfaces(1, 0).data();  // two of each edge
   of_edge.resize(edges);
-  for (std::size_t edge = 0; edge < edges; ++edge) of_edge[edge] = key_of(ends[2 * edge]) + key_of(ends[2 * edge + 1]);
+  for (std::size_t edge = 0; edge < edges; ++edge)
+    of_edge[edge] = key_of(ends[2 * edge]) + key_of(ends[2 * edge + 1]);
   for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
     std::uint64_t sum = 0;
     for (const std::uint16_t edge : cell.subfaces(2, facet)) sum += of_edge[edge];
@@ -91,11 +95,13 @@ void Digest::add(const geometry::CellBatch& batch, std::size_t cell) {
     for (const std::uint16_t corner : batch.vertices_of_facet(facet)) sum += 2 * key_of(corner);
     hash.add_facet(sum);
   }
-  *this += hash.digest(batch.cell_points(cell), batch.label[cell], batch.primitive[cell], batch.part[cell], batch.level[cell]);
+  *this += hash.digest(batch.cell_points(cell), batch.label[cell], batch.primitive[cell], batch.part[cell],
+                       batch.level[cell]);
 }
 
 template <int D>
-void Digest::add(const Cell<D>& cell, geometry::Label label, std::int32_t primitive, std::int32_t part, std::uint16_t level) {
+void Digest::add(const Cell<D>& cell, geometry::Label label, std::int32_t primitive, std::int32_t part,
+                 std::uint16_t level) {
   CellHash hash;
   add_facets(cell, hash);
   thread_local std::vector<double> points;  // one after the other, as in a batch
@@ -114,11 +120,14 @@ Digest& Digest::operator+=(const Digest& other) {
 
 std::string Digest::hex() const {
   std::array<char, 33> text{};
-  std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(words[1]), static_cast<unsigned long long>(words[0]));
+  std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(words[1]),
+                static_cast<unsigned long long>(words[0]));
   return text.data();
 }
 
-#define BSP2_INSTANTIATE(D) template void Digest::add<D>(const geometry::Cell<D>&, geometry::Label, std::int32_t, std::int32_t, std::uint16_t);
+#define BSP2_INSTANTIATE(D)                                                                           \
+  template void Digest::add<D>(const geometry::Cell<D>&, geometry::Label, std::int32_t, std::int32_t, \
+                               std::uint16_t);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "evaluate/assembling.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/threads.hpp"
+#include "evaluate/assembling.hpp"
 #include "evaluate/crew.hpp"
 #include "evaluate/large_stack.hpp"
 
@@ -54,12 +54,13 @@ Totals<D>& Totals<D>::operator+=(const Totals& other) {
 
 namespace {
 
-/// The time since the start but for what the worker that did most of it took to make the cells of frontiers again: short steps would do
-/// nothing else.
+/// The time since the start but for what the worker that did most of it took to make the cells of frontiers
+/// again: short steps would do nothing else.
 template <int D>
 double seconds_of_work(const Crew<D>& crew, Clock::time_point start) {
   std::int64_t unfolding = 0;
-  for (const auto& worker : crew.workers) unfolding = std::max(unfolding, worker->unfolding.load(std::memory_order_relaxed));
+  for (const auto& worker : crew.workers)
+    unfolding = std::max(unfolding, worker->unfolding.load(std::memory_order_relaxed));
   return std::chrono::duration<double>(Clock::now() - start - std::chrono::nanoseconds(unfolding)).count();
 }
 
@@ -76,7 +77,8 @@ std::chrono::milliseconds patience(const Crew<D>& crew, Clock::time_point start)
 /// Whether the time is over, for which something has been done at least.
 template <int D>
 bool is_over(const Crew<D>& crew, Clock::time_point start) {
-  return crew.options.budget_seconds && crew.fired && seconds_of_work(crew, start) > *crew.options.budget_seconds;
+  return crew.options.budget_seconds && crew.fired &&
+         seconds_of_work(crew, start) > *crew.options.budget_seconds;
 }
 
 /// The thread that called `evaluate`: serves the consumers and watches the budget.
@@ -96,12 +98,14 @@ void serve(Crew<D>& crew, std::span<Consumer* const> consumers) {
     if (crew.options.interrupted && crew.options.interrupted()) crew.stop = true;
     if (now - last_progress > std::chrono::milliseconds(100)) {
       last_progress = now;
-      for (Consumer* consumer : consumers) consumer->progress(std::min(1.0, decided), cells, crew.grown.load(std::memory_order_relaxed));
+      for (Consumer* consumer : consumers)
+        consumer->progress(std::min(1.0, decided), cells, crew.grown.load(std::memory_order_relaxed));
     }
   };
   for (;;) {
     const bool all_done = crew.running.load() == 0;  // before the look into the queue: nothing comes after it
-    for (auto& refinement : crew.queue.pop_all(all_done ? std::chrono::milliseconds(0) : patience(crew, start))) {
+    for (auto& refinement :
+         crew.queue.pop_all(all_done ? std::chrono::milliseconds(0) : patience(crew, start))) {
       for (Consumer* consumer : consumers) consumer->consume(refinement);
       refinement.reset();  // the others may be many
       look_around();
@@ -135,17 +139,21 @@ void deal(Crew<D>& crew, std::vector<Region<D>> regions) {
 }
 
 template <int D>
-Evaluation<D> run_crew(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
-                       std::span<Consumer* const> consumers, bool refine) {
-  Crew<D> crew(network, options, std::any_of(consumers.begin(), consumers.end(), [](const Consumer* consumer) { return consumer->takes_cells(); }));
+Evaluation<D> run_crew(const Network<D>& network, std::vector<Region<D>> regions,
+                       const EvaluateOptions& options, std::span<Consumer* const> consumers, bool refine) {
+  Crew<D> crew(network, options,
+               std::any_of(consumers.begin(), consumers.end(),
+                           [](const Consumer* consumer) { return consumer->takes_cells(); }));
   crew.stop = !refine;
   deal(crew, std::move(regions));
   crew.running = static_cast<unsigned>(crew.workers.size());
   using Begin = geometry::Threads::Begin;
   geometry::Threads threads;
   try {
-    for (std::size_t i = crew.workers.size(); i-- > 0;)  // the one that begins here last: it takes the processor
-      threads.start([&worker = *crew.workers[i]] { worker.run(); }, i == 0 ? Begin::here : Begin::elsewhere, large_stack_bytes);
+    for (std::size_t i = crew.workers.size();
+         i-- > 0;)  // the one that begins here last: it takes the processor
+      threads.start([&worker = *crew.workers[i]] { worker.run(); }, i == 0 ? Begin::here : Begin::elsewhere,
+                    large_stack_bytes);
     serve(crew, consumers);
   } catch (...) {
     crew.fail();
@@ -163,8 +171,8 @@ Evaluation<D> run_crew(const Network<D>& network, std::vector<Region<D>> regions
 }  // namespace
 
 template <int D>
-Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions, const EvaluateOptions& options,
-                       std::span<Consumer* const> consumers) {
+Evaluation<D> evaluate(const Network<D>& network, std::vector<Region<D>> regions,
+                       const EvaluateOptions& options, std::span<Consumer* const> consumers) {
   return run_crew(network, std::move(regions), options, consumers, true);
 }
 
@@ -177,10 +185,12 @@ Evaluation<D> picture(const Network<D>& network, std::span<const Region<D>> regi
   return run_crew(network, std::move(copies), options, consumers, false);
 }
 
-#define BSP2_INSTANTIATE(D)                                                                                            \
-  template struct Totals<D>;                                                                                           \
-  template Evaluation<D> evaluate<D>(const Network<D>&, std::vector<Region<D>>, const EvaluateOptions&, std::span<Consumer* const>); \
-  template Evaluation<D> picture<D>(const Network<D>&, std::span<const Region<D>>, EvaluateOptions, std::span<Consumer* const>);
+#define BSP2_INSTANTIATE(D)                                                                             \
+  template struct Totals<D>;                                                                            \
+  template Evaluation<D> evaluate<D>(const Network<D>&, std::vector<Region<D>>, const EvaluateOptions&, \
+                                     std::span<Consumer* const>);                                       \
+  template Evaluation<D> picture<D>(const Network<D>&, std::span<const Region<D>>, EvaluateOptions,     \
+                                    std::span<Consumer* const>);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

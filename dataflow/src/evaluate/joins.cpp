@@ -1,11 +1,11 @@
-// What a worker does with outcomes: the halves of a split come together in its join, whole cells are given back, decided ones
-// are counted and go to the consumers, and frontiers become joins and tokens again.
+// What a worker does with outcomes: the halves of a split come together in its join, whole cells are given
+// back, decided ones are counted and go to the consumers, and frontiers become joins and tokens again.
 #include <algorithm>
 #include <chrono>
 #include <limits>
 
-#include "evaluate/alike.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "evaluate/alike.hpp"
 #include "evaluate/crew.hpp"
 
 namespace bsp2::dataflow {
@@ -22,7 +22,9 @@ constexpr std::size_t cells_per_batch = 512;
 template <int D>
 geometry::Moments<D> below_zero(const Cell<D>& cell, const geometry::Moments<D>& moments) {
   const CellExtent<D> extent(cell);
-  const auto bounds = [&](int i) { return i == 0 ? std::array{1.0, 1.0} : std::array{extent.lower[i - 1], extent.upper[i - 1]}; };
+  const auto bounds = [&](int i) {
+    return i == 0 ? std::array{1.0, 1.0} : std::array{extent.lower[i - 1], extent.upper[i - 1]};
+  };
   geometry::Moments<D> below;
   for (int i = 0; i <= D; ++i)
     for (int j = i + 1; j <= D; ++j) {  // squares are not below 0
@@ -49,8 +51,8 @@ bool Worker<D>::needs_cell(const Token<D>& restored) const {
   return node.kind != Frontier::Kind::held || stays(node.label);
 }
 
-/// Takes one node of a frontier up again: a split becomes a join and its halves, what is decided goes where it would have
-/// gone. @return a token to go on with, or null.
+/// Takes one node of a frontier up again: a split becomes a join and its halves, what is decided goes where
+/// it would have gone. @return a token to go on with, or null.
 template <int D>
 Token<D>* Worker<D>::unfold(Token<D>* token) {
   const UnfoldedFrontier& frontier = crew_.frontiers[token->region];
@@ -66,14 +68,17 @@ Token<D>* Worker<D>::unfold(Token<D>* token) {
     } else {
       outcome.form = Form::subtree;
       if (node.kind == Frontier::Kind::emitted && node.value != geometry::BspTree::empty_leaf)
-        outcome.tree = node.value < 0 ? crew_.codes.cell(crew_.codes.earlier(), static_cast<std::uint32_t>(~node.value) - 1)
-                                      : crew_.codes.node(crew_.codes.earlier(), static_cast<std::uint32_t>(node.value));
+        outcome.tree =
+            node.value < 0
+                ? crew_.codes.cell(crew_.codes.earlier(), static_cast<std::uint32_t>(~node.value) - 1)
+                : crew_.codes.node(crew_.codes.earlier(), static_cast<std::uint32_t>(node.value));
     }
     token->restored = Token<D>::not_restored;
     return give(token, std::move(outcome));
   }
   const auto hyperplane = static_cast<geometry::HyperplaneId>(node.value);
-  const std::array<std::uint32_t, 2> children{frontier.negative(token->restored), frontier.positive(token->restored)};
+  const std::array<std::uint32_t, 2> children{frontier.negative(token->restored),
+                                              frontier.positive(token->restored)};
   Join<D>* join = join_of(*token, hyperplane);
   Token<D>* other = tokens_.take();
   other->parent = token->parent = join;
@@ -107,8 +112,10 @@ Token<D>* Worker<D>::unfold_by_the_clock(Token<D>* token) {
   const std::int64_t before = unfolding.load(std::memory_order_relaxed);  // of this worker alone
   const auto start = std::chrono::steady_clock::now();
   Token<D>* next = unfold(token);
-  const auto taken = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count();
-  unfolding.store(before + taken, std::memory_order_relaxed);  // with that of the halves that were unfolded within
+  const auto taken =
+      std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - start).count();
+  unfolding.store(before + taken,
+                  std::memory_order_relaxed);  // with that of the halves that were unfolded within
   return next;
 }
 
@@ -143,7 +150,8 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
   Outcome<D> whole;
   whole.level = join.level;
   if (a.form == Form::cell && b.form == Form::cell && a.label == b.label && a.label != Label::fuzzy) {
-    if (const auto owner = owner_of_both<D>(crew_.network, localizer_, a.owner, b.owner, [&]() -> const Cell<D>& { return join.cell; })) {
+    if (const auto owner = owner_of_both<D>(crew_.network, localizer_, a.owner, b.owner,
+                                            [&]() -> const Cell<D>& { return join.cell; })) {
       whole.label = a.label;
       whole.owner = *owner;
       whole.cell = std::move(join.cell);
@@ -160,15 +168,16 @@ Outcome<D> Worker<D>::combine(Join<D>& join) {
   return whole;
 }
 
-/// A split of which a half is suspended waits with it. The other half is held, unless it is certain already that the cell
-/// will not be given back whole.
+/// A split of which a half is suspended waits with it. The other half is held, unless it is certain already
+/// that the cell will not be given back whole.
 template <int D>
 Outcome<D> Worker<D>::suspend(Join<D>& join) {
   Outcome<D> whole;
   whole.form = Form::suspended_join;
   whole.level = join.level;
   whole.join = &join;
-  for (const Outcome<D>& half : join.outcomes) whole.divided = whole.divided || half.divided || half.form == Form::subtree;
+  for (const Outcome<D>& half : join.outcomes)
+    whole.divided = whole.divided || half.divided || half.form == Form::subtree;
   if (whole.divided)
     for (Outcome<D>& half : join.outcomes)
       if (half.form == Form::cell) half.tree = settle(half, join.region);
@@ -190,14 +199,18 @@ std::int64_t Worker<D>::settle(Outcome<D>& outcome, std::uint32_t region) {
 template <int D>
 std::int64_t Worker<D>::emit(Outcome<D>& outcome, std::uint32_t region) {
   const EvaluateOptions& options = crew_.options;
-  const bool kept = outcome.label == Label::in ? options.keep_in : outcome.label == Label::fuzzy ? options.keep_fuzzy : options.keep_out;
+  const bool kept = outcome.label == Label::in      ? options.keep_in
+                    : outcome.label == Label::fuzzy ? options.keep_fuzzy
+                                                    : options.keep_out;
   if (outcome.label == Label::out && !kept) return 0;
   if (Container::is_one(outcome.owner)) outcome.owner = localizer_.owner_of(outcome.cell, found_);
   if (kept && crew_.writes_cells) {
     write(outcome, region);
   } else {
     count(outcome, writer_.measure(outcome.cell));
-    if (kept) totals.digest.add(outcome.cell, outcome.label, crew_.network.primitive_of(outcome.owner), part_of(outcome), outcome.level);
+    if (kept)
+      totals.digest.add(outcome.cell, outcome.label, crew_.network.primitive_of(outcome.owner),
+                        part_of(outcome), outcome.level);
   }
   if (!kept) return 0;
   const std::uint64_t number = emitted++;
@@ -242,7 +255,8 @@ void Worker<D>::count(const Outcome<D>& outcome, const geometry::Moments<D>& mom
   } else {
     ++totals.in_cells;
     totals.in.add(moments);
-    if (const std::int32_t part = part_of(outcome); part >= 0 && crew_.network.is_divided()) totals.of_part(static_cast<std::size_t>(part)).add(moments);
+    if (const std::int32_t part = part_of(outcome); part >= 0 && crew_.network.is_divided())
+      totals.of_part(static_cast<std::size_t>(part)).add(moments);
     const auto range = geometry::vertex_range(outcome.cell);
     for (int i = 0; i < D; ++i) {
       totals.lower[i] = std::min(totals.lower[i], range.lower[i]);

@@ -5,7 +5,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "process/combiner.hpp"
+#include "process/transformer.hpp"
 #include "producers/convex_producer.hpp"
 #include "producers/lathe_producer.hpp"
 #include "producers/mesh_producer.hpp"
@@ -13,8 +15,6 @@
 #include "producers/round_producer.hpp"
 #include "producers/spline_producer.hpp"
 #include "producers/torus_producer.hpp"
-#include "process/transformer.hpp"
-#include "bsp2/geometry/support/dimensions.hpp"
 
 namespace bsp2::dataflow {
 
@@ -25,13 +25,15 @@ using geometry::Position;
 
 namespace {
 
-/// Where more than so many operands are left, space is cut between them rather than along one of them, if that takes so many undecided
-/// half-spaces and facets away from the larger half, as many for each operand. Measured: it parts what would be one cell.
+/// Where more than so many operands are left, space is cut between them rather than along one of them, if
+/// that takes so many undecided half-spaces and facets away from the larger half, as many for each operand.
+/// Measured: it parts what would be one cell.
 constexpr std::size_t few_operands = 4;
 constexpr double least_relief = 80;
 /// A curved solid counts as at least so many half-spaces: it is cut again and again.
 constexpr std::uint32_t least_of_curved = 16;
-/// Programs longer than this are first localized without looking at vertices: a cut between operands may come before that.
+/// Programs longer than this are first localized without looking at vertices: a cut between operands may come
+/// before that.
 constexpr std::size_t long_program = 256;
 /// Programs up to this length are closed up where an operand has gone.
 constexpr std::size_t longest_move = 4096;
@@ -64,7 +66,7 @@ bool has_many_leaves(std::span<const Word> program) {
 
 }  // namespace
 
-// --- firing ----------------------------------------------------------------------------------------------------------
+// --- firing ---
 
 template <int D>
 Answer Localizer<D>::fire(std::span<const Word> program, const Cell<D>& cell, Words& out, Cut& cut) {
@@ -101,13 +103,15 @@ void Localizer<D>::set_view(std::span<const double> eye, double angle) {
   angle_ = angle;
 }
 
-/// What counts as thin in the cell at hand: the tolerance, or what is seen so small from the nearest point of the cell's box.
+/// What counts as thin in the cell at hand: the tolerance, or what is seen so small from the nearest point of
+/// the cell's box.
 template <int D>
 double Localizer<D>::thin() const {
   if (!(angle_ > 0)) return tolerance_;
   double square = 0;
   for (int axis = 0; axis < D; ++axis) {
-    const double away = std::max({view_.extent().lower[axis] - eye_[axis], eye_[axis] - view_.extent().upper[axis], 0.0});
+    const double away =
+        std::max({view_.extent().lower[axis] - eye_[axis], eye_[axis] - view_.extent().upper[axis], 0.0});
     square += away * away;
   }
   return std::max(tolerance_, angle_ * std::sqrt(square));
@@ -131,7 +135,8 @@ void Localizer<D>::leave_round_operands(std::span<const Word> program) {
     const Word* const leaf = program.data() + active.at;
     const Producer<D>& producer = network_->producers[leaf[2]];
     if (producer.spline >= 0) return !SplineProducer<D>(*network_, producer).end(leaf, view_);
-    return producer.torus >= 0 || producer.preimage >= 0 || (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(leaf) == 0);
+    return producer.torus >= 0 || producer.preimage >= 0 ||
+           (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(leaf) == 0);
   });
   active_.resize(static_cast<std::size_t>(end - active_.begin()));
 }
@@ -182,7 +187,8 @@ std::int32_t Localizer<D>::owner_of(const Cell<D>& cell, Words& out) {
 template <int D>
 void Localizer<D>::group_operands() {
   const auto& program = network_->program;
-  if (program.empty() || (program[0] & Program::kind_mask) != Program::kind_unite || network_->is_divided()) return;
+  if (program.empty() || (program[0] & Program::kind_mask) != Program::kind_unite || network_->is_divided())
+    return;
   constexpr std::size_t together = 8;
   const Word* const end = program.data() + program.size();
   std::size_t count = 0;
@@ -201,7 +207,8 @@ Box<D> Localizer<D>::box_of(const Word*& at) const {
   const Word kind = begin[0] & Program::kind_mask;
   if (kind == Program::kind_leaf) {
     at = end;
-    return (begin[0] & Program::negated) != 0 ? Box<D>::everything() : static_cast<const Box<D>&>(network_->producers[begin[2]]);
+    return (begin[0] & Program::negated) != 0 ? Box<D>::everything()
+                                              : static_cast<const Box<D>&>(network_->producers[begin[2]]);
   }
   Box<D> box = kind == Program::kind_intersect ? Box<D>::everything() : Box<D>::empty();
   at += Program::header;
@@ -250,7 +257,8 @@ Answer Localizer<D>::visit_combiner(const Word*& at, Words& out) {
     }
     if (!combiner.fold(operand)) continue;
     at = end;
-    covers = kind == Program::kind_unite && network_->is_divided() && keep_earlier(begin, first_active, operand, out);
+    covers = kind == Program::kind_unite && network_->is_divided() &&
+             keep_earlier(begin, first_active, operand, out);
     if (covers) break;
     out.resize(begin);
     active_.resize(first_active);
@@ -259,7 +267,8 @@ Answer Localizer<D>::visit_combiner(const Word*& at, Words& out) {
   }
   covers_ = covers;
   const std::size_t length = out.size() - begin;
-  const bool is_settled = covers && kind == Program::kind_intersect && is_owned(out.begin() + begin + Program::header, out.end(), combiner.memory());
+  const bool is_settled = covers && kind == Program::kind_intersect &&
+                          is_owned(out.begin() + begin + Program::header, out.end(), combiner.memory());
   if (is_settled) active_.resize(first_active);
   if (length == Program::header || is_settled) {  // no operand is left
     out.resize(begin);
@@ -267,8 +276,10 @@ Answer Localizer<D>::visit_combiner(const Word*& at, Words& out) {
   }
   out[begin + 1] = static_cast<Word>(length);
   out[begin + 2] = combiner.memory();
-  // A single operand needs no combiner. Long ones stay: closing up many of them, one in the other, would take quadratic time.
-  if (combiner.is_transparent() && length <= longest_move && out[begin + Program::header + 1] == length - Program::header) {
+  // A single operand needs no combiner. Long ones stay: closing up many of them, one in the other, would take
+  // quadratic time.
+  if (combiner.is_transparent() && length <= longest_move &&
+      out[begin + Program::header + 1] == length - Program::header) {
     std::copy(out.begin() + begin + Program::header, out.end(), out.begin() + begin);
     out.resize(out.size() - Program::header);
     for (std::size_t i = first_active; i < active_.size(); ++i) active_[i].at -= Program::header;
@@ -290,7 +301,8 @@ Answer Localizer<D>::visit_leaf(const Word*& at, Words& out) {
       const Label answer = process.ask(leaf, view_, out);
       if (answer == Label::fuzzy) {
         out[begin + 1] = static_cast<Word>(out.size() - begin);
-        active_.push({static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(process.undecided(out.data() + begin))});
+        active_.push({static_cast<std::uint32_t>(begin),
+                      static_cast<std::uint32_t>(process.undecided(out.data() + begin))});
       }
       return answer;
     });
@@ -309,9 +321,10 @@ Answer Localizer<D>::visit_leaf(const Word*& at, Words& out) {
   return answer_of(leaf, label);
 }
 
-// --- what cells belong to where the model has several parts -------------------------------------------------------------
+// --- what cells belong to where the model has several parts ---
 
-/// A union is IN by its newest operand, but earlier ones are undecided: what is in them is theirs. Leaves out those that change nothing.
+/// A union is IN by its newest operand, but earlier ones are undecided: what is in them is theirs. Leaves out
+/// those that change nothing.
 /// @return whether any is left; then the program ends in the answer.
 template <int D>
 bool Localizer<D>::keep_earlier(std::size_t begin, std::size_t first_active, const Answer& last, Words& out) {
@@ -321,7 +334,8 @@ bool Localizer<D>::keep_earlier(std::size_t begin, std::size_t first_active, con
     out.resize(operands.back());
     operands.pop_back();
   }
-  while (active_.size() > first_active && active_[active_.size() - 1].at >= out.size()) active_.resize(active_.size() - 1);
+  while (active_.size() > first_active && active_[active_.size() - 1].at >= out.size())
+    active_.resize(active_.size() - 1);
   if (operands.empty()) return false;
   out.push(Program::kind_leaf | Program::known, Program::header, static_cast<Word>(last.owner));
   return true;
@@ -358,7 +372,9 @@ typename Localizer<D>::Owners Localizer<D>::owners_of(const Word*& at) const {
   Owners owners;
   if (kind == Program::kind_leaf) {
     at = end;
-    const Answer answer = (begin[0] & Program::known) != 0 ? known_answer(begin) : answer_of(begin, (begin[0] & Program::negated) != 0 ? Label::out : Label::in);
+    const Answer answer = (begin[0] & Program::known) != 0
+                              ? known_answer(begin)
+                              : answer_of(begin, (begin[0] & Program::negated) != 0 ? Label::out : Label::in);
     if (answer.owner == no_owner)
       owners.nobody = true;
     else
@@ -369,7 +385,9 @@ typename Localizer<D>::Owners Localizer<D>::owners_of(const Word*& at) const {
   if (kind == Program::kind_intersect) {
     owners = owners_in_intersection(at, end, begin[2]);
   } else {
-    const Word memory = kind == Program::kind_differ ? begin[2] : 0;  // of the operands that were folded: the lowest owner + 1, and the parity
+    const Word memory = kind == Program::kind_differ
+                            ? begin[2]
+                            : 0;  // of the operands that were folded: the lowest owner + 1, and the parity
     if (memory >> 1 != 0)
       owners.add(network_->part_of(static_cast<std::int32_t>(memory >> 1) - 1));
     else if (memory != 0)
@@ -380,7 +398,8 @@ typename Localizer<D>::Owners Localizer<D>::owners_of(const Word*& at) const {
   return owners;
 }
 
-/// Whether it is known whose an intersection is, of which no more than that is undecided: none of its operands comes before the one that is remembered.
+/// Whether it is known whose an intersection is, of which no more than that is undecided: none of its
+/// operands comes before the one that is remembered.
 template <int D>
 bool Localizer<D>::is_owned(const Word* at, const Word* end, Word memory) {
   if (memory == 0) return false;
@@ -389,9 +408,11 @@ bool Localizer<D>::is_owned(const Word* at, const Word* end, Word memory) {
   return true;
 }
 
-/// Those of the operands up to the first one that leaves nothing to nobody. @param memory of the operands that were folded: the lowest owner + 1.
+/// Those of the operands up to the first one that leaves nothing to nobody. @param memory of the operands
+/// that were folded: the lowest owner + 1.
 template <int D>
-typename Localizer<D>::Owners Localizer<D>::owners_in_intersection(const Word* at, const Word* end, Word memory) const {
+typename Localizer<D>::Owners Localizer<D>::owners_in_intersection(const Word* at, const Word* end,
+                                                                   Word memory) const {
   Owners owners;
   while (at != end) {
     if (memory != 0 && first_leaf(at)[2] >= memory) break;  // it comes after the one that is remembered
@@ -501,7 +522,8 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
     return RoundProducer<D>(*network_, producer).ask(whole, view_, unused) == Label::in;
   }
   const auto planes = network_->planes_of(producer);
-  return std::all_of(planes.begin(), planes.end(), [&](auto plane) { return view_.position(plane) == Position::negative; });
+  return std::all_of(planes.begin(), planes.end(),
+                     [&](auto plane) { return view_.position(plane) == Position::negative; });
 }
 
 template <int D>
@@ -513,18 +535,20 @@ bool Localizer<D>::is_curved(const Word* leaf) const {
 template <int D>
 double Localizer<D>::work_left(std::span<const Word> program) const {
   std::size_t all = 0;
-  for (const ActiveLeaf& leaf : active_) all += is_curved(program.data() + leaf.at) ? std::max(least_of_curved, leaf.undecided) : leaf.undecided;
+  for (const ActiveLeaf& leaf : active_)
+    all += is_curved(program.data() + leaf.at) ? std::max(least_of_curved, leaf.undecided) : leaf.undecided;
   return static_cast<double>(all);
 }
 
 template <int D>
-std::vector<typename Localizer<D>::UndecidedOperand> Localizer<D>::undecided_operands(std::span<const Word> program) const {
+std::vector<typename Localizer<D>::UndecidedOperand> Localizer<D>::undecided_operands(
+    std::span<const Word> program) const {
   std::vector<UndecidedOperand> operands;
   for (const ActiveLeaf& leaf : active_) operands.push_back({program[leaf.at + 2], leaf.undecided});
   return operands;
 }
 
-// --- choosing a hyperplane -------------------------------------------------------------------------------------------
+// --- choosing a hyperplane ---
 
 /// How the operands may be parted across an axis.
 template <int D>
@@ -533,7 +557,8 @@ Parting Localizer<D>::part_operands(std::span<const Word> program, int axis) {
   stretches_.clear();
   for (const ActiveLeaf& leaf : active_) {
     const Producer<D>& producer = network_->producers[program[leaf.at + 2]];
-    stretches_.push_back({std::max(producer.lower[axis], extent.lower[axis]), std::min(producer.upper[axis], extent.upper[axis])});
+    stretches_.push_back({std::max(producer.lower[axis], extent.lower[axis]),
+                          std::min(producer.upper[axis], extent.upper[axis])});
   }
   return best_parting(stretches_);
 }
@@ -551,8 +576,8 @@ std::pair<int, Parting> Localizer<D>::axis_between_operands(std::span<const Word
   return best;
 }
 
-/// Cuts between operands where that is worth while, at the end of one of them. Where an operand ends in one of its own facets that
-/// facet's hyperplane is taken, and no stray cut appears.
+/// Cuts between operands where that is worth while, at the end of one of them. Where an operand ends in one
+/// of its own facets that facet's hyperplane is taken, and no stray cut appears.
 template <int D>
 bool Localizer<D>::choose_between_operands(std::span<const Word> program, Cut& cut) {
   constexpr double least_share = 0.5;  // of the larger half
@@ -577,7 +602,9 @@ void Localizer<D>::add_ends(std::span<const Word> program, int axis, double plac
     const Producer<D>& producer = network_->producers[number];
     for (const int side : {0, 1}) {
       const double bound = side == 0 ? producer.lower[axis] : producer.upper[axis];
-      if (low <= bound && bound <= high) candidates_.push_back({std::fabs(bound - place), number, static_cast<std::uint8_t>(axis), static_cast<std::uint8_t>(side)});
+      if (low <= bound && bound <= high)
+        candidates_.push_back({std::fabs(bound - place), number, static_cast<std::uint8_t>(axis),
+                               static_cast<std::uint8_t>(side)});
     }
   }
 }
@@ -592,8 +619,9 @@ HyperplaneId Localizer<D>::hyperplane_at(const Candidate& end) const {
   return network_->axial_planes.cut(table, end.axis, table.axis_position(end.axis, bound) + end.side);
 }
 
-/// The nearest one that crosses the cell, which is almost always the first: the others are not even looked up before that one fails. Of
-/// equally near ones that with the lowest number. (Without those that are far, Pisa has 0.7 % more cells.)
+/// The nearest one that crosses the cell, which is almost always the first: the others are not even looked up
+/// before that one fails. Of equally near ones that with the lowest number. (Without those that are far, Pisa
+/// has 0.7 % more cells.)
 template <int D>
 bool Localizer<D>::take_nearest_candidate(Cut& cut) {
   if (candidates_.empty()) return false;
@@ -617,15 +645,17 @@ bool Localizer<D>::take_nearest_candidate(Cut& cut) {
 template <int D>
 std::span<const geometry::OrientedHyperplane> Localizer<D>::listed_planes(const Word* leaf) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if (producer.undecided || producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0 ||
-      producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0)
+  if (producer.undecided || producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 ||
+      producer.preimage >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0)
     return {};
   return ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
 }
 
-/// The half-space of an operand in which most others end, too (or one that has it twice): a cut there tells about all of them.
+/// The half-space of an operand in which most others end, too (or one that has it twice): a cut there tells
+/// about all of them.
 template <int D>
-std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span<const Word> program, const Word* leaf) {
+std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span<const Word> program,
+                                                                       const Word* leaf) {
   shared_.clear();
   for (const auto plane : listed_planes(leaf))
     if (network_->is_shared(plane.id())) shared_.push_back(plane);
@@ -646,39 +676,46 @@ std::optional<geometry::OrientedHyperplane> Localizer<D>::shared_plane(std::span
   return chosen;
 }
 
-/// How many undecided operands end in each of the half-spaces `shared_`, by places from 1 on. What is not one of them counts at 0.
+/// How many undecided operands end in each of the half-spaces `shared_`, by places from 1 on. What is not one
+/// of them counts at 0.
 template <int D>
 void Localizer<D>::count_shared(std::span<const Word> program) {
   place_of_.resize(network_->shared.size());
   operands_at_.assign(shared_.size() + 1, 0);
-  for (std::size_t i = 0; i < shared_.size(); ++i) place_of_[shared_[i].id()] = static_cast<std::uint16_t>(i + 1);
+  for (std::size_t i = 0; i < shared_.size(); ++i)
+    place_of_[shared_[i].id()] = static_cast<std::uint16_t>(i + 1);
   for (const ActiveLeaf& other : active_)
     for (const auto plane : listed_planes(program.data() + other.at)) ++operands_at_[place_of_[plane.id()]];
 }
 
-/// Cuts along the operand with the fewest undecided half-spaces or facets: where another operand ends, too, else as its producer advises.
+/// Cuts along the operand with the fewest undecided half-spaces or facets: where another operand ends, too,
+/// else as its producer advises.
 template <int D>
 void Localizer<D>::choose_operand(std::span<const Word> program, Cut& cut) {
-  const ActiveLeaf& fewest = *std::ranges::min_element(active_, {}, &ActiveLeaf::undecided);  // the first of those
+  const ActiveLeaf& fewest =
+      *std::ranges::min_element(active_, {}, &ActiveLeaf::undecided);  // the first of those
   const Word* const best = program.data() + fewest.at;
   const std::size_t least = fewest.undecided;
   std::optional<geometry::OrientedHyperplane> shared;
   if (active_.size() > 1 && least <= ConvexProducer<D>::many_planes) shared = shared_plane(program, best);
   const Advice advice =
-      shared ? Advice{*shared, true, least == 1} : with_producer(best, [&](const auto& process) { return process.advise(best, view_); });
+      shared ? Advice{*shared, true, least == 1}
+             : with_producer(best, [&](const auto& process) { return process.advise(best, view_); });
   const auto is_out_if = [&](Label label) {
     const Word* at = program.data();
     return label_if(at, best, label) == Label::out;
   };
   const bool beyond_is_out = advice.beyond_is_out && is_out_if(Label::out);
-  const bool behind_is_out = advice.behind_is_in && !network_->producers[best[2]].undecided && is_out_if(Label::in);
+  const bool behind_is_out =
+      advice.behind_is_in && !network_->producers[best[2]].undecided && is_out_if(Label::in);
   cut.none = advice.none;
   cut.hyperplane = advice.plane.id();
   cut.positive_is_out = advice.plane.flipped() ? behind_is_out : beyond_is_out;
   cut.negative_is_out = advice.plane.flipped() ? beyond_is_out : behind_is_out;
 }
 
-/// Where one operand is left, and a list of half-spaces says where it is: nothing needs to be asked again until it is decided.
+/// Where one operand is left, and a list of half-spaces says where it is: nothing needs to be asked again
+/// until it is decided.
 template <int D>
 void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const {
   const Word* const leaf = program.data() + active_[0].at;
@@ -688,7 +725,8 @@ void Localizer<D>::offer_clipping(std::span<const Word> program, Cut& cut) const
   cut.beyond = answer_if(at, answer_of(leaf, Label::out));
   at = program.data();
   cut.behind = answer_if(at, answer_of(leaf, Label::in));
-  const bool are_alike = cut.beyond.label == cut.behind.label && network_->part_of(cut.beyond.owner) == network_->part_of(cut.behind.owner);
+  const bool are_alike = cut.beyond.label == cut.behind.label &&
+                         network_->part_of(cut.beyond.owner) == network_->part_of(cut.behind.owner);
   if (!are_alike) cut.last_planes = planes;  // else what is cut is given back, which only splits see to
 }
 
@@ -715,7 +753,8 @@ Answer Localizer<D>::answer_if(const Word*& at, const Answer& leaf) const {
   return combiner.answer();
 }
 
-/// The program's label if its leaf `leaf` (complemented or not) had the label `assumed` and nothing else were known.
+/// The program's label if its leaf `leaf` (complemented or not) had the label `assumed` and nothing else were
+/// known.
 template <int D>
 Label Localizer<D>::label_if(const Word*& at, const Word* leaf, Label assumed) const {
   const Word kind = at[0] & Program::kind_mask;

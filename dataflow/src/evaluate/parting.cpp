@@ -39,10 +39,14 @@ Parting part_evenly(std::span<const Stretch> stretches, double lower, double upp
   return {share(least, 0, stretches.size()), lower + static_cast<double>(best) / scale};
 }
 
-/// The end with as many ends below it as stretches, so in the middle: it is looked for only among those as near as one of the places.
+/// The end with as many ends below it as stretches, so in the middle: it is looked for only among those as
+/// near as one of the places.
 double median_of_ends(std::span<const Stretch> stretches, double lower, double upper) {
   const double scale = places / (upper - lower);
-  const auto place_of = [&](double end) { return static_cast<std::size_t>(std::min<std::int32_t>(static_cast<std::int32_t>((end - lower) * scale), places - 1)); };
+  const auto place_of = [&](double end) {
+    return static_cast<std::size_t>(
+        std::min<std::int32_t>(static_cast<std::int32_t>((end - lower) * scale), places - 1));
+  };
   std::array<std::size_t, places> ends{};
   for (const Stretch& stretch : stretches) {
     ++ends[place_of(stretch.lower)];

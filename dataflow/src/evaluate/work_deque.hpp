@@ -8,7 +8,8 @@
 namespace bsp2::dataflow {
 
 /// A double-ended queue of pointers: its owner pushes and pops at the bottom, any thread steals from the top.
-/// Source: Chase and Lev, "Dynamic circular work-stealing deque" (2005), with sequentially consistent indices.
+/// Source: Chase and Lev, "Dynamic circular work-stealing deque" (2005), with sequentially consistent
+/// indices.
 template <typename T>
 class WorkDeque {
  public:
@@ -19,7 +20,8 @@ class WorkDeque {
 
   /// Owner only.
   void push(T* item) {
-    const std::int64_t bottom = bottom_.load(std::memory_order_relaxed), top = top_.load(std::memory_order_acquire);
+    const std::int64_t bottom = bottom_.load(std::memory_order_relaxed),
+                       top = top_.load(std::memory_order_acquire);
     Ring* ring = ring_.load(std::memory_order_relaxed);
     if (bottom - top >= static_cast<std::int64_t>(ring->mask)) ring = grow(2 * (ring->mask + 1));
     ring->at(bottom).store(item, std::memory_order_relaxed);
@@ -68,7 +70,8 @@ class WorkDeque {
     rings_.push_back(std::make_unique<Ring>(size));
     Ring* next = rings_.back().get();
     if (Ring* old = ring_.load(std::memory_order_relaxed))
-      for (std::int64_t i = top_.load(std::memory_order_acquire); i < bottom_.load(std::memory_order_relaxed); ++i)
+      for (std::int64_t i = top_.load(std::memory_order_acquire); i < bottom_.load(std::memory_order_relaxed);
+           ++i)
         next->at(i).store(old->at(i).load(std::memory_order_relaxed), std::memory_order_relaxed);
     ring_.store(next, std::memory_order_release);
     return next;

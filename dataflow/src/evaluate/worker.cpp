@@ -1,4 +1,5 @@
-// What a worker does with tokens: takes one, fires it, splits its cell. What becomes of the halves is in joins.cpp.
+// What a worker does with tokens: takes one, fires it, splits its cell. What becomes of the halves is in
+// joins.cpp.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,8 +17,13 @@ using geometry::Label;
 
 template <int D>
 Worker<D>::Worker(Crew<D>& crew, std::uint32_t index_)
-    : totals(crew.network.table.radius(), crew.network.table.width()), index(index_), crew_(crew), splitter_(crew.network.table), clipper_(splitter_),
-      localizer_(crew.network, splitter_), writer_(crew.network.table) {
+    : totals(crew.network.table.radius(), crew.network.table.width()),
+      index(index_),
+      crew_(crew),
+      splitter_(crew.network.table),
+      clipper_(splitter_),
+      localizer_(crew.network, splitter_),
+      writer_(crew.network.table) {
   totals.reset_bounds();
   localizer_.set_tolerance(crew.options.tolerance.value_or(0));
   if (crew.options.angle) localizer_.set_view(crew.options.eye, *crew.options.angle);
@@ -38,7 +44,8 @@ void Worker<D>::run() {
 template <int D>
 void Worker<D>::work() {
   unsigned idle = 0;
-  while (crew_.open_regions.load(std::memory_order_acquire) != 0 && !crew_.abort.load(std::memory_order_relaxed)) {
+  while (crew_.open_regions.load(std::memory_order_acquire) != 0 &&
+         !crew_.abort.load(std::memory_order_relaxed)) {
     Token<D>* token = next();
     if (token == nullptr) {
       if (++idle < 64)
@@ -60,7 +67,8 @@ void Worker<D>::add(Token<D>* token) {
   double key = radius;
   if (!crew_.options.eye.empty()) {
     double square = 0;
-    for (std::size_t i = 0; i < D; ++i) square += (extent.centre[i] - crew_.options.eye[i]) * (extent.centre[i] - crew_.options.eye[i]);
+    for (std::size_t i = 0; i < D; ++i)
+      square += (extent.centre[i] - crew_.options.eye[i]) * (extent.centre[i] - crew_.options.eye[i]);
     key /= std::max(std::sqrt(square), radius);
   }
   const std::lock_guard lock(crew_.heap_mutex);
@@ -92,7 +100,8 @@ Token<D>* Worker<D>::process(Token<D>* token) {
   const bool stop = crew_.stop.load(std::memory_order_relaxed);
   if (token->restored != Token<D>::not_restored) {
     if (crew_.options.suspend && (stop || has_ended(*token))) return leave(token);
-    if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token) return unfold_by_the_clock(token);
+    if (crew_.frontiers[token->region].node(token->restored).kind != Frontier::Kind::token)
+      return unfold_by_the_clock(token);
     const auto program = crew_.frontiers[token->region].program(token->restored);
     token->program.assign(program);
     token->restored = Token<D>::not_restored;
@@ -121,7 +130,8 @@ Token<D>* Worker<D>::process(Token<D>* token) {
   }
   if (left) end_undecided(*token, outcome);
   outcome.cell = std::move(token->cell);
-  if (left && outcome.label == Label::in) outcome.tree = settle(outcome, token->region);  // like a FUZZY cell, it is never given back
+  if (left && outcome.label == Label::in)
+    outcome.tree = settle(outcome, token->region);  // like a FUZZY cell, it is never given back
   return give(token, std::move(outcome));
 }
 
@@ -138,7 +148,8 @@ void Worker<D>::end_undecided(const Token<D>& token, Outcome<D>& outcome) {
 /// Whether nothing is left to be done with a token, or below a node of a frontier, that is suspended.
 template <int D>
 bool Worker<D>::has_ended(const Token<D>& token) const {
-  return token.restored == Token<D>::not_restored ? token.ended : crew_.frontiers[token.region].has_ended(token.restored);
+  return token.restored == Token<D>::not_restored ? token.ended
+                                                  : crew_.frontiers[token.region].has_ended(token.restored);
 }
 
 /// Leaves a token, or what is below a node of a frontier, to another evaluation. @return null.
@@ -148,7 +159,8 @@ Token<D>* Worker<D>::leave(Token<D>* token) {
   Outcome<D> outcome;
   outcome.level = token->level;
   outcome.form = Form::suspended_token;
-  outcome.divided = token->restored != Token<D>::not_restored && crew_.frontiers[token->region].has_emitted(token->restored);
+  outcome.divided = token->restored != Token<D>::not_restored &&
+                    crew_.frontiers[token->region].has_emitted(token->restored);
   outcome.token = token;
   finish(token->parent, token->side, token->region, std::move(outcome));
   return nullptr;
@@ -166,7 +178,8 @@ Token<D>* Worker<D>::give(Token<D>* token, Outcome<D>&& outcome) {
 /// A join in the place of a token.
 template <int D>
 Join<D>* Worker<D>::join_of(const Token<D>& token, geometry::HyperplaneId hyperplane) {
-  if (token.level == std::numeric_limits<std::uint16_t>::max()) throw std::length_error("the BSP tree is more than 65535 levels deep");
+  if (token.level == std::numeric_limits<std::uint16_t>::max())
+    throw std::length_error("the BSP tree is more than 65535 levels deep");
   Join<D>* join = joins_.take();
   join->parent = token.parent;
   join->region = token.region;
@@ -178,13 +191,15 @@ Join<D>* Worker<D>::join_of(const Token<D>& token, geometry::HyperplaneId hyperp
 }
 
 template <int D>
-void Worker<D>::cut(const Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built, std::array<Cell<D>, 2>& halves) {
-  if (splitter_.classify(cell, hyperplane) != geometry::Position::crossing) throw std::logic_error("a cut misses its cell");
+void Worker<D>::cut(const Cell<D>& cell, geometry::HyperplaneId hyperplane, std::array<bool, 2> built,
+                    std::array<Cell<D>, 2>& halves) {
+  if (splitter_.classify(cell, hyperplane) != geometry::Position::crossing)
+    throw std::logic_error("a cut misses its cell");
   splitter_.split(cell, hyperplane, built[0] ? &halves[0] : nullptr, built[1] ? &halves[1] : nullptr);
 }
 
-/// A half that the cut tells to be OUT is so, and is not asked about again: in a narrower cell a round solid has
-/// other tangents, and may not know any more what the one that it was cut along has told.
+/// A half that the cut tells to be OUT is so, and is not asked about again: in a narrower cell a round solid
+/// has other tangents, and may not know any more what the one that it was cut along has told.
 template <int D>
 Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& plane) {
   const std::array<bool, 2> is_out{plane.negative_is_out, plane.positive_is_out};
@@ -235,7 +250,8 @@ Token<D>* Worker<D>::split(Token<D>* token, const typename Localizer<D>::Cut& pl
 template <int D>
 bool Worker<D>::may_clip(const Token<D>& token, const typename Localizer<D>::Cut& cut) const {
   const std::size_t deepest = token.level + cut.last_planes.size();
-  return !cut.last_planes.empty() && deepest <= crew_.options.level.value_or(std::numeric_limits<std::uint16_t>::max());
+  return !cut.last_planes.empty() &&
+         deepest <= crew_.options.level.value_or(std::numeric_limits<std::uint16_t>::max());
 }
 
 /// Cuts along the last operand until all is decided. The cells are those that `split` would find one by one.
@@ -246,7 +262,8 @@ Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut
   outcome.level = token->level;
   if (cut_along(cut.last_planes, stays(cut.beyond.label))) {
     outcome.form = Form::subtree;
-    const std::size_t cells = (stays(cut.behind.label) ? 1 : 0) + (stays(cut.beyond.label) ? pieces_.size() : 0);
+    const std::size_t cells =
+        (stays(cut.behind.label) ? 1 : 0) + (stays(cut.beyond.label) ? pieces_.size() : 0);
     grow(static_cast<std::int64_t>(cells) - 1);
     outcome.tree = settle_pieces(*token, cut);
     count_decided(token->level);
@@ -262,7 +279,8 @@ Token<D>* Worker<D>::clip(Token<D>* token, const typename Localizer<D>::Cut& cut
   return give(token, std::move(outcome));
 }
 
-/// Clips the cell by the half-spaces, the one first that leaves most of it outside. @return whether anything is left.
+/// Clips the cell by the half-spaces, the one first that leaves most of it outside. @return whether anything
+/// is left.
 template <int D>
 bool Worker<D>::cut_along(std::span<const geometry::OrientedHyperplane> planes, bool keep_rest) {
   pieces_.clear();
@@ -305,14 +323,15 @@ std::int64_t Worker<D>::settle_pieces(const Token<D>& token, const typename Loca
   return tree;
 }
 
-#define BSP2_INSTANTIATE(D)                                    \
-  template Worker<D>::Worker(Crew<D>&, std::uint32_t);         \
-  template void Worker<D>::run();                              \
-  template void Worker<D>::add(Token<D>*);                     \
-  template Token<D>* Worker<D>::leave(Token<D>*);              \
-  template Token<D>* Worker<D>::give(Token<D>*, Outcome<D>&&); \
-  template Join<D>* Worker<D>::join_of(const Token<D>&, geometry::HyperplaneId); \
-  template void Worker<D>::cut(const Cell<D>&, geometry::HyperplaneId, std::array<bool, 2>, std::array<Cell<D>, 2>&);
+#define BSP2_INSTANTIATE(D)                                                                 \
+  template Worker<D>::Worker(Crew<D>&, std::uint32_t);                                      \
+  template void Worker<D>::run();                                                           \
+  template void Worker<D>::add(Token<D>*);                                                  \
+  template Token<D>* Worker<D>::leave(Token<D>*);                                           \
+  template Token<D>* Worker<D>::give(Token<D>*, Outcome<D>&&);                              \
+  template Join<D>* Worker<D>::join_of(const Token<D>&, geometry::HyperplaneId);            \
+  template void Worker<D>::cut(const Cell<D>&, geometry::HyperplaneId, std::array<bool, 2>, \
+                               std::array<Cell<D>, 2>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

@@ -19,7 +19,8 @@ using model::Operation;
 
 namespace {
 
-/// A visit on the walk: a sub-expression under the maps and the complement above it, or the end of a combiner.
+/// A visit on the walk: a sub-expression under the maps and the complement above it, or the end of a
+/// combiner.
 struct Visit {
   const model::Node* node;  // null: the combiner that starts at `begin` is complete
   std::uint32_t placement;
@@ -27,14 +28,15 @@ struct Visit {
   Word enclosing;  // kind of the combiner around it
   std::size_t begin;
   const model::Colour* colour = nullptr;  // the outermost one on the way here
-  std::int32_t number = -1;  // of the primitive that all in it is one of; -1: each primitive has a number of its own
+  std::int32_t number =
+      -1;  // of the primitive that all in it is one of; -1: each primitive has a number of its own
   std::int32_t part = geometry::no_part;
   bool is_mute = false;      // nothing belongs to what is in it
   bool is_repeated = false;  // an operand that was there already: it counts primitives, no more
 };
 
-/// Which operands are the same node as an earlier one that is combined in the same way; nothing if none is. Of those, a union, an
-/// intersection or the subtrahends of a difference take one.
+/// Which operands are the same node as an earlier one that is combined in the same way; nothing if none is.
+/// Of those, a union, an intersection or the subtrahends of a difference take one.
 std::vector<bool> repeated_operands(const model::Boolean& boolean) {
   std::vector<bool> repeated;
   if (boolean.operation == Operation::symmetric_difference) return repeated;
@@ -47,7 +49,8 @@ std::vector<bool> repeated_operands(const model::Boolean& boolean) {
     if (children.size() > few)
       is_repeated = !seen.insert(&children[i].node()).second;
     else
-      for (std::size_t j = first; j < i && !is_repeated; ++j) is_repeated = children[j].same_node(children[i]);
+      for (std::size_t j = first; j < i && !is_repeated; ++j)
+        is_repeated = children[j].same_node(children[i]);
     if (!is_repeated) continue;
     repeated.resize(children.size());
     repeated[i] = true;
@@ -98,19 +101,22 @@ class Lowering {
   /// @return the first of them.
   std::int32_t take_numbers(std::uint64_t count) {
     const std::uint64_t first = std::exchange(numbers_, numbers_ + count);
-    if (numbers_ > std::numeric_limits<std::int32_t>::max()) throw Error("the model has more than 2,147,483,647 primitives");
+    if (numbers_ > std::numeric_limits<std::int32_t>::max())
+      throw Error("the model has more than 2,147,483,647 primitives");
     return static_cast<std::int32_t>(first);
   }
 
   /// One name is one part, wherever it stands. Also what is only subtracted is told, as a part without cells.
   std::int32_t part_named(const std::string& name) {
-    const auto [found, is_new] = part_of_name_.try_emplace(name, static_cast<std::int32_t>(lowered_.parts.size()));
+    const auto [found, is_new] =
+        part_of_name_.try_emplace(name, static_cast<std::int32_t>(lowered_.parts.size()));
     if (is_new) lowered_.parts.push_back({name, {}});
     return found->second;
   }
 
-  /// Whether anything has a name or a colour. Looked up once, where it matters: a symmetric difference in another one, in which an operand that is
-  /// IN may be cancelled by another, is no list of operands of which the first one that is IN has the cell.
+  /// Whether anything has a name or a colour. Looked up once, where it matters: a symmetric difference in
+  /// another one, in which an operand that is IN may be cancelled by another, is no list of operands of which
+  /// the first one that is IN has the cell.
   bool is_told_apart() {
     if (is_told_apart_) return *is_told_apart_;
     is_told_apart_ = false;
@@ -121,7 +127,8 @@ class Lowering {
       left.pop_back();
       if (!seen.insert(node).second) continue;
       const auto* named = std::get_if<model::Named>(&node->value);
-      const bool is_part = divided_by_ == Parts::named && named != nullptr && named->role == model::Named::Role::part;
+      const bool is_part =
+          divided_by_ == Parts::named && named != nullptr && named->role == model::Named::Role::part;
       is_told_apart_ = is_part || std::holds_alternative<model::Coloured>(node->value);
       for (const model::Expression& child : node->children()) left.push_back(&child.node());
     }
@@ -138,10 +145,12 @@ class Lowering {
 
   void enter(const Visit& visit, const model::Primitive& primitive) {
     const auto producer = static_cast<Word>(lowered_.occurrences.size());
-    lowered_.occurrences.push_back({&primitive, placements_[visit.placement], visit.number >= 0 ? visit.number : take_numbers(1),
-                                    visit.is_mute ? geometry::no_part : visit.part, visit.colour, static_cast<std::uint32_t>(lowered_.program.size()), guard_,
-                                    !visit.is_mute});
-    const Word kind = Net::kind_leaf | Net::whole | (visit.complemented ? Net::negated : 0) | (visit.is_mute ? Net::mute : 0);
+    lowered_.occurrences.push_back(
+        {&primitive, placements_[visit.placement], visit.number >= 0 ? visit.number : take_numbers(1),
+         visit.is_mute ? geometry::no_part : visit.part, visit.colour,
+         static_cast<std::uint32_t>(lowered_.program.size()), guard_, !visit.is_mute});
+    const Word kind = Net::kind_leaf | Net::whole | (visit.complemented ? Net::negated : 0) |
+                      (visit.is_mute ? Net::mute : 0);
     lowered_.program.insert(lowered_.program.end(), {kind, static_cast<Word>(Net::header), producer});
   }
 
@@ -167,7 +176,8 @@ class Lowering {
   void enter(const Visit& visit, const model::Named& named) {
     Visit child = visit;
     child.node = &named.child.node();
-    const bool counts = divided_by_ == Parts::named && named.role == model::Named::Role::part && visit.part < 0;
+    const bool counts =
+        divided_by_ == Parts::named && named.role == model::Named::Role::part && visit.part < 0;
     if (counts) child.part = part_named(named.name);
     stack_.push_back(child);
   }
@@ -188,8 +198,8 @@ class Lowering {
       stack_.push_back(child);
       return;
     }
-    // De Morgan: a complemented union is the intersection of complements; a complemented symmetric difference has one
-    // operand complemented.
+    // De Morgan: a complemented union is the intersection of complements; a complemented symmetric difference
+    // has one operand complemented.
     const bool differ = boolean.operation == Operation::symmetric_difference;
     const bool unites = (boolean.operation == Operation::unite) != visit.complemented;
     const Word kind = differ ? Net::kind_differ : unites ? Net::kind_unite : Net::kind_intersect;
@@ -215,21 +225,25 @@ class Lowering {
   /// What a primitive of the source is made of belongs to it, and nothing in it has a say.
   static bool is_one_primitive(const Visit& visit) { return visit.number >= 0; }
 
-  /// Whether each point of a solid belongs to a primitive: no complement makes it. Of large ones nobody looks: then it is not known.
+  /// Whether each point of a solid belongs to a primitive: no complement makes it. Of large ones nobody
+  /// looks: then it is not known.
   static bool owns_its_points(const model::Node& node, int& nodes_to_look_at) {
     if (--nodes_to_look_at < 0) return false;
-    const auto owns = [&](const model::Expression& child) { return owns_its_points(child.node(), nodes_to_look_at); };
+    const auto owns = [&](const model::Expression& child) {
+      return owns_its_points(child.node(), nodes_to_look_at);
+    };
     const auto children = node.children();
     const auto* boolean = std::get_if<model::Boolean>(&node.value);
-    if (boolean == nullptr || boolean->operation == Operation::unite || boolean->operation == Operation::symmetric_difference)
+    if (boolean == nullptr || boolean->operation == Operation::unite ||
+        boolean->operation == Operation::symmetric_difference)
       return std::all_of(children.begin(), children.end(), owns);
     if (boolean->operation == Operation::complement) return false;
     if (boolean->operation == Operation::subtract) return children.empty() || owns(children.front());
     return std::any_of(children.begin(), children.end(), owns);
   }
 
-  /// The first operand to which nothing belongs, nor to those behind it: what is subtracted, and in an intersection what comes after an operand
-  /// that says of each of its points whose it is.
+  /// The first operand to which nothing belongs, nor to those behind it: what is subtracted, and in an
+  /// intersection what comes after an operand that says of each of its points whose it is.
   static std::size_t first_of_the_mute(const model::Boolean& boolean) {
     const auto& children = boolean.children;
     if (boolean.operation == Operation::subtract) return 1;
@@ -241,14 +255,17 @@ class Lowering {
     return static_cast<std::size_t>(std::min(first - children.begin() + 1, std::ssize(children)));
   }
 
-  void enter(const Visit&, const model::Construction&) { throw std::logic_error("constructs are resolved before lowering"); }
+  void enter(const Visit&, const model::Construction&) {
+    throw std::logic_error("constructs are resolved before lowering");
+  }
 
   static constexpr std::size_t deepest = 100000;  // what the stacks that walk the program are made for
   std::size_t depth_ = 0;
 
   /// Starts a combiner and schedules its end behind its operands.
   void open(Word kind) {
-    if (++depth_ > deepest) throw Error("unions, intersections and differences are nested more than 100000 deep");
+    if (++depth_ > deepest)
+      throw Error("unions, intersections and differences are nested more than 100000 deep");
     stack_.push_back({nullptr, 0, false, 0, lowered_.program.size()});
     if (kind != Net::kind_unite) {
       lowered_.guards.push_back({static_cast<std::uint32_t>(lowered_.program.size()), guard_});
@@ -258,7 +275,8 @@ class Lowering {
   }
   void close(std::size_t begin) {
     --depth_;
-    if (lowered_.program[begin] != Net::kind_unite) guard_ = lowered_.guards[static_cast<std::size_t>(guard_)].around;
+    if (lowered_.program[begin] != Net::kind_unite)
+      guard_ = lowered_.guards[static_cast<std::size_t>(guard_)].around;
     lowered_.program[begin + 1] = static_cast<Word>(lowered_.program.size() - begin);
   }
 };
@@ -293,7 +311,8 @@ Box<D> bounds_of(const Lowered<D>& lowered, const std::vector<Producer<D>>& prod
       add((word[0] & Net::negated) != 0 ? Box<D>::everything() : static_cast<const Box<D>&>(producer));
       at += word[1];
     } else {
-      open.push_back({kind, at + word[1], kind == Net::kind_intersect ? Box<D>::everything() : Box<D>::empty()});
+      open.push_back(
+          {kind, at + word[1], kind == Net::kind_intersect ? Box<D>::everything() : Box<D>::empty()});
       at += Net::header;
     }
     while (open.size() > 1 && open.back().end == at) {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "bsp2/dataflow/network/network.hpp"
-#include "process/transformer.hpp"
 #include "bsp2/model/expression/expression.hpp"
+#include "process/transformer.hpp"
 
 namespace bsp2::dataflow {
 
@@ -15,15 +15,16 @@ template <int D>
 struct Occurrence {
   const model::Primitive* primitive;
   Transformer<D> placement;
-  std::int32_t number;     ///< Producer::primitive
-  std::int32_t part = 0;   ///< Producer::part
+  std::int32_t number;                    ///< Producer::primitive
+  std::int32_t part = 0;                  ///< Producer::part
   const model::Colour* colour = nullptr;  ///< the outermost one around it
-  std::uint32_t leaf = 0;  ///< where it is in the program
-  std::int32_t guard = -1;  ///< Producer::guard
-  bool owns = true;         ///< Producer::owns
+  std::uint32_t leaf = 0;                 ///< where it is in the program
+  std::int32_t guard = -1;                ///< Producer::guard
+  bool owns = true;                       ///< Producer::owns
 };
 
-/// The expression without transformers and complements: occurrences in source order, and Network's program over them.
+/// The expression without transformers and complements: occurrences in source order, and Network's program
+/// over them.
 template <int D>
 struct Lowered {
   std::vector<Occurrence<D>> occurrences;

@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "producers/lathe_producer.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
+#include "producers/lathe_producer.hpp"
 #include "shapes/spline_shape.hpp"
 
 namespace bsp2::dataflow {
@@ -17,8 +17,8 @@ using geometry::Polytope;
 
 namespace {
 
-/// Scale and origin of a polytope's normalized frame, in which coordinates are of the order of 1. The origin stays where it
-/// is if it is near, so that simple numbers stay simple.
+/// Scale and origin of a polytope's normalized frame, in which coordinates are of the order of 1. The origin
+/// stays where it is if it is near, so that simple numbers stay simple.
 template <int D>
 std::pair<std::array<double, D>, std::array<double, D>> frame_of(const model::Polytope& polytope) {
   double far = 0, extent = 0;
@@ -54,13 +54,15 @@ void Shapes<D>::prepare(std::span<const model::Primitive* const> primitives, uns
     else if (!by_node_.contains(primitive))
       by_node_.emplace(primitive, make(kind));
   };
-  for (const model::Primitive* primitive : primitives) std::visit([&](const auto& kind) { make_new(primitive, kind); }, *primitive);
+  for (const model::Primitive* primitive : primitives)
+    std::visit([&](const auto& kind) { make_new(primitive, kind); }, *primitive);
 }
 
 template <int D>
 void Shapes<D>::prepare_meshes(std::span<const model::Primitive* const> primitives, unsigned threads) {
   meshes_.clear();
-  std::vector<std::pair<const model::TriangleMesh*, std::shared_ptr<MeshShape>*>> meshes;  // elements of a map keep their place
+  std::vector<std::pair<const model::TriangleMesh*, std::shared_ptr<MeshShape>*>>
+      meshes;  // elements of a map keep their place
   for (const model::Primitive* primitive : primitives) {
     const auto* mesh = std::get_if<model::TriangleMesh>(primitive);
     if (mesh == nullptr || by_node_.contains(primitive)) continue;
@@ -69,7 +71,8 @@ void Shapes<D>::prepare_meshes(std::span<const model::Primitive* const> primitiv
   }
   constexpr std::size_t grain = 8;
   geometry::for_each_range(meshes.size(), grain, threads, [&](std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) *meshes[i].second = std::make_shared<MeshShape>(*meshes[i].first);
+    for (std::size_t i = first; i < end; ++i)
+      *meshes[i].second = std::make_shared<MeshShape>(*meshes[i].first);
   });
   std::size_t count = covectors_.size();
   for (const auto& mesh : meshes) count += (*mesh.second)->covectors.size();
@@ -113,7 +116,8 @@ Framed<D> Shapes<D>::make(const model::Lathe& lathe) {
       z.push_back((ring.z - bottom) / height);
       key.insert(key.end(), {radius.back(), z.back()});
     }
-    const auto [entry, is_new] = known_.try_emplace(std::move(key), static_cast<std::uint32_t>(shapes_.size()));
+    const auto [entry, is_new] =
+        known_.try_emplace(std::move(key), static_cast<std::uint32_t>(shapes_.size()));
     if (is_new) {
       Shape<D> shape;
       Polytope<3> polytope = geometry::lathe(lathe.sides, radius, z);
@@ -138,7 +142,8 @@ Framed<D> Shapes<D>::make(const model::TriangleMesh& mesh) {
     add_covectors(shape, normalized->covectors);
     normalized->covectors.clear();
     normalized->covectors.shrink_to_fit();
-    const Transformer<3> frame = Transformer<3>::scaling({normalized->scale, normalized->scale, normalized->scale}, normalized->origin);
+    const Transformer<3> frame = Transformer<3>::scaling(
+        {normalized->scale, normalized->scale, normalized->scale}, normalized->origin);
     shape.bounds = {normalized->lower, normalized->upper};
     shape.mesh = std::move(normalized);
     return {add(std::move(shape)), frame};
@@ -150,7 +155,8 @@ Framed<D> Shapes<D>::make(const model::RegularPolygon& polygon) {
   if constexpr (D != 2) {
     throw std::logic_error("a regular polygon is two-dimensional");
   } else {
-    const auto [entry, is_new] = known_.try_emplace({static_cast<double>(polygon.sides)}, static_cast<std::uint32_t>(shapes_.size()));
+    const auto [entry, is_new] =
+        known_.try_emplace({static_cast<double>(polygon.sides)}, static_cast<std::uint32_t>(shapes_.size()));
     if (is_new) {
       Shape<D> shape;
       const Polytope<2> polytope = geometry::regular_polygon(polygon.sides);
@@ -188,7 +194,9 @@ Framed<D> Shapes<D>::make(const model::Round& round) {
   const int axes = D - static_cast<int>(round.lengths.size());
   if (axes < 2) throw std::logic_error("a round solid has two round axes or more");
   const double widest = std::max(round.bottom, round.top);
-  const auto on_grid = [](double x) { return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53); };
+  const auto on_grid = [](double x) {
+    return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53);
+  };
   Shape<D> shape;
   shape.round = {axes, on_grid(round.bottom / widest), on_grid(round.top / widest)};
   std::array<double, D> factors;
@@ -205,7 +213,8 @@ Framed<D> Shapes<D>::make(const model::Torus& torus) {
     throw std::logic_error("a torus is three-dimensional");
   } else {
     Shape<D> shape;
-    const double minor = torus.minor / torus.major, reach = std::nextafter(1 + minor, 3.0), height = std::nextafter(minor, 2.0);
+    const double minor = torus.minor / torus.major, reach = std::nextafter(1 + minor, 3.0),
+                 height = std::nextafter(minor, 2.0);
     shape.torus = minor;
     shape.bounds = {{-reach, -reach, -height}, {reach, reach, height}};
     return {add(std::move(shape)), Transformer<3>::scaling({torus.major, torus.major, torus.major})};
@@ -231,7 +240,8 @@ Framed<D> Shapes<D>::make(const model::Polytope& polytope) {
     for (const long double x : row) largest = std::max(largest, std::fabs(x));
     const int exponent = 60 - std::ilogb(largest) - 1;
     std::array<geometry::LocalInteger, D + 1> exact;
-    for (int i = 0; i <= D; ++i) exact[i] = static_cast<std::int64_t>(std::llround(std::ldexp(row[i], exponent)));
+    for (int i = 0; i <= D; ++i)
+      exact[i] = static_cast<std::int64_t>(std::llround(std::ldexp(row[i], exponent)));
     covectors.push_back(geometry::make_covector<D>(exact));
   }
   add_covectors(shape, covectors);

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "process/transformer.hpp"
 #include "bsp2/geometry/exact/covector.hpp"
 #include "bsp2/model/expression/expression.hpp"
+#include "process/transformer.hpp"
 #include "producers/lathe_shape.hpp"
 #include "shapes/mesh_shape.hpp"
 
@@ -22,17 +22,18 @@ namespace bsp2::dataflow {
 template <int D>
 struct Shape {
   std::uint32_t first_covector = 0, covector_count = 0;
-  std::vector<std::pair<double, double>> rings;  // lathe: radius and z, in the normalized frame; otherwise empty
-  Box<D> bounds;                                 // in the normalized frame
-  std::shared_ptr<const LatheShape> lathe;       // of one with very many facets; shared: by all occurrences of it
-  std::shared_ptr<const MeshShape> mesh;         // shared: by all occurrences of one mesh
+  std::vector<std::pair<double, double>>
+      rings;                                // lathe: radius and z, in the normalized frame; otherwise empty
+  Box<D> bounds;                            // in the normalized frame
+  std::shared_ptr<const LatheShape> lathe;  // of one with very many facets; shared: by all occurrences of it
+  std::shared_ptr<const MeshShape> mesh;    // shared: by all occurrences of one mesh
   struct RoundPart {
     int axes;
     double bottom, top;  // multiples of 2^-53, the larger one 1
   };
   std::optional<RoundPart> round;
-  std::optional<double> torus;  // its minor radius
-  const model::Spline* spline = nullptr;         // its patches are placed, not its shape
+  std::optional<double> torus;            // its minor radius
+  const model::Spline* spline = nullptr;  // its patches are placed, not its shape
   const model::SubdivisionSurface* subdivision = nullptr;
   const model::Preimage* preimage = nullptr;
   bool undecided = false;
@@ -63,9 +64,11 @@ class Shapes {
   std::vector<geometry::Covector<D>> covectors_;
   std::vector<Shape<D>> shapes_;
   std::unordered_map<const model::Primitive*, Framed<D>> by_node_;
-  std::unordered_map<const model::TriangleMesh*, std::shared_ptr<MeshShape>> meshes_;  // whose shapes are still to be made
-  std::map<std::vector<double>, std::uint32_t> known_;  // lathes by sides and normalized rings, regular polygons by sides
-  std::optional<std::uint32_t> box_;                    // the shape of all cuboids
+  std::unordered_map<const model::TriangleMesh*, std::shared_ptr<MeshShape>>
+      meshes_;  // whose shapes are still to be made
+  std::map<std::vector<double>, std::uint32_t>
+      known_;                         // lathes by sides and normalized rings, regular polygons by sides
+  std::optional<std::uint32_t> box_;  // the shape of all cuboids
 
   void prepare_meshes(std::span<const model::Primitive* const> primitives, unsigned threads);
   std::uint32_t add(Shape<D> shape);
@@ -79,7 +82,9 @@ class Shapes {
   Framed<D> make(const model::Torus& torus);
   Framed<D> make(const model::Polytope& polytope);
   Framed<D> make(const model::Spline& spline) { return make_patches(spline, &Shape<D>::spline); }
-  Framed<D> make(const model::SubdivisionSurface& surface) { return make_patches(surface, &Shape<D>::subdivision); }
+  Framed<D> make(const model::SubdivisionSurface& surface) {
+    return make_patches(surface, &Shape<D>::subdivision);
+  }
   Framed<D> make(const model::Preimage& preimage);
   /// @param of the field of a shape that holds the surface.
   template <typename Surface>

@@ -11,7 +11,9 @@ using geometry::HyperplaneId;
 
 template <int D>
 AxialPlanes<D>::AxialPlanes(const geometry::HyperplaneTable<D>& table, double coincidence) {
-  for (int axis = 0; axis < D; ++axis) reach_[axis] = std::max(coincidence * table.width(), 1.5 * (table.axis_value(axis, 1) - table.axis_value(axis, 0)));
+  for (int axis = 0; axis < D; ++axis)
+    reach_[axis] =
+        std::max(coincidence * table.width(), 1.5 * (table.axis_value(axis, 1) - table.axis_value(axis, 0)));
   for (HyperplaneId id = 0; id < table.size(); ++id) {
     const auto h = table.rounded(id);
     double most = 0, all = 0;
@@ -23,13 +25,15 @@ AxialPlanes<D>::AxialPlanes(const geometry::HyperplaneTable<D>& table, double co
       most = size;
       axis = i;
     }
-    if ((all - most) * table.radius() <= coincidence * table.width() * most) planes_[axis].emplace_back(-h.offset / h.normal[axis], id);
+    if ((all - most) * table.radius() <= coincidence * table.width() * most)
+      planes_[axis].emplace_back(-h.offset / h.normal[axis], id);
   }
   for (auto& planes : planes_) std::sort(planes.begin(), planes.end());
 }
 
 template <int D>
-HyperplaneId AxialPlanes<D>::cut(const geometry::HyperplaneTable<D>& table, int axis, std::uint32_t position) const {
+HyperplaneId AxialPlanes<D>::cut(const geometry::HyperplaneTable<D>& table, int axis,
+                                 std::uint32_t position) const {
   const double at = table.axis_value(axis, position);
   const auto& planes = planes_[axis];
   const auto distance = [&](const auto& plane) { return std::fabs(plane.first - at); };
@@ -37,7 +41,9 @@ HyperplaneId AxialPlanes<D>::cut(const geometry::HyperplaneTable<D>& table, int 
   auto nearest = next;
   if (next == planes.end() || (next != planes.begin() && distance(*std::prev(next)) < distance(*next)))
     nearest = next == planes.begin() ? planes.end() : std::prev(next);
-  return nearest != planes.end() && distance(*nearest) <= reach_[axis] ? nearest->second : table.axis_hyperplane(axis, position);
+  return nearest != planes.end() && distance(*nearest) <= reach_[axis]
+             ? nearest->second
+             : table.axis_hyperplane(axis, position);
 }
 
 #define BSP2_INSTANTIATE(D) template class AxialPlanes<D>;

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/model/expression/bottom_up.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/builder/flat.hpp"
+#include "bsp2/model/expression/bottom_up.hpp"
 #include "operands/nested.hpp"
 #include "operands/placed_parts.hpp"
 
@@ -25,7 +25,8 @@ bool is_undecided(const model::Primitive& primitive) {
   return polytope != nullptr && polytope->undecided;
 }
 
-/// Round as the user meant it; OpenSCAD's solids that --curved makes round are polyhedra in constructs, as OpenSCAD says.
+/// Round as the user meant it; OpenSCAD's solids that --curved makes round are polyhedra in constructs, as
+/// OpenSCAD says.
 bool is_truly_round(const model::Primitive& primitive) {
   const auto* round = std::get_if<model::Round>(&primitive);
   return std::holds_alternative<model::Torus>(primitive) || (round != nullptr && round->sides == 0);
@@ -33,11 +34,14 @@ bool is_truly_round(const model::Primitive& primitive) {
 
 /// Nobody knows polytopes for it but by evaluating it.
 bool is_refined(const model::Primitive& primitive) {
-  return std::holds_alternative<model::Spline>(primitive) || std::holds_alternative<model::SubdivisionSurface>(primitive) ||
+  return std::holds_alternative<model::Spline>(primitive) ||
+         std::holds_alternative<model::SubdivisionSurface>(primitive) ||
          std::holds_alternative<model::Preimage>(primitive);
 }
 
-bool is_only_enclosed(const model::Primitive& primitive) { return is_truly_round(primitive) || is_refined(primitive) || is_undecided(primitive); }
+bool is_only_enclosed(const model::Primitive& primitive) {
+  return is_truly_round(primitive) || is_refined(primitive) || is_undecided(primitive);
+}
 
 bool contains(const Expression& solid, bool (*is_meant)(const model::Primitive&)) {
   bool found = false;
@@ -48,7 +52,8 @@ bool contains(const Expression& solid, bool (*is_meant)(const model::Primitive&)
   return found;
 }
 
-/// A solid in which no operand of a symmetric difference is round: where each primitive helps, or each takes away, and none does both.
+/// A solid in which no operand of a symmetric difference is round: where each primitive helps, or each takes
+/// away, and none does both.
 struct Ordered {
   Expression solid;
   double primitives;  // of the expanded expression
@@ -57,9 +62,12 @@ struct Ordered {
 
 Ordered differing(const Ordered& a, const Ordered& b) {
   constexpr double most = 500;
-  Ordered result{model::unite({model::subtract({a.solid, b.solid}), model::subtract({b.solid, a.solid})}), 2 * (a.primitives + b.primitives), true};
+  Ordered result{model::unite({model::subtract({a.solid, b.solid}), model::subtract({b.solid, a.solid})}),
+                 2 * (a.primitives + b.primitives), true};
   if (result.primitives > most)
-    throw Error("symmetric_difference: of round solids in a construct it is a union of differences, which doubles with each operand; these are too many");
+    throw Error(
+        "symmetric_difference: of round solids in a construct it is a union of differences, which doubles "
+        "with each operand; these are too many");
   return result;
 }
 
@@ -70,7 +78,8 @@ Expression by_differences(const Expression& solid) {
       .run(
           solid, [](const Expression&) -> std::optional<Ordered> { return std::nullopt; },
           [](const Node& node, std::vector<Ordered>&& images) -> Ordered {
-            if (const auto* primitive = std::get_if<model::Primitive>(&node.value)) return {make(node.dimension, *primitive), 1, is_only_enclosed(*primitive)};
+            if (const auto* primitive = std::get_if<model::Primitive>(&node.value))
+              return {make(node.dimension, *primitive), 1, is_only_enclosed(*primitive)};
             Ordered result{Expression(node.dimension), 0, false};
             std::vector<Expression> children;
             for (const Ordered& image : images) {
@@ -80,7 +89,8 @@ Expression by_differences(const Expression& solid) {
             }
             if (const auto* boolean = std::get_if<model::Boolean>(&node.value)) {
               if (boolean->operation != model::Operation::symmetric_difference || !result.is_round) {
-                result.solid = make(node.dimension, model::Boolean{boolean->operation, std::move(children), boolean->parts});
+                result.solid = make(node.dimension,
+                                    model::Boolean{boolean->operation, std::move(children), boolean->parts});
                 return result;
               }
               Ordered all = images[0];
@@ -103,27 +113,33 @@ bool is_only_enclosed(const Expression& solid) { return contains(solid, is_only_
 bool is_refined(const Expression& solid) { return contains(solid, is_refined); }
 
 Expression with_facets(const Expression& solid, Facets facets, const CompileOptions& options) {
-  return with_primitives_replaced(by_differences(solid), solid.dimension(), [&](const PlacedPrimitive& placed) -> Expression {
-    const int dimension = placed.dimension;
-    const bool unknown = is_undecided(*placed.primitive);
-    const bool around = (facets == Facets::around) != placed.negated;
-    const auto put = [&](Expression primitive) { return model::transform(placed.matrix, std::move(primitive)); };
-    if (unknown && !around) return Expression(dimension);
-    if (unknown) {
-      auto polytope = std::get<model::Polytope>(*placed.primitive);
-      polytope.undecided = false;
-      return put(make(dimension, std::move(polytope)));
-    }
-    if (model::is_curved(*placed.primitive)) return put(faceted_primitive(*placed.primitive, dimension, options, around ? Facets::around : Facets::inside));
-    return put(make(dimension, *placed.primitive));
-  });
+  return with_primitives_replaced(by_differences(solid), solid.dimension(),
+                                  [&](const PlacedPrimitive& placed) -> Expression {
+                                    const int dimension = placed.dimension;
+                                    const bool unknown = is_undecided(*placed.primitive);
+                                    const bool around = (facets == Facets::around) != placed.negated;
+                                    const auto put = [&](Expression primitive) {
+                                      return model::transform(placed.matrix, std::move(primitive));
+                                    };
+                                    if (unknown && !around) return Expression(dimension);
+                                    if (unknown) {
+                                      auto polytope = std::get<model::Polytope>(*placed.primitive);
+                                      polytope.undecided = false;
+                                      return put(make(dimension, std::move(polytope)));
+                                    }
+                                    if (model::is_curved(*placed.primitive))
+                                      return put(faceted_primitive(*placed.primitive, dimension, options,
+                                                                   around ? Facets::around : Facets::inside));
+                                    return put(make(dimension, *placed.primitive));
+                                  });
 }
 
 std::string circle_corners_text(const std::vector<Expression>& solids) {
   std::set<std::uint32_t> counts;
   for (const Expression& solid : solids)
     with_primitives_replaced(solid, solid.dimension(), [&](const PlacedPrimitive& placed) {
-      if (is_truly_round(*placed.primitive)) counts.insert(corners_of_circles(*placed.primitive, placed.dimension));
+      if (is_truly_round(*placed.primitive))
+        counts.insert(corners_of_circles(*placed.primitive, placed.dimension));
       return Expression(placed.dimension);
     });
   std::string text;
@@ -138,7 +154,8 @@ Expression with_fewer_corners(const Expression& solid, std::uint32_t corners) {
       if (fineness == 0) fineness = std::min(corners, corners_of_circles(primitive, placed.dimension));
     };
     if (auto* torus = std::get_if<model::Torus>(&primitive)) limit(torus->fineness);
-    if (auto* round = std::get_if<model::Round>(&primitive); round != nullptr && is_truly_round(primitive)) limit(round->fineness);
+    if (auto* round = std::get_if<model::Round>(&primitive); round != nullptr && is_truly_round(primitive))
+      limit(round->fineness);
     return model::transform(placed.matrix, make(placed.dimension, std::move(primitive)));
   });
 }
@@ -147,7 +164,9 @@ Expression undecided(const Expression& solid, const CompileOptions& options) {
   std::vector<Expression> parts;
   for (const Points& corners : convex_parts(solid, options)) {
     const Expression hull = model::undecided_hull(solid.dimension(), corners);
-    parts.push_back(is_empty(hull) ? make(solid.dimension(), model::flat_polytope(solid.dimension(), corners, true)) : hull);
+    parts.push_back(is_empty(hull)
+                        ? make(solid.dimension(), model::flat_polytope(solid.dimension(), corners, true))
+                        : hull);
   }
   return united(solid.dimension(), std::move(parts));
 }

@@ -32,7 +32,8 @@ std::uint32_t corners_around(std::uint32_t fineness, int axes) {
 /// The radius of the largest ball around the origin in the hull of points.
 double radius_inside(int dimension, const Points& points) {
   const Expression hull = model::undecided_hull(dimension, points);
-  const auto& half_spaces = std::get<model::Polytope>(std::get<model::Primitive>(hull.node().value)).half_spaces;
+  const auto& half_spaces =
+      std::get<model::Polytope>(std::get<model::Primitive>(hull.node().value)).half_spaces;
   const std::size_t d = size(dimension);
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < half_spaces.size(); i += d + 1) {
@@ -44,7 +45,8 @@ double radius_inside(int dimension, const Points& points) {
 }
 
 /// The hull of a ball's corners at both ends of each other axis.
-Expression of_corners(const model::Round& round, int dimension, const CompileOptions& options, Facets facets) {
+Expression of_corners(const model::Round& round, int dimension, const CompileOptions& options,
+                      Facets facets) {
   const int axes = dimension - static_cast<int>(round.lengths.size());
   const std::size_t d = size(dimension), ball_axes = size(axes);
   Points ball = spanning_points(model::ball_polytope(axes, 1, corners_around(round.fineness, axes)), options);
@@ -57,17 +59,19 @@ Expression of_corners(const model::Round& round, int dimension, const CompileOpt
     for (std::size_t at = 0; at < ball.size(); at += ball_axes) {
       const double radius = (end & 1) == 0 ? round.bottom : round.top;
       for (std::size_t i = 0; i < ball_axes; ++i) corners.push_back(radius * ball[at + i]);
-      for (std::size_t i = ball_axes; i < d; ++i) corners.push_back((end >> (i - ball_axes) & 1) == 0 ? 0 : round.lengths[i - ball_axes]);
+      for (std::size_t i = ball_axes; i < d; ++i)
+        corners.push_back((end >> (i - ball_axes) & 1) == 0 ? 0 : round.lengths[i - ball_axes]);
     }
   return model::convex_hull(dimension, corners);
 }
 
-/// Segments around the axis, each the hull of two polygons across the tube. At an angle in between, a segment has the polygon with its distances
-/// from the axis times c, cos(h) <= c <= 1, h half the angle of the segment.
+/// Segments around the axis, each the hull of two polygons across the tube. At an angle in between, a segment
+/// has the polygon with its distances from the axis times c, cos(h) <= c <= 1, h half the angle of the
+/// segment.
 ///
-/// Those inside are inscribed to the circle of radius r - R (1 - cos h) / (1 + cos h) around 2 R / (1 + cos h), so that at no c they leave the
-/// tube; those around it hold the tube and what it is times 1 / cos h. Where these would reach beyond the axis they are cut off there: behind it they
-/// would cross all others.
+/// Those inside are inscribed to the circle of radius r - R (1 - cos h) / (1 + cos h) around 2 R / (1 + cos
+/// h), so that at no c they leave the tube; those around it hold the tube and what it is times 1 / cos h.
+/// Where these would reach beyond the axis they are cut off there: behind it they would cross all others.
 Expression of_segments(const model::Torus& torus, Facets facets) {
   const std::uint32_t around = corners_around(torus.fineness, 3), across = around;
   const bool outside = facets == Facets::around;
@@ -77,9 +81,10 @@ Expression of_segments(const model::Torus& torus, Facets facets) {
   };
   const double half = std::cos(std::numbers::pi / around);
   const double middle = outside ? torus.major : torus.major * 2 / (1 + half);
-  const double minor = outside ? surely * torus.minor / std::cos(std::numbers::pi / across) : torus.minor - surely * torus.major * (1 - half) / (1 + half);
+  const double minor = outside ? surely * torus.minor / std::cos(std::numbers::pi / across)
+                               : torus.minor - surely * torus.major * (1 - half) / (1 + half);
   const double reach = outside ? surely * (torus.major + minor) * (1 / half - 1) : 0;
-  if (minor <= 0) return Expression(3);  // too thin for so few segments
+  if (minor <= 0) return Expression(3);        // too thin for so few segments
   std::vector<std::array<double, 2>> polygon;  // distance from the axis, height
   for (std::uint32_t j = 0; j < across; ++j) {
     const auto corner = [&](std::uint32_t number) {
@@ -88,7 +93,8 @@ Expression of_segments(const model::Torus& torus, Facets facets) {
     };
     const auto here = corner(j), next = corner(j + 1);
     if (here[0] >= 0) polygon.push_back(here);
-    if ((here[0] < 0) != (next[0] < 0)) polygon.push_back({0, surely * (here[1] + (next[1] - here[1]) * here[0] / (here[0] - next[0]))});
+    if ((here[0] < 0) != (next[0] < 0))
+      polygon.push_back({0, surely * (here[1] + (next[1] - here[1]) * here[0] / (here[0] - next[0]))});
   }
   std::vector<Expression> segments;
   for (std::uint32_t i = 0; i < around; ++i) {
@@ -105,9 +111,11 @@ Expression of_segments(const model::Torus& torus, Facets facets) {
   return model::unite(std::move(segments));
 }
 
-Expression of_cells(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
+Expression of_cells(const model::Primitive& primitive, int dimension, const CompileOptions& options,
+                    Facets facets) {
   std::vector<Expression> parts;
-  for (const Points& corners : refined_parts(primitive, dimension, options, facets)) parts.push_back(model::convex_hull(dimension, corners));
+  for (const Points& corners : refined_parts(primitive, dimension, options, facets))
+    parts.push_back(model::convex_hull(dimension, corners));
   return united(dimension, std::move(parts));
 }
 
@@ -119,13 +127,15 @@ std::uint32_t corners_of_circles(const model::Primitive& primitive, int dimensio
   return corners_around(round.fineness, dimension - static_cast<int>(round.lengths.size()));
 }
 
-Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
+Expression faceted_primitive(const model::Primitive& primitive, int dimension, const CompileOptions& options,
+                             Facets facets) {
   if (const auto* torus = std::get_if<model::Torus>(&primitive)) return of_segments(*torus, facets);
   const auto* round = std::get_if<model::Round>(&primitive);
   if (round == nullptr) return of_cells(primitive, dimension, options, facets);
   if (round->sides == 0) return of_corners(*round, dimension, options, facets);
   if (dimension == 2) return model::circle(round->bottom, round->sides);
-  return round->lengths.empty() ? model::sphere(round->bottom, round->sides) : model::cylinder(round->lengths[0], round->bottom, round->top, round->sides);
+  return round->lengths.empty() ? model::sphere(round->bottom, round->sides)
+                                : model::cylinder(round->lengths[0], round->bottom, round->top, round->sides);
 }
 
 }  // namespace bsp2::dataflow

@@ -8,14 +8,14 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "bsp2/dataflow/process/consumer.hpp"
 #include "bsp2/dataflow/evaluate/evaluate.hpp"
+#include "bsp2/dataflow/process/consumer.hpp"
 #include "bsp2/geometry/exact/covector.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/builder/flat.hpp"
-#include "regions/even_regions.hpp"
 #include "lowering/lowering.hpp"
+#include "regions/even_regions.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -26,7 +26,9 @@ using geometry::Quad;
 class CellCollector : public Consumer {
  public:
   std::vector<geometry::CellBatch> batches;
-  void consume(const std::shared_ptr<const Refinement>& refinement) override { batches.push_back(refinement->cells); }
+  void consume(const std::shared_ptr<const Refinement>& refinement) override {
+    batches.push_back(refinement->cells);
+  }
 };
 
 /// Calls add(point) for the corners of a primitive in its own frame.
@@ -45,7 +47,8 @@ void visit_corners(const model::Lathe& lathe, Add&& add) {
     for (std::uint32_t j = 0; j < lathe.sides; ++j) {
       const auto [c, s] = geometry::corner_direction(j, lathe.sides);
       for (const auto& [radius, z] : lathe.rings)
-        add(std::array<double, 3>{radius * std::ldexp(static_cast<double>(c), -53), radius * std::ldexp(static_cast<double>(s), -53), z});
+        add(std::array<double, 3>{radius * std::ldexp(static_cast<double>(c), -53),
+                                  radius * std::ldexp(static_cast<double>(s), -53), z});
     }
   }
 }
@@ -66,7 +69,8 @@ void visit_corners(const model::RegularPolygon& polygon, Add&& add) {
   if constexpr (D == 2) {
     for (std::uint32_t j = 0; j < polygon.sides; ++j) {
       const auto [c, s] = geometry::corner_direction(j, polygon.sides);
-      add(std::array<double, 2>{polygon.radius * std::ldexp(static_cast<double>(c), -53), polygon.radius * std::ldexp(static_cast<double>(s), -53)});
+      add(std::array<double, 2>{polygon.radius * std::ldexp(static_cast<double>(c), -53),
+                                polygon.radius * std::ldexp(static_cast<double>(s), -53)});
     }
   }
 }
@@ -115,7 +119,8 @@ void visit_corners(const model::SubdivisionSurface&, Add&&) {
 
 template <int D, typename Add>
 void visit_corners(const model::Preimage&, Add&&) {
-  throw std::logic_error("prisms and sections of curved solids are refused before their corners are asked for");
+  throw std::logic_error(
+      "prisms and sections of curved solids are refused before their corners are asked for");
 }
 
 template <std::size_t D>
@@ -204,7 +209,9 @@ struct Hull3 {
         v[i] = mesh.points[b][i] - o[i];
         w[i] = mesh.points[c][i] - o[i];
       }
-      volume += (u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0])) / 6;
+      volume += (u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) +
+                 u[2] * (v[0] * w[1] - v[1] * w[0])) /
+                6;
     }
     return std::pair{mesh.points, volume};
   }
@@ -266,10 +273,13 @@ class CellMerger {
     int axis = 0;
     double widest = -1;
     for (int i = 0; i < D; ++i) {
-      const auto [low, high] = std::minmax_element(items.begin(), items.end(), [i](const Item& a, const Item& b) { return a.centre[i] < b.centre[i]; });
+      const auto [low, high] =
+          std::minmax_element(items.begin(), items.end(),
+                              [i](const Item& a, const Item& b) { return a.centre[i] < b.centre[i]; });
       if (high->centre[i] - low->centre[i] > widest) widest = high->centre[i] - low->centre[i], axis = i;
     }
-    std::stable_sort(items.begin(), items.end(), [axis](const Item& a, const Item& b) { return a.centre[axis] < b.centre[axis]; });
+    std::stable_sort(items.begin(), items.end(),
+                     [axis](const Item& a, const Item& b) { return a.centre[axis] < b.centre[axis]; });
     merge(items.first(items.size() / 2));
     merge(items.subspan(items.size() / 2));
   }
@@ -304,7 +314,8 @@ std::vector<PointSet<D>> merged(const std::vector<geometry::CellBatch>& batches)
 /// @param tells whether there is anything to say about what it loses: not where that counts all the same.
 template <int D>
 Network<D> nested_network(const model::Expression& solid, const CompileOptions& options, bool tells = true) {
-  Network<D> network = compile<D>(solid, {.coincidence = options.coincidence, .parts = Parts::none, .is_nested = true});
+  Network<D> network =
+      compile<D>(solid, {.coincidence = options.coincidence, .parts = Parts::none, .is_nested = true});
   if (tells && options.tell_of_nested)
     for (const std::string& warning : network.warnings) options.tell_of_nested(warning);
   return network;
@@ -325,14 +336,15 @@ std::vector<geometry::CellBatch> cells_of(const Network<D>& network, const Finen
 }
 
 template <int D>
-std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options, const Fineness* fineness = nullptr,
-                                                bool tells = true) {
+std::vector<geometry::CellBatch> evaluate_cells(const model::Expression& solid, const CompileOptions& options,
+                                                const Fineness* fineness = nullptr, bool tells = true) {
   return cells_of<D>(nested_network<D>(solid, options, tells), fineness);
 }
 
 }  // namespace
 
-void evaluate_plane_cells(const model::Expression& solid, const CompileOptions& options, const UseCells& use) {
+void evaluate_plane_cells(const model::Expression& solid, const CompileOptions& options,
+                          const UseCells& use) {
   const Network<2> network = nested_network<2>(solid, options);
   use(network, cells_of<2>(network));
 }
@@ -365,7 +377,8 @@ std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const Comp
   std::vector<PointSet<D>> parts;
   const Lowered<D> lowered = lower<D>(solid);
   const auto all_convex = [&] {
-    return std::all_of(lowered.occurrences.begin(), lowered.occurrences.end(), [](const auto& o) { return is_convex(*o.primitive); });
+    return std::all_of(lowered.occurrences.begin(), lowered.occurrences.end(),
+                       [](const auto& o) { return is_convex(*o.primitive); });
   };
   if (is_union(lowered) && all_convex()) {
     for (const auto& occurrence : lowered.occurrences) parts.push_back(placed_corners(occurrence));
@@ -380,7 +393,8 @@ std::vector<PointSet<D>> convex_parts(const model::Expression& solid, const Comp
 namespace {
 
 template <int D>
-model::Expression replaced(const model::Expression& solid, int dimension, const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
+model::Expression replaced(const model::Expression& solid, int dimension,
+                           const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
   using Net = Network<D>;
   const Lowered<D> lowered = lower<D>(solid);
   struct Open {
@@ -389,7 +403,12 @@ model::Expression replaced(const model::Expression& solid, int dimension, const 
     std::vector<model::Expression> operands;
   };
   const auto substitute = [&](const Occurrence<D>& occurrence, bool negated, bool both) {
-    PlacedPrimitive placed{occurrence.primitive, D, {}, negated, both, [&occurrence] { return flat(placed_corners(occurrence)); }};
+    PlacedPrimitive placed{occurrence.primitive,
+                           D,
+                           {},
+                           negated,
+                           both,
+                           [&occurrence] { return flat(placed_corners(occurrence)); }};
     for (const auto& row : occurrence.placement.matrix())
       for (const Quad entry : row) placed.matrix.push_back(static_cast<double>(entry));
     placed.matrix.resize((D + 1) * (D + 1));
@@ -402,7 +421,8 @@ model::Expression replaced(const model::Expression& solid, int dimension, const 
     const Word kind = word[0] & Net::kind_mask;
     if (kind == Net::kind_leaf) {
       const bool negated = (word[0] & Net::negated) != 0;
-      const bool both = std::any_of(open.begin(), open.end(), [](const Open& around) { return around.kind == Net::kind_differ; });
+      const bool both = std::any_of(open.begin(), open.end(),
+                                    [](const Open& around) { return around.kind == Net::kind_differ; });
       model::Expression made = substitute(lowered.occurrences[word[2]], negated, both);
       if (negated) made = model::complement(std::move(made));
       open.back().operands.push_back(std::move(made));
@@ -416,33 +436,43 @@ model::Expression replaced(const model::Expression& solid, int dimension, const 
       open.pop_back();
       const model::Expression nothing(dimension);
       const bool none = done.operands.empty();
-      open.back().operands.push_back(done.kind == Net::kind_intersect ? (none ? model::complement(nothing) : model::intersect(std::move(done.operands)))
-                                     : none                           ? nothing
-                                     : done.kind == Net::kind_unite   ? model::unite(std::move(done.operands))
-                                                                      : model::symmetric_difference(std::move(done.operands)));
+      open.back().operands.push_back(
+          done.kind == Net::kind_intersect
+              ? (none ? model::complement(nothing) : model::intersect(std::move(done.operands)))
+          : none                         ? nothing
+          : done.kind == Net::kind_unite ? model::unite(std::move(done.operands))
+                                         : model::symmetric_difference(std::move(done.operands)));
     }
   }
   if (open.front().operands.empty()) return model::Expression(dimension);
-  return open.front().operands.size() == 1 ? open.front().operands[0] : model::unite(std::move(open.front().operands));
+  return open.front().operands.size() == 1 ? open.front().operands[0]
+                                           : model::unite(std::move(open.front().operands));
 }
 
 /// Calls use(std::integral_constant<int, D>) with the dimension of a solid.
 template <typename Use>
 auto in_its_dimension(const model::Expression& solid, Use&& use) {
   switch (solid.dimension()) {
-    case 1: return use(std::integral_constant<int, 1>());
-    case 2: return use(std::integral_constant<int, 2>());
-    case 3: return use(std::integral_constant<int, 3>());
-    case 4: return use(std::integral_constant<int, 4>());
-    case 5: return use(std::integral_constant<int, 5>());
-    default: return use(std::integral_constant<int, 6>());
+    case 1:
+      return use(std::integral_constant<int, 1>());
+    case 2:
+      return use(std::integral_constant<int, 2>());
+    case 3:
+      return use(std::integral_constant<int, 3>());
+    case 4:
+      return use(std::integral_constant<int, 4>());
+    case 5:
+      return use(std::integral_constant<int, 5>());
+    default:
+      return use(std::integral_constant<int, 6>());
   }
 }
 
 }  // namespace
 
-model::Expression with_primitives_replaced(const model::Expression& solid, int dimension,
-                                           const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
+model::Expression with_primitives_replaced(
+    const model::Expression& solid, int dimension,
+    const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
   return in_its_dimension(solid, [&](auto d) { return replaced<d()>(solid, dimension, leaf); });
 }
 
@@ -454,12 +484,14 @@ Points spanning_points(const model::Expression& solid, const CompileOptions& opt
   return in_its_dimension(solid, [&](auto d) { return flat(spanning_points<d()>(solid, options)); });
 }
 
-RefinedCells refined_cells(const model::Expression& solid, const Fineness& fineness, const CompileOptions& options) {
+RefinedCells refined_cells(const model::Expression& solid, const Fineness& fineness,
+                           const CompileOptions& options) {
   return in_its_dimension(solid, [&](auto d) {
     const auto batches = evaluate_cells<d()>(solid, options, &fineness);
     RefinedCells cells;
     for (const auto& part : merged<d()>(batches)) cells.in.push_back(flat(part));
-    for_each_cell<d()>(batches, geometry::Label::fuzzy, [&](const PointSet<d()>& points, double) { cells.fuzzy.push_back(flat(points)); });
+    for_each_cell<d()>(batches, geometry::Label::fuzzy,
+                       [&](const PointSet<d()>& points, double) { cells.fuzzy.push_back(flat(points)); });
     return cells;
   });
 }
@@ -472,8 +504,8 @@ std::vector<Points> convex_parts(const model::Expression& solid, const CompileOp
   });
 }
 
-#define BSP2_INSTANTIATE(D)                                                                                                  \
-  template PointSet<D> spanning_points<D>(const model::Expression&, const CompileOptions&);                                  \
+#define BSP2_INSTANTIATE(D)                                                                 \
+  template PointSet<D> spanning_points<D>(const model::Expression&, const CompileOptions&); \
   template std::vector<PointSet<D>> convex_parts<D>(const model::Expression&, const CompileOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE

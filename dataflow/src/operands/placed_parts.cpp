@@ -5,9 +5,9 @@
 #include <optional>
 #include <utility>
 
-#include "bsp2/model/expression/bottom_up.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/builder/flat.hpp"
+#include "bsp2/model/expression/bottom_up.hpp"
 
 namespace bsp2::dataflow {
 
@@ -43,7 +43,9 @@ bool is_unbounded(const model::Expression& solid) {
       });
 }
 
-Expression make(int dimension, Node::Value value) { return Expression(std::make_shared<Node>(dimension, std::move(value))); }
+Expression make(int dimension, Node::Value value) {
+  return Expression(std::make_shared<Node>(dimension, std::move(value)));
+}
 
 Expression united(int dimension, std::vector<Expression> solids) {
   std::erase_if(solids, [](const Expression& solid) { return solid.node().parts == 0; });
@@ -70,7 +72,8 @@ Expression moved(const Expression& solid, std::span<const double> by) {
 Expression ellipsoid(const std::vector<Real>& centre, std::vector<Real> rows) {
   const std::size_t d = centre.size(), n = rows.size() / d;
   Affine map(d);
-  for (std::size_t j = 0; j < d; ++j) {  // Gram and Schmidt, row after row: squares of lengths would lose the digits of what is thin
+  for (std::size_t j = 0; j < d;
+       ++j) {  // Gram and Schmidt, row after row: squares of lengths would lose the digits of what is thin
     const auto at = [&](std::size_t i, std::size_t k) -> Real& { return rows[i * n + k]; };
     Real length = 0;
     for (std::size_t k = 0; k < n; ++k) length += at(j, k) * at(j, k);
@@ -96,21 +99,26 @@ std::vector<Real> reflection_to(const std::vector<Real>& u) {
   Real square = 0;
   for (const Real x : v) square += x * x;
   for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j) matrix[i * n + j] = (i == j ? 1 : 0) - (square > 0 ? 2 * v[i] * v[j] / square : 0);
+    for (std::size_t j = 0; j < n; ++j)
+      matrix[i * n + j] = (i == j ? 1 : 0) - (square > 0 ? 2 * v[i] * v[j] / square : 0);
   return matrix;
 }
 
-void for_convex_parts(const PlacedPrimitive& placed, const ConstructContext& context, const std::function<void(const Points&)>& use) {
+void for_convex_parts(const PlacedPrimitive& placed, const ConstructContext& context,
+                      const std::function<void(const Points&)>& use) {
   const auto* mesh = std::get_if<model::TriangleMesh>(placed.primitive);
   if (mesh == nullptr || mesh->convex) return use(placed.corners());
-  for (const Points& part : convex_parts(model::transform(placed.matrix, make(placed.dimension, *placed.primitive)), context.options)) use(part);
+  for (const Points& part : convex_parts(
+           model::transform(placed.matrix, make(placed.dimension, *placed.primitive)), context.options))
+    use(part);
 }
 
 namespace {
 
 bool is_polytope_or_ball(const model::Primitive& primitive) {
   const auto* polytope = std::get_if<model::Polytope>(&primitive);
-  return ball_of(primitive) != nullptr || (!model::is_curved(primitive) && (polytope == nullptr || !polytope->undecided));
+  return ball_of(primitive) != nullptr ||
+         (!model::is_curved(primitive) && (polytope == nullptr || !polytope->undecided));
 }
 
 }  // namespace
@@ -128,20 +136,24 @@ Expression of_polytopes_and_balls(const Expression& solid, const ConstructContex
   return is_of_polytopes_and_balls(solid) ? solid : context.faceted(solid);
 }
 
-Expression distributed(const Expression& operand, int dimension, const ConstructContext& context, const std::function<Expression(const Points&)>& make_image,
+Expression distributed(const Expression& operand, int dimension, const ConstructContext& context,
+                       const std::function<Expression(const Points&)>& make_image,
                        const std::function<Expression(const PlacedPrimitive&)>& ball_image) {
   std::vector<Expression> images;
   if (!is_union(operand)) {
-    for (const Points& part : convex_parts(context.faceted(operand), context.options)) images.push_back(make_image(part));
+    for (const Points& part : convex_parts(context.faceted(operand), context.options))
+      images.push_back(make_image(part));
     return united(dimension, std::move(images));
   }
-  with_primitives_replaced(of_polytopes_and_balls(operand, context), operand.dimension(), [&](const PlacedPrimitive& placed) {
-    if (ball_of(*placed.primitive) != nullptr)
-      images.push_back(ball_image(placed));
-    else
-      for_convex_parts(placed, context, [&](const Points& corners) { images.push_back(make_image(corners)); });
-    return Expression(placed.dimension);
-  });
+  with_primitives_replaced(
+      of_polytopes_and_balls(operand, context), operand.dimension(), [&](const PlacedPrimitive& placed) {
+        if (ball_of(*placed.primitive) != nullptr)
+          images.push_back(ball_image(placed));
+        else
+          for_convex_parts(placed, context,
+                           [&](const Points& corners) { images.push_back(make_image(corners)); });
+        return Expression(placed.dimension);
+      });
   return united(dimension, std::move(images));
 }
 

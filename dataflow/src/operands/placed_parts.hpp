@@ -1,14 +1,15 @@
 #pragma once
 
-// What the constructs of any dimension (any_constructs.hpp) share: maps, and what is done to one placed primitive after the other.
+// What the constructs of any dimension (any_constructs.hpp) share: maps, and what is done to one placed
+// primitive after the other.
 
 #include <functional>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include "operands/any_constructs.hpp"
 #include "bsp2/model/builder/builder.hpp"
+#include "operands/any_constructs.hpp"
 #include "operands/nested.hpp"
 
 namespace bsp2::dataflow {
@@ -51,21 +52,24 @@ struct AxisBox {
   }
 };
 
-/// The ellipsoid of all points centre + A y, |y| <= 1. @param rows of A, as many as `centre` has coordinates and at least as long.
+/// The ellipsoid of all points centre + A y, |y| <= 1. @param rows of A, as many as `centre` has coordinates
+/// and at least as long.
 model::Expression ellipsoid(const std::vector<Real>& centre, std::vector<Real> rows);
 
 /// A symmetric orthogonal matrix that maps the last unit vector to `u`, of length 1.
 std::vector<Real> reflection_to(const std::vector<Real>& u);
 
 /// Calls use(corners) for convex solids that make up the placed primitive together.
-void for_convex_parts(const PlacedPrimitive& placed, const ConstructContext& context, const std::function<void(const Points&)>& use);
+void for_convex_parts(const PlacedPrimitive& placed, const ConstructContext& context,
+                      const std::function<void(const Points&)>& use);
 
 /// The solid, or with polyhedra in the place of what is round if there is anything round but balls in it.
 model::Expression of_polytopes_and_balls(const model::Expression& solid, const ConstructContext& context);
 
 /// A union of what `make_image` makes of the primitives of a union, else of the convex parts of the solid.
 /// @param make_image takes the corners of a convex solid; @param ball_image a placed ball.
-model::Expression distributed(const model::Expression& operand, int dimension, const ConstructContext& context,
+model::Expression distributed(const model::Expression& operand, int dimension,
+                              const ConstructContext& context,
                               const std::function<model::Expression(const Points&)>& make_image,
                               const std::function<model::Expression(const PlacedPrimitive&)>& ball_image);
 

@@ -14,23 +14,27 @@ Fineness fineness_of(int dimension) {
   return {dimension == 4 ? 1.0 / 8 : 1.0 / 4, 4};
 }
 
-/// A convex solid a millionth larger about its middle: more than the rounding of its corners, if it is not thinner than 1e-9 of its coordinates.
+/// A convex solid a millionth larger about its middle: more than the rounding of its corners, if it is not
+/// thinner than 1e-9 of its coordinates.
 Points enlarged(Points corners, std::size_t dimension) {
   constexpr double factor = 1 + 1e-6;
   const auto count = static_cast<double>(corners.size() / dimension);
   for (std::size_t axis = 0; axis < dimension; ++axis) {
     double middle = 0;
     for (std::size_t i = axis; i < corners.size(); i += dimension) middle += corners[i] / count;
-    for (std::size_t i = axis; i < corners.size(); i += dimension) corners[i] = middle + factor * (corners[i] - middle);
+    for (std::size_t i = axis; i < corners.size(); i += dimension)
+      corners[i] = middle + factor * (corners[i] - middle);
   }
   return corners;
 }
 
 }  // namespace
 
-std::vector<Points> refined_parts(const model::Primitive& primitive, int dimension, const CompileOptions& options, Facets facets) {
+std::vector<Points> refined_parts(const model::Primitive& primitive, int dimension,
+                                  const CompileOptions& options, Facets facets) {
   RefinedCells cells = refined_cells(make(dimension, primitive), fineness_of(dimension), options);
-  if (facets == Facets::inside) return std::move(cells.in);  // without gaps between them: what is shrunk goes by these
+  if (facets == Facets::inside)
+    return std::move(cells.in);  // without gaps between them: what is shrunk goes by these
   std::vector<Points> parts;
   for (const auto* some : {&cells.in, &cells.fuzzy})
     for (const Points& corners : *some) parts.push_back(enlarged(corners, size(dimension)));

@@ -50,14 +50,17 @@ double CellView<D>::thickness() const {
       const auto plane = cell_->facet_hyperplane(facet);
       const auto h = table().rounded(plane.id());
       double furthest = 0;
-      for (const auto& vertex : cell_->vertices()) furthest = std::max(furthest, std::fabs(h.at(vertex.x)) + vertex.error);
+      for (const auto& vertex : cell_->vertices())
+        furthest = std::max(furthest, std::fabs(h.at(vertex.x)) + vertex.error);
       least = std::min(least, furthest + h.error);
     }
     return least;
   }
 }
 
-#define BSP2_INSTANTIATE(D) template struct CellExtent<D>; template class CellView<D>;
+#define BSP2_INSTANTIATE(D)      \
+  template struct CellExtent<D>; \
+  template class CellView<D>;
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

@@ -8,9 +8,9 @@
 
 namespace bsp2::dataflow {
 
-using geometry::Matrix;
 using geometry::is_one;
 using geometry::is_zero;
+using geometry::Matrix;
 using geometry::Quad;
 using geometry::to_long_double;
 
@@ -22,11 +22,13 @@ Transformer<D>::Transformer() : matrix_{} {
 template <int D>
 Transformer<D>::Transformer(std::span<const double> matrix) {
   for (int i = 0; i < D; ++i)
-    for (int j = 0; j <= D; ++j) matrix_[i][j] = geometry::to_quad(matrix[static_cast<std::size_t>(i * (D + 1) + j)]);
+    for (int j = 0; j <= D; ++j)
+      matrix_[i][j] = geometry::to_quad(matrix[static_cast<std::size_t>(i * (D + 1) + j)]);
 }
 
 template <int D>
-Transformer<D> Transformer<D>::scaling(const std::array<double, D>& factors, const std::array<double, D>& shift) {
+Transformer<D> Transformer<D>::scaling(const std::array<double, D>& factors,
+                                       const std::array<double, D>& shift) {
   Matrix<D> m{};
   for (int i = 0; i < D; ++i) {
     m[i][i] = geometry::to_quad(factors[i]);
@@ -87,7 +89,8 @@ Box<D> Transformer<D>::image(std::span<const std::pair<double, double>> rings) c
   if constexpr (D == 3)
     for (int i = 0; i < D; ++i) {
       const auto x = to_long_double(matrix_[i][0]), y = to_long_double(matrix_[i][1]);
-      const long double across = std::sqrt(x * x + y * y);  // squares of what doubles hold are far from the limits
+      const long double across =
+          std::sqrt(x * x + y * y);  // squares of what doubles hold are far from the limits
       const auto along = to_long_double(matrix_[i][2]);
       auto& [low, high] = reach[i];
       low = std::numeric_limits<long double>::infinity();

@@ -10,13 +10,13 @@
 
 namespace bsp2::dataflow {
 
-/// An affine map of space: a process with one input stream, the hyperplanes and cells of a producer in its own frame, and
-/// one output stream, their images.
+/// An affine map of space: a process with one input stream, the hyperplanes and cells of a producer in its
+/// own frame, and one output stream, their images.
 ///
-/// Covectors are multiplied by the adjugate matrix, points by the matrix. Since a map refines nothing by itself, the network
-/// applies it once, at compilation, to all hyperplanes that the producer will ever emit (geometry::HyperplaneTable::merge): what it costs a
-/// cell is nothing.
-/// Source: the paper, section 4.1, "Transformers".
+/// Covectors are multiplied by the adjugate matrix, points by the matrix. Since a map refines nothing by
+/// itself, the network applies it once, at compilation, to all hyperplanes that the producer will ever emit
+/// (geometry::HyperplaneTable::merge): what it costs a cell is nothing. Source: the paper, section 4.1,
+/// "Transformers".
 template <int D>
 class Transformer {
  public:
@@ -43,9 +43,9 @@ class Transformer {
   [[nodiscard]] Box<D> around(const std::array<std::pair<long double, long double>, D>& reach) const;
 };
 
-/// The complement of a solid: a process with one input stream, the answers of a producer, and one output stream.
-/// Its answer IN names no owner, since no primitive contains the cell.
-/// Source: the paper, section 4.1, "Transformers".
+/// The complement of a solid: a process with one input stream, the answers of a producer, and one output
+/// stream. Its answer IN names no owner, since no primitive contains the cell. Source: the paper,
+/// section 4.1, "Transformers".
 struct Complement {
   static constexpr geometry::Label map(geometry::Label label) {
     using geometry::Label;

@@ -22,7 +22,8 @@ Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) co
   out.push(leaf[0] & ~Program::whole, 0, leaf[2]);
   const std::size_t begin = out.size();
   const auto planes = undecided_planes(leaf);
-  if (!whole) {  // exactly at once: what crossed the cell that this one was cut from crosses it most often, too, so a box would not tell
+  if (!whole) {  // exactly at once: what crossed the cell that this one was cut from crosses it most often,
+                 // too, so a box would not tell
     if (!cell.find_crossing(planes, out)) return Label::out;
     return out.size() == begin ? Label::in : Label::fuzzy;
   }
@@ -37,7 +38,8 @@ Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) co
 template <int D>
 Advice ConvexProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
   const auto planes = undecided_planes(leaf);
-  // The attempt costs more than a cut; where it fails, all planes may meet in an apex, and it is not repeated at once.
+  // The attempt costs more than a cut; where it fails, all planes may meet in an apex, and it is not repeated
+  // at once.
   if (planes.size() > many_planes && planes.size() % 32 == 0)
     if (const auto half = halve(leaf, cell)) return {geometry::oriented(*half)};
   OrientedHyperplane chosen;
@@ -60,8 +62,8 @@ std::span<const OrientedHyperplane> ConvexProducer<D>::undecided_planes(const Wo
   return {reinterpret_cast<const OrientedHyperplane*>(leaf + Program::header), leaf[1] - Program::header};
 }
 
-/// An axis-parallel cut that parts very many half-spaces: cutting along one after the other would take time quadratic in
-/// their number.
+/// An axis-parallel cut that parts very many half-spaces: cutting along one after the other would take time
+/// quadratic in their number.
 template <int D>
 std::optional<HyperplaneId> ConvexProducer<D>::halve(const Word* leaf, CellView<D>& cell) const {
   const auto planes = undecided_planes(leaf);
@@ -78,9 +80,12 @@ std::optional<HyperplaneId> ConvexProducer<D>::halve(const Word* leaf, CellView<
     std::size_t most = 0;
     for (const geometry::Cell<D>& half : halves) {
       columns.load(half);
-      most = std::max<std::size_t>(most, static_cast<std::size_t>(std::count_if(planes.begin(), planes.end(), [&](OrientedHyperplane plane) {
-        return splitter.position(half, columns, plane.id(), table.rounded(plane.id())) == Position::crossing;
-      })));
+      most = std::max<std::size_t>(
+          most,
+          static_cast<std::size_t>(std::count_if(planes.begin(), planes.end(), [&](OrientedHyperplane plane) {
+            return splitter.position(half, columns, plane.id(), table.rounded(plane.id())) ==
+                   Position::crossing;
+          })));
       if (most >= fewest) break;
     }
     if (most >= fewest) continue;

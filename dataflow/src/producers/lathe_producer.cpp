@@ -28,7 +28,8 @@ LatheProducer::Range LatheProducer::range_of(const Word* leaf) const {
 }
 
 Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
-  if ((leaf[0] & (Program::whole | Program::ranged)) == 0) return ConvexProducer<3>(network_, producer_).ask(leaf, cell, out);
+  if ((leaf[0] & (Program::whole | Program::ranged)) == 0)
+    return ConvexProducer<3>(network_, producer_).ask(leaf, cell, out);
   const bool is_whole = (leaf[0] & Program::whole) != 0;
   if (cell.quick() && is_whole && cell.extent().contains(producer_)) {
     out.append({leaf, Program::header});
@@ -55,7 +56,8 @@ Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const 
   }
   for (std::size_t cap = 0; cap < lathe_.caps.size(); ++cap)
     if ((caps & cap_bit(cap)) != 0) out.push(lathe_.caps[cap]);
-  const OrientedHyperplane* const facets = network_.planes.data() + producer_.first_plane + lathe_.caps.size();
+  const OrientedHyperplane* const facets =
+      network_.planes.data() + producer_.first_plane + lathe_.caps.size();
   for (std::uint32_t k = 0; k < range.sides; ++k) {
     const std::size_t side = (range.first_side + k) % lathe_.sides;
     for (std::uint32_t band = range.first_band; band < range.first_band + range.bands; ++band) {
@@ -69,7 +71,8 @@ Label LatheProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const 
 }
 
 std::size_t LatheProducer::undecided(const Word* leaf) const {
-  if ((leaf[0] & (Program::whole | Program::ranged)) == 0) return ConvexProducer<3>(network_, producer_).undecided(leaf);
+  if ((leaf[0] & (Program::whole | Program::ranged)) == 0)
+    return ConvexProducer<3>(network_, producer_).undecided(leaf);
   return size(range_of(leaf)) + lathe_.caps.size();
 }
 
@@ -80,7 +83,7 @@ Advice LatheProducer::advise(const Word* leaf, CellView<3>& cell) const {
   return ConvexProducer<3>(network_, producer_).advise(leaf, cell);
 }
 
-// --- where a cell is -------------------------------------------------------------------------------------------------
+// --- where a cell is ---
 
 LatheProducer::Place LatheProducer::place(const CellView<3>& view) const {
   const auto vertices = view.cell().vertices();
@@ -91,7 +94,8 @@ LatheProducer::Place LatheProducer::place(const CellView<3>& view) const {
   for (const auto& vertex : vertices) {
     std::array<double, 3> p;
     for (int i = 0; i < 3; ++i)
-      p[i] = lathe_.to_frame[i][0] * vertex.x[0] + lathe_.to_frame[i][1] * vertex.x[1] + lathe_.to_frame[i][2] * vertex.x[2] + lathe_.to_frame[i][3];
+      p[i] = lathe_.to_frame[i][0] * vertex.x[0] + lathe_.to_frame[i][1] * vertex.x[1] +
+             lathe_.to_frame[i][2] * vertex.x[2] + lathe_.to_frame[i][3];
     error = std::max(error, vertex.error);
     middle[0] += p[0];
     middle[1] += p[1];
@@ -112,7 +116,8 @@ LatheProducer::Place LatheProducer::place(const CellView<3>& view) const {
   const double c = middle[0] / length, s = middle[1] / length;
   double nearest = place.farthest, left = 0, right = 0;
   for (const auto& p : points) nearest = std::min(nearest, c * p[0] + s * p[1]);
-  // Only a cell that lies well on one side of a plane through the axis spans less than half a turn for certain.
+  // Only a cell that lies well on one side of a plane through the axis spans less than half a turn for
+  // certain.
   if (nearest < 16 * error || nearest < 0x1p-40 * place.farthest) return place;
   for (const auto& p : points) {
     const double angle = std::atan2(c * p[1] - s * p[0], c * p[0] + s * p[1]);
@@ -125,8 +130,8 @@ LatheProducer::Place LatheProducer::place(const CellView<3>& view) const {
   return place;
 }
 
-/// Keeps the facets of the range that matter to the cell: those within its angles and heights. What the cell's own facets
-/// say about that is exact: they may be planes that part the lathe's.
+/// Keeps the facets of the range that matter to the cell: those within its angles and heights. What the
+/// cell's own facets say about that is exact: they may be planes that part the lathe's.
 void LatheProducer::tighten(Range& range, const CellView<3>& view, const Place& place) const {
   const auto& cell = view.cell();
   for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
@@ -135,7 +140,8 @@ void LatheProducer::tighten(Range& range, const CellView<3>& view, const Place& 
                                         [](const auto& entry, HyperplaneId id) { return entry.first < id; });
     if (known == lathe_.by_id.end() || known->first != plane.id()) continue;
     const Lathe::Parting& parting = known->second;
-    const bool positive = parting.plane.flipped() != plane.flipped();  // the cell is on the negative side of `plane`
+    const bool positive =
+        parting.plane.flipped() != plane.flipped();  // the cell is on the negative side of `plane`
     if (!parting.axial) {
       meet_bands(range, positive ? parting.at : 0, positive ? lathe_.bands : parting.at);
     } else {
@@ -143,16 +149,24 @@ void LatheProducer::tighten(Range& range, const CellView<3>& view, const Place& 
       meet_sides(range, positive ? parting.at : (parting.at + lathe_.sides - half) % lathe_.sides, half);
     }
   }
-  const auto ring_above = [&](double z) { return static_cast<std::uint32_t>(std::upper_bound(lathe_.z.begin(), lathe_.z.end(), z) - lathe_.z.begin()); };
-  const std::uint32_t low = std::clamp(ring_above(place.low), 1U, lathe_.bands), high = std::clamp(ring_above(place.high), 1U, lathe_.bands);
+  const auto ring_above = [&](double z) {
+    return static_cast<std::uint32_t>(std::upper_bound(lathe_.z.begin(), lathe_.z.end(), z) -
+                                      lathe_.z.begin());
+  };
+  const std::uint32_t low = std::clamp(ring_above(place.low), 1U, lathe_.bands),
+                      high = std::clamp(ring_above(place.high), 1U, lathe_.bands);
   meet_bands(range, low - 1, high);
   if (!place.angle) return;
   const double per_turn = lathe_.sides / (2 * std::numbers::pi), doubt = 1e-15 * lathe_.sides;
-  const double first = std::floor((*place.angle)[0] * per_turn - doubt), last = std::floor((*place.angle)[1] * per_turn + doubt);
+  const double first = std::floor((*place.angle)[0] * per_turn - doubt),
+               last = std::floor((*place.angle)[1] * per_turn + doubt);
   const double sides = lathe_.sides;
   if (last - first + 1 < sides)
-    meet_sides(range, static_cast<std::uint32_t>(static_cast<std::int64_t>(first - sides * std::floor(first / sides))) % lathe_.sides,
-               static_cast<std::uint32_t>(last - first + 1));
+    meet_sides(
+        range,
+        static_cast<std::uint32_t>(static_cast<std::int64_t>(first - sides * std::floor(first / sides))) %
+            lathe_.sides,
+        static_cast<std::uint32_t>(last - first + 1));
 }
 
 void LatheProducer::meet_bands(Range& range, std::uint32_t first, std::uint32_t end) const {
@@ -184,23 +198,25 @@ void LatheProducer::meet_sides(Range& range, std::uint32_t first, std::uint32_t 
   }
 }
 
-// --- quick answers ---------------------------------------------------------------------------------------------------
+// --- quick answers ---
 
 /// Radius of the corners at a height between the first and the last ring; concave.
 double LatheProducer::profile(double z) const {
   z = std::clamp(z, lathe_.z.front(), lathe_.z.back());
   const std::size_t above = std::clamp<std::size_t>(
-      static_cast<std::size_t>(std::upper_bound(lathe_.z.begin(), lathe_.z.end(), z) - lathe_.z.begin()), 1, lathe_.bands);
+      static_cast<std::size_t>(std::upper_bound(lathe_.z.begin(), lathe_.z.end(), z) - lathe_.z.begin()), 1,
+      lathe_.bands);
   const double share = (z - lathe_.z[above - 1]) / (lathe_.z[above] - lathe_.z[above - 1]);
   return lathe_.radius[above - 1] + share * (lathe_.radius[above] - lathe_.radius[above - 1]);
 }
 
-/// Whether no corner at the cell's heights is as far from the axis as the cell's nearest point. Where the cell is above or
-/// below the stack the caps answer.
+/// Whether no corner at the cell's heights is as far from the axis as the cell's nearest point. Where the
+/// cell is above or below the stack the caps answer.
 bool LatheProducer::is_outside(const Place& place) const {
   if (!place.angle) return false;
   double widest = std::max(profile(place.low), profile(place.high));
-  if (place.low < lathe_.z[lathe_.widest] && lathe_.z[lathe_.widest] < place.high) widest = lathe_.radius[lathe_.widest];
+  if (place.low < lathe_.z[lathe_.widest] && lathe_.z[lathe_.widest] < place.high)
+    widest = lathe_.radius[lathe_.widest];
   return place.nearest > widest * (1 + 0x1p-45);
 }
 
@@ -210,12 +226,15 @@ bool LatheProducer::is_within_sides(const Place& place) const {
   return place.farthest < narrowest * std::cos(std::numbers::pi / lathe_.sides) * (1 - 0x1p-45);
 }
 
-/// The parting plane nearest to the middle of the range that crosses the cell; sides are parted or bands, whichever are
-/// more numerous.
+/// The parting plane nearest to the middle of the range that crosses the cell; sides are parted or bands,
+/// whichever are more numerous.
 std::optional<HyperplaneId> LatheProducer::parting(const Range& range, CellView<3>& cell) const {
-  const auto nearest = [&](const std::vector<Lathe::Parting>& planes, std::uint32_t target, auto&& is_within) -> std::optional<HyperplaneId> {
+  const auto nearest = [&](const std::vector<Lathe::Parting>& planes, std::uint32_t target,
+                           auto&& is_within) -> std::optional<HyperplaneId> {
     if (planes.empty()) return std::nullopt;
-    const auto above = std::lower_bound(planes.begin(), planes.end(), target, [](const Lathe::Parting& parting, std::uint32_t at) { return parting.at < at; });
+    const auto above =
+        std::lower_bound(planes.begin(), planes.end(), target,
+                         [](const Lathe::Parting& parting, std::uint32_t at) { return parting.at < at; });
     const auto middle = static_cast<std::size_t>(above - planes.begin()) % planes.size();
     for (const std::size_t step : {std::size_t{0}, planes.size() - 1, std::size_t{1}, planes.size() / 4}) {
       const Lathe::Parting& parting = planes[(middle + step) % planes.size()];
@@ -231,10 +250,12 @@ std::optional<HyperplaneId> LatheProducer::parting(const Range& range, CellView<
     });
   };
   const auto of_bands = [&] {
-    return nearest(lathe_.level, range.first_band + range.bands / 2,
-                   [&](std::uint32_t at) { return at > range.first_band && at < range.first_band + range.bands; });
+    return nearest(lathe_.level, range.first_band + range.bands / 2, [&](std::uint32_t at) {
+      return at > range.first_band && at < range.first_band + range.bands;
+    });
   };
-  const bool sides_first = std::size_t{range.sides} * lathe_.bands_between >= std::size_t{range.bands} * lathe_.sides_between;
+  const bool sides_first =
+      std::size_t{range.sides} * lathe_.bands_between >= std::size_t{range.bands} * lathe_.sides_between;
   if (const auto found = sides_first ? of_sides() : of_bands()) return found;
   return sides_first ? of_bands() : of_sides();
 }

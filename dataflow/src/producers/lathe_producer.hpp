@@ -9,10 +9,10 @@ namespace bsp2::dataflow {
 
 /// Producer of a stack of regular polygons with very many facets.
 ///
-/// Within a wedge around the axis and between two heights, only the facets there bound the stack: the hierarchy over the
-/// facets is the range of angles and heights that a cell spans. Where the range holds many facets, the cell is cut by a
-/// plane through the axis, or across it, that halves the range; few are asked one by one, as by ConvexProducer. So a cell
-/// costs the logarithm of the number of facets.
+/// Within a wedge around the axis and between two heights, only the facets there bound the stack: the
+/// hierarchy over the facets is the range of angles and heights that a cell spans. Where the range holds many
+/// facets, the cell is cut by a plane through the axis, or across it, that halves the range; few are asked
+/// one by one, as by ConvexProducer. So a cell costs the logarithm of the number of facets.
 ///
 /// State of a leaf: the range (`ranged`), or like ConvexProducer's the half-spaces that cross the cell.
 class LatheProducer {

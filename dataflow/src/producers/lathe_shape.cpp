@@ -7,7 +7,8 @@
 
 namespace bsp2::dataflow {
 
-LatheShape::LatheShape(std::uint32_t sides, std::vector<double> radius, std::vector<double> z, std::vector<geometry::Covector<3>>& covectors) {
+LatheShape::LatheShape(std::uint32_t sides, std::vector<double> radius, std::vector<double> z,
+                       std::vector<geometry::Covector<3>>& covectors) {
   lathe.sides = sides;
   lathe.bands = static_cast<std::uint32_t>(z.size() - 1);
   facet_count = covectors.size();
@@ -29,8 +30,8 @@ LatheShape::LatheShape(std::uint32_t sides, std::vector<double> radius, std::vec
   lathe.z = std::move(z);
 }
 
-Lathe place_lathe(const LatheShape& shape, const Transformer<3>& placement, std::span<const geometry::OrientedHyperplane> planes, double radius,
-                  double moved) {
+Lathe place_lathe(const LatheShape& shape, const Transformer<3>& placement,
+                  std::span<const geometry::OrientedHyperplane> planes, double radius, double moved) {
   using geometry::Quad;
   Lathe lathe = shape.lathe;
   for (std::size_t cap = 0; cap < shape.cap_count; ++cap) lathe.caps.push_back(planes[cap].code);
@@ -40,7 +41,8 @@ Lathe place_lathe(const LatheShape& shape, const Transformer<3>& placement, std:
       parting.plane = planes[next++];
       lathe.by_id.emplace_back(parting.plane.id(), parting);
     }
-  std::stable_sort(lathe.by_id.begin(), lathe.by_id.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(lathe.by_id.begin(), lathe.by_id.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
 
   // The inverse map. Its errors: of the matrix and of the products, relative to the coordinates that cancel.
   const auto& m = placement.matrix();
@@ -60,7 +62,8 @@ Lathe place_lathe(const LatheShape& shape, const Transformer<3>& placement, std:
       magnitude += std::fabs(lathe.to_frame[i][j]) * (radius + std::fabs(static_cast<double>(m[j][3])));
     }
     lathe.to_frame[i][3] = static_cast<double>(shift);
-    lathe.frame_scale = std::max(lathe.frame_scale, std::sqrt(sum) * 1.5);  // 1.5: of two coordinates together
+    lathe.frame_scale =
+        std::max(lathe.frame_scale, std::sqrt(sum) * 1.5);  // 1.5: of two coordinates together
     lathe.frame_error = std::max(lathe.frame_error, (magnitude + 1) * 0x1p-49);
   }
   lathe.slack = moved * lathe.frame_scale;

@@ -24,7 +24,8 @@ using Point = std::array<double, 3>;
 constexpr std::size_t many_facets = 24;
 constexpr Word dropped = ~Word{0};  // in the place of a facet
 
-// --- the same exactly, for the rare cells thinner than doubles resolve: in units of 2^(grid_exponent - 53) ----------
+// --- the same exactly, for the rare cells thinner than doubles resolve: in units of 2^(grid_exponent - 53)
+// ----------
 
 using geometry::mp::cpp_int;
 using ExactPoint = std::array<cpp_int, 3>;
@@ -53,7 +54,8 @@ struct ExactMix {
 };
 
 /// The weighted mean of vertices. Its numbers have as many digits as those of all of them together.
-ExactMix exact_mix(const geometry::HyperplaneTable<3>& table, std::span<const geometry::Vertex<3>> vertices, std::span<const int> weights) {
+ExactMix exact_mix(const geometry::HyperplaneTable<3>& table, std::span<const geometry::Vertex<3>> vertices,
+                   std::span<const int> weights) {
   ExactMix sum;
   int total = 0;
   for (std::size_t k = 0; k < vertices.size(); ++k) {
@@ -80,7 +82,8 @@ ExactPoint cross(const ExactPoint& a, const ExactPoint& b) {
 cpp_int dot(const ExactPoint& a, const ExactPoint& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /// All determinants are linear in q, whose numbers are long, if everything is seen from p.
-std::optional<int> exact_crossing(const ExactPoint& p, const ExactMix& q, const ExactPoint& a, const ExactPoint& b, const ExactPoint& c) {
+std::optional<int> exact_crossing(const ExactPoint& p, const ExactMix& q, const ExactPoint& a,
+                                  const ExactPoint& b, const ExactPoint& c) {
   const ExactPoint pa = minus(a, p), pb = minus(b, p), pc = minus(c, p);
   const ExactPoint ab = cross(pa, pb), bc = cross(pb, pc), ca = cross(pc, pa);
   ExactPoint pq, normal;  // pq: times q's weight
@@ -89,10 +92,12 @@ std::optional<int> exact_crossing(const ExactPoint& p, const ExactMix& q, const 
     normal[i] = ab[i] + bc[i] + ca[i];
   }
   const cpp_int volume = dot(pa, bc);
-  return crossing(volume.sign(), cpp_int(q.weight * volume - dot(pq, normal)).sign(), {dot(pq, ab).sign(), dot(pq, bc).sign(), dot(pq, ca).sign()});
+  return crossing(volume.sign(), cpp_int(q.weight * volume - dot(pq, normal)).sign(),
+                  {dot(pq, ab).sign(), dot(pq, bc).sign(), dot(pq, ca).sign()});
 }
 
-/// Four vertices of a cell that lie in no plane: three of a facet, and one that is not in it. What is a mix of them is inside of the cell.
+/// Four vertices of a cell that lie in no plane: three of a facet, and one that is not in it. What is a mix
+/// of them is inside of the cell.
 std::array<geometry::Vertex<3>, 4> vertices_around(const geometry::Cell<3>& cell, std::minstd_rand& random) {
   const auto vertices = cell.vertices();
   const auto of_facet = geometry::facet_vertices(cell, random() % cell.facet_count());
@@ -100,7 +105,8 @@ std::array<geometry::Vertex<3>, 4> vertices_around(const geometry::Cell<3>& cell
   std::array<geometry::Vertex<3>, 4> chosen;
   for (std::size_t k = 0; k < 3; ++k) chosen[k] = vertices[of_facet[(first + k) % of_facet.size()]];
   std::size_t other = random() % vertices.size();
-  while (std::find(of_facet.begin(), of_facet.end(), other) != of_facet.end()) other = (other + 1) % vertices.size();
+  while (std::find(of_facet.begin(), of_facet.end(), other) != of_facet.end())
+    other = (other + 1) % vertices.size();
   chosen[3] = vertices[other];
   return chosen;
 }
@@ -115,7 +121,8 @@ void put_point(Words& out, std::size_t at, const Point& point) {
 
 Point get_point(const Word* words) {
   Point point;
-  for (int i = 0; i < 3; ++i) point[i] = std::bit_cast<double>(words[2 * i] | std::uint64_t{words[2 * i + 1]} << 32);
+  for (int i = 0; i < 3; ++i)
+    point[i] = std::bit_cast<double>(words[2 * i] | std::uint64_t{words[2 * i + 1]} << 32);
   return point;
 }
 
@@ -158,7 +165,8 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
 /// False only where the facet certainly has no point inside the cell: by boxes, and by the facet's plane.
 bool MeshProducer::may_meet(const Mesh::Facet& facet, CellView<3>& cell) const {
   const CellExtent<3>& extent = cell.extent();
-  const Point *a = &mesh_.points[facet.corners[0]], *b = &mesh_.points[facet.corners[1]], *c = &mesh_.points[facet.corners[2]];
+  const Point *a = &mesh_.points[facet.corners[0]], *b = &mesh_.points[facet.corners[1]],
+              *c = &mesh_.points[facet.corners[2]];
   for (int i = 0; i < 3; ++i) {
     if (std::min({(*a)[i], (*b)[i], (*c)[i]}) - mesh_.error > extent.upper[i]) return false;
     if (std::max({(*a)[i], (*b)[i], (*c)[i]}) + mesh_.error < extent.lower[i]) return false;
@@ -173,12 +181,14 @@ void MeshProducer::load(std::span<const Word> facets, geometry::TriangleColumns&
     for (std::size_t k = 0; k < 3; ++k) triangles.set(i, k, mesh_.points[mesh_.facets[facets[i]].corners[k]]);
 }
 
-/// Drops from a list, from its `first` entry on, the facets that are certainly outside of one side of the cell, or on it.
+/// Drops from a list, from its `first` entry on, the facets that are certainly outside of one side of the
+/// cell, or on it.
 void MeshProducer::drop_beyond(CellView<3>& cell, Words& facets, std::size_t first) const {
   constexpr std::size_t at_once = 1024;  // few enough to stay in the cache
   for (std::size_t at = first; at < facets.size(); at += at_once)
     mark_beyond(cell, {facets.begin() + at, facets.begin() + std::min(at + at_once, facets.size())});
-  facets.resize(static_cast<std::size_t>(std::remove(facets.begin() + first, facets.end(), dropped) - facets.begin()));
+  facets.resize(
+      static_cast<std::size_t>(std::remove(facets.begin() + first, facets.end(), dropped) - facets.begin()));
 }
 
 /// Puts `dropped` in the place of those facets.
@@ -189,19 +199,24 @@ void MeshProducer::mark_beyond(CellView<3>& cell, std::span<Word> facets) const 
   for (std::size_t i = 0; i < cell.cell().facet_count(); ++i) {
     const OrientedHyperplane plane = cell.cell().facet_hyperplane(i);
     const auto rounded = cell.table().rounded(plane.id());
-    const geometry::Hyperplane<3> side = plane.flipped() ? rounded.opposite() : rounded;  // the cell is where it is negative
+    const geometry::Hyperplane<3> side =
+        plane.flipped() ? rounded.opposite() : rounded;  // the cell is where it is negative
     const double outside = side.error + 2 * mesh_.error, reach = reach_of_points_on(side);
     const auto sides = triangles.sides(side, -reach, outside);
-    const auto is_beyond = [&](std::uint32_t corner) { return side.at(mesh_.points[corner]) > outside || is_on(corner, plane.id()); };
+    const auto is_beyond = [&](std::uint32_t corner) {
+      return side.at(mesh_.points[corner]) > outside || is_on(corner, plane.id());
+    };
     for (std::size_t k = 0; k < facets.size(); ++k) {
       if ((sides[k] & TriangleColumns::below) != 0 || facets[k] == dropped) continue;
-      if (sides[k] == TriangleColumns::above || std::ranges::all_of(mesh_.facets[facets[k]].corners, is_beyond)) facets[k] = dropped;
+      if (sides[k] == TriangleColumns::above ||
+          std::ranges::all_of(mesh_.facets[facets[k]].corners, is_beyond))
+        facets[k] = dropped;
     }
   }
 }
 
-/// Where a hyperplane's value at a mesh point is larger, that is not on it. (The mesh may reach far beyond the model, where values are
-/// rounded more.)
+/// Where a hyperplane's value at a mesh point is larger, that is not on it. (The mesh may reach far beyond
+/// the model, where values are rounded more.)
 double MeshProducer::reach_of_points_on(const geometry::Hyperplane<3>& rounded) const {
   const double moved = network_.coincidence * network_.table.width();  // by merging, at most
   return rounded.error + 4 * (mesh_.error + moved);
@@ -209,7 +224,8 @@ double MeshProducer::reach_of_points_on(const geometry::Hyperplane<3>& rounded) 
 
 /// Whether a mesh point is known to be on a hyperplane, that of a facet around it.
 bool MeshProducer::is_on(std::uint32_t corner, HyperplaneId id) const {
-  const auto first = mesh_.incident.begin() + mesh_.incident_offset[corner], last = mesh_.incident.begin() + mesh_.incident_offset[corner + 1];
+  const auto first = mesh_.incident.begin() + mesh_.incident_offset[corner],
+             last = mesh_.incident.begin() + mesh_.incident_offset[corner + 1];
   constexpr std::ptrdiff_t few = 16;
   if (last - first > few) return std::binary_search(first, last, id);
   bool found = false;  // without branches
@@ -227,10 +243,12 @@ bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) 
   return true;
 }
 
-/// Of a cell that no facet crosses. Where no double lies in it for certain, it is far thinner than any tolerance: a point beside
-/// it serves as well, unless facets are as near. Then it arose between hyperplanes that merging has moved apart, the mesh's
-/// corners tell nothing about it, and all meshes call it OUT. Where nothing was merged it is part of the solids as they are.
-std::int32_t MeshProducer::winding_within(const CellView<3>& cell, const std::optional<Reference>& reference) const {
+/// Of a cell that no facet crosses. Where no double lies in it for certain, it is far thinner than any
+/// tolerance: a point beside it serves as well, unless facets are as near. Then it arose between hyperplanes
+/// that merging has moved apart, the mesh's corners tell nothing about it, and all meshes call it OUT. Where
+/// nothing was merged it is part of the solids as they are.
+std::int32_t MeshProducer::winding_within(const CellView<3>& cell,
+                                          const std::optional<Reference>& reference) const {
   if (reference) return reference->winding;
   return network_.coincidence > 0 ? winding_beside(cell).value_or(0) : exact_winding(cell);
 }
@@ -241,10 +259,13 @@ std::optional<std::int32_t> MeshProducer::winding_beside(const CellView<3>& view
   const Point& centre = view.extent().centre;
   for (const auto& vertex : view.cell().vertices()) error += vertex.error;
   std::minstd_rand random(2357);  // the same segments in every run
-  const double size = std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1], producer_.upper[2] - producer_.lower[2]});
+  const double size =
+      std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1],
+                producer_.upper[2] - producer_.lower[2]});
   for (int attempt = 0; attempt < 12; ++attempt) {
     Point far;
-    for (int i = 0; i < 3; ++i) far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
+    for (int i = 0; i < 3; ++i)
+      far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
     std::int32_t winding = 0;
     bool certain = true;
     for_each_facet_near(far, centre, error, [&](const Mesh::Facet& facet) {
@@ -262,7 +283,8 @@ std::optional<std::int32_t> MeshProducer::winding_beside(const CellView<3>& view
 /// A whole mesh is seen from a point outside its bounds.
 MeshProducer::Reference MeshProducer::outside() const {
   Reference reference{{}, 0};
-  for (int i = 0; i < 3; ++i) reference.point[i] = producer_.upper[i] + (0.1 + 0.0137 * i) * (producer_.upper[i] - producer_.lower[i]);
+  for (int i = 0; i < 3; ++i)
+    reference.point[i] = producer_.upper[i] + (0.1 + 0.0137 * i) * (producer_.upper[i] - producer_.lower[i]);
   return reference;
 }
 
@@ -272,10 +294,11 @@ std::optional<MeshProducer::Reference> MeshProducer::reference_of(const Word* le
   return Reference{get_point(leaf + at_point), static_cast<std::int32_t>(leaf[at_winding])};
 }
 
-/// Calls visit(facet) for the facets that the segment does not certainly miss, until it answers false. Time: it does not grow with
-/// the mesh but with what lies along the segment.
+/// Calls visit(facet) for the facets that the segment does not certainly miss, until it answers false. Time:
+/// it does not grow with the mesh but with what lies along the segment.
 template <typename Visit>
-void MeshProducer::for_each_facet_near(const Point& from, const Point& to, double error, Visit&& visit) const {
+void MeshProducer::for_each_facet_near(const Point& from, const Point& to, double error,
+                                       Visit&& visit) const {
   const FacetTree& tree = mesh_.tree->get([&] {
     std::vector<FacetTree::Box> boxes;
     boxes.reserve(mesh_.facets.size());
@@ -294,17 +317,20 @@ void MeshProducer::for_each_facet_near(const Point& from, const Point& to, doubl
   tree.visit([&](const FacetTree::Box& box) { return segment.misses_box(box.low, box.high); },
              [&](std::uint32_t index) {
                const auto& [a, b, c] = mesh_.facets[index].corners;
-               return segment.misses(mesh_.points[a], mesh_.points[b], mesh_.points[c]) || visit(mesh_.facets[index]);
+               return segment.misses(mesh_.points[a], mesh_.points[b], mesh_.points[c]) ||
+                      visit(mesh_.facets[index]);
              });
 }
 
-std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const Reference& from, const Word* leaf) const {
+std::optional<std::int32_t> MeshProducer::winding_at(const Point& point, const Reference& from,
+                                                     const Word* leaf) const {
   std::int32_t winding = from.winding;
   bool certain = true;
   const double error = mesh_.error * 2 + 0x1p-52 * network_.table.radius();
   for_each_facet(leaf, [&](Word index) {
     const auto& corners = mesh_.facets[index].corners;
-    const auto change = crossing(from.point, point, mesh_.points[corners[0]], mesh_.points[corners[1]], mesh_.points[corners[2]], error);
+    const auto change = crossing(from.point, point, mesh_.points[corners[0]], mesh_.points[corners[1]],
+                                 mesh_.points[corners[2]], error);
     if (change)
       winding += *change;
     else
@@ -330,10 +356,12 @@ std::optional<std::int32_t> MeshProducer::winding_anew(const Point& point, const
   return winding;
 }
 
-/// A point inside the cell and the winding number there, by a segment from the parent's reference point that meets no
-/// edge; several points are tried.
-std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* leaf, const CellView<3>& cell) const {
-  const auto known = reference_of(leaf);  // the cell that this one is part of may have had none: then begin anew
+/// A point inside the cell and the winding number there, by a segment from the parent's reference point that
+/// meets no edge; several points are tried.
+std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* leaf,
+                                                                   const CellView<3>& cell) const {
+  const auto known =
+      reference_of(leaf);  // the cell that this one is part of may have had none: then begin anew
   const Reference from = known ? *known : outside();
   std::minstd_rand random(12345);  // the same points in every run
   Point point = cell.extent().centre;
@@ -349,16 +377,20 @@ std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* l
       for (int i = 0; i < 3; ++i) point[i] = mix[i] / sum;
     }
     if (!is_inside(point, cell.cell())) continue;
-    if (const auto winding = known ? winding_at(point, from, leaf) : winding_anew(point, from)) return Reference{point, *winding};
+    if (const auto winding = known ? winding_at(point, from, leaf) : winding_anew(point, from))
+      return Reference{point, *winding};
   }
   return std::nullopt;
 }
 
-/// For cells in which no double lies for certain: the winding number at an exact point, a mix of the cell's exact vertices,
-/// by all facets that a segment from outside crosses. Facets for which rounding leaves that open are asked exactly.
+/// For cells in which no double lies for certain: the winding number at an exact point, a mix of the cell's
+/// exact vertices, by all facets that a segment from outside crosses. Facets for which rounding leaves that
+/// open are asked exactly.
 std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
   std::minstd_rand random(54321);  // the same points in every run
-  const double size = std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1], producer_.upper[2] - producer_.lower[2]});
+  const double size =
+      std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1],
+                producer_.upper[2] - producer_.lower[2]});
   for (int attempt = 0; attempt < 64; ++attempt) {
     const auto vertices = vertices_around(view.cell(), random);
     std::array<int, 4> weights{};
@@ -383,13 +415,15 @@ std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
     bool certain = true;
     for_each_facet_near(far, near, error, [&](const Mesh::Facet& facet) {
       const auto& corners = facet.corners;
-      auto change = crossing(far, near, mesh_.points[corners[0]], mesh_.points[corners[1]], mesh_.points[corners[2]], error);
+      auto change = crossing(far, near, mesh_.points[corners[0]], mesh_.points[corners[1]],
+                             mesh_.points[corners[2]], error);
       if (!change) {
         if (!exact_near) {
           exact_near = exact_mix(network_.table, vertices, weights);
           exact_far = exact_point(far, mesh_.grid_exponent);
         }
-        change = exact_crossing(*exact_far, *exact_near, exact_corner(mesh_, corners[0]), exact_corner(mesh_, corners[1]), exact_corner(mesh_, corners[2]));
+        change = exact_crossing(*exact_far, *exact_near, exact_corner(mesh_, corners[0]),
+                                exact_corner(mesh_, corners[1]), exact_corner(mesh_, corners[2]));
       }
       if (change)
         winding += *change;
@@ -411,12 +445,14 @@ namespace {
 
 constexpr double clearance = 0x1p-11;  // a share of the cell's length
 
-/// A cut across an axis at a corner's coordinate, or where the grid of cuts misses that and the model has no hyperplane there,
-/// well beyond: between the corner and a cut that misses it by a step of the grid lie cells thinner than anything in the model.
+/// A cut across an axis at a corner's coordinate, or where the grid of cuts misses that and the model has no
+/// hyperplane there, well beyond: between the corner and a cut that misses it by a step of the grid lie cells
+/// thinner than anything in the model.
 HyperplaneId cut_beside_corner(const Network<3>& network, int axis, double value, double length) {
   const auto& table = network.table;
   const HyperplaneId id = network.axial_cut(axis, value);
-  const bool is_there = id < table.size() || table.axis_value(axis, table.axis_position(axis, value)) == value;
+  const bool is_there =
+      id < table.size() || table.axis_value(axis, table.axis_position(axis, value)) == value;
   return is_there ? id : network.axial_cut(axis, value + length * clearance);
 }
 
@@ -432,7 +468,8 @@ std::optional<HyperplaneId> MeshProducer::median(const Word* leaf, CellView<3>& 
     high.clear();
     for_each_facet(leaf, [&](Word index) {
       const auto& corners = mesh_.facets[index].corners;
-      const double a = mesh_.points[corners[0]][axis], b = mesh_.points[corners[1]][axis], c = mesh_.points[corners[2]][axis];
+      const double a = mesh_.points[corners[0]][axis], b = mesh_.points[corners[1]][axis],
+                   c = mesh_.points[corners[2]][axis];
       low.push_back(std::min({a, b, c}));
       high.push_back(std::max({a, b, c}));
     });
@@ -442,7 +479,8 @@ std::optional<HyperplaneId> MeshProducer::median(const Word* leaf, CellView<3>& 
     const auto below = std::count_if(high.begin(), high.end(), [&](double x) { return x <= value; });
     const auto above = std::count_if(low.begin(), low.end(), [&](double x) { return x >= value; });
     // Progress on both sides, else a fan of facets around one point would be halved for ever.
-    if (below * 5 < static_cast<std::ptrdiff_t>(count) || above * 5 < static_cast<std::ptrdiff_t>(count)) continue;
+    if (below * 5 < static_cast<std::ptrdiff_t>(count) || above * 5 < static_cast<std::ptrdiff_t>(count))
+      continue;
     // Not again beside the same corner: cuts that come ever nearer to it leave ever thinner cells.
     if (cell.extent().upper[axis] - value < 8 * clearance * cell.extent().length(axis)) continue;
     const HyperplaneId id = cut_beside_corner(network_, axis, value, cell.extent().length(axis));
@@ -456,7 +494,8 @@ HyperplaneId MeshProducer::best_plane(const Word* leaf, CellView<3>& cell) const
   using geometry::TriangleColumns;
   std::array<Word, many_facets> list;
   const std::span<Word> facets{list.data(), std::min(undecided(leaf), many_facets)};
-  for (std::size_t i = 0; i < facets.size(); ++i) facets[i] = (leaf[0] & Program::whole) != 0 ? static_cast<Word>(i) : leaf[header + i];
+  for (std::size_t i = 0; i < facets.size(); ++i)
+    facets[i] = (leaf[0] & Program::whole) != 0 ? static_cast<Word>(i) : leaf[header + i];
   TriangleColumns& triangles = cell.triangles();
   load(facets, triangles);
   HyperplaneId best = 0;
@@ -469,8 +508,10 @@ HyperplaneId MeshProducer::best_plane(const Word* leaf, CellView<3>& cell) const
     int cut = 0, negative = 0, positive = 0;
     for (std::size_t i = 0; i < facets.size(); ++i) {
       unsigned side = sides[i];
-      if ((side & TriangleColumns::between) != 0) side |= sides_of_near_corners(mesh_.facets[facets[i]], mesh_.facets[candidate], h, reach);
-      const int below = (side & TriangleColumns::below) != 0 ? 1 : 0, above = (side & TriangleColumns::above) != 0 ? 1 : 0;
+      if ((side & TriangleColumns::between) != 0)
+        side |= sides_of_near_corners(mesh_.facets[facets[i]], mesh_.facets[candidate], h, reach);
+      const int below = (side & TriangleColumns::below) != 0 ? 1 : 0,
+                above = (side & TriangleColumns::above) != 0 ? 1 : 0;
       cut += below & above;
       negative += below;
       positive += above;
@@ -484,11 +525,14 @@ HyperplaneId MeshProducer::best_plane(const Word* leaf, CellView<3>& cell) const
   return best;
 }
 
-/// The sides of those corners of a facet that are near another one's plane and not known to be on it, as far as rounded numbers tell.
-unsigned MeshProducer::sides_of_near_corners(const Mesh::Facet& facet, const Mesh::Facet& other, const geometry::Hyperplane<3>& plane, double reach) const {
+/// The sides of those corners of a facet that are near another one's plane and not known to be on it, as far
+/// as rounded numbers tell.
+unsigned MeshProducer::sides_of_near_corners(const Mesh::Facet& facet, const Mesh::Facet& other,
+                                             const geometry::Hyperplane<3>& plane, double reach) const {
   unsigned sides = 0;
   for (const std::uint32_t corner : facet.corners) {
-    if (std::ranges::find(other.corners, corner) != other.corners.end()) continue;  // as nearly all that are near
+    if (std::ranges::find(other.corners, corner) != other.corners.end())
+      continue;  // as nearly all that are near
     const double value = plane.at(mesh_.points[corner]);
     if (std::fabs(value) > reach || is_on(corner, other.plane.id())) continue;
     sides |= value < 0 ? geometry::TriangleColumns::below : geometry::TriangleColumns::above;

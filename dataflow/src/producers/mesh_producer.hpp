@@ -9,13 +9,14 @@
 
 namespace bsp2::dataflow {
 
-/// Producer of a solid bounded by a triangle mesh: within a cell, only the facets that may meet the cell are left. A cell
-/// without facets is inside or outside as a whole, told by the winding number at one of its points. Where rounding leaves
-/// that open (no double lies inside a cell thinner than doubles resolve), it is taken at an exact point, exactly.
+/// Producer of a solid bounded by a triangle mesh: within a cell, only the facets that may meet the cell are
+/// left. A cell without facets is inside or outside as a whole, told by the winding number at one of its
+/// points. Where rounding leaves that open (no double lies inside a cell thinner than doubles resolve), it is
+/// taken at an exact point, exactly.
 ///
-/// State of a leaf: the leaf's header; whether there is a reference point; its three coordinates; the mesh's winding
-/// number there; the facets. The winding number of another point of the same cell follows from the facets that the
-/// segment between them crosses, and only those of the cell can.
+/// State of a leaf: the leaf's header; whether there is a reference point; its three coordinates; the mesh's
+/// winding number there; the facets. The winding number of another point of the same cell follows from the
+/// facets that the segment between them crosses, and only those of the cell can.
 class MeshProducer {
  public:
   MeshProducer(const Network<3>& network, const Producer<3>& producer)
@@ -25,7 +26,8 @@ class MeshProducer {
   [[nodiscard]] std::size_t undecided(const Word* leaf) const {
     return (leaf[0] & Program::whole) != 0 ? mesh_.facets.size() : leaf[1] - header;
   }
-  /// Of many facets, an axis-parallel cut that parts them; else the plane of the facet that cuts the fewest others.
+  /// Of many facets, an axis-parallel cut that parts them; else the plane of the facet that cuts the fewest
+  /// others.
   Advice advise(const Word* leaf, CellView<3>& cell) const;
 
  private:
@@ -34,7 +36,8 @@ class MeshProducer {
     Point point;
     std::int32_t winding;
   };
-  static constexpr std::size_t at_flag = Program::header, at_point = at_flag + 1, at_winding = at_point + 6, header = at_winding + 1;
+  static constexpr std::size_t at_flag = Program::header, at_point = at_flag + 1, at_winding = at_point + 6,
+                               header = at_winding + 1;
   const Network<3>& network_;
   const Producer<3>& producer_;
   const Mesh& mesh_;
@@ -52,16 +55,19 @@ class MeshProducer {
   [[nodiscard]] std::optional<Reference> reference_of(const Word* leaf) const;
   template <typename Visit>
   void for_each_facet_near(const Point& from, const Point& to, double error, Visit&& visit) const;
-  [[nodiscard]] std::optional<std::int32_t> winding_at(const Point& point, const Reference& from, const Word* leaf) const;
+  [[nodiscard]] std::optional<std::int32_t> winding_at(const Point& point, const Reference& from,
+                                                       const Word* leaf) const;
   [[nodiscard]] std::optional<std::int32_t> winding_anew(const Point& point, const Reference& from) const;
   [[nodiscard]] std::optional<Reference> new_reference(const Word* leaf, const CellView<3>& cell) const;
-  [[nodiscard]] std::int32_t winding_within(const CellView<3>& cell, const std::optional<Reference>& reference) const;
+  [[nodiscard]] std::int32_t winding_within(const CellView<3>& cell,
+                                            const std::optional<Reference>& reference) const;
   [[nodiscard]] std::optional<std::int32_t> winding_beside(const CellView<3>& view) const;
   [[nodiscard]] std::int32_t exact_winding(const CellView<3>& cell) const;
   [[nodiscard]] Reference outside() const;
   [[nodiscard]] std::optional<geometry::HyperplaneId> median(const Word* leaf, CellView<3>& cell) const;
   [[nodiscard]] geometry::HyperplaneId best_plane(const Word* leaf, CellView<3>& cell) const;
-  [[nodiscard]] unsigned sides_of_near_corners(const Mesh::Facet& facet, const Mesh::Facet& other, const geometry::Hyperplane<3>& plane, double reach) const;
+  [[nodiscard]] unsigned sides_of_near_corners(const Mesh::Facet& facet, const Mesh::Facet& other,
+                                               const geometry::Hyperplane<3>& plane, double reach) const;
 };
 
 }  // namespace bsp2::dataflow

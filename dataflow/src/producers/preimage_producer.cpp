@@ -23,7 +23,8 @@ constexpr double beside_wedge = 0x1p-42;
 
 /// The smallest wedge of a fan that has all points, but for `beside_wedge`.
 template <typename Family>
-std::optional<typename Family::Wedge> wedge_around(const Family& fan, std::uint32_t levels, std::span<const Vector> points, const Vector& centre) {
+std::optional<typename Family::Wedge> wedge_around(const Family& fan, std::uint32_t levels,
+                                                   std::span<const Vector> points, const Vector& centre) {
   const auto axes = static_cast<std::size_t>(fan.axes());
   std::size_t axis = 0;
   for (std::size_t i = 1; i < axes; ++i)
@@ -51,7 +52,8 @@ std::optional<typename Family::Wedge> wedge_around(const Family& fan, std::uint3
     ++half.level;
     for (std::size_t j = 0; j + 1 < axes; ++j) {
       const double n = std::ldexp(1.0, static_cast<int>(wedge.level));
-      const auto side = sides(static_cast<std::size_t>(Family::axis_at(wedge, static_cast<int>(j))), (2 * static_cast<double>(wedge.at[j]) + 1 - n) / n);
+      const auto side = sides(static_cast<std::size_t>(Family::axis_at(wedge, static_cast<int>(j))),
+                              (2 * static_cast<double>(wedge.at[j]) + 1 - n) / n);
       if (!side.first && !side.second) return wedge;
       half.at[j] = 2 * wedge.at[j] + (side.first ? 0 : 1);
     }
@@ -60,29 +62,35 @@ std::optional<typename Family::Wedge> wedge_around(const Family& fan, std::uint3
   return wedge;
 }
 
-/// The wedge, or a wider one, whose arcs are about as long as the points are far apart across the tube. A section along the axis is in wedges as
-/// narrow as one likes, and narrow ones have short arcs, each of which cuts off next to nothing.
-geometry::RoundFamily<3>::Wedge with_arcs_for(geometry::RoundFamily<3>::Wedge wedge, double minor, std::span<const Vector> points, const Vector& centre) {
+/// The wedge, or a wider one, whose arcs are about as long as the points are far apart across the tube. A
+/// section along the axis is in wedges as narrow as one likes, and narrow ones have short arcs, each of which
+/// cuts off next to nothing.
+geometry::RoundFamily<3>::Wedge with_arcs_for(geometry::RoundFamily<3>::Wedge wedge, double minor,
+                                              std::span<const Vector> points, const Vector& centre) {
   double square = 0;
   for (const Vector& y : points) {
     const double across = std::hypot(y[0], y[1]) - std::hypot(centre[0], centre[1]), up = y[2] - centre[2];
     square = std::max(square, across * across + up * up);
   }
   const double arcs = std::ceil(std::max(0.0, std::log2(minor / std::max(std::sqrt(square), 0x1p-40)))) + 1;
-  const double lag = std::max(0.0, std::floor(-std::log2(minor) / 2));  // of arcs behind wedges, as TorusFamily has it
+  const double lag =
+      std::max(0.0, std::floor(-std::log2(minor) / 2));  // of arcs behind wedges, as TorusFamily has it
   const auto level = std::min(wedge.level, static_cast<std::uint32_t>(arcs + lag));
   wedge.at[0] >>= wedge.level - level;
   wedge.level = level;
   return wedge;
 }
 
-/// Whether the mean of a cell's vertices is in its interior, whatever rounding did. The facets of a cell of one dimension are its vertices.
+/// Whether the mean of a cell's vertices is in its interior, whatever rounding did. The facets of a cell of
+/// one dimension are its vertices.
 template <int D>
 bool has_its_centre(const CellView<D>& cell) {
   const auto& point = cell.extent().centre;
   if constexpr (D == 1) {
     const auto vertices = cell.cell().vertices();
-    return std::all_of(vertices.begin(), vertices.end(), [&](const auto& vertex) { return std::fabs(vertex.x[0] - point[0]) > 2 * vertex.error; });
+    return std::all_of(vertices.begin(), vertices.end(), [&](const auto& vertex) {
+      return std::fabs(vertex.x[0] - point[0]) > 2 * vertex.error;
+    });
   } else {
     for (std::size_t facet = 0; facet < cell.cell().facet_count(); ++facet) {
       const OrientedHyperplane plane = cell.cell().facet_hyperplane(facet);
@@ -100,11 +108,13 @@ typename Family::Wedge pyramid_around(const Family& fan, const Vector& centre) {
 
 }  // namespace
 
-// --- the image of a cell -------------------------------------------------------------------------------------------------
+// --- the image of a cell ---
 
-/// @param error of each coordinate of x. @param image_error becomes as large as that of each coordinate of the image, if that is larger.
+/// @param error of each coordinate of x. @param image_error becomes as large as that of each coordinate of
+/// the image, if that is larger.
 template <int D>
-Vector PreimageProducer<D>::in_frame(const std::array<double, D>& x, double error, double& image_error) const {
+Vector PreimageProducer<D>::in_frame(const std::array<double, D>& x, double error,
+                                     double& image_error) const {
   const auto p = preimage_.to_primitive.image(x);
   const double p_error = preimage_.to_primitive.error + preimage_.to_primitive.scale * error;
   Vector y{};
@@ -149,7 +159,7 @@ std::vector<std::array<double, F>> PreimageProducer<D>::points_of(const Image& i
   return points;
 }
 
-// --- asking --------------------------------------------------------------------------------------------------------------
+// --- asking ---
 
 template <int D>
 Label PreimageProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
@@ -179,13 +189,16 @@ Label PreimageProducer<D>::label(const preimage::RoundSolid& solid, const Image&
   const auto& family = solid.family;
   const auto axes = static_cast<std::size_t>(family.axes());
   const bool tapered = solid.axes() > axes;
-  const double slack = image.error * static_cast<double>(axes + 2) * 1.01 + 0x1p-47 * static_cast<double>(axes) * image.reach;
+  const double slack =
+      image.error * static_cast<double>(axes + 2) * 1.01 + 0x1p-47 * static_cast<double>(axes) * image.reach;
   const auto length = [&](const Vector& y) {
     double square = 0;
     for (std::size_t i = 0; i < axes; ++i) square += y[i] * y[i];
     return std::sqrt(square);
   };
-  const auto radius = [&](const Vector& y) { return tapered ? family.bottom() + (family.top() - family.bottom()) * y[axes] : 1; };
+  const auto radius = [&](const Vector& y) {
+    return tapered ? family.bottom() + (family.top() - family.bottom()) * y[axes] : 1;
+  };
   const auto is_beyond = [&](const Vector& towards) {
     const double size = length(towards);
     return size > 0 && std::all_of(image.points.begin(), image.points.end(), [&](const Vector& y) {
@@ -194,7 +207,9 @@ Label PreimageProducer<D>::label(const preimage::RoundSolid& solid, const Image&
              return along / size > radius(y) + slack;
            });
   };
-  if (std::all_of(image.points.begin(), image.points.end(), [&](const Vector& y) { return length(y) + slack <= radius(y); })) return Label::in;
+  if (std::all_of(image.points.begin(), image.points.end(),
+                  [&](const Vector& y) { return length(y) + slack <= radius(y); }))
+    return Label::in;
   if (is_beyond(image.centre)) return Label::out;
   const auto wedge = wedge_around(family, family.levels(), image.points, image.centre);
   if (!wedge) return Label::fuzzy;
@@ -202,8 +217,8 @@ Label PreimageProducer<D>::label(const preimage::RoundSolid& solid, const Image&
   return is_beyond(family.direction(*wedge)) ? Label::out : Label::fuzzy;
 }
 
-/// As TorusProducer does. What is beside the wedge by at most `beside_wedge` is farther from the axis than `most` says by at most
-/// 2.5 times that.
+/// As TorusProducer does. What is beside the wedge by at most `beside_wedge` is farther from the axis than
+/// `most` says by at most 2.5 times that.
 template <int D>
 Label PreimageProducer<D>::label(const preimage::TorusSolid& solid, const Image& image, Word& level) const {
   const auto wedge = wedge_around(solid.fan, solid.levels(), image.points, image.centre);
@@ -222,15 +237,19 @@ Label PreimageProducer<D>::label(const preimage::TorusSolid& solid, const Image&
     at.push_back({along * least, along * most, y[2]});
   }
   const auto distance = [](double rho, double z) { return std::hypot(rho - 1, z); };
-  if (std::all_of(at.begin(), at.end(),
-                  [&](const Place& p) { return distance(p.least, p.z) + slack <= minor && distance(p.most, p.z) + slack <= minor; }))
+  if (std::all_of(at.begin(), at.end(), [&](const Place& p) {
+        return distance(p.least, p.z) + slack <= minor && distance(p.most, p.z) + slack <= minor;
+      }))
     return Label::in;
   const auto is_beyond = [&](const std::array<double, 2>& e) {
-    return std::all_of(at.begin(), at.end(), [&](const Place& p) { return e[0] * ((e[0] >= 0 ? p.least : p.most) - 1) + e[1] * p.z > minor + slack; });
+    return std::all_of(at.begin(), at.end(), [&](const Place& p) {
+      return e[0] * ((e[0] >= 0 ? p.least : p.most) - 1) + e[1] * p.z > minor + slack;
+    });
   };
   for (const Place& p : at) {
     const double rho = (p.least + p.most) / 2, length = distance(rho, p.z);
-    if (is_beyond(solid.family.middle(wedge->level, solid.family.arc_towards(wedge->level, rho, p.z)))) return Label::out;
+    if (is_beyond(solid.family.middle(wedge->level, solid.family.arc_towards(wedge->level, rho, p.z))))
+      return Label::out;
     if (length > 0 && is_beyond({(rho - 1) / length, p.z / length})) return Label::out;
   }
   return Label::fuzzy;
@@ -239,7 +258,8 @@ Label PreimageProducer<D>::label(const preimage::TorusSolid& solid, const Image&
 /// As SplineProducer does.
 template <int D>
 template <int F>
-Label PreimageProducer<D>::keep_patches(const PatchTree<F>& tree, const Word* leaf, const Image& image, const CellView<D>& cell, Words& out) const {
+Label PreimageProducer<D>::keep_patches(const PatchTree<F>& tree, const Word* leaf, const Image& image,
+                                        const CellView<D>& cell, Words& out) const {
   using Node = typename PatchTree<F>::Node;
   const std::size_t begin = out.size();
   const auto points = points_of<F>(image);
@@ -250,12 +270,14 @@ Label PreimageProducer<D>::keep_patches(const PatchTree<F>& tree, const Word* le
     box.upper[i] = image.upper[i] + image.error;
     size = std::max(size, box.upper[i] - box.lower[i]);
   }
-  const auto keep = [&](const auto& self, std::uint32_t patch, const Node& node, std::uint32_t level) -> void {
+  const auto keep = [&](const auto& self, std::uint32_t patch, const Node& node,
+                        std::uint32_t level) -> void {
     if (node.box().misses(box) || !node.may_be_between(points, image.error)) return;
     if (node.size() <= 2 * size || level == tree.levels()) return out.push(patch);
     const auto first = tree.first_half(patch);
     const Node* const below = tree.halves_of(node, level);
-    for (std::uint32_t half = 0; half < tree.halves(); ++half) self(self, first + half, below[half], level + 1);
+    for (std::uint32_t half = 0; half < tree.halves(); ++half)
+      self(self, first + half, below[half], level + 1);
   };
   const bool whole = (leaf[0] & Program::whole) != 0;
   const std::size_t known = whole ? tree.roots() : leaf[1] - Program::header;
@@ -295,17 +317,19 @@ std::size_t PreimageProducer<D>::undecided(const Word* leaf) const {
       preimage_.planes->solid());
 }
 
-// --- advice --------------------------------------------------------------------------------------------------------------
+// --- advice ---
 
 template <int D>
 Advice PreimageProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
   const Image image = image_of(cell);
-  const auto advice = std::visit([&](const auto& solid) { return advise_in(solid, leaf, image, cell); }, preimage_.planes->solid());
+  const auto advice = std::visit([&](const auto& solid) { return advise_in(solid, leaf, image, cell); },
+                                 preimage_.planes->solid());
   return advice ? *advice : halve(cell);
 }
 
 template <int D>
-std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::RoundSolid& solid, const Word*, const Image& image, CellView<D>& cell) const {
+std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::RoundSolid& solid, const Word*,
+                                                     const Image& image, CellView<D>& cell) const {
   const auto& family = solid.family;
   const auto found = wedge_around(family, family.levels(), image.points, image.centre);
   const auto wedge = found.value_or(pyramid_around(family, image.centre));
@@ -324,7 +348,8 @@ std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::RoundSolid&
 }
 
 template <int D>
-std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::TorusSolid& solid, const Word*, const Image& image, CellView<D>& cell) const {
+std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::TorusSolid& solid, const Word*,
+                                                     const Image& image, CellView<D>& cell) const {
   const auto found = wedge_around(solid.fan, solid.levels(), image.points, image.centre);
   std::vector<std::uint32_t> numbers;
   if (!found) {
@@ -339,7 +364,8 @@ std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::TorusSolid&
         if (distance(y) > distance(farthest)) farthest = y;
       for (const Vector& y : {farthest, image.centre}) {
         const auto arc = solid.family.arc_towards(wedge.level, std::hypot(y[0], y[1]), y[2]);
-        for (const std::uint32_t number : {solid.family.outer(wedge, arc), solid.family.inner(wedge, arc)}) numbers.push_back(solid.fan.count() + number);
+        for (const std::uint32_t number : {solid.family.outer(wedge, arc), solid.family.inner(wedge, arc)})
+          numbers.push_back(solid.fan.count() + number);
       }
     }
     if (found->level < solid.levels()) numbers.push_back(solid.fan.halving(*found, 0).number);
@@ -352,7 +378,8 @@ std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::TorusSolid&
 /// The hyperplane of a patch that cuts off most of the cell, if that is much.
 template <int D>
 template <int F>
-std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::PatchSolid<F>& solid, const Word* leaf, const Image& image, CellView<D>& cell) const {
+std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::PatchSolid<F>& solid, const Word* leaf,
+                                                     const Image& image, CellView<D>& cell) const {
   const PatchTree<F>& tree = *solid.tree;
   const bool whole = (leaf[0] & Program::whole) != 0;
   const std::size_t count = whole ? tree.roots() : leaf[1] - Program::header;
@@ -379,14 +406,15 @@ std::optional<Advice> PreimageProducer<D>::advise_in(const preimage::PatchSolid<
   return best;
 }
 
-/// Across the axes of the model, the one first along which the image of the cell is longest. Those along which it does not move are
-/// left alone: the solid is a prism along them.
+/// Across the axes of the model, the one first along which the image of the cell is longest. Those along
+/// which it does not move are left alone: the solid is a prism along them.
 template <int D>
 Advice PreimageProducer<D>::halve(CellView<D>& cell) const {
   const auto& extent = cell.extent();
   std::vector<std::pair<double, int>> axes;
   for (int axis = 0; axis < D; ++axis)
-    if (const double length = extent.length(axis) * preimage_.weight[axis]; length > 0) axes.emplace_back(-length, axis);
+    if (const double length = extent.length(axis) * preimage_.weight[axis]; length > 0)
+      axes.emplace_back(-length, axis);
   std::sort(axes.begin(), axes.end());
   for (const auto& [length, axis] : axes) {
     const HyperplaneId id = network_.axial_cut(axis, extent.middle[axis]);

@@ -13,7 +13,7 @@ using geometry::Label;
 using geometry::OrientedHyperplane;
 using geometry::Position;
 
-// --- the state of a leaf -----------------------------------------------------------------------------------------------
+// --- the state of a leaf ---
 
 template <int D>
 typename RoundProducer<D>::State RoundProducer<D>::state_of(const Word* leaf) const {
@@ -42,10 +42,11 @@ std::span<const OrientedHyperplane> RoundProducer<D>::planes_of(const Word* leaf
 template <int D>
 std::size_t RoundProducer<D>::undecided(const Word* leaf) const {
   const State state = state_of(leaf);
-  return undecided_planes(leaf) + (state.kind == State::Kind::inside ? 0 : 1 + 2 * std::size_t{state.wedge.level});
+  return undecided_planes(leaf) +
+         (state.kind == State::Kind::inside ? 0 : 1 + 2 * std::size_t{state.wedge.level});
 }
 
-// --- asking ------------------------------------------------------------------------------------------------------------
+// --- asking ---
 
 template <int D>
 Label RoundProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) const {
@@ -76,10 +77,12 @@ Label RoundProducer<D>::ask_round(State& state, CellView<D>& cell) const {
   tighten(state, cell);
   if (state.kind != State::Kind::wedge) {
     for (std::uint32_t face = 0; face < static_cast<std::uint32_t>(2 * round_.family.axes()); ++face)
-      if (cell.position(round_.plane(round_.family.tangent({.face = face}))) == Position::positive) return Label::out;
+      if (cell.position(round_.plane(round_.family.tangent({.face = face}))) == Position::positive)
+        return Label::out;
     return Label::fuzzy;
   }
-  if (cell.position(round_.plane(round_.family.tangent(state.wedge))) == Position::positive) return Label::out;
+  if (cell.position(round_.plane(round_.family.tangent(state.wedge))) == Position::positive)
+    return Label::out;
   if (cell.position(round_.plane(round_.family.chord(state.wedge))) == Position::negative) return Label::in;
   return Label::fuzzy;
 }
@@ -92,7 +95,9 @@ typename RoundProducer<D>::Vector RoundProducer<D>::in_frame(const Vector& x) co
 template <int D>
 double RoundProducer<D>::radius_at(const Vector& y) const {
   const Family& family = round_.family;
-  return family.bottom() == family.top() ? 1 : family.bottom() + (family.top() - family.bottom()) * y[family.axes()];
+  return family.bottom() == family.top()
+             ? 1
+             : family.bottom() + (family.top() - family.bottom()) * y[family.axes()];
 }
 
 /// The solid is convex: a cell whose vertices are inside is inside. So is what is beyond a tangent outside.
@@ -102,7 +107,8 @@ Label RoundProducer<D>::ask_vertices(const State& state, const CellView<D>& cell
   const int axes = round_.family.axes();
   double error = 0;
   for (const auto& vertex : cell.cell().vertices()) error = std::max(error, vertex.error);
-  // Of each coordinate in the frame; then of the distance to the axis minus the radius, which is at most 1 there.
+  // Of each coordinate in the frame; then of the distance to the axis minus the radius, which is at most 1
+  // there.
   error = error * round_.to_frame.scale + round_.to_frame.error;
   const double slack = error * (D + 1) * 1.01;
   Vector towards{};  // a direction out of the solid, towards the cell
@@ -124,7 +130,8 @@ Label RoundProducer<D>::ask_vertices(const State& state, const CellView<D>& cell
       along += y[i] * towards[i];
     }
     // The sums are off by a few roundings of what they hold.
-    const double distance = std::sqrt(square), rounding = 0x1p-48 * (1 + distance + std::fabs(y[std::min(axes, D - 1)]));
+    const double distance = std::sqrt(square),
+                 rounding = 0x1p-48 * (1 + distance + std::fabs(y[std::min(axes, D - 1)]));
     inside = inside && distance + slack + rounding <= radius;
     outside = outside && along / length > radius + slack + rounding;
     if (!inside && !outside) return Label::fuzzy;
@@ -175,7 +182,7 @@ void RoundProducer<D>::tighten(State& state, CellView<D>& cell) const {
   }
 }
 
-// --- advice ------------------------------------------------------------------------------------------------------------
+// --- advice ---
 
 template <int D>
 Advice RoundProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
@@ -204,13 +211,15 @@ Advice RoundProducer<D>::advise_round(const State& state, CellView<D>& cell, boo
   const auto crossing = [&](OrientedHyperplane plane) { return cell.crosses(plane.id()); };
   const bool known = state.kind == State::Kind::wedge;
   const Wedge wedge = known ? state.wedge : pyramid(cell);
-  const OrientedHyperplane tangent = round_.plane(family.tangent(wedge)), chord = round_.plane(family.chord(wedge));
+  const OrientedHyperplane tangent = round_.plane(family.tangent(wedge)),
+                           chord = round_.plane(family.chord(wedge));
   if (crossing(tangent)) return {tangent, true};
   if (crossing(chord)) return {chord, false, known && alone};
   if (!known || wedge.level < family.levels())
     for (int j = 0; j + 1 < family.axes(); ++j)
       for (const int side : {1, -1}) {
-        const OrientedHyperplane radial = round_.plane(known ? family.halving(wedge, j) : family.bound(wedge, j, side));
+        const OrientedHyperplane radial =
+            round_.plane(known ? family.halving(wedge, j) : family.bound(wedge, j, side));
         if (crossing(radial)) return {radial};
       }
   for (const int axis : cell.extent().axes_by_length()) {

@@ -11,15 +11,17 @@ namespace bsp2::dataflow {
 
 /// Producer of a round solid: refined without end, level by level, by chords and tangents.
 ///
-/// IN and OUT are certain: they come from exact predicates, or from bounds of a cell's vertices that allow for all rounding.
-/// State of a leaf: the wedge of the solid's directions that the cell is in, if it is known (see RoundFamily), then the
-/// half-spaces of the box that cross the cell.
-/// Source: the paper, section 4.1 and figure 5; docs/curved.md.
+/// IN and OUT are certain: they come from exact predicates, or from bounds of a cell's vertices that allow
+/// for all rounding. State of a leaf: the wedge of the solid's directions that the cell is in, if it is known
+/// (see RoundFamily), then the half-spaces of the box that cross the cell. Source: the paper, section 4.1 and
+/// figure 5; docs/curved.md.
 template <int D>
 class RoundProducer {
  public:
   RoundProducer(const Network<D>& network, const Producer<D>& producer)
-      : network_(network), producer_(producer), round_(network.rounds[static_cast<std::size_t>(producer.round)]) {}
+      : network_(network),
+        producer_(producer),
+        round_(network.rounds[static_cast<std::size_t>(producer.round)]) {}
 
   geometry::Label ask(const Word* leaf, CellView<D>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
@@ -28,8 +30,8 @@ class RoundProducer {
   [[nodiscard]] std::size_t undecided_planes(const Word* leaf) const {
     return (leaf[0] & Program::whole) != 0 ? producer_.plane_count : leaf[1] - header();
   }
-  /// A hyperplane of the box, the wedge's tangent or chord, or what halves the wedge; at the last level, across the longest
-  /// axis of the cell. No advice where the cell is too small for that.
+  /// A hyperplane of the box, the wedge's tangent or chord, or what halves the wedge; at the last level,
+  /// across the longest axis of the cell. No advice where the cell is too small for that.
   Advice advise(const Word* leaf, CellView<D>& cell) const;
 
  private:
@@ -41,13 +43,16 @@ class RoundProducer {
     enum class Kind : Word { anywhere, wedge, inside } kind = Kind::anywhere;
     Wedge wedge;
   };
-  static constexpr std::size_t at_kind = Program::header, at_face = at_kind + 1, at_level = at_face + 1, at_place = at_level + 1;
+  static constexpr std::size_t at_kind = Program::header, at_face = at_kind + 1, at_level = at_face + 1,
+                               at_place = at_level + 1;
 
   const Network<D>& network_;
   const Producer<D>& producer_;
   const Round<D>& round_;
 
-  [[nodiscard]] std::size_t header() const { return at_place + static_cast<std::size_t>(round_.family.axes() - 1); }
+  [[nodiscard]] std::size_t header() const {
+    return at_place + static_cast<std::size_t>(round_.family.axes() - 1);
+  }
   [[nodiscard]] State state_of(const Word* leaf) const;
   void put(const State& state, Words& out) const;
   [[nodiscard]] std::span<const geometry::OrientedHyperplane> planes_of(const Word* leaf) const;

@@ -27,14 +27,17 @@ constexpr double most_empty = 1.0 / 16;
 /// The position between a and b, a < b, after which the most binary digits are 0.
 std::uint32_t roundest(std::uint32_t a, std::uint32_t b) { return b & ~(std::bit_floor(a ^ b) - 1); }
 
-/// An axis-parallel hyperplane across the middle half of the cell: the same one in neighbouring cells of about the same size.
+/// An axis-parallel hyperplane across the middle half of the cell: the same one in neighbouring cells of
+/// about the same size.
 template <int D>
 std::optional<HyperplaneId> halving(CellView<D>& cell) {
   const auto& table = cell.table();
   for (const int axis : cell.extent().axes_by_length()) {
     const double margin = cell.extent().length(axis) / 4;
-    const auto low = table.axis_position(axis, cell.extent().lower[axis] + margin), high = table.axis_position(axis, cell.extent().upper[axis] - margin);
-    const HyperplaneId id = table.axis_hyperplane(axis, low < high ? roundest(low, high) : table.axis_position(axis, cell.extent().middle[axis]));
+    const auto low = table.axis_position(axis, cell.extent().lower[axis] + margin),
+               high = table.axis_position(axis, cell.extent().upper[axis] - margin);
+    const HyperplaneId id = table.axis_hyperplane(
+        axis, low < high ? roundest(low, high) : table.axis_position(axis, cell.extent().middle[axis]));
     if (cell.crosses(id)) return id;
   }
   return std::nullopt;
@@ -48,7 +51,8 @@ Box<D> SplineProducer<D>::in_frame(const Box<D>& box) const {
   const auto& [scale, origin] = tree_.placement();
   Box<D> image = box;
   for (int i = 0; i < D; ++i) {
-    const double margin = 0x1p-50 * (std::fabs(box.lower[i]) + std::fabs(box.upper[i]) + std::fabs(origin[i]));
+    const double margin =
+        0x1p-50 * (std::fabs(box.lower[i]) + std::fabs(box.upper[i]) + std::fabs(origin[i]));
     image.lower[i] = (box.lower[i] - origin[i] - margin) / scale;
     image.upper[i] = (box.upper[i] - origin[i] + margin) / scale;
   }
@@ -74,20 +78,25 @@ typename SplineProducer<D>::Image SplineProducer<D>::image_of(const CellView<D>&
   return image;
 }
 
-/// False only where the patch certainly has no point in the cell. What doubles leave open, exact predicates decide.
+/// False only where the patch certainly has no point in the cell. What doubles leave open, exact predicates
+/// decide.
 template <int D>
-bool SplineProducer<D>::may_meet(Number patch, const Node& node, const Image& image, CellView<D>& cell) const {
+bool SplineProducer<D>::may_meet(Number patch, const Node& node, const Image& image,
+                                 CellView<D>& cell) const {
   if (node.box().misses(image.box)) return false;
   if (cell.quick()) return true;
   for (std::uint32_t i = 0; i < tree_.hyperplanes(); ++i) {
     const auto sides = node.sides(i, image.points, image.error);
-    if (sides.all_positive || (!sides.some_negative && cell.position(spline_.plane(patch, i)) == Position::positive)) return false;
+    if (sides.all_positive ||
+        (!sides.some_negative && cell.position(spline_.plane(patch, i)) == Position::positive))
+      return false;
   }
   return true;
 }
 
 template <int D>
-void SplineProducer<D>::keep(Number patch, const Node& node, std::uint32_t level, const Image& image, CellView<D>& cell, Words& out) const {
+void SplineProducer<D>::keep(Number patch, const Node& node, std::uint32_t level, const Image& image,
+                             CellView<D>& cell, Words& out) const {
   if (!may_meet(patch, node, image, cell)) return;
   if (node.size() <= patch_by_cell * image.size || level == tree_.levels()) {
     out.push(patch);
@@ -95,7 +104,8 @@ void SplineProducer<D>::keep(Number patch, const Node& node, std::uint32_t level
   }
   const Number first = tree_.first_half(patch);
   const Node* const below = tree_.halves_of(node, level);
-  for (Number half = 0; half < tree_.halves(); ++half) keep(first + half, below[half], level + 1, image, cell, out);
+  for (Number half = 0; half < tree_.halves(); ++half)
+    keep(first + half, below[half], level + 1, image, cell, out);
 }
 
 template <int D>
@@ -108,7 +118,9 @@ Label SplineProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) co
   const Image image = image_of(cell);
   out.push(leaf[0] & ~Program::whole, 0, leaf[2]);
   const std::size_t begin = out.size();
-  const auto keep_some = [&](Number patch) { keep(patch, tree_.node(patch), tree_.level(patch), image, cell, out); };
+  const auto keep_some = [&](Number patch) {
+    keep(patch, tree_.node(patch), tree_.level(patch), image, cell, out);
+  };
   if (whole) {
     for (Number root = 0; root < tree_.roots(); ++root) keep_some(root);
   } else {
@@ -117,7 +129,8 @@ Label SplineProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) co
   return out.size() == begin ? label_off_patches(cell) : Label::fuzzy;
 }
 
-/// Of a cell that meets no patch: where one of its points is, all are. FUZZY where no point of it can be named in doubles.
+/// Of a cell that meets no patch: where one of its points is, all are. FUZZY where no point of it can be
+/// named in doubles.
 template <int D>
 Label SplineProducer<D>::label_off_patches(const CellView<D>& cell) const {
   if (!tree_.closed()) return Label::out;
@@ -166,7 +179,8 @@ std::optional<HyperplaneId> SplineProducer<D>::end(const Word* leaf, CellView<D>
   const auto& table = cell.table();
   const Box<D> patches = bounds(leaf, cell);
   for (const int axis : cell.extent().axes_by_length()) {
-    const double lower = cell.extent().lower[axis], upper = cell.extent().upper[axis], least = most_empty * (upper - lower);
+    const double lower = cell.extent().lower[axis], upper = cell.extent().upper[axis],
+                 least = most_empty * (upper - lower);
     for (const double from : {patches.lower[axis] - least, patches.upper[axis]}) {
       const auto first = table.axis_position(axis, from), last = table.axis_position(axis, from + least);
       if (from < lower || from + least > upper || first >= last) continue;
@@ -189,7 +203,9 @@ Advice SplineProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
   const bool whole = (leaf[0] & Program::whole) != 0;
   const std::size_t count = whole ? tree_.roots() : leaf[1] - Program::header;
   if (const auto id = end(leaf, cell)) return {geometry::oriented(*id)};
-  const auto patch = [&](std::size_t i) { return whole ? static_cast<Number>(i) : leaf[Program::header + i]; };
+  const auto patch = [&](std::size_t i) {
+    return whole ? static_cast<Number>(i) : leaf[Program::header + i];
+  };
   Advice best{.plane = {}, .beyond_is_out = count == 1 && !tree_.closed()};
   double most = 0;
   const Image image = image_of(cell);

@@ -7,20 +7,22 @@
 
 namespace bsp2::dataflow {
 
-/// Producer of a torus: refined without end, level by level, by planes that enclose it in the wedges around its axis.
+/// Producer of a torus: refined without end, level by level, by planes that enclose it in the wedges around
+/// its axis.
 ///
-/// IN and OUT come from bounds of the cell's vertices that allow for all rounding: in a wedge a torus lies between two
-/// convex solids, see TorusFamily. State of a leaf: the wedge that the cell is in, if it is known.
-/// Source: the paper, section 4.1; docs/curved.md.
+/// IN and OUT come from bounds of the cell's vertices that allow for all rounding: in a wedge a torus lies
+/// between two convex solids, see TorusFamily. State of a leaf: the wedge that the cell is in, if it is
+/// known. Source: the paper, section 4.1; docs/curved.md.
 class TorusProducer {
  public:
-  TorusProducer(const Network<3>& network, const Producer<3>& producer) : network_(network), torus_(network.tori[static_cast<std::size_t>(producer.torus)]) {}
+  TorusProducer(const Network<3>& network, const Producer<3>& producer)
+      : network_(network), torus_(network.tori[static_cast<std::size_t>(producer.torus)]) {}
 
   geometry::Label ask(const Word* leaf, CellView<3>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;
-  /// The plane that cuts off what is farthest out, then the one within it, then what halves the wedge; at the last level
-  /// across the longest axis of the cell. No advice where the cell is too small for that.
+  /// The plane that cuts off what is farthest out, then the one within it, then what halves the wedge; at the
+  /// last level across the longest axis of the cell. No advice where the cell is too small for that.
   Advice advise(const Word* leaf, CellView<3>& cell) const;
 
  private:
@@ -34,7 +36,8 @@ class TorusProducer {
   struct Place {
     double least, most, z;
   };
-  static constexpr std::size_t at_known = Program::header, at_face = at_known + 1, at_level = at_face + 1, at_place = at_level + 1;
+  static constexpr std::size_t at_known = Program::header, at_face = at_known + 1, at_level = at_face + 1,
+                               at_place = at_level + 1;
   const Network<3>& network_;
   const Torus& torus_;
 

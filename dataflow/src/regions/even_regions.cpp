@@ -19,7 +19,8 @@ namespace {
 template <int D>
 class EvenCutter {
  public:
-  explicit EvenCutter(const Network<D>& network) : network_(network), splitter_(network.table), localizer_(network, splitter_) {}
+  explicit EvenCutter(const Network<D>& network)
+      : network_(network), splitter_(network.table), localizer_(network, splitter_) {}
 
   std::vector<Region<D>> run(unsigned cuts) {
     cut(geometry::root_cell<D>(network_.table), network_.program, 0, cuts);
@@ -43,7 +44,8 @@ class EvenCutter {
       regions_.push_back({static_cast<std::uint32_t>(regions_.size()),
                           static_cast<std::uint16_t>(level),
                           std::move(cell),
-                          fuzzy ? std::vector<Word>(local.begin(), local.end()) : std::vector<Word>(program.begin(), program.end()),
+                          fuzzy ? std::vector<Word>(local.begin(), local.end())
+                                : std::vector<Word>(program.begin(), program.end()),
                           {}});
       return;
     }

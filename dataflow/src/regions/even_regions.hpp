@@ -7,8 +7,8 @@
 
 namespace bsp2::dataflow {
 
-/// Regions that are short: the root cell is cut `cuts` times in two across the longest axis, in the middle of what is undecided.
-/// A region in which nothing is undecided is not cut further.
+/// Regions that are short: the root cell is cut `cuts` times in two across the longest axis, in the middle of
+/// what is undecided. A region in which nothing is undecided is not cut further.
 template <int D>
 std::vector<Region<D>> even_regions(const Network<D>& network, unsigned cuts);
 

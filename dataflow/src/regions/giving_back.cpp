@@ -19,13 +19,19 @@ namespace {
 template <int D>
 class Giver {
  public:
-  Giver(const Network<D>& network, Partition<D>& partition, std::span<const Whole> wholes, std::span<const std::uint32_t> unfinished)
-      : partition_(partition), unfinished_(unfinished.begin(), unfinished.end()), network_(network), splitter_(network.table), localizer_(network, splitter_) {
+  Giver(const Network<D>& network, Partition<D>& partition, std::span<const Whole> wholes,
+        std::span<const std::uint32_t> unfinished)
+      : partition_(partition),
+        unfinished_(unfinished.begin(), unfinished.end()),
+        network_(network),
+        splitter_(network.table),
+        localizer_(network, splitter_) {
     for (const Whole& whole : wholes) wholes_.emplace(whole.region, whole);
   }
 
   std::vector<Whole> run() {
-    if (visit(partition_.root) == State::whole) wholes_.at(static_cast<std::uint32_t>(~partition_.root)).is_certain = true;
+    if (visit(partition_.root) == State::whole)
+      wholes_.at(static_cast<std::uint32_t>(~partition_.root)).is_certain = true;
     std::vector<Whole> remaining;
     for (const auto& [region, whole] : wholes_) remaining.push_back(whole);
     return remaining;
@@ -45,7 +51,9 @@ class Giver {
   State visit(std::int32_t& child) {
     if (child < 0) {
       const auto region = static_cast<std::uint32_t>(~child);
-      return wholes_.contains(region) ? State::whole : unfinished_.contains(region) ? State::unfinished : State::divided;
+      return wholes_.contains(region)       ? State::whole
+             : unfinished_.contains(region) ? State::unfinished
+                                            : State::divided;
     }
     auto& node = partition_.nodes[static_cast<std::size_t>(child)];
     path_.emplace_back(child, false);
@@ -68,10 +76,11 @@ class Giver {
     const Whole& second = wholes_.at(static_cast<std::uint32_t>(~node.positive));
     if (first.label != second.label) return false;
     std::optional<Cell<D>> cell;
-    const auto owner = owner_of_both<D>(network_, localizer_, first.owner, second.owner, [&]() -> const Cell<D>& {
-      if (!cell) cell = cell_of_path();
-      return *cell;
-    });
+    const auto owner =
+        owner_of_both<D>(network_, localizer_, first.owner, second.owner, [&]() -> const Cell<D>& {
+          if (!cell) cell = cell_of_path();
+          return *cell;
+        });
     if (!owner) return false;
     first.owner = *owner;
     first.level = static_cast<std::uint16_t>(path_.size());
@@ -86,7 +95,8 @@ class Giver {
     for (const auto& [node, is_positive] : path_) {
       splitter_.classify(cell, partition_.nodes[static_cast<std::size_t>(node)].hyperplane);
       Cell<D> half;
-      splitter_.split(cell, partition_.nodes[static_cast<std::size_t>(node)].hyperplane, is_positive ? nullptr : &half, is_positive ? &half : nullptr);
+      splitter_.split(cell, partition_.nodes[static_cast<std::size_t>(node)].hyperplane,
+                      is_positive ? nullptr : &half, is_positive ? &half : nullptr);
       cell = std::move(half);
     }
     return cell;
@@ -103,15 +113,17 @@ std::optional<Whole> whole_of(const Region<D>& region) {
 }
 
 template <int D>
-std::vector<Whole> give_back(const Network<D>& network, Partition<D>& partition, std::span<const Whole> wholes, std::span<const std::uint32_t> unfinished) {
+std::vector<Whole> give_back(const Network<D>& network, Partition<D>& partition,
+                             std::span<const Whole> wholes, std::span<const std::uint32_t> unfinished) {
   std::vector<Whole> remaining;
   call_on_large_stack([&] { remaining = Giver<D>(network, partition, wholes, unfinished).run(); });
   return remaining;
 }
 
-#define BSP2_INSTANTIATE(D)                                                 \
-  template std::optional<Whole> whole_of<D>(const Region<D>&);              \
-  template std::vector<Whole> give_back<D>(const Network<D>&, Partition<D>&, std::span<const Whole>, std::span<const std::uint32_t>);
+#define BSP2_INSTANTIATE(D)                                                                          \
+  template std::optional<Whole> whole_of<D>(const Region<D>&);                                       \
+  template std::vector<Whole> give_back<D>(const Network<D>&, Partition<D>&, std::span<const Whole>, \
+                                           std::span<const std::uint32_t>);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

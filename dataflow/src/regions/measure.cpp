@@ -13,7 +13,8 @@ Totals<D> measure(const model::Expression& solid, const EvaluateOptions& how, co
   return evaluate(network, partition(network, 0).regions, how, {}).totals;
 }
 
-#define BSP2_INSTANTIATE(D) template Totals<D> measure<D>(const model::Expression&, const EvaluateOptions&, const CompileOptions&);
+#define BSP2_INSTANTIATE(D) \
+  template Totals<D> measure<D>(const model::Expression&, const EvaluateOptions&, const CompileOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

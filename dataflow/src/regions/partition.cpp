@@ -30,11 +30,14 @@ namespace {
 
 constexpr double growth = 0.7;  // of the work with an operand's half-spaces; measured
 
-/// Estimates of work are whole numbers: all that look at a piece must draw the same conclusions, also where their libraries round `pow` otherwise.
+/// Estimates of work are whole numbers: all that look at a piece must draw the same conclusions, also where
+/// their libraries round `pow` otherwise.
 using Work = std::uint64_t;
 constexpr double unit_of_work = 0x1p-8;
 
-Work power_of(std::size_t undecided) { return static_cast<Work>(std::llround(std::pow(static_cast<double>(undecided), growth) / unit_of_work)); }
+Work power_of(std::size_t undecided) {
+  return static_cast<Work>(std::llround(std::pow(static_cast<double>(undecided), growth) / unit_of_work));
+}
 
 Work work_on(std::size_t undecided) {
   static const auto few = [] {
@@ -49,10 +52,10 @@ Work work_on(std::size_t undecided) {
 template <int D>
 struct Piece {
   Cell<D> cell;
-  Words program;                    // localized
-  std::optional<HyperplaneId> cut;  // none: all is decided, or left as it is
+  Words program;                      // localized
+  std::optional<HyperplaneId> cut;    // none: all is decided, or left as it is
   std::array<bool, 2> half_is_out{};  // as the cut tells, before the halves are looked at
-  Work weight = 0;                  // estimate of the work, by what is undecided of each operand
+  Work weight = 0;                    // estimate of the work, by what is undecided of each operand
   std::uint16_t level = 0;
   bool is_parted = false;
   bool is_elsewhere = false;                     // left to others
@@ -71,7 +74,8 @@ struct Piece {
 template <int D>
 class Looker {
  public:
-  Looker(const Network<D>& network, const PartitionLimits& limits) : level_(limits.level), splitter_(network.table), localizer_(network, splitter_) {
+  Looker(const Network<D>& network, const PartitionLimits& limits)
+      : level_(limits.level), splitter_(network.table), localizer_(network, splitter_) {
     localizer_.set_tolerance(limits.tolerance);
     if (limits.angle > 0) localizer_.set_view(limits.eye, limits.angle);
   }
@@ -80,7 +84,8 @@ class Looker {
   void look(Piece<D>& piece, Cell<D> cell, std::span<const Word> program) {
     typename Localizer<D>::Cut cut;
     if (localizer_.fire(program, cell, piece.program, cut).label == geometry::Label::fuzzy) {
-      for (const auto& operand : localizer_.undecided_operands(piece.program)) piece.weight += work_on(operand.weight);
+      for (const auto& operand : localizer_.undecided_operands(piece.program))
+        piece.weight += work_on(operand.weight);
       if (!cut.none && piece.level < level_) {
         piece.cut = cut.hyperplane;
         piece.half_is_out = {cut.negative_is_out, cut.positive_is_out};
@@ -113,12 +118,14 @@ class Looker {
   Localizer<D> localizer_;
 };
 
-/// Parts a piece into regions, always the one in which most is undecided. Their work is estimated in the end, where that is asked for.
+/// Parts a piece into regions, always the one in which most is undecided. Their work is estimated in the end,
+/// where that is asked for.
 template <int D>
 class District {
  public:
   /// @param words of programs that may be looked at.
-  District(Looker<D>& looker, std::size_t words, unsigned sampled_levels) : looker_(looker), words_left_(words), sampled_levels_(sampled_levels) {}
+  District(Looker<D>& looker, std::size_t words, unsigned sampled_levels)
+      : looker_(looker), words_left_(words), sampled_levels_(sampled_levels) {}
 
   void part(Piece<D>& piece, std::size_t most_regions) {
     offer(piece);
@@ -134,12 +141,15 @@ class District {
   }
 
  private:
-  /// A region that may be parted: the one with the most undecided first, of equals the one that was offered first.
+  /// A region that may be parted: the one with the most undecided first, of equals the one that was offered
+  /// first.
   struct Open {
     Work work;
     std::size_t offer;
     Piece<D>* piece;
-    bool operator<(const Open& other) const { return work != other.work ? work > other.work : offer < other.offer; }
+    bool operator<(const Open& other) const {
+      return work != other.work ? work > other.work : offer < other.offer;
+    }
   };
   Looker<D>& looker_;
   std::size_t words_left_;
@@ -151,7 +161,8 @@ class District {
     if (piece.cut) open_.insert({piece.weight, offers_++, &piece});
   }
 
-  /// Sees to the halves of a piece that is to be cut, unless enough was looked at. @return whether there are some.
+  /// Sees to the halves of a piece that is to be cut, unless enough was looked at. @return whether there are
+  /// some.
   bool look_below(Piece<D>& piece) {
     if (piece.halves[0]) return true;
     if (words_left_ == 0) return false;
@@ -162,7 +173,8 @@ class District {
   /// Estimate of the work on a piece, as `work_of`, for which it is looked at.
   Work sample(Piece<D>& piece, unsigned levels) {
     if (levels == 0 || !piece.cut || !look_below(piece)) return piece.weight;
-    const Work negative = sample(*piece.halves[0], levels - 1), positive = sample(*piece.halves[1], levels - 1);
+    const Work negative = sample(*piece.halves[0], levels - 1),
+               positive = sample(*piece.halves[1], levels - 1);
     return negative + positive;
   }
 };
@@ -174,23 +186,29 @@ Work work_of(const Piece<D>& piece, unsigned levels) {
   return work_of(*piece.halves[0], levels - 1) + work_of(*piece.halves[1], levels - 1);
 }
 
-/// Cuts the space where its evaluation would cut it: from the root on each piece gives its halves shares of its regions by their weights, until
-/// few are left, a district. Whoever looks at a piece needs nothing but the way to it, so threads and shares take different ones.
+/// Cuts the space where its evaluation would cut it: from the root on each piece gives its halves shares of
+/// its regions by their weights, until few are left, a district. Whoever looks at a piece needs nothing but
+/// the way to it, so threads and shares take different ones.
 template <int D>
 class Partitioner {
  public:
-  Partitioner(const Network<D>& network, const PartitionLimits& limits, unsigned threads, PartitionShare share)
+  Partitioner(const Network<D>& network, const PartitionLimits& limits, unsigned threads,
+              PartitionShare share)
       : network_(network), limits_(limits), threads_(std::max(1U, threads)), share_(share) {}
 
   /// On a large stack.
   PartitionPart<D> run(std::size_t most_regions) {
-    regions_of_a_district_ = std::max<std::size_t>(least_regions_of_a_district, most_regions / most_districts);
+    regions_of_a_district_ =
+        std::max<std::size_t>(least_regions_of_a_district, most_regions / most_districts);
     Looker<D> looker(network_, limits_);
     looker.look(root_, geometry::root_cell<D>(network_.table), network_.program);
     const std::size_t words = root_.program.size();
-    if (most_regions > 1) add({&root_, most_regions, limits_.words - std::min(limits_.words, words), 0, share_.count});
+    if (most_regions > 1)
+      add({&root_, most_regions, limits_.words - std::min(limits_.words, words), 0, share_.count});
     root_.is_elsewhere = most_regions == 1 && share_.index != 0;
-    const std::size_t threads = std::min<std::size_t>({threads_, most_regions, 1 + words * static_cast<std::size_t>(std::bit_width(most_regions)) / words_of_a_thread});
+    const std::size_t threads = std::min<std::size_t>(
+        {threads_, most_regions,
+         1 + words * static_cast<std::size_t>(std::bit_width(most_regions)) / words_of_a_thread});
     if (threads > 1)
       call_on_large_stacks(threads, [&](std::size_t) {
         Looker<D> own(network_, limits_);
@@ -205,7 +223,8 @@ class Partitioner {
  private:
   // Measured: with smaller districts regions differ more in their work, with fewer there is less to share.
   static constexpr std::size_t least_regions_of_a_district = 16, most_districts = 64;
-  static constexpr std::size_t words_of_a_thread = 16384;  // at least: starting one takes as long as looking at some hundred
+  static constexpr std::size_t words_of_a_thread =
+      16384;  // at least: starting one takes as long as looking at some hundred
 
   /// To part a piece.
   struct Task {
@@ -290,7 +309,8 @@ class Partitioner {
   static std::array<Task, 2> halves_of(const Task& task, std::size_t words) {
     const auto& halves = task.piece->halves;
     const Work all = std::max<Work>(1, halves[0]->weight + halves[1]->weight);
-    const auto part_of_first = [&](std::size_t whole) -> std::size_t {  // no half goes without, but where nothing is cut one is enough
+    const auto part_of_first = [&](std::size_t whole)
+        -> std::size_t {  // no half goes without, but where nothing is cut one is enough
       if (!halves[0]->cut) return 1;
       if (!halves[1]->cut) return whole - 1;
       return std::clamp<std::size_t>((whole * halves[0]->weight + all / 2) / all, 1, whole - 1);
@@ -310,15 +330,17 @@ class Partitioner {
     return {first, second};
   }
 
-  [[nodiscard]] bool is_mine(const Task& task) const { return share_.index >= task.first_share && share_.index - task.first_share < task.share_count; }
+  [[nodiscard]] bool is_mine(const Task& task) const {
+    return share_.index >= task.first_share && share_.index - task.first_share < task.share_count;
+  }
 
   static void leave_to_others(Piece<D>& piece) {
     piece = {};
     piece.is_elsewhere = true;
   }
 
-  /// The regions from the negative side to the positive one. Each has the expression that was localized in the cell before the
-  /// last cut, as a token has it: firing that is what its evaluation begins with.
+  /// The regions from the negative side to the positive one. Each has the expression that was localized in
+  /// the cell before the last cut, as a token has it: firing that is what its evaluation begins with.
   void write(Piece<D>& piece, std::span<const Word> program) {
     using Kind = PartitionNode::Kind;
     if (piece.is_elsewhere) {
@@ -329,7 +351,11 @@ class Partitioner {
     } else {
       const Work work = &piece == &root_ ? 0 : work_of(piece, limits_.sampled_levels);
       result_.nodes.push_back({Kind::region, 0, static_cast<double>(work) * unit_of_work});
-      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()), piece.level, std::move(piece.cell), {program.begin(), program.end()}, {}});
+      result_.regions.push_back({static_cast<std::uint32_t>(result_.regions.size()),
+                                 piece.level,
+                                 std::move(piece.cell),
+                                 {program.begin(), program.end()},
+                                 {}});
     }
   }
 };
@@ -344,16 +370,23 @@ unsigned suggested_depth(const Network<D>& network) {
   constexpr double planes_of_a_round = 128;
   double planes = 0;
   for (const auto& producer : network.producers)
-    planes += producer.round >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0 ? planes_of_a_round
-              : producer.mesh < 0 ? static_cast<double>(producer.plane_count)
-                                  : static_cast<double>(network.meshes[static_cast<std::size_t>(producer.mesh)].facets.size());
-  return planes < planes_of_a_region ? 0 : std::min(most, static_cast<unsigned>(std::log2(planes / planes_of_a_region)));
+    planes +=
+        producer.round >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0
+            ? planes_of_a_round
+        : producer.mesh < 0
+            ? static_cast<double>(producer.plane_count)
+            : static_cast<double>(network.meshes[static_cast<std::size_t>(producer.mesh)].facets.size());
+  return planes < planes_of_a_region
+             ? 0
+             : std::min(most, static_cast<unsigned>(std::log2(planes / planes_of_a_region)));
 }
 
 template <int D>
-PartitionPart<D> part_of_partition(const Network<D>& network, unsigned depth, PartitionShare share, const PartitionLimits& limits, unsigned threads) {
+PartitionPart<D> part_of_partition(const Network<D>& network, unsigned depth, PartitionShare share,
+                                   const PartitionLimits& limits, unsigned threads) {
   PartitionPart<D> result;
-  call_on_large_stack([&] { result = Partitioner<D>(network, limits, threads, share).run(std::size_t{1} << depth); });
+  call_on_large_stack(
+      [&] { result = Partitioner<D>(network, limits, threads, share).run(std::size_t{1} << depth); });
   return result;
 }
 
@@ -363,14 +396,16 @@ namespace {
 template <int D>
 class PartJoiner {
  public:
-  explicit PartJoiner(std::span<const std::vector<PartitionNode>> parts) : parts_(parts), next_(parts.size()) {}
+  explicit PartJoiner(std::span<const std::vector<PartitionNode>> parts)
+      : parts_(parts), next_(parts.size()) {}
 
   JoinedPartition<D> run() {
     std::vector<std::uint32_t> shares(parts_.size());
     std::iota(shares.begin(), shares.end(), 0U);
     result_.partition.root = join(std::move(shares));
     for (std::size_t i = 0; i < parts_.size(); ++i)
-      if (next_[i] != parts_[i].size()) throw std::invalid_argument("a part of a partition has more than one root");
+      if (next_[i] != parts_[i].size())
+        throw std::invalid_argument("a part of a partition has more than one root");
     return std::move(result_);
   }
 
@@ -383,7 +418,8 @@ class PartJoiner {
   std::int32_t join(std::vector<std::uint32_t> shares) {
     using Kind = PartitionNode::Kind;
     std::erase_if(shares, [&](std::uint32_t share) {
-      if (next_[share] == parts_[share].size()) throw std::invalid_argument("a part of a partition is not complete");
+      if (next_[share] == parts_[share].size())
+        throw std::invalid_argument("a part of a partition is not complete");
       return parts_[share][next_[share]++].kind == Kind::elsewhere;
     });
     if (shares.empty()) throw std::invalid_argument("nobody has a part of the partition");
@@ -416,7 +452,8 @@ JoinedPartition<D> join_parts(std::span<const std::vector<PartitionNode>> parts)
 }
 
 template <int D>
-Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits, unsigned threads) {
+Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits,
+                       unsigned threads) {
   PartitionPart<D> whole = part_of_partition<D>(network, depth, {}, limits, threads);
   Partition<D> result = join_parts<D>(std::span(&whole.nodes, 1)).partition;
   result.regions = std::move(whole.regions);
@@ -433,11 +470,16 @@ struct Parents {
 template <int D>
 Parents parents_in(const Partition<D>& partition) {
   constexpr std::int32_t not_there = -2;
-  Parents parents{std::vector<std::int32_t>(partition.nodes.size(), not_there), std::vector<std::int32_t>(partition.nodes.size() + 1, not_there)};
-  const auto set = [&](std::int32_t child, std::int32_t parent) { (child < 0 ? parents.of_region.at(static_cast<std::size_t>(~child)) : parents.of_node.at(static_cast<std::size_t>(child))) = parent; };
+  Parents parents{std::vector<std::int32_t>(partition.nodes.size(), not_there),
+                  std::vector<std::int32_t>(partition.nodes.size() + 1, not_there)};
+  const auto set = [&](std::int32_t child, std::int32_t parent) {
+    (child < 0 ? parents.of_region.at(static_cast<std::size_t>(~child))
+               : parents.of_node.at(static_cast<std::size_t>(child))) = parent;
+  };
   set(partition.root, -1);
   for (std::size_t i = 0; i < partition.nodes.size(); ++i)
-    for (const std::int32_t child : {partition.nodes[i].negative, partition.nodes[i].positive}) set(child, static_cast<std::int32_t>(i));
+    for (const std::int32_t child : {partition.nodes[i].negative, partition.nodes[i].positive})
+      set(child, static_cast<std::int32_t>(i));
   return parents;
 }
 
@@ -449,13 +491,20 @@ void make_cells(const Network<D>& network, const Partition<D>& partition, std::s
   std::vector<bool> leads_there(partition.nodes.size());
   std::vector<Region<D>*> wanted(partition.nodes.size() + 1);
   for (Region<D>& region : regions) {
-    if (region.number >= wanted.size()) throw std::out_of_range("the partition has no region " + std::to_string(region.number));
-    if (std::exchange(wanted[region.number], &region) != nullptr) throw std::invalid_argument("there are two regions of one number");
-    for (std::int32_t at = parents.of_region[region.number]; at >= 0 && !leads_there[static_cast<std::size_t>(at)]; at = parents.of_node[static_cast<std::size_t>(at)])
+    if (region.number >= wanted.size())
+      throw std::out_of_range("the partition has no region " + std::to_string(region.number));
+    if (std::exchange(wanted[region.number], &region) != nullptr)
+      throw std::invalid_argument("there are two regions of one number");
+    for (std::int32_t at = parents.of_region[region.number];
+         at >= 0 && !leads_there[static_cast<std::size_t>(at)];
+         at = parents.of_node[static_cast<std::size_t>(at)])
       leads_there[static_cast<std::size_t>(at)] = true;
   }
   // What has been visited is wanted no more: the walk ends, whatever the nodes of a damaged partition name.
-  const auto is_wanted = [&](std::int32_t child) { return child < 0 ? wanted[static_cast<std::size_t>(~child)] != nullptr : leads_there[static_cast<std::size_t>(child)]; };
+  const auto is_wanted = [&](std::int32_t child) {
+    return child < 0 ? wanted[static_cast<std::size_t>(~child)] != nullptr
+                     : leads_there[static_cast<std::size_t>(child)];
+  };
   geometry::Splitter<D> splitter(network.table);
   std::vector<std::pair<std::int32_t, Cell<D>>> open;
   open.emplace_back(partition.root, regions.empty() ? Cell<D>() : geometry::root_cell<D>(network.table));
@@ -471,27 +520,31 @@ void make_cells(const Network<D>& network, const Partition<D>& partition, std::s
     const auto& node = partition.nodes[static_cast<std::size_t>(at)];
     std::array<Cell<D>, 2> halves;
     splitter.classify(cell, node.hyperplane);
-    splitter.split(cell, node.hyperplane, is_wanted(node.negative) ? &halves[0] : nullptr, is_wanted(node.positive) ? &halves[1] : nullptr);
+    splitter.split(cell, node.hyperplane, is_wanted(node.negative) ? &halves[0] : nullptr,
+                   is_wanted(node.positive) ? &halves[1] : nullptr);
     open.emplace_back(node.negative, std::move(halves[0]));
     open.emplace_back(node.positive, std::move(halves[1]));
   }
   for (const Region<D>* region : wanted)
-    if (region != nullptr) throw std::out_of_range("the partition has no way to region " + std::to_string(region->number));
+    if (region != nullptr)
+      throw std::out_of_range("the partition has no way to region " + std::to_string(region->number));
 }
 
 template <int D>
 void add_regions(const Network<D>& network, Partition<D>& partition, std::vector<Region<D>> regions) {
   make_cells<D>(network, partition, regions);
   std::move(regions.begin(), regions.end(), std::back_inserter(partition.regions));
-  std::sort(partition.regions.begin(), partition.regions.end(), [](const Region<D>& a, const Region<D>& b) { return a.number < b.number; });
+  std::sort(partition.regions.begin(), partition.regions.end(),
+            [](const Region<D>& a, const Region<D>& b) { return a.number < b.number; });
 }
 
-#define BSP2_INSTANTIATE(D)                                                                                                                 \
-  template unsigned suggested_depth<D>(const Network<D>&);                                                                                  \
-  template PartitionPart<D> part_of_partition<D>(const Network<D>&, unsigned, PartitionShare, const PartitionLimits&, unsigned);             \
-  template JoinedPartition<D> join_parts<D>(std::span<const std::vector<PartitionNode>>);                                                   \
-  template Partition<D> partition<D>(const Network<D>&, unsigned, const PartitionLimits&, unsigned);                                        \
-  template void make_cells<D>(const Network<D>&, const Partition<D>&, std::span<Region<D>>);                                                \
+#define BSP2_INSTANTIATE(D)                                                                          \
+  template unsigned suggested_depth<D>(const Network<D>&);                                           \
+  template PartitionPart<D> part_of_partition<D>(const Network<D>&, unsigned, PartitionShare,        \
+                                                 const PartitionLimits&, unsigned);                  \
+  template JoinedPartition<D> join_parts<D>(std::span<const std::vector<PartitionNode>>);            \
+  template Partition<D> partition<D>(const Network<D>&, unsigned, const PartitionLimits&, unsigned); \
+  template void make_cells<D>(const Network<D>&, const Partition<D>&, std::span<Region<D>>);         \
   template void add_regions<D>(const Network<D>&, Partition<D>&, std::vector<Region<D>>);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE

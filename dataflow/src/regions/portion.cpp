@@ -12,21 +12,23 @@ namespace {
 using Kind = Frontier::Kind;
 constexpr Frontier::Node elsewhere{Kind::elsewhere};
 
-/// Weight of the open tokens below each node: a word more than their expressions, so that none weighs nothing. Those that have ended do: they
-/// are in one half or the other, but there is nothing to do about them, and however many they are each half gets something to do.
+/// Weight of the open tokens below each node: a word more than their expressions, so that none weighs
+/// nothing. Those that have ended do: they are in one half or the other, but there is nothing to do about
+/// them, and however many they are each half gets something to do.
 std::vector<std::uint64_t> weights(const Frontier& frontier, const UnfoldedFrontier& tree) {
   const auto& nodes = frontier.nodes;
   std::vector<std::uint64_t> weight(nodes.size());
   for (std::size_t i = nodes.size(); i-- > 0;) {  // children come after their parents
     const auto node = static_cast<std::uint32_t>(i);
-    if (nodes[i].kind == Kind::token && nodes[i].ended == 0) weight[i] = static_cast<std::uint64_t>(nodes[i].value) + 1;
+    if (nodes[i].kind == Kind::token && nodes[i].ended == 0)
+      weight[i] = static_cast<std::uint64_t>(nodes[i].value) + 1;
     if (nodes[i].kind == Kind::split) weight[i] = weight[tree.negative(node)] + weight[tree.positive(node)];
   }
   return weight;
 }
 
-/// The way from the root, always to the heavier side, to the first subtree of at most two thirds of the weight; each node
-/// with the side it was left on.
+/// The way from the root, always to the heavier side, to the first subtree of at most two thirds of the
+/// weight; each node with the side it was left on.
 struct Way {
   std::vector<std::pair<std::uint32_t, bool>> splits;  // true: to the positive side
   std::uint32_t end = 0;
@@ -68,8 +70,8 @@ Frontier only(const UnfoldedFrontier& tree, const Way& way) {
   return part;
 }
 
-/// All leaves that have been emitted, or all others. A split that has only such of the other part is elsewhere as a whole: the
-/// other may finish it.
+/// All leaves that have been emitted, or all others. A split that has only such of the other part is
+/// elsewhere as a whole: the other may finish it.
 Frontier part_of(const Frontier& frontier, const UnfoldedFrontier& tree, bool emitted) {
   const auto& nodes = frontier.nodes;
   // Whether something below a node is of this part, is of the other, has been emitted by whomever.
@@ -77,11 +79,16 @@ Frontier part_of(const Frontier& frontier, const UnfoldedFrontier& tree, bool em
   for (std::size_t i = nodes.size(); i-- > 0;) {  // children come after their parents
     const Kind kind = nodes[i].kind;
     const auto either = [&](const std::vector<bool>& of) {
-      return of[tree.negative(static_cast<std::uint32_t>(i))] || of[tree.positive(static_cast<std::uint32_t>(i))];
+      return of[tree.negative(static_cast<std::uint32_t>(i))] ||
+             of[tree.positive(static_cast<std::uint32_t>(i))];
     };
-    is_mine[i] = kind == Kind::split ? either(is_mine) : kind != Kind::elsewhere && (kind == Kind::emitted) == emitted;
-    is_others[i] = kind == Kind::split ? either(is_others) : kind != Kind::elsewhere && (kind == Kind::emitted) != emitted;
-    is_divided[i] = kind == Kind::split ? either(is_divided) : kind == Kind::emitted || (kind == Kind::elsewhere && nodes[i].value != 0);
+    is_mine[i] =
+        kind == Kind::split ? either(is_mine) : kind != Kind::elsewhere && (kind == Kind::emitted) == emitted;
+    is_others[i] = kind == Kind::split ? either(is_others)
+                                       : kind != Kind::elsewhere && (kind == Kind::emitted) != emitted;
+    is_divided[i] = kind == Kind::split
+                        ? either(is_divided)
+                        : kind == Kind::emitted || (kind == Kind::elsewhere && nodes[i].value != 0);
   }
   Frontier part;
   std::vector<std::uint32_t> open{0};
@@ -134,12 +141,14 @@ Frontier overlay(const Frontier& a, const Frontier& b) {
   while (!open.empty()) {
     const auto [i, j] = open.back();
     open.pop_back();
-    if (left.node(i).kind == Kind::elsewhere && (left.node(i).value == 0 || right.node(j).kind != Kind::elsewhere)) {
+    if (left.node(i).kind == Kind::elsewhere &&
+        (left.node(i).value == 0 || right.node(j).kind != Kind::elsewhere)) {
       right.copy(j, whole);  // of two that are elsewhere, the one that knows more
     } else if (right.node(j).kind == Kind::elsewhere) {
       left.copy(i, whole);
     } else {
-      if (left.node(i).kind != Kind::split || !(left.node(i) == right.node(j))) throw std::invalid_argument("these are no portions of one frontier");
+      if (left.node(i).kind != Kind::split || !(left.node(i) == right.node(j)))
+        throw std::invalid_argument("these are no portions of one frontier");
       whole.nodes.push_back(left.node(i));
       open.emplace_back(left.positive(i), right.positive(j));
       open.emplace_back(left.negative(i), right.negative(j));

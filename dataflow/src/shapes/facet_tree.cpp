@@ -10,7 +10,8 @@ FacetTree::FacetTree(std::vector<Box> boxes) : order_(boxes.size()) {
   if (!order_.empty()) build(boxes, 0, order_);
 }
 
-void FacetTree::build(const std::vector<Box>& boxes, std::size_t node, std::span<std::uint32_t> items) {  // depth: log2 of the number of boxes
+void FacetTree::build(const std::vector<Box>& boxes, std::size_t node,
+                      std::span<std::uint32_t> items) {  // depth: log2 of the number of boxes
   if (node >= nodes_.size()) nodes_.resize(node + 1);
   Box all = boxes[items[0]];
   for (const std::uint32_t i : items)
@@ -24,9 +25,11 @@ void FacetTree::build(const std::vector<Box>& boxes, std::size_t node, std::span
   for (std::size_t k = 1; k < 3; ++k)
     if (all.high[k] - all.low[k] > all.high[axis] - all.low[axis]) axis = k;
   const std::size_t half = items.size() / 2;
-  std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return boxes[a].low[axis] + boxes[a].high[axis] < boxes[b].low[axis] + boxes[b].high[axis];
-  });
+  std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
+                   [&](std::uint32_t a, std::uint32_t b) {
+                     return boxes[a].low[axis] + boxes[a].high[axis] <
+                            boxes[b].low[axis] + boxes[b].high[axis];
+                   });
   build(boxes, 2 * node + 1, items.first(half));
   build(boxes, 2 * node + 2, items.subspan(half));
 }

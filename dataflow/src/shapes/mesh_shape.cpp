@@ -9,8 +9,9 @@ namespace {
 
 /// Testing all points against all planes pays for itself only on small meshes.
 constexpr std::size_t most_convex_triangles = 2000;
-/// Beyond this, what is known to be convex is a mesh all the same: nearly all half-spaces of a many-faceted solid cross nearly all
-/// cells, but few facets do. The list makes far fewer cells, but its time grows faster. Equal at about 5,000.
+/// Beyond this, what is known to be convex is a mesh all the same: nearly all half-spaces of a many-faceted
+/// solid cross nearly all cells, but few facets do. The list makes far fewer cells, but its time grows
+/// faster. Equal at about 5,000.
 constexpr std::size_t most_half_spaces = 10000;
 
 /// Side of an integer point: sign of n . (p 2^-53) + d, exactly.
@@ -57,8 +58,8 @@ MeshShape::MeshShape(const model::TriangleMesh& mesh) {
   convex = (mesh.convex && triangles.size() <= most_half_spaces) || is_convex();
 }
 
-/// A mesh far away from the origin, for its size, is seen from its middle. Origin and differences are exact: the origin is a
-/// multiple of a power of two not much smaller than the mesh.
+/// A mesh far away from the origin, for its size, is seen from its middle. Origin and differences are exact:
+/// the origin is a multiple of a power of two not much smaller than the mesh.
 void MeshShape::choose_frame(const model::TriangleMesh& mesh) {
   std::array<double, 3> low, high;
   low.fill(std::numeric_limits<double>::infinity());
@@ -79,7 +80,8 @@ void MeshShape::choose_frame(const model::TriangleMesh& mesh) {
     const double unit = std::ldexp(1.0, exponent);
     for (int i = 0; i < 3; ++i) origin[i] = std::nearbyint(((low[i] / 2) + (high[i] / 2)) / unit) * unit;
     reach = 0;
-    for (int i = 0; i < 3; ++i) reach = std::max({reach, std::fabs(low[i] - origin[i]), std::fabs(high[i] - origin[i])});
+    for (int i = 0; i < 3; ++i)
+      reach = std::max({reach, std::fabs(low[i] - origin[i]), std::fabs(high[i] - origin[i])});
   }
   std::frexp(reach, &exponent);
   scale = std::ldexp(1.0, exponent);
@@ -94,14 +96,18 @@ bool MeshShape::is_convex() const {
   for (std::size_t i = 0; i < triangles.size(); ++i)
     for (const std::uint32_t point : used) {
       const auto& own = triangles[i];
-      if (point == own[0] || point == own[1] || point == own[2]) continue;  // on the plane, which only exact numbers would tell
+      if (point == own[0] || point == own[1] || point == own[2])
+        continue;  // on the plane, which only exact numbers would tell
       if (side(covectors[i], points[point]) > 0) return false;
     }
   return true;
 }
 
-Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent, std::span<const geometry::OrientedHyperplane> planes) {
-  Mesh mesh{.frame_points = shape.points, .map = geometry::AffineMap<3>(matrix, grid_exponent), .grid_exponent = grid_exponent};
+Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent,
+                std::span<const geometry::OrientedHyperplane> planes) {
+  Mesh mesh{.frame_points = shape.points,
+            .map = geometry::AffineMap<3>(matrix, grid_exponent),
+            .grid_exponent = grid_exponent};
   double largest = 0;
   for (const auto& point : shape.points) {
     auto& placed = mesh.points.emplace_back();
@@ -109,7 +115,8 @@ Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int g
       geometry::Quad sum = matrix[i][3];
       double magnitude = std::fabs(static_cast<double>(sum));
       for (int j = 0; j < 3; ++j) {
-        const geometry::Quad term = matrix[i][j] * static_cast<geometry::Quad>(std::ldexp(static_cast<double>(point[j]), -53));
+        const geometry::Quad term =
+            matrix[i][j] * static_cast<geometry::Quad>(std::ldexp(static_cast<double>(point[j]), -53));
         sum += term;
         magnitude += std::fabs(static_cast<double>(term));
       }

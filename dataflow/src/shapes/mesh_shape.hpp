@@ -12,13 +12,14 @@
 
 namespace bsp2::dataflow {
 
-/// A triangle mesh in a normalized frame: integer points p, coordinates p 2^-53 in [-1, 1], and the exact planes
-/// through its triangles.
+/// A triangle mesh in a normalized frame: integer points p, coordinates p 2^-53 in [-1, 1], and the exact
+/// planes through its triangles.
 struct MeshShape {
   explicit MeshShape(const model::TriangleMesh& mesh);
 
-  double scale = 1;                ///< a power of two: units of the primitive's frame per unit of the normalized one
-  std::array<double, 3> origin{};  ///< of the normalized frame in the primitive's: not 0 where the mesh is far from there
+  double scale = 1;  ///< a power of two: units of the primitive's frame per unit of the normalized one
+  std::array<double, 3>
+      origin{};  ///< of the normalized frame in the primitive's: not 0 where the mesh is far from there
   std::vector<std::array<std::int64_t, 3>> points;
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< those that are not flat
   std::vector<geometry::Covector<3>> covectors;         ///< one a triangle
@@ -31,6 +32,7 @@ struct MeshShape {
 };
 
 /// The mesh as a producer of the model. @param planes the merged hyperplane of each triangle.
-Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent, std::span<const geometry::OrientedHyperplane> planes);
+Mesh place_mesh(const MeshShape& shape, const geometry::Matrix<3>& matrix, int grid_exponent,
+                std::span<const geometry::OrientedHyperplane> planes);
 
 }  // namespace bsp2::dataflow

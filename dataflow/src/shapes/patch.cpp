@@ -14,7 +14,8 @@ namespace {
 template <int D>
 using Point = std::array<double, D>;
 
-/// The sum of the points, each times its weight. Weights are >= 0 and sum up to 1: no mask leaves the convex hull.
+/// The sum of the points, each times its weight. Weights are >= 0 and sum up to 1: no mask leaves the convex
+/// hull.
 template <int D>
 Point<D> mix(std::initializer_list<std::pair<double, Point<D>>> terms) {
   Point<D> sum{};
@@ -46,7 +47,7 @@ Point<D> plus(const Point<D>& a, const Point<D>& b) {
   return sum;
 }
 
-// --- tensor products -------------------------------------------------------------------------------------------------
+// --- tensor products ---
 
 /// Both halves along one parameter, by de Casteljau's construction.
 template <int D>
@@ -54,7 +55,8 @@ std::pair<Patch<D>, Patch<D>> bisect(const Patch<D>& patch, int parameter) {
   std::pair<Patch<D>, Patch<D>> halves(patch, patch);
   const std::size_t degree = patch.degrees[static_cast<std::size_t>(parameter)];
   std::size_t inner = patch.stride();
-  for (int j = parameter + 1; j < patch.parameters; ++j) inner *= patch.degrees[static_cast<std::size_t>(j)] + std::size_t{1};
+  for (int j = parameter + 1; j < patch.parameters; ++j)
+    inner *= patch.degrees[static_cast<std::size_t>(j)] + std::size_t{1};
   std::vector<double> line(degree + 1);
   for (std::size_t outer = 0; outer < patch.coordinates.size(); outer += (degree + 1) * inner)
     for (std::size_t i = outer; i < outer + inner; ++i) {
@@ -84,14 +86,15 @@ template <int D>
 std::size_t corner_index(const Patch<D>& patch, std::size_t corner) {
   std::size_t index = 0;
   for (std::size_t j = 0; j < patch.parameters; ++j)
-    index = index * (patch.degrees[j] + std::size_t{1}) + ((corner >> j & 1) != 0 ? patch.degrees[j] : std::size_t{0});
+    index = index * (patch.degrees[j] + std::size_t{1}) +
+            ((corner >> j & 1) != 0 ? patch.degrees[j] : std::size_t{0});
   return index;
 }
 
-// --- Catmull-Clark ---------------------------------------------------------------------------------------------------
+// --- Catmull-Clark ---
 
-/// The corners around a quadrangle, by their places (x, y) on a grid: the quadrangle is [0, 1]^2, its irregular corner v is
-/// (0, 0), around which there may be more or fewer quadrangles than 4.
+/// The corners around a quadrangle, by their places (x, y) on a grid: the quadrangle is [0, 1]^2, its
+/// irregular corner v is (0, 0), around which there may be more or fewer quadrangles than 4.
 ///
 ///   (-1,2) (0,2) (1,2) (2,2)        quadrangle i around v has the corners v, e_i, f_i, e_(i+1);
 ///   f_1    e_1   f_0   (2,1)        outer ones are in the order (2,-1) (2,0) (2,1) (2,2) (1,2) (0,2) (-1,2)
@@ -102,13 +105,16 @@ class CatmullClark {
  public:
   explicit CatmullClark(const Patch<D>& patch) : patch_(patch), n_(patch.valence) {
     for (std::size_t i = 0; i < n_; ++i) face_.push_back(mean<D>({v(), e(i), f(i), e(i + 1)}));
-    lower_right_ = cell(1, -1), right_ = cell(1, 0), upper_right_ = cell(1, 1), up_ = cell(0, 1), upper_left_ = cell(-1, 1);
+    lower_right_ = cell(1, -1), right_ = cell(1, 0), upper_right_ = cell(1, 1), up_ = cell(0, 1),
+    upper_left_ = cell(-1, 1);
   }
 
   std::vector<Patch<D>> halves() const {
     Patch<D> first = patch_;
     first.coordinates.clear();
-    const auto put = [&](const Point<D>& point) { first.coordinates.insert(first.coordinates.end(), point.begin(), point.end()); };
+    const auto put = [&](const Point<D>& point) {
+      first.coordinates.insert(first.coordinates.end(), point.begin(), point.end());
+    };
     put(vertex());
     for (std::size_t i = 0; i < n_; ++i) put(spoke(i)), put(face_[i]);
     for (const auto& [x, y] : outer_places) put(fine(x, y));
@@ -118,11 +124,13 @@ class CatmullClark {
   std::vector<Point<D>> corners() const {
     const double n = static_cast<double>(n_), whole = n * (n + 5);
     Point<D> limit = mix<D>({{n * n / whole, v()}});
-    for (std::size_t i = 0; i < n_; ++i) limit = plus<D>(limit, mix<D>({{4 / whole, e(i)}, {1 / whole, f(i)}}));
+    for (std::size_t i = 0; i < n_; ++i)
+      limit = plus<D>(limit, mix<D>({{4 / whole, e(i)}, {1 / whole, f(i)}}));
     return {limit, regular_limit(1, 0), regular_limit(0, 1), regular_limit(1, 1)};
   }
 
-  static constexpr std::pair<int, int> outer_places[] = {{2, -1}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {-1, 2}};
+  static constexpr std::pair<int, int> outer_places[] = {{2, -1}, {2, 0}, {2, 1}, {2, 2},
+                                                         {1, 2},  {0, 2}, {-1, 2}};
 
  private:
   const Patch<D>& patch_;
@@ -140,12 +148,17 @@ class CatmullClark {
     if (x == 0) return y == 1 ? e(1) : y == 0 ? v() : e(n_ - 1);
     return y == 1 ? f(1) : e(2);
   }
-  Point<D> cell(int x, int y) const { return mean<D>({at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)}); }
-  Point<D> spoke(std::size_t i) const { return mean<D>({v(), e(i), face_[i % n_], face_[(i + n_ - 1) % n_]}); }
+  Point<D> cell(int x, int y) const {
+    return mean<D>({at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)});
+  }
+  Point<D> spoke(std::size_t i) const {
+    return mean<D>({v(), e(i), face_[i % n_], face_[(i + n_ - 1) % n_]});
+  }
   Point<D> vertex() const {
     const double n = static_cast<double>(n_);
     Point<D> sum = mix<D>({{(n - 2) / n, v()}});
-    for (std::size_t i = 0; i < n_; ++i) sum = plus<D>(sum, mix<D>({{1 / (n * n), e(i)}, {1 / (n * n), face_[i]}}));
+    for (std::size_t i = 0; i < n_; ++i)
+      sum = plus<D>(sum, mix<D>({{1 / (n * n), e(i)}, {1 / (n * n), face_[i]}}));
     return sum;
   }
   /// The mean of the quadrangle at this place, by the grid of halves: x and y are odd.
@@ -161,10 +174,13 @@ class CatmullClark {
     if (x == 0 && y == 0) return vertex();
     if (x == -1 && y == 0) return spoke(2);
     if (x == 0 && y == -1) return spoke(n_ - 1);
-    if (odd_x) return mean<D>({at((x - 1) / 2, y / 2), at((x + 1) / 2, y / 2), face_at(x, y - 1), face_at(x, y + 1)});
-    if (odd_y) return mean<D>({at(x / 2, (y - 1) / 2), at(x / 2, (y + 1) / 2), face_at(x - 1, y), face_at(x + 1, y)});
+    if (odd_x)
+      return mean<D>({at((x - 1) / 2, y / 2), at((x + 1) / 2, y / 2), face_at(x, y - 1), face_at(x, y + 1)});
+    if (odd_y)
+      return mean<D>({at(x / 2, (y - 1) / 2), at(x / 2, (y + 1) / 2), face_at(x - 1, y), face_at(x + 1, y)});
     const int i = x / 2, j = y / 2;
-    const Point<D> faces = mean<D>({face_at(x - 1, y - 1), face_at(x + 1, y - 1), face_at(x - 1, y + 1), face_at(x + 1, y + 1)});
+    const Point<D> faces =
+        mean<D>({face_at(x - 1, y - 1), face_at(x + 1, y - 1), face_at(x - 1, y + 1), face_at(x + 1, y + 1)});
     const Point<D> edges = mean<D>({at(i - 1, j), at(i + 1, j), at(i, j - 1), at(i, j + 1)});
     return mix<D>({{0.25, faces}, {0.25, edges}, {0.5, at(i, j)}});
   }
@@ -172,7 +188,8 @@ class CatmullClark {
   Patch<D> regular(int x, int y) const {
     std::array<std::array<Point<D>, 4>, 4> points;
     for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) points[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] = fine(x + i, y + j);
+      for (int j = 0; j < 4; ++j)
+        points[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)] = fine(x + i, y + j);
     return bezier_of_bspline<D>(points);
   }
   Point<D> regular_limit(int x, int y) const {
@@ -188,10 +205,10 @@ class CatmullClark {
   }
 };
 
-// --- Loop ------------------------------------------------------------------------------------------------------------
+// --- Loop ---
 
-/// The corners around a triangle v, e_0, e_1: those around v counter-clockwise, and the outer ones p, q, r around e_0 between
-/// e_(N-1) and e_1, then (r), s, t around e_1 between e_0 and e_2.
+/// The corners around a triangle v, e_0, e_1: those around v counter-clockwise, and the outer ones p, q, r
+/// around e_0 between e_(N-1) and e_1, then (r), s, t around e_1 between e_0 and e_2.
 template <int D>
 class Loop {
  public:
@@ -200,11 +217,13 @@ class Loop {
   std::vector<Patch<D>> halves() const {
     const auto p = outer(0), q = outer(1), r = outer(2), s = outer(3), t = outer(4);
     const auto vertex = moved(v(), ring());
-    const auto e0 = moved(e(0), {e(1), v(), e(n_ - 1), p, q, r}), e1 = moved(e(1), {v(), e(0), r, s, t, e(2)});
+    const auto e0 = moved(e(0), {e(1), v(), e(n_ - 1), p, q, r}),
+               e1 = moved(e(1), {v(), e(0), r, s, t, e(2)});
     std::vector<Point<D>> spokes;
     for (std::size_t i = 0; i < n_; ++i) spokes.push_back(edge(v(), e(i), e(i + 1), e(i + n_ - 1)));
     const auto spoke = [&](std::size_t i) { return spokes[i % n_]; };
-    const auto before = edge(e(0), e(n_ - 1), v(), p), middle = edge(e(0), e(1), v(), r), after = edge(e(1), e(2), v(), t);
+    const auto before = edge(e(0), e(n_ - 1), v(), p), middle = edge(e(0), e(1), v(), r),
+               after = edge(e(1), e(2), v(), t);
     const auto to_p = edge(e(0), p, e(n_ - 1), q), to_q = edge(e(0), q, p, r), to_r = edge(e(0), r, q, e(1));
     const auto r_to = edge(e(1), r, e(0), s), to_s = edge(e(1), s, r, t), to_t = edge(e(1), t, s, e(2));
     std::vector<Point<D>> first{vertex};
@@ -219,7 +238,8 @@ class Loop {
 
   std::vector<Point<D>> corners() const {
     const auto p = outer(0), q = outer(1), r = outer(2), s = outer(3), t = outer(4);
-    return {limit(v(), ring()), limit(e(0), {e(1), v(), e(n_ - 1), p, q, r}), limit(e(1), {v(), e(0), r, s, t, e(2)})};
+    return {limit(v(), ring()), limit(e(0), {e(1), v(), e(n_ - 1), p, q, r}),
+            limit(e(1), {v(), e(0), r, s, t, e(2)})};
   }
 
  private:
@@ -244,7 +264,9 @@ class Loop {
     for (const Point<D>& point : around) sum = plus<D>(sum, mix<D>({{weight, point}}));
     return sum;
   }
-  static Point<D> moved(const Point<D>& centre, const std::vector<Point<D>>& around) { return weighted(centre, around, beta(around.size())); }
+  static Point<D> moved(const Point<D>& centre, const std::vector<Point<D>>& around) {
+    return weighted(centre, around, beta(around.size()));
+  }
   static Point<D> limit(const Point<D>& centre, const std::vector<Point<D>>& around) {
     return weighted(centre, around, 1 / (3 / (8 * beta(around.size())) + static_cast<double>(around.size())));
   }
@@ -255,7 +277,8 @@ class Loop {
     Patch<D> half;
     half.kind = Patch<D>::Kind::loop;
     half.valence = static_cast<std::uint16_t>(points.size() - 6);
-    for (const Point<D>& point : points) half.coordinates.insert(half.coordinates.end(), point.begin(), point.end());
+    for (const Point<D>& point : points)
+      half.coordinates.insert(half.coordinates.end(), point.begin(), point.end());
     return half;
   }
 };
@@ -265,8 +288,10 @@ class Loop {
 template <int D>
 Patch<D> bezier_of_bspline(const std::array<std::array<Point<D>, 4>, 4>& points) {
   const auto along = [](const std::array<Point<D>, 4>& p) {
-    return std::array<Point<D>, 4>{mix<D>({{1.0 / 6, p[0]}, {2.0 / 3, p[1]}, {1.0 / 6, p[2]}}), mix<D>({{2.0 / 3, p[1]}, {1.0 / 3, p[2]}}),
-                                   mix<D>({{1.0 / 3, p[1]}, {2.0 / 3, p[2]}}), mix<D>({{1.0 / 6, p[1]}, {2.0 / 3, p[2]}, {1.0 / 6, p[3]}})};
+    return std::array<Point<D>, 4>{mix<D>({{1.0 / 6, p[0]}, {2.0 / 3, p[1]}, {1.0 / 6, p[2]}}),
+                                   mix<D>({{2.0 / 3, p[1]}, {1.0 / 3, p[2]}}),
+                                   mix<D>({{1.0 / 3, p[1]}, {2.0 / 3, p[2]}}),
+                                   mix<D>({{1.0 / 6, p[1]}, {2.0 / 3, p[2]}, {1.0 / 6, p[3]}})};
   };
   std::array<std::array<Point<D>, 4>, 4> rows, columns;
   for (std::size_t i = 0; i < 4; ++i) rows[i] = along(points[i]);
@@ -275,7 +300,8 @@ Patch<D> bezier_of_bspline(const std::array<std::array<Point<D>, 4>, 4>& points)
   patch.degrees[0] = 3;
   if constexpr (D > 1) patch.degrees[1] = 3;
   for (std::size_t i = 0; i < 4; ++i)
-    for (std::size_t j = 0; j < 4; ++j) patch.coordinates.insert(patch.coordinates.end(), columns[j][i].begin(), columns[j][i].end());
+    for (std::size_t j = 0; j < 4; ++j)
+      patch.coordinates.insert(patch.coordinates.end(), columns[j][i].begin(), columns[j][i].end());
   return patch;
 }
 
@@ -299,7 +325,8 @@ std::vector<typename Patch<D>::Point> Patch<D>::corners() const {
   if (kind == Kind::catmull_clark) return CatmullClark<D>(*this).corners();
   if (kind == Kind::loop) return Loop<D>(*this).corners();
   std::vector<Point> corners;
-  for (std::size_t corner = 0; corner < std::size_t{1} << parameters; ++corner) corners.push_back(point(corner_index(*this, corner)));
+  for (std::size_t corner = 0; corner < std::size_t{1} << parameters; ++corner)
+    corners.push_back(point(corner_index(*this, corner)));
   return corners;
 }
 
@@ -313,11 +340,14 @@ std::vector<typename Patch<D>::Point> Patch<D>::tangents() const {
   }
   const auto at = corners();
   for (std::size_t corner = 0; corner < at.size(); ++corner)
-    for (std::size_t j = 0; j < parameters; ++j) tangents[j] = (corner >> j & 1) != 0 ? plus<D>(tangents[j], at[corner]) : minus<D>(tangents[j], at[corner]);
+    for (std::size_t j = 0; j < parameters; ++j)
+      tangents[j] =
+          (corner >> j & 1) != 0 ? plus<D>(tangents[j], at[corner]) : minus<D>(tangents[j], at[corner]);
   return tangents;
 }
 
-/// A mean of two numbers is rounded once; a mask is a sum of so many products. Then points are divided by their weight.
+/// A mean of two numbers is rounded once; a mask is a sum of so many products. Then points are divided by
+/// their weight.
 template <int D>
 double Patch<D>::halving_error(double ratio) const {
   double roundings = 0;

@@ -67,8 +67,13 @@ std::vector<std::array<double, D>> normals_across(const std::vector<std::array<d
 }  // namespace
 
 template <int D>
-PatchTree<D>::PatchTree(std::vector<Patch<D>> roots, const Placement& placement, double error, double weight_ratio, bool closed, std::uint64_t limit)
-    : placement_(placement), error_(error), closed_(closed), parameters_(roots.front().parameters), roots_(static_cast<Number>(roots.size())) {
+PatchTree<D>::PatchTree(std::vector<Patch<D>> roots, const Placement& placement, double error,
+                        double weight_ratio, bool closed, std::uint64_t limit)
+    : placement_(placement),
+      error_(error),
+      closed_(closed),
+      parameters_(roots.front().parameters),
+      roots_(static_cast<Number>(roots.size())) {
   if (parameters_ >= D) throw std::logic_error("a patch has fewer parameters than the space has dimensions");
   first_of_level_ = {0, roots_};
   std::uint64_t size = roots.size(), of_level = roots.size();
@@ -79,7 +84,8 @@ PatchTree<D>::PatchTree(std::vector<Patch<D>> roots, const Placement& placement,
     first_of_level_.push_back(static_cast<Number>(size));
     ++levels_;
   }
-  for (const Patch<D>& root : roots) halving_error_ = std::max(halving_error_, root.halving_error(weight_ratio));
+  for (const Patch<D>& root : roots)
+    halving_error_ = std::max(halving_error_, root.halving_error(weight_ratio));
   nodes_ = new Node[roots.size()];  // as the halves of nodes
   for (std::size_t i = 0; i < roots.size(); ++i) {
     nodes_[i].patch_ = std::move(roots[i]);
@@ -118,7 +124,8 @@ void PatchTree<D>::finish(Node& node, std::uint32_t level) const {
   add_hyperplanes(node, points, error);
 }
 
-/// Normals are rounded to integers; offsets, to the outside by more than all rounding, to multiples of 2^-40 of a normal's unit.
+/// Normals are rounded to integers; offsets, to the outside by more than all rounding, to multiples of 2^-40
+/// of a normal's unit.
 template <int D>
 void PatchTree<D>::add_hyperplanes(Node& node, const std::vector<Point>& points, double error) const {
   for (Point normal : normals_across<D>(node.patch_.tangents())) {
@@ -138,7 +145,9 @@ void PatchTree<D>::add_hyperplanes(Node& node, const std::vector<Point>& points,
 }
 
 template <int D>
-typename PatchTree<D>::Node::Sides PatchTree<D>::Node::sides(std::size_t hyperplane, std::span<const Point> points, double error) const {
+typename PatchTree<D>::Node::Sides PatchTree<D>::Node::sides(std::size_t hyperplane,
+                                                             std::span<const Point> points,
+                                                             double error) const {
   std::array<double, D + 1> h;
   double size = 0;
   for (std::size_t i = 0; i <= D; ++i) h[i] = static_cast<double>(hyperplanes_[hyperplane][i]);
@@ -176,7 +185,7 @@ bool PatchTree<D>::Node::may_be_between(std::span<const Point> points, double er
   return true;
 }
 
-// --- numbers ---------------------------------------------------------------------------------------------------------
+// --- numbers ---
 
 template <int D>
 std::uint32_t PatchTree<D>::level(Number number) const {
@@ -196,7 +205,8 @@ const typename PatchTree<D>::Node& PatchTree<D>::node(Number number) const {
   const std::uint32_t last = level(number), place = number - first_of_level_[last];
   const Node* node = nodes_ + (place >> (static_cast<std::uint32_t>(parameters_) * last));
   for (std::uint32_t at = 0; at < last; ++at) {
-    const std::uint32_t half = place >> (static_cast<std::uint32_t>(parameters_) * (last - at - 1)) & (halves() - 1);
+    const std::uint32_t half =
+        place >> (static_cast<std::uint32_t>(parameters_) * (last - at - 1)) & (halves() - 1);
     node = halves_of(*node, at) + half;
   }
   return *node;
@@ -218,7 +228,7 @@ const typename PatchTree<D>::Node* PatchTree<D>::halves_of(const Node& node, std
   return before;
 }
 
-// --- the winding number ----------------------------------------------------------------------------------------------
+// --- the winding number ---
 
 template <int D>
 struct PatchTree<D>::Segment {
@@ -230,7 +240,8 @@ struct PatchTree<D>::Segment {
   [[nodiscard]] bool may_meet(const Box<D>& box) const {
     double first = 0, last = 1;
     for (std::size_t i = 0; i < D; ++i) {
-      const double along = ends[1][i] - ends[0][i], low = box.lower[i] - error - 0x1p-40, high = box.upper[i] + error + 0x1p-40;
+      const double along = ends[1][i] - ends[0][i], low = box.lower[i] - error - 0x1p-40,
+                   high = box.upper[i] + error + 0x1p-40;
       if (along == 0) {
         if (ends[0][i] < low || ends[0][i] > high) return false;
         continue;
@@ -245,7 +256,8 @@ struct PatchTree<D>::Segment {
 
 /// The level at which no patch's convex hull holds the point.
 template <int D>
-std::optional<std::uint32_t> PatchTree<D>::level_around(const Node& node, std::uint32_t level, const Point& point, double error) const {
+std::optional<std::uint32_t> PatchTree<D>::level_around(const Node& node, std::uint32_t level,
+                                                        const Point& point, double error) const {
   for (std::size_t i = 0; i < D; ++i)
     if (point[i] < node.box().lower[i] - error || point[i] > node.box().upper[i] + error) return level;
   if (!node.may_be_between({&point, 1}, error)) return level;
@@ -260,10 +272,12 @@ std::optional<std::uint32_t> PatchTree<D>::level_around(const Node& node, std::u
   return deepest;
 }
 
-/// A patch is replaced by facets through its corners, which lie in its convex hull, and so does the patch on its way there.
+/// A patch is replaced by facets through its corners, which lie in its convex hull, and so does the patch on
+/// its way there.
 /// @return false where rounding leaves a crossing open.
 template <int D>
-bool PatchTree<D>::count_crossings(const Node& node, std::uint32_t level, const Segment& segment, int& winding) const {
+bool PatchTree<D>::count_crossings(const Node& node, std::uint32_t level, const Segment& segment,
+                                   int& winding) const {
   if (!segment.may_meet(node.box()) || !node.may_be_between(segment.ends, segment.error)) return true;
   if (level < segment.level) {
     const Node* const below = halves_of(node, level);
@@ -305,11 +319,13 @@ std::optional<int> PatchTree<D>::winding(const Point& point, double error) const
     if (std::fabs(point[i]) > std::fabs(point[nearest])) nearest = i;
   for (int attempt = 0; attempt < 12; ++attempt) {
     Segment segment{{point, point}, error, level};
-    for (double& x : segment.ends[1]) x += (static_cast<double>(random() % 2001) - 1000) * 0.7e-4 * (1 + attempt);
+    for (double& x : segment.ends[1])
+      x += (static_cast<double>(random() % 2001) - 1000) * 0.7e-4 * (1 + attempt);
     segment.ends[1][nearest] = std::copysign(1.5, point[nearest]);
     int winding = 0;
     bool certain = true;
-    for (Number root = 0; root < roots_ && certain; ++root) certain = count_crossings(nodes_[root], 0, segment, winding);
+    for (Number root = 0; root < roots_ && certain; ++root)
+      certain = count_crossings(nodes_[root], 0, segment, winding);
     if (certain) return -winding;  // it is 0 at the other end
   }
   return std::nullopt;

@@ -31,14 +31,17 @@ Covector shifted(Covector covector, long double outward) {
 Covector of(const RoundSolid& solid, std::uint32_t number) {
   const auto& family = solid.family;
   const std::uint32_t first_tangent = family.tangent({});
-  const long double outward = number < first_tangent ? 0 : (number - first_tangent) % 2 == 0 ? margin : -margin;
+  const long double outward = number < first_tangent              ? 0
+                              : (number - first_tangent) % 2 == 0 ? margin
+                                                                  : -margin;
   return shifted(padded(family.rounded(number)), outward);
 }
 
 /// The torus' planes have such a margin of their own.
 Covector of(const TorusSolid& solid, std::uint32_t number) {
   const std::uint32_t radials = solid.fan.count();
-  return number < radials ? padded(solid.fan.rounded(number)) : padded(solid.family.rounded(number - radials));
+  return number < radials ? padded(solid.fan.rounded(number))
+                          : padded(solid.family.rounded(number - radials));
 }
 
 template <int F>
@@ -58,7 +61,9 @@ std::uint32_t count_of(const PatchSolid<F>& solid) {
 
 }  // namespace
 
-std::size_t RoundSolid::axes() const { return static_cast<std::size_t>(family.axes()) + (family.bottom() == family.top() ? 0 : 1); }
+std::size_t RoundSolid::axes() const {
+  return static_cast<std::size_t>(family.axes()) + (family.bottom() == family.top() ? 0 : 1);
+}
 Covector covector(const Solid& solid, std::uint32_t number) {
   return std::visit([&](const auto& it) { return of(it, number); }, solid);
 }
@@ -79,7 +84,8 @@ std::array<std::int64_t, D + 1> PreimagePlanes<D>::covector(std::uint32_t number
   for (const long double x : row) largest = std::max(largest, std::fabs(x));
   std::array<std::int64_t, D + 1> covector{};
   if (largest > 0)
-    for (std::size_t j = 0; j <= D; ++j) covector[j] = static_cast<std::int64_t>(std::llround(std::ldexp(row[j], 58 - std::ilogb(largest))));
+    for (std::size_t j = 0; j <= D; ++j)
+      covector[j] = static_cast<std::int64_t>(std::llround(std::ldexp(row[j], 58 - std::ilogb(largest))));
   return covector;
 }
 

@@ -12,7 +12,8 @@
 namespace bsp2::dataflow {
 namespace {
 
-/// A solid and its frame: y_i = (p_i - origin_i) / scale_i. Axes of its space that it does not depend on are left out.
+/// A solid and its frame: y_i = (p_i - origin_i) / scale_i. Axes of its space that it does not depend on are
+/// left out.
 struct Framed {
   preimage::Solid solid;
   std::vector<double> scale, origin;
@@ -21,8 +22,11 @@ struct Framed {
 Framed framed(const model::Round& round, int dimension, std::uint32_t limit) {
   const auto axes = static_cast<std::size_t>(dimension) - round.lengths.size();
   const double widest = std::max(round.bottom, round.top);
-  const auto on_grid = [](double x) { return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53); };
-  Framed result{preimage::RoundSolid{{static_cast<int>(axes), on_grid(round.bottom / widest), on_grid(round.top / widest), limit}},
+  const auto on_grid = [](double x) {
+    return std::ldexp(static_cast<double>(std::llround(std::ldexp(x, 53))), -53);
+  };
+  Framed result{preimage::RoundSolid{{static_cast<int>(axes), on_grid(round.bottom / widest),
+                                      on_grid(round.top / widest), limit}},
                 std::vector<double>(axes, widest),
                 {}};
   if (round.bottom != round.top) result.scale.push_back(round.lengths[0]);
@@ -40,8 +44,11 @@ template <int F, typename Surface>
 Framed framed_patches(const Surface& surface, std::uint32_t limit) {
   PlacedPatches<F> placed = place<F>(surface, Transformer<F>());
   const auto placement = placed.placement;
-  auto tree = std::make_shared<const PatchTree<F>>(std::move(placed.roots), placement, placed.error, placed.weight_ratio, placed.closed, limit);
-  return {preimage::PatchSolid<F>{std::move(tree)}, std::vector<double>(F, placement.scale), {placement.origin.begin(), placement.origin.end()}};
+  auto tree = std::make_shared<const PatchTree<F>>(std::move(placed.roots), placement, placed.error,
+                                                   placed.weight_ratio, placed.closed, limit);
+  return {preimage::PatchSolid<F>{std::move(tree)},
+          std::vector<double>(F, placement.scale),
+          {placement.origin.begin(), placement.origin.end()}};
 }
 
 Framed framed(const model::Spline& spline, int dimension, std::uint32_t limit) {
@@ -68,26 +75,33 @@ PreimageFrame<D>::PreimageFrame(const Box<D>& box) {
 }
 
 template <int D>
-Preimage<D> place_preimage(const model::Preimage& preimage, const typename geometry::AffineMap<D>::Inverse& to_primitive,
+Preimage<D> place_preimage(const model::Preimage& preimage,
+                           const typename geometry::AffineMap<D>::Inverse& to_primitive,
                            const PreimageFrame<D>& frame, std::uint32_t limit) {
-  Framed solid = std::visit([&](const auto& it) { return framed(it, preimage.dimension, limit); }, preimage.solid);
+  Framed solid =
+      std::visit([&](const auto& it) { return framed(it, preimage.dimension, limit); }, preimage.solid);
   Preimage<D> placed;
   placed.to_primitive = to_primitive;
   std::vector<typename PreimagePlanes<D>::Row> planes_rows;
   for (std::size_t i = 0; i < solid.scale.size(); ++i) {
     std::array<double, D + 1> row;
-    for (std::size_t j = 0; j <= D; ++j) row[j] = (preimage.map[i * (D + 1) + j] - (j == D ? solid.origin[i] : 0)) / solid.scale[i];
+    for (std::size_t j = 0; j <= D; ++j)
+      row[j] = (preimage.map[i * (D + 1) + j] - (j == D ? solid.origin[i] : 0)) / solid.scale[i];
     placed.rows.push_back(row);
     // The same from the hyperplanes' frame: p = matrix (scale u + frame.origin - origin).
     typename PreimagePlanes<D>::Row whole{};
     whole[D] = static_cast<long double>(row[D]);
     for (std::size_t j = 0; j < D; ++j)
       for (std::size_t k = 0; k < D; ++k) {
-        const long double entry = static_cast<long double>(row[j]) * static_cast<long double>(to_primitive.matrix[j][k]);
+        const long double entry =
+            static_cast<long double>(row[j]) * static_cast<long double>(to_primitive.matrix[j][k]);
         whole[k] += entry * static_cast<long double>(frame.scale[k]);
-        whole[D] += entry * (static_cast<long double>(frame.origin[k]) - static_cast<long double>(to_primitive.origin[k]));
+        whole[D] += entry * (static_cast<long double>(frame.origin[k]) -
+                             static_cast<long double>(to_primitive.origin[k]));
       }
-    for (std::size_t k = 0; k < D; ++k) placed.weight[k] = std::max(placed.weight[k], static_cast<double>(std::fabs(whole[k])) / frame.scale[k]);
+    for (std::size_t k = 0; k < D; ++k)
+      placed.weight[k] =
+          std::max(placed.weight[k], static_cast<double>(std::fabs(whole[k])) / frame.scale[k]);
     planes_rows.push_back(whole);
   }
   const double heaviest = *std::max_element(placed.weight.begin(), placed.weight.end());
@@ -97,9 +111,11 @@ Preimage<D> place_preimage(const model::Preimage& preimage, const typename geome
   return placed;
 }
 
-#define BSP2_INSTANTIATE(D)          \
-  template struct PreimageFrame<D>; \
-  template Preimage<D> place_preimage<D>(const model::Preimage&, const typename geometry::AffineMap<D>::Inverse&, const PreimageFrame<D>&, std::uint32_t);
+#define BSP2_INSTANTIATE(D)                                                               \
+  template struct PreimageFrame<D>;                                                       \
+  template Preimage<D> place_preimage<D>(const model::Preimage&,                          \
+                                         const typename geometry::AffineMap<D>::Inverse&, \
+                                         const PreimageFrame<D>&, std::uint32_t);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

@@ -10,7 +10,8 @@
 
 namespace bsp2::dataflow {
 
-/// The frame of a preimage's hyperplanes, x = scale y + origin: coordinates within the box are at most 1 there.
+/// The frame of a preimage's hyperplanes, x = scale y + origin: coordinates within the box are at most 1
+/// there.
 template <int D>
 struct PreimageFrame {
   std::array<double, D> scale, origin;
@@ -18,10 +19,12 @@ struct PreimageFrame {
   explicit PreimageFrame(const Box<D>& box);
 };
 
-/// A preimage but for the ids of its hyperplanes. @param limit there are at most so many, or those of level 0.
+/// A preimage but for the ids of its hyperplanes. @param limit there are at most so many, or those of level
+/// 0.
 /// @throws bsp2::Error for splines outside of the plane and space.
 template <int D>
-Preimage<D> place_preimage(const model::Preimage& preimage, const typename geometry::AffineMap<D>::Inverse& to_primitive,
+Preimage<D> place_preimage(const model::Preimage& preimage,
+                           const typename geometry::AffineMap<D>::Inverse& to_primitive,
                            const PreimageFrame<D>& frame, std::uint32_t limit);
 
 }  // namespace bsp2::dataflow

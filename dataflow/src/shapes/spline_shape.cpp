@@ -12,17 +12,19 @@ namespace bsp2::dataflow {
 
 using geometry::Quad;
 
-// --- points ----------------------------------------------------------------------------------------------------------
+// --- points ---
 
 template <int D>
-PlacedPoints<D>::PlacedPoints(const std::vector<double>& coordinates, std::size_t stride, const Transformer<D>& placement) {
+PlacedPoints<D>::PlacedPoints(const std::vector<double>& coordinates, std::size_t stride,
+                              const Transformer<D>& placement) {
   lower_.fill(std::numeric_limits<long double>::infinity());
   upper_.fill(-std::numeric_limits<long double>::infinity());
   for (std::size_t at = 0; at < coordinates.size(); at += stride) {
     auto& point = points_.emplace_back();
     for (std::size_t i = 0; i < D; ++i) {
       Quad sum = placement.matrix()[i][D];
-      for (std::size_t j = 0; j < D; ++j) sum += placement.matrix()[i][j] * static_cast<Quad>(coordinates[at + j]);
+      for (std::size_t j = 0; j < D; ++j)
+        sum += placement.matrix()[i][j] * static_cast<Quad>(coordinates[at + j]);
       point[i] = static_cast<long double>(sum);
       lower_[i] = std::min(lower_[i], point[i]);
       upper_[i] = std::max(upper_[i], point[i]);
@@ -52,7 +54,8 @@ void PlacedPoints<D>::choose_frame() {
   frame_.scale = std::ldexp(1.0, exponent);
 }
 
-/// Matrix products are good to far more than long doubles, which are in error by 2^-64 of the coordinates in the model.
+/// Matrix products are good to far more than long doubles, which are in error by 2^-64 of the coordinates in
+/// the model.
 template <int D>
 double PlacedPoints<D>::error() const {
   long double reach = 0;
@@ -69,7 +72,7 @@ std::array<long double, D> PlacedPoints<D>::operator[](std::size_t index) const 
 
 namespace {
 
-// --- from B-splines to Bezier patches ----------------------------------------------------------------------------------
+// --- from B-splines to Bezier patches ---
 
 /// A tensor-product net of control points, those of the last parameter next to each other.
 struct Net {
@@ -86,15 +89,18 @@ std::vector<std::size_t> spans_of(const std::vector<double>& knots, std::size_t 
   return spans;
 }
 
-/// The polar form of span s at degree - r times its lower end and r times its upper end: Bezier point r of the span.
-/// Combinations are convex. Source: L. Ramshaw, Blossoms Are Polar Forms (1989).
-void polar_form(const std::vector<double>& knots, std::size_t s, std::size_t degree, std::size_t r, std::size_t width, std::vector<long double>& points) {
+/// The polar form of span s at degree - r times its lower end and r times its upper end: Bezier point r of
+/// the span. Combinations are convex. Source: L. Ramshaw, Blossoms Are Polar Forms (1989).
+void polar_form(const std::vector<double>& knots, std::size_t s, std::size_t degree, std::size_t r,
+                std::size_t width, std::vector<long double>& points) {
   for (std::size_t l = 1; l <= degree; ++l) {
     const long double t = l <= r ? knots[s + 1] : knots[s];
     for (std::size_t i = degree; i >= l; --i) {
       const std::size_t g = s - degree + i;
-      const long double alpha = (t - knots[g]) / (static_cast<long double>(knots[g + degree - l + 1]) - knots[g]);
-      for (std::size_t c = 0; c < width; ++c) points[i * width + c] = (1 - alpha) * points[(i - 1) * width + c] + alpha * points[i * width + c];
+      const long double alpha =
+          (t - knots[g]) / (static_cast<long double>(knots[g + degree - l + 1]) - knots[g]);
+      for (std::size_t c = 0; c < width; ++c)
+        points[i * width + c] = (1 - alpha) * points[(i - 1) * width + c] + alpha * points[i * width + c];
     }
   }
 }
@@ -105,16 +111,19 @@ Net to_bezier(const Net& net, std::size_t parameter, std::size_t degree, const s
   Net result = net;
   result.counts[parameter] = spans.size() * (degree + 1);
   std::size_t inner = net.stride, outer = 1;
-  for (std::size_t j = 0; j < net.counts.size(); ++j) (j < parameter ? outer : inner) *= j == parameter ? 1 : net.counts[j];
+  for (std::size_t j = 0; j < net.counts.size(); ++j)
+    (j < parameter ? outer : inner) *= j == parameter ? 1 : net.counts[j];
   result.numbers.clear();
   std::vector<long double> points;
   for (std::size_t o = 0; o < outer; ++o)
     for (const std::size_t s : spans)
       for (std::size_t r = 0; r <= degree; ++r) {
-        const auto first = net.numbers.begin() + static_cast<std::ptrdiff_t>((o * net.counts[parameter] + s - degree) * inner);
+        const auto first = net.numbers.begin() +
+                           static_cast<std::ptrdiff_t>((o * net.counts[parameter] + s - degree) * inner);
         points.assign(first, first + static_cast<std::ptrdiff_t>((degree + 1) * inner));
         polar_form(knots, s, degree, r, inner, points);
-        result.numbers.insert(result.numbers.end(), points.end() - static_cast<std::ptrdiff_t>(inner), points.end());
+        result.numbers.insert(result.numbers.end(), points.end() - static_cast<std::ptrdiff_t>(inner),
+                              points.end());
       }
   return result;
 }
@@ -134,7 +143,8 @@ void for_each_index(const std::vector<std::size_t>& sizes, Visit&& visit) {
 /// What a patch of D or fewer parameters is before it is one: of D parameters only faces become patches.
 struct Block {
   std::vector<std::size_t> degrees;
-  std::vector<std::pair<bool, bool>> at_end;  ///< by parameter: whether it is the first, and the last, of the net
+  std::vector<std::pair<bool, bool>>
+      at_end;  ///< by parameter: whether it is the first, and the last, of the net
   std::size_t stride = 0;
   std::vector<double> numbers;
 };
@@ -150,11 +160,13 @@ std::vector<Block> blocks_of(const Net& net, const std::vector<std::uint32_t>& d
     Block& block = blocks.emplace_back();
     block.degrees.assign(degrees.begin(), degrees.end());
     block.stride = net.stride;
-    for (std::size_t j = 0; j < spans.size(); ++j) block.at_end.emplace_back(span[j] == 0, span[j] + 1 == spans[j]);
+    for (std::size_t j = 0; j < spans.size(); ++j)
+      block.at_end.emplace_back(span[j] == 0, span[j] + 1 == spans[j]);
     for_each_index(points, [&](const std::vector<std::size_t>& i) {
       std::size_t at = 0;
       for (std::size_t j = 0; j < spans.size(); ++j) at = at * net.counts[j] + span[j] * points[j] + i[j];
-      for (std::size_t c = 0; c < net.stride; ++c) block.numbers.push_back(static_cast<double>(net.numbers[at * net.stride + c]));
+      for (std::size_t c = 0; c < net.stride; ++c)
+        block.numbers.push_back(static_cast<double>(net.numbers[at * net.stride + c]));
     });
   });
   return blocks;
@@ -174,8 +186,10 @@ Block face_of(const Block& block, std::size_t j, std::size_t side) {
   for_each_index(points, [&](std::vector<std::size_t> index) {
     if (reversed) index[0] = face.degrees[0] - index[0];
     std::size_t at = 0;
-    for (std::size_t i = 0, k = 0; i < block.degrees.size(); ++i) at = at * (block.degrees[i] + 1) + (i == j ? side * block.degrees[j] : index[k++]);
-    for (std::size_t c = 0; c < block.stride; ++c) face.numbers.push_back(block.numbers[at * block.stride + c]);
+    for (std::size_t i = 0, k = 0; i < block.degrees.size(); ++i)
+      at = at * (block.degrees[i] + 1) + (i == j ? side * block.degrees[j] : index[k++]);
+    for (std::size_t c = 0; c < block.stride; ++c)
+      face.numbers.push_back(block.numbers[at * block.stride + c]);
   });
   return face;
 }
@@ -185,7 +199,8 @@ Patch<D> patch_of(Block block, bool rational) {
   Patch<D> patch;
   patch.rational = rational;
   patch.parameters = static_cast<std::uint8_t>(block.degrees.size());
-  for (std::size_t j = 0; j < block.degrees.size(); ++j) patch.degrees[j] = static_cast<std::uint8_t>(block.degrees[j]);
+  for (std::size_t j = 0; j < block.degrees.size(); ++j)
+    patch.degrees[j] = static_cast<std::uint8_t>(block.degrees[j]);
   if (rational) {
     patch.coordinates = std::move(block.numbers);
   } else {
@@ -195,14 +210,15 @@ Patch<D> patch_of(Block block, bool rational) {
   return patch;
 }
 
-// --- whether patches are closed ----------------------------------------------------------------------------------------
+// --- whether patches are closed ---
 
 /// The boundaries of patches of D - 1 parameters, D = 2 or 3: whether they cancel out.
 template <int D>
 class Boundary {
  public:
   /// @param piece_of the piece of each patch: its patches are turned together.
-  Boundary(std::vector<Patch<D>>& patches, const std::vector<std::size_t>& piece_of) : patches_(patches), piece_of_(piece_of) {}
+  Boundary(std::vector<Patch<D>>& patches, const std::vector<std::size_t>& piece_of)
+      : patches_(patches), piece_of_(piece_of) {}
 
   /// Turns pieces so that they fit, if that helps. @param gap by how far edges that count as one are apart.
   bool is_closed(double& gap) {
@@ -236,9 +252,12 @@ class Boundary {
   std::map<std::vector<std::uint32_t>, std::vector<Use>> uses_;
   std::vector<int> turned_;
 
-  void add(const Patch<D>& patch, std::size_t piece, std::size_t first, std::size_t step, std::size_t count, int sign) {
+  void add(const Patch<D>& patch, std::size_t piece, std::size_t first, std::size_t step, std::size_t count,
+           int sign) {
     edges_.push_back({places_.size(), count, piece, sign});
-    const auto weight = [&](std::size_t i) { return patch.rational ? patch.coordinates[(first + i * step) * (D + 1) + D] : 1.0; };
+    const auto weight = [&](std::size_t i) {
+      return patch.rational ? patch.coordinates[(first + i * step) * (D + 1) + D] : 1.0;
+    };
     for (std::size_t i = 0; i < count; ++i) {
       const auto point = patch.point(first + i * step);
       Place& place = places_.emplace_back();
@@ -270,7 +289,8 @@ class Boundary {
     return most;
   }
 
-  /// Places within the tolerance of each other are one. They are near to each other also along a line in no special direction.
+  /// Places within the tolerance of each other are one. They are near to each other also along a line in no
+  /// special direction.
   void weld(double& gap) {
     constexpr double direction[] = {0.7131, 0.5377, 0.4303, 0.1331};
     std::vector<std::pair<double, std::uint32_t>> order;
@@ -299,7 +319,8 @@ class Boundary {
   [[nodiscard]] bool is_point(const Edge& edge, double& gap) const {
     double most = 0;
     for (std::size_t i = 1; i < edge.count; ++i)
-      for (std::size_t j = 0; j < D; ++j) most = std::max(most, std::fabs(places_[edge.first + i][j] - places_[edge.first][j]));
+      for (std::size_t j = 0; j < D; ++j)
+        most = std::max(most, std::fabs(places_[edge.first + i][j] - places_[edge.first][j]));
     if (most > tolerance) return false;
     gap = std::max(gap, most);
     return true;
@@ -350,7 +371,8 @@ class Boundary {
     const std::size_t rows = patch.degrees[0] + std::size_t{1};
     const auto row = static_cast<std::ptrdiff_t>(patch.coordinates.size() / rows);
     for (std::size_t i = 0; i < rows / 2; ++i)
-      std::swap_ranges(patch.coordinates.begin() + static_cast<std::ptrdiff_t>(i) * row, patch.coordinates.begin() + static_cast<std::ptrdiff_t>(i + 1) * row,
+      std::swap_ranges(patch.coordinates.begin() + static_cast<std::ptrdiff_t>(i) * row,
+                       patch.coordinates.begin() + static_cast<std::ptrdiff_t>(i + 1) * row,
                        patch.coordinates.end() - static_cast<std::ptrdiff_t>(i + 1) * row);
   }
 };
@@ -382,20 +404,23 @@ PlacedPatches<D> place(const model::Spline& spline, const Transformer<D>& placem
   for (std::size_t i = 0; i < spline.pieces.size(); ++i) {
     const auto& piece = spline.pieces[i];
     Net net{{}, D + 1, {}};
-    for (std::size_t j = 0; j < piece.degrees.size(); ++j) net.counts.push_back(piece.knots[j].size() - piece.degrees[j] - 1);
+    for (std::size_t j = 0; j < piece.degrees.size(); ++j)
+      net.counts.push_back(piece.knots[j].size() - piece.degrees[j] - 1);
     for (std::size_t p = 0; p < points[i].size(); ++p) {
       const long double weight = piece.points[p * (D + 1) + D] / most;
       for (const long double x : points[i][p]) net.numbers.push_back(x * weight);
       net.numbers.push_back(weight);
     }
-    for (std::size_t j = 0; j < piece.degrees.size(); ++j) net = to_bezier(net, j, piece.degrees[j], piece.knots[j]);
+    for (std::size_t j = 0; j < piece.degrees.size(); ++j)
+      net = to_bezier(net, j, piece.degrees[j], piece.knots[j]);
     for (Block& block : blocks_of(net, piece.degrees)) {
       if (piece.degrees.size() < D) {
         result.roots.push_back(patch_of<D>(std::move(block), rational));
       } else {
         for (std::size_t j = 0; j < D; ++j)
           for (const std::size_t side : {0U, 1U})
-            if (side == 0 ? block.at_end[j].first : block.at_end[j].second) result.roots.push_back(patch_of<D>(face_of(block, j, side), rational));
+            if (side == 0 ? block.at_end[j].first : block.at_end[j].second)
+              result.roots.push_back(patch_of<D>(face_of(block, j, side), rational));
       }
     }
     piece_of.resize(result.roots.size(), i);
@@ -427,9 +452,9 @@ Box<D> bounds_of(const model::Spline& spline) {
   return box;
 }
 
-#define BSP2_INSTANTIATE(D)                                                            \
-  template class PlacedPoints<D>;                                                      \
-  template PlacedPatches<D> place<D>(const model::Spline&, const Transformer<D>&);     \
+#define BSP2_INSTANTIATE(D)                                                        \
+  template class PlacedPoints<D>;                                                  \
+  template PlacedPatches<D> place<D>(const model::Spline&, const Transformer<D>&); \
   template Box<D> bounds_of<D>(const model::Spline&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "bsp2/dataflow/shapes/patch_tree.hpp"
-#include "process/transformer.hpp"
 #include "bsp2/model/expression/expression.hpp"
+#include "process/transformer.hpp"
 
 namespace bsp2::dataflow {
 

@@ -19,17 +19,23 @@ template <int D>
 class ControlMesh {
  public:
   using Point = std::array<double, D>;
-  ControlMesh(std::vector<Point> points, std::vector<Face> faces) : points_(std::move(points)), faces_(std::move(faces)) { connect(); }
+  ControlMesh(std::vector<Point> points, std::vector<Face> faces)
+      : points_(std::move(points)), faces_(std::move(faces)) {
+    connect();
+  }
 
   [[nodiscard]] std::size_t faces() const { return faces_.size(); }
-  [[nodiscard]] std::size_t largest_valence() const { return *std::max_element(valence_.begin(), valence_.end()); }
+  [[nodiscard]] std::size_t largest_valence() const {
+    return *std::max_element(valence_.begin(), valence_.end());
+  }
 
   /// Catmull and Clark's first step makes quadrangles of all faces.
   [[nodiscard]] ControlMesh quadrangulated() const {
     std::vector<Point> points;
     std::vector<Face> faces;
     const auto edge_numbers = number_edges();
-    const auto first_edge = static_cast<std::uint32_t>(points_.size()), first_face = first_edge + static_cast<std::uint32_t>(edge_numbers.size());
+    const auto first_edge = static_cast<std::uint32_t>(points_.size()),
+               first_face = first_edge + static_cast<std::uint32_t>(edge_numbers.size());
     std::vector<Point> centres, middles(edge_numbers.size());
     for (const Face& face : faces_) centres.push_back(mean(face));
     std::vector<Point> of_faces(points_.size()), of_edges(points_.size());
@@ -55,8 +61,10 @@ class ControlMesh {
     points.insert(points.end(), centres.begin(), centres.end());
     for (std::size_t f = 0; f < faces_.size(); ++f)
       for (std::size_t i = 0; i < faces_[f].size(); ++i) {
-        const std::uint32_t a = faces_[f][i], before = faces_[f][(i + faces_[f].size() - 1) % faces_[f].size()];
-        faces.push_back({a, first_edge + edge_numbers.at(std::minmax(a, next(f, i))), first_face + static_cast<std::uint32_t>(f),
+        const std::uint32_t a = faces_[f][i],
+                            before = faces_[f][(i + faces_[f].size() - 1) % faces_[f].size()];
+        faces.push_back({a, first_edge + edge_numbers.at(std::minmax(a, next(f, i))),
+                         first_face + static_cast<std::uint32_t>(f),
                          first_edge + edge_numbers.at(std::minmax(before, a))});
       }
     return {std::move(points), std::move(faces)};
@@ -78,7 +86,8 @@ class ControlMesh {
         add(middle, points_[c], 0.125);
       }
     for (std::size_t v = 0; v < points_.size(); ++v) {
-      const double n = std::max(1.0, static_cast<double>(valence_[v])), c = 3.0 / 8 + std::cos(2 * std::numbers::pi / n) / 4, beta = (5.0 / 8 - c * c) / n;
+      const double n = std::max(1.0, static_cast<double>(valence_[v])),
+                   c = 3.0 / 8 + std::cos(2 * std::numbers::pi / n) / 4, beta = (5.0 / 8 - c * c) / n;
       Point point{};
       add(point, points_[v], 1 - n * beta);
       add(point, around[v], beta);
@@ -87,7 +96,8 @@ class ControlMesh {
     points.insert(points.end(), middles.begin(), middles.end());
     for (std::size_t f = 0; f < faces_.size(); ++f) {
       std::array<std::uint32_t, 3> middle{};
-      for (std::size_t i = 0; i < 3; ++i) middle[i] = first_edge + edge_numbers.at(std::minmax(faces_[f][i], next(f, i)));
+      for (std::size_t i = 0; i < 3; ++i)
+        middle[i] = first_edge + edge_numbers.at(std::minmax(faces_[f][i], next(f, i)));
       for (std::size_t i = 0; i < 3; ++i) faces.push_back({faces_[f][i], middle[i], middle[(i + 2) % 3]});
       faces.push_back({middle[0], middle[1], middle[2]});
     }
@@ -104,8 +114,10 @@ class ControlMesh {
     Patch<D> patch;
     patch.kind = triangles ? Patch<D>::Kind::loop : Patch<D>::Kind::catmull_clark;
     patch.valence = static_cast<std::uint16_t>(valence_[corners[first]]);
-    const auto around = triangles ? around_triangle(corners[first], corners[(first + 1) % 3]) : around_quadrangle(corners[first], corners[(first + 1) % 4]);
-    for (const std::uint32_t v : around) patch.coordinates.insert(patch.coordinates.end(), points_[v].begin(), points_[v].end());
+    const auto around = triangles ? around_triangle(corners[first], corners[(first + 1) % 3])
+                                  : around_quadrangle(corners[first], corners[(first + 1) % 4]);
+    for (const std::uint32_t v : around)
+      patch.coordinates.insert(patch.coordinates.end(), points_[v].begin(), points_[v].end());
     if (triangles || patch.valence != 4) return patch;
     // v, e_0, f_0, e_1, f_1 ... go around the 4 x 4 points' inner ones.
     constexpr std::size_t places[4][4] = {{6, 5, 4, 15}, {7, 0, 3, 14}, {8, 1, 2, 13}, {9, 10, 11, 12}};
@@ -119,13 +131,16 @@ class ControlMesh {
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
   std::vector<Point> points_;
   std::vector<Face> faces_;
-  std::vector<std::size_t> valence_;                              // of each point
-  std::map<Edge, std::pair<std::uint32_t, std::uint32_t>> left_;  // from a to b: the face on the left, and a's place in it
+  std::vector<std::size_t> valence_;  // of each point
+  std::map<Edge, std::pair<std::uint32_t, std::uint32_t>>
+      left_;  // from a to b: the face on the left, and a's place in it
 
   static void add(Point& sum, const Point& point, double weight) {
     for (std::size_t i = 0; i < D; ++i) sum[i] += weight * point[i];
   }
-  [[nodiscard]] std::uint32_t next(std::size_t face, std::size_t corner) const { return faces_[face][(corner + 1) % faces_[face].size()]; }
+  [[nodiscard]] std::uint32_t next(std::size_t face, std::size_t corner) const {
+    return faces_[face][(corner + 1) % faces_[face].size()];
+  }
   [[nodiscard]] Point mean(const Face& face) const {
     Point sum{};
     for (const std::uint32_t corner : face) add(sum, points_[corner], 1.0 / static_cast<double>(face.size()));
@@ -164,8 +179,10 @@ class ControlMesh {
       spoke = beyond(v, spoke, 2);
     }
     const std::uint32_t f0 = around[2], e1 = around[3];
-    const std::uint32_t right = beyond(f0, e0, 1), right_above = beyond(f0, e0, 2), above_right = beyond(e1, f0, 1), above = beyond(e1, f0, 2);
-    around.insert(around.end(), {beyond(right, e0, 2), right, right_above, beyond(f0, right_above, 1), above_right, above, beyond(e1, above, 1)});
+    const std::uint32_t right = beyond(f0, e0, 1), right_above = beyond(f0, e0, 2),
+                        above_right = beyond(e1, f0, 1), above = beyond(e1, f0, 2);
+    around.insert(around.end(), {beyond(right, e0, 2), right, right_above, beyond(f0, right_above, 1),
+                                 above_right, above, beyond(e1, above, 1)});
     return around;
   }
 
@@ -177,7 +194,8 @@ class ControlMesh {
       spoke = beyond(v, spoke, 1);
     }
     const std::uint32_t e1 = around[2], last = around[valence_[v]];
-    const std::uint32_t p = beyond(e0, last, 1), r = beyond(e1, e0, 1), q = beyond(e0, p, 1), s = beyond(e1, r, 1), t = beyond(e1, s, 1);
+    const std::uint32_t p = beyond(e0, last, 1), r = beyond(e1, e0, 1), q = beyond(e0, p, 1),
+                        s = beyond(e1, r, 1), t = beyond(e1, s, 1);
     around.insert(around.end(), {p, q, r, s, t});
     return around;
   }
@@ -219,7 +237,7 @@ Box<D> bounds_of(const model::SubdivisionSurface& surface) {
   return box;
 }
 
-#define BSP2_INSTANTIATE(D)                                                                     \
+#define BSP2_INSTANTIATE(D)                                                                    \
   template PlacedPatches<D> place<D>(const model::SubdivisionSurface&, const Transformer<D>&); \
   template Box<D> bounds_of<D>(const model::SubdivisionSurface&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

@@ -3,11 +3,13 @@
 namespace bsp2::geometry {
 
 void BspTree::append(const BspTree& more) {
-  const auto first = static_cast<std::uint32_t>(hyperplanes.size() / (static_cast<std::size_t>(dimension) + 1));
+  const auto first =
+      static_cast<std::uint32_t>(hyperplanes.size() / (static_cast<std::size_t>(dimension) + 1));
   ids.insert(ids.end(), more.ids.begin(), more.ids.end());
   hyperplanes.insert(hyperplanes.end(), more.hyperplanes.begin(), more.hyperplanes.end());
   nodes.reserve(nodes.size() + more.nodes.size());
-  for (const Node& node : more.nodes) nodes.push_back({first + node.hyperplane, node.negative, node.positive});
+  for (const Node& node : more.nodes)
+    nodes.push_back({first + node.hyperplane, node.negative, node.positive});
 }
 
 double BspTree::distance(std::uint32_t hyperplane, std::span<const double> point) const {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <set>
 
-#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/cells/splitter.hpp"
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "support/vector_lanes.hpp"
 
 namespace bsp2::geometry {
@@ -114,7 +114,9 @@ class BoxBuilder {
       for (const auto& sides : faces[k]) {
         std::vector<std::uint32_t> codes;
         for (int axis = 0; axis < D; ++axis)
-          if (sides[axis] != 2) codes.push_back(k == D - 1 ? hyperplane(axis, sides[axis]).code : hyperplane(axis, sides[axis]).id());
+          if (sides[axis] != 2)
+            codes.push_back(k == D - 1 ? hyperplane(axis, sides[axis]).code
+                                       : hyperplane(axis, sides[axis]).id());
         scratch.add_face(k, codes.data());
         for (std::size_t sub = 0; sub < faces[k - 1].size(); ++sub)
           if (covers(sides, faces[k - 1][sub])) scratch.add_subface(k, static_cast<std::uint16_t>(sub));
@@ -127,7 +129,8 @@ class BoxBuilder {
   const HyperplaneTable<D>& table_;
 
   OrientedHyperplane hyperplane(int axis, int side) const {  // inside negative
-    return oriented(table_.axis_hyperplane(axis, side == 0 ? table_.root_lower() : table_.root_upper()), side == 0);
+    return oriented(table_.axis_hyperplane(axis, side == 0 ? table_.root_lower() : table_.root_upper()),
+                    side == 0);
   }
   static bool covers(const std::array<int, D>& face, const std::array<int, D>& sub) {
     for (int axis = 0; axis < D; ++axis)
@@ -143,10 +146,10 @@ Cell<D> root_cell(const HyperplaneTable<D>& table) {
   return BoxBuilder<D>(table).build();
 }
 
-#define BSP2_INSTANTIATE(D)                                                                                          \
-  template class Cell<D>;                                                                                            \
-  template VertexRange<D> vertex_range<D>(const Cell<D>&);                                                           \
-  template std::vector<std::uint16_t> facet_vertices<D>(const Cell<D>&, std::size_t);                                \
+#define BSP2_INSTANTIATE(D)                                                           \
+  template class Cell<D>;                                                             \
+  template VertexRange<D> vertex_range<D>(const Cell<D>&);                            \
+  template std::vector<std::uint16_t> facet_vertices<D>(const Cell<D>&, std::size_t); \
   template Cell<D> root_cell<D>(const HyperplaneTable<D>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE

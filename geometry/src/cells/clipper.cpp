@@ -5,17 +5,18 @@
 #include <stdexcept>
 
 #include "bsp2/geometry/support/dimensions.hpp"
-#include "exact/filter.hpp"
 #include "cells/space_cell.hpp"
+#include "exact/filter.hpp"
 
 namespace bsp2::geometry {
 
-// --- any dimension -----------------------------------------------------------------------------------------------------
+// --- any dimension ---
 
 template <int D>
 Position Clipper<D>::cut(OrientedHyperplane plane, Cell<D>* rest) {
   const Position where = splitter_->classify(cell_, plane.id());
-  if (where != Position::crossing) return (where == Position::negative) != plane.flipped() ? Position::negative : Position::positive;
+  if (where != Position::crossing)
+    return (where == Position::negative) != plane.flipped() ? Position::negative : Position::positive;
   Cell<D> kept;
   if (plane.flipped())
     splitter_->split(cell_, plane.id(), rest, &kept);
@@ -34,7 +35,7 @@ std::array<double, D> Clipper<D>::centre() const {
   return sum;
 }
 
-// --- three dimensions: faces in place ------------------------------------------------------------------------------------
+// --- three dimensions: faces in place ---
 
 void Clipper<3>::load(const Cell<3>& cell) {
   const auto vertices = cell.vertices();
@@ -59,7 +60,8 @@ void Clipper<3>::load(const Cell<3>& cell) {
   lists_.clear();
   for (std::size_t f = 0; f < facets; ++f) {
     const auto list = cell.subfaces(2, f);
-    facets_[f] = {cell.facet_hyperplane(f).code, static_cast<std::uint32_t>(lists_.size()), static_cast<std::uint32_t>(list.size()), true};
+    facets_[f] = {cell.facet_hyperplane(f).code, static_cast<std::uint32_t>(lists_.size()),
+                  static_cast<std::uint32_t>(list.size()), true};
     for (const Index e : list) {
       lists_.push(e);
       edges_[e].facets[edges_[e].facets[0] == 0xffff ? 0 : 1] = static_cast<Index>(f);
@@ -119,7 +121,8 @@ std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
     for (std::size_t v = count; v < padded; ++v) column[v] = column[count - 1];
     column.resize(count);
   }
-  const auto [least, largest] = filter::evaluate({x_[0].data(), x_[1].data(), x_[2].data(), count}, h, &values_[0]);
+  const auto [least, largest] =
+      filter::evaluate({x_[0].data(), x_[1].data(), x_[2].data(), count}, h, &values_[0]);
   const double bound = h.error + error_ * (1 + 0x1p-40);
   splitter_->counts_.predicates += living_vertices_;
   if (largest < -bound) return has_negative;
@@ -146,7 +149,8 @@ std::uint8_t Clipper<3>::find_sides(HyperplaneId id) {
   return all;
 }
 
-/// What has vertices on the side that goes, which of a large cell is little: of the rest nothing is looked at again.
+/// What has vertices on the side that goes, which of a large cell is little: of the rest nothing is looked at
+/// again.
 void Clipper<3>::mark(std::uint8_t going) {
   mark_vertices_and_edges(going);
   facet_mask_.resize(facets_.size());
@@ -164,7 +168,8 @@ void Clipper<3>::mark(std::uint8_t going) {
 void Clipper<3>::mark_touched_facets(std::uint8_t going) {
   for (std::size_t f = 0; f < facets_.size(); ++f) {
     if (facet_mask_[f] != going) continue;
-    for (std::uint32_t i = 0; i < facets_[f].count; ++i) facet_mask_[f] |= edge_mask_[lists_[facets_[f].begin + i]];
+    for (std::uint32_t i = 0; i < facets_[f].count; ++i)
+      facet_mask_[f] |= edge_mask_[lists_[facets_[f].begin + i]];
   }
 }
 
@@ -215,8 +220,8 @@ void Clipper<3>::cut_edges(HyperplaneId id) {
   std::memset(&vertex_mask_[0] + before, 0, after - before);
 }
 
-/// The two points in which the plane meets the outline of each crossing facet, where it goes through no vertex: what its two crossing
-/// edges are cut in.
+/// The two points in which the plane meets the outline of each crossing facet, where it goes through no
+/// vertex: what its two crossing edges are cut in.
 void Clipper<3>::find_common_ends() {
   common_ends_.resize(facets_.size());
   ends_found_.resize(facets_.size());
@@ -224,7 +229,8 @@ void Clipper<3>::find_common_ends() {
   for (std::size_t i = 0; i < going_edges_.size(); ++i) {
     const Index e = going_edges_[i];
     if (edge_mask_[e] != crosses) continue;
-    for (const Index f : edges_[e].facets) common_ends_[f][ends_found_[f]++ & 1] = cut_vertex_[e];  // in ascending order
+    for (const Index f : edges_[e].facets)
+      common_ends_[f][ends_found_[f]++ & 1] = cut_vertex_[e];  // in ascending order
   }
 }
 
@@ -249,8 +255,8 @@ std::array<std::uint16_t, 2> Clipper<3>::touched_ends(const Facet& facet) const 
   return {std::min(ends[0], ends[1]), std::max(ends[0], ends[1])};
 }
 
-/// A new edge for each crossing facet, between the points in which the plane meets the facet's outline. Where no vertex lies on the
-/// plane these are the outline of the common facet.
+/// A new edge for each crossing facet, between the points in which the plane meets the facet's outline. Where
+/// no vertex lies on the plane these are the outline of the common facet.
 void Clipper<3>::find_common_edges(HyperplaneId id) {
   const std::size_t facets = facets_.size(), before = edges_.size();
   crossing_facets_.resize(facets);
@@ -271,15 +277,17 @@ void Clipper<3>::find_common_edges(HyperplaneId id) {
     const Index f = crossing_facets_[i];
     if (!is_touched_ && ends_found_[f] != 2) throw_no_two_points();
     const auto e = static_cast<Index>(before + i);
-    edges_[e] = {is_touched_ ? touched_ends(facets_[f]) : common_ends_[f], {f, static_cast<Index>(facets)}, {facets_[f].code >> 1, id}};
+    edges_[e] = {is_touched_ ? touched_ends(facets_[f]) : common_ends_[f],
+                 {f, static_cast<Index>(facets)},
+                 {facets_[f].code >> 1, id}};
     edge_lives_[e] = 0xff;
     edge_mask_[e] = 0;
     common_edge_[f] = common_list_[i] = e;
   }
 }
 
-/// The outline of the common facet where vertices lie on the plane: the new edges, and those that lie on the plane already. Each of these
-/// belongs to two facets, one a side, and is taken from the negative one.
+/// The outline of the common facet where vertices lie on the plane: the new edges, and those that lie on the
+/// plane already. Each of these belongs to two facets, one a side, and is taken from the negative one.
 void Clipper<3>::find_common_facet(std::uint8_t going) {
   common_list_.clear();
   for (std::size_t f = 0; f < facets_.size(); ++f) {
@@ -293,8 +301,10 @@ void Clipper<3>::find_common_facet(std::uint8_t going) {
     }
   }
   std::size_t corners = 0;
-  for (std::size_t v = 0; v < vertices_.size(); ++v) corners += vertex_lives_[v] != 0 && vertex_mask_[v] == 0 ? 1 : 0;
-  if (common_list_.size() != corners) throw std::logic_error("the common facet of two halves has not as many edges as corners");
+  for (std::size_t v = 0; v < vertices_.size(); ++v)
+    corners += vertex_lives_[v] != 0 && vertex_mask_[v] == 0 ? 1 : 0;
+  if (common_list_.size() != corners)
+    throw std::logic_error("the common facet of two halves has not as many edges as corners");
 }
 
 /// What goes, as a cell of its own. Nothing of the cell at hand changes.
@@ -356,8 +366,10 @@ void Clipper<3>::drop_going(std::uint8_t going, std::uint32_t common_code) {
   const auto common = static_cast<Index>(facets_.size());
   for (std::size_t f = 0; f < facets_.size(); ++f)
     if (facet_mask_[f] == going) facets_[f].alive = false;
-  for (std::size_t i = 0; i < crossing_facets_.size(); ++i) shorten(facets_[crossing_facets_[i]], going, common_edge_[crossing_facets_[i]]);
-  facets_.push({common_code, static_cast<std::uint32_t>(lists_.size()), static_cast<std::uint32_t>(common_list_.size()), true});
+  for (std::size_t i = 0; i < crossing_facets_.size(); ++i)
+    shorten(facets_[crossing_facets_[i]], going, common_edge_[crossing_facets_[i]]);
+  facets_.push({common_code, static_cast<std::uint32_t>(lists_.size()),
+                static_cast<std::uint32_t>(common_list_.size()), true});
   for (const Index e : common_list_) {
     lists_.push(e);
     for (Index& facet : edges_[e].facets)  // of an edge that lay on the plane already
@@ -457,7 +469,8 @@ void Clipper<3>::close_up() {
       const Index e = renumbered_[lists_[facet.begin + i]];
       lists_copy_.push(e);
       for (Index& own : edges_[e].facets)
-        if (own == f) own = static_cast<Index>(facets);  // facets <= f: no number is met twice in a wrong sense
+        if (own == f)
+          own = static_cast<Index>(facets);  // facets <= f: no number is met twice in a wrong sense
     }
     facet.begin = begin;
     facets_[facets++] = facet;

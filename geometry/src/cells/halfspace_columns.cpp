@@ -13,7 +13,8 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// @param columns of the normals, one an axis; all have room for `count`, a multiple of the lanes.
-BSP2_VECTOR_CLONES std::size_t find_furthest(const double* const* columns, const double* offsets, std::size_t count, const double* point, int dimensions) {
+BSP2_VECTOR_CLONES std::size_t find_furthest(const double* const* columns, const double* offsets,
+                                             std::size_t count, const double* point, int dimensions) {
   WideLanes index = {0, 1, 2, 3, 4, 5, 6, 7}, furthest_index = index, furthest = WideLanes{} - infinity;
   for (std::size_t at = 0; at < count; at += wide, index += static_cast<double>(wide)) {
     WideLanes value, normal;
@@ -37,7 +38,8 @@ BSP2_VECTOR_CLONES std::size_t find_furthest(const double* const* columns, const
 }  // namespace
 
 template <int D>
-void HalfspaceColumns<D>::assign(const HyperplaneTable<D>& table, std::span<const OrientedHyperplane> halfspaces) {
+void HalfspaceColumns<D>::assign(const HyperplaneTable<D>& table,
+                                 std::span<const OrientedHyperplane> halfspaces) {
   left_ = halfspaces.size();
   const std::size_t padded = (left_ + wide - 1) / wide * wide;
   for (auto& column : normal_) column.resize(padded);

@@ -12,9 +12,10 @@
 namespace bsp2::geometry {
 namespace {
 
-/// Adds the moments of a simplex with D + 1 corners and the determinant D! times its content. All are left undivided, for finish():
-/// of corners that are small integers they are exact, so that a cube of side 10 has the volume 1000.
-/// Source: Strang and Fix; integral of x_i x_j = V / ((D+1)(D+2)) (sum_k v_ki v_kj + sum_k v_ki sum_k v_kj).
+/// Adds the moments of a simplex with D + 1 corners and the determinant D! times its content. All are left
+/// undivided, for finish(): of corners that are small integers they are exact, so that a cube of side 10 has
+/// the volume 1000. Source: Strang and Fix; integral of x_i x_j = V / ((D+1)(D+2)) (sum_k v_ki v_kj + sum_k
+/// v_ki sum_k v_kj).
 template <int D>
 void add_simplex(const std::array<const double*, D + 1>& corners, double determinant, Moments<D>& moments) {
   std::array<double, D> sum{};
@@ -31,9 +32,7 @@ void add_simplex(const std::array<const double*, D + 1>& corners, double determi
   }
 }
 
-constexpr double factorial(int n) {
-  return n <= 1 ? 1 : n * factorial(n - 1);
-}
+constexpr double factorial(int n) { return n <= 1 ? 1 : n * factorial(n - 1); }
 
 /// Divides what add_simplex() has summed up: by D!, (D + 1)! and (D + 2)!.
 template <int D>
@@ -45,8 +44,10 @@ void finish(Moments<D>& moments) {
 
 constexpr std::size_t lanes = 4;
 
-/// What add_simplex() would add for the tetrahedra between the origin and each triangle, in four sums. @param triangles a multiple of four.
-BSP2_VECTOR_CLONES void add_tetrahedra(const std::array<double, 3>* points, std::span<const Triangle> triangles, Moments<3>& moments) {
+/// What add_simplex() would add for the tetrahedra between the origin and each triangle, in four sums. @param
+/// triangles a multiple of four.
+BSP2_VECTOR_CLONES void add_tetrahedra(const std::array<double, 3>* points,
+                                       std::span<const Triangle> triangles, Moments<3>& moments) {
   std::array<Lanes, Moments<3>::size> sums{};
   for (std::size_t at = 0; at < triangles.size(); at += lanes) {
     std::array<std::array<Lanes, 3>, 3> corners;
@@ -56,7 +57,8 @@ BSP2_VECTOR_CLONES void add_tetrahedra(const std::array<double, 3>* points, std:
       for (std::size_t i = 0; i < 3; ++i) corners[corner][i] = Lanes{p[i], q[i], r[i], s[i]};
     }
     const auto& [a, b, c] = corners;
-    const Lanes product = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+    const Lanes product = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                          a[2] * (b[0] * c[1] - b[1] * c[0]);
     const Lanes determinant = product < 0 ? -product : product;
     sums[0] += determinant;
     const std::array<Lanes, 3> sum{a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]};
@@ -65,11 +67,13 @@ BSP2_VECTOR_CLONES void add_tetrahedra(const std::array<double, 3>* points, std:
       sums[Moments<3>::index(0, i + 1)] += determinant * sum[i];
 #pragma GCC unroll 3
       for (int j = i; j < 3; ++j)
-        sums[Moments<3>::index(i + 1, j + 1)] += determinant * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]);
+        sums[Moments<3>::index(i + 1, j + 1)] +=
+            determinant * (sum[i] * sum[j] + a[i] * a[j] + b[i] * b[j] + c[i] * c[j]);
     }
   }
 #pragma GCC unroll 10
-  for (int k = 0; k < Moments<3>::size; ++k) moments.integral[k] += (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
+  for (int k = 0; k < Moments<3>::size; ++k)
+    moments.integral[k] += (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
 }
 
 /// From moments about `origin` to those about the origin of the coordinates, both undivided.
@@ -82,7 +86,8 @@ void move_undivided(const std::array<double, D>& origin, Moments<D>& moments) {
     moments.integral[Moments<D>::index(0, i + 1)] += first * origin[i] * before[0];
     for (int j = i; j < D; ++j) {
       const double first_j = before[Moments<D>::index(0, j + 1)];
-      moments.integral[Moments<D>::index(i + 1, j + 1)] += second * (origin[i] * first_j + origin[j] * first_i + first * origin[i] * origin[j] * before[0]);
+      moments.integral[Moments<D>::index(i + 1, j + 1)] +=
+          second * (origin[i] * first_j + origin[j] * first_i + first * origin[i] * origin[j] * before[0]);
     }
   }
 }
@@ -107,8 +112,8 @@ double determinant_of(const std::array<const double*, D + 1>& corners) {
   return std::fabs(determinant);
 }
 
-/// Vertices of each face, by level, for cutting a cell of any dimension into simplices: a k-face is the cone from its
-/// lowest vertex over those of its (k-1)-faces that miss it.
+/// Vertices of each face, by level, for cutting a cell of any dimension into simplices: a k-face is the cone
+/// from its lowest vertex over those of its (k-1)-faces that miss it.
 template <int D>
 class SimplexCutter {
  public:
@@ -117,7 +122,8 @@ class SimplexCutter {
       lowest_[k].resize(cell.face_count(k));
       for (std::size_t face = 0; face < cell.face_count(k); ++face) {
         std::uint16_t low = 0xffff;
-        for (const std::uint16_t sub : cell.subfaces(k, face)) low = std::min(low, k == 1 ? sub : lowest_[k - 1][sub]);
+        for (const std::uint16_t sub : cell.subfaces(k, face))
+          low = std::min(low, k == 1 ? sub : lowest_[k - 1][sub]);
         lowest_[k][face] = low;
       }
     }
@@ -142,7 +148,8 @@ class SimplexCutter {
   [[nodiscard]] bool contains(int k, std::size_t face, std::uint16_t vertex) const {
     if (k == 0) return face == vertex;
     const auto subfaces = cell_.subfaces(k, face);
-    return std::any_of(subfaces.begin(), subfaces.end(), [&](std::uint16_t sub) { return contains(k - 1, sub, vertex); });
+    return std::any_of(subfaces.begin(), subfaces.end(),
+                       [&](std::uint16_t sub) { return contains(k - 1, sub, vertex); });
   }
   void cut(int k, std::size_t face) {
     if (k == 0) {
@@ -185,13 +192,15 @@ constexpr std::uint64_t leading = std::uint64_t{1} << fraction;
   const int field = static_cast<int>(bits >> fraction & 0x7ff);  // 0: below 2^-1022, without a leading bit
   const int shift = std::max(field, 1) - bias - fraction - exponent;
   const std::uint64_t mantissa = (bits & (leading - 1)) | (field == 0 ? 0 : leading);
-  if (field == 0x7ff || shift + static_cast<int>(std::bit_width(mantissa)) > 126) throw std::logic_error("a moment exceeds what the root cell's may be");
+  if (field == 0x7ff || shift + static_cast<int>(std::bit_width(mantissa)) > 126)
+    throw std::logic_error("a moment exceeds what the root cell's may be");
   if (shift < -fraction - 1) return 0;  // below a half
   Int128 size = 0;
   if (shift >= 0) {
     size = static_cast<Int128>(mantissa) << shift;
   } else {
-    const std::uint64_t whole = mantissa >> -shift, rest = mantissa << (64 + shift), half = std::uint64_t{1} << 63;
+    const std::uint64_t whole = mantissa >> -shift, rest = mantissa << (64 + shift),
+                        half = std::uint64_t{1} << 63;
     size = static_cast<Int128>(whole + (rest > half || (rest == half && whole % 2 != 0) ? 1 : 0));
   }
   return bits >> 63 != 0 ? -size : size;
@@ -224,7 +233,8 @@ MomentSum<D>& MomentSum<D>::operator+=(const MomentSum& other) {
 template <int D>
 Moments<D> MomentSum<D>::value() const {
   Moments<D> result;
-  for (int i = 0; i < Moments<D>::size; ++i) result.integral[i] = std::ldexp(static_cast<double>(sum_[i]), exponent_[degree(i)]);
+  for (int i = 0; i < Moments<D>::size; ++i)
+    result.integral[i] = std::ldexp(static_cast<double>(sum_[i]), exponent_[degree(i)]);
   return result;
 }
 
@@ -243,7 +253,8 @@ template <int D>
 void MomentSum<D>::set_state(const State& state) {
   std::copy(state.exponent.begin(), state.exponent.end(), exponent_.begin());
   for (std::size_t i = 0; i < sum_.size(); ++i)
-    sum_[i] = static_cast<Int128>(static_cast<std::uint64_t>(state.words[2 * i + 1])) << 64 | static_cast<Int128>(state.words[2 * i]);
+    sum_[i] = static_cast<Int128>(static_cast<std::uint64_t>(state.words[2 * i + 1])) << 64 |
+              static_cast<Int128>(state.words[2 * i]);
 }
 
 /// Puts the vertices of each facet in order around it, counter-clockwise seen from outside.
@@ -283,13 +294,17 @@ void CellWriter<D>::order_facets(const Cell<D>& cell) {
       // Each triangle of a convex facet turns the same way: the first that is thick enough tells.
       for (std::size_t i = begin + 1; i + 1 < loops_.size() && std::fabs(turn) <= bound; ++i) {
         const auto &p = vertices[loops_[i]].x, &q = vertices[loops_[i + 1]].x;
-        const double ux = p[0] - o[0], uy = p[1] - o[1], uz = p[2] - o[2], vx = q[0] - o[0], vy = q[1] - o[1], vz = q[2] - o[2];
-        turn += normal[0] * (uy * vz - uz * vy) + normal[1] * (uz * vx - ux * vz) + normal[2] * (ux * vy - uy * vx);
-        length += std::fabs(ux) + std::fabs(uy) + std::fabs(uz) + std::fabs(vx) + std::fabs(vy) + std::fabs(vz);
+        const double ux = p[0] - o[0], uy = p[1] - o[1], uz = p[2] - o[2], vx = q[0] - o[0], vy = q[1] - o[1],
+                     vz = q[2] - o[2];
+        turn += normal[0] * (uy * vz - uz * vy) + normal[1] * (uz * vx - ux * vz) +
+                normal[2] * (ux * vy - uy * vx);
+        length +=
+            std::fabs(ux) + std::fabs(uy) + std::fabs(uz) + std::fabs(vx) + std::fabs(vy) + std::fabs(vz);
         error = std::max({error, vertices[loops_[i]].error, vertices[loops_[i + 1]].error});
         bound = 4 * error * (length + error * static_cast<double>(edges.size())) + 0x1p-48 * length * length;
       }
-      if ((turn < 0) != code.flipped()) std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.end());
+      if ((turn < 0) != code.flipped())
+        std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.end());
       loop_ends_.push_back(static_cast<std::uint32_t>(loops_.size()));
       if (std::fabs(turn) <= bound) doubtful_.push_back(static_cast<std::uint16_t>(facet));
     }
@@ -297,18 +312,22 @@ void CellWriter<D>::order_facets(const Cell<D>& cell) {
   }
 }
 
-/// A facet whose rounded coordinates do not tell how it turns, because it is as thin as they are rounded, turns as its
-/// neighbours say: they run along the common edge in the opposite direction.
+/// A facet whose rounded coordinates do not tell how it turns, because it is as thin as they are rounded,
+/// turns as its neighbours say: they run along the common edge in the opposite direction.
 template <int D>
 void CellWriter<D>::turn_doubtful_facets() {
-  const auto begin_of = [&](std::size_t facet) { return facet == 0 ? std::size_t{0} : loop_ends_[facet - 1]; };
+  const auto begin_of = [&](std::size_t facet) {
+    return facet == 0 ? std::size_t{0} : loop_ends_[facet - 1];
+  };
   const auto runs_along = [&](std::size_t facet, std::uint16_t from, std::uint16_t to) {
     const std::size_t begin = begin_of(facet), end = loop_ends_[facet];
     for (std::size_t i = begin; i < end; ++i)
       if (loops_[i] == from && loops_[i + 1 < end ? i + 1 : begin] == to) return true;
     return false;
   };
-  const auto is_doubtful = [&](std::size_t facet) { return std::find(doubtful_.begin(), doubtful_.end(), facet) != doubtful_.end(); };
+  const auto is_doubtful = [&](std::size_t facet) {
+    return std::find(doubtful_.begin(), doubtful_.end(), facet) != doubtful_.end();
+  };
   if (doubtful_.size() == loop_ends_.size()) doubtful_.pop_back();  // all of them: as one of them says
   while (!doubtful_.empty()) {
     const std::size_t before = doubtful_.size();
@@ -324,7 +343,9 @@ void CellWriter<D>::turn_doubtful_facets() {
         }
       }
       if (!known) continue;
-      if (reverse) std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin), loops_.begin() + static_cast<std::ptrdiff_t>(end));
+      if (reverse)
+        std::reverse(loops_.begin() + static_cast<std::ptrdiff_t>(begin),
+                     loops_.begin() + static_cast<std::ptrdiff_t>(end));
       doubtful_.erase(doubtful_.begin() + static_cast<std::ptrdiff_t>(k));
     }
     if (doubtful_.size() == before) return;  // cannot be: the facets around a cell are connected
@@ -342,7 +363,8 @@ void CellWriter<D>::cut_into_triangles(const Cell<D>& cell) {
     const std::uint16_t apex = ends[2 * edges[0]];
     std::size_t found = triangle_count_;
     bool is_at_first = false;
-    for (const std::uint16_t edge : edges) {  // without branches: there is no telling which edges meet the apex
+    for (const std::uint16_t edge :
+         edges) {  // without branches: there is no telling which edges meet the apex
       const std::uint16_t a = ends[2 * edge], b = ends[2 * edge + 1];
       triangles_[found] = {apex, a, b};
       found += (a != apex) & (b != apex) ? 1 : 0;
@@ -380,7 +402,8 @@ Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
   const auto vertices = cell.vertices();
   const std::size_t first_coordinate = batch.points.size();
   batch.points.resize(first_coordinate + vertices.size() * D);
-  for (std::size_t v = 0; v < vertices.size(); ++v) std::copy_n(vertices[v].x.data(), D, batch.points.data() + first_coordinate + v * D);
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    std::copy_n(vertices[v].x.data(), D, batch.points.data() + first_coordinate + v * D);
   batch.point_offset.push_back(static_cast<std::uint32_t>(batch.points.size() / D));
   const auto end_facet = [&](OrientedHyperplane code, std::size_t end) {
     batch.facet_vertex_offset.push_back(static_cast<std::uint32_t>(end));
@@ -398,7 +421,8 @@ Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
   } else if constexpr (D == 3) {
     const auto first = static_cast<std::uint32_t>(batch.facet_vertices.size());
     batch.facet_vertices.insert(batch.facet_vertices.end(), loops_.begin(), loops_.end());
-    for (std::size_t facet = 0; facet < loop_ends_.size(); ++facet) end_facet(cell.facet_hyperplane(facet), first + loop_ends_[facet]);
+    for (std::size_t facet = 0; facet < loop_ends_.size(); ++facet)
+      end_facet(cell.facet_hyperplane(facet), first + loop_ends_[facet]);
   } else {
     for (std::size_t facet = 0; facet < cell.facet_count(); ++facet) {
       const auto corners = facet_vertices(cell, facet);
@@ -411,7 +435,7 @@ Moments<D> CellWriter<D>::append(const Cell<D>& cell, CellBatch& batch) {
   return moments;
 }
 
-#define BSP2_INSTANTIATE(D)     \
+#define BSP2_INSTANTIATE(D)    \
   template class MomentSum<D>; \
   template class CellWriter<D>;
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

@@ -25,7 +25,8 @@ void add_scaled(std::array<double, D>& a, double factor, const std::array<double
   for (std::size_t i = 0; i < D; ++i) a[i] += factor * b[i];
 }
 
-/// Half-spaces that the point lies on, as an orthonormal basis: normal_j = sum over i <= j of r[i][j] basis_i.
+/// Half-spaces that the point lies on, as an orthonormal basis: normal_j = sum over i <= j of r[i][j]
+/// basis_i.
 template <int D>
 class ActiveSet {
  public:
@@ -128,13 +129,16 @@ std::array<double, D> nearest_to_origin(std::span<const HalfSpace<D>> half_space
       const Vector<D> rest = active.orthogonal_part(normal, coefficients);
       const double length = dot(rest, rest);
       const double infinite = std::numeric_limits<double>::infinity();
-      const double full = active.size < D && length > independent * independent ? violation / length : infinite;
+      const double full =
+          active.size < D && length > independent * independent ? violation / length : infinite;
       double partial = infinite;
       int leaving = -1;
       for (int i = 0; i < active.size; ++i)
-        if (coefficients[i] > 0 && active.multiplier[i] / coefficients[i] < partial) partial = active.multiplier[i] / coefficients[i], leaving = i;
+        if (coefficients[i] > 0 && active.multiplier[i] / coefficients[i] < partial)
+          partial = active.multiplier[i] / coefficients[i], leaving = i;
       const double step = std::min(full, partial);
-      if (step == infinite) return point;  // no common point but for rounding: what there is bounds the distance
+      if (step == infinite)
+        return point;  // no common point but for rounding: what there is bounds the distance
       for (int i = 0; i < active.size; ++i) active.multiplier[i] -= step * coefficients[i];
       multiplier += step;
       if (full <= partial) {
@@ -164,7 +168,8 @@ template <int D>
 PointAnswer<D> PointQuery<D>::ask(const std::array<double, D>& point) const {
   PointAnswer<D> answer;
   bool outside = false;
-  for (int axis = 0; axis < D; ++axis) outside = outside || point[axis] < lower_[axis] || point[axis] > upper_[axis];
+  for (int axis = 0; axis < D; ++axis)
+    outside = outside || point[axis] < lower_[axis] || point[axis] > upper_[axis];
   if (!outside) answer.leaf = tree_.template locate<D>(table_, point);
   answer.label = label_of(answer.leaf);
   answer.nearest = point;
@@ -207,7 +212,8 @@ void PointQuery<D>::search(const std::array<double, D>& point, PointAnswer<D>& a
     if (visit.at < 0) {
       if (label_of(~visit.at) == answer.label) continue;
       half_spaces.clear();
-      for (std::int32_t step = visit.path; step >= 0; step = steps[step].parent) half_spaces.push_back(steps[step].half_space);
+      for (std::int32_t step = visit.path; step >= 0; step = steps[step].parent)
+        half_spaces.push_back(steps[step].half_space);
       improve(nearest_to_origin<D>(half_spaces, answer.distance));
       continue;
     }
@@ -219,13 +225,14 @@ void PointQuery<D>::search(const std::array<double, D>& point, PointAnswer<D>& a
       for (int i = 0; i < D; ++i) half_space.normal[i] = sign * h[i + 1];
       half_space.offset = sign * distance;
       const double bound = std::max(visit.bound, half_space.offset);
-      if (bound < answer.distance) visits.push({bound, sign > 0 ? node.negative : node.positive, add_step(half_space, visit.path)});
+      if (bound < answer.distance)
+        visits.push({bound, sign > 0 ? node.negative : node.positive, add_step(half_space, visit.path)});
     }
   }
 }
 
-#define BSP2_INSTANTIATE(D)                                                                             \
-  template std::array<double, D> nearest_to_origin<D>(std::span<const HalfSpace<D>>, double);           \
+#define BSP2_INSTANTIATE(D)                                                                   \
+  template std::array<double, D> nearest_to_origin<D>(std::span<const HalfSpace<D>>, double); \
   template class PointQuery<D>;
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE

@@ -14,7 +14,9 @@ SpaceCell::SpaceCell(std::size_t vertex_count, std::size_t edges, std::size_t fa
   if (vertex_count > most || edges > most || facets > most) CellScratch<3>::throw_too_many_faces();
   auto& [of_edges, of_facets] = cell_.levels_;
   std::size_t at = vertex_count * sizeof(Vertex<3>);
-  const auto place = [&at](std::size_t bytes) { return static_cast<std::uint32_t>(std::exchange(at, at + (bytes + 3) / 4 * 4)); };
+  const auto place = [&at](std::size_t bytes) {
+    return static_cast<std::uint32_t>(std::exchange(at, at + (bytes + 3) / 4 * 4));
+  };
   of_edges.faces = static_cast<std::uint32_t>(edges);
   of_edges.hyperplanes_at = place(edges * 2 * sizeof(std::uint32_t));
   of_edges.ends_at = static_cast<std::uint32_t>(at);

@@ -9,8 +9,8 @@ namespace bsp2::geometry {
 
 /// A cell in space that is written in place. Its size is known beforehand, as each edge lies in two facets.
 ///
-/// The writer fills all arrays: vertices, then for each edge its two ends and hyperplanes, then for each facet the oriented hyperplane, its
-/// edges, and where they end among all.
+/// The writer fills all arrays: vertices, then for each edge its two ends and hyperplanes, then for each
+/// facet the oriented hyperplane, its edges, and where they end among all.
 class SpaceCell {
  public:
   /// Throws length_error where 16 bits do not number the faces.
@@ -24,7 +24,8 @@ class SpaceCell {
   std::uint16_t* facet_edges;        // two an edge
 
   void add_facet_edge(std::uint16_t edge) { facet_edges[filled_++] = edge; }
-  /// The same without a branch. What is not wanted is overwritten by the next one: there has to be one, of this facet or another.
+  /// The same without a branch. What is not wanted is overwritten by the next one: there has to be one, of
+  /// this facet or another.
   void add_facet_edge_if(bool wanted, std::uint16_t edge) {
     facet_edges[filled_] = edge;
     filled_ += wanted ? 1 : 0;

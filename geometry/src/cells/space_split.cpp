@@ -1,4 +1,5 @@
-// The split in space, where most time is spent: what Splitter does in any dimension, its cells written in place.
+// The split in space, where most time is spent: what Splitter does in any dimension, its cells written in
+// place.
 #include <algorithm>
 #include <stdexcept>
 
@@ -17,7 +18,8 @@ std::array<std::uint32_t, 2> ascending(std::uint32_t a, std::uint32_t b) {
 
 /// The two points in which a hyperplane through vertices meets a facet's outline.
 template <>
-std::array<std::uint32_t, 2> Splitter<3>::find_common_edge(const Cell<3>& cell, std::span<const std::uint16_t> outline) const {
+std::array<std::uint32_t, 2> Splitter<3>::find_common_edge(const Cell<3>& cell,
+                                                           std::span<const std::uint16_t> outline) const {
   std::array<std::uint32_t, 2> ends{};
   std::size_t found = 0;
   const auto add = [&](std::uint32_t vertex) {
@@ -36,8 +38,9 @@ std::array<std::uint32_t, 2> Splitter<3>::find_common_edge(const Cell<3>& cell, 
   return ascending(ends[0], ends[1]);
 }
 
-/// A new edge for each crossing facet, between the points in which the hyperplane meets its outline. These are the outline of the facet
-/// that both halves have in common. New vertices are numbered on from the cell's own, and new edges, too.
+/// A new edge for each crossing facet, between the points in which the hyperplane meets its outline. These
+/// are the outline of the facet that both halves have in common. New vertices are numbered on from the cell's
+/// own, and new edges, too.
 template <>
 void Splitter<3>::find_common_edges(const Cell<3>& cell) {
   const std::uint8_t* const of_edge = mask_[1].data();
@@ -48,7 +51,8 @@ void Splitter<3>::find_common_edges(const Cell<3>& cell) {
   common_edges_.resize(facets);
   common_outline_.resize(facets);
   std::size_t crossing = 0;
-  for (std::size_t facet = 0; facet < facets; ++facet) {  // hardly any branches: there is no telling which edges and facets cross
+  for (std::size_t facet = 0; facet < facets;
+       ++facet) {  // hardly any branches: there is no telling which edges and facets cross
     std::array<std::uint32_t, 4> ends{};
     std::size_t found = 0;
     std::uint8_t mask = 0;
@@ -67,8 +71,8 @@ void Splitter<3>::find_common_edges(const Cell<3>& cell) {
   common_outline_.resize(crossing);
 }
 
-/// The same where vertices lie on the hyperplane, and maybe edges: each of these belongs to two facets, one a side, and is taken from the
-/// negative one.
+/// The same where vertices lie on the hyperplane, and maybe edges: each of these belongs to two facets, one a
+/// side, and is taken from the negative one.
 template <>
 void Splitter<3>::find_touched_edges(const Cell<3>& cell) {
   const std::size_t edges = cell.face_count(1), facets = cell.facet_count();
@@ -98,7 +102,8 @@ std::size_t Splitter<3>::number_kept(int k, std::size_t count, std::uint8_t othe
   kept.resize(count);
   const std::uint8_t* const mask = mask_[k].data();
   std::size_t found = 0;
-  for (std::size_t face = 0; face < count; ++face) {  // without branches: there is no telling which ones are kept
+  for (std::size_t face = 0; face < count;
+       ++face) {  // without branches: there is no telling which ones are kept
     number[face] = static_cast<std::uint16_t>(found);
     kept[found] = static_cast<std::uint16_t>(face);
     found += mask[face] != other ? 1 : 0;
@@ -112,7 +117,8 @@ Cell<3> Splitter<3>::half_of(const Cell<3>& cell, HyperplaneId id, std::uint8_t 
   const std::size_t old_vertices = cell.face_count(0), old_edges = cell.face_count(1);
   const std::size_t vertices = number_kept(0, old_vertices, other), edges = number_kept(1, old_edges, other);
   const std::size_t facets = number_kept(2, cell.facet_count(), other);
-  const std::uint16_t *const vertex_number = number_[0].data(), *const edge_number = number_[1].data(), *const cut_number = cut_number_.data();
+  const std::uint16_t *const vertex_number = number_[0].data(), *const edge_number = number_[1].data(),
+                             *const cut_number = cut_number_.data();
   const std::uint8_t* const of_vertex = mask_[0].data();
   SpaceCell half(vertices + cuts_.size(), edges + common_edges_.size(), facets + 1);
 
@@ -127,16 +133,20 @@ Cell<3> Splitter<3>::half_of(const Cell<3>& cell, HyperplaneId id, std::uint8_t 
     for (std::size_t k = 0; k < 2; ++k) {
       const std::uint16_t end = old_ends[2 * edge + k];
       const std::uint32_t cut = of_vertex[end] == other ? ~0u : 0u;  // without a branch: there is no telling
-      half.edge_ends[2 * i + k] = static_cast<std::uint16_t>((static_cast<std::uint32_t>(vertices + cut_number[edge]) & cut) | (vertex_number[end] & ~cut));
+      half.edge_ends[2 * i + k] = static_cast<std::uint16_t>(
+          (static_cast<std::uint32_t>(vertices + cut_number[edge]) & cut) | (vertex_number[end] & ~cut));
       half.edge_hyperplanes[2 * i + k] = old_hyperplanes[2 * edge + k];
     }
   }
-  const auto vertex = [&](std::uint32_t v) { return static_cast<std::uint16_t>(v < old_vertices ? vertex_number[v] : vertices + v - old_vertices); };
+  const auto vertex = [&](std::uint32_t v) {
+    return static_cast<std::uint16_t>(v < old_vertices ? vertex_number[v] : vertices + v - old_vertices);
+  };
   std::size_t next = edges;  // of the common ones
   for (std::size_t i = 0; i < facets; ++i) {
     const std::size_t facet = kept_[2][i];
     const std::uint32_t hyperplane = cell.hyperplanes(2, facet)[0];
-    for (const std::uint16_t edge : cell.subfaces(2, facet)) half.add_facet_edge_if(mask_[1][edge] != other, edge_number[edge]);
+    for (const std::uint16_t edge : cell.subfaces(2, facet))
+      half.add_facet_edge_if(mask_[1][edge] != other, edge_number[edge]);
     if (mask_[2][facet] == crosses) {
       const auto& ends = common_edges_[next - edges];
       for (std::size_t k = 0; k < 2; ++k) half.edge_ends[2 * next + k] = vertex(ends[k]);
@@ -147,7 +157,8 @@ Cell<3> Splitter<3>::half_of(const Cell<3>& cell, HyperplaneId id, std::uint8_t 
     half.close_facet(hyperplane);
   }
   for (const std::uint32_t edge : common_outline_)
-    half.add_facet_edge(static_cast<std::uint16_t>(edge < old_edges ? edge_number[edge] : edges + edge - old_edges));
+    half.add_facet_edge(
+        static_cast<std::uint16_t>(edge < old_edges ? edge_number[edge] : edges + edge - old_edges));
   half.close_facet(oriented(id, side == has_positive).code);  // the half is on its negative side
   return half.take();
 }
@@ -157,12 +168,14 @@ void Splitter<3>::split(const Cell<3>& cell, HyperplaneId id, Cell<3>* negative,
   ++counts_.splits;
   cut_edges(cell, id);
   const std::uint8_t* const of_vertex = mask_[0].data();
-  const auto touched = static_cast<std::size_t>(std::count(of_vertex, of_vertex + cell.face_count(0), std::uint8_t{0}));
+  const auto touched =
+      static_cast<std::size_t>(std::count(of_vertex, of_vertex + cell.face_count(0), std::uint8_t{0}));
   if (touched == 0)
     find_common_edges(cell);
   else
     find_touched_edges(cell);
-  if (common_outline_.size() != cuts_.size() + touched) throw std::logic_error("the common facet of two halves has not as many edges as corners");
+  if (common_outline_.size() != cuts_.size() + touched)
+    throw std::logic_error("the common facet of two halves has not as many edges as corners");
   if (negative != nullptr) *negative = half_of(cell, id, has_negative);
   if (positive != nullptr) *positive = half_of(cell, id, has_positive);
 }

@@ -21,7 +21,7 @@ KernelCounts& KernelCounts::operator+=(const KernelCounts& other) {
   return *this;
 }
 
-// --- CellScratch ------------------------------------------------------------------------------------------------
+// --- CellScratch ---
 
 namespace {
 
@@ -89,7 +89,7 @@ void VertexColumns<D>::load(const Cell<D>& cell) {
     for (auto& column : x) column[i] = column[count - 1];
 }
 
-// --- the predicate -----------------------------------------------------------------------------------------------
+// --- the predicate ---
 
 template <int D>
 int Splitter<D>::side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded) {
@@ -107,9 +107,11 @@ template <int D>
 Splitter<D>::Splitter(const HyperplaneTable<D>& table)
     : table_(&table), reach_bits_(std::ilogb(table.radius()) + 1 - table.grid_exponent()) {}
 
-/// What the filter, and the hyperplanes that a vertex is named by, tell of its side: without branches, as there is no telling.
+/// What the filter, and the hyperplanes that a vertex is named by, tell of its side: without branches, as
+/// there is no telling.
 template <int D>
-auto Splitter<D>::quick_side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded) -> QuickSide {
+auto Splitter<D>::quick_side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded)
+    -> QuickSide {
   const double value = rounded.at(vertex.x);
   const double bound = rounded.error + vertex.error * (1 + 0x1p-40);
   const int mask = (value < -bound ? has_negative : 0) | (value > bound ? has_positive : 0);
@@ -150,7 +152,8 @@ std::optional<Position> side_of_facet(const Cell<D>& cell, HyperplaneId id) {
   if constexpr (D > 1) {
     const std::uint32_t* const codes = cell.hyperplanes(D - 1, 0).data();
     for (std::size_t facet = 0; facet < cell.facet_count(); ++facet)
-      if (const OrientedHyperplane plane{codes[facet]}; plane.id() == id) return plane.flipped() ? Position::positive : Position::negative;
+      if (const OrientedHyperplane plane{codes[facet]}; plane.id() == id)
+        return plane.flipped() ? Position::positive : Position::negative;
   }
   return std::nullopt;
 }
@@ -174,13 +177,18 @@ namespace {
 static_assert(VertexColumns<3>::block == 4);
 
 filter::Sides sides_of(Position position) {
-  return position == Position::crossing ? filter::both : position == Position::negative ? filter::all_negative : filter::all_positive;
+  return position == Position::crossing   ? filter::both
+         : position == Position::negative ? filter::all_negative
+                                          : filter::all_positive;
 }
 
-filter::Points points_of(const VertexColumns<3>& columns) { return {columns.x[0].data(), columns.x[1].data(), columns.x[2].data(), columns.count}; }
+filter::Points points_of(const VertexColumns<3>& columns) {
+  return {columns.x[0].data(), columns.x[1].data(), columns.x[2].data(), columns.count};
+}
 
 template <int D>
-filter::Range find_range(const VertexColumns<D>& columns, const Hyperplane<D>& h, double bound, std::uint64_t& looked_at) {
+filter::Range find_range(const VertexColumns<D>& columns, const Hyperplane<D>& h, double bound,
+                         std::uint64_t& looked_at) {
   if constexpr (D == 3) {
     return filter::find_range(points_of(columns), h, bound, looked_at);
   } else {
@@ -200,7 +208,8 @@ filter::Range find_range(const VertexColumns<D>& columns, const Hyperplane<D>& h
 }  // namespace
 
 template <int D>
-Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded) {
+Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id,
+                               const Hyperplane<D>& rounded) {
   const double bound = rounded.error + columns.error * (1 + 0x1p-40);
   const auto [least, largest] = find_range<D>(columns, rounded, bound, counts_.predicates);
   if (least < -bound && largest > bound) return Position::crossing;
@@ -210,8 +219,8 @@ Position Splitter<D>::position(const Cell<D>& cell, const VertexColumns<D>& colu
 }
 
 template <int D>
-bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes,
-                                Buffer<std::uint32_t>& crossing) {
+bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns,
+                                std::span<const OrientedHyperplane> planes, Buffer<std::uint32_t>& crossing) {
   if constexpr (D == 3) {
     constexpr std::size_t block = 64;
     static_assert(block % wide == 0);
@@ -219,12 +228,14 @@ bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& col
     alignas(64) std::array<filter::Sides, block> sides;  // stored in pieces of that size
     for (std::size_t first = 0; first < planes.size(); first += block) {
       const auto some = planes.subspan(first, std::min(block, planes.size() - first));
-      counts_.predicates += filter::find_sides(points_of(columns), columns.error * (1 + 0x1p-40), stored.data(), some, sides.data());
+      counts_.predicates += filter::find_sides(points_of(columns), columns.error * (1 + 0x1p-40),
+                                               stored.data(), some, sides.data());
       const std::size_t before = crossing.size();
       crossing.resize(before + some.size());
       std::uint32_t* codes = crossing.data() + before;
       bool is_outside = false;
-      for (std::size_t i = 0; i < some.size(); ++i) {  // hardly any branches: there is no telling which ones cross
+      for (std::size_t i = 0; i < some.size();
+           ++i) {  // hardly any branches: there is no telling which ones cross
         const OrientedHyperplane plane = some[i];
         filter::Sides where = sides[i];
         if (where == filter::doubtful) [[unlikely]] {
@@ -248,7 +259,7 @@ bool Splitter<D>::find_crossing(const Cell<D>& cell, const VertexColumns<D>& col
   }
 }
 
-// --- split: signs of the vertices, then each k-face from its (k-1)-faces --------------------------------------------
+// --- split: signs of the vertices, then each k-face from its (k-1)-faces ---
 
 template <int D>
 void Splitter<D>::split(const Cell<D>& cell, HyperplaneId id, Cell<D>* negative, Cell<D>* positive) {
@@ -281,7 +292,8 @@ void Splitter<D>::split_vertices(const Cell<D>& cell) {
   for (std::size_t i = 0; i < vertices.size(); ++i)
     for (unsigned h = 0; h < 2; ++h) {
       const std::uint8_t other_side = h == 0 ? has_positive : has_negative;
-      if (halves_[h].wanted && mask_[0][i] != other_side) halves_[h].index[0][i] = halves_[h].scratch.add_vertex(vertices[i]);
+      if (halves_[h].wanted && mask_[0][i] != other_side)
+        halves_[h].index[0][i] = halves_[h].scratch.add_vertex(vertices[i]);
     }
 }
 
@@ -306,12 +318,14 @@ void Splitter<D>::cut_edges(const Cell<D>& cell, HyperplaneId id) {
   std::uint16_t* const number = cut_number_.data();
   EdgeHyperplanes<D>* const crossing = crossing_.data();
   std::size_t found = 0;
-  for (std::size_t edge = 0; edge < count; ++edge) {  // without branches: there is no telling which ones cross
+  for (std::size_t edge = 0; edge < count;
+       ++edge) {  // without branches: there is no telling which ones cross
     const std::uint8_t mask = of_vertex[ends[2 * edge]] | of_vertex[ends[2 * edge + 1]];
     number[edge] = static_cast<std::uint16_t>(found);
     of_edge[edge] = mask;
     const std::uint32_t* const own = hyperplanes + (D - 1) * edge;
-    for (int i = 0; i + 1 < D; ++i) crossing[found][i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
+    for (int i = 0; i + 1 < D; ++i)
+      crossing[found][i] = D == 2 ? own[i] >> 1 : own[i];  // in the plane, edges are facets
     found += mask == crosses ? 1 : 0;
   }
   crossing_.resize(found);
@@ -329,7 +343,8 @@ void Splitter<D>::split_edges(const Cell<D>& cell, HyperplaneId id) {
       const std::uint8_t mask = mask_[1][edge];
       if (mask != crosses) {
         for (unsigned h = 0; h < 2; ++h)
-          if (halves_[h].wanted && mask != (h == 0 ? has_positive : has_negative)) copy_face(cell, 1, edge, halves_[h]);
+          if (halves_[h].wanted && mask != (h == 0 ? has_positive : has_negative))
+            copy_face(cell, 1, edge, halves_[h]);
         continue;
       }
       const Vertex<D>& vertex = *cut_vertex++;
@@ -348,12 +363,14 @@ void Splitter<D>::split_edges(const Cell<D>& cell, HyperplaneId id) {
   }
 }
 
-/// The (k-1)-face in which a crossing k-face with these (k-1)-faces meets the hyperplane. Its own (k-2)-faces are the
-/// common ones of the crossing (k-1)-faces, and those that lie on the hyperplane already: each of these belongs to two
-/// (k-1)-faces, one a side, and is taken from the negative one. The ends of a new edge are in ascending order.
+/// The (k-1)-face in which a crossing k-face with these (k-1)-faces meets the hyperplane. Its own (k-2)-faces
+/// are the common ones of the crossing (k-1)-faces, and those that lie on the hyperplane already: each of
+/// these belongs to two (k-1)-faces, one a side, and is taken from the negative one. The ends of a new edge
+/// are in ascending order.
 template <int D>
 template <typename Subfaces>
-std::uint16_t Splitter<D>::add_common(const Cell<D>& cell, int k, const Subfaces& subfaces, const std::uint32_t* hyperplanes, Half& half) {
+std::uint16_t Splitter<D>::add_common(const Cell<D>& cell, int k, const Subfaces& subfaces,
+                                      const std::uint32_t* hyperplanes, Half& half) {
   const std::uint16_t index = half.scratch.add_face(k - 1, hyperplanes);
   for (const std::uint16_t sub : subfaces) {
     if (mask_[k - 1][sub] == crosses) {
@@ -379,7 +396,8 @@ void Splitter<D>::split_faces(const Cell<D>& cell, int k, HyperplaneId id) {
     mask_[k][face] = mask;
     if (mask != crosses) {
       for (unsigned h = 0; h < 2; ++h)
-        if (halves_[h].wanted && mask != (h == 0 ? has_positive : has_negative)) copy_face(cell, k, face, halves_[h]);
+        if (halves_[h].wanted && mask != (h == 0 ? has_positive : has_negative))
+          copy_face(cell, k, face, halves_[h]);
       continue;
     }
     std::array<std::uint32_t, D> ids{};  // of the common face
@@ -392,7 +410,8 @@ void Splitter<D>::split_faces(const Cell<D>& cell, int k, HyperplaneId id) {
       const std::uint16_t common = half.common[k - 1][face] = add_common(cell, k, subfaces, ids.data(), half);
       half.index[k][face] = half.scratch.add_face(k, own.data());
       for (const std::uint16_t sub : subfaces)
-        if (mask_[k - 1][sub] != (h == 0 ? has_positive : has_negative)) half.scratch.add_subface(k, half.index[k - 1][sub]);
+        if (mask_[k - 1][sub] != (h == 0 ? has_positive : has_negative))
+          half.scratch.add_subface(k, half.index[k - 1][sub]);
       half.scratch.add_subface(k, common);
       half.scratch.close_face(k);
     }
@@ -425,7 +444,7 @@ void Splitter<D>::split_body(const Cell<D>& cell, HyperplaneId id) {
   }
 }
 
-#define BSP2_INSTANTIATE(D)          \
+#define BSP2_INSTANTIATE(D)         \
   template struct VertexColumns<D>; \
   template class CellScratch<D>;    \
   template class Splitter<D>;

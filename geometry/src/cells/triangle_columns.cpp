@@ -10,11 +10,16 @@ namespace bsp2::geometry {
 namespace {
 
 /// @param coordinates nine columns of `count` numbers, a multiple of the lanes.
-BSP2_VECTOR_CLONES void find_triangle_sides(const double* coordinates, std::size_t count, const Hyperplane<3>& plane, double low, double high,
+BSP2_VECTOR_CLONES void find_triangle_sides(const double* coordinates, std::size_t count,
+                                            const Hyperplane<3>& plane, double low, double high,
                                             std::uint8_t* sides) {
-  // Numbers whose lowest bits are the sides: choices between constants, others the compiler makes one lane at a time.
-  const auto number = [](TriangleColumns::Sides side) { return 0x1p52 + static_cast<double>(static_cast<int>(side)); };
-  const WideLanes zero{}, below = zero + number(TriangleColumns::below), between = zero + number(TriangleColumns::between),
+  // Numbers whose lowest bits are the sides: choices between constants, others the compiler makes one lane at
+  // a time.
+  const auto number = [](TriangleColumns::Sides side) {
+    return 0x1p52 + static_cast<double>(static_cast<int>(side));
+  };
+  const WideLanes zero{}, below = zero + number(TriangleColumns::below),
+                          between = zero + number(TriangleColumns::between),
                           above = zero + number(TriangleColumns::above);
   for (std::size_t at = 0; at < count; at += wide) {
     WideBits all{};
@@ -42,7 +47,8 @@ void TriangleColumns::resize(std::size_t count) {
   padded_ = (count + wide - 1) / wide * wide;
   coordinates_.clear();
   coordinates_.resize(9 * padded_);
-  for (std::size_t column = 0; column < 9; ++column) std::fill_n(coordinates_.begin() + column * padded_ + count, padded_ - count, 0.0);
+  for (std::size_t column = 0; column < 9; ++column)
+    std::fill_n(coordinates_.begin() + column * padded_ + count, padded_ - count, 0.0);
   sides_.resize(padded_);
 }
 

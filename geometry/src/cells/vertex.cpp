@@ -1,4 +1,5 @@
-// The vertices in which hyperplanes meet. Compiled without contracted additions: a vertex is the same bit for bit on all processors.
+// The vertices in which hyperplanes meet. Compiled without contracted additions: a vertex is the same bit for
+// bit on all processors.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -6,9 +7,9 @@
 #include <optional>
 
 #include "bsp2/geometry/cells/cell.hpp"
-#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/exact/exact.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "support/vector_lanes.hpp"
 
 namespace bsp2::geometry {
@@ -16,7 +17,8 @@ namespace {
 
 /// @param point in homogeneous coordinates, in the table's grid units.
 template <int D, typename Integer>
-Vertex<D> rounded_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids, const std::array<Integer, D + 1>& point) {
+Vertex<D> rounded_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids,
+                         const std::array<Integer, D + 1>& point) {
   Vertex<D> vertex{{}, 8 * D * 0x1p-53 * table.radius(), ids};
   const auto top = static_cast<long>(mp::msb(Integer(mp::abs(point[D]))));
   const double weight = scaled_to_double(point[D], top);
@@ -24,9 +26,11 @@ Vertex<D> rounded_vertex(const HyperplaneTable<D>& table, const std::array<Hyper
   return vertex;
 }
 
-/// The primitive that all of these hyperplanes are of, as those of a finely faceted surface: the map that places it.
+/// The primitive that all of these hyperplanes are of, as those of a finely faceted surface: the map that
+/// places it.
 template <int D>
-std::optional<std::uint32_t> common_map(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids) {
+std::optional<std::uint32_t> common_map(const HyperplaneTable<D>& table,
+                                        const std::array<HyperplaneId, D>& ids) {
   const auto* first = table.source(ids[0]);
   for (const HyperplaneId id : ids) {
     const auto* source = table.source(id);
@@ -35,11 +39,13 @@ std::optional<std::uint32_t> common_map(const HyperplaneTable<D>& table, const s
   return first->map;
 }
 
-/// Hyperplanes of one primitive meet in its own frame, where the numbers are a third as long, and its map takes the point to the model.
+/// Hyperplanes of one primitive meet in its own frame, where the numbers are a third as long, and its map
+/// takes the point to the model.
 template <int D>
 Vertex<D> exact_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids) {
   if (const auto map = common_map<D>(table, ids)) {
-    using Integer = FixedInteger<896>;  // minors of D rows of 216 bits, or 114 above D = 3, times entries of 122
+    using Integer =
+        FixedInteger<896>;  // minors of D rows of 216 bits, or 114 above D = 3, times entries of 122
     std::array<std::array<Integer, D + 1>, D> rows;
     for (int i = 0; i < D; ++i) {
       const auto& covector = table.covector(table.source(ids[i])->covector).exact;
@@ -54,8 +60,9 @@ Vertex<D> exact_vertex(const HyperplaneTable<D>& table, const std::array<Hyperpl
 
 /// The rounded meeting point and its error bound.
 ///
-/// With the approximate inverse M of the normals N and the point x = -M d: the exact point differs from x by N^-1 r, r
-/// the exact values of the hyperplanes at x, |r_i| <= |h_i(x)| + error_i, and |N^-1| <= |M| / (1 - |I - M N|).
+/// With the approximate inverse M of the normals N and the point x = -M d: the exact point differs from x by
+/// N^-1 r, r the exact values of the hyperplanes at x, |r_i| <= |h_i(x)| + error_i, and |N^-1| <= |M| / (1 -
+/// |I - M N|).
 template <int D>
 bool solve_by_elimination(const std::array<Hyperplane<D>, D>& h, Vertex<D>& vertex) {
   std::array<std::array<double, 2 * D>, D> a{};  // [N | I], reduced to [I | M] with pivoting
@@ -104,7 +111,8 @@ struct Planes {
   Number offset, error;
 };
 
-/// Where three of them meet, by how much that is off at most, and the size of their determinant: below `least_size` neither is known.
+/// Where three of them meet, by how much that is off at most, and the size of their determinant: below
+/// `least_size` neither is known.
 template <typename Number>
 struct Meetings {
   std::array<Number, 3> x;
@@ -112,12 +120,8 @@ struct Meetings {
 };
 constexpr double least_size = 0x1p-24;
 
-[[gnu::always_inline]] inline void make_positive(double& value) {
-  value = std::fabs(value);
-}
-[[gnu::always_inline]] inline void make_positive(long double& value) {
-  value = std::fabs(value);
-}
+[[gnu::always_inline]] inline void make_positive(double& value) { value = std::fabs(value); }
+[[gnu::always_inline]] inline void make_positive(long double& value) { value = std::fabs(value); }
 [[gnu::always_inline]] inline void make_positive(Lanes& values) {
   Bits bits;
   std::memcpy(&bits, &values, sizeof bits);
@@ -126,7 +130,8 @@ constexpr double least_size = 0x1p-24;
 }
 
 template <typename Number>
-[[gnu::always_inline]] inline void find_cross_product(const Planes<Number>& u, const Planes<Number>& v, std::array<Number, 3>& product) {
+[[gnu::always_inline]] inline void find_cross_product(const Planes<Number>& u, const Planes<Number>& v,
+                                                      std::array<Number, 3>& product) {
   product[0] = u.normal[1] * v.normal[2] - u.normal[2] * v.normal[1];
   product[1] = u.normal[2] * v.normal[0] - u.normal[0] * v.normal[2];
   product[2] = u.normal[0] * v.normal[1] - u.normal[1] * v.normal[0];
@@ -134,8 +139,8 @@ template <typename Number>
 
 /// The bound of how far x is from a hyperplane, times a bound of the length of a cross product.
 template <typename Number>
-[[gnu::always_inline]] inline void find_residual(const Planes<Number>& h, const std::array<Number, 3>& x, const std::array<Number, 3>& product,
-                                                 Number& residual) {
+[[gnu::always_inline]] inline void find_residual(const Planes<Number>& h, const std::array<Number, 3>& x,
+                                                 const std::array<Number, 3>& product, Number& residual) {
   Number value = h.offset + h.normal[0] * x[0] + h.normal[1] * x[1] + h.normal[2] * x[2];
   std::array<Number, 3> sizes = product;
   make_positive(value);
@@ -143,9 +148,11 @@ template <typename Number>
   residual = (value + h.error) * (sizes[0] + sizes[1] + sizes[2]);
 }
 
-/// By Cramer's rule: the rows of N^-1 are cross products over the determinant. (Vectors as results would be a matter of the binary interface.)
+/// By Cramer's rule: the rows of N^-1 are cross products over the determinant. (Vectors as results would be a
+/// matter of the binary interface.)
 template <typename Number>
-[[gnu::always_inline]] inline void meet(const Planes<Number>& a, const Planes<Number>& b, const Planes<Number>& c, Meetings<Number>& at) {
+[[gnu::always_inline]] inline void meet(const Planes<Number>& a, const Planes<Number>& b,
+                                        const Planes<Number>& c, Meetings<Number>& at) {
   std::array<Number, 3> bc, ca, ab;
   find_cross_product(b, c, bc);
   find_cross_product(c, a, ca);
@@ -159,14 +166,17 @@ template <typename Number>
   find_residual(c, at.x, ab, of_c);
   at.size = determinant;
   make_positive(at.size);
-  // Cross products and the determinant are off by less than 2^-49, and size >= 2^-24: their relative errors are far below 2^-20, and
-  // lengths of nearly parallel normals by less than 2^-49 each, which the second term covers.
+  // Cross products and the determinant are off by less than 2^-49, and size >= 2^-24: their relative errors
+  // are far below 2^-20, and lengths of nearly parallel normals by less than 2^-49 each, which the second
+  // term covers.
   at.error = ((of_a + of_b + of_c) * (1 + 0x1p-20) + (a.error + b.error + c.error) * 0x1p-20) / at.size;
 }
 
 // Not by adding zeros, which would take the sign of one away.
 [[gnu::always_inline]] inline void spread(double value, double& number) { number = value; }
-[[gnu::always_inline]] inline void spread(double value, Lanes& lanes) { lanes = Lanes{value, value, value, value}; }
+[[gnu::always_inline]] inline void spread(double value, Lanes& lanes) {
+  lanes = Lanes{value, value, value, value};
+}
 
 template <typename Number>
 [[gnu::always_inline]] inline void spread(const Hyperplane<3>& h, Planes<Number>& planes) {
@@ -185,7 +195,8 @@ bool solve_by_cross_products(const std::array<Hyperplane<3>, 3>& h, Vertex<3>& v
   return at.size >= least_size;
 }
 
-/// Planes in long double. Where one vertex needs them, others of the same cut do, which share planes with it: the last ones are kept.
+/// Planes in long double. Where one vertex needs them, others of the same cut do, which share planes with it:
+/// the last ones are kept.
 class RefinedPlanes {
  public:
   explicit RefinedPlanes(const HyperplaneTable<3>& table) : table_(table) {}
@@ -215,8 +226,10 @@ class RefinedPlanes {
   std::size_t next_ = 0;
 };
 
-/// In long double, in which cross products and the determinant are off by less than 2^-60: for planes that are nearly parallel.
-bool solve_by_refined_planes(RefinedPlanes& refined, const std::array<HyperplaneId, 3>& ids, Vertex<3>& vertex) {
+/// In long double, in which cross products and the determinant are off by less than 2^-60: for planes that
+/// are nearly parallel.
+bool solve_by_refined_planes(RefinedPlanes& refined, const std::array<HyperplaneId, 3>& ids,
+                             Vertex<3>& vertex) {
   constexpr long double least_size_refined = 0x1p-34L;
   const double radius = refined.table().radius();
   std::array<Planes<long double>, 3> planes;
@@ -231,7 +244,8 @@ bool solve_by_refined_planes(RefinedPlanes& refined, const std::array<Hyperplane
 }
 
 /// Where doubles do not tell well enough.
-Vertex<3> careful_vertex(RefinedPlanes& refined, const std::array<HyperplaneId, 3>& ids, std::uint64_t& exact_evaluations) {
+Vertex<3> careful_vertex(RefinedPlanes& refined, const std::array<HyperplaneId, 3>& ids,
+                         std::uint64_t& exact_evaluations) {
   Vertex<3> vertex;
   if (solve_by_refined_planes(refined, ids, vertex)) return vertex;
   ++exact_evaluations;
@@ -241,14 +255,16 @@ Vertex<3> careful_vertex(RefinedPlanes& refined, const std::array<HyperplaneId, 
 constexpr std::size_t lanes = sizeof(Lanes) / sizeof(double);
 
 /// One hyperplane a lane.
-[[gnu::always_inline]] inline void load(const std::array<const Hyperplane<3>*, lanes>& hyperplanes, Planes<Lanes>& planes) {
+[[gnu::always_inline]] inline void load(const std::array<const Hyperplane<3>*, lanes>& hyperplanes,
+                                        Planes<Lanes>& planes) {
   static_assert(offsetof(Hyperplane<3>, offset) == offsetof(Hyperplane<3>, normal) + 3 * sizeof(double));
   std::array<Lanes, 4> rows;
   for (std::size_t lane = 0; lane < lanes; ++lane) std::memcpy(&rows[lane], hyperplanes[lane], sizeof(Lanes));
   transpose(rows);
   std::copy_n(rows.begin(), 3, planes.normal.begin());
   planes.offset = rows[3];
-  planes.error = Lanes{hyperplanes[0]->error, hyperplanes[1]->error, hyperplanes[2]->error, hyperplanes[3]->error};
+  planes.error =
+      Lanes{hyperplanes[0]->error, hyperplanes[1]->error, hyperplanes[2]->error, hyperplanes[3]->error};
 }
 
 /// Coordinates and error of one vertex a lane.
@@ -256,13 +272,15 @@ constexpr std::size_t lanes = sizeof(Lanes) / sizeof(double);
   static_assert(offsetof(Vertex<3>, error) == offsetof(Vertex<3>, x) + 3 * sizeof(double));
   std::array<Lanes, 4> rows{at.x[0], at.x[1], at.x[2], at.error};
   transpose(rows);
-  for (std::size_t lane = 0; lane < vertices.size(); ++lane) std::memcpy(&vertices[lane], &rows[lane], sizeof(Lanes));
+  for (std::size_t lane = 0; lane < vertices.size(); ++lane)
+    std::memcpy(&vertices[lane], &rows[lane], sizeof(Lanes));
 }
 
 }  // namespace
 
 template <int D>
-Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids, std::uint64_t& exact_evaluations) {
+Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& ids,
+                      std::uint64_t& exact_evaluations) {
   std::array<Hyperplane<D>, D> h;
   for (int i = 0; i < D; ++i) h[i] = table.rounded(ids[i]);
   Vertex<D> vertex;
@@ -284,7 +302,8 @@ Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<Hyperpla
 namespace {
 
 /// In space, as many at a time as there are lanes.
-BSP2_VECTOR_CLONES void make_vertices_in_space(const HyperplaneTable<3>& table, std::span<const EdgeHyperplanes<3>> edges, HyperplaneId id,
+BSP2_VECTOR_CLONES void make_vertices_in_space(const HyperplaneTable<3>& table,
+                                               std::span<const EdgeHyperplanes<3>> edges, HyperplaneId id,
                                                Vertex<3>* vertices, std::uint64_t& exact_evaluations) {
   const double largest_error = largest_vertex_error * table.radius();
   const std::span<const Hyperplane<3>> of_primitives = table.rounded();
@@ -298,7 +317,8 @@ BSP2_VECTOR_CLONES void make_vertices_in_space(const HyperplaneTable<3>& table, 
     for (std::size_t lane = 0; lane < lanes; ++lane)
       for (std::size_t i = 0; i < 2; ++i) {
         const HyperplaneId own = edges[done + std::min(lane, count - 1)][i];
-        pairs[i][lane] = own < of_primitives.size() ? &of_primitives[own] : &(computed[i][lane] = table.rounded(own));
+        pairs[i][lane] =
+            own < of_primitives.size() ? &of_primitives[own] : &(computed[i][lane] = table.rounded(own));
       }
     load(pairs[0], first);
     load(pairs[1], second);
@@ -318,8 +338,8 @@ BSP2_VECTOR_CLONES void make_vertices_in_space(const HyperplaneTable<3>& table, 
 }  // namespace
 
 template <int D>
-void make_vertices(const HyperplaneTable<D>& table, std::span<const EdgeHyperplanes<D>> edges, HyperplaneId id, Vertex<D>* vertices,
-                   std::uint64_t& exact_evaluations) {
+void make_vertices(const HyperplaneTable<D>& table, std::span<const EdgeHyperplanes<D>> edges,
+                   HyperplaneId id, Vertex<D>* vertices, std::uint64_t& exact_evaluations) {
   if constexpr (D == 3) {
     make_vertices_in_space(table, edges, id, vertices, exact_evaluations);
   } else {
@@ -331,9 +351,11 @@ void make_vertices(const HyperplaneTable<D>& table, std::span<const EdgeHyperpla
   }
 }
 
-#define BSP2_INSTANTIATE(D)                                                                                           \
-  template Vertex<D> make_vertex<D>(const HyperplaneTable<D>&, const std::array<HyperplaneId, D>&, std::uint64_t&);   \
-  template void make_vertices<D>(const HyperplaneTable<D>&, std::span<const EdgeHyperplanes<D>>, HyperplaneId, Vertex<D>*, std::uint64_t&);
+#define BSP2_INSTANTIATE(D)                                                                        \
+  template Vertex<D> make_vertex<D>(const HyperplaneTable<D>&, const std::array<HyperplaneId, D>&, \
+                                    std::uint64_t&);                                               \
+  template void make_vertices<D>(const HyperplaneTable<D>&, std::span<const EdgeHyperplanes<D>>,   \
+                                 HyperplaneId, Vertex<D>*, std::uint64_t&);
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 #undef BSP2_INSTANTIATE
 

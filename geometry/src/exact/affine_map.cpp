@@ -19,7 +19,9 @@ Int128 on_grid(Quad value, int exponent) {
   const QuadBits bits(value);
   const int field = bits.exponent_field();
   const int shift = field - QuadBits::bias - fraction - exponent;
-  if (shift > 12) throw std::logic_error("an affine map exceeds the model's grid");  // at most 2^125; also what is not finite
+  if (shift > 12)
+    throw std::logic_error(
+        "an affine map exceeds the model's grid");  // at most 2^125; also what is not finite
   if (field == 0 || shift < -fraction - 2) return 0;
   const Bits mantissa = bits.fraction() | Bits{1} << fraction;
   const Bits size = shift >= 0 ? mantissa << shift : (mantissa + (Bits{1} << (-shift - 1))) >> -shift;
@@ -28,13 +30,15 @@ Int128 on_grid(Quad value, int exponent) {
 
 /// The nearest number: of two that are exact the sum is rounded once. static_cast without a call.
 long double nearest(Int128 x) {
-  return static_cast<long double>(static_cast<std::int64_t>(x >> 64)) * 0x1p64L + static_cast<long double>(static_cast<std::uint64_t>(x));
+  return static_cast<long double>(static_cast<std::int64_t>(x >> 64)) * 0x1p64L +
+         static_cast<long double>(static_cast<std::uint64_t>(x));
 }
 
-/// Determinant of the n x n minor of `m` without row and column, by cofactors, and the sum of its terms' sizes.
+/// Determinant of the n x n minor of `m` without row and column, by cofactors, and the sum of its terms'
+/// sizes.
 template <int D>
-void minor(const std::array<std::array<long double, D>, D>& m, unsigned rows, unsigned columns, long double& value,
-           long double& magnitude) {
+void minor(const std::array<std::array<long double, D>, D>& m, unsigned rows, unsigned columns,
+           long double& value, long double& magnitude) {
   if (rows == 0) {
     value = magnitude = 1;
     return;
@@ -52,9 +56,11 @@ void minor(const std::array<std::array<long double, D>, D>& m, unsigned rows, un
   }
 }
 
-/// The same without one row and one column; in space, where models have millions of maps, without the recursion.
+/// The same without one row and one column; in space, where models have millions of maps, without the
+/// recursion.
 template <int D>
-void minor_without(const std::array<std::array<long double, D>, D>& m, int row, int column, long double& value, long double& magnitude) {
+void minor_without(const std::array<std::array<long double, D>, D>& m, int row, int column,
+                   long double& value, long double& magnitude) {
   if constexpr (D == 3) {
     const auto &a = m[row == 0 ? 1 : 0], &b = m[row == 2 ? 1 : 2];
     const int k = column == 0 ? 1 : 0, l = column == 2 ? 1 : 2;
@@ -67,7 +73,8 @@ void minor_without(const std::array<std::array<long double, D>, D>& m, int row, 
 }
 
 template <std::size_t D>
-std::array<std::array<long double, D>, D> linear_part(const std::array<std::array<Int128, D + 1>, D>& entries) {
+std::array<std::array<long double, D>, D> linear_part(
+    const std::array<std::array<Int128, D + 1>, D>& entries) {
   std::array<std::array<long double, D>, D> linear;
   for (std::size_t i = 0; i < D; ++i)
     for (std::size_t j = 0; j < D; ++j) linear[i][j] = nearest(entries[i][j]);
@@ -84,7 +91,8 @@ Integer exact_minor(const std::array<std::array<Int128, D + 1>, D>& m, unsigned 
   for (int column = 0; column < D; ++column) {
     if (!(columns >> column & 1u)) continue;
     if (m[row][column] != 0) {
-      const Integer term = Integer(m[row][column]) * exact_minor<D, Integer>(m, rows & ~(1u << row), columns & ~(1u << column));
+      const Integer term = Integer(m[row][column]) *
+                           exact_minor<D, Integer>(m, rows & ~(1u << row), columns & ~(1u << column));
       value += position % 2 == 0 ? term : Integer(-term);
     }
     ++position;
@@ -133,7 +141,8 @@ typename AffineMap<D>::Rounding AffineMap<D>::rounding() const {
 }
 
 template <int D>
-void AffineMap<D>::exact_adjugate(std::array<std::array<MinorInteger<D>, D>, D>& adjugate, MinorInteger<D>& determinant) const {
+void AffineMap<D>::exact_adjugate(std::array<std::array<MinorInteger<D>, D>, D>& adjugate,
+                                  MinorInteger<D>& determinant) const {
   std::array<std::array<MinorInteger<D>, D>, D> m;
   for (int i = 0; i < D; ++i)
     for (int j = 0; j < D; ++j) m[i][j] = MinorInteger<D>(entries_[i][j]);
@@ -198,7 +207,8 @@ void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const 
 }
 
 template <int D>
-typename AffineMap<D>::RoundedNormal AffineMap<D>::map_normal_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const {
+typename AffineMap<D>::RoundedNormal AffineMap<D>::map_normal_rounded(
+    const std::array<long double, D + 1>& local, const Rounding& rounding) const {
   RoundedNormal normal{};
   for (int i = 0; i < D; ++i) {
     if (local[i] == 0) continue;  // as most are of boxes
@@ -216,7 +226,8 @@ typename AffineMap<D>::RoundedNormal AffineMap<D>::map_normal_rounded(const std:
 }
 
 template <int D>
-typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const {
+typename AffineMap<D>::Rounded AffineMap<D>::map_rounded(const std::array<long double, D + 1>& local,
+                                                         const Rounding& rounding) const {
   const RoundedNormal normal = map_normal_rounded(local, rounding);
   const RoundedConstant constant = map_constant_rounded(local, normal, rounding);
   Rounded world;
@@ -265,7 +276,8 @@ typename AffineMap<D>::Inverse AffineMap<D>::inverse(double radius) const {
   const long double unit = std::ldexp(1.0L, grid_exponent_);
   const long double slack = rounding.determinant_magnitude * unit_roundoff;  // of the determinant
   const long double determinant = std::fabs(rounding.determinant) - slack;
-  for (int j = 0; j < D; ++j) result.origin[j] = static_cast<double>(static_cast<long double>(entries_[j][D]) * unit);
+  for (int j = 0; j < D; ++j)
+    result.origin[j] = static_cast<double>(static_cast<long double>(entries_[j][D]) * unit);
   if (!(determinant > 0)) {
     result.matrix = {};
     result.error = std::numeric_limits<double>::infinity();
@@ -275,9 +287,12 @@ typename AffineMap<D>::Inverse AffineMap<D>::inverse(double radius) const {
   for (int i = 0; i < D; ++i) {
     long double error = 0;
     for (int j = 0; j < D; ++j) {
-      const long double entry = rounding.adjugate[i][j] / rounding.determinant / unit, size = std::fabs(entry);
-      const long double entry_error = (rounding.magnitude[i][j] * unit_roundoff / unit + size * slack) / determinant + size * 0x1p-52L;
-      const long double reach = static_cast<long double>(radius) + std::fabs(static_cast<long double>(result.origin[j]));
+      const long double entry = rounding.adjugate[i][j] / rounding.determinant / unit,
+                        size = std::fabs(entry);
+      const long double entry_error =
+          (rounding.magnitude[i][j] * unit_roundoff / unit + size * slack) / determinant + size * 0x1p-52L;
+      const long double reach =
+          static_cast<long double>(radius) + std::fabs(static_cast<long double>(result.origin[j]));
       result.matrix[i][j] = static_cast<double>(entry);
       // Of the entry, of the origin and the difference, of the product and the sum.
       error += entry_error * reach + size * reach * ((D + 4) * 0x1p-52L);

@@ -18,7 +18,8 @@ long double rounded(const LocalInteger& value) {
   const long top = static_cast<long>(mp::msb(magnitude)) - 63;
   const std::uint64_t leading = top > 0 ? static_cast<std::uint64_t>(LocalInteger(magnitude >> top))
                                         : static_cast<std::uint64_t>(magnitude);
-  const long double result = std::ldexp(static_cast<long double>(leading), static_cast<int>(std::max(top, 0L)));
+  const long double result =
+      std::ldexp(static_cast<long double>(leading), static_cast<int>(std::max(top, 0L)));
   return value.sign() < 0 ? -result : result;
 }
 
@@ -27,12 +28,16 @@ template <std::size_t N>
 void strip_powers_of_two(std::array<LocalInteger, N>& values) {
   unsigned shift = std::numeric_limits<unsigned>::max();
   for (const LocalInteger& value : values)
-    if (!value.is_zero()) shift = std::min(shift, static_cast<unsigned>(mp::lsb(LocalInteger(mp::abs(value)))));
+    if (!value.is_zero())
+      shift = std::min(shift, static_cast<unsigned>(mp::lsb(LocalInteger(mp::abs(value)))));
   if (shift == 0 || shift == std::numeric_limits<unsigned>::max()) return;
-  for (LocalInteger& value : values) value = value.sign() < 0 ? LocalInteger(-(LocalInteger(-value) >> shift)) : LocalInteger(value >> shift);
+  for (LocalInteger& value : values)
+    value = value.sign() < 0 ? LocalInteger(-(LocalInteger(-value) >> shift)) : LocalInteger(value >> shift);
 }
 
-double outward(double value, double direction) { return std::nextafter(value, direction * std::numeric_limits<double>::infinity()); }
+double outward(double value, double direction) {
+  return std::nextafter(value, direction * std::numeric_limits<double>::infinity());
+}
 
 }  // namespace
 
@@ -61,7 +66,8 @@ Polytope<D> unit_box() {
 }
 
 std::array<std::int64_t, 2> corner_direction(std::uint32_t index, std::uint32_t count) {
-  // Reduce to the first octant in exact integer arithmetic: eighths * 360/8 + rest, rest / (8 count) of a turn.
+  // Reduce to the first octant in exact integer arithmetic: eighths * 360/8 + rest, rest / (8 count) of a
+  // turn.
   const std::uint64_t scaled = std::uint64_t{index % count} * 8;
   const auto octant = static_cast<unsigned>(scaled / count);
   const std::uint64_t rest = octant % 2 == 0 ? scaled % count : count - scaled % count;
@@ -125,7 +131,8 @@ Polytope<2> regular_polygon(std::uint32_t sides) {
   for (std::uint32_t j = 0; j < sides; ++j) {
     const auto [c0, s0] = corner_direction(j, sides);
     const auto [c1, s1] = corner_direction((j + 1) % sides, sides);
-    result.covectors.push_back(make_covector<2>({(I(s1) - s0) << 53, -((I(c1) - c0) << 53), I(c1) * s0 - I(c0) * s1}));
+    result.covectors.push_back(
+        make_covector<2>({(I(s1) - s0) << 53, -((I(c1) - c0) << 53), I(c1) * s0 - I(c0) * s1}));
   }
   result.lower.fill(outward(-1, -1));
   result.upper.fill(outward(1, 1));
@@ -171,10 +178,11 @@ Covector<3> triangle_covector(const std::array<std::array<std::int64_t, 3>, 3>& 
     v[i] = static_cast<Int128>(points[2][i]) - points[0][i];
   }
   const I a = u[1] * v[2] - u[2] * v[1], b = u[2] * v[0] - u[0] * v[2], c = u[0] * v[1] - u[1] * v[0];
-  return make_covector<3>({a << 53, b << 53, c << 53, -(a * points[0][0] + b * points[0][1] + c * points[0][2])});
+  return make_covector<3>(
+      {a << 53, b << 53, c << 53, -(a * points[0][0] + b * points[0][1] + c * points[0][2])});
 }
 
-#define BSP2_INSTANTIATE(D)                                                         \
+#define BSP2_INSTANTIATE(D)                                                        \
   template Covector<D> make_covector<D>(const std::array<LocalInteger, (D) + 1>&); \
   template Polytope<D> unit_box<D>();
 BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)

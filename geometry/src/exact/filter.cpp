@@ -12,8 +12,10 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// The values at four points, into `value`. (A vector as the result would be a matter of the binary interface.)
-[[gnu::always_inline]] inline void evaluate_four(const Points& points, std::size_t at, const Hyperplane<3>& h, Lanes& value) {
+/// The values at four points, into `value`. (A vector as the result would be a matter of the binary
+/// interface.)
+[[gnu::always_inline]] inline void evaluate_four(const Points& points, std::size_t at, const Hyperplane<3>& h,
+                                                 Lanes& value) {
   Lanes x, y, z;
   std::memcpy(&x, points.x + at, sizeof x);
   std::memcpy(&y, points.y + at, sizeof y);
@@ -22,10 +24,12 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 }
 
 [[gnu::always_inline]] inline Range range_of(const Lanes& low, const Lanes& high) {
-  return {std::min(std::min(low[0], low[1]), std::min(low[2], low[3])), std::max(std::max(high[0], high[1]), std::max(high[2], high[3]))};
+  return {std::min(std::min(low[0], low[1]), std::min(low[2], low[3])),
+          std::max(std::max(high[0], high[1]), std::max(high[2], high[3]))};
 }
 
-[[gnu::always_inline]] inline Range find_range_inline(const Points& points, const Hyperplane<3>& h, double bound, std::uint64_t& looked_at) {
+[[gnu::always_inline]] inline Range find_range_inline(const Points& points, const Hyperplane<3>& h,
+                                                      double bound, std::uint64_t& looked_at) {
   constexpr std::size_t at_once = 32;
   Lanes low = {infinity, infinity, infinity, infinity}, high = -low;
   Range range{};
@@ -44,7 +48,10 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 }
 
 [[gnu::always_inline]] inline Sides sides_of(const Range& range, double bound) {
-  return range.least < -bound && range.largest > bound ? both : range.largest < -bound ? all_negative : range.least > bound ? all_positive : doubtful;
+  return range.least < -bound && range.largest > bound ? both
+         : range.largest < -bound                      ? all_negative
+         : range.least > bound                         ? all_positive
+                                                       : doubtful;
 }
 
 /// Some hyperplanes, one a lane. `Numbers` and `Whole` are vectors of one length.
@@ -54,10 +61,14 @@ class SeveralHyperplanes {
   static constexpr std::size_t lanes = sizeof(Numbers) / sizeof(double);
 
   /// On which sides of each of the first planes the points are. @return the number of values looked at.
-  [[gnu::always_inline]] static std::size_t find_sides(const Points& points, double error_of_points, const Hyperplane<3>* hyperplanes,
-                                                       std::span<const OrientedHyperplane> planes, Sides* sides) {
+  [[gnu::always_inline]] static std::size_t find_sides(const Points& points, double error_of_points,
+                                                       const Hyperplane<3>* hyperplanes,
+                                                       std::span<const OrientedHyperplane> planes,
+                                                       Sides* sides) {
     const std::size_t last = (planes.size() < lanes ? planes.size() : lanes) - 1;  // it fills up the lanes
-    const auto at = [&](std::size_t lane) __attribute__((always_inline)) -> const Hyperplane<3>& { return hyperplanes[planes[lane < last ? lane : last].id()]; };
+    const auto at = [&](std::size_t lane) __attribute__((always_inline))->const Hyperplane<3>& {
+      return hyperplanes[planes[lane < last ? lane : last].id()];
+    };
     const SeveralHyperplanes several(at, std::make_index_sequence<lanes>());
     return (last + 1) * several.find_sides(points, several.error_ + error_of_points, sides);
   }
@@ -66,7 +77,8 @@ class SeveralHyperplanes {
   Numbers x_, y_, z_, offset_, error_;
 
   template <typename At, std::size_t... Lane>
-  [[gnu::always_inline]] SeveralHyperplanes(const At& at, std::index_sequence<Lane...>) : error_{at(Lane).error...} {
+  [[gnu::always_inline]] SeveralHyperplanes(const At& at, std::index_sequence<Lane...>)
+      : error_{at(Lane).error...} {
     std::array<Lanes, 4> first;
     read_four(at, 0, first);
     if constexpr (lanes == 4) {
@@ -83,9 +95,11 @@ class SeveralHyperplanes {
 
   /// Each hyperplane in one piece: a number of each at a time is twice the instructions.
   template <typename At>
-  [[gnu::always_inline]] static void read_four(const At& at, std::size_t first, std::array<Lanes, 4>& columns) {
+  [[gnu::always_inline]] static void read_four(const At& at, std::size_t first,
+                                               std::array<Lanes, 4>& columns) {
     static_assert(offsetof(Hyperplane<3>, offset) == 3 * sizeof(double));
-    for (std::size_t lane = 0; lane < 4; ++lane) std::memcpy(&columns[lane], &at(first + lane), sizeof(Lanes));
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      std::memcpy(&columns[lane], &at(first + lane), sizeof(Lanes));
     transpose(columns);
   }
 
@@ -97,8 +111,10 @@ class SeveralHyperplanes {
     value = offset_ + x_ * points.x[at] + y_ * points.y[at] + z_ * points.z[at];
   }
 
-  /// @return how many points were looked at: not all where each plane has some far beyond the bound on both sides.
-  [[gnu::always_inline]] std::size_t find_sides(const Points& points, const Numbers& bound, Sides* sides) const {
+  /// @return how many points were looked at: not all where each plane has some far beyond the bound on both
+  /// sides.
+  [[gnu::always_inline]] std::size_t find_sides(const Points& points, const Numbers& bound,
+                                                Sides* sides) const {
     constexpr std::size_t at_once = 256;
     Numbers low, high, value;
     evaluate(points, 0, low);
@@ -122,7 +138,8 @@ class SeveralHyperplanes {
   }
 
   /// Each comparison is a choice between constants: others the compiler makes one lane at a time.
-  [[gnu::always_inline]] static void write(const Numbers& low, const Numbers& high, const Numbers& bound, Sides* sides) {
+  [[gnu::always_inline]] static void write(const Numbers& low, const Numbers& high, const Numbers& bound,
+                                           Sides* sides) {
     const Numbers zero{}, one = zero + 1, two = zero + 2, three = zero + 3;
     const Numbers some = (low < -bound ? one : zero) + (high > bound ? two : zero);
     const Numbers all = (high < -bound ? one : zero) + (low > bound ? two : zero);
@@ -153,7 +170,8 @@ BSP2_VECTOR_CLONES void mark(const double* values, std::size_t count, double bou
   for (std::size_t at = 0; at < count; at += wide) {
     WideLanes value;
     std::memcpy(&value, values + at, sizeof value);
-    const WideLanes found = (value < -bound ? one : zero) + (value > bound ? two : zero) + 0x1p52;  // now the lowest bits are the number
+    const WideLanes found = (value < -bound ? one : zero) + (value > bound ? two : zero) +
+                            0x1p52;  // now the lowest bits are the number
     WideBits bits;
     std::memcpy(&bits, &found, sizeof bits);
     const auto bytes = __builtin_convertvector(bits, WideBytes);
@@ -161,18 +179,22 @@ BSP2_VECTOR_CLONES void mark(const double* values, std::size_t count, double bou
   }
 }
 
-BSP2_VECTOR_CLONES Range find_range(const Points& points, const Hyperplane<3>& h, double bound, std::uint64_t& looked_at) {
+BSP2_VECTOR_CLONES Range find_range(const Points& points, const Hyperplane<3>& h, double bound,
+                                    std::uint64_t& looked_at) {
   return find_range_inline(points, h, bound, looked_at);
 }
 
-BSP2_VECTOR_CLONES std::size_t find_sides(const Points& points, double error, const Hyperplane<3>* hyperplanes, std::span<const OrientedHyperplane> planes,
-                                          Sides* sides) {
+BSP2_VECTOR_CLONES std::size_t find_sides(const Points& points, double error,
+                                          const Hyperplane<3>* hyperplanes,
+                                          std::span<const OrientedHyperplane> planes, Sides* sides) {
   using Four = SeveralHyperplanes<Lanes, Bits>;
   using Eight = SeveralHyperplanes<WideLanes, WideBits>;
   std::uint64_t looked_at = 0;
   std::size_t i = 0;
-  for (; i + Four::lanes < planes.size(); i += Eight::lanes) looked_at += Eight::find_sides(points, error, hyperplanes, planes.subspan(i), sides + i);
-  for (; i + 1 < planes.size(); i += Four::lanes) looked_at += Four::find_sides(points, error, hyperplanes, planes.subspan(i), sides + i);
+  for (; i + Four::lanes < planes.size(); i += Eight::lanes)
+    looked_at += Eight::find_sides(points, error, hyperplanes, planes.subspan(i), sides + i);
+  for (; i + 1 < planes.size(); i += Four::lanes)
+    looked_at += Four::find_sides(points, error, hyperplanes, planes.subspan(i), sides + i);
   if (i >= planes.size()) return looked_at;
   const Hyperplane<3>& h = hyperplanes[planes[i].id()];
   sides[i] = sides_of(find_range_inline(points, h, h.error + error, looked_at), h.error + error);

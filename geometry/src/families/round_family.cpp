@@ -9,12 +9,13 @@
 
 namespace bsp2::geometry {
 
-// Numbers: the radial hyperplanes of each ordered pair of axes (i, a), t from -n to n at the finest level; then, level by
-// level and wedge by wedge, the tangent and the chord.
+// Numbers: the radial hyperplanes of each ordered pair of axes (i, a), t from -n to n at the finest level;
+// then, level by level and wedge by wedge, the tangent and the chord.
 
 template <int D>
 std::uint64_t RoundFamily<D>::size_with(int axes, std::uint32_t levels) {
-  std::uint64_t size = static_cast<std::uint64_t>(axes) * static_cast<std::uint64_t>(axes - 1) * ((std::uint64_t{2} << levels) + 1);
+  std::uint64_t size = static_cast<std::uint64_t>(axes) * static_cast<std::uint64_t>(axes - 1) *
+                       ((std::uint64_t{2} << levels) + 1);
   for (std::uint32_t level = 0; level <= levels; ++level) {
     const auto bits = level * static_cast<std::uint32_t>(axes - 1);
     if (bits > 50) return std::numeric_limits<std::uint64_t>::max();
@@ -24,7 +25,8 @@ std::uint64_t RoundFamily<D>::size_with(int axes, std::uint32_t levels) {
 }
 
 template <int D>
-RoundFamily<D>::RoundFamily(int axes, double bottom, double top, std::uint64_t limit) : axes_(axes), bottom_(bottom), top_(top) {
+RoundFamily<D>::RoundFamily(int axes, double bottom, double top, std::uint64_t limit)
+    : axes_(axes), bottom_(bottom), top_(top) {
   if (axes < 2 || axes > D) throw std::logic_error("a round solid has 2 to D round axes");
   if (is_tapered() && axes == D) throw std::logic_error("a cone has an axis");
   while (levels_ < most_levels && size_with(axes, levels_ + 1) <= limit) ++levels_;
@@ -32,7 +34,8 @@ RoundFamily<D>::RoundFamily(int axes, double bottom, double top, std::uint64_t l
   radials_ = static_cast<std::uint32_t>(axes * (axes - 1)) * ((2U << levels_) + 1);
   first_of_level_[0] = radials_;
   for (std::uint32_t level = 0; level <= levels_; ++level)
-    first_of_level_[level + 1] = first_of_level_[level] + (static_cast<std::uint32_t>(4 * axes) << (level * static_cast<std::uint32_t>(axes - 1)));
+    first_of_level_[level + 1] = first_of_level_[level] + (static_cast<std::uint32_t>(4 * axes)
+                                                           << (level * static_cast<std::uint32_t>(axes - 1)));
 }
 
 template <int D>
@@ -59,15 +62,17 @@ typename RoundFamily<D>::Radial RoundFamily<D>::radial(int i, int a, std::int64_
 template <int D>
 typename RoundFamily<D>::Radial RoundFamily<D>::halving(const Wedge& wedge, int place) const {
   const std::int64_t n = std::int64_t{1} << wedge.level;
-  const std::int64_t t = (2 * std::int64_t{wedge.at[static_cast<std::size_t>(place)]} + 1 - n) << (levels_ - wedge.level);
+  const std::int64_t t = (2 * std::int64_t{wedge.at[static_cast<std::size_t>(place)]} + 1 - n)
+                         << (levels_ - wedge.level);
   return radial(axis_at(wedge, place), wedge.axis(), wedge.sign() * t);
 }
 
 template <int D>
 typename RoundFamily<D>::Radial RoundFamily<D>::bound(const Wedge& wedge, int place, int side) const {
   const std::int64_t n = std::int64_t{1} << wedge.level;
-  const std::int64_t t = (2 * (std::int64_t{wedge.at[static_cast<std::size_t>(place)]} + (side > 0 ? 1 : 0)) - n) *
-                         (std::int64_t{1} << (levels_ - wedge.level));
+  const std::int64_t t =
+      (2 * (std::int64_t{wedge.at[static_cast<std::size_t>(place)]} + (side > 0 ? 1 : 0)) - n) *
+      (std::int64_t{1} << (levels_ - wedge.level));
   return radial(axis_at(wedge, place), wedge.axis(), wedge.sign() * t);
 }
 
@@ -75,12 +80,14 @@ template <int D>
 std::array<double, D> RoundFamily<D>::direction(const Wedge& wedge) const {
   std::array<double, D> d{};
   const double n = std::ldexp(1.0, static_cast<int>(wedge.level));
-  for (int j = 0; j + 1 < axes_; ++j) d[axis_at(wedge, j)] = 2 * static_cast<double>(wedge.at[static_cast<std::size_t>(j)]) + 1 - n;
+  for (int j = 0; j + 1 < axes_; ++j)
+    d[axis_at(wedge, j)] = 2 * static_cast<double>(wedge.at[static_cast<std::size_t>(j)]) + 1 - n;
   d[wedge.axis()] = wedge.sign() * n;
   return d;
 }
 
-/// The least multiple of 2^-40 above |d| that is found without big integers; |d| itself if that is an integer.
+/// The least multiple of 2^-40 above |d| that is found without big integers; |d| itself if that is an
+/// integer.
 template <int D>
 std::int64_t RoundFamily<D>::tangent_offset(const std::array<std::int64_t, D>& d) const {
   std::int64_t square = 0;  // below 2^45
@@ -91,7 +98,8 @@ std::int64_t RoundFamily<D>::tangent_offset(const std::array<std::int64_t, D>& d
   return static_cast<std::int64_t>(std::ceil(std::ldexp(root * (1 + 0x1p-50), fraction_bits)));
 }
 
-/// Below the least d.v / |v| over the corners v of the wedge. Sums are exact in doubles; three roundings follow.
+/// Below the least d.v / |v| over the corners v of the wedge. Sums are exact in doubles; three roundings
+/// follow.
 template <int D>
 std::int64_t RoundFamily<D>::chord_offset(const Wedge& wedge, const std::array<std::int64_t, D>& d) const {
   const double n = std::ldexp(1.0, static_cast<int>(wedge.level));
@@ -99,7 +107,8 @@ std::int64_t RoundFamily<D>::chord_offset(const Wedge& wedge, const std::array<s
   for (unsigned corner = 0; corner < 1U << (axes_ - 1); ++corner) {
     double product = n * n, square = n * n;
     for (int j = 0; j + 1 < axes_; ++j) {
-      const double v = 2 * (static_cast<double>(wedge.at[static_cast<std::size_t>(j)]) + (corner >> j & 1U)) - n;
+      const double v =
+          2 * (static_cast<double>(wedge.at[static_cast<std::size_t>(j)]) + (corner >> j & 1U)) - n;
       product += v * static_cast<double>(d[axis_at(wedge, j)]);
       square += v * v;
     }
@@ -115,7 +124,8 @@ typename RoundFamily<D>::Small RoundFamily<D>::small(std::uint32_t number) const
     const std::uint32_t per_pair = (2U << levels_) + 1;
     const int pair = static_cast<int>(number / per_pair), i = pair / (axes_ - 1), rest = pair % (axes_ - 1);
     plane.normal[i] = std::int64_t{1} << levels_;
-    plane.normal[rest < i ? rest : rest + 1] = -(static_cast<std::int64_t>(number % per_pair) - (std::int64_t{1} << levels_));
+    plane.normal[rest < i ? rest : rest + 1] =
+        -(static_cast<std::int64_t>(number % per_pair) - (std::int64_t{1} << levels_));
     return plane;
   }
   Wedge wedge;
@@ -143,7 +153,8 @@ std::array<LocalInteger, D + 1> RoundFamily<D>::exact(std::uint32_t number) cons
     covector[D] = plane.offset;
     return covector;
   }
-  const LocalInteger low = static_cast<std::int64_t>(std::ldexp(bottom_, 53)), high = static_cast<std::int64_t>(std::ldexp(top_, 53));
+  const LocalInteger low = static_cast<std::int64_t>(std::ldexp(bottom_, 53)),
+                     high = static_cast<std::int64_t>(std::ldexp(top_, 53));
   for (int i = 0; i < D; ++i) covector[i] = LocalInteger(plane.normal[i]) << 53;
   covector[axes_] = LocalInteger(plane.offset) * (high - low);
   covector[D] = LocalInteger(plane.offset) * low;

@@ -12,7 +12,8 @@
 
 namespace bsp2::geometry {
 
-/// Numbers by 32 bits of hash, in one array: most look-ups read one place of memory. Grows; nothing is taken out.
+/// Numbers by 32 bits of hash, in one array: most look-ups read one place of memory. Grows; nothing is taken
+/// out.
 class HashIndex {
  public:
   HashIndex() : entries_(std::size_t{1} << 6) {}
@@ -65,8 +66,9 @@ class HashIndex {
 
 /// Finds hyperplanes that are close to one: three linear forms of their coefficients, each cut into buckets.
 ///
-/// A bucket with many hyperplanes keeps those that come last by classes: of the same normal but for its last bits, as models have
-/// them that are full of boxes along the axes, or of one solid at many places. Those of a class are found by where they pass.
+/// A bucket with many hyperplanes keeps those that come last by classes: of the same normal but for its last
+/// bits, as models have them that are full of boxes along the axes, or of one solid at many places. Those of
+/// a class are found by where they pass.
 template <int D>
 class CoincidenceIndex {
   using Forms = Lanes;  // three of them
@@ -75,7 +77,11 @@ class CoincidenceIndex {
   /// @param centre, size of the model.
   /// @param bucket width of one, as a share of the size; the power of two below it is taken.
   CoincidenceIndex(const std::array<double, D>& centre, double size, double radius, double bucket)
-      : width_(std::ldexp(1.0, std::ilogb(bucket))), per_width_(1 / width_), centre_(centre), size_(size), radius_(radius) {}
+      : width_(std::ldexp(1.0, std::ilogb(bucket))),
+        per_width_(1 / width_),
+        centre_(centre),
+        size_(size),
+        radius_(radius) {}
 
   /// Before any is added: hyperplanes are looked for that are at most so far apart at a point.
   void set_reach(double reach) {
@@ -83,13 +89,14 @@ class CoincidenceIndex {
     cell_ = 4 * std::max({reach, class_width * size_, 0x1p-46 * radius_});
   }
 
-  /// Turning a normal by 1 in all, as a sum over the axes, changes no form by more where it moves the hyperplane by half the
-  /// model's size at the centre: 0.868 + 0.618 / 2.
+  /// Turning a normal by 1 in all, as a sum over the axes, changes no form by more where it moves the
+  /// hyperplane by half the model's size at the centre: 0.868 + 0.618 / 2.
   static constexpr double sensitivity = 1.2;
 
   /// Where a hyperplane is looked for.
   struct Key {
-    double margin;      // how far the forms, with the sign that makes the first one positive, are from those of the next bucket or the other sign
+    double margin;  // how far the forms, with the sign that makes the first one positive, are from those of
+                    // the next bucket or the other sign
     std::uint32_t tag;  // of the bucket
   };
   /// Any number of threads may ask.
@@ -97,7 +104,8 @@ class CoincidenceIndex {
     const Place place(*this, h);
     const Forms forms = place.forms * place.sign;
     Forms scaled = forms * per_width_;
-    if (std::fabs(place.value) > far * size_ * width_) [[unlikely]]  // forms are at most 1.5 more than 0.62 of value by size
+    if (std::fabs(place.value) > far * size_ * width_)
+        [[unlikely]]  // forms are at most 1.5 more than 0.62 of value by size
       clamp(scaled);
     const Forms middle = scaled + to_whole;
     const Forms off = (scaled - (middle - to_whole)) * width_;  // exact: the width is a power of two
@@ -112,10 +120,11 @@ class CoincidenceIndex {
     return entry && (*entry & class_bit) == 0 ? entry : std::nullopt;
   }
 
-  /// Calls `visit` with each id whose hyperplane, or the opposite one, is within `window` of h in all forms and within the reach
-  /// of it at `point`; and with some others.
+  /// Calls `visit` with each id whose hyperplane, or the opposite one, is within `window` of h in all forms
+  /// and within the reach of it at `point`; and with some others.
   template <typename Visit>
-  void find(const Hyperplane<D>& h, const Key& key, const std::array<double, D>& point, double window, Visit&& visit) const {
+  void find(const Hyperplane<D>& h, const Key& key, const std::array<double, D>& point, double window,
+            Visit&& visit) const {
     const auto visit_entry = [&](std::uint32_t entry) {
       if ((entry & class_bit) == 0)
         visit(entry);
@@ -129,11 +138,14 @@ class CoincidenceIndex {
   void add(const Hyperplane<D>& h, const Key& key, std::uint32_t id) {
     std::size_t alone = 0;
     bool has_classes = false;
-    buckets_.find(key.tag, [&](std::uint32_t entry) { (entry & class_bit) == 0 ? void(++alone) : void(has_classes = true); });
+    buckets_.find(key.tag, [&](std::uint32_t entry) {
+      (entry & class_bit) == 0 ? void(++alone) : void(has_classes = true);
+    });
     if (!has_classes && alone < crowd) return buckets_.add(key.tag, id);  // as mostly
     const Place place(*this, h);
     std::array<double, D> normal;
-    for (int i = 0; i < D; ++i) normal[i] = std::nearbyint(place.sign * h.normal[i] / class_width) * class_width + 0.0;  // one zero
+    for (int i = 0; i < D; ++i)
+      normal[i] = std::nearbyint(place.sign * h.normal[i] / class_width) * class_width + 0.0;  // one zero
     std::uint32_t own = class_bit;
     buckets_.find(key.tag, [&](std::uint32_t entry) {
       if ((entry & class_bit) != 0 && classes_[entry & ~class_bit] == normal) own = entry & ~class_bit;
@@ -149,14 +161,15 @@ class CoincidenceIndex {
 
  private:
   static constexpr std::uint32_t class_bit = 1u << 31;
-  static constexpr double class_width = 0x1p-43;  // normals of a class: much more than their rounding, much less than tolerances
+  static constexpr double class_width =
+      0x1p-43;  // normals of a class: much more than their rounding, much less than tolerances
   static constexpr std::size_t crowd = 4;  // hyperplanes without a class in one bucket
-  double width_, per_width_;  // of a bucket, and 1 by it: powers of two
+  double width_, per_width_;               // of a bucket, and 1 by it: powers of two
   std::array<double, D> centre_;
   double size_, radius_, reach_ = 0, cell_ = 0;
-  HashIndex buckets_;  // ids, and classes with `class_bit`
+  HashIndex buckets_;                           // ids, and classes with `class_bit`
   std::vector<std::array<double, D>> classes_;  // their normals
-  HashIndex members_;  // ids by class and value at the centre
+  HashIndex members_;                           // ids by class and value at the centre
 
   /// Where a hyperplane is in the space of the forms.
   struct Place {
@@ -166,9 +179,12 @@ class CoincidenceIndex {
 
     Place(const CoincidenceIndex& index, const Hyperplane<D>& h) : value(h.at(index.centre_)) {
       static constexpr Forms of_value{0.618033988749895, 0.414213562373095, -0.302775637731995};
-      static constexpr Forms of_normal[]{{0.754877666, -0.465571232, 0.5436890127}, {-0.569840291, 0.682327804, 0.295597743},
-                                         {0.324717957, 0.867653, -0.8392867},       {0.219149, -0.3473, 0.6180},
-                                         {-0.8192, 0.2956, 0.1323},                 {0.4656, 0.7321, -0.3813}};
+      static constexpr Forms of_normal[]{{0.754877666, -0.465571232, 0.5436890127},
+                                         {-0.569840291, 0.682327804, 0.295597743},
+                                         {0.324717957, 0.867653, -0.8392867},
+                                         {0.219149, -0.3473, 0.6180},
+                                         {-0.8192, 0.2956, 0.1323},
+                                         {0.4656, 0.7321, -0.3813}};
       forms = of_value * (value / index.size_);
       for (int i = 0; i < D; ++i) forms += of_normal[i] * h.normal[i];
       sign = forms[0] < 0 ? -1 : 1;
@@ -179,11 +195,14 @@ class CoincidenceIndex {
   template <typename Visit>
   [[gnu::noinline]] void find_widely(const Place& place, double window, const Visit& visit) const {
     for (const double sign : {1.0, -1.0}) {
-      if (sign * place.forms[0] < -2 * window) continue;  // entries have the sign that makes the first form positive
-      Forms first = (place.forms * sign - window) * per_width_, last = (place.forms * sign + window) * per_width_;
+      if (sign * place.forms[0] < -2 * window)
+        continue;  // entries have the sign that makes the first form positive
+      Forms first = (place.forms * sign - window) * per_width_,
+            last = (place.forms * sign + window) * per_width_;
       clamp(first);
       clamp(last);
-      const auto low = reinterpret_cast<Bits>(first + to_whole), high = reinterpret_cast<Bits>(last + to_whole);
+      const auto low = reinterpret_cast<Bits>(first + to_whole),
+                 high = reinterpret_cast<Bits>(last + to_whole);
       Bits at = low;
       for (at[0] = low[0]; at[0] <= high[0]; ++at[0])
         for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
@@ -192,14 +211,16 @@ class CoincidenceIndex {
   }
 
   template <typename Visit>
-  void find_in_class(std::uint32_t number, const Hyperplane<D>& h, const std::array<double, D>& point, Visit&& visit) const {
+  void find_in_class(std::uint32_t number, const Hyperplane<D>& h, const std::array<double, D>& point,
+                     Visit&& visit) const {
     const std::array<double, D>& normal = classes_[number];
     double dot = 0;
     for (int i = 0; i < D; ++i) dot += h.normal[i] * normal[i];
     const double sign = dot < 0 ? -1 : 1;
-    // What a member has at the centre if it equals h at the point; and how far that may be off: by rounding, and since the
-    // class's normal is not quite the member's. A primitive that comes from farther away than the model is large is so large
-    // itself that hyperplanes that coincide all over it differ at the centre by little more than the reach.
+    // What a member has at the centre if it equals h at the point; and how far that may be off: by rounding,
+    // and since the class's normal is not quite the member's. A primitive that comes from farther away than
+    // the model is large is so large itself that hyperplanes that coincide all over it differ at the centre
+    // by little more than the reach.
     double value = h.at(centre_), slack = reach_ + 0x1p-48 * (radius_ + std::fabs(h.offset));
     for (int i = 0; i < D; ++i) {
       const double step = point[i] - centre_[i];
@@ -210,11 +231,12 @@ class CoincidenceIndex {
       value += (h.normal[i] - sign * normal[i]) * step;
       slack += class_width * std::fabs(step);
     }
-    for (std::int64_t at = cell(sign * value - slack), last = cell(sign * value + slack); at <= last; ++at) members_.find(tag_of(number, at), visit);
+    for (std::int64_t at = cell(sign * value - slack), last = cell(sign * value + slack); at <= last; ++at)
+      members_.find(tag_of(number, at), visit);
   }
 
-  // Buckets are the whole numbers nearest to forms by the width: they have this added, as numbers of its size are whole, and follow each
-  // other as their bits do.
+  // Buckets are the whole numbers nearest to forms by the width: they have this added, as numbers of its size
+  // are whole, and follow each other as their bits do.
   static constexpr double to_whole = 0x1.8p52, far = 0x1p50;
   static void clamp(Forms& scaled) {
     for (int i = 0; i < 3; ++i) scaled[i] = std::clamp(scaled[i], -far, far);
@@ -236,7 +258,8 @@ class CoincidenceIndex {
     return static_cast<std::uint32_t>(hash * 0x9e3779b97f4a7c15u >> 32);
   }
   static std::uint32_t tag_of(std::uint32_t number, std::int64_t cell) {
-    return static_cast<std::uint32_t>(mix(mix(0, number + 1), static_cast<std::uint64_t>(cell)) * 0x9e3779b97f4a7c15u >> 32);
+    return static_cast<std::uint32_t>(
+        mix(mix(0, number + 1), static_cast<std::uint64_t>(cell)) * 0x9e3779b97f4a7c15u >> 32);
   }
 };
 

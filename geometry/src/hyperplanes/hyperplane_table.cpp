@@ -19,7 +19,8 @@ namespace bsp2::geometry {
 namespace {
 
 constexpr double roundoff = 0x1p-53;
-constexpr double most_turn = 0x1p-10;  // between the normals of coincident hyperplanes, as a sum over the axes
+constexpr double most_turn =
+    0x1p-10;  // between the normals of coincident hyperplanes, as a sum over the axes
 
 /// Exponent e with 2^e >= |x|.
 int exponent_above(double x) {
@@ -43,7 +44,8 @@ std::pair<long double, double> length_of_normal(const Rounded& world) {
 }  // namespace
 
 template <int D>
-HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper, double reach) {
+HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const std::array<double, D>& upper,
+                                    double reach) {
   double largest = 0;
   for (int i = 0; i < D; ++i) {
     size_ = std::max(size_, upper[i] - lower[i]);
@@ -51,8 +53,8 @@ HyperplaneTable<D>::HyperplaneTable(const std::array<double, D>& lower, const st
   }
   if (size_ <= 0) size_ = largest > 0 ? largest : 1;
   for (int i = 0; i < D; ++i) {
-    // Margin on all sides, so that no face of the model nearly coincides with the root cell. The step is a power of
-    // two and the origin a multiple of it: all positions are exact doubles.
+    // Margin on all sides, so that no face of the model nearly coincides with the root cell. The step is a
+    // power of two and the origin a multiple of it: all positions are exact doubles.
     const double extent = std::max(upper[i] - lower[i], size_ * 0x1p-20);
     step_[i] = std::max(std::ldexp(1.0, exponent_above(extent * (1 + 0x1p-4)) - static_cast<int>(axis_bits)),
                         std::ldexp(1.0, exponent_above(largest + size_) - 50));
@@ -74,7 +76,8 @@ std::uint32_t HyperplaneTable<D>::add_maps(std::size_t count) {
 }
 
 template <int D>
-void HyperplaneTable<D>::set_map(std::uint32_t map, const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper) {
+void HyperplaneTable<D>::set_map(std::uint32_t map, const Matrix<D>& matrix,
+                                 const std::array<double, D>& lower, const std::array<double, D>& upper) {
   maps_[map] = AffineMap<D>(matrix, grid_exponent_);
   Extent& extent = extents_[map];
   for (int i = 0; i < D; ++i) {
@@ -84,7 +87,8 @@ void HyperplaneTable<D>::set_map(std::uint32_t map, const Matrix<D>& matrix, con
 }
 
 template <int D>
-std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper) {
+std::uint32_t HyperplaneTable<D>::add_map(const Matrix<D>& matrix, const std::array<double, D>& lower,
+                                          const std::array<double, D>& upper) {
   const std::uint32_t map = add_maps(1);
   set_map(map, matrix, lower, upper);
   return map;
@@ -115,9 +119,12 @@ std::uint32_t HyperplaneTable<D>::add_covectors(std::vector<Covector<D>>&& covec
 }
 
 template <int D>
-std::uint32_t HyperplaneTable<D>::add_occurrences(std::uint32_t map, std::uint32_t covector, std::uint32_t count) {
-  const std::uint32_t number = occurrences_.empty() ? 0 : occurrences_.back().first + occurrences_.back().count;
-  if (!occurrences_.empty() && occurrences_.back().map == map && occurrences_.back().covector + occurrences_.back().count == covector)
+std::uint32_t HyperplaneTable<D>::add_occurrences(std::uint32_t map, std::uint32_t covector,
+                                                  std::uint32_t count) {
+  const std::uint32_t number =
+      occurrences_.empty() ? 0 : occurrences_.back().first + occurrences_.back().count;
+  if (!occurrences_.empty() && occurrences_.back().map == map &&
+      occurrences_.back().covector + occurrences_.back().count == covector)
     occurrences_.back().count += count;
   else if (count > 0)
     occurrences_.push_back({map, covector, number, count});
@@ -141,7 +148,7 @@ struct HyperplaneTable<D>::Window {
   std::vector<std::uint32_t> last_alike;                // the last stretch of a hash
 };
 
-// --- rounding --------------------------------------------------------------------------------------------------------
+// --- rounding ---
 
 /// Rounds the hyperplanes of a window.
 template <int D>
@@ -167,19 +174,22 @@ void HyperplaneTable<D>::round(Window& window, unsigned threads) const {
   });
 }
 
-/// Stretches of translates with the same covectors, as of one solid at many places, make chains: not longer than a thread should have to round
-/// at once, and a new one where two kinds share an entry of the table and take turns in it.
+/// Stretches of translates with the same covectors, as of one solid at many places, make chains: not longer
+/// than a thread should have to round at once, and a new one where two kinds share an entry of the table and
+/// take turns in it.
 template <int D>
 void HyperplaneTable<D>::chain_alike(Window& window) const {
   constexpr std::uint32_t longest_chain = 64;
   const auto are_alike = [&](const Stretch& a, const Stretch& b) {
-    return a.hash == b.hash && a.covector == b.covector && a.count == b.count && maps_[a.map].is_translate_of(maps_[b.map]);
+    return a.hash == b.hash && a.covector == b.covector && a.count == b.count &&
+           maps_[a.map].is_translate_of(maps_[b.map]);
   };
   window.last_alike.assign(std::bit_ceil(2 * window.stretches.size()), Stretch::none);
   for (std::uint32_t i = 0; i < window.stretches.size(); ++i) {
     Stretch& stretch = window.stretches[i];
     std::uint32_t& last = window.last_alike[stretch.hash >> 32 & (window.last_alike.size() - 1)];
-    if (last != Stretch::none && window.stretches[last].place + 1 < longest_chain && are_alike(window.stretches[last], stretch)) {
+    if (last != Stretch::none && window.stretches[last].place + 1 < longest_chain &&
+        are_alike(window.stretches[last], stretch)) {
       window.stretches[last].next = i;
       stretch.place = window.stretches[last].place + 1;
     }
@@ -190,13 +200,15 @@ void HyperplaneTable<D>::chain_alike(Window& window) const {
 /// Rounds a stretch and those that are chained to it.
 /// @param directions room for the normals, which they have in common.
 template <int D>
-void HyperplaneTable<D>::round_alike(Window& window, std::size_t leader, std::vector<std::optional<Direction>>& directions) const {
+void HyperplaneTable<D>::round_alike(Window& window, std::size_t leader,
+                                     std::vector<std::optional<Direction>>& directions) const {
   const Stretch& first = window.stretches[leader];
   const AffineMap<D>& first_map = maps_[first.map];
   const Covector<D>* const covectors = covectors_.data() + first.covector;
   auto rounding = first_map.rounding();
   directions.clear();
-  for (std::uint32_t i = 0; i < first.count; ++i) directions.push_back(direction_of(first_map.map_normal_rounded(covectors[i].rounded, rounding)));
+  for (std::uint32_t i = 0; i < first.count; ++i)
+    directions.push_back(direction_of(first_map.map_normal_rounded(covectors[i].rounded, rounding)));
   for (std::size_t at = leader; at != Stretch::none; at = window.stretches[at].next) {
     const AffineMap<D>& map = maps_[window.stretches[at].map];
     Hyperplane<D>* const hyperplanes = window.hyperplanes.data() + window.begin[at];
@@ -204,7 +216,9 @@ void HyperplaneTable<D>::round_alike(Window& window, std::size_t leader, std::ve
     for (std::uint32_t i = 0; i < first.count; ++i) {
       const auto& direction = directions[i];
       std::optional<Hyperplane<D>> rounded;
-      if (direction) rounded = at_distance(*direction, map.map_constant_rounded(covectors[i].rounded, direction->normal, rounding));
+      if (direction)
+        rounded = at_distance(*direction,
+                              map.map_constant_rounded(covectors[i].rounded, direction->normal, rounding));
       if (rounded) {
         hyperplanes[i] = *rounded;
         continue;
@@ -218,23 +232,31 @@ void HyperplaneTable<D>::round_alike(Window& window, std::size_t leader, std::ve
 
 /// Nothing if the coefficients cancelled too much.
 template <int D>
-auto HyperplaneTable<D>::direction_of(const typename AffineMap<D>::RoundedNormal& normal) const -> std::optional<Direction> {
+auto HyperplaneTable<D>::direction_of(const typename AffineMap<D>::RoundedNormal& normal) const
+    -> std::optional<Direction> {
   const auto [length, normal_error] = length_of_normal<D>(normal);
   const auto rounded_length = static_cast<double>(length);
   if (!(normal_error * D < rounded_length * 0x1p-50)) return std::nullopt;
-  Direction result{normal, length, {}, 2 * normal_error * D / rounded_length + 2 * roundoff, static_cast<double>(grid_unit_) / rounded_length * (1 + 0x1p-50)};
+  Direction result{normal,
+                   length,
+                   {},
+                   2 * normal_error * D / rounded_length + 2 * roundoff,
+                   static_cast<double>(grid_unit_) / rounded_length * (1 + 0x1p-50)};
   for (int i = 0; i < D; ++i) result.unit[i] = static_cast<double>(normal.value[i] / length);
   return result;
 }
 
-/// Nothing if the constant cancelled too much: a covector of the frame that is far away from its primitive; never seen, but kept exact.
+/// Nothing if the constant cancelled too much: a covector of the frame that is far away from its primitive;
+/// never seen, but kept exact.
 template <int D>
-std::optional<Hyperplane<D>> HyperplaneTable<D>::at_distance(const Direction& direction, const typename AffineMap<D>::RoundedConstant& constant) const {
+std::optional<Hyperplane<D>> HyperplaneTable<D>::at_distance(
+    const Direction& direction, const typename AffineMap<D>::RoundedConstant& constant) const {
   Hyperplane<D> result;
   result.normal = direction.unit;
   result.offset = static_cast<double>(constant.value / direction.length * grid_unit_);
   const double constant_error = constant.error * direction.grid_units;
-  // Rounding of the coefficients, then of the D products and sums of `at`, each at most 2^-53 of the sizes involved.
+  // Rounding of the coefficients, then of the D products and sums of `at`, each at most 2^-53 of the sizes
+  // involved.
   result.error = D * radius_ * direction.error + constant_error + 2 * roundoff * std::fabs(result.offset) +
                  (D + 2) * roundoff * (D * radius_ + std::fabs(result.offset));
   if (constant_error > 0x1p-48 * (radius_ + std::fabs(result.offset))) return std::nullopt;
@@ -242,7 +264,8 @@ std::optional<Hyperplane<D>> HyperplaneTable<D>::at_distance(const Direction& di
 }
 
 template <int D>
-std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(HyperplaneId id, LastMap& last) const {
+std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(HyperplaneId id,
+                                                                                LastMap& last) const {
   constexpr long double unit_roundoff = 0x1p-64L;
   Refined result{};
   if (id >= first_axis_id) {
@@ -263,7 +286,8 @@ std::optional<typename HyperplaneTable<D>::Refined> HyperplaneTable<D>::refined(
   result.offset = world.value[D] / length * grid_unit_;
   // That the length is rounded makes it another multiple of the same hyperplane. Then as in `round`.
   const long double size = std::fabs(result.offset), reach = D * static_cast<long double>(radius_);
-  result.error = reach * (2 * normal_error / length + 2 * unit_roundoff) + 2 * world.error[D] / length * grid_unit_ + 4 * unit_roundoff * size +
+  result.error = reach * (2 * normal_error / length + 2 * unit_roundoff) +
+                 2 * world.error[D] / length * grid_unit_ + 4 * unit_roundoff * size +
                  (D + 2) * unit_roundoff * (reach + size);
   return result;
 }
@@ -272,7 +296,8 @@ template <int D>
 Hyperplane<D> HyperplaneTable<D>::round_exactly(const ExactCovector<D>& world) const {
   long top = 0;
   for (int i = 0; i < D; ++i)
-    if (!world[i].is_zero()) top = std::max(top, static_cast<long>(mp::msb(ExactInteger<D>(mp::abs(world[i])))));
+    if (!world[i].is_zero())
+      top = std::max(top, static_cast<long>(mp::msb(ExactInteger<D>(mp::abs(world[i])))));
   std::array<double, D> normal;
   double square = 0;
   for (int i = 0; i < D; ++i) {
@@ -295,7 +320,8 @@ bool HyperplaneTable<D>::equal(const Source& a, const Source& b, bool opposite) 
   int pivot = 0;
   for (int i = 1; i < D; ++i)
     if (mp::abs(u[i]) > mp::abs(u[pivot])) pivot = i;
-  if (u[pivot].is_zero() || v[pivot].is_zero() || (u[pivot].sign() != v[pivot].sign()) != opposite) return false;
+  if (u[pivot].is_zero() || v[pivot].is_zero() || (u[pivot].sign() != v[pivot].sign()) != opposite)
+    return false;
   for (int i = 0; i <= D; ++i)
     if (u[i] * v[pivot] != v[i] * u[pivot]) return false;
   return true;
@@ -310,17 +336,23 @@ auto HyperplaneTable<D>::by_size(unsigned threads) const -> std::vector<Stretch>
     for (std::size_t i = first; i < end; ++i) hash[i] = maps_[i].hash_of_linear_part();
   });
   std::vector<double> size(extents_.size());
-  for (std::size_t i = 0; i < size.size(); ++i) size[i] = *std::max_element(extents_[i].half.begin(), extents_[i].half.end());
+  for (std::size_t i = 0; i < size.size(); ++i)
+    size[i] = *std::max_element(extents_[i].half.begin(), extents_[i].half.end());
   std::vector<std::uint32_t> order(occurrences_.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return size[occurrences_[a].map] > size[occurrences_[b].map]; });
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return size[occurrences_[a].map] > size[occurrences_[b].map];
+  });
   std::vector<Stretch> stretches;
   stretches.reserve(order.size());
   for (const std::uint32_t i : order) {
     const Stretch& whole = occurrences_[i];
     for (std::uint32_t begin = 0; begin < whole.count; begin += most) {
       const std::uint32_t covector = whole.covector + begin;
-      stretches.push_back({.map = whole.map, .covector = covector, .first = whole.first + begin, .count = std::min(most, whole.count - begin),
+      stretches.push_back({.map = whole.map,
+                           .covector = covector,
+                           .first = whole.first + begin,
+                           .count = std::min(most, whole.count - begin),
                            .hash = hash[whole.map] + covector * 0x9e3779b97f4a7c15u});
     }
   }
@@ -329,7 +361,8 @@ auto HyperplaneTable<D>::by_size(unsigned threads) const -> std::vector<Stretch>
 
 /// Whether an occurrence coincides with a representative, at which distance and on which side.
 template <int D>
-bool HyperplaneTable<D>::coincide(const Occurrence& a, const Occurrence& representative, double tolerance, double& distance, bool& opposite) const {
+bool HyperplaneTable<D>::coincide(const Occurrence& a, const Occurrence& representative, double tolerance,
+                                  double& distance, bool& opposite) const {
   const Hyperplane<D>&h = *a.hyperplane, &r = *representative.hyperplane;
   double dot = 0;
   for (int i = 0; i < D; ++i) dot += h.normal[i] * r.normal[i];
@@ -340,24 +373,27 @@ bool HyperplaneTable<D>::coincide(const Occurrence& a, const Occurrence& represe
   if (tolerance > 0 && distance > tolerance * size_) return false;
   double turn = 0;
   for (int i = 0; i < D; ++i) turn += std::fabs(h.normal[i] - sign * r.normal[i]);
-  if (turn > most_turn) return false;  // within a tiny primitive all faces are close; those that turn are not the same
+  if (turn > most_turn)
+    return false;  // within a tiny primitive all faces are close; those that turn are not the same
   for (int i = 0; i < D; ++i) distance += extent.half[i] * std::fabs(h.normal[i] - sign * r.normal[i]);
   if (tolerance > 0) return distance <= tolerance * size_;
   return distance <= 4 * D * (h.error + r.error) && equal(a.source, representative.source, opposite);
 }
 
-/// What the forms of CoincidenceIndex differ by at most between a hyperplane of this primitive and one that coincides with it: their
-/// normals may be turned the more, the smaller it is, and their values at the model's centre differ by what that makes half a model away.
+/// What the forms of CoincidenceIndex differ by at most between a hyperplane of this primitive and one that
+/// coincides with it: their normals may be turned the more, the smaller it is, and their values at the
+/// model's centre differ by what that makes half a model away.
 template <int D>
 double HyperplaneTable<D>::window(const Extent& extent, double tolerance) const {
   const double rounding = 0x1p-44 * (1 + radius_ / size_);
   if (!(tolerance > 0)) return rounding;
   const double smallest = *std::min_element(extent.half.begin(), extent.half.end());
-  return CoincidenceIndex<D>::sensitivity * std::min(most_turn, tolerance * size_ / smallest) + (D + 1) * tolerance + rounding;
+  return CoincidenceIndex<D>::sensitivity * std::min(most_turn, tolerance * size_ / smallest) +
+         (D + 1) * tolerance + rounding;
 }
 
-/// How far hyperplanes that are equal are apart at most, where they are compared. @param hyperplanes all of them: without a tolerance there is
-/// one window.
+/// How far hyperplanes that are equal are apart at most, where they are compared. @param hyperplanes all of
+/// them: without a tolerance there is one window.
 template <int D>
 double HyperplaneTable<D>::reach_of_errors(std::span<const Hyperplane<D>> hyperplanes) {
   double error = 0;
@@ -365,7 +401,8 @@ double HyperplaneTable<D>::reach_of_errors(std::span<const Hyperplane<D>> hyperp
   return 8 * D * error;
 }
 
-/// Width of the index's buckets: narrow, so that few hyperplanes share one, but not much narrower than what is looked for.
+/// Width of the index's buckets: narrow, so that few hyperplanes share one, but not much narrower than what
+/// is looked for.
 template <int D>
 double HyperplaneTable<D>::bucket(double tolerance) const {
   double sum = 0;
@@ -379,7 +416,10 @@ template <int D>
 class HyperplaneTable<D>::Merging {
  public:
   Merging(HyperplaneTable& table, double tolerance, std::size_t occurrences)
-      : table_(table), tolerance_(tolerance), codes_(occurrences), index_(table.centre_, table.size_, table.radius_, table.bucket(tolerance)) {
+      : table_(table),
+        tolerance_(tolerance),
+        codes_(occurrences),
+        index_(table.centre_, table.size_, table.radius_, table.bucket(tolerance)) {
     if (tolerance > 0) index_.set_reach(tolerance * table.size_);
   }
 
@@ -401,7 +441,8 @@ class HyperplaneTable<D>::Merging {
       const double own_window = table_.window(table_.extents_[stretch.map], tolerance_);
       for (std::uint32_t i = 0; i < stretch.count; ++i, ++at) {
         look_ahead(window, at + far_ahead);
-        codes_[stretch.first + i] = code({&window.hyperplanes[at], {stretch.map, stretch.covector + i}}, window.keys[at], own_window);
+        codes_[stretch.first + i] =
+            code({&window.hyperplanes[at], {stretch.map, stretch.covector + i}}, window.keys[at], own_window);
       }
     }
   }
@@ -416,7 +457,8 @@ class HyperplaneTable<D>::Merging {
   std::vector<OrientedHyperplane> codes_;
   CoincidenceIndex<D> index_;
 
-  /// What is looked up next is fetched from memory meanwhile: the place in the index, then the first hyperplane that is there.
+  /// What is looked up next is fetched from memory meanwhile: the place in the index, then the first
+  /// hyperplane that is there.
   void look_ahead(const Window& window, std::size_t at) const {
     if (at < window.keys.size()) index_.prefetch(window.keys[at]);
     const std::size_t near = at + ahead - far_ahead;
@@ -429,17 +471,21 @@ class HyperplaneTable<D>::Merging {
     auto best = static_cast<std::uint32_t>(hyperplanes.size());
     bool best_opposite = false;
     double best_distance = std::numeric_limits<double>::infinity();
-    index_.find(*occurrence.hyperplane, key, table_.extents_[occurrence.source.map].centre, own_window, [&](std::uint32_t id) {
-      double distance;
-      bool opposite;
-      if (!table_.coincide(occurrence, {&hyperplanes[id], table_.sources_[id]}, tolerance_, distance, opposite)) return;
-      if (distance > best_distance || (distance == best_distance && id > best)) return;
-      best = id;
-      best_opposite = opposite;
-      best_distance = distance;
-    });
+    index_.find(*occurrence.hyperplane, key, table_.extents_[occurrence.source.map].centre, own_window,
+                [&](std::uint32_t id) {
+                  double distance;
+                  bool opposite;
+                  if (!table_.coincide(occurrence, {&hyperplanes[id], table_.sources_[id]}, tolerance_,
+                                       distance, opposite))
+                    return;
+                  if (distance > best_distance || (distance == best_distance && id > best)) return;
+                  best = id;
+                  best_opposite = opposite;
+                  best_distance = distance;
+                });
     if (best == hyperplanes.size()) {
-      if (best == first_axis_id) throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
+      if (best == first_axis_id)
+        throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
       hyperplanes.push_back(*occurrence.hyperplane);
       table_.sources_.push_back(occurrence.source);
       index_.add(*occurrence.hyperplane, key, best);
@@ -451,7 +497,8 @@ class HyperplaneTable<D>::Merging {
 template <int D>
 std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance, unsigned threads) {
   constexpr std::size_t at_once = 4096;  // what is rounded is looked up while it is in the processor's cache
-  const std::size_t count = occurrences_.empty() ? 0 : std::size_t{occurrences_.back().first} + occurrences_.back().count;
+  const std::size_t count =
+      occurrences_.empty() ? 0 : std::size_t{occurrences_.back().first} + occurrences_.back().count;
   const std::size_t enough = tolerance > 0 ? at_once : count;
   std::vector<Stretch> stretches = by_size(threads);
   occurrences_ = {};
@@ -459,7 +506,8 @@ std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance, unsi
   sources_.reserve(count);
   std::vector<std::span<Stretch>> windows;
   for (std::size_t first = 0, end = 0; first < stretches.size(); first = end) {
-    for (std::size_t inside = 0; end < stretches.size() && inside < enough; ++end) inside += stretches[end].count;
+    for (std::size_t inside = 0; end < stretches.size() && inside < enough; ++end)
+      inside += stretches[end].count;
     windows.push_back(std::span(stretches).subspan(first, end - first));
   }
   Merging merging(*this, tolerance, count);
@@ -468,7 +516,8 @@ std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance, unsi
     round(window, windows.size() == 1 ? threads : 1);
     merging.find_keys(window);
   };
-  MadeAhead<Window>::run(windows.size(), threads, round_window, [&](const Window& window) { merging.add(window); });
+  MadeAhead<Window>::run(windows.size(), threads, round_window,
+                         [&](const Window& window) { merging.add(window); });
   extents_ = {};
   return merging.take();
 }
@@ -500,16 +549,20 @@ HyperplaneId HyperplaneTable<D>::add_family(std::uint32_t map, const AnyFamily& 
 
 template <int D>
 const typename HyperplaneTable<D>::Family& HyperplaneTable<D>::family_of(HyperplaneId id) const {
-  return *std::prev(std::upper_bound(families_.begin(), families_.end(), id, [](HyperplaneId x, const Family& family) { return x < family.first; }));
+  return *std::prev(std::upper_bound(families_.begin(), families_.end(), id,
+                                     [](HyperplaneId x, const Family& family) { return x < family.first; }));
 }
 
 template <int D>
 Hyperplane<D> HyperplaneTable<D>::family_rounded(HyperplaneId id) const {
   const Family& family = family_of(id);
-  const auto local = std::visit([&](const auto& hyperplanes) { return hyperplanes.rounded(id - family.first); }, family.hyperplanes);
+  const auto local = std::visit(
+      [&](const auto& hyperplanes) { return hyperplanes.rounded(id - family.first); }, family.hyperplanes);
   const AffineMap<D>& map = maps_[family.map];
   if (const auto direction = direction_of(map.map_normal_rounded(local, family.rounding)))
-    if (const auto rounded = at_distance(*direction, map.map_constant_rounded(local, direction->normal, family.rounding))) return *rounded;
+    if (const auto rounded =
+            at_distance(*direction, map.map_constant_rounded(local, direction->normal, family.rounding)))
+      return *rounded;
   return round_exactly(exact(id));
 }
 
@@ -518,7 +571,8 @@ ExactCovector<D> HyperplaneTable<D>::exact(HyperplaneId id) const {
   ExactCovector<D> world;
   if (id >= hyperplanes_.size() && id < first_axis_id) {
     const Family& family = family_of(id);
-    const auto local = std::visit([&](const auto& hyperplanes) { return hyperplanes.exact(id - family.first); }, family.hyperplanes);
+    const auto local = std::visit(
+        [&](const auto& hyperplanes) { return hyperplanes.exact(id - family.first); }, family.hyperplanes);
     maps_[family.map].map(Covector<D>{local, {}}, world);
     return world;
   }
@@ -553,7 +607,8 @@ int HyperplaneTable<D>::side(const std::array<double, D>& point, HyperplaneId id
   const Hyperplane<D> h = rounded(id);
   double reach = 0;
   for (const double x : point) reach = std::max(reach, std::fabs(x));
-  const double value = h.at(point), bound = h.error * (1 + reach / radius_);  // `error` holds within the radius
+  const double value = h.at(point),
+               bound = h.error * (1 + reach / radius_);  // `error` holds within the radius
   if (value > bound) return 1;
   if (value < -bound) return -1;
   // A coordinate is m 2^e grid units. All terms are brought to the smallest power of two.
@@ -569,7 +624,8 @@ int HyperplaneTable<D>::side(const std::array<double, D>& point, HyperplaneId id
   const ExactCovector<D> covector = exact(id);
   Integer sum = Integer(covector[D]) << static_cast<unsigned>(-least);
   for (int i = 0; i < D; ++i)
-    if (mantissa[i] != 0) sum += (Integer(covector[i]) * mantissa[i]) << static_cast<unsigned>(exponent[i] - least);
+    if (mantissa[i] != 0)
+      sum += (Integer(covector[i]) * mantissa[i]) << static_cast<unsigned>(exponent[i] - least);
   return sum.sign();
 }
 

@@ -24,29 +24,34 @@ std::string reason_of(const fs::path& path) {
   return reason.starts_with(place) ? reason.substr(place.size()) : reason;
 }
 
-/// How long a library has to be by what its header tells; 0 if that is no header of a library for this machine.
+/// How long a library has to be by what its header tells; 0 if that is no header of a library for this
+/// machine.
 std::uint64_t length_by_header(std::istream& file) {
   Elf64_Ehdr header{};
-  if (!file.read(reinterpret_cast<char*>(&header), sizeof header) || !std::equal(ELFMAG, ELFMAG + SELFMAG, header.e_ident) ||
-      header.e_ident[EI_CLASS] != ELFCLASS64 || header.e_phentsize != sizeof(Elf64_Phdr))
+  if (!file.read(reinterpret_cast<char*>(&header), sizeof header) ||
+      !std::equal(ELFMAG, ELFMAG + SELFMAG, header.e_ident) || header.e_ident[EI_CLASS] != ELFCLASS64 ||
+      header.e_phentsize != sizeof(Elf64_Phdr))
     return 0;
-  std::uint64_t length = std::max(header.e_phoff + header.e_phnum * sizeof(Elf64_Phdr), header.e_shoff + std::uint64_t{header.e_shnum} * header.e_shentsize);
+  std::uint64_t length = std::max(header.e_phoff + header.e_phnum * sizeof(Elf64_Phdr),
+                                  header.e_shoff + std::uint64_t{header.e_shnum} * header.e_shentsize);
   file.seekg(static_cast<std::streamoff>(header.e_phoff));
   Elf64_Phdr segment{};
-  for (unsigned i = 0; i < header.e_phnum && file.read(reinterpret_cast<char*>(&segment), sizeof segment); ++i)
+  for (unsigned i = 0; i < header.e_phnum && file.read(reinterpret_cast<char*>(&segment), sizeof segment);
+       ++i)
     length = std::max(length, segment.p_offset + segment.p_filesz);
   return length;
 }
 
-/// The dynamic linker maps what the header tells of, and dies of a bus error where a file that was cut off has nothing to map.
+/// The dynamic linker maps what the header tells of, and dies of a bus error where a file that was cut off
+/// has nothing to map.
 void check_length(const fs::path& path) {
   std::error_code unknown;
   const std::uint64_t length = fs::file_size(path, unknown);
   std::ifstream file(path, std::ios::binary);
   const std::uint64_t whole = length_by_header(file);
   if (!unknown && length < whole)
-    refuse("'" + path.string() + "'",
-           "it is cut off: " + std::to_string(length) + " bytes of " + std::to_string(whole) + " are there; build or install it again");
+    refuse("'" + path.string() + "'", "it is cut off: " + std::to_string(length) + " bytes of " +
+                                          std::to_string(whole) + " are there; build or install it again");
 }
 
 }  // namespace
@@ -58,20 +63,27 @@ const void* load_module(const std::string& name, const fs::path& folder, const c
   if (!fs::exists(path, error) && error) refuse("'" + path.string() + "'", error.message());
   if (!fs::exists(path, error))
     refuse(file, "it is not in '" + folder.string() +
-                     "'; it comes with the program, and both have to keep their places to each other in the build folder or installation");
+                     "'; it comes with the program, and both have to keep their places to each other in the "
+                     "build folder or installation");
   check_length(path);
   void* const library = ::dlopen(path.c_str(), RTLD_LAZY | RTLD_LOCAL);
   if (library == nullptr) refuse("'" + path.string() + "'", reason_of(path));
   const auto entry = reinterpret_cast<decltype(&bsp2_module)>(::dlsym(library, "bsp2_module"));
   const void* const module = entry == nullptr ? nullptr : entry(name.c_str(), layout);
-  if (module == nullptr) refuse("'" + path.string() + "'", "it belongs to another build of bsp2; build or install the program and its modules together");
+  if (module == nullptr)
+    refuse("'" + path.string() + "'",
+           "it belongs to another build of bsp2; build or install the program and its modules together");
   return module;
 }
 
 fs::path module_folder() {
   std::error_code error;
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw Error("cannot find the modules of bsp2: where the program lies is not known, as /proc/self/exe cannot be read: " + error.message());
+  if (error)
+    throw Error(
+        "cannot find the modules of bsp2: where the program lies is not known, as /proc/self/exe cannot be "
+        "read: " +
+        error.message());
   return (program.parent_path() / BSP2_MODULES_FROM_PROGRAM).lexically_normal();
 }
 

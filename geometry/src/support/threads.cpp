@@ -15,7 +15,9 @@ struct Processors {
 std::optional<Processors> processors_for(Threads::Begin where) {
   Processors processors;
   const int at_hand = sched_getcpu();
-  if (at_hand < 0 || sched_getaffinity(0, sizeof processors.allowed, &processors.allowed) != 0 || CPU_COUNT(&processors.allowed) < 2) return std::nullopt;
+  if (at_hand < 0 || sched_getaffinity(0, sizeof processors.allowed, &processors.allowed) != 0 ||
+      CPU_COUNT(&processors.allowed) < 2)
+    return std::nullopt;
   const auto own = static_cast<std::size_t>(at_hand);
   processors.first = processors.allowed;
   if (where == Threads::Begin::elsewhere) {
@@ -27,7 +29,8 @@ std::optional<Processors> processors_for(Threads::Begin where) {
   return processors;
 }
 
-int create(pthread_t& thread, void* (*body)(void*), void* argument, std::size_t stack_bytes, const cpu_set_t* first) {
+int create(pthread_t& thread, void* (*body)(void*), void* argument, std::size_t stack_bytes,
+           const cpu_set_t* first) {
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   if (stack_bytes != 0) pthread_attr_setstacksize(&attributes, stack_bytes);

@@ -9,8 +9,8 @@
 
 #include "surface/edge_chain.hpp"
 #include "surface/exact_points.hpp"
-#include "surface/sweep_triangulation.hpp"
 #include "surface/no_index.hpp"
+#include "surface/sweep_triangulation.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -19,11 +19,14 @@ namespace {
 void sort_faces(Skin& skin) {
   std::vector<std::uint32_t> order(skin.faces.size()), place(skin.faces.size());
   std::iota(order.begin(), order.end(), 0u);
-  const auto key = [&](std::uint32_t i) { return std::tuple(skin.faces[i].outward.code, skin.faces[i].owner); };
+  const auto key = [&](std::uint32_t i) {
+    return std::tuple(skin.faces[i].outward.code, skin.faces[i].owner);
+  };
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
   std::vector<Skin::Face> faces;
   for (const std::uint32_t old : order) {
-    if (faces.empty() || faces.back().outward != skin.faces[old].outward || faces.back().owner != skin.faces[old].owner)
+    if (faces.empty() || faces.back().outward != skin.faces[old].outward ||
+        faces.back().owner != skin.faces[old].owner)
       faces.push_back(skin.faces[old]);
     place[old] = static_cast<std::uint32_t>(faces.size() - 1);
   }
@@ -47,34 +50,40 @@ PointSet unite_points(const HyperplaneTable<3>& table, Skin& skin) {
   return points;
 }
 
-/// Adds up the edges of each plane line by line: those on both sides of a cut between regions were added up apart.
+/// Adds up the edges of each plane line by line: those on both sides of a cut between regions were added up
+/// apart.
 void add_up_lines(ExactPoints& exact, const PointSet& points, Skin& skin) {
   const auto plane = [&](const Skin::Edge& edge) { return skin.faces[edge.face].outward.id(); };
-  std::sort(skin.edges.begin(), skin.edges.end(), [&](const Skin::Edge& a, const Skin::Edge& b) { return plane(a) < plane(b); });
+  std::sort(skin.edges.begin(), skin.edges.end(),
+            [&](const Skin::Edge& a, const Skin::Edge& b) { return plane(a) < plane(b); });
   LineAdder adder(exact);
   EdgeChain sum, edges;
   sum.reserve(skin.edges.size());
   for (std::size_t begin = 0, end = 0; begin < skin.edges.size(); begin = end) {
     while (end < skin.edges.size() && plane(skin.edges[end]) == plane(skin.edges[begin])) ++end;
-    edges.assign(skin.edges.begin() + static_cast<std::ptrdiff_t>(begin), skin.edges.begin() + static_cast<std::ptrdiff_t>(end));
+    edges.assign(skin.edges.begin() + static_cast<std::ptrdiff_t>(begin),
+                 skin.edges.begin() + static_cast<std::ptrdiff_t>(end));
     adder.add_up(points, plane(skin.edges[begin]), edges);
     sum.insert(sum.end(), edges.begin(), edges.end());
   }
   skin.edges = std::move(sum);
 }
 
-/// Joins the edges at vertices in which no more happens than that one straight edge goes on as another, in all faces.
+/// Joins the edges at vertices in which no more happens than that one straight edge goes on as another, in
+/// all faces.
 /// @pre no vertex lies inside an edge.
 class Straightener {
  public:
   /// @param skin its edges are used up.
-  Straightener(ExactPoints& exact, const PointSet& points, Skin& skin) : exact_(exact), points_(points), skin_(skin) {}
+  Straightener(ExactPoints& exact, const PointSet& points, Skin& skin)
+      : exact_(exact), points_(points), skin_(skin) {}
 
   EdgeChain run() {
     find_neighbours();
     EdgeChain edges = std::move(skin_.edges);
-    std::sort(edges.begin(), edges.end(),
-              [](const Skin::Edge& a, const Skin::Edge& b) { return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to); });
+    std::sort(edges.begin(), edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) {
+      return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to);
+    });
     EdgeChain joined;
     joined.reserve(edges.size());
     for (const Skin::Edge& edge : edges) {
@@ -116,13 +125,16 @@ class Straightener {
         if (seen[middle] || both.more) continue;
         seen[middle] = true;
         const std::uint32_t other = both.points[both.points[0] == end ? 1 : 0];
-        straight_[middle] = exact_.side(points_, other, skin_.faces[edge.face].outward.id()) == 0 && exact_.side(points_, other, edge.across) == 0;
+        straight_[middle] = exact_.side(points_, other, skin_.faces[edge.face].outward.id()) == 0 &&
+                            exact_.side(points_, other, edge.across) == 0;
       }
   }
   static std::uint32_t next(const EdgeChain& edges, std::uint32_t face, std::uint32_t from) {
-    const auto edge = std::lower_bound(edges.begin(), edges.end(), std::pair(face, from),
-                                       [](const Skin::Edge& e, const auto& key) { return std::pair(e.face, e.from) < key; });
-    if (edge == edges.end() || edge->face != face || edge->from != from) throw std::logic_error("the boundary of a face does not close");
+    const auto edge = std::lower_bound(
+        edges.begin(), edges.end(), std::pair(face, from),
+        [](const Skin::Edge& e, const auto& key) { return std::pair(e.face, e.from) < key; });
+    if (edge == edges.end() || edge->face != face || edge->from != from)
+      throw std::logic_error("the boundary of a face does not close");
     return edge->to;
   }
 };
@@ -130,19 +142,23 @@ class Straightener {
 }  // namespace
 
 void Skin::append(const Skin& other) {
-  const auto first_vertex = static_cast<std::uint32_t>(vertices.size()), first_face = static_cast<std::uint32_t>(faces.size()),
+  const auto first_vertex = static_cast<std::uint32_t>(vertices.size()),
+             first_face = static_cast<std::uint32_t>(faces.size()),
              first_incident = static_cast<std::uint32_t>(incident.size());
   vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
   incident.insert(incident.end(), other.incident.begin(), other.incident.end());
-  for (std::size_t i = 1; i < other.incident_offset.size(); ++i) incident_offset.push_back(first_incident + other.incident_offset[i]);
+  for (std::size_t i = 1; i < other.incident_offset.size(); ++i)
+    incident_offset.push_back(first_incident + other.incident_offset[i]);
   faces.insert(faces.end(), other.faces.begin(), other.faces.end());
-  for (const Edge& edge : other.edges) edges.push_back({first_vertex + edge.from, first_vertex + edge.to, first_face + edge.face, edge.across});
+  for (const Edge& edge : other.edges)
+    edges.push_back({first_vertex + edge.from, first_vertex + edge.to, first_face + edge.face, edge.across});
 }
 
 void Skin::unite_names() {
   std::vector<std::uint32_t> order(vertices.size()), place(vertices.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return vertices[a] < vertices[b]; });
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return vertices[a] < vertices[b]; });
   Skin united;
   united.incident.reserve(incident.size());
   std::vector<HyperplaneId> known;
@@ -152,7 +168,8 @@ void Skin::unite_names() {
     for (; end < order.size() && vertices[order[end]] == name; ++end) {
       const std::uint32_t old = order[end];
       place[old] = static_cast<std::uint32_t>(united.vertices.size());
-      known.insert(known.end(), incident.begin() + incident_offset[old], incident.begin() + incident_offset[old + 1]);
+      known.insert(known.end(), incident.begin() + incident_offset[old],
+                   incident.begin() + incident_offset[old + 1]);
     }
     std::sort(known.begin(), known.end());
     known.erase(std::unique(known.begin(), known.end()), known.end());
@@ -171,9 +188,11 @@ void Skin::unite_names() {
 
 namespace {
 
-/// Where edges of one face cross though none ends there: three lines through a point with every other one of the six
-/// sectors in the face, so that each line goes straight on. Looked for only where a face could not be triangulated.
-void add_crossings(ExactPoints& exact, std::span<const Skin::Edge> edges, OrientedHyperplane outward, PointSet& points) {
+/// Where edges of one face cross though none ends there: three lines through a point with every other one of
+/// the six sectors in the face, so that each line goes straight on. Looked for only where a face could not be
+/// triangulated.
+void add_crossings(ExactPoints& exact, std::span<const Skin::Edge> edges, OrientedHyperplane outward,
+                   PointSet& points) {
   const auto part = [&](const Skin::Edge& a, const Skin::Edge& b) {
     return exact.side(points, a.from, b.across) * exact.side(points, a.to, b.across) < 0;
   };
@@ -186,7 +205,8 @@ void add_crossings(ExactPoints& exact, std::span<const Skin::Edge> edges, Orient
     }
 }
 
-/// The triangles of all faces. @return whether all could be made; else `points` has more of them, to divide edges at.
+/// The triangles of all faces. @return whether all could be made; else `points` has more of them, to divide
+/// edges at.
 bool triangulate_faces(ExactPoints& exact, PointSet& points, const Skin& skin, const EdgeChain& edges,
                        TriangleSurface& surface) {
   surface = {};
@@ -256,7 +276,8 @@ TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
     if (triangulate_faces(exact, points, skin, edges, surface)) return surface;
     const std::size_t undivided = edges.size();
     divide_at(exact, points, known, skin);
-    if (skin.edges.size() <= undivided) throw std::logic_error("edges of a face of the boundary that cross cannot be divided");
+    if (skin.edges.size() <= undivided)
+      throw std::logic_error("edges of a face of the boundary that cross cannot be divided");
   }
 }
 
@@ -281,8 +302,10 @@ double TriangleSurface::volume() const {
   for (const auto& [a, b, c] : triangles) {
     std::array<std::array<long double, 3>, 3> p;
     for (int k = 0; k < 3; ++k)
-      p[k] = {static_cast<long double>(points[a][k]) - o[k], static_cast<long double>(points[b][k]) - o[k], static_cast<long double>(points[c][k]) - o[k]};
-    sum += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) - p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
+      p[k] = {static_cast<long double>(points[a][k]) - o[k], static_cast<long double>(points[b][k]) - o[k],
+              static_cast<long double>(points[c][k]) - o[k]};
+    sum += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) -
+           p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
            p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
   }
   return static_cast<double>(sum / 6);
@@ -294,13 +317,16 @@ bool TriangleSurface::is_closed() const {
   const auto for_each_side = [&](const auto& see) {
     for (const auto& triangle : triangles)
       for (int k = 0; k < 3; ++k)
-        if (const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3]; from != to) see(std::min(from, to), std::max(from, to), from < to);
+        if (const std::uint32_t from = triangle[k], to = triangle[(k + 1) % 3]; from != to)
+          see(std::min(from, to), std::max(from, to), from < to);
   };
   for_each_side([&](std::uint32_t low, std::uint32_t, bool) { ++begin[low + 1]; });
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
   std::vector<std::pair<std::uint32_t, bool>> sides(begin.back());
-  for_each_side([&](std::uint32_t low, std::uint32_t high, bool upwards) { sides[next[low]++] = {high, upwards}; });
+  for_each_side([&](std::uint32_t low, std::uint32_t high, bool upwards) {
+    sides[next[low]++] = {high, upwards};
+  });
   for (std::size_t low = 0; low < points.size(); ++low) {
     const std::span at_low(sides.data() + begin[low], begin[low + 1] - begin[low]);
     std::sort(at_low.begin(), at_low.end());

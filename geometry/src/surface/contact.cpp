@@ -9,16 +9,16 @@
 #include "surface/exact_points.hpp"
 #include "surface/no_index.hpp"
 
-// Notation. On one hyperplane h, the facets of cells on its negative side, N_i, have disjoint interiors, and so have those
-// on its positive side, P_j. The cells touch in N_i * P_j. The skin that looks to the positive side is the sum of the N_i
-// minus that of all N_i * P_j; its boundary is the same sum of boundaries, which is all that is ever computed: what edges do
-// not cancel bound the merged faces. The skin that looks to the negative side likewise with the P_j.
+// Notation. On one hyperplane h, the facets of cells on its negative side, N_i, have disjoint interiors, and
+// so have those on its positive side, P_j. The cells touch in N_i * P_j. The skin that looks to the positive
+// side is the sum of the N_i minus that of all N_i * P_j; its boundary is the same sum of boundaries, which
+// is all that is ever computed: what edges do not cancel bound the merged faces. The skin that looks to the
+// negative side likewise with the P_j.
 
 namespace bsp2::geometry {
 namespace {
 
 using Corner = FacetSet::Corner;
-
 
 /// A corner of a convex polygon on h: a point, and what carries the edge from there to the next corner.
 struct ExactCorner {
@@ -57,7 +57,9 @@ class PlanePoints {
   std::vector<std::uint64_t> keys_;
   std::vector<std::uint32_t> heads_, next_;  // a hash table, chained
 
-  [[nodiscard]] std::size_t slot(std::uint64_t key) const { return (key * 0x9e3779b97f4a7c15u >> 32) & (heads_.size() - 1); }
+  [[nodiscard]] std::size_t slot(std::uint64_t key) const {
+    return (key * 0x9e3779b97f4a7c15u >> 32) & (heads_.size() - 1);
+  }
   void grow() {
     heads_.assign(4 * heads_.size(), none);
     for (std::uint32_t i = 0; i < keys_.size(); ++i) {
@@ -123,7 +125,7 @@ struct FacetMatcher::Implementation {
   const FacetSet* set = nullptr;
   HyperplaneId plane = 0;
   std::vector<Contact>* contacts = nullptr;
-  std::array<std::vector<Facet>, 2> facets;            // N and P; those that are not known to be covered
+  std::array<std::vector<Facet>, 2> facets;  // N and P; those that are not known to be covered
   std::vector<ExactCorner> exact_corners;    // of all of these
   std::vector<std::pair<std::uint32_t, HyperplaneId>> also_on;  // points, and hyperplanes beside their own
   std::vector<std::pair<std::uint64_t, std::uint32_t>> hashes;
@@ -136,7 +138,9 @@ struct FacetMatcher::Implementation {
   std::vector<Skin::Face> faces;
   EdgeChain edges;
 
-  std::span<const Corner> corners_of(const Facet& facet) const { return {set->corners.data() + facet.first_corner, facet.corner_count}; }
+  std::span<const Corner> corners_of(const Facet& facet) const {
+    return {set->corners.data() + facet.first_corner, facet.corner_count};
+  }
   const FacetSet::Facet& source(const Facet& facet) const { return set->facets[facet.number]; }
 
   void match(const FacetSet& facet_set, std::vector<Contact>* found, Skin* skin) {
@@ -177,7 +181,8 @@ struct FacetMatcher::Implementation {
           facet.low[k] = std::min(facet.low[k], corner.x[k]);
           facet.high[k] = std::max(facet.high[k], corner.x[k]);
         }
-      const auto vector = newell(corners.size(), [&](std::size_t k) -> const std::array<double, 3>& { return corners[k].x; });
+      const auto vector =
+          newell(corners.size(), [&](std::size_t k) -> const std::array<double, 3>& { return corners[k].x; });
       facet.area = length(vector) / 2;
       facet.reversed = turns_backwards(facet, vector);
       facets[set->facets[i].positive ? 1 : 0].push_back(facet);
@@ -188,25 +193,30 @@ struct FacetMatcher::Implementation {
   bool turns_backwards(const Facet& facet, const std::array<double, 3>& twice_area) {
     const auto normal = table.rounded(plane).normal;
     const double sign = source(facet).positive ? -1 : 1;
-    const double turn = sign * (normal[0] * twice_area[0] + normal[1] * twice_area[1] + normal[2] * twice_area[2]);
+    const double turn =
+        sign * (normal[0] * twice_area[0] + normal[1] * twice_area[1] + normal[2] * twice_area[2]);
     double extent = 0;
     for (int k = 0; k < 3; ++k) extent += facet.high[k] - facet.low[k];
-    if (turn > extent * table.radius() * (16 * largest_vertex_error)) return false;  // more than corners that are off may make of it
+    if (turn > extent * table.radius() * (16 * largest_vertex_error))
+      return false;  // more than corners that are off may make of it
     const double sine = turn_of_corner(facet);
     return sine != 0 ? sine < 0 : exact_turn(facet) < 0;
   }
 
-  /// The sine of the turn at the corner whose edges differ most in direction, from the normals alone: it knows nothing of how
-  /// close the corners are. Positive if the corners turn the right way round, 0 if rounding leaves that open.
+  /// The sine of the turn at the corner whose edges differ most in direction, from the normals alone: it
+  /// knows nothing of how close the corners are. Positive if the corners turn the right way round, 0 if
+  /// rounding leaves that open.
   double turn_of_corner(const Facet& facet) {
     const auto corners = corners_of(facet);
     const std::array<double, 3> n = outward_normal(oriented(plane, source(facet).positive));
     double largest = 0, error = 0;
     for (std::size_t i = 0; i < corners.size(); ++i) {
       // Along the edge on a, on the way that has the facet on its left, b rises.
-      const OrientedHyperplane on_a = corners[i].across, on_b = corners[i + 1 < corners.size() ? i + 1 : 0].across;
+      const OrientedHyperplane on_a = corners[i].across,
+                               on_b = corners[i + 1 < corners.size() ? i + 1 : 0].across;
       const std::array<double, 3> a = outward_normal(on_a), b = outward_normal(on_b);
-      const double sine = b[0] * (n[1] * a[2] - n[2] * a[1]) + b[1] * (n[2] * a[0] - n[0] * a[2]) + b[2] * (n[0] * a[1] - n[1] * a[0]);
+      const double sine = b[0] * (n[1] * a[2] - n[2] * a[1]) + b[1] * (n[2] * a[0] - n[0] * a[2]) +
+                          b[2] * (n[0] * a[1] - n[1] * a[0]);
       if (std::fabs(sine) <= std::fabs(largest)) continue;
       largest = sine;
       error = table.rounded(on_a.id()).error + table.rounded(on_b.id()).error;
@@ -228,7 +238,8 @@ struct FacetMatcher::Implementation {
     const auto vertex = [&](std::size_t i) {
       return canonical_vertex(table, {plane, corners[(i + n - 1) % n].across.id(), corners[i].across.id()});
     };
-    return PlaneFrame(exact, oriented(plane, source(facet).positive)).orientation(vertex(0), vertex(1), vertex(2));
+    return PlaneFrame(exact, oriented(plane, source(facet).positive))
+        .orientation(vertex(0), vertex(1), vertex(2));
   }
 
   // --- facets that are equal ---
@@ -237,12 +248,14 @@ struct FacetMatcher::Implementation {
   void cancel_equal_facets() {
     if (facets[0].empty() || facets[1].empty()) return;
     hashes.clear();
-    for (std::uint32_t i = 0; i < facets[0].size(); ++i) hashes.emplace_back(hash_of(corners_of(facets[0][i])), i);
+    for (std::uint32_t i = 0; i < facets[0].size(); ++i)
+      hashes.emplace_back(hash_of(corners_of(facets[0][i])), i);
     std::sort(hashes.begin(), hashes.end());
     std::vector<bool> covered(facets[0].size(), false);
     std::erase_if(facets[1], [&](const Facet& positive) {
       const std::uint64_t hash = hash_of(corners_of(positive));
-      for (auto at = std::lower_bound(hashes.begin(), hashes.end(), std::pair(hash, 0u)); at != hashes.end() && at->first == hash; ++at) {
+      for (auto at = std::lower_bound(hashes.begin(), hashes.end(), std::pair(hash, 0u));
+           at != hashes.end() && at->first == hash; ++at) {
         const Facet& negative = facets[0][at->second];
         if (covered[at->second] || !are_equal(negative, positive)) continue;
         covered[at->second] = true;
@@ -255,8 +268,8 @@ struct FacetMatcher::Implementation {
     std::erase_if(facets[0], [&](const Facet&) { return covered[i++]; });
   }
 
-  /// Corner by corner, the one the other way round: rounded coordinates first, which prove nothing, then each edge on the
-  /// other's plane.
+  /// Corner by corner, the one the other way round: rounded coordinates first, which prove nothing, then each
+  /// edge on the other's plane.
   bool are_equal(const Facet& negative, const Facet& positive) {
     const auto a = corners_of(negative), b = corners_of(positive);
     const std::size_t n = a.size();
@@ -270,7 +283,8 @@ struct FacetMatcher::Implementation {
       const HyperplaneId own = a[i].across.id(), other = b[(first + n - i - 1) % n].across.id();
       if (own == other) continue;
       const HyperplaneId before = a[(i + n - 1) % n].across.id(), after = a[(i + 1) % n].across.id();
-      if (exact.side(canonical_vertex(table, {plane, before, own}), other) != 0 || exact.side(canonical_vertex(table, {plane, own, after}), other) != 0)
+      if (exact.side(canonical_vertex(table, {plane, before, own}), other) != 0 ||
+          exact.side(canonical_vertex(table, {plane, own, after}), other) != 0)
         return false;
     }
     return true;
@@ -289,12 +303,15 @@ struct FacetMatcher::Implementation {
     const std::size_t n = corners.size();
     facet.first_exact = static_cast<std::uint32_t>(exact_corners.size());
     for (std::size_t i = 0; i < n; ++i) {
-      const std::size_t at = facet.reversed ? n - 1 - i : i;  // backwards, corner `at` is followed by the edge before it
+      const std::size_t at =
+          facet.reversed ? n - 1 - i : i;  // backwards, corner `at` is followed by the edge before it
       const HyperplaneId before = corners[(at + n - 1) % n].across.id(), after = corners[at].across.id();
       exact_corners.push_back({plane_points.find(before, after), facet.reversed ? before : after});
     }
   }
-  std::span<const ExactCorner> polygon(const Facet& facet) const { return {exact_corners.data() + facet.first_exact, facet.corner_count}; }
+  std::span<const ExactCorner> polygon(const Facet& facet) const {
+    return {exact_corners.data() + facet.first_exact, facet.corner_count};
+  }
   const Vertex<3>& vertex(const ExactCorner& corner) const { return plane_points.vertices()[corner.point]; }
 
   void overlay_facets(bool with_skin) {
@@ -315,24 +332,28 @@ struct FacetMatcher::Implementation {
       order[side].clear();
       active[side].clear();
       for (std::uint32_t i = 0; i < facets[side].size(); ++i) order[side].push_back(i);
-      std::sort(order[side].begin(), order[side].end(),
-                [&](std::uint32_t a, std::uint32_t b) { return facets[side][a].low[axis] < facets[side][b].low[axis]; });
+      std::sort(order[side].begin(), order[side].end(), [&](std::uint32_t a, std::uint32_t b) {
+        return facets[side][a].low[axis] < facets[side][b].low[axis];
+      });
     }
     std::array<std::size_t, 2> next{};
     while (next[0] < order[0].size() || next[1] < order[1].size()) {
-      const int side = next[1] >= order[1].size() || (next[0] < order[0].size() && facets[0][order[0][next[0]]].low[axis] <=
-                                                                                      facets[1][order[1][next[1]]].low[axis])
+      const int side = next[1] >= order[1].size() ||
+                               (next[0] < order[0].size() && facets[0][order[0][next[0]]].low[axis] <=
+                                                                 facets[1][order[1][next[1]]].low[axis])
                            ? 0
                            : 1;
       const std::uint32_t entering = order[side][next[side]++];
       Facet& facet = facets[side][entering];
       std::erase_if(active[1 - side], [&](std::uint32_t other) {
-        return facets[1 - side][other].covered || facets[1 - side][other].high[axis] + slack() < facet.low[axis];
+        return facets[1 - side][other].covered ||
+               facets[1 - side][other].high[axis] + slack() < facet.low[axis];
       });
       for (const std::uint32_t other : active[1 - side]) {
         if (facet.covered) break;
         Facet& opposite = facets[1 - side][other];
-        if (boxes_meet(facet, opposite)) side == 0 ? meet(facet, opposite, with_skin) : meet(opposite, facet, with_skin);
+        if (boxes_meet(facet, opposite))
+          side == 0 ? meet(facet, opposite, with_skin) : meet(opposite, facet, with_skin);
       }
       active[side].push_back(entering);
     }
@@ -368,7 +389,8 @@ struct FacetMatcher::Implementation {
   int side_of(std::uint32_t point, OrientedHyperplane inside, const Hyperplane<3>& rounded) {
     const Vertex<3>& vertex = plane_points.vertices()[point];
     const int side = exact.side(vertex, inside.id(), rounded);
-    if (side == 0 && std::find(vertex.hyperplanes.begin(), vertex.hyperplanes.end(), inside.id()) == vertex.hyperplanes.end())
+    if (side == 0 && std::find(vertex.hyperplanes.begin(), vertex.hyperplanes.end(), inside.id()) ==
+                         vertex.hyperplanes.end())
       also_on.emplace_back(point, inside.id());
     return inside.flipped() ? -side : side;
   }
@@ -391,7 +413,8 @@ struct FacetMatcher::Implementation {
     }
     clipped.assign(polygon(negative).begin(), polygon(negative).end());
     for (const Corner& corner : corners_of(positive)) clip(corner.across);
-    const auto twice_area = newell(clipped.size(), [&](std::size_t i) -> const std::array<double, 3>& { return vertex(clipped[i]).x; });
+    const auto twice_area = newell(
+        clipped.size(), [&](std::size_t i) -> const std::array<double, 3>& { return vertex(clipped[i]).x; });
     add_contact(negative, positive, length(twice_area) / 2);
     if (!with_skin) return;
     add_loop(clipped, face_of(0, owner_of_negative), false);
@@ -412,9 +435,11 @@ struct FacetMatcher::Implementation {
     scratch.clear();
     for (std::size_t i = 0; i < clipped.size(); ++i) {
       const int here = signs[i], next = signs[i + 1 < signs.size() ? i + 1 : 0];
-      if (here <= 0) scratch.push_back({clipped[i].point, here == 0 && next > 0 ? inside.id() : clipped[i].across});
+      if (here <= 0)
+        scratch.push_back({clipped[i].point, here == 0 && next > 0 ? inside.id() : clipped[i].across});
       if (here * next < 0)
-        scratch.push_back({plane_points.find(clipped[i].across, inside.id()), here < 0 ? inside.id() : clipped[i].across});
+        scratch.push_back(
+            {plane_points.find(clipped[i].across, inside.id()), here < 0 ? inside.id() : clipped[i].across});
     }
     std::swap(clipped, scratch);
   }
@@ -477,9 +502,12 @@ struct FacetMatcher::Implementation {
   }
 };
 
-FacetMatcher::FacetMatcher(const HyperplaneTable<3>& table) : implementation_(std::make_unique<Implementation>(table)) {}
+FacetMatcher::FacetMatcher(const HyperplaneTable<3>& table)
+    : implementation_(std::make_unique<Implementation>(table)) {}
 FacetMatcher::~FacetMatcher() = default;
 
-void FacetMatcher::match(const FacetSet& facets, std::vector<Contact>* contacts, Skin* skin) { implementation_->match(facets, contacts, skin); }
+void FacetMatcher::match(const FacetSet& facets, std::vector<Contact>* contacts, Skin* skin) {
+  implementation_->match(facets, contacts, skin);
+}
 
 }  // namespace bsp2::geometry

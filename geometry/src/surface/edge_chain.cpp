@@ -9,7 +9,9 @@
 namespace bsp2::geometry {
 namespace {
 
-std::pair<std::uint32_t, std::uint32_t> ends(const Skin::Edge& edge) { return std::minmax(edge.from, edge.to); }
+std::pair<std::uint32_t, std::uint32_t> ends(const Skin::Edge& edge) {
+  return std::minmax(edge.from, edge.to);
+}
 
 constexpr std::size_t few = 8;  // below it all pairs are looked at
 
@@ -22,7 +24,9 @@ void add_up(EdgeChain& edges) {
   std::size_t kept = 0;
   for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
     std::ptrdiff_t sum = 0;
-    for (end = begin; end < edges.size() && edges[end].face == edges[begin].face && ends(edges[end]) == ends(edges[begin]); ++end)
+    for (end = begin;
+         end < edges.size() && edges[end].face == edges[begin].face && ends(edges[end]) == ends(edges[begin]);
+         ++end)
       sum += edges[end].from < edges[end].to ? 1 : -1;
     Skin::Edge edge = edges[begin];
     if ((edge.from < edge.to) != (sum > 0)) std::swap(edge.from, edge.to);
@@ -52,8 +56,10 @@ HyperplaneId common_plane(const PointSet& points, std::uint32_t a, std::uint32_t
 void LineAdder::add_up(const PointSet& points, HyperplaneId plane, EdgeChain& edges) {
   items_.clear();
   for (const Skin::Edge& edge : edges)
-    items_.push_back({std::uint64_t{common_plane(points, edge.from, edge.to, plane)} << 32 | edge.face, edge.from, edge.to});
-  std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) { return a.line_and_face < b.line_and_face; });
+    items_.push_back({std::uint64_t{common_plane(points, edge.from, edge.to, plane)} << 32 | edge.face,
+                      edge.from, edge.to});
+  std::sort(items_.begin(), items_.end(),
+            [](const Item& a, const Item& b) { return a.line_and_face < b.line_and_face; });
   edges.clear();
   for (std::size_t begin = 0, end = 0; begin < items_.size(); begin = end) {
     while (end < items_.size() && items_[end].line_and_face == items_[begin].line_and_face) ++end;
@@ -68,7 +74,8 @@ void LineAdder::add_line(const PointSet& points, std::span<const Item> items, Ed
     sum.push_back({items[0].from, items[0].to, face, across});
     return;
   }
-  // What an edge adds to all that is beyond its end, it takes away beyond its beginning. By points, then along the line.
+  // What an edge adds to all that is beyond its end, it takes away beyond its beginning. By points, then
+  // along the line.
   ends_.clear();
   for (const Item& item : items) {
     ends_.push_back({item.from, 1});
@@ -105,15 +112,19 @@ void EdgeSplitter::collect_segments(std::span<const Skin::Face> faces, const Edg
     const auto [low, high] = ends(edge);
     segments_.push_back({low, high, faces[edge.face].outward.id(), edge.across});
   }
-  std::sort(segments_.begin(), segments_.end(), [](const Segment& a, const Segment& b) { return std::tie(a.from, a.to) < std::tie(b.from, b.to); });
-  segments_.erase(std::unique(segments_.begin(), segments_.end(),
-                              [](const Segment& a, const Segment& b) { return a.from == b.from && a.to == b.to; }),
-                  segments_.end());
+  std::sort(segments_.begin(), segments_.end(), [](const Segment& a, const Segment& b) {
+    return std::tie(a.from, a.to) < std::tie(b.from, b.to);
+  });
+  segments_.erase(
+      std::unique(segments_.begin(), segments_.end(),
+                  [](const Segment& a, const Segment& b) { return a.from == b.from && a.to == b.to; }),
+      segments_.end());
 }
 
 bool EdgeSplitter::is_inside(const PointSet& points, const Segment& segment, std::uint32_t point) {
   if (point == segment.from || point == segment.to) return false;
-  const Vertex<3>&u = points.vertices[segment.from], &v = points.vertices[segment.to], &w = points.vertices[point];
+  const Vertex<3>&u = points.vertices[segment.from], &v = points.vertices[segment.to],
+        &w = points.vertices[point];
   std::array<double, 3> along, to;
   double length = 0, projected = 0;
   for (int k = 0; k < 3; ++k) {
@@ -143,21 +154,25 @@ void EdgeSplitter::build(std::span<Candidate> candidates) {
   for (int k = 1; k < 3; ++k)
     if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
   const std::size_t half = candidates.size() / 2;
-  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(half), candidates.end(),
+  std::nth_element(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(half),
+                   candidates.end(),
                    [axis](const Candidate& a, const Candidate& b) { return a.x[axis] < b.x[axis]; });
   candidates[half].axis = axis;
   build(candidates.first(half));
   build(candidates.subspan(half + 1));
 }
 
-/// Follows a piece of a segment down the tree. Shares of its length are rounded by 2^-51 of it at most, for which the margin
-/// has room.
-void EdgeSplitter::find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates, double low, double high) {
+/// Follows a piece of a segment down the tree. Shares of its length are rounded by 2^-51 of it at most, for
+/// which the margin has room.
+void EdgeSplitter::find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates,
+                        double low, double high) {
   const Segment& segment = segments_[number];
   const auto &from = points.vertices[segment.from].x, &to = points.vertices[segment.to].x;
   const auto test = [&](const Candidate& candidate) {
     for (int k = 0; k < 3; ++k)
-      if (candidate.x[k] < std::min(from[k], to[k]) - margin_ || candidate.x[k] > std::max(from[k], to[k]) + margin_) return;
+      if (candidate.x[k] < std::min(from[k], to[k]) - margin_ ||
+          candidate.x[k] > std::max(from[k], to[k]) + margin_)
+        return;
     if (is_inside(points, segment, candidate.point)) inner_.emplace_back(number, candidate.point);
   };
   if (candidates.size() <= few) {
@@ -171,9 +186,11 @@ void EdgeSplitter::find(const PointSet& points, std::uint32_t number, std::span<
   const double at_low = start + low * step, at_high = start + high * step;
   const auto share_at = [&](double position) { return std::clamp((position - start) / step, low, high); };
   if (const double top = middle.x[middle.axis] + margin_; std::min(at_low, at_high) <= top)
-    find(points, number, candidates.first(half), at_low > top ? share_at(top) : low, at_high > top ? share_at(top) : high);
+    find(points, number, candidates.first(half), at_low > top ? share_at(top) : low,
+         at_high > top ? share_at(top) : high);
   if (const double bottom = middle.x[middle.axis] - margin_; std::max(at_low, at_high) >= bottom)
-    find(points, number, candidates.subspan(half + 1), at_low < bottom ? share_at(bottom) : low, at_high < bottom ? share_at(bottom) : high);
+    find(points, number, candidates.subspan(half + 1), at_low < bottom ? share_at(bottom) : low,
+         at_high < bottom ? share_at(bottom) : high);
 }
 
 /// The points of each segment in order from its lower end.
@@ -182,9 +199,10 @@ void EdgeSplitter::sort_inner(const PointSet& points) {
   for (std::size_t begin = 0, end = 0; begin < inner_.size(); begin = end) {
     const std::uint32_t segment = inner_[begin].first;
     while (end < inner_.size() && inner_[end].first == segment) ++end;
-    std::sort(inner_.begin() + static_cast<std::ptrdiff_t>(begin), inner_.begin() + static_cast<std::ptrdiff_t>(end),
-              [&](const auto& a, const auto& b) {
-                return a.second != b.second && exact_.is_before(points, a.second, b.second, segments_[segment].to);
+    std::sort(inner_.begin() + static_cast<std::ptrdiff_t>(begin),
+              inner_.begin() + static_cast<std::ptrdiff_t>(end), [&](const auto& a, const auto& b) {
+                return a.second != b.second &&
+                       exact_.is_before(points, a.second, b.second, segments_[segment].to);
               });
   }
 }
@@ -218,9 +236,9 @@ void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> fac
   divided.reserve(edges.size() + 2 * inner_.size());
   for (const Skin::Edge& edge : edges) {
     const auto [low, high] = ends(edge);
-    const auto segment = std::lower_bound(segments_.begin(), segments_.end(), std::pair(low, high), [](const Segment& s, const auto& key) {
-      return std::pair(s.from, s.to) < key;
-    });
+    const auto segment =
+        std::lower_bound(segments_.begin(), segments_.end(), std::pair(low, high),
+                         [](const Segment& s, const auto& key) { return std::pair(s.from, s.to) < key; });
     const auto number = static_cast<std::uint32_t>(segment - segments_.begin());
     std::uint32_t at = low;
     const bool forward = edge.from == low;
@@ -228,7 +246,8 @@ void EdgeSplitter::split(const PointSet& points, std::span<const Skin::Face> fac
       divided.push_back({forward ? at : next, forward ? next : at, edge.face, edge.across});
       at = next;
     };
-    for (auto inner = std::lower_bound(inner_.begin(), inner_.end(), std::pair(number, 0u)); inner != inner_.end() && inner->first == number; ++inner)
+    for (auto inner = std::lower_bound(inner_.begin(), inner_.end(), std::pair(number, 0u));
+         inner != inner_.end() && inner->first == number; ++inner)
       step(inner->second);
     step(high);
   }

@@ -18,11 +18,11 @@ using EdgeChain = std::vector<Skin::Edge>;
 /// Adds up the edges between the same points in the same face.
 void add_up(EdgeChain& edges);
 
-/// Adds up the edges of one plane line by line, whatever their ends are: where they run along each other, their sum
-/// counts. Straight runs come out as one edge.
+/// Adds up the edges of one plane line by line, whatever their ends are: where they run along each other,
+/// their sum counts. Straight runs come out as one edge.
 ///
-/// Edges are on one line if their ends are known to share a second plane. What is not known is left as it is: the sum is
-/// the same. Thread rule: one thread at a time.
+/// Edges are on one line if their ends are known to share a second plane. What is not known is left as it is:
+/// the sum is the same. Thread rule: one thread at a time.
 class LineAdder {
  public:
   explicit LineAdder(ExactPoints& exact) : exact_(exact) {}
@@ -44,8 +44,8 @@ class LineAdder {
   void add_line(const PointSet& points, std::span<const Item> items, EdgeChain& sum);
 };
 
-/// Divides edges so that no end of any of them, and no other given point, lies inside one. Exact. Thread rule: one
-/// thread at a time.
+/// Divides edges so that no end of any of them, and no other given point, lies inside one. Exact. Thread
+/// rule: one thread at a time.
 class EdgeSplitter {
  public:
   explicit EdgeSplitter(ExactPoints& exact) : exact_(exact) {}
@@ -66,12 +66,13 @@ class EdgeSplitter {
 
   ExactPoints& exact_;
   std::vector<Segment> segments_;
-  double margin_ = 0;  // that covers all errors of points
+  double margin_ = 0;                                           // that covers all errors of points
   std::vector<std::pair<std::uint32_t, std::uint32_t>> inner_;  // segment, point inside it
 
   void collect_segments(std::span<const Skin::Face> faces, const EdgeChain& edges);
   void build(std::span<Candidate> candidates);
-  void find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates, double low, double high);
+  void find(const PointSet& points, std::uint32_t number, std::span<const Candidate> candidates, double low,
+            double high);
   bool is_inside(const PointSet& points, const Segment& segment, std::uint32_t point);
   void sort_inner(const PointSet& points);
 };

@@ -1,8 +1,9 @@
 #include "surface/exact_points.hpp"
-#include "surface/no_index.hpp"
 
 #include <algorithm>
 #include <cmath>
+
+#include "surface/no_index.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -14,10 +15,13 @@ std::array<HyperplaneId, 3> sorted(std::array<HyperplaneId, 3> ids) {
   return ids;
 }
 
-/// Holds a determinant of three homogeneous points: two coordinates of at most 1520 bits each and a weight of 1400 (exact.hpp).
+/// Holds a determinant of three homogeneous points: two coordinates of at most 1520 bits each and a weight of
+/// 1400 (exact.hpp).
 using WideInteger = FixedInteger<4608>;
 
-[[gnu::noinline]] WideInteger widen(const ExactInteger<3>& value) { return WideInteger(value); }  // inlined, it confuses GCC 12's bounds check
+[[gnu::noinline]] WideInteger widen(const ExactInteger<3>& value) {
+  return WideInteger(value);
+}  // inlined, it confuses GCC 12's bounds check
 
 }  // namespace
 
@@ -50,7 +54,8 @@ const ExactCovector<3>& ExactCoordinates::covector(HyperplaneId id) {
 
 const ExactCovector<3>& ExactCoordinates::point(const Vertex<3>& vertex) {
   const auto& ids = vertex.hyperplanes;
-  Point& entry = points_[((ids[0] * 0x9e3779b1u ^ ids[1] * 0x85ebca6bu ^ ids[2] * 0xc2b2ae35u) >> 12) % points_.size()];
+  Point& entry =
+      points_[((ids[0] * 0x9e3779b1u ^ ids[1] * 0x85ebca6bu ^ ids[2] * 0xc2b2ae35u) >> 12) % points_.size()];
   if (entry.ids != ids) {
     std::array<ExactCovector<3>, 3> rows;
     for (int i = 0; i < 3; ++i) rows[i] = covector(ids[i]);
@@ -96,19 +101,23 @@ bool ExactPoints::equals(const PointSet& points, std::uint32_t point, const Clus
 }
 
 std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
-  // Sorted along a direction in which different points hardly ever agree, equal points are close to each other.
+  // Sorted along a direction in which different points hardly ever agree, equal points are close to each
+  // other.
   keys_.clear();
   clusters_.clear();
   known_.clear();
   double largest_error = 0;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const Vertex<3>& vertex = points.vertices[i];
-    keys_.emplace_back(sorting_direction[0] * vertex.x[0] + sorting_direction[1] * vertex.x[1] + sorting_direction[2] * vertex.x[2], i);
+    keys_.emplace_back(sorting_direction[0] * vertex.x[0] + sorting_direction[1] * vertex.x[1] +
+                           sorting_direction[2] * vertex.x[2],
+                       i);
     largest_error = std::max(largest_error, vertex.error);
   }
   // By name where the keys agree: the order in which the points came shall not matter.
   std::sort(keys_.begin(), keys_.end(), [&](const auto& a, const auto& b) {
-    return a.first != b.first ? a.first < b.first : points.vertices[a.second].hyperplanes < points.vertices[b.second].hyperplanes;
+    return a.first != b.first ? a.first < b.first
+                              : points.vertices[a.second].hyperplanes < points.vertices[b.second].hyperplanes;
   });
   std::vector<std::uint32_t> map(points.size());
   const double slack = 0x1p-49 * table_.radius();
@@ -118,7 +127,8 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
     const double lowest = key - vertex.error - largest_error - slack;
     std::uint32_t found = none;
     for (std::size_t k = clusters_.size(); k-- > 0 && clusters_[k].key >= lowest && found == none;)
-      if (vertex.hyperplanes == points.vertices[clusters_[k].point].hyperplanes || equals(points, i, clusters_[k]))
+      if (vertex.hyperplanes == points.vertices[clusters_[k].point].hyperplanes ||
+          equals(points, i, clusters_[k]))
         found = static_cast<std::uint32_t>(k);
     if (found == none) {
       found = static_cast<std::uint32_t>(clusters_.size());
@@ -137,7 +147,8 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
   result.clear();
   for (const Cluster& cluster : clusters_) {
     const std::size_t begin = result.planes.size();
-    for (std::uint32_t at = cluster.known; at != none; at = known_[at].next) result.planes.push_back(known_[at].plane);
+    for (std::uint32_t at = cluster.known; at != none; at = known_[at].next)
+      result.planes.push_back(known_[at].plane);
     std::sort(result.planes.begin() + static_cast<std::ptrdiff_t>(begin), result.planes.end());
     result.vertices.push_back(points.vertices[cluster.point]);
     result.offset.push_back(static_cast<std::uint32_t>(result.planes.size()));
@@ -148,7 +159,8 @@ std::vector<std::uint32_t> ExactPoints::unify(PointSet& points) {
 
 namespace {
 
-/// -1 or 1: which of two points comes first along the longest axis of a direction; 0 if their errors do not tell.
+/// -1 or 1: which of two points comes first along the longest axis of a direction; 0 if their errors do not
+/// tell.
 int rounded_order(const Vertex<3>& a, const Vertex<3>& b, const std::array<double, 3>& direction) {
   int axis = 0;
   for (int k = 1; k < 3; ++k)
@@ -196,9 +208,10 @@ bool ExactPoints::is_between(const PointSet& points, std::uint32_t u, std::uint3
   return is_before(points, u, w, v) && is_before(points, v, w, u);
 }
 
-// --- PlaneFrame ---------------------------------------------------------------------------------------------------
+// --- PlaneFrame ---
 
-PlaneFrame::PlaneFrame(ExactPoints& exact, OrientedHyperplane outward) : coordinates_(exact.coordinates()), plane_(outward.id()) {
+PlaneFrame::PlaneFrame(ExactPoints& exact, OrientedHyperplane outward)
+    : coordinates_(exact.coordinates()), plane_(outward.id()) {
   const auto normal = exact.table().rounded(outward.id()).normal;
   int axis = 0;
   for (int k = 1; k < 3; ++k)
@@ -211,10 +224,11 @@ PlaneFrame::PlaneFrame(ExactPoints& exact, OrientedHyperplane outward) : coordin
 int PlaneFrame::orientation(const Vertex<3>& a, const Vertex<3>& b, const Vertex<3>& c) const {
   const double bu = b.x[u_] - a.x[u_], bv = b.x[v_] - a.x[v_], cu = c.x[u_] - a.x[u_], cv = c.x[v_] - a.x[v_];
   const double left = bu * cv, right = bv * cu, determinant = left - right;
-  // Each difference is off by the errors of its two points; the last term is for the rounding of all operations.
+  // Each difference is off by the errors of its two points; the last term is for the rounding of all
+  // operations.
   const double eb = 2 * (a.error + b.error), ec = 2 * (a.error + c.error);
-  const double bound = (std::fabs(bu) + std::fabs(bv)) * ec + (std::fabs(cu) + std::fabs(cv)) * eb + 2 * eb * ec +
-                       0x1p-50 * (std::fabs(left) + std::fabs(right));
+  const double bound = (std::fabs(bu) + std::fabs(bv)) * ec + (std::fabs(cu) + std::fabs(cv)) * eb +
+                       2 * eb * ec + 0x1p-50 * (std::fabs(left) + std::fabs(right));
   if (determinant > bound) return 1;
   if (determinant < -bound) return -1;
   std::array<std::array<WideInteger, 3>, 3> rows;
@@ -225,8 +239,11 @@ int PlaneFrame::orientation(const Vertex<3>& a, const Vertex<3>& b, const Vertex
     rows[i] = {widen(point[u_]), widen(point[v_]), widen(point[3])};
     sign *= point[3].sign();
   }
-  const auto minor = [&](int i, int j, int k, int l) -> WideInteger { return rows[i][k] * rows[j][l] - rows[i][l] * rows[j][k]; };
-  const WideInteger value = rows[0][2] * minor(1, 2, 0, 1) - rows[1][2] * minor(0, 2, 0, 1) + rows[2][2] * minor(0, 1, 0, 1);
+  const auto minor = [&](int i, int j, int k, int l) -> WideInteger {
+    return rows[i][k] * rows[j][l] - rows[i][l] * rows[j][k];
+  };
+  const WideInteger value =
+      rows[0][2] * minor(1, 2, 0, 1) - rows[1][2] * minor(0, 2, 0, 1) + rows[2][2] * minor(0, 1, 0, 1);
   return sign * value.sign();
 }
 
@@ -234,13 +251,15 @@ bool PlaneFrame::is_left_of(const Vertex<3>& a, const Vertex<3>& b) const {
   constexpr int along = 1000003, across = 618029;
   const double du = b.x[u_] - a.x[u_], dv = b.x[v_] - a.x[v_];
   const double difference = along * du + across * dv;
-  const double bound = (along + across) * (2 * (a.error + b.error) + 0x1p-50 * (std::fabs(du) + std::fabs(dv)));
+  const double bound =
+      (along + across) * (2 * (a.error + b.error) + 0x1p-50 * (std::fabs(du) + std::fabs(dv)));
   if (difference > bound) return true;
   if (difference < -bound) return false;
   const auto p = coordinates_.point(a);
   const auto& q = coordinates_.point(b);
   const auto order = [&](int cu, int cv) {  // sign of q - p
-    const WideInteger at_p = widen(p[u_]) * cu + widen(p[v_]) * cv, at_q = widen(q[u_]) * cu + widen(q[v_]) * cv;
+    const WideInteger at_p = widen(p[u_]) * cu + widen(p[v_]) * cv,
+                      at_q = widen(q[u_]) * cu + widen(q[v_]) * cv;
     const WideInteger value = at_q * widen(p[3]) - at_p * widen(q[3]);
     return value.sign() * p[3].sign() * q[3].sign();
   };

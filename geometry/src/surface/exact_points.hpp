@@ -10,9 +10,11 @@
 
 namespace bsp2::geometry {
 
-/// Points of E^3, each with the hyperplanes that are known to meet there (ascending; at least its own three). Vertices are canonical ones.
+/// Points of E^3, each with the hyperplanes that are known to meet there (ascending; at least its own three).
+/// Vertices are canonical ones.
 ///
-/// Most questions whether a point is on a plane are answered by what is known; only the others ask the predicate.
+/// Most questions whether a point is on a plane are answered by what is known; only the others ask the
+/// predicate.
 struct PointSet {
   std::vector<Vertex<3>> vertices;
   std::vector<std::uint32_t> offset{0};
@@ -34,7 +36,8 @@ struct PointSet {
 /// The vertex of three hyperplanes; the same bits in whatever order they are named.
 Vertex<3> canonical_vertex(const HyperplaneTable<3>& table, std::array<HyperplaneId, 3> ids);
 
-/// Exact coordinates of hyperplanes and vertices, those asked for last kept. A reference is valid until the next call.
+/// Exact coordinates of hyperplanes and vertices, those asked for last kept. A reference is valid until the
+/// next call.
 class ExactCoordinates {
  public:
   explicit ExactCoordinates(const HyperplaneTable<3>& table) : table_(table), covectors_(512), points_(512) {}
@@ -77,7 +80,8 @@ class ExactPoints {
   bool is_between(const PointSet& points, std::uint32_t u, std::uint32_t w, std::uint32_t v);
   /// -1, 0, +1: how two points compare along an axis.
   int compare(const PointSet& points, std::uint32_t a, std::uint32_t b, int axis);
-  /// An axis along which different points of the line through a and b differ, or -1 where the rounded points do not tell.
+  /// An axis along which different points of the line through a and b differ, or -1 where the rounded points
+  /// do not tell.
   static int axis_of_line(const PointSet& points, std::uint32_t a, std::uint32_t b);
   /// Whether a comes before b on the way to v. @pre the three are different points of one line.
   bool is_before(const PointSet& points, std::uint32_t a, std::uint32_t b, std::uint32_t v);
@@ -111,7 +115,8 @@ class PlaneFrame {
   [[nodiscard]] HyperplaneId plane() const { return plane_; }
   /// Sign of the area of a triangle of points of the plane: 1 = counter-clockwise seen from outside. Exact.
   [[nodiscard]] int orientation(const Vertex<3>& a, const Vertex<3>& b, const Vertex<3>& c) const;
-  /// A total order of the plane's points, along a direction that hardly any model has. Exact; `a` and `b` differ.
+  /// A total order of the plane's points, along a direction that hardly any model has. Exact; `a` and `b`
+  /// differ.
   [[nodiscard]] bool is_left_of(const Vertex<3>& a, const Vertex<3>& b) const;
 
  private:

@@ -8,7 +8,9 @@
 namespace bsp2::geometry {
 namespace {
 
-OrientedHyperplane outward(std::int32_t code) { return oriented(static_cast<HyperplaneId>(code < 0 ? ~code : code), code < 0); }
+OrientedHyperplane outward(std::int32_t code) {
+  return oriented(static_cast<HyperplaneId>(code < 0 ? ~code : code), code < 0);
+}
 
 /// The facets of one cell that meet in each of its edges.
 class EdgeFacets {
@@ -22,12 +24,15 @@ class EdgeFacets {
     std::uint32_t corner = 0, matched = 0;
     for (std::uint32_t facet = first_facet; facet < end_facet; ++facet) {
       const auto loop = batch.vertices_of_facet(facet);
-      for (std::size_t k = 0; k < loop.size(); ++k, ++corner) matched += add(corner, facet, loop[k], loop[k + 1 < loop.size() ? k + 1 : 0]);
+      for (std::size_t k = 0; k < loop.size(); ++k, ++corner)
+        matched += add(corner, facet, loop[k], loop[k + 1 < loop.size() ? k + 1 : 0]);
     }
     if (2 * matched != corner) throw std::logic_error("an edge of a cell is in one facet only");
   }
   /// The facet of the cell beyond the edge that begins at a corner. @param corner counts through the batch.
-  [[nodiscard]] std::uint32_t beyond(std::uint32_t corner) const { return edges_[corner - first_corner_].beyond; }
+  [[nodiscard]] std::uint32_t beyond(std::uint32_t corner) const {
+    return edges_[corner - first_corner_].beyond;
+  }
 
  private:
   static constexpr std::uint32_t none = ~0U;
@@ -72,7 +77,8 @@ void FacetSet::append(const FacetSet& other) {
   }
 }
 
-FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, FacetGrouping grouping)
+FacetIndex::FacetIndex(const HyperplaneTable<3>& table,
+                       std::span<const std::shared_ptr<const CellBatch>> batches, FacetGrouping grouping)
     : batches_(batches),
       names_(std::move(grouping.names)),
       first_unnamed_(static_cast<HyperplaneId>(table.size())),
@@ -97,16 +103,20 @@ FacetIndex::FacetIndex(const HyperplaneTable<3>& table, std::span<const std::sha
         if (group == FacetGrouping::left_out) continue;
         if (!std::exchange(has_edges, true)) edges.find(batch, cell);
         entries_.push_back({group, name, b, cell, facet, across_.size()});
-        for (std::uint32_t corner = batch.facet_vertex_offset[facet]; corner < batch.facet_vertex_offset[facet + 1]; ++corner)
+        for (std::uint32_t corner = batch.facet_vertex_offset[facet];
+             corner < batch.facet_vertex_offset[facet + 1]; ++corner)
           across_.push_back(batch.facet_hyperplane[edges.beyond(corner)]);
       }
     }
   }
   std::sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-    return std::tie(a.group, a.hyperplane, a.batch, a.facet) < std::tie(b.group, b.hyperplane, b.batch, b.facet);
+    return std::tie(a.group, a.hyperplane, a.batch, a.facet) <
+           std::tie(b.group, b.hyperplane, b.batch, b.facet);
   });
   for (std::size_t i = 0; i < entries_.size(); ++i)
-    if (i == 0 || entries_[i].group != entries_[i - 1].group || entries_[i].hyperplane != entries_[i - 1].hyperplane) begin_.push_back(i);
+    if (i == 0 || entries_[i].group != entries_[i - 1].group ||
+        entries_[i].hyperplane != entries_[i - 1].hyperplane)
+      begin_.push_back(i);
   begin_.push_back(entries_.size());
 }
 
@@ -135,9 +145,11 @@ void FacetIndex::append(std::size_t index, FacetSet& set) const {
       const double* x = &points[3 * loop[k]];
       set.corners.push_back({{x[0], x[1], x[2]}, canonical(outward(across_[entry.first_across + k]))});
     }
-    set.facets.push_back({first_cell_[entry.batch] + entry.cell, by_part_ ? batch.part[entry.cell] : batch.primitive[entry.cell],
+    set.facets.push_back({first_cell_[entry.batch] + entry.cell,
+                          by_part_ ? batch.part[entry.cell] : batch.primitive[entry.cell],
                           static_cast<std::uint16_t>(entry.facet - batch.facet_offset[entry.cell]),
-                          canonical(outward(batch.facet_hyperplane[entry.facet])).flipped(), static_cast<std::uint32_t>(set.corners.size())});
+                          canonical(outward(batch.facet_hyperplane[entry.facet])).flipped(),
+                          static_cast<std::uint32_t>(set.corners.size())});
   }
 }
 

@@ -12,9 +12,7 @@ namespace {
 
 constexpr double slightly_more = 1 + 0x1p-40;
 
-HyperplaneId end_of_families() {
-  return HyperplaneTable<3>::axis_hyperplane(0, 0);
-}
+HyperplaneId end_of_families() { return HyperplaneTable<3>::axis_hyperplane(0, 0); }
 bool is_of_family(const HyperplaneTable<3>& table, HyperplaneId id) {
   return id >= table.size() && id < end_of_families();
 }

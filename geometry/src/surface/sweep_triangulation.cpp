@@ -1,8 +1,9 @@
 #include "surface/sweep_triangulation.hpp"
-#include "surface/no_index.hpp"
 
 #include <algorithm>
 #include <stdexcept>
+
+#include "surface/no_index.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -10,7 +11,8 @@ namespace {
 [[noreturn]] void fail() { throw std::logic_error("the edges of a face of the boundary bound no region"); }
 
 /// Whether three points of a plane share a second one, as far as is known: then they are on a line.
-bool share_second_plane(const PointSet& points, std::uint32_t a, std::uint32_t b, std::uint32_t c, HyperplaneId own) {
+bool share_second_plane(const PointSet& points, std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                        HyperplaneId own) {
   for (const HyperplaneId plane : points.planes_of(a))
     if (plane != own && points.is_known_on(b, plane) && points.is_known_on(c, plane)) return true;
   return false;
@@ -25,7 +27,8 @@ int SweepTriangulator::orientation(std::uint32_t a, std::uint32_t b, std::uint32
 }
 
 void SweepTriangulator::triangulate(ExactPoints& exact, const PointSet& points, OrientedHyperplane outward,
-                                    std::span<const Skin::Edge> edges, std::vector<std::array<std::uint32_t, 3>>& triangles) {
+                                    std::span<const Skin::Edge> edges,
+                                    std::vector<std::array<std::uint32_t, 3>>& triangles) {
   const PlaneFrame frame(exact, outward);
   points_ = &points;
   frame_ = &frame;
@@ -47,7 +50,9 @@ void SweepTriangulator::load(std::span<const Skin::Edge> edges) {
   std::sort(vertices_.begin(), vertices_.end(), [&](std::uint32_t a, std::uint32_t b) {
     return a != b && frame_->is_left_of(points_->vertices[a], points_->vertices[b]);
   });
-  const auto index = [&](std::uint32_t point) { return std::lower_bound(by_point.begin(), by_point.end(), point) - by_point.begin(); };
+  const auto index = [&](std::uint32_t point) {
+    return std::lower_bound(by_point.begin(), by_point.end(), point) - by_point.begin();
+  };
   for (std::uint32_t v = 0; v < vertices_.size(); ++v) rank[index(vertices_[v])] = v;
 
   edges_.clear();
@@ -71,12 +76,16 @@ void SweepTriangulator::load(std::span<const Skin::Edge> edges) {
 
 void SweepTriangulator::sweep_over(std::uint32_t v) {
   // The crossed edges [low, high) end here.
-  const auto is_below = [&](std::uint32_t e) { return edges_[e].right != v && orientation(edges_[e].left, edges_[e].right, v) > 0; };
-  const auto low = static_cast<std::size_t>(std::partition_point(crossed_.begin(), crossed_.end(), is_below) - crossed_.begin());
+  const auto is_below = [&](std::uint32_t e) {
+    return edges_[e].right != v && orientation(edges_[e].left, edges_[e].right, v) > 0;
+  };
+  const auto low = static_cast<std::size_t>(std::partition_point(crossed_.begin(), crossed_.end(), is_below) -
+                                            crossed_.begin());
   std::size_t high = low;
   while (high < crossed_.size() && edges_[crossed_[high]].right == v) ++high;
   if (high - low != in_count_[v]) fail();
-  const std::uint32_t below = low > 0 && edges_[crossed_[low - 1]].region_above ? edges_[crossed_[low - 1]].chain : none;
+  const std::uint32_t below =
+      low > 0 && edges_[crossed_[low - 1]].region_above ? edges_[crossed_[low - 1]].chain : none;
   std::uint32_t above = none;
   if (high > low) {
     if (below != none) append(chains_[below], v);
@@ -125,7 +134,8 @@ std::uint32_t SweepTriangulator::new_chain(std::uint32_t vertex) {
 void SweepTriangulator::append(Chain& chain, std::uint32_t vertex) {
   const std::uint32_t node = new_node(vertex);
   std::uint32_t b = chain.last;
-  while (nodes_[b].previous != none && orientation(nodes_[nodes_[b].previous].vertex, nodes_[b].vertex, vertex) < 0) {
+  while (nodes_[b].previous != none &&
+         orientation(nodes_[nodes_[b].previous].vertex, nodes_[b].vertex, vertex) < 0) {
     const std::uint32_t a = nodes_[b].previous;
     emit(nodes_[b].vertex, nodes_[a].vertex, vertex);
     b = a;
@@ -180,11 +190,12 @@ void SweepTriangulator::emit_fan(std::uint32_t apex, std::span<const std::uint32
   for (std::size_t i = 0; i + 1 < path.size(); ++i) emit(apex, path[i], path[i + 1]);
 }
 
-/// Both edges around a region end in a vertex: it sees the whole chain. Where the chain begins or ends on a line with
-/// it, the triangle beside that line takes the line's vertices in.
+/// Both edges around a region end in a vertex: it sees the whole chain. Where the chain begins or ends on a
+/// line with it, the triangle beside that line takes the line's vertices in.
 void SweepTriangulator::finish(const Chain& chain, std::uint32_t v) {
   chain_vertices_.clear();
-  for (std::uint32_t node = chain.first; node != none; node = nodes_[node].next) chain_vertices_.push_back(nodes_[node].vertex);
+  for (std::uint32_t node = chain.first; node != none; node = nodes_[node].next)
+    chain_vertices_.push_back(nodes_[node].vertex);
   const auto& p = chain_vertices_;
   if (p.size() < 2) fail();
   std::size_t low = 0, high = p.size() - 1;  // p[0..low] and p[high..] are on lines with v

@@ -11,22 +11,23 @@
 
 namespace bsp2::geometry {
 
-/// Triangulates plane regions that are bounded by directed edges, the region on their left: any number of outlines,
-/// holes, islands, which may touch in vertices.
+/// Triangulates plane regions that are bounded by directed edges, the region on their left: any number of
+/// outlines, holes, islands, which may touch in vertices.
 ///
-/// A line sweeps over the plane. Between two neighbouring edges that it crosses with the region between them, a chain of
-/// vertices bounds from the left what is not triangulated yet; it bulges to the right, so that all that a new vertex sees of
-/// it is at its ends or beside the newest vertex. Every step replaces parts of chains by the other sides of triangles, so
-/// the triangles' boundary is that of the region whatever the coordinates are.
-/// Cost: n log n but for memory moves. Thread rule: one thread at a time.
-/// Source: Hertel, Mehlhorn, "Fast triangulation of the plane with respect to simple polygons" (1985).
+/// A line sweeps over the plane. Between two neighbouring edges that it crosses with the region between them,
+/// a chain of vertices bounds from the left what is not triangulated yet; it bulges to the right, so that all
+/// that a new vertex sees of it is at its ends or beside the newest vertex. Every step replaces parts of
+/// chains by the other sides of triangles, so the triangles' boundary is that of the region whatever the
+/// coordinates are. Cost: n log n but for memory moves. Thread rule: one thread at a time. Source: Hertel,
+/// Mehlhorn, "Fast triangulation of the plane with respect to simple polygons" (1985).
 class SweepTriangulator {
  public:
-  /// @param edges of one face, between points of its plane; no vertex lies inside an edge, no two edges cross.
+  /// @param edges of one face, between points of its plane; no vertex lies inside an edge, no two edges
+  /// cross.
   /// @param triangles gets indices of points, counter-clockwise seen from outside.
   /// @throws std::logic_error if the edges bound no region.
-  void triangulate(ExactPoints& exact, const PointSet& points, OrientedHyperplane outward, std::span<const Skin::Edge> edges,
-                   std::vector<std::array<std::uint32_t, 3>>& triangles);
+  void triangulate(ExactPoints& exact, const PointSet& points, OrientedHyperplane outward,
+                   std::span<const Skin::Edge> edges, std::vector<std::array<std::uint32_t, 3>>& triangles);
 
  private:
   struct Edge {
@@ -45,8 +46,9 @@ class SweepTriangulator {
   const PointSet* points_ = nullptr;
   const PlaneFrame* frame_ = nullptr;
   std::vector<std::array<std::uint32_t, 3>>* triangles_ = nullptr;
-  std::vector<std::uint32_t> vertices_;  // points in the order of the sweep; elsewhere a vertex is an index into it
-  std::vector<Edge> edges_;              // by left end, those of one vertex from below to above
+  std::vector<std::uint32_t>
+      vertices_;             // points in the order of the sweep; elsewhere a vertex is an index into it
+  std::vector<Edge> edges_;  // by left end, those of one vertex from below to above
   std::vector<std::uint32_t> first_out_, in_count_;
   std::vector<std::uint32_t> crossed_;  // edges that the sweep line crosses, from below to above
   std::vector<Node> nodes_;

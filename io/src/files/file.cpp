@@ -22,9 +22,7 @@ namespace {
   throw Error(what + " '" + path.string() + "': " + why.message());
 }
 
-std::error_code last_error() {
-  return {errno, std::generic_category()};
-}
+std::error_code last_error() { return {errno, std::generic_category()}; }
 
 /// Writes and closes; false with errno set if anything failed, be it the last byte.
 bool write_all(int descriptor, std::string_view bytes) {
@@ -42,7 +40,8 @@ bool write_all(int descriptor, std::string_view bytes) {
   return ::close(descriptor) == 0;
 }
 
-/// The file that a path stands for, be it there or not: links are followed, so that they survive the renaming.
+/// The file that a path stands for, be it there or not: links are followed, so that they survive the
+/// renaming.
 fs::path target_of(fs::path path) {
   constexpr int most_links = 40;  // as the system allows
   std::error_code error;
@@ -68,7 +67,8 @@ int lock_folder(const fs::path& path) {
   return -1;
 }
 
-/// Removes what processes of this machine left that were killed. Where folders cannot be locked nothing is removed.
+/// Removes what processes of this machine left that were killed. Where folders cannot be locked nothing is
+/// removed.
 void remove_abandoned(const fs::path& parent, const std::string& prefix) {
   constexpr auto surely_locked_by_now = std::chrono::minutes(1);
   std::error_code error;
@@ -99,7 +99,9 @@ void write_file(const fs::path& path, std::string_view bytes) {
                                                         std::to_string(::getpid()) + ".tmp");
   const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (descriptor < 0) fail("cannot write", path, last_error());
-  if (fs::is_regular_file(status)) ::fchmod(descriptor, static_cast<mode_t>(status.permissions() & fs::perms::mask));  // what was private stays so
+  if (fs::is_regular_file(status))
+    ::fchmod(descriptor,
+             static_cast<mode_t>(status.permissions() & fs::perms::mask));  // what was private stays so
   const bool written = write_all(descriptor, bytes);
   if (!written) error = last_error();
   if (in_place) {
@@ -136,7 +138,8 @@ void check_folder(const fs::path& path) {
   if (::mkdtemp(name.data()) == nullptr) {
     const std::error_code why = last_error();
     if (existing == path) fail("cannot write to the folder", path, why);
-    throw Error("cannot make the folder '" + path.string() + "': nothing can be written in '" + existing.string() + "' (" + why.message() + ")");
+    throw Error("cannot make the folder '" + path.string() + "': nothing can be written in '" +
+                existing.string() + "' (" + why.message() + ")");
   }
   ::rmdir(name.c_str());
 }

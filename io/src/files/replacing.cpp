@@ -10,13 +10,16 @@
 namespace bsp2::io {
 namespace fs = std::filesystem;
 
-fs::path unfinished_name(const fs::path& path) { return folder_of(path) / ("." + path.filename().string() + ".part"); }
+fs::path unfinished_name(const fs::path& path) {
+  return folder_of(path) / ("." + path.filename().string() + ".part");
+}
 
 std::string lack_of_room(const fs::path& path, std::uint64_t bytes) {
   std::error_code unknown;
   const fs::space_info space = fs::space(folder_of(path), unknown);
   if (unknown || space.available >= bytes) return "";
-  return "No space left on device: " + std::to_string(bytes) + " bytes are needed, " + std::to_string(space.available) + " are free";
+  return "No space left on device: " + std::to_string(bytes) + " bytes are needed, " +
+         std::to_string(space.available) + " are free";
 }
 
 std::error_code sync_to_disk(const fs::path& path, int flags) {
@@ -31,7 +34,8 @@ std::error_code sync_to_disk(const fs::path& path, int flags) {
 std::error_code put_in_place(const fs::path& path) {
   const fs::path unfinished = unfinished_name(path);
   std::error_code ignored;
-  if (const fs::file_status old = fs::status(path, ignored); fs::is_regular_file(old)) fs::permissions(unfinished, old.permissions(), ignored);
+  if (const fs::file_status old = fs::status(path, ignored); fs::is_regular_file(old))
+    fs::permissions(unfinished, old.permissions(), ignored);
   std::error_code error = sync_to_disk(unfinished, O_RDWR);
   if (!error) fs::rename(unfinished, path, error);
   if (!error) error = sync_to_disk(folder_of(path), O_RDONLY | O_DIRECTORY);

@@ -6,8 +6,9 @@
 namespace bsp2::io::hdf5 {
 namespace {
 
-/// A file that could not be closed, since the disk was full, stays in HDF5's tables, and its clean-up when the program ends
-/// stumbles over it. All that we open we close ourselves, so there is nothing left for it to do.
+/// A file that could not be closed, since the disk was full, stays in HDF5's tables, and its clean-up when
+/// the program ends stumbles over it. All that we open we close ourselves, so there is nothing left for it to
+/// do.
 [[maybe_unused]] const bool leaves_exit_alone = H5dont_atexit() >= 0;
 
 }  // namespace
@@ -41,7 +42,8 @@ void write_attribute(hid_t object, const char* name, const std::string& value) {
 std::string read_text_attribute(hid_t object, const char* name) {
   const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
   const Handle type(H5Aget_type(attribute), H5Tclose);
-  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0) throw Failure(std::string("the attribute ") + name + " is no text");
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0)
+    throw Failure(std::string("the attribute ") + name + " is no text");
   std::vector<char> text(H5Tget_size(type) + 1, '\0');
   check(H5Aread(attribute, type, text.data()));
   return text.data();

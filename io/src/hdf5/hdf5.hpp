@@ -71,14 +71,14 @@ hid_t memory_type();
 template <typename T>
 hid_t file_type();
 
-#define BSP2_HDF5_TYPE(T, MEMORY, FILE)                        \
-  template <>                                                  \
-  inline hid_t memory_type<T>() {                              \
-    return MEMORY;                                             \
-  }                                                            \
-  template <>                                                  \
-  inline hid_t file_type<T>() {                                \
-    return FILE;                                               \
+#define BSP2_HDF5_TYPE(T, MEMORY, FILE) \
+  template <>                           \
+  inline hid_t memory_type<T>() {       \
+    return MEMORY;                      \
+  }                                     \
+  template <>                           \
+  inline hid_t file_type<T>() {         \
+    return FILE;                        \
   }
 BSP2_HDF5_TYPE(double, H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE)
 BSP2_HDF5_TYPE(std::uint8_t, H5T_NATIVE_UINT8, H5T_STD_U8LE)
@@ -99,7 +99,8 @@ template <typename T>
 T read_attribute(hid_t object, const char* name) {
   const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
   const Handle space(H5Aget_space(attribute), H5Sclose);
-  if (H5Sget_simple_extent_npoints(space) != 1) throw Failure(std::string("the attribute ") + name + " is no single number");
+  if (H5Sget_simple_extent_npoints(space) != 1)
+    throw Failure(std::string("the attribute ") + name + " is no single number");
   T value{};
   check(H5Aread(attribute, memory_type<T>(), &value));
   return value;
@@ -107,7 +108,8 @@ T read_attribute(hid_t object, const char* name) {
 void write_attribute(hid_t object, const char* name, const std::string& value);
 std::string read_text_attribute(hid_t object, const char* name);
 
-/// The number of rows. @param columns expected width of them; 1: a plain list. @throws Failure if it has another shape.
+/// The number of rows. @param columns expected width of them; 1: a plain list. @throws Failure if it has
+/// another shape.
 std::uint64_t row_count(hid_t dataset, const std::string& name, std::size_t columns);
 
 /// A whole array.
@@ -115,13 +117,16 @@ template <typename T>
 std::vector<T> read_array(hid_t file, const std::string& name, std::size_t columns = 1) {
   const Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
   std::vector<T> values(row_count(dataset, name, columns) * columns);
-  if (!values.empty()) check(H5Dread(dataset, memory_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
+  if (!values.empty())
+    check(H5Dread(dataset, memory_type<T>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
   return values;
 }
 
 /// Some rows of an array. @param rows begins and ends, ascending.
 template <typename T>
-std::vector<T> read_rows(hid_t file, const std::string& name, const std::vector<std::pair<std::uint64_t, std::uint64_t>>& rows, std::size_t columns = 1) {
+std::vector<T> read_rows(hid_t file, const std::string& name,
+                         const std::vector<std::pair<std::uint64_t, std::uint64_t>>& rows,
+                         std::size_t columns = 1) {
   const Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
   const std::uint64_t length = row_count(dataset, name, columns);
   std::uint64_t wanted = 0;

@@ -28,6 +28,7 @@ inline hdf5::Handle file_access(int processes) {
 
 /// As write_snapshot and read_snapshot; the path has been looked at.
 void write(const std::filesystem::path& path, const Snapshot& snapshot, const SnapshotWriters& writers);
-Snapshot read(const std::filesystem::path& path, SnapshotPart part, const std::function<bool(std::uint32_t region)>& wanted);
+Snapshot read(const std::filesystem::path& path, SnapshotPart part,
+              const std::function<bool(std::uint32_t region)>& wanted);
 
 }  // namespace bsp2::io::snapshot

@@ -21,7 +21,8 @@ using snapshot::format_version;
 SnapshotHead read_head(hid_t file) {
   SnapshotHead head;
   head.dimension = hdf5::read_attribute<std::int32_t>(file, "dimension");
-  if (head.dimension < 1 || head.dimension > 6) throw Failure("its dimension is " + std::to_string(head.dimension));
+  if (head.dimension < 1 || head.dimension > 6)
+    throw Failure("its dimension is " + std::to_string(head.dimension));
   head.coincidence = hdf5::read_attribute<double>(file, "coincidence");
   head.curved = hdf5::read_attribute<std::uint32_t>(file, "curved") != 0;
   head.parts_by_colour = H5Aexists(file, "parts_by_colour") > 0;
@@ -29,7 +30,8 @@ SnapshotHead read_head(hid_t file) {
   if (H5Aexists(file, "angle") > 0) {
     head.angle = hdf5::read_attribute<double>(file, "angle");
     for (std::int32_t i = 0; i < head.dimension; ++i)
-      head.eye.push_back(hdf5::read_attribute<double>(file, eye_attribute(static_cast<std::size_t>(i)).c_str()));
+      head.eye.push_back(
+          hdf5::read_attribute<double>(file, eye_attribute(static_cast<std::size_t>(i)).c_str()));
   }
   const auto level = hdf5::read_attribute<std::int32_t>(file, "level");
   if (level >= 0) head.level = static_cast<std::uint32_t>(level);
@@ -51,7 +53,8 @@ SnapshotHead read_head(hid_t file) {
   head.totals = hdf5::read_text(file, "totals");
   head.partition_hyperplane = hdf5::read_array<std::uint32_t>(file, "partition/hyperplane");
   head.partition_children = hdf5::read_array<std::int32_t>(file, "partition/children");
-  if (head.partition_children.size() != 2 * head.partition_hyperplane.size()) throw Failure("the partition is incomplete");
+  if (head.partition_children.size() != 2 * head.partition_hyperplane.size())
+    throw Failure("the partition is incomplete");
   const std::string names = hdf5::read_text(file, "supersteps/name");
   for (std::size_t begin = 0; begin < names.size();) {
     const std::size_t end = std::min(names.find('\n', begin), names.size());
@@ -67,16 +70,19 @@ SnapshotHead read_head(hid_t file) {
   head.superstep_bytes_received = hdf5::read_array<std::uint64_t>(file, "supersteps/bytes_received");
   head.superstep_cells = hdf5::read_array<std::uint64_t>(file, "supersteps/cells");
   const std::size_t rows = head.superstep_name.size();
-  if (head.superstep_step.size() != rows || head.superstep_rank.size() != rows || head.superstep_seconds.size() != rows ||
-      head.superstep_work_seconds.size() != rows || head.superstep_predicted_seconds.size() != rows ||
-      head.superstep_bytes_sent.size() != rows || head.superstep_bytes_received.size() != rows || head.superstep_cells.size() != rows)
+  if (head.superstep_step.size() != rows || head.superstep_rank.size() != rows ||
+      head.superstep_seconds.size() != rows || head.superstep_work_seconds.size() != rows ||
+      head.superstep_predicted_seconds.size() != rows || head.superstep_bytes_sent.size() != rows ||
+      head.superstep_bytes_received.size() != rows || head.superstep_cells.size() != rows)
     throw Failure("the table of the supersteps is incomplete");
   return head;
 }
 
 /// Offsets must go up from 0 to the end of what they divide.
-void check_offsets(const std::vector<std::uint64_t>& offset, std::size_t parts, std::size_t end, const char* name) {
-  if (offset.size() != parts + 1 || offset.front() != 0 || offset.back() != end || !std::is_sorted(offset.begin(), offset.end()))
+void check_offsets(const std::vector<std::uint64_t>& offset, std::size_t parts, std::size_t end,
+                   const char* name) {
+  if (offset.size() != parts + 1 || offset.front() != 0 || offset.back() != end ||
+      !std::is_sorted(offset.begin(), offset.end()))
     throw Failure(std::string("the offsets ") + name + " do not fit");
 }
 
@@ -92,12 +98,17 @@ void add_rows(Rows& rows, std::uint64_t begin, std::uint64_t end) {
 }
 
 /// The unfinished regions that are wanted.
-void read_frontier(hid_t file, Snapshot& snapshot, SnapshotPart part, const std::function<bool(std::uint32_t)>& wanted) {
+void read_frontier(hid_t file, Snapshot& snapshot, SnapshotPart part,
+                   const std::function<bool(std::uint32_t)>& wanted) {
   const auto region = hdf5::read_array<std::uint32_t>(file, "frontier/region");
-  const auto tokens = hdf5::read_array<std::uint64_t>(file, "frontier/tokens"), offset = hdf5::read_array<std::uint64_t>(file, "frontier/offset");
+  const auto tokens = hdf5::read_array<std::uint64_t>(file, "frontier/tokens"),
+             offset = hdf5::read_array<std::uint64_t>(file, "frontier/offset");
   // Files of before it was told apart have none: there all tokens count as open.
-  const auto open = H5Lexists(file, "frontier/open", H5P_DEFAULT) > 0 ? hdf5::read_array<std::uint64_t>(file, "frontier/open") : tokens;
-  if (tokens.size() != region.size() || open.size() != region.size()) throw Failure("the frontier is incomplete");
+  const auto open = H5Lexists(file, "frontier/open", H5P_DEFAULT) > 0
+                        ? hdf5::read_array<std::uint64_t>(file, "frontier/open")
+                        : tokens;
+  if (tokens.size() != region.size() || open.size() != region.size())
+    throw Failure("the frontier is incomplete");
   check_offsets(offset, region.size(), hdf5::array_length(file, "frontier/archive"), "of the frontier");
   for (std::size_t i = 0; i < region.size(); ++i) {
     if (wanted && !wanted(region[i])) continue;
@@ -120,10 +131,12 @@ struct Wanted {
 Wanted read_regions(hid_t file, Snapshot& snapshot, const std::function<bool(std::uint32_t)>& wanted) {
   const auto number = hdf5::read_array<std::uint32_t>(file, "regions/number");
   const auto root = hdf5::read_array<std::int32_t>(file, "regions/root");
-  const auto cells = hdf5::read_array<std::uint32_t>(file, "regions/cells"), nodes = hdf5::read_array<std::uint32_t>(file, "regions/nodes"),
+  const auto cells = hdf5::read_array<std::uint32_t>(file, "regions/cells"),
+             nodes = hdf5::read_array<std::uint32_t>(file, "regions/nodes"),
              hyperplanes = hdf5::read_array<std::uint32_t>(file, "regions/hyperplanes");
   const std::size_t n = number.size();
-  if (root.size() != n || cells.size() != n || nodes.size() != n || hyperplanes.size() != n) throw Failure("the list of regions is incomplete");
+  if (root.size() != n || cells.size() != n || nodes.size() != n || hyperplanes.size() != n)
+    throw Failure("the list of regions is incomplete");
   Wanted rows;
   std::uint64_t cell = 0, node = 0, hyperplane = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -137,20 +150,24 @@ Wanted read_regions(hid_t file, Snapshot& snapshot, const std::function<bool(std
     node += nodes[i];
     hyperplane += hyperplanes[i];
   }
-  if (cell != hdf5::array_length(file, "cells/label") || node != hdf5::array_length(file, "tree/node_hyperplane") ||
+  if (cell != hdf5::array_length(file, "cells/label") ||
+      node != hdf5::array_length(file, "tree/node_hyperplane") ||
       hyperplane != hdf5::array_length(file, "tree/hyperplane_id"))
     throw Failure("the list of regions does not fit its cells");
   return rows;
 }
 
-/// Reads what an array of offsets divides into parts: their lengths. @param parts is replaced by the rows of the contents.
+/// Reads what an array of offsets divides into parts: their lengths. @param parts is replaced by the rows of
+/// the contents.
 std::vector<std::uint32_t> read_lengths(hid_t file, const char* name, Rows& parts, std::uint64_t end) {
   std::vector<std::uint32_t> lengths;
   Rows contents;
   for (const auto& [begin, last] : parts) {
     const auto offset = hdf5::read_rows<std::uint64_t>(file, name, {{begin, last + 1}});
-    if (!std::is_sorted(offset.begin(), offset.end()) || offset.back() > end) throw Failure(std::string("the offsets ") + name + " do not fit");
-    for (std::size_t i = 0; i + 1 < offset.size(); ++i) lengths.push_back(static_cast<std::uint32_t>(offset[i + 1] - offset[i]));
+    if (!std::is_sorted(offset.begin(), offset.end()) || offset.back() > end)
+      throw Failure(std::string("the offsets ") + name + " do not fit");
+    for (std::size_t i = 0; i + 1 < offset.size(); ++i)
+      lengths.push_back(static_cast<std::uint32_t>(offset[i + 1] - offset[i]));
     add_rows(contents, offset.front(), offset.back());
   }
   parts = contents;
@@ -185,13 +202,17 @@ std::vector<std::uint32_t> offsets_of(const std::vector<std::uint32_t>& lengths)
 void read_cells(hid_t file, Snapshot& snapshot, const Rows& rows) {
   const auto d = static_cast<std::size_t>(snapshot.head.dimension);
   Rows points = rows, facets = rows;
-  Slices<std::uint32_t> point_count(read_lengths(file, "cells/point_offset", points, hdf5::array_length(file, "cells/points") / d));
-  Slices<std::uint32_t> facet_count(read_lengths(file, "cells/facet_offset", facets, hdf5::array_length(file, "cells/facet_hyperplane")));
+  Slices<std::uint32_t> point_count(
+      read_lengths(file, "cells/point_offset", points, hdf5::array_length(file, "cells/points") / d));
+  Slices<std::uint32_t> facet_count(
+      read_lengths(file, "cells/facet_offset", facets, hdf5::array_length(file, "cells/facet_hyperplane")));
   Rows corners = facets;
-  Slices<std::uint32_t> corner_count(read_lengths(file, "cells/facet_vertex_offset", corners, hdf5::array_length(file, "cells/facet_vertices")));
+  Slices<std::uint32_t> corner_count(read_lengths(file, "cells/facet_vertex_offset", corners,
+                                                  hdf5::array_length(file, "cells/facet_vertices")));
   Slices<double> all_points(hdf5::read_rows<double>(file, "cells/points", points, d));
   Slices<std::uint16_t> facet_vertices(hdf5::read_rows<std::uint16_t>(file, "cells/facet_vertices", corners));
-  Slices<std::int32_t> facet_hyperplane(hdf5::read_rows<std::int32_t>(file, "cells/facet_hyperplane", facets));
+  Slices<std::int32_t> facet_hyperplane(
+      hdf5::read_rows<std::int32_t>(file, "cells/facet_hyperplane", facets));
   Slices<std::uint8_t> label(hdf5::read_rows<std::uint8_t>(file, "cells/label", rows));
   Slices<std::int32_t> primitive(hdf5::read_rows<std::int32_t>(file, "cells/primitive", rows));
   Slices<std::int32_t> part(hdf5::read_rows<std::int32_t>(file, "cells/part", rows));
@@ -213,7 +234,8 @@ void read_cells(hid_t file, Snapshot& snapshot, const Rows& rows) {
       batch->facet_vertices = facet_vertices.next(batch->facet_vertex_offset.back());
       batch->facet_hyperplane = facet_hyperplane.next(batch->facet_offset.back());
       for (const std::uint8_t value : label.next(n)) {
-        if (value > static_cast<std::uint8_t>(geometry::Label::fuzzy)) throw Failure("a cell has no known label");
+        if (value > static_cast<std::uint8_t>(geometry::Label::fuzzy))
+          throw Failure("a cell has no known label");
         batch->label.push_back(static_cast<geometry::Label>(value));
       }
       batch->primitive = primitive.next(n);
@@ -221,7 +243,8 @@ void read_cells(hid_t file, Snapshot& snapshot, const Rows& rows) {
       batch->region = region.next(n);
       batch->level = level.next(n);
       batch->volume = volume.next(n);
-      if (std::any_of(batch->region.begin(), batch->region.end(), [&](std::uint32_t number) { return number != of.number; }))
+      if (std::any_of(batch->region.begin(), batch->region.end(),
+                      [&](std::uint32_t number) { return number != of.number; }))
         throw Failure("a cell is in another region's place");
       snapshot.cells.push_back(std::move(batch));
     }
@@ -231,37 +254,45 @@ void read_tree(hid_t file, Snapshot& snapshot, const Rows& nodes, const Rows& hy
   snapshot.tree.dimension = snapshot.head.dimension;
   const auto children = hdf5::read_rows<std::int32_t>(file, "tree/children", nodes, 2);
   const auto hyperplane = hdf5::read_rows<std::uint32_t>(file, "tree/node_hyperplane", nodes);
-  snapshot.tree.hyperplanes = hdf5::read_rows<double>(file, "tree/hyperplanes", hyperplanes, static_cast<std::size_t>(snapshot.head.dimension) + 1);
+  snapshot.tree.hyperplanes = hdf5::read_rows<double>(file, "tree/hyperplanes", hyperplanes,
+                                                      static_cast<std::size_t>(snapshot.head.dimension) + 1);
   snapshot.tree.ids = hdf5::read_rows<std::uint32_t>(file, "tree/hyperplane_id", hyperplanes);
-  for (std::size_t i = 0; i < hyperplane.size(); ++i) snapshot.tree.nodes.push_back({hyperplane[i], children[2 * i], children[2 * i + 1]});
+  for (std::size_t i = 0; i < hyperplane.size(); ++i)
+    snapshot.tree.nodes.push_back({hyperplane[i], children[2 * i], children[2 * i + 1]});
   auto node = snapshot.tree.nodes.begin();
   for (const SnapshotRegion& region : snapshot.regions) {
     const auto fits = [&](std::int32_t child) {
-      return child >= 0 ? static_cast<std::uint32_t>(child) < region.nodes : static_cast<std::uint32_t>(~child) <= region.cells;
+      return child >= 0 ? static_cast<std::uint32_t>(child) < region.nodes
+                        : static_cast<std::uint32_t>(~child) <= region.cells;
     };
     bool all_fit = fits(region.root);
     for (std::uint32_t i = 0; i < region.nodes; ++i, ++node)
-      all_fit = all_fit && fits(node->negative) && fits(node->positive) && node->hyperplane < region.hyperplanes;
+      all_fit =
+          all_fit && fits(node->negative) && fits(node->positive) && node->hyperplane < region.hyperplanes;
     if (!all_fit) throw Failure("the tree does not fit its cells");
   }
 }
 
 /// Is it ours, and of this version?
 void check_format(hid_t file, const fs::path& path) {
-  if (H5Aexists(file, "format") <= 0 || H5Aexists(file, "version") <= 0 || hdf5::read_text_attribute(file, "format") != format_name)
+  if (H5Aexists(file, "format") <= 0 || H5Aexists(file, "version") <= 0 ||
+      hdf5::read_text_attribute(file, "format") != format_name)
     throw Error("'" + path.string() + "' is an HDF5 file, but no snapshot of bsp2");
   const auto version = hdf5::read_attribute<std::int32_t>(file, "version");
   if (version != format_version)
-    throw Error("the snapshot '" + path.string() + "' has version " + std::to_string(version) + " of the format, this program reads version " +
-                std::to_string(format_version) + "; use the program that wrote it");
+    throw Error("the snapshot '" + path.string() + "' has version " + std::to_string(version) +
+                " of the format, this program reads version " + std::to_string(format_version) +
+                "; use the program that wrote it");
 }
 
 }  // namespace
 
-Snapshot snapshot::read(const fs::path& path, SnapshotPart part, const std::function<bool(std::uint32_t)>& wanted) {
+Snapshot snapshot::read(const fs::path& path, SnapshotPart part,
+                        const std::function<bool(std::uint32_t)>& wanted) {
   const hdf5::Silence silence;
   try {
-    if (H5Fis_hdf5(path.c_str()) <= 0) throw Error("'" + path.string() + "' is no snapshot of bsp2, or it is damaged");
+    if (H5Fis_hdf5(path.c_str()) <= 0)
+      throw Error("'" + path.string() + "' is no snapshot of bsp2, or it is damaged");
     const Handle access = file_access(1);
     const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
     check_format(file, path);

@@ -1,5 +1,3 @@
-#include "bsp2/io/outputs/snapshot.hpp"
-
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -12,8 +10,9 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
-#include "hdf5/hdf5.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
 #include "files/replacing.hpp"
+#include "hdf5/hdf5.hpp"
 #include "hdf5/snapshot_format.hpp"
 
 namespace bsp2::io {
@@ -38,12 +37,14 @@ struct Share {
 
 /// Writes arrays together with the other writers.
 ///
-/// What goes wrong here alone must not keep this process from the calls that are collective: the others would wait for it
-/// for ever. So a failure is kept, the rest is written without data, and `rethrow` comes when the file is closed. But after a
-/// failure of HDF5 itself the processes are in different places of it, and no call brings them together: that is thrown at once.
+/// What goes wrong here alone must not keep this process from the calls that are collective: the others would
+/// wait for it for ever. So a failure is kept, the rest is written without data, and `rethrow` comes when the
+/// file is closed. But after a failure of HDF5 itself the processes are in different places of it, and no
+/// call brings them together: that is thrown at once.
 class ArrayWriter {
  public:
-  ArrayWriter(hid_t file, const SnapshotWriters& writers) : file_(file), writers_(writers), transfer_(H5Pcreate(H5P_DATASET_XFER), H5Pclose) {
+  ArrayWriter(hid_t file, const SnapshotWriters& writers)
+      : file_(file), writers_(writers), transfer_(H5Pcreate(H5P_DATASET_XFER), H5Pclose) {
     if (writers.count > 1) check(H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE));
   }
 
@@ -52,10 +53,12 @@ class ArrayWriter {
     if (failure_) std::rethrow_exception(failure_);
   }
 
-  /// One array. @param share of its rows. @param fill called with `append(span)` to hand over our rows, in order.
+  /// One array. @param share of its rows. @param fill called with `append(span)` to hand over our rows, in
+  /// order.
   template <typename T, typename Fill>
   void write(const char* name, const Share& share, std::size_t columns, const Fill& fill) {
-    const std::array<hsize_t, 2> size{share.total, columns}, chunk{std::clamp<hsize_t>(share.total, 1, slab), columns};
+    const std::array<hsize_t, 2> size{share.total, columns},
+        chunk{std::clamp<hsize_t>(share.total, 1, slab), columns};
     const int rank = columns == 1 ? 1 : 2;
     const Handle space(H5Screate_simple(rank, size.data(), nullptr), H5Sclose);
     const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
@@ -67,7 +70,8 @@ class ArrayWriter {
     }
     const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
     check(H5Pset_create_intermediate_group(links, 1));
-    Handle dataset(H5Dcreate2(file_, name, hdf5::file_type<T>(), space, links, creation, H5P_DEFAULT), H5Dclose);
+    Handle dataset(H5Dcreate2(file_, name, hdf5::file_type<T>(), space, links, creation, H5P_DEFAULT),
+                   H5Dclose);
     if (share.total == 0) return;
 
     std::vector<T> buffer;
@@ -107,7 +111,9 @@ class ArrayWriter {
         }
       });
       if (!buffer.empty()) flush();
-      if (written != share.mine) throw std::logic_error(std::string("a snapshot's array ") + name + " has not the length it was given");
+      if (written != share.mine)
+        throw std::logic_error(std::string("a snapshot's array ") + name +
+                               " has not the length it was given");
     });
     buffer.clear();
     // A collective write needs everybody as often as the one with the most data.
@@ -118,9 +124,10 @@ class ArrayWriter {
   template <typename T>
   void write_head(const char* name, std::span<const T> values) {
     const bool mine = writers_.rank == 0;
-    write<T>(name, {mine ? 0 : values.size(), mine ? values.size() : 0, values.size(), values.size()}, 1, [&](const auto& append) {
-      if (mine) append(values);
-    });
+    write<T>(name, {mine ? 0 : values.size(), mine ? values.size() : 0, values.size(), values.size()}, 1,
+             [&](const auto& append) {
+               if (mine) append(values);
+             });
   }
 
  private:
@@ -143,7 +150,18 @@ class ArrayWriter {
 };
 
 /// Lengths of everything this writer has, in one order.
-enum Count : std::size_t { cells, points, facets, corners, nodes, hyperplanes, frontier, archived, regions, count_kinds };
+enum Count : std::size_t {
+  cells,
+  points,
+  facets,
+  corners,
+  nodes,
+  hyperplanes,
+  frontier,
+  archived,
+  regions,
+  count_kinds
+};
 
 std::vector<std::uint64_t> lengths(const Snapshot& snapshot) {
   std::vector<std::uint64_t> n(count_kinds, 0);
@@ -189,12 +207,14 @@ Share offsets(Share share, int rank) {
 }
 
 void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
-  const auto column = [&]<typename T>(const char* name, const Share& rows, std::size_t columns, std::vector<T> CellBatch::*member) {
+  const auto column = [&]<typename T>(const char* name, const Share& rows, std::size_t columns,
+                                      std::vector<T> CellBatch::*member) {
     out.write<T>(name, rows, columns, [&](const auto& append) {
       for (const auto& batch : snapshot.cells) append(std::span<const T>((*batch).*member));
     });
   };
-  const auto offset = [&](const char* name, const Share& rows, std::uint64_t base, std::vector<std::uint32_t> CellBatch::*member) {
+  const auto offset = [&](const char* name, const Share& rows, std::uint64_t base,
+                          std::vector<std::uint32_t> CellBatch::*member) {
     out.write<std::uint64_t>(name, offsets(rows, rank), 1, [&](const auto& append) {
       std::vector<std::uint64_t> ends;
       if (rank == 0) append(std::span<const std::uint64_t>(std::vector<std::uint64_t>{0}));
@@ -207,14 +227,16 @@ void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<S
       }
     });
   };
-  column("cells/points", share[points], static_cast<std::size_t>(snapshot.head.dimension), &CellBatch::points);
+  column("cells/points", share[points], static_cast<std::size_t>(snapshot.head.dimension),
+         &CellBatch::points);
   offset("cells/point_offset", share[cells], share[points].before, &CellBatch::point_offset);
   offset("cells/facet_offset", share[cells], share[facets].before, &CellBatch::facet_offset);
   offset("cells/facet_vertex_offset", share[facets], share[corners].before, &CellBatch::facet_vertex_offset);
   column("cells/facet_vertices", share[corners], 1, &CellBatch::facet_vertices);
   column("cells/facet_hyperplane", share[facets], 1, &CellBatch::facet_hyperplane);
   out.write<std::uint8_t>("cells/label", share[cells], 1, [&](const auto& append) {
-    for (const auto& batch : snapshot.cells) append(std::span(reinterpret_cast<const std::uint8_t*>(batch->label.data()), batch->size()));
+    for (const auto& batch : snapshot.cells)
+      append(std::span(reinterpret_cast<const std::uint8_t*>(batch->label.data()), batch->size()));
   });
   column("cells/primitive", share[cells], 1, &CellBatch::primitive);
   column("cells/part", share[cells], 1, &CellBatch::part);
@@ -225,13 +247,17 @@ void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<S
 
 void write_tree(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share) {
   out.write<std::int32_t>("tree/children", share[nodes], 2, [&](const auto& append) {
-    for (const auto& node : snapshot.tree.nodes) append(std::span<const std::int32_t>(std::array{node.negative, node.positive}));
+    for (const auto& node : snapshot.tree.nodes)
+      append(std::span<const std::int32_t>(std::array{node.negative, node.positive}));
   });
   out.write<std::uint32_t>("tree/node_hyperplane", share[nodes], 1, [&](const auto& append) {
-    for (const auto& node : snapshot.tree.nodes) append(std::span<const std::uint32_t>(std::array{node.hyperplane}));
+    for (const auto& node : snapshot.tree.nodes)
+      append(std::span<const std::uint32_t>(std::array{node.hyperplane}));
   });
-  out.write<std::uint32_t>("tree/hyperplane_id", share[hyperplanes], 1, [&](const auto& append) { append(std::span(snapshot.tree.ids)); });
-  out.write<double>("tree/hyperplanes", share[hyperplanes], static_cast<std::size_t>(snapshot.head.dimension) + 1,
+  out.write<std::uint32_t>("tree/hyperplane_id", share[hyperplanes], 1,
+                           [&](const auto& append) { append(std::span(snapshot.tree.ids)); });
+  out.write<double>("tree/hyperplanes", share[hyperplanes],
+                    static_cast<std::size_t>(snapshot.head.dimension) + 1,
                     [&](const auto& append) { append(std::span(snapshot.tree.hyperplanes)); });
 }
 
@@ -249,9 +275,12 @@ void write_regions(ArrayWriter& out, const Snapshot& snapshot, const Share& shar
 }
 
 void write_frontier(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
-  out.write<std::uint32_t>("frontier/region", share[frontier], 1, [&](const auto& append) { append(std::span(snapshot.frontier_region)); });
-  out.write<std::uint64_t>("frontier/tokens", share[frontier], 1, [&](const auto& append) { append(std::span(snapshot.frontier_tokens)); });
-  out.write<std::uint64_t>("frontier/open", share[frontier], 1, [&](const auto& append) { append(std::span(snapshot.frontier_open)); });
+  out.write<std::uint32_t>("frontier/region", share[frontier], 1,
+                           [&](const auto& append) { append(std::span(snapshot.frontier_region)); });
+  out.write<std::uint64_t>("frontier/tokens", share[frontier], 1,
+                           [&](const auto& append) { append(std::span(snapshot.frontier_tokens)); });
+  out.write<std::uint64_t>("frontier/open", share[frontier], 1,
+                           [&](const auto& append) { append(std::span(snapshot.frontier_open)); });
   out.write<std::uint64_t>("frontier/offset", offsets(share[frontier], rank), 1, [&](const auto& append) {
     std::vector<std::uint64_t> ends;
     if (rank == 0) ends.push_back(0);
@@ -319,13 +348,15 @@ bool all_well(bool well, const SnapshotWriters& writers) {
   return true;
 }
 
-/// MPI-IO does not tell why a write failed, so the system is asked again: a write behind what is there fails likewise.
+/// MPI-IO does not tell why a write failed, so the system is asked again: a write behind what is there fails
+/// likewise.
 /// @return its reason; empty if that write succeeds.
 std::string reason_of_failed_write(const fs::path& file) {
   const std::vector<char> bytes(std::size_t{1} << 20);
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   ssize_t written = descriptor < 0 ? -1 : 0;
-  for (std::size_t left = bytes.size(); left > 0 && written >= 0; left -= static_cast<std::size_t>(std::max<ssize_t>(0, written)))
+  for (std::size_t left = bytes.size(); left > 0 && written >= 0;
+       left -= static_cast<std::size_t>(std::max<ssize_t>(0, written)))
     written = ::write(descriptor, bytes.data(), left);
   const std::string reason = written < 0 ? std::generic_category().message(errno) : "";
   if (descriptor >= 0) ::close(descriptor);
@@ -339,30 +370,35 @@ std::uint64_t bytes_of(const std::vector<Share>& share, const SnapshotHead& head
     const std::uint64_t rows = share[kind].total, chunk = std::clamp<std::uint64_t>(rows, 1, slab);
     return (rows + chunk - 1) / chunk * chunk * size;
   };
-  std::uint64_t bytes = array(points, 8 * d) + array(corners, 2) + array(frontier, 28) + array(archived, 1) + array(regions, 20);
+  std::uint64_t bytes = array(points, 8 * d) + array(corners, 2) + array(frontier, 28) + array(archived, 1) +
+                        array(regions, 20);
   for (const std::uint64_t size : {8, 8, 1, 4, 4, 4, 2, 8}) bytes += array(cells, size);
   for (const std::uint64_t size : {8, 4}) bytes += array(facets, size);
   for (const std::uint64_t size : {8, 4}) bytes += array(nodes, size);
   bytes += array(hyperplanes, 4) + array(hyperplanes, 8 * (d + 1));
-  bytes += head.source.size() + head.model.size() + head.totals.size() + head.partition_hyperplane.size() * 12;
-  for (const std::string& name : head.superstep_name) bytes += name.size() + 1 + 56;  // a row of the table of supersteps
+  bytes +=
+      head.source.size() + head.model.size() + head.totals.size() + head.partition_hyperplane.size() * 12;
+  for (const std::string& name : head.superstep_name)
+    bytes += name.size() + 1 + 56;  // a row of the table of supersteps
   return bytes + bytes / 64 + (std::uint64_t{1} << 16);
 }
 
-/// Several writers that run into the end of a disk leave HDF5 in states from which it cannot find back together: better not to
-/// begin. @throws Failure if there is not enough room.
+/// Several writers that run into the end of a disk leave HDF5 in states from which it cannot find back
+/// together: better not to begin. @throws Failure if there is not enough room.
 void check_room(const fs::path& path, std::uint64_t bytes) {
   if (const std::string why = lack_of_room(path, bytes); !why.empty()) throw Failure(why);
 }
 
-/// What the writing needs besides the snapshot. From here on all that may throw on one process alone is in the
-/// ArrayWriter's hands: nearly every call of HDF5 is collective, to begin with the copy of a property list.
+/// What the writing needs besides the snapshot. From here on all that may throw on one process alone is in
+/// the ArrayWriter's hands: nearly every call of HDF5 is collective, to begin with the copy of a property
+/// list.
 struct Prepared {
   std::string superstep_names;
   std::vector<Share> share;
 };
 
-void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers, const Prepared& prepared) {
+void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers,
+                const Prepared& prepared) {
   const auto& [superstep_names, share] = prepared;
   const Handle access = file_access(writers.count);
   Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
@@ -373,8 +409,8 @@ void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWr
     write_cells(out, snapshot, share, writers.rank);
     write_tree(out, snapshot, share);
     write_regions(out, snapshot, share[regions]);
-    // To close a file together that could not be written, HDF5 takes different ways on the processes, and they wait for each
-    // other for ever. So it stays open.
+    // To close a file together that could not be written, HDF5 takes different ways on the processes, and
+    // they wait for each other for ever. So it stays open.
     if (writers.count > 1 && !all_well(!out.has_failed(), writers))
       file.abandon();
     else
@@ -397,10 +433,12 @@ struct LeavesNothing {
 };
 
 std::string refusal(const fs::path& path, const std::string& why) {
-  return "cannot write the snapshot '" + path.string() + "': " + why + "; the one before it, if any, is as it was";
+  return "cannot write the snapshot '" + path.string() + "': " + why +
+         "; the one before it, if any, is as it was";
 }
 
-/// Runs a part of the writing on this process, then asks the others. @throws bsp2::Error on all if it failed on one.
+/// Runs a part of the writing on this process, then asks the others. @throws bsp2::Error on all if it failed
+/// on one.
 template <typename Body>
 void together(const fs::path& path, const SnapshotWriters& writers, const Body& body) {
   std::string why;
@@ -410,13 +448,16 @@ void together(const fs::path& path, const SnapshotWriters& writers, const Body& 
     why = failure.what();
     if (why.empty()) why = "it failed";
   }
-  if (!all_well(why.empty(), writers)) throw RefusedSnapshot(refusal(path, why.empty() ? "another process failed" : why));
+  if (!all_well(why.empty(), writers))
+    throw RefusedSnapshot(refusal(path, why.empty() ? "another process failed" : why));
 }
 
-/// The part in which HDF5 is collective. Where it fails on one process alone, the others may wait in it for ever, so nobody
-/// waits for them: whoever runs all processes has to end them.
-void write_together(const fs::path& path, const fs::path& unfinished, const Snapshot& snapshot, const SnapshotWriters& writers, const Prepared& prepared) {
-  if (writers.count == 1) return together(path, writers, [&] { write_file(unfinished, snapshot, writers, prepared); });
+/// The part in which HDF5 is collective. Where it fails on one process alone, the others may wait in it for
+/// ever, so nobody waits for them: whoever runs all processes has to end them.
+void write_together(const fs::path& path, const fs::path& unfinished, const Snapshot& snapshot,
+                    const SnapshotWriters& writers, const Prepared& prepared) {
+  if (writers.count == 1)
+    return together(path, writers, [&] { write_file(unfinished, snapshot, writers, prepared); });
   try {
     write_file(unfinished, snapshot, writers, prepared);
     together(path, writers, [] {});  // nobody goes on to the file's name before all have closed it
@@ -444,7 +485,9 @@ void snapshot::write(const fs::path& path, const Snapshot& snapshot, const Snaps
     ::close(descriptor);
   });
   Prepared prepared;
-  together(path, writers, [&] { prepared = {lines(snapshot.head.superstep_name), shares(snapshot, writers)}; });
+  together(path, writers, [&] {
+    prepared = {lines(snapshot.head.superstep_name), shares(snapshot, writers)};
+  });
   together(path, writers, [&] {
     if (writers.rank == 0) check_room(path, bytes_of(prepared.share, snapshot.head));
   });

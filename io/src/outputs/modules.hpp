@@ -5,13 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/support/module.hpp"
+#include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
 #include "outputs/piece.hpp"
 
-// VTK and HDF5 are 46 shared libraries with what they need, and most runs need neither. So what needs them lives in two modules.
+// VTK and HDF5 are 46 shared libraries with what they need, and most runs need neither. So what needs them
+// lives in two modules.
 
 namespace bsp2::io {
 
@@ -25,9 +26,11 @@ struct VtkModule {
   static constexpr const char* name = "bsp2-vtk";
   /// Does a piece hold a cell that is only a polyhedron?
   bool (*has_polyhedra)(const Piece& piece);
-  /// @param with_polyhedron write one cell as a polyhedron even if it is simpler. @throws Error if the disk is full.
+  /// @param with_polyhedron write one cell as a polyhedron even if it is simpler. @throws Error if the disk
+  /// is full.
   /// @return of the simplices in it, if the cells are to be cut.
-  SimplexCount (*write_piece)(const PieceFile& file, const Piece& piece, bool with_polyhedron, const VtuOptions& options);
+  SimplexCount (*write_piece)(const PieceFile& file, const Piece& piece, bool with_polyhedron,
+                              const VtuOptions& options);
   /// The bytes of a file.
   /// @param part_names as `write_surface`.
   std::string (*to_vtp)(const geometry::TriangleSurface& surface, const std::vector<std::string>& part_names);
@@ -36,9 +39,11 @@ struct VtkModule {
 /// What bsp2-hdf5 does: see write_snapshot and read_snapshot.
 struct Hdf5Module {
   static constexpr const char* name = "bsp2-hdf5";
-  void (*write_snapshot)(const std::filesystem::path& path, const Snapshot& snapshot, const SnapshotWriters& writers);
+  void (*write_snapshot)(const std::filesystem::path& path, const Snapshot& snapshot,
+                         const SnapshotWriters& writers);
   /// @param path a file that can be opened.
-  Snapshot (*read_snapshot)(const std::filesystem::path& path, SnapshotPart part, const std::function<bool(std::uint32_t region)>& wanted);
+  Snapshot (*read_snapshot)(const std::filesystem::path& path, SnapshotPart part,
+                            const std::function<bool(std::uint32_t region)>& wanted);
 };
 
 /// Loaded by the first call, from any thread, and never unloaded. @throws Error if that fails.

@@ -23,7 +23,8 @@ int exact_sign(const std::array<Point, 4>& points) {
   const auto whole = [least](double x) {
     if (x == 0) return Integer(0);
     const int exponent = std::ilogb(x);
-    return Integer(Integer(static_cast<std::int64_t>(std::ldexp(x, 52 - exponent))) << static_cast<unsigned>(exponent - least));
+    return Integer(Integer(static_cast<std::int64_t>(std::ldexp(x, 52 - exponent)))
+                   << static_cast<unsigned>(exponent - least));
   };
   Rows<Integer> m;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -31,7 +32,8 @@ int exact_sign(const std::array<Point, 4>& points) {
     for (std::size_t i = 0; i < 3; ++i) m[i][k] = whole(points[i][k]) - origin;
   }
   Integer determinant = 0;
-  for (std::size_t k = 0; k < 3; ++k) determinant += m[0][k] * (m[1][(k + 1) % 3] * m[2][(k + 2) % 3] - m[1][(k + 2) % 3] * m[2][(k + 1) % 3]);
+  for (std::size_t k = 0; k < 3; ++k)
+    determinant += m[0][k] * (m[1][(k + 1) % 3] * m[2][(k + 2) % 3] - m[1][(k + 2) % 3] * m[2][(k + 1) % 3]);
   return -determinant.sign();
 }
 
@@ -46,9 +48,11 @@ int orientation(const Point& a, const Point& b, const Point& c, const Point& d) 
     determinant += m[0][k] * (left - right);
     permanent += std::fabs(m[0][k]) * (std::fabs(left) + std::fabs(right));
   }
-  // Shewchuk's bound for this expression is (7 + 56 eps) eps of the permanent, here twice that; no underflow above 1e-290.
+  // Shewchuk's bound for this expression is (7 + 56 eps) eps of the permanent, here twice that; no underflow
+  // above 1e-290.
   const double bound = 1.6e-15 * permanent;
-  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max()) return determinant < 0 ? 1 : -1;
+  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max())
+    return determinant < 0 ? 1 : -1;
   return exact_sign({a, b, c, d});
 }
 

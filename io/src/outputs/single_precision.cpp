@@ -21,7 +21,8 @@ using SinglePoint = std::array<float, 3>;
 constexpr Index none = std::numeric_limits<Index>::max();
 
 SinglePoint single(const Point& p) {
-  return {static_cast<float>(p[0]) + 0.0F, static_cast<float>(p[1]) + 0.0F, static_cast<float>(p[2]) + 0.0F};  // -0 is 0
+  return {static_cast<float>(p[0]) + 0.0F, static_cast<float>(p[1]) + 0.0F,
+          static_cast<float>(p[2]) + 0.0F};  // -0 is 0
 }
 
 Point wide(const SinglePoint& p) { return {p[0], p[1], p[2]}; }
@@ -30,11 +31,12 @@ Point wide(const SinglePoint& p) { return {p[0], p[1], p[2]}; }
 double determinant(const Point& o, const Point& a, const Point& b, const Point& c) {
   Point u, v, w;
   for (std::size_t k = 0; k < 3; ++k) u[k] = a[k] - o[k], v[k] = b[k] - o[k], w[k] = c[k] - o[k];
-  return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+  return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) +
+         u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
-/// Whether doubles sum up to nothing, exactly: the sum is kept as doubles of which each is the rounding error of the next.
-/// Source: Shewchuk, "Adaptive precision floating-point arithmetic" (1997), grow-expansion.
+/// Whether doubles sum up to nothing, exactly: the sum is kept as doubles of which each is the rounding error
+/// of the next. Source: Shewchuk, "Adaptive precision floating-point arithmetic" (1997), grow-expansion.
 bool cancel(const std::array<double, 6>& terms) {
   std::array<double, 6> errors;
   std::size_t count = 0;
@@ -63,13 +65,15 @@ enum class Flatness : std::uint8_t {
 bool are_on_a_line(const Point& a, const Point& b, const Point& c) {
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t l = (k + 1) % 3;
-    if (!cancel({b[k] * c[l], -b[l] * c[k], a[l] * c[k], -a[k] * c[l], a[k] * b[l], -a[l] * b[k]})) return false;
+    if (!cancel({b[k] * c[l], -b[l] * c[k], a[l] * c[k], -a[k] * c[l], a[k] * b[l], -a[l] * b[k]}))
+      return false;
   }
   return true;
 }
 
 Flatness flatness_of(const SinglePoint& p, const SinglePoint& q, const SinglePoint& r) {
-  constexpr double error = 1e-15;  // of the difference of two products of differences, relative to the square of their lengths, and more
+  constexpr double error = 1e-15;  // of the difference of two products of differences, relative to the square
+                                   // of their lengths, and more
   std::array<Point, 3> corners{wide(p), wide(q), wide(r)};
   bool is_apparent = false;
   for (int turn = 0; turn < 3; ++turn) {
@@ -81,7 +85,8 @@ Flatness flatness_of(const SinglePoint& p, const SinglePoint& q, const SinglePoi
       area = std::max(area, std::fabs(u * (c[l] - a[l]) - (b[l] - a[l]) * v));
       length = std::max({length, std::fabs(u), std::fabs(v)});
     }
-    if (area > 4 * error * length * length) return Flatness::no;  // seen from the other corners it is as large, and they are no farther apart
+    if (area > 4 * error * length * length)
+      return Flatness::no;  // seen from the other corners it is as large, and they are no farther apart
     is_apparent = is_apparent || area == 0;
     std::rotate(corners.begin(), corners.begin() + 1, corners.end());
   }
@@ -101,7 +106,8 @@ std::size_t middle_of(const std::array<const SinglePoint*, 3>& points) {
     }
   }
   std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return (*points[a])[axis] < (*points[b])[axis]; });
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return (*points[a])[axis] < (*points[b])[axis]; });
   return order[1];
 }
 
@@ -136,13 +142,15 @@ class Welder {
 
 /// Removes the triangles without area from a surface that has them.
 ///
-/// A triangle a b c whose corner b is between a and c has the neighbour a c d at its longest side. Both are replaced by a b d and b c d, which
-/// have the same outline and fill the same area. They have area if the neighbour has. If it has none, it is replaced first where its
-/// own longest side is longer, and where it is the same side, the longest sides of what comes are shorter. So this ends. Triangles that only
-/// doubles take for flat go the same way, so many times: readers have nothing but doubles.
+/// A triangle a b c whose corner b is between a and c has the neighbour a c d at its longest side. Both are
+/// replaced by a b d and b c d, which have the same outline and fill the same area. They have area if the
+/// neighbour has. If it has none, it is replaced first where its own longest side is longer, and where it is
+/// the same side, the longest sides of what comes are shorter. So this ends. Triangles that only doubles take
+/// for flat go the same way, so many times: readers have nothing but doubles.
 class FlatRemover {
  public:
-  FlatRemover(SingleSurface& surface, std::vector<bool>& touched) : surface_(surface), touched_(touched), is_corner_(surface.points.size()) {
+  FlatRemover(SingleSurface& surface, std::vector<bool>& touched)
+      : surface_(surface), touched_(touched), is_corner_(surface.points.size()) {
     for (Index i = 0; i < surface.triangles.size(); ++i)
       if (is_flat(i)) stack_.push_back(i);
     if (stack_.empty()) return;
@@ -167,19 +175,22 @@ class FlatRemover {
   std::vector<bool> is_corner_;  // of a triangle without area: only edges between such points are looked for
   std::vector<Index> stack_;
   std::size_t patience_ = 1;  // with triangles that are not exactly flat
-  std::unordered_map<std::uint64_t, std::vector<Index>> triangles_at_;  // directed edges; some triangles may have been replaced since
+  std::unordered_map<std::uint64_t, std::vector<Index>>
+      triangles_at_;  // directed edges; some triangles may have been replaced since
 
   [[nodiscard]] bool is_there(Index i) const { return surface_.triangles[i][0] != none; }
   [[nodiscard]] bool is_flat(Index i) const {
     const auto& [a, b, c] = surface_.triangles[i];
-    return flatness_of(surface_.points[a], surface_.points[b], surface_.points[c]) > (patience_ > 0 ? Flatness::no : Flatness::apparent);
+    return flatness_of(surface_.points[a], surface_.points[b], surface_.points[c]) >
+           (patience_ > 0 ? Flatness::no : Flatness::apparent);
   }
   static std::uint64_t name_of(Index from, Index to) { return std::uint64_t{from} << 32 | to; }
 
   void list_edges(Index i) {
     const Triangle& t = surface_.triangles[i];
     for (std::size_t k = 0; k < 3; ++k)
-      if (is_corner_[t[k]] && is_corner_[t[(k + 1) % 3]]) triangles_at_[name_of(t[k], t[(k + 1) % 3])].push_back(i);
+      if (is_corner_[t[k]] && is_corner_[t[(k + 1) % 3]])
+        triangles_at_[name_of(t[k], t[(k + 1) % 3])].push_back(i);
   }
 
   /// The triangle turned so that the corner between the others is the second one.
@@ -195,7 +206,8 @@ class FlatRemover {
     if (found != triangles_at_.end())
       for (const Index i : found->second)
         for (std::size_t k = 0; k < 3; ++k)
-          if (const Triangle& t = surface_.triangles[i]; is_there(i) && t[k] == from && t[(k + 1) % 3] == to) return {i, t[(k + 2) % 3]};
+          if (const Triangle& t = surface_.triangles[i]; is_there(i) && t[k] == from && t[(k + 1) % 3] == to)
+            return {i, t[(k + 2) % 3]};
     return {none, none};
   }
 
@@ -203,7 +215,9 @@ class FlatRemover {
     const auto [a, b, c] = turned(at);
     const auto [neighbour, d] = triangle_at(a, c);
     if (neighbour != none && is_flat(neighbour) && turned(neighbour)[1] != d) {
-      if (patience_ > 0) --patience_;  // of exactly flat ones each has a longer side than the one before; of others there may be a ring
+      if (patience_ > 0)
+        --patience_;  // of exactly flat ones each has a longer side than the one before; of others there may
+                      // be a ring
       stack_.push_back(at);
       stack_.push_back(neighbour);
       return;
@@ -224,13 +238,16 @@ class FlatRemover {
   }
 };
 
-/// Removes pairs of triangles with the same corners and opposite sides. @param touched points at which there may be some.
+/// Removes pairs of triangles with the same corners and opposite sides. @param touched points at which there
+/// may be some.
 void remove_opposites(SingleSurface& surface, const std::vector<bool>& touched) {
   struct Named {
     Triangle corners;  // ascending
     bool is_turned;
     Index triangle;
-    bool operator<(const Named& other) const { return std::tie(corners, triangle) < std::tie(other.corners, other.triangle); }
+    bool operator<(const Named& other) const {
+      return std::tie(corners, triangle) < std::tie(other.corners, other.triangle);
+    }
   };
   std::vector<Named> named;
   for (Index i = 0; i < surface.triangles.size(); ++i) {
@@ -245,7 +262,8 @@ void remove_opposites(SingleSurface& surface, const std::vector<bool>& touched) 
   std::array<std::vector<Index>, 2> of_side;
   for (auto at = named.begin(); at != named.end();) {
     for (auto& triangles : of_side) triangles.clear();
-    for (const Triangle corners = at->corners; at != named.end() && at->corners == corners; ++at) of_side[at->is_turned].push_back(at->triangle);
+    for (const Triangle corners = at->corners; at != named.end() && at->corners == corners; ++at)
+      of_side[at->is_turned].push_back(at->triangle);
     for (std::size_t i = 0; i < std::min(of_side[0].size(), of_side[1].size()); ++i) {
       surface.triangles[of_side[0][i]][0] = surface.triangles[of_side[1][i]][0] = none;
       is_changed = true;
@@ -302,7 +320,8 @@ SingleSurface rounded_to_single(const TriangleSurface& surface) {
   result.triangles.reserve(surface.triangles.size());
   for (const Triangle& t : surface.triangles) {
     const Triangle welded{number[t[0]], number[t[1]], number[t[2]]};
-    if (welded[0] != welded[1] && welded[1] != welded[2] && welded[2] != welded[0]) result.triangles.push_back(welded);
+    if (welded[0] != welded[1] && welded[1] != welded[2] && welded[2] != welded[0])
+      result.triangles.push_back(welded);
   }
   FlatRemover(result, touched).run();
   remove_opposites(result, touched);
@@ -335,7 +354,8 @@ SingleLoss loss_in_single(const TriangleSurface& surface) {
   SingleLoss loss;
   loss.parts = parts.size();
   const PartLoss* worst = nullptr;
-  for (Index i = 0; i < part_of.size(); ++i) {  // in the order of the points, so that the same one is told whoever hashes
+  for (Index i = 0; i < part_of.size();
+       ++i) {  // in the order of the points, so that the same one is told whoever hashes
     const auto found = part_of[i] == i ? parts.find(i) : parts.end();
     if (found == parts.end() || !(found->second.change() > 1)) continue;
     ++loss.changed;

@@ -8,8 +8,8 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
-#include "outputs/modules.hpp"
 #include "files/replacing.hpp"
+#include "outputs/modules.hpp"
 
 // What is told about a path without HDF5; the rest is in the module.
 
@@ -17,17 +17,22 @@ namespace bsp2::io {
 namespace fs = std::filesystem;
 namespace {
 
-/// What is read is a file: of a folder it is told which one is meant, and a pipe, which would be waited for, is not opened.
+/// What is read is a file: of a folder it is told which one is meant, and a pipe, which would be waited for,
+/// is not opened.
 void check_is_file(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (fs::is_directory(status)) {
     const fs::path inside = path / "snapshot.h5";  // as -o calls it
-    if (fs::exists(inside, error)) throw Error("'" + path.string() + "' is a folder; its snapshot is '" + inside.string() + "'");
-    throw Error("'" + path.string() + "' is a folder without a snapshot.h5; name the file that 'bsp2 run' wrote with --snapshot or -o");
+    if (fs::exists(inside, error))
+      throw Error("'" + path.string() + "' is a folder; its snapshot is '" + inside.string() + "'");
+    throw Error(
+        "'" + path.string() +
+        "' is a folder without a snapshot.h5; name the file that 'bsp2 run' wrote with --snapshot or -o");
   }
   if (fs::exists(status) && !fs::is_regular_file(status))
-    throw Error("cannot read '" + path.string() + "': it is a pipe or a device, and a snapshot has to be a file");
+    throw Error("cannot read '" + path.string() +
+                "': it is a pipe or a device, and a snapshot has to be a file");
 }
 
 }  // namespace
@@ -35,8 +40,10 @@ void check_is_file(const fs::path& path) {
 void check_snapshot_path(const fs::path& path) {
   check_folder(path.has_parent_path() ? path.parent_path() : ".");
   std::error_code error;
-  if (!path.has_filename() || fs::is_directory(path, error)) throw Error("cannot write the snapshot '" + path.string() + "': it is a directory");
-  if (fs::exists(path, error) && !fs::is_regular_file(path, error)) throw Error("cannot write the snapshot '" + path.string() + "': it is no regular file");
+  if (!path.has_filename() || fs::is_directory(path, error))
+    throw Error("cannot write the snapshot '" + path.string() + "': it is a directory");
+  if (fs::exists(path, error) && !fs::is_regular_file(path, error))
+    throw Error("cannot write the snapshot '" + path.string() + "': it is no regular file");
   hdf5_module();
 }
 
@@ -60,7 +67,8 @@ void copy_snapshot(const fs::path& from, const fs::path& to) {
 void check_snapshot_is_readable(const fs::path& path) {
   check_is_file(path);
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw Error("cannot read '" + path.string() + "': " + std::generic_category().message(errno));
+  if (descriptor < 0)
+    throw Error("cannot read '" + path.string() + "': " + std::generic_category().message(errno));
   ::close(descriptor);
 }
 
@@ -68,7 +76,8 @@ void write_snapshot(const fs::path& path, const Snapshot& snapshot, const Snapsh
   hdf5_module().write_snapshot(path, snapshot, writers);
 }
 
-Snapshot read_snapshot(const fs::path& path, SnapshotPart part, const std::function<bool(std::uint32_t)>& wanted) {
+Snapshot read_snapshot(const fs::path& path, SnapshotPart part,
+                       const std::function<bool(std::uint32_t)>& wanted) {
   check_snapshot_is_readable(path);
   return hdf5_module().read_snapshot(path, part, wanted);
 }

@@ -24,7 +24,8 @@ namespace {
 using geometry::TriangleSurface;
 using Names = std::vector<std::string>;
 
-static_assert(std::endian::native == std::endian::little, "binary STL and PLY are written as they lie in memory");
+static_assert(std::endian::native == std::endian::little,
+              "binary STL and PLY are written as they lie in memory");
 
 template <typename T>
 void put(std::string& bytes, const T& value) {
@@ -33,14 +34,16 @@ void put(std::string& bytes, const T& value) {
 
 std::string ending_of(const fs::path& path) {
   std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return ending;
 }
 
 /// Whether single precision has numbers as large as the coordinates.
 bool fits_single(const TriangleSurface& surface) {
   return std::all_of(surface.points.begin(), surface.points.end(), [](const auto& point) {
-    return std::all_of(point.begin(), point.end(), [](double x) { return std::fabs(x) <= std::numeric_limits<float>::max(); });
+    return std::all_of(point.begin(), point.end(),
+                       [](double x) { return std::fabs(x) <= std::numeric_limits<float>::max(); });
   });
 }
 
@@ -52,7 +55,8 @@ std::string to_stl(const SingleSurface& surface) {
   put(bytes, static_cast<std::uint32_t>(surface.triangles.size()));
   for (const auto& triangle : surface.triangles) {
     std::array<std::array<double, 3>, 3> corners;  // as they are written, which may turn a sliver over
-    for (std::size_t i = 0; i < 3; ++i) std::copy_n(surface.points[triangle[i]].begin(), 3, corners[i].begin());
+    for (std::size_t i = 0; i < 3; ++i)
+      std::copy_n(surface.points[triangle[i]].begin(), 3, corners[i].begin());
     const auto& [p, q, r] = corners;
     std::array<double, 3> normal;
     for (int k = 0; k < 3; ++k) {
@@ -77,10 +81,13 @@ std::string one_line(std::string name) {
 
 std::string to_ply(const TriangleSurface& surface, const Names& part_names) {
   std::string bytes = "ply\nformat binary_little_endian 1.0\ncomment written by bsp2\n";
-  for (std::size_t part = 0; part < part_names.size(); ++part) bytes += "comment part " + std::to_string(part) + ' ' + one_line(part_names[part]) + '\n';
+  for (std::size_t part = 0; part < part_names.size(); ++part)
+    bytes += "comment part " + std::to_string(part) + ' ' + one_line(part_names[part]) + '\n';
   bytes += "element vertex " + std::to_string(surface.points.size()) +
-                      "\nproperty double x\nproperty double y\nproperty double z\nelement face " + std::to_string(surface.triangles.size()) +
-                      "\nproperty list uchar int vertex_indices\nproperty int " + (part_names.empty() ? "primitive" : "part") + "\nend_header\n";
+           "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
+           std::to_string(surface.triangles.size()) +
+           "\nproperty list uchar int vertex_indices\nproperty int " +
+           (part_names.empty() ? "primitive" : "part") + "\nend_header\n";
   for (const auto& point : surface.points)
     for (const double x : point) put(bytes, x);
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
@@ -93,7 +100,8 @@ std::string to_ply(const TriangleSurface& surface, const Names& part_names) {
 
 constexpr std::string_view no_part_group = "no_part";
 
-/// A name of a group is one word: white space in it becomes _. Of names that become equal so, all but the first get a number.
+/// A name of a group is one word: white space in it becomes _. Of names that become equal so, all but the
+/// first get a number.
 std::vector<std::string> group_names(const Names& part_names) {
   std::vector<std::string> groups;
   std::set<std::string> taken{"", std::string(no_part_group)};
@@ -112,7 +120,8 @@ std::string to_obj(const TriangleSurface& surface, const Names& part_names) {
   const std::string kind = part_names.empty() ? "primitive" : "part";
   const auto group_of = [&](std::int32_t owner) {
     if (owner < 0) return part_names.empty() ? "no_" + kind : std::string(no_part_group);
-    return part_names.empty() ? kind + '_' + std::to_string(owner) : groups.at(static_cast<std::size_t>(owner));
+    return part_names.empty() ? kind + '_' + std::to_string(owner)
+                              : groups.at(static_cast<std::size_t>(owner));
   };
   std::array<char, 32> digits;
   const auto add = [&](auto number) {
@@ -126,7 +135,8 @@ std::string to_obj(const TriangleSurface& surface, const Names& part_names) {
   }
   std::vector<std::size_t> order(surface.triangles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return surface.owner[a] < surface.owner[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return surface.owner[a] < surface.owner[b]; });
   for (std::size_t i = 0; i < order.size(); ++i) {
     const std::int32_t owner = surface.owner[order[i]];
     if (i == 0 || owner != surface.owner[order[i - 1]]) text += "g " + group_of(owner) + '\n';
@@ -157,10 +167,14 @@ std::string warning_of(const fs::path& path, const SingleLoss& loss) {
   else
     text << loss.changed << " of the " << loss.parts << " connected parts of the surface";
   text << " by more than a hundred-thousandth of the volume or the size";
-  text << (loss.changed > 1 ? "; most of all that between " : loss.parts > 1 ? ", that between " : ", between ") << point(loss.lower) << " and "
-       << point(loss.upper) << ": corners move by up to " << loss.moved << ", and its volume of ";
+  text << (loss.changed > 1 ? "; most of all that between "
+           : loss.parts > 1 ? ", that between "
+                            : ", between ")
+       << point(loss.lower) << " and " << point(loss.upper) << ": corners move by up to " << loss.moved
+       << ", and its volume of ";
   text.precision(9);
-  text << std::fabs(loss.volume) << " becomes " << std::fabs(loss.rounded_volume) << "; .ply, .obj and .vtp keep all digits";
+  text << std::fabs(loss.volume) << " becomes " << std::fabs(loss.rounded_volume)
+       << "; .ply, .obj and .vtp keep all digits";
   return text.str();
 }
 
@@ -168,7 +182,8 @@ std::string warning_of(const fs::path& path, const SingleLoss& loss) {
 std::string write_stl(const fs::path& path, const TriangleSurface& surface) {
   if (!fits_single(surface))
     throw Error("cannot write '" + path.string() +
-                "': coordinates above 3.4e38 are too large for the single precision of .stl; --boundary FILE.ply, .obj or .vtp keeps them");
+                "': coordinates above 3.4e38 are too large for the single precision of .stl; --boundary "
+                "FILE.ply, .obj or .vtp keeps them");
   write_file(path, to_stl(rounded_to_single(surface)));
   return warning_of(path, loss_in_single(surface));
 }
@@ -181,7 +196,8 @@ bool is_surface_file(const fs::path& path) {
 }
 
 void check_surface_file(const fs::path& path) {
-  if (!is_surface_file(path)) throw Error("cannot write '" + path.string() + "': a boundary is written as .vtp, .stl, .ply or .obj");
+  if (!is_surface_file(path))
+    throw Error("cannot write '" + path.string() + "': a boundary is written as .vtp, .stl, .ply or .obj");
   if (ending_of(path) == ".vtp") vtk_module();
 }
 

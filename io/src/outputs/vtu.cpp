@@ -6,9 +6,9 @@
 #include <system_error>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "files/xml.hpp"
 #include "outputs/modules.hpp"
 #include "outputs/piece.hpp"
-#include "files/xml.hpp"
 
 namespace bsp2::io {
 namespace fs = std::filesystem;
@@ -43,13 +43,15 @@ std::string summary(const fs::path& pvtu, std::uint64_t pieces, const VtuOptions
       <PDataArray type="UInt16" Name="level"/>
       <PDataArray type="Float64" Name="volume"/>
 )";
-  if (!options.colour_of_primitive.empty()) text += "      <PDataArray type=\"UInt8\" Name=\"color\" NumberOfComponents=\"4\"/>\n";
+  if (!options.colour_of_primitive.empty())
+    text += "      <PDataArray type=\"UInt8\" Name=\"color\" NumberOfComponents=\"4\"/>\n";
   text += R"(    </PCellData>
     <PPoints>
       <PDataArray type="Float64" Name="Points" NumberOfComponents="3"/>
     </PPoints>
 )";
-  for (std::uint64_t i = 0; i < pieces; ++i) text += "    <Piece Source=\"" + quoted(piece_name(pvtu, i)) + "\"/>\n";
+  for (std::uint64_t i = 0; i < pieces; ++i)
+    text += "    <Piece Source=\"" + quoted(piece_name(pvtu, i)) + "\"/>\n";
   return text + "  </PUnstructuredGrid>\n</VTKFile>\n";
 }
 
@@ -61,13 +63,15 @@ struct VtuShare::Content {
   std::vector<Piece> pieces;
 };
 
-VtuShare::VtuShare(const fs::path& pvtu, int dimension, std::span<const std::shared_ptr<const geometry::CellBatch>> batches, VtuOptions options)
+VtuShare::VtuShare(const fs::path& pvtu, int dimension,
+                   std::span<const std::shared_ptr<const geometry::CellBatch>> batches, VtuOptions options)
     : pvtu_(pvtu), options_(std::move(options)), content_(std::make_unique<Content>()) {
   if (dimension < 1 || dimension > 3)
-    throw Error("cannot write '" + pvtu.string() + "': VTK grids hold solids of dimension 1 to 3, not " + std::to_string(dimension) +
-                "; section() or project() in the model give what can be shown");
+    throw Error("cannot write '" + pvtu.string() + "': VTK grids hold solids of dimension 1 to 3, not " +
+                std::to_string(dimension) + "; section() or project() in the model give what can be shown");
   // A cell becomes about nine tetrahedra: smaller pieces for the same memory.
-  content_->pieces = divide(batches, std::max<std::size_t>(1, options_.tets ? options_.piece_cells / 4 : options_.piece_cells));
+  content_->pieces = divide(
+      batches, std::max<std::size_t>(1, options_.tets ? options_.piece_cells / 4 : options_.piece_cells));
   if (content_->pieces.front().empty()) content_->pieces.clear();
   scratch_.emplace(folder_of(pvtu_));
 }
@@ -76,15 +80,19 @@ VtuShare::~VtuShare() = default;
 
 VtuShare::Size VtuShare::size() const {
   const auto& pieces = content_->pieces;
-  return {pieces.size(), !options_.tets && std::any_of(pieces.begin(), pieces.end(), [](const Piece& piece) { return vtk_module().has_polyhedra(piece); })};
+  return {pieces.size(), !options_.tets && std::any_of(pieces.begin(), pieces.end(), [](const Piece& piece) {
+            return vtk_module().has_polyhedra(piece);
+          })};
 }
 
 void VtuShare::write(std::uint64_t before, const Size& all) {
   before_ = before;
   all_pieces_ = all.pieces;
-  for (std::size_t i = 0; i < content_->pieces.size(); ++i) {  // one after the other: only one grid exists at a time
+  for (std::size_t i = 0; i < content_->pieces.size();
+       ++i) {  // one after the other: only one grid exists at a time
     const PieceFile file{scratch_->path() / piece_name(pvtu_, before + i), pvtu_};
-    const SimplexCount count = vtk_module().write_piece(file, content_->pieces[i], all.has_polyhedra, options_);
+    const SimplexCount count =
+        vtk_module().write_piece(file, content_->pieces[i], all.has_polyhedra, options_);
     simplices_.add(count);
   }
   if (before > 0) return;
@@ -116,7 +124,8 @@ void remove_vtu(const fs::path& pvtu) {
   remove_pieces(pvtu, 0);
 }
 
-void write_vtu(const fs::path& pvtu, int dimension, std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
+void write_vtu(const fs::path& pvtu, int dimension,
+               std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
                const VtuOptions& options) {
   VtuShare share(pvtu, dimension, batches, options);
   const VtuShare::Size size = share.size();

@@ -27,13 +27,13 @@ Point point_of(const CellBatch& batch, std::size_t cell, std::uint16_t vertex) {
   return p;
 }
 
-Point minus(const Point& a, const Point& b) {
-  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-}
+Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
 double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-Point cross(const Point& a, const Point& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
 
 double determinant(const Point& a, const Point& b, const Point& c) {
   return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
@@ -143,7 +143,8 @@ std::vector<std::uint16_t> busiest_first(const CellBatch& batch, std::size_t cel
   }
   std::vector<std::uint16_t> order(uses.size());
   std::iota(order.begin(), order.end(), std::uint16_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::uint16_t a, std::uint16_t b) { return uses[a] > uses[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint16_t a, std::uint16_t b) { return uses[a] > uses[b]; });
   return order;
 }
 
@@ -151,7 +152,8 @@ std::vector<std::uint16_t> busiest_first(const CellBatch& batch, std::size_t cel
 using SimplexOf = std::function<std::optional<Simplex>(std::uint16_t, std::uint16_t, std::uint16_t)>;
 
 /// All triangles around one corner of a polygon, appended if each is a simplex.
-bool cut_as_fan(Vertices around, std::size_t first, const SimplexOf& simplex_of, std::vector<Simplex>& result) {
+bool cut_as_fan(Vertices around, std::size_t first, const SimplexOf& simplex_of,
+                std::vector<Simplex>& result) {
   const std::size_t before = result.size(), n = around.size();
   for (std::size_t i = 2; i < n; ++i) {
     const auto simplex = simplex_of(around[first], around[(first + i - 1) % n], around[(first + i) % n]);
@@ -164,14 +166,16 @@ bool cut_as_fan(Vertices around, std::size_t first, const SimplexOf& simplex_of,
   return true;
 }
 
-/// Cuts off the corner that gives the largest simplex, again and again; what is left when none does is left out.
+/// Cuts off the corner that gives the largest simplex, again and again; what is left when none does is left
+/// out.
 void cut_off_corners(Vertices around, const SimplexOf& simplex_of, std::vector<Simplex>& result) {
   std::vector<std::uint16_t> rest(around.begin(), around.end());
   while (rest.size() > 2) {
     std::optional<Simplex> best;
     std::size_t corner = 0;
     for (std::size_t i = 0; i < rest.size(); ++i) {
-      const auto simplex = simplex_of(rest[(i + rest.size() - 1) % rest.size()], rest[i], rest[(i + 1) % rest.size()]);
+      const auto simplex =
+          simplex_of(rest[(i + rest.size() - 1) % rest.size()], rest[i], rest[(i + 1) % rest.size()]);
       if (!simplex || (best && best->volume >= simplex->volume)) continue;
       best = simplex;
       corner = i;
@@ -182,7 +186,8 @@ void cut_off_corners(Vertices around, const SimplexOf& simplex_of, std::vector<S
   }
 }
 
-/// A polygon as simplices: as a fan around its first corner, or around another one, or as it can be. @return whether all of it is.
+/// A polygon as simplices: as a fan around its first corner, or around another one, or as it can be. @return
+/// whether all of it is.
 bool cut_polygon(Vertices around, const SimplexOf& simplex_of, std::vector<Simplex>& result) {
   for (std::size_t first = 0; first < around.size(); ++first)
     if (cut_as_fan(around, first, simplex_of, result)) return true;
@@ -191,10 +196,13 @@ bool cut_polygon(Vertices around, const SimplexOf& simplex_of, std::vector<Simpl
   return result.size() == before + around.size() - 2;
 }
 
-/// A tetrahedron around which everybody agrees that it is not inverted and not flat: the exact sign of its volume says so, and doubles
-/// do, whichever of its corners they begin with. @param a, b, c counter-clockwise seen from outside.
-std::optional<Simplex> tetrahedron(const CellBatch& batch, std::size_t cell, std::uint16_t a, std::uint16_t b, std::uint16_t c, std::uint16_t apex) {
-  const std::array<Point, 4> p{point_of(batch, cell, a), point_of(batch, cell, c), point_of(batch, cell, b), point_of(batch, cell, apex)};
+/// A tetrahedron around which everybody agrees that it is not inverted and not flat: the exact sign of its
+/// volume says so, and doubles do, whichever of its corners they begin with. @param a, b, c counter-clockwise
+/// seen from outside.
+std::optional<Simplex> tetrahedron(const CellBatch& batch, std::size_t cell, std::uint16_t a, std::uint16_t b,
+                                   std::uint16_t c, std::uint16_t apex) {
+  const std::array<Point, 4> p{point_of(batch, cell, a), point_of(batch, cell, c), point_of(batch, cell, b),
+                               point_of(batch, cell, apex)};
   const double volume = determinant(minus(p[0], p[3]), minus(p[2], p[3]), minus(p[1], p[3])) / 6;
   // As VTK counts the corners, the fourth is where the first three are counter-clockwise.
   if (!(volume > 0) || orientation(p[0], p[1], p[2], p[3]) <= 0) return std::nullopt;
@@ -208,7 +216,9 @@ std::optional<Simplex> tetrahedron(const CellBatch& batch, std::size_t cell, std
 
 /// Around one corner. @return whether nothing is left out.
 bool cut_3d_from(const CellBatch& batch, std::size_t cell, std::uint16_t apex, std::vector<Simplex>& result) {
-  const SimplexOf simplex_of = [&](std::uint16_t a, std::uint16_t b, std::uint16_t c) { return tetrahedron(batch, cell, a, b, c, apex); };
+  const SimplexOf simplex_of = [&](std::uint16_t a, std::uint16_t b, std::uint16_t c) {
+    return tetrahedron(batch, cell, a, b, c, apex);
+  };
   bool is_whole = true;
   for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
     const Vertices around = batch.vertices_of_facet(f);
@@ -218,7 +228,8 @@ bool cut_3d_from(const CellBatch& batch, std::size_t cell, std::uint16_t apex, s
 }
 
 double volume_of(const std::vector<Simplex>& simplices) {
-  return std::accumulate(simplices.begin(), simplices.end(), 0.0, [](double sum, const Simplex& simplex) { return sum + simplex.volume; });
+  return std::accumulate(simplices.begin(), simplices.end(), 0.0,
+                         [](double sum, const Simplex& simplex) { return sum + simplex.volume; });
 }
 
 bool cut_3d(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& result) {
@@ -235,18 +246,23 @@ bool cut_3d(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& resu
 bool cut_2d(const CellBatch& batch, std::size_t cell, std::vector<Simplex>& result) {
   std::vector<std::uint16_t> around;
   go_around(batch, cell, around);
-  return cut_polygon(around, [&](std::uint16_t a, std::uint16_t b, std::uint16_t c) -> std::optional<Simplex> {
-    const std::array<Point, 3> p{point_of(batch, cell, a), point_of(batch, cell, b), point_of(batch, cell, c)};
-    std::array<double, 3> twice;  // the area, from each corner
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Point u = minus(p[(i + 1) % 3], p[i]), v = minus(p[(i + 2) % 3], p[i]);
-      twice[i] = u[0] * v[1] - u[1] * v[0];
-    }
-    // Over the plane, a triangle is as a tetrahedron is with a corner above it.
-    const Point above{p[0][0], p[0][1], 1};
-    if (!(*std::min_element(twice.begin(), twice.end()) > 0) || orientation(p[0], p[1], p[2], above) <= 0) return std::nullopt;
-    return Simplex{{a, b, c, 0}, twice[0] / 2};
-  }, result);
+  return cut_polygon(
+      around,
+      [&](std::uint16_t a, std::uint16_t b, std::uint16_t c) -> std::optional<Simplex> {
+        const std::array<Point, 3> p{point_of(batch, cell, a), point_of(batch, cell, b),
+                                     point_of(batch, cell, c)};
+        std::array<double, 3> twice;  // the area, from each corner
+        for (std::size_t i = 0; i < 3; ++i) {
+          const Point u = minus(p[(i + 1) % 3], p[i]), v = minus(p[(i + 2) % 3], p[i]);
+          twice[i] = u[0] * v[1] - u[1] * v[0];
+        }
+        // Over the plane, a triangle is as a tetrahedron is with a corner above it.
+        const Point above{p[0][0], p[0][1], 1};
+        if (!(*std::min_element(twice.begin(), twice.end()) > 0) || orientation(p[0], p[1], p[2], above) <= 0)
+          return std::nullopt;
+        return Simplex{{a, b, c, 0}, twice[0] / 2};
+      },
+      result);
 }
 
 /// The angle at a, in degrees, of the triangle a b c.
@@ -255,8 +271,9 @@ double angle_at(const Point& a, const Point& b, const Point& c) {
   return std::atan2(std::sqrt(dot(n, n)), dot(u, v)) * 180 / std::numbers::pi;
 }
 
-/// The angle between the two faces of a tetrahedron at its edge a b, in degrees. @param volume of the tetrahedron: how far the normals of the
-/// faces are from each other, which they are too rough to tell of slivers.
+/// The angle between the two faces of a tetrahedron at its edge a b, in degrees. @param volume of the
+/// tetrahedron: how far the normals of the faces are from each other, which they are too rough to tell of
+/// slivers.
 double dihedral_angle(const Point& a, const Point& b, const Point& c, const Point& d, double volume) {
   const Point edge = minus(b, a), m = cross(edge, minus(c, a)), n = cross(edge, minus(d, a));
   return std::atan2(6 * volume * std::sqrt(dot(edge, edge)), dot(m, n)) * 180 / std::numbers::pi;
@@ -284,7 +301,8 @@ bool cut_into_simplices(const CellBatch& batch, std::size_t cell, std::vector<Si
 double smallest_angle(const CellBatch& batch, std::size_t cell, const Simplex& simplex) {
   std::array<Point, 4> p;
   for (std::size_t i = 0; i < 4; ++i) p[i] = point_of(batch, cell, simplex.points[i]);
-  if (batch.dimension == 2) return std::min({angle_at(p[0], p[1], p[2]), angle_at(p[1], p[2], p[0]), angle_at(p[2], p[0], p[1])});
+  if (batch.dimension == 2)
+    return std::min({angle_at(p[0], p[1], p[2]), angle_at(p[1], p[2], p[0]), angle_at(p[2], p[0], p[1])});
   double least = 180;
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t k = i + 1; k < 4; ++k) {

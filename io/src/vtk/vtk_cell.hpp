@@ -27,12 +27,14 @@ struct Simplex {
   double volume;
 };
 
-/// Cuts a cell (D = 2 or 3) into simplices, in 3D around the vertex that lies on the most facets. Where rounding has made one of them flat
-/// or inverted, the cell is cut around another vertex, or its facets in another way; what cannot be cut so is left out.
+/// Cuts a cell (D = 2 or 3) into simplices, in 3D around the vertex that lies on the most facets. Where
+/// rounding has made one of them flat or inverted, the cell is cut around another vertex, or its facets in
+/// another way; what cannot be cut so is left out.
 /// @return whether nothing is left out.
 bool cut_into_simplices(const geometry::CellBatch& batch, std::size_t cell, std::vector<Simplex>& result);
 
-/// Of a simplex of the cell, in degrees: the smallest angle between two faces of a tetrahedron (its dihedral angle), or of a triangle.
+/// Of a simplex of the cell, in degrees: the smallest angle between two faces of a tetrahedron (its dihedral
+/// angle), or of a triangle.
 double smallest_angle(const geometry::CellBatch& batch, std::size_t cell, const Simplex& simplex);
 
 }  // namespace bsp2::io

@@ -47,7 +47,8 @@ bool is_complete(const fs::path& file) {
   return in && tail == end;
 }
 
-SimplexCount write_piece(const PieceFile& to, const Piece& piece, bool with_polyhedron, const VtuOptions& options) {
+SimplexCount write_piece(const PieceFile& to, const Piece& piece, bool with_polyhedron,
+                         const VtuOptions& options) {
   const SilencedVtk silenced;
   vtkNew<vtkXMLUnstructuredGridWriter> writer;
   writer->SetFileName(to.path.c_str());
@@ -60,17 +61,20 @@ SimplexCount write_piece(const PieceFile& to, const Piece& piece, bool with_poly
   writer->SetIdTypeToInt32();  // a piece is small
   const bool written = writer->Write() != 0 && writer->GetErrorCode() == vtkErrorCode::NoError;
   if (written && is_complete(to.path)) return simplices;
-  // VTK's codes below its own range are those of the system; the folder is new, so what else fails is the space.
+  // VTK's codes below its own range are those of the system; the folder is new, so what else fails is the
+  // space.
   const auto code = static_cast<int>(writer->GetErrorCode());
   const bool from_system = code != vtkErrorCode::NoError && code < vtkErrorCode::FirstVTKErrorCode;
-  throw Error("cannot write '" + to.shown.string() + "': " + (from_system ? std::generic_category().message(code) : "the disk is full"));
+  throw Error("cannot write '" + to.shown.string() +
+              "': " + (from_system ? std::generic_category().message(code) : "the disk is full"));
 }
 
 std::string to_vtp(const geometry::TriangleSurface& surface, const std::vector<std::string>& part_names) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(surface.points.size()));
-  for (std::size_t i = 0; i < surface.points.size(); ++i) points->SetPoint(static_cast<vtkIdType>(i), surface.points[i].data());
+  for (std::size_t i = 0; i < surface.points.size(); ++i)
+    points->SetPoint(static_cast<vtkIdType>(i), surface.points[i].data());
   vtkNew<vtkCellArray> triangles;
   vtkNew<vtkIntArray> owner;
   owner->SetName(part_names.empty() ? "primitive" : "part");

@@ -85,13 +85,15 @@ class CellArrays {
       data->AddArray(array);
     }
     if (!options_->colour_of_primitive.empty()) data->AddArray(color_);
-    data->SetActiveScalars(options_->part_names.empty() ? "primitive" : "part");  // what ParaView colours by at first
+    data->SetActiveScalars(options_->part_names.empty() ? "primitive"
+                                                        : "part");  // what ParaView colours by at first
   }
 
  private:
   [[nodiscard]] const std::array<std::uint8_t, 4>& colour_of(const CellBatch& batch, std::size_t cell) const {
     const auto primitive = static_cast<std::size_t>(batch.primitive[cell]);  // none: beyond all
-    const bool has_one = batch.label[cell] == geometry::Label::in && primitive < options_->colour_of_primitive.size();
+    const bool has_one =
+        batch.label[cell] == geometry::Label::in && primitive < options_->colour_of_primitive.size();
     return has_one ? options_->colour_of_primitive[primitive] : options_->other_colour;
   }
 

@@ -12,19 +12,19 @@
 #include <utility>
 #include <vector>
 
+#include "answers/report_json.hpp"
+#include "answers/summary.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/pvd.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
-#include "options/picture_options.hpp"
-#include "answers/report_json.hpp"
-#include "answers/summary.hpp"
-#include "tables/superstep_table.hpp"
-#include "bsp2/supersteps/stages/collection.hpp"
-#include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
+#include "bsp2/supersteps/render/rendering.hpp"
+#include "bsp2/supersteps/stages/collection.hpp"
+#include "options/picture_options.hpp"
+#include "tables/superstep_table.hpp"
 
 namespace bsp2::jobs {
 namespace fs = std::filesystem;
@@ -40,14 +40,17 @@ void check_names(const RunCommand& command) {
   const auto add = [&](const std::optional<fs::path>& file) {
     if (!file) return;
     for (const fs::path& other : files)
-      if (are_one_file(*file, other) && (!fs::exists(*file) || fs::is_regular_file(*file)))  // a device may take several
-        throw Error("two outputs would be written to one file, '" + file->string() + "': give each its own name");
+      if (are_one_file(*file, other) &&
+          (!fs::exists(*file) || fs::is_regular_file(*file)))  // a device may take several
+        throw Error("two outputs would be written to one file, '" + file->string() +
+                    "': give each its own name");
     files.push_back(*file);
   };
   for (const auto& file : files_of(command)) add(file);
   add(command.options.snapshot);
   const auto& copy = command.snapshot_copy;
-  if (copy && !(command.options.snapshot && are_one_file(*copy, *command.options.snapshot))) add(copy);  // else it is there already
+  if (copy && !(command.options.snapshot && are_one_file(*copy, *command.options.snapshot)))
+    add(copy);  // else it is there already
 }
 
 /// A folder of -o shows one run: what it does not write is not left there by another one.
@@ -64,22 +67,26 @@ void remove_old_of(const std::optional<fs::path>& folder, const fs::path& path) 
     if (path == *folder / name) remove_old(path);
 }
 
-/// With -o, what this dimension does not allow is left out; asked for by another name than -o gives it, it is a mistake.
-bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder, const char* usual_name, const fs::path& path,
-                 supersteps::RunReport& report) {
+/// With -o, what this dimension does not allow is left out; asked for by another name than -o gives it, it is
+/// a mistake.
+bool is_possible(bool possible, const char* what, const std::optional<fs::path>& folder,
+                 const char* usual_name, const fs::path& path, supersteps::RunReport& report) {
   if (possible || !folder || path != *folder / usual_name) return true;
   if (path == *folder / mesh_name)
     io::remove_vtu(path);
   else
     remove_old(path);
   if (report.dimension == 2) return false;  // a plane model has no boundary: told, but no warning
-  report.warnings.push_back(std::string("no ") + what + " is written: the model's dimension is " +
-                            std::to_string(report.dimension) + (report.dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
+  report.warnings.push_back(
+      std::string("no ") + what + " is written: the model's dimension is " +
+      std::to_string(report.dimension) +
+      (report.dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
   return false;
 }
 
 /// On the master. Nothing if the run could not find it, which it has told.
-void write_boundary(const fs::path& path, const std::optional<fs::path>& folder, supersteps::RunResult& result) {
+void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
+                    supersteps::RunResult& result) {
   if (result.boundary) {
     const std::string warning = io::write_surface(path, *result.boundary, result.part_names);
     if (!warning.empty()) result.report.warnings.push_back(warning);
@@ -93,25 +100,27 @@ void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
     return remove_old_of(folder, path);
   }
   if (is_possible(false, "boundary", folder, boundary_name, path, result.report))
-    throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " + std::to_string(d));
+    throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " +
+                std::to_string(d));
 }
 
-/// Makes one file; if that fails the others are made all the same, and the report tells. Collective; `work` is made of collective
-/// calls and Ranks::agree.
-void make(const RunCommand& command, const fs::path& path, supersteps::RunReport& report, const supersteps::Ranks& ranks,
-          const std::function<void()>& work) {
+/// Makes one file; if that fails the others are made all the same, and the report tells. Collective; `work`
+/// is made of collective calls and Ranks::agree.
+void make(const RunCommand& command, const fs::path& path, supersteps::RunReport& report,
+          const supersteps::Ranks& ranks, const std::function<void()>& work) {
   if (command.on_writing) command.on_writing(path);
   auto failed = supersteps::attempt(ranks, work);
   if (!failed) return;
-  if (failed->text.find(path.string()) == std::string::npos) failed->text = "cannot write '" + path.string() + "': " + failed->text;
+  if (failed->text.find(path.string()) == std::string::npos)
+    failed->text = "cannot write '" + path.string() + "': " + failed->text;
   failed->file = path;
   report.failed.push_back(std::move(*failed));
   if (ranks.is_master()) remove_old_of(command.folder, path);
 }
 
 /// The same of a file that the master makes alone.
-void make_alone(const RunCommand& command, const fs::path& path, supersteps::RunReport& report, supersteps::Ranks& ranks,
-                const std::function<void()>& work) {
+void make_alone(const RunCommand& command, const fs::path& path, supersteps::RunReport& report,
+                supersteps::Ranks& ranks, const std::function<void()>& work) {
   make(command, path, report, ranks, [&] {
     ranks.agree([&] {
       if (ranks.is_master()) work();
@@ -122,16 +131,21 @@ void make_alone(const RunCommand& command, const fs::path& path, supersteps::Run
 /// From where a picture is seen, where that is not what one expects.
 void tell_eye(geometry::Label at_eye, supersteps::RunReport& report) {
   if (at_eye == geometry::Label::in)
-    report.notes.emplace_back("the eye is inside the solid: the picture shows the inner sides of its boundary, as if the solid were clear");
+    report.notes.emplace_back(
+        "the eye is inside the solid: the picture shows the inner sides of its boundary, as if the solid "
+        "were clear");
   if (at_eye == geometry::Label::fuzzy)
-    report.notes.emplace_back("the eye is in a cell that is not decided (FUZZY): the picture shows what is seen from there of all others");
+    report.notes.emplace_back(
+        "the eye is in a cell that is not decided (FUZZY): the picture shows what is seen from there of all "
+        "others");
 }
 
 void draw_picture(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   bool possible = false;
   ranks.agree([&] {
     const int d = result.report.dimension;
-    possible = is_possible(d == 2 || d == 3, "picture", command.folder, picture_name, *command.picture, result.report);
+    possible = is_possible(d == 2 || d == 3, "picture", command.folder, picture_name, *command.picture,
+                           result.report);
     if (possible) ranks.begin("rendering");
   });
   if (!possible) return;
@@ -144,13 +158,18 @@ void draw_picture(const RunCommand& command, supersteps::RunResult& result, supe
 
 void write_solid(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
   bool possible = false;
-  ranks.agree([&] { possible = is_possible(result.report.dimension <= 3, "mesh", command.folder, mesh_name, *command.mesh, result.report); });
+  ranks.agree([&] {
+    possible = is_possible(result.report.dimension <= 3, "mesh", command.folder, mesh_name, *command.mesh,
+                           result.report);
+  });
   if (!possible) return;
   const auto simplices = supersteps::write_mesh(ranks, result, *command.mesh, command.tets);
   if (!command.tets || result.report.dimension < 2) return;
   result.report.simplices = simplices;
   const char* faces = result.report.dimension == 3 ? "face to face" : "edge to edge";
-  result.report.notes.push_back(fmt::format("{} fill each cell by itself: they do not meet {} where cells touch", simplex_name(result.report), faces));
+  result.report.notes.push_back(
+      fmt::format("{} fill each cell by itself: they do not meet {} where cells touch",
+                  simplex_name(result.report), faces));
 }
 
 /// NAME_0003.pvtu of NAME.pvd.
@@ -158,7 +177,8 @@ fs::path mesh_of_step(fs::path series, unsigned step) {
   return series.replace_filename(series.stem().string() + fmt::format("_{:04}.pvtu", step));
 }
 
-void write_frame(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
+void write_frame(const RunCommand& command, const supersteps::RunResult& now, unsigned step,
+                 supersteps::Ranks& ranks) {
   const fs::path path = frame_path(*command.frames, step);
   supersteps::PictureOptions view = command.view;
   view.format = supersteps::PictureFormat::png;
@@ -172,9 +192,12 @@ void write_frame(const RunCommand& command, const supersteps::RunResult& now, un
 }
 
 /// The mesh of this step, and the series up to here: also of the sessions that came before.
-void write_series(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks) {
+void write_series(const RunCommand& command, const supersteps::RunResult& now, unsigned step,
+                  supersteps::Ranks& ranks) {
   ranks.agree([&] {
-    if (now.report.dimension > 3) throw Error("--series: cells of dimension 1 to 3 can be written, not " + std::to_string(now.report.dimension));
+    if (now.report.dimension > 3)
+      throw Error("--series: cells of dimension 1 to 3 can be written, not " +
+                  std::to_string(now.report.dimension));
     if (ranks.is_master()) io::make_folder(io::folder_of(*command.series));
   });  // now the folder is there
   supersteps::write_mesh(ranks, now, mesh_of_step(*command.series, step), command.tets, step);
@@ -182,7 +205,8 @@ void write_series(const RunCommand& command, const supersteps::RunResult& now, u
     if (!ranks.is_master()) return;
     std::vector<std::pair<double, fs::path>> meshes;
     for (unsigned i = 0; i <= step; ++i)
-      if (const fs::path path = mesh_of_step(*command.series, i); fs::exists(path)) meshes.emplace_back(i, path);
+      if (const fs::path path = mesh_of_step(*command.series, i); fs::exists(path))
+        meshes.emplace_back(i, path);
     io::write_pvd(*command.series, meshes);
   });
 }
@@ -191,7 +215,8 @@ void write_series(const RunCommand& command, const supersteps::RunResult& now, u
 
 bool are_one_file(const fs::path& a, const fs::path& b) {
   std::error_code unknown;
-  return fs::weakly_canonical(fs::absolute(a, unknown), unknown) == fs::weakly_canonical(fs::absolute(b, unknown), unknown);
+  return fs::weakly_canonical(fs::absolute(a, unknown), unknown) ==
+         fs::weakly_canonical(fs::absolute(b, unknown), unknown);
 }
 
 void check_outputs(const RunCommand& command) {
@@ -207,7 +232,8 @@ void check_outputs(const RunCommand& command) {
     if (!file) continue;
     io::check_folder(io::folder_of(*file));
     std::error_code error;
-    if (!file->has_filename() || fs::is_directory(*file, error)) throw Error("cannot write '" + file->string() + "': it is a directory");
+    if (!file->has_filename() || fs::is_directory(*file, error))
+      throw Error("cannot write '" + file->string() + "': it is a directory");
     if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
       throw Error("cannot write '" + file->string() + "': " + error.message());
     if (fs::exists(*file, error) && ::access(file->c_str(), W_OK) != 0)
@@ -222,9 +248,11 @@ std::vector<fs::path> written_files(const RunCommand& command, const supersteps:
   const auto add = [&](const std::optional<fs::path>& file) {
     std::error_code ignored;
     if (!file || !fs::is_regular_file(*file, ignored)) return;
-    const bool is_named = std::any_of(files.begin(), files.end(), [&](const fs::path& other) { return are_one_file(*file, other); });
-    const bool has_failed = std::any_of(report.failed.begin(), report.failed.end(),
-                                        [&](const supersteps::FailedOutput& failed) { return failed.file == *file; });
+    const bool is_named = std::any_of(files.begin(), files.end(),
+                                      [&](const fs::path& other) { return are_one_file(*file, other); });
+    const bool has_failed =
+        std::any_of(report.failed.begin(), report.failed.end(),
+                    [&](const supersteps::FailedOutput& failed) { return failed.file == *file; });
     if (!is_named && !has_failed) files.push_back(*file);
   };
   for (const auto& file : files_of(command)) add(file);
@@ -232,7 +260,8 @@ std::vector<fs::path> written_files(const RunCommand& command, const supersteps:
   return files;
 }
 
-void write_step(const RunCommand& command, const supersteps::RunResult& now, unsigned step, supersteps::Ranks& ranks, StepFailures& failures) {
+void write_step(const RunCommand& command, const supersteps::RunResult& now, unsigned step,
+                supersteps::Ranks& ranks, StepFailures& failures) {
   const auto make = [&](std::optional<supersteps::FailedOutput>& first, const auto& work) {
     auto failed = supersteps::attempt(ranks, work);
     if (failed && !first) first = std::move(failed);
@@ -249,20 +278,30 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
     for (const auto& file : files_of(command))
       if (file) io::make_folder(io::folder_of(*file));
   });  // now the folders are there
-  if (command.mesh) make(command, *command.mesh, result.report, ranks, [&] { write_solid(command, result, ranks); });
-  if (command.picture) make(command, *command.picture, result.report, ranks, [&] { draw_picture(command, result, ranks); });
+  if (command.mesh)
+    make(command, *command.mesh, result.report, ranks, [&] { write_solid(command, result, ranks); });
+  if (command.picture)
+    make(command, *command.picture, result.report, ranks, [&] { draw_picture(command, result, ranks); });
 }
 
 void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
-  const auto make = [&](const fs::path& path, const auto& work) { make_alone(command, path, result.report, ranks, work); };
-  if (command.boundary) make(*command.boundary, [&] { write_boundary(*command.boundary, command.folder, result); });
+  const auto make = [&](const fs::path& path, const auto& work) {
+    make_alone(command, path, result.report, ranks, work);
+  };
+  if (command.boundary)
+    make(*command.boundary, [&] { write_boundary(*command.boundary, command.folder, result); });
   supersteps::record_costs(ranks, result.report);
   if (command.report) make(*command.report, [&] { io::write_file(*command.report, to_json(result.report)); });
-  if (command.table) make(*command.table, [&] { io::write_file(*command.table, to_csv(result.report.supersteps)); });
+  if (command.table)
+    make(*command.table, [&] { io::write_file(*command.table, to_csv(result.report.supersteps)); });
   // The largest, and there already under its own name.
-  const auto is_snapshot = [&](const supersteps::FailedOutput& failed) { return failed.file == command.options.snapshot; };
+  const auto is_snapshot = [&](const supersteps::FailedOutput& failed) {
+    return failed.file == command.options.snapshot;
+  };
   const bool is_saved = std::none_of(result.report.failed.begin(), result.report.failed.end(), is_snapshot);
-  if (command.snapshot_copy && is_saved) make(*command.snapshot_copy, [&] { io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy); });
+  if (command.snapshot_copy && is_saved)
+    make(*command.snapshot_copy,
+         [&] { io::copy_snapshot(*command.options.snapshot, *command.snapshot_copy); });
 }
 
 }  // namespace bsp2::jobs

@@ -21,7 +21,9 @@ constexpr double farthest = 1e150;
 constexpr const char* label_names[] = {"OUT", "IN", "FUZZY"};
 
 /// Negative in the solid.
-double signed_distance(const supersteps::Answer& answer) { return answer.label == geometry::Label::in ? -answer.distance : answer.distance; }
+double signed_distance(const supersteps::Answer& answer) {
+  return answer.label == geometry::Label::in ? -answer.distance : answer.distance;
+}
 
 std::string column(const char* name, int axis, int dimension) {
   return dimension <= 3 ? fmt::format("{}{}", name, "xyz"[axis]) : fmt::format("{}x{}", name, axis + 1);
@@ -29,10 +31,13 @@ std::string column(const char* name, int axis, int dimension) {
 
 /// Empty where it has none.
 std::string name_of(const supersteps::Answer& answer, const std::vector<std::string>& part_names) {
-  return answer.part >= 0 && static_cast<std::size_t>(answer.part) < part_names.size() ? part_names[static_cast<std::size_t>(answer.part)] : "";
+  return answer.part >= 0 && static_cast<std::size_t>(answer.part) < part_names.size()
+             ? part_names[static_cast<std::size_t>(answer.part)]
+             : "";
 }
 
-void print_table(std::ostream& out, std::span<const double> points, const std::vector<supersteps::Answer>& answers, std::size_t d,
+void print_table(std::ostream& out, std::span<const double> points,
+                 const std::vector<supersteps::Answer>& answers, std::size_t d,
                  const std::vector<std::string>& part_names) {
   const int dimension = static_cast<int>(d);
   std::string text;
@@ -45,14 +50,16 @@ void print_table(std::ostream& out, std::span<const double> points, const std::v
     text.clear();
     for (std::size_t axis = 0; axis < d; ++axis) text += fmt::format("{}\t", points[i * d + axis]);
     const supersteps::Answer& answer = answers[i];
-    text += fmt::format("{}\t{}\t{}\t{}", label_names[static_cast<int>(answer.label)], answer.primitive, answer.part, signed_distance(answer));
+    text += fmt::format("{}\t{}\t{}\t{}", label_names[static_cast<int>(answer.label)], answer.primitive,
+                        answer.part, signed_distance(answer));
     for (const double x : answers[i].nearest) text += fmt::format("\t{}", x);
     if (!part_names.empty()) text += "\t" + name_of(answer, part_names);
     out << text << '\n';
   }
 }
 
-void print_json(std::ostream& out, std::span<const double> points, const std::vector<supersteps::Answer>& answers, std::size_t d,
+void print_json(std::ostream& out, std::span<const double> points,
+                const std::vector<supersteps::Answer>& answers, std::size_t d,
                 const std::vector<std::string>& part_names) {
   auto all = nlohmann::ordered_json::array();
   for (std::size_t i = 0; i < answers.size(); ++i) {
@@ -89,10 +96,11 @@ std::vector<double> read_points(std::istream& text, const std::string& name, int
     }
     if (count == 0 && whole.find(',') == std::string::npos) continue;
     if (!good || count != dimension)
-      throw Error(fmt::format("{}:{}: '{}' is no point of dimension {}: {} numbers are needed", name, number, whole.substr(0, 60), dimension, dimension));
+      throw Error(fmt::format("{}:{}: '{}' is no point of dimension {}: {} numbers are needed", name, number,
+                              whole.substr(0, 60), dimension, dimension));
     if (!near)
-      throw Error(fmt::format("{}:{}: '{}' is too far away: coordinates have to be between {:g} and {:g}", name, number, whole.substr(0, 60), -farthest,
-                              farthest));
+      throw Error(fmt::format("{}:{}: '{}' is too far away: coordinates have to be between {:g} and {:g}",
+                              name, number, whole.substr(0, 60), -farthest, farthest));
   }
   return points;
 }
@@ -102,11 +110,13 @@ std::vector<double> read_points(const std::filesystem::path& path, int dimension
   errno = 0;
   std::ifstream file(path);
   if (!file || std::filesystem::is_directory(path))
-    throw Error("cannot read '" + path.string() + "': " + (errno != 0 ? std::generic_category().message(errno) : "it is a directory"));
+    throw Error("cannot read '" + path.string() +
+                "': " + (errno != 0 ? std::generic_category().message(errno) : "it is a directory"));
   return read_points(file, path.string(), dimension);
 }
 
-void print_answers(std::ostream& out, std::span<const double> points, const std::vector<supersteps::Answer>& answers, int dimension, bool json,
+void print_answers(std::ostream& out, std::span<const double> points,
+                   const std::vector<supersteps::Answer>& answers, int dimension, bool json,
                    const std::vector<std::string>& part_names) {
   if (json)
     print_json(out, points, answers, static_cast<std::size_t>(dimension), part_names);

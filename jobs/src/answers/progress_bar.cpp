@@ -51,9 +51,11 @@ bool is_in_background(std::FILE* file) { return ::tcgetpgrp(::fileno(file)) != :
 
 std::string progress_line(const ProgressState& state, std::size_t columns) {
   constexpr std::size_t least_bar = 8, most_bar = 30;
-  const std::size_t room = std::max<std::size_t>(columns, 2) - 1;  // in the last column a terminal would begin a new line
-  std::vector<std::string> rest;  // the first is the last to go
-  if (state.share) rest.push_back(fmt::format("{:3} %", static_cast<int>(100 * std::clamp(*state.share, 0.0, 1.0))));
+  const std::size_t room =
+      std::max<std::size_t>(columns, 2) - 1;  // in the last column a terminal would begin a new line
+  std::vector<std::string> rest;              // the first is the last to go
+  if (state.share)
+    rest.push_back(fmt::format("{:3} %", static_cast<int>(100 * std::clamp(*state.share, 0.0, 1.0))));
   rest.push_back(time_text(state.seconds));
   if (state.cells > 0) rest.push_back(grouped(state.cells) + (state.cells == 1 ? " cell" : " cells"));
   if (const auto left = seconds_left(state)) rest.push_back("about " + time_text(*left) + " left");
@@ -66,7 +68,8 @@ std::string progress_line(const ProgressState& state, std::size_t columns) {
   return line;
 }
 
-ProgressBar::ProgressBar(std::FILE* file) : file_(file), draws_(file != nullptr && ::isatty(::fileno(file)) != 0) {
+ProgressBar::ProgressBar(std::FILE* file)
+    : file_(file), draws_(file != nullptr && ::isatty(::fileno(file)) != 0) {
   if (!draws_) return;
   try {
     drawer_ = std::thread([this] { draw_again_and_again(); });
@@ -119,7 +122,8 @@ void ProgressBar::draw() {
   if (state_.seconds < hidden_seconds || state_.what.empty() || is_in_background(file_)) return;
   const std::size_t columns = columns_of(file_);
   const std::string line = progress_line(state_, columns);
-  std::fprintf(file_, "%s%s\033[K", to_its_start(columns).c_str(), line.c_str());  // and erase what stood behind it
+  std::fprintf(file_, "%s%s\033[K", to_its_start(columns).c_str(),
+               line.c_str());  // and erase what stood behind it
   std::fflush(file_);
   drawn_ = line.size();
 }

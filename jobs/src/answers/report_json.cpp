@@ -23,9 +23,7 @@ Json superstep(const supersteps::SuperstepRecord& record) {
 }
 
 /// null where there is nothing: no cells have no centroid.
-Json or_null(const std::vector<double>& values) {
-  return values.empty() ? Json(nullptr) : Json(values);
-}
+Json or_null(const std::vector<double>& values) { return values.empty() ? Json(nullptr) : Json(values); }
 
 /// Volume, centroid and moments, in the order of the report.
 void add_volume(Json& json, const supersteps::Measures& measures) {
@@ -34,7 +32,8 @@ void add_volume(Json& json, const supersteps::Measures& measures) {
 void add_moments(Json& json, const supersteps::Measures& measures) {
   json["centroid"] = or_null(measures.centroid);
   json["inertia"] = measures.inertia;
-  if (!measures.inertia_least.empty()) json["inertia_interval"] = Json::array({measures.inertia_least, measures.inertia_most});
+  if (!measures.inertia_least.empty())
+    json["inertia_interval"] = Json::array({measures.inertia_least, measures.inertia_most});
 }
 
 Json named(const supersteps::NamedMeasures& measures) {
@@ -56,7 +55,11 @@ Json named(const supersteps::NamedPart& part) {
 }
 
 Json overlapping(const supersteps::OverlappingMesh& mesh) {
-  Json json{{"place", mesh.place}, {"file", nullptr}, {"primitive", mesh.primitive}, {"triangles", mesh.triangles}, {"volume_by_faces", nullptr}};
+  Json json{{"place", mesh.place},
+            {"file", nullptr},
+            {"primitive", mesh.primitive},
+            {"triangles", mesh.triangles},
+            {"volume_by_faces", nullptr}};
   if (!mesh.file.empty()) json["file"] = mesh.file;
   if (mesh.volume_by_faces) json["volume_by_faces"] = *mesh.volume_by_faces;
   return json;
@@ -86,7 +89,9 @@ std::string to_json(const supersteps::RunReport& report) {
   if (!report.lower.empty()) json["bounds"] = Json::array({report.lower, report.upper});
   json["boundary"] = nullptr;
   if (report.boundary)
-    json["boundary"] = {{"triangles", report.boundary->triangles}, {"area", report.boundary->area}, {"closed", report.boundary->closed}};
+    json["boundary"] = {{"triangles", report.boundary->triangles},
+                        {"area", report.boundary->area},
+                        {"closed", report.boundary->closed}};
   if (const auto& simplices = report.simplices)
     json["simplices"] = {{"count", simplices->simplices},
                          {"smallest_angle", simplices->smallest_angle},

@@ -24,7 +24,8 @@ std::string mebibytes(std::uint64_t bytes) {
 
 std::string tuple(const std::vector<double>& values) {
   std::string text = "(";
-  for (const double value : values) text += fmt::format("{}{:.6g}", text.size() > 1 ? ", " : "", value + 0.0);  // 0 for -0
+  for (const double value : values)
+    text += fmt::format("{}{:.6g}", text.size() > 1 ? ", " : "", value + 0.0);  // 0 for -0
   return text + ")";
 }
 
@@ -44,13 +45,15 @@ void print_moments(std::ostream& out, const supersteps::Measures& measures) {
   for (std::size_t i = 0; i < least.size(); ++i)
     for (std::size_t j = std::max<std::size_t>(i, 1); j < least.size(); ++j) {
       const std::string of = i == 0 ? fmt::format("x{}", j) : fmt::format("x{} x{}", i, j);
-      out << fmt::format("  {:<10}{:<6} {:.6g} to {:.6g}\n", i == 0 && j == 1 ? "integrals" : "", of, least[i][j], most[i][j]);
+      out << fmt::format("  {:<10}{:<6} {:.6g} to {:.6g}\n", i == 0 && j == 1 ? "integrals" : "", of,
+                         least[i][j], most[i][j]);
     }
 }
 
 void print_measures(std::ostream& out, const supersteps::NamedMeasures& measures) {
   out << fmt::format("  measure   {}: volume {:.12g}", measures.name, measures.in_volume);
-  if (measures.fuzzy_volume > 0) out << fmt::format(" to {:.12g}", measures.in_volume + measures.fuzzy_volume);
+  if (measures.fuzzy_volume > 0)
+    out << fmt::format(" to {:.12g}", measures.in_volume + measures.fuzzy_volume);
   if (!measures.centroid.empty()) out << ", centroid " << tuple(measures.centroid);
   out << '\n';
   print_moments(out, measures);
@@ -63,18 +66,22 @@ bool needs_table(const RunReport& report) {
   return report.ranks > 1 || report.seconds > long_seconds;
 }
 
-std::string simplex_name(const RunReport& report) { return report.dimension == 3 ? "tetrahedra" : "triangles"; }
+std::string simplex_name(const RunReport& report) {
+  return report.dimension == 3 ? "tetrahedra" : "triangles";
+}
 
 namespace {
 
 void print_simplices(std::ostream& out, const RunReport& report) {
   const auto& simplices = *report.simplices;
   out << fmt::format("  tets      {} {}", grouped(simplices.simplices), simplex_name(report));
-  if (simplices.simplices > 0) out << fmt::format(", smallest {}angle {:.3g} degrees", report.dimension == 3 ? "dihedral " : "", simplices.smallest_angle);
+  if (simplices.simplices > 0)
+    out << fmt::format(", smallest {}angle {:.3g} degrees", report.dimension == 3 ? "dihedral " : "",
+                       simplices.smallest_angle);
   out << '\n';
   if (simplices.incomplete_cells > 0)
-    out << fmt::format("            left out, flat in doubles: of {}, volume {:.3g}\n", plural(simplices.incomplete_cells, "cell"),
-                       simplices.left_out_volume);
+    out << fmt::format("            left out, flat in doubles: of {}, volume {:.3g}\n",
+                       plural(simplices.incomplete_cells, "cell"), simplices.left_out_volume);
 }
 
 }  // namespace
@@ -83,7 +90,8 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
   out << report.model << '\n'
       << fmt::format("  {}, {}, {}\n", plural(report.primitives, "primitive"),
                      plural(report.hyperplanes, "hyperplane"), plural(report.regions, "region"))
-      << fmt::format("  {}, {}\n\n", plural(report.ranks, "rank"), plural(report.threads, "thread") + (report.ranks > 1 ? " each" : ""));
+      << fmt::format("  {}, {}\n\n", plural(report.ranks, "rank"),
+                     plural(report.threads, "thread") + (report.ranks > 1 ? " each" : ""));
   print_cells(out, "IN", report.in_cells, fmt::format("{:.12g}", report.in_volume));
   print_cells(out, "FUZZY", report.fuzzy_cells, fmt::format("{:.12g}", report.fuzzy_volume));
   if (report.fuzzy_volume > 0)
@@ -93,17 +101,20 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
     out << "  ended before all was decided: FUZZY cells hold what is not\n";
   else if (report.tolerance)
     out << fmt::format("  round surfaces are in FUZZY cells thinner than {:.6g}\n", *report.tolerance);
-  if (report.complete && report.angle) out << fmt::format("  or seen thinner than {:.6g} degrees from ({:.6g})\n", *report.angle, fmt::join(report.eye, ", "));
+  if (report.complete && report.angle)
+    out << fmt::format("  or seen thinner than {:.6g} degrees from ({:.6g})\n", *report.angle,
+                       fmt::join(report.eye, ", "));
   if (report.out_cells) print_cells(out, "OUT", *report.out_cells, "not summed");
   if (!report.centroid.empty()) out << "  centroid  " << tuple(report.centroid) << '\n';
   print_moments(out, report);
   for (const auto& measures : report.measures) print_measures(out, measures);
-  for (const auto& part : report.named_parts) out << fmt::format("  part      {}: {}, volume {:.12g}\n", part.part, part.name, part.volume);
+  for (const auto& part : report.named_parts)
+    out << fmt::format("  part      {}: {}, volume {:.12g}\n", part.part, part.name, part.volume);
   if (!report.lower.empty())
     out << "  bounds    " << tuple(report.lower) << "\n            " << tuple(report.upper) << '\n';
   if (report.boundary) {
-    out << fmt::format("  boundary  {}, area {:.12g}, {}\n", plural(report.boundary->triangles, "triangle"), report.boundary->area,
-                       report.boundary->closed ? "closed" : "NOT closed");
+    out << fmt::format("  boundary  {}, area {:.12g}, {}\n", plural(report.boundary->triangles, "triangle"),
+                       report.boundary->area, report.boundary->closed ? "closed" : "NOT closed");
   }
   if (report.simplices) print_simplices(out, report);
   out << "  digest    " << report.digest << '\n';
@@ -112,8 +123,9 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
     print_supersteps(out, report.supersteps);
     out << '\n';
   }
-  out << fmt::format("  {:.2f} s, {:.2f} s of CPU, at most {} of memory, {} a second\n", report.seconds, report.cpu_seconds,
-                     mebibytes(report.peak_rss_bytes), plural(cells_a_second(report), "cell"));
+  out << fmt::format("  {:.2f} s, {:.2f} s of CPU, at most {} of memory, {} a second\n", report.seconds,
+                     report.cpu_seconds, mebibytes(report.peak_rss_bytes),
+                     plural(cells_a_second(report), "cell"));
 }
 
 void print_stats(std::ostream& out, const RunReport& report) {

@@ -15,12 +15,14 @@ namespace bsp2::jobs {
 /// A number from `least` to `most`, both included; help and messages tell them by the words of `range`.
 template <class Number>
 CLI::Validator is_number(Number least, Number most, const std::string& range) {
-  return {[=](const std::string& text) -> std::string {
-            Number value{};
-            if (CLI::detail::lexical_cast(text, value) && least <= value && value <= most) return {};
-            return std::string(std::is_integral_v<Number> ? "must be a whole number, " : "must be a number, ") + range + ", not '" + text + "'";
-          },
-          range};
+  return {
+      [=](const std::string& text) -> std::string {
+        Number value{};
+        if (CLI::detail::lexical_cast(text, value) && least <= value && value <= most) return {};
+        return std::string(std::is_integral_v<Number> ? "must be a whole number, " : "must be a number, ") +
+               range + ", not '" + text + "'";
+      },
+      range};
 }
 
 /// One of these words.
@@ -32,14 +34,18 @@ inline CLI::Validator is_one_of(std::vector<std::string> words) {
   }
   return {[=](const std::string& text) -> std::string {
             if (std::find(words.begin(), words.end(), text) != words.end()) return {};
-            return "must be " + spoken + ", not '" + text + "'" + model::suggestion(text, std::vector<std::string_view>(words.begin(), words.end()));
+            return "must be " + spoken + ", not '" + text + "'" +
+                   model::suggestion(text, std::vector<std::string_view>(words.begin(), words.end()));
           },
           "{" + list + "}"};
 }
 
 /// A file or a folder. One without a name, as by a variable of a script that is not set, is a mistake.
 inline CLI::Validator is_named() {
-  return {[](const std::string& text) { return text.empty() ? std::string("needs a name, not an empty text") : std::string(); }, ""};
+  return {[](const std::string& text) {
+            return text.empty() ? std::string("needs a name, not an empty text") : std::string();
+          },
+          ""};
 }
 
 }  // namespace bsp2::jobs

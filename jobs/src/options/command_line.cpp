@@ -9,9 +9,9 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/surface.hpp"
-#include "options/picture_options.hpp"
 #include "options/checks.hpp"
 #include "options/help.hpp"
+#include "options/picture_options.hpp"
 #include "options/queue_options.hpp"
 #include "options/version.hpp"
 
@@ -34,7 +34,8 @@ constexpr auto run_footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, parts, exported, rendered, points, series;
+  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, parts,
+      exported, rendered, points, series;
   PictureText view;
   std::vector<std::string> keep;
   bool mesh = false;
@@ -68,7 +69,8 @@ CLI::Validator acute_angle() {
 }
 
 /// An option that names a file or a folder.
-CLI::Option* add_path(CLI::App& app, const std::string& option, std::string& path, const std::string& description, const std::string& type) {
+CLI::Option* add_path(CLI::App& app, const std::string& option, std::string& path,
+                      const std::string& description, const std::string& type) {
   return app.add_option(option, path, description)->check(is_named())->type_name(type);
 }
 
@@ -87,7 +89,8 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
   auto& options = command.options;
   const auto group = work_group;
   app.add_option("--regions", options.regions,
-                 "divide space into N regions, rounded up to a power\nof two (default: chosen by the size of the model)")
+                 "divide space into N regions, rounded up to a power\nof two (default: chosen by the size of "
+                 "the model)")
       ->check(is_number(1U, 1U << 20, "1 .. 1048576"))
       ->type_name("N")
       ->group(group);
@@ -99,8 +102,13 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->allow_extra_args(false)
       ->type_name("KIND")
       ->group(group);
-  app.add_flag("--curved", options.curved, "take spheres, cylinders, circles as truly round:\nFUZZY cells hold their surfaces (see --tolerance)")->group(group);
-  app.add_option("--parts", raw.parts, "what the parts of the model are: named (its part\nnodes; default), or colour (each colour is one)")
+  app.add_flag("--curved", options.curved,
+               "take spheres, cylinders, circles as truly round:\nFUZZY cells hold their surfaces (see "
+               "--tolerance)")
+      ->group(group);
+  app.add_option(
+         "--parts", raw.parts,
+         "what the parts of the model are: named (its part\nnodes; default), or colour (each colour is one)")
       ->check(is_one_of({"named", "colour", "color"}))
       ->type_name("KIND")
       ->group(group);
@@ -140,10 +148,15 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->type_name("N")
       ->group(group);
   add_tolerance_option(app, command, group);
-  app.add_option("--budget", raw.budget, "stop after a time: 2s, 500ms, 1min, or seconds;\nwith --snapshot: the time between two (30s)")
+  app.add_option(
+         "--budget", raw.budget,
+         "stop after a time: 2s, 500ms, 1min, or seconds;\nwith --snapshot: the time between two (30s)")
       ->type_name("TIME")
       ->group(group);
-  app.add_option("--cells", options.cells, "stop at about N cells")->check(some_cells())->type_name("N")->group(group);
+  app.add_option("--cells", options.cells, "stop at about N cells")
+      ->check(some_cells())
+      ->type_name("N")
+      ->group(group);
   app.add_option("--steps", options.steps, "end after N steps as long as --budget says")
       ->check(is_number(1U, 1U << 30, "1 or more"))
       ->type_name("N")
@@ -155,7 +168,9 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->check(acute_angle())
       ->type_name("DEGREES")
       ->group(group);
-  app.add_option("--order", raw.order, "which cell is refined next: depth, priority (the\nlargest) or view (what looks largest from --eye)")
+  app.add_option(
+         "--order", raw.order,
+         "which cell is refined next: depth, priority (the\nlargest) or view (what looks largest from --eye)")
       ->check(is_one_of({"depth", "priority", "view"}))
       ->type_name("ORDER")
       ->group(group);
@@ -164,26 +179,28 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
 void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = "What is written";
   add_path(app, "-o,--output", raw.folder,
-           "write everything into this folder:\nreport.json, solid.pvtu with its pieces, boundary.stl,\nview.png and snapshot.h5", "DIR")
+           "write everything into this folder:\nreport.json, solid.pvtu with its pieces, "
+           "boundary.stl,\nview.png and snapshot.h5",
+           "DIR")
       ->group(group);
   app.add_flag("--vtu", raw.mesh, "write the cells as solid.pvtu (without -o: here)")->group(group);
   app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
-  add_path(app, "--snapshot", raw.snapshot,
-           "write the state of the run, after each step", "FILE.h5")
+  add_path(app, "--snapshot", raw.snapshot, "write the state of the run, after each step", "FILE.h5")
       ->group(group);
-  add_path(app, "--boundary", raw.boundary,
-           "write the surface: .stl, .ply, .obj or .vtp\n(closed triangles)", "FILE")
+  add_path(app, "--boundary", raw.boundary, "write the surface: .stl, .ply, .obj or .vtp\n(closed triangles)",
+           "FILE")
       ->group(group);
-  add_path(app, "--picture", raw.picture,
-           "draw the solid: .png, .svg or .pdf", "FILE")->group(group);
+  add_path(app, "--picture", raw.picture, "draw the solid: .png, .svg or .pdf", "FILE")->group(group);
   add_path(app, "--frames", raw.frames,
-           "draw what there is after each step (--budget; 1s):\nPREFIX0000.png and so on", "PREFIX")->group(group);
-  add_path(app, "--series", raw.series,
-           "write the cells after each step (--budget; 1s), and\nFILE.pvd, which shows them over time in ParaView", "FILE.pvd")->group(group);
-  add_path(app, "--report", raw.report,
-           "write the report", "FILE.json")->group(group);
-  add_path(app, "--table", raw.table,
-           "write what each superstep cost each rank", "FILE.csv")->group(group);
+           "draw what there is after each step (--budget; 1s):\nPREFIX0000.png and so on", "PREFIX")
+      ->group(group);
+  add_path(
+      app, "--series", raw.series,
+      "write the cells after each step (--budget; 1s), and\nFILE.pvd, which shows them over time in ParaView",
+      "FILE.pvd")
+      ->group(group);
+  add_path(app, "--report", raw.report, "write the report", "FILE.json")->group(group);
+  add_path(app, "--table", raw.table, "write what each superstep cost each rank", "FILE.csv")->group(group);
   app.add_option("--collect", raw.collect,
                  "where the cells of all ranks go: to the master, up a\n"
                  "tree of masters, or each rank to its own files\n"
@@ -203,12 +220,19 @@ void add_tables_options(CLI::App& app, RunCommand& command) {
       ->delimiter(',')
       ->check(is_number(1U, 4096U, "1 .. 4096"))
       ->type_name("N,N,...");
-  auto* const levels = app.add_option("--levels", command.levels, "coarse resolutions: two levels (default: those above\nwhich 5 % and 25 % of the cells lie)")
-      ->delimiter(',')
-      ->check(is_number(1U, 65535U, "1 .. 65535"))
-      ->type_name("A,B");
-  app.add_flag("--brief", command.brief, "table 1 alone, to the end, without boundaries: much\nsooner for large models")->excludes(levels);
-  app.add_option("--threads", command.options.threads, "threads of a node; 0: one a core")->check(is_number(0U, 4096U, "0 .. 4096"))->type_name("N");
+  auto* const levels =
+      app.add_option(
+             "--levels", command.levels,
+             "coarse resolutions: two levels (default: those above\nwhich 5 % and 25 % of the cells lie)")
+          ->delimiter(',')
+          ->check(is_number(1U, 65535U, "1 .. 65535"))
+          ->type_name("A,B");
+  app.add_flag("--brief", command.brief,
+               "table 1 alone, to the end, without boundaries: much\nsooner for large models")
+      ->excludes(levels);
+  app.add_option("--threads", command.options.threads, "threads of a node; 0: one a core")
+      ->check(is_number(0U, 4096U, "0 .. 4096"))
+      ->type_name("N");
 }
 
 void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& keep) {
@@ -222,7 +246,9 @@ void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& k
 }
 
 /// Of a snapshot: nothing is computed.
-bool is_only_shown(const Raw& raw) { return !raw.exported.empty() || !raw.rendered.empty() || !raw.points.empty(); }
+bool is_only_shown(const Raw& raw) {
+  return !raw.exported.empty() || !raw.rendered.empty() || !raw.points.empty();
+}
 
 void set_pictures(RunCommand& command, const Raw& raw) {
   // An eye of other than three dimensions is not that of a picture.
@@ -231,14 +257,19 @@ void set_pictures(RunCommand& command, const Raw& raw) {
   command.view = picture_options(view);
   if (!raw.picture.empty()) command.picture = raw.picture;
   if (!raw.rendered.empty()) command.picture = raw.rendered;
-  if (command.picture) command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
+  if (command.picture)
+    command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
   if (!raw.frames.empty()) command.frames = raw.frames;
-  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() && command.options.eye.empty())
-    throw Error(std::string("nothing is drawn: the options of pictures need --picture, --frames or -o DIR") +
-                (raw.view.eye.empty() ? "" : "; what is refined from an --eye needs --angle or --order view") + " (see 'bsp2 run --help')");
+  if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() &&
+      command.options.eye.empty())
+    throw Error(
+        std::string("nothing is drawn: the options of pictures need --picture, --frames or -o DIR") +
+        (raw.view.eye.empty() ? "" : "; what is refined from an --eye needs --angle or --order view") +
+        " (see 'bsp2 run --help')");
   if (!raw.rendered.empty() && command.view.shade == supersteps::Shade::rank)
     throw Error(
-        "--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, with 'bsp2 run --picture'");
+        "--shade rank: a snapshot does not tell who computed its cells; draw them when they are computed, "
+        "with 'bsp2 run --picture'");
 }
 
 /// Steps of their own, for what is shown of each.
@@ -256,7 +287,8 @@ void set_export(RunCommand& command, const std::filesystem::path& path) {
   else if (io::is_surface_file(path))
     command.boundary = path;
   else
-    throw Error("-o: '" + path.string() + "' must end in .pvtu (the cells), or in .stl, .ply, .obj or .vtp (their surface)");
+    throw Error("-o: '" + path.string() +
+                "' must end in .pvtu (the cells), or in .stl, .ply, .obj or .vtp (their surface)");
   if (command.tets && !command.mesh) throw Error("--tets: only .pvtu files have cells");
 }
 
@@ -266,20 +298,24 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (raw.order == "priority" || raw.order == "view") command.options.order = supersteps::Order::priority;
   if (raw.order == "view" || command.options.angle) {
     if (raw.view.eye.empty())
-      throw Error(std::string(raw.order == "view" ? "--order view" : "--angle") + ": add --eye X,Y,Z, from where the model is looked at");
+      throw Error(std::string(raw.order == "view" ? "--order view" : "--angle") +
+                  ": add --eye X,Y,Z, from where the model is looked at");
     command.options.eye = eye_of(raw.view);
   }
   if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
   if (!raw.boundary.empty()) {
     command.boundary = raw.boundary;
-    if (!io::is_surface_file(*command.boundary)) throw Error("--boundary: '" + raw.boundary + "' must end in .stl, .ply, .obj or .vtp");
+    if (!io::is_surface_file(*command.boundary))
+      throw Error("--boundary: '" + raw.boundary + "' must end in .stl, .ply, .obj or .vtp");
     if (!command.options.keep_in) throw Error("--boundary is the surface of the IN cells: add --keep in");
   }
   set_pictures(command, raw);
   set_steps(command, raw);
   if (!raw.report.empty()) command.report = raw.report;
-  if (!raw.snapshot.empty()) command.options.snapshot = raw.snapshot;
-  else if (command.options.resume && !is_only_shown(raw)) command.options.snapshot = command.options.resume;
+  if (!raw.snapshot.empty())
+    command.options.snapshot = raw.snapshot;
+  else if (command.options.resume && !is_only_shown(raw))
+    command.options.snapshot = command.options.resume;
   if (!raw.table.empty()) command.table = raw.table;
   if (raw.collect == "master") command.options.collect = supersteps::Collect::master;
   if (raw.collect == "tree") command.options.collect = supersteps::Collect::tree;
@@ -294,27 +330,34 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (!raw.folder.empty()) {
     command.folder = raw.folder;
     for (const char* ending : {".stl", ".ply", ".obj", ".vtp"})
-      if (command.folder->extension() == ending) throw Error("-o: '" + raw.folder + "' would be a folder; the surface is written with --boundary FILE");
+      if (command.folder->extension() == ending)
+        throw Error("-o: '" + raw.folder +
+                    "' would be a folder; the surface is written with --boundary FILE");
     command.mesh = *command.folder / mesh_name;
-    if (command.options.snapshot && raw.snapshot.empty()) command.snapshot_copy = *command.folder / snapshot_name;  // it keeps up what it resumes
+    if (command.options.snapshot && raw.snapshot.empty())
+      command.snapshot_copy = *command.folder / snapshot_name;  // it keeps up what it resumes
     if (!command.options.snapshot) {
       command.options.snapshot = *command.folder / snapshot_name;
-      if (command.options.budget_seconds && !command.options.steps && !command.shows_steps()) command.options.steps = 1;  // as without -o
+      if (command.options.budget_seconds && !command.options.steps && !command.shows_steps())
+        command.options.steps = 1;  // as without -o
     }
     if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / boundary_name;
     if (!command.picture) command.picture = *command.folder / picture_name;
     if (!command.report) command.report = *command.folder / report_name;
   }
-  if (command.tets && !command.mesh && !command.series) throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
+  if (command.tets && !command.mesh && !command.series)
+    throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
   command.options.boundary = command.boundary.has_value();
-  command.options.collect_cells = command.mesh || command.boundary || command.picture || command.shows_steps() || command.points;
+  command.options.collect_cells =
+      command.mesh || command.boundary || command.picture || command.shows_steps() || command.points;
   return command;
 }
 
 /// "split, run, merge or status"
 std::string spoken(const std::vector<std::string>& names) {
   std::string text;
-  for (const std::string& name : names) text += (&name == &names.front() ? "" : &name == &names.back() ? " or " : ", ") + name;
+  for (const std::string& name : names)
+    text += (&name == &names.front() ? "" : &name == &names.back() ? " or " : ", ") + name;
   return text;
 }
 
@@ -324,7 +367,8 @@ std::string suggested_option(const CLI::App& app, const std::string& word) {
   std::vector<std::string> names;
   for (const CLI::Option* option : app.get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  return model::suggestion(word.substr(0, word.find('=')), std::vector<std::string_view>(names.begin(), names.end()));
+  return model::suggestion(word.substr(0, word.find('=')),
+                           std::vector<std::string_view>(names.begin(), names.end()));
 }
 
 std::string suggested_command(const CLI::App& app, const std::string& word) {
@@ -342,15 +386,18 @@ std::string suggested_command(const CLI::App& app, const std::string& word) {
   const std::string hint = " (see '" + name + " --help')";
   const bool lacks_command = !innermost->get_subcommands({}).empty();
   using CLI::ExitCodes;
-  if (const int code = error.get_exit_code(); code == static_cast<int>(ExitCodes::ExtrasError) || code == static_cast<int>(ExitCodes::RequiredError))
+  if (const int code = error.get_exit_code();
+      code == static_cast<int>(ExitCodes::ExtrasError) || code == static_cast<int>(ExitCodes::RequiredError))
     if (const auto unknown = app.remaining(true); !unknown.empty()) {
       const std::string& word = unknown.front();
       if (lacks_command && !word.starts_with('-'))
-        throw Error("unknown command '" + name + " " + word + "'" + suggested_command(*innermost, word) + hint);
+        throw Error("unknown command '" + name + " " + word + "'" + suggested_command(*innermost, word) +
+                    hint);
       throw Error("unknown option or argument '" + word + "'" + suggested_option(*innermost, word) + hint);
     }
   if (innermost == &app) throw Error("a command is required, for example 'bsp2 run MODEL'" + hint);
-  if (lacks_command) throw Error("'" + name + "' needs a command: " + spoken(command_names(*innermost)) + hint);
+  if (lacks_command)
+    throw Error("'" + name + "' needs a command: " + spoken(command_names(*innermost)) + hint);
   throw Error(error.what() + hint);
 }
 
@@ -378,7 +425,9 @@ struct AboutCommands {
 
 void add_about_commands(CLI::App& app, AboutCommands& about) {
   about.completion = app.add_subcommand("completion", "Print what completes these words in a shell");
-  about.completion->add_option("SHELL", about.shell, "bash, zsh or fish")->required()->check(is_one_of({"bash", "zsh", "fish"}));
+  about.completion->add_option("SHELL", about.shell, "bash, zsh or fish")
+      ->required()
+      ->check(is_one_of({"bash", "zsh", "fish"}));
   about.completion->footer("Example:\n  source <(bsp2 completion bash)");
   about.manual = app.add_subcommand("manual", "Print the manual page");
   about.manual->footer("Example:\n  bsp2 manual | man -l -");
@@ -423,20 +472,25 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot, or their surface");
   add_input(*exported, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*exported, "-o,--output", raw.exported,
-           ".pvtu: the cells, FUZZY where nothing is decided\nyet; .stl, .ply, .obj or .vtp: the surface of the\nIN cells", "FILE")->required();
+           ".pvtu: the cells, FUZZY where nothing is decided\nyet; .stl, .ply, .obj or .vtp: the surface of "
+           "the\nIN cells",
+           "FILE")
+      ->required();
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
   CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
   add_input(*rendered, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
-  add_path(*rendered, "-o,--output", raw.rendered,
-           "the picture: .png, .svg or .pdf", "FILE")->required();
+  add_path(*rendered, "-o,--output", raw.rendered, "the picture: .png, .svg or .pdf", "FILE")->required();
   add_picture_options(*rendered, raw.view);
   CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
   add_input(*queried, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*queried, "--points", raw.points,
-           "a text with the coordinates of a point on each line;\n-: standard input", "FILE")->required();
+           "a text with the coordinates of a point on each line;\n-: standard input", "FILE")
+      ->required();
   queried->add_flag("--json", command.json, "answer as JSON, not as a table");
   add_threads_option(*queried, command, "Options");
-  queried->footer("The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY counts as both.");
+  queried->footer(
+      "The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY "
+      "counts as both.");
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
   const QueueCommands queue = add_queue_commands(app, command);
@@ -444,7 +498,9 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_tolerance_option(*queue.split, command, work_group);
   add_threads_option(*queue.run, command, work_group);
   add_threads_option(*queue.merge, command, work_group);
-  queue.run->add_option("--budget", raw.budget, "divide a job that takes longer (60s)")->type_name("TIME")->group(work_group);
+  queue.run->add_option("--budget", raw.budget, "divide a job that takes longer (60s)")
+      ->type_name("TIME")
+      ->group(work_group);
   queue.run->add_option("--cells", command.options.cells, "divide a job that gets more cells than about N")
       ->check(some_cells())
       ->type_name("N")

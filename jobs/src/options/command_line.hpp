@@ -7,36 +7,38 @@
 #include <string>
 #include <vector>
 
-#include "queue/queue.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/state/run_options.hpp"
+#include "queue/queue.hpp"
 
 namespace bsp2::jobs {
 
 /// What -o calls its files.
-inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl", *picture_name = "view.png", *snapshot_name = "snapshot.h5",
-                             *report_name = "report.json";
+inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl",
+                            *picture_name = "view.png", *snapshot_name = "snapshot.h5",
+                            *report_name = "report.json";
 
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
 /// `render` and `query`; or `info`.
 struct RunCommand {
-  std::optional<std::filesystem::path> info;                   ///< tell what this snapshot holds, and nothing else
+  std::optional<std::filesystem::path> info;  ///< tell what this snapshot holds, and nothing else
   supersteps::RunOptions options;
-  std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
+  std::optional<std::filesystem::path> folder;  ///< -o: report, mesh and picture go there
   std::optional<std::filesystem::path> mesh, boundary, picture, report;  ///< also those that -o names
-  std::optional<std::filesystem::path> snapshot_copy;                    ///< resume -o: where the snapshot goes too, at the end
-  std::optional<std::filesystem::path> table;                            ///< the supersteps as CSV
-  supersteps::PictureOptions view;                                       ///< of the picture and the frames
-  std::optional<std::filesystem::path> frames;                           ///< a picture of each step, under this prefix
-  std::optional<std::filesystem::path> series;                           ///< `.pvd`: the mesh of each step, over time
-  std::optional<std::filesystem::path> points;                           ///< tell where these points are, and nothing else
-  bool json = false;                                                     ///< and tell it as JSON
+  std::optional<std::filesystem::path> snapshot_copy;  ///< resume -o: where the snapshot goes too, at the end
+  std::optional<std::filesystem::path> table;          ///< the supersteps as CSV
+  supersteps::PictureOptions view;                     ///< of the picture and the frames
+  std::optional<std::filesystem::path> frames;         ///< a picture of each step, under this prefix
+  std::optional<std::filesystem::path> series;         ///< `.pvd`: the mesh of each step, over time
+  std::optional<std::filesystem::path> points;         ///< tell where these points are, and nothing else
+  bool json = false;                                   ///< and tell it as JSON
   bool tets = false, stats = false, quiet = false;
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
   bool brief = false;            ///< only the first of them
-  std::function<void(const std::filesystem::path&)> on_writing;          ///< called before a file is written
+  std::function<void(const std::filesystem::path&)> on_writing;  ///< called before a file is written
   [[nodiscard]] bool shows_steps() const { return frames || series; }
-  std::optional<QueueCommand> queue;  ///< work with a queue of jobs; to merge is to resume what they have found
+  std::optional<QueueCommand>
+      queue;                     ///< work with a queue of jobs; to merge is to resume what they have found
   std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model
 };
 

@@ -11,15 +11,18 @@ namespace {
 
 /// What fits a screen beside usage and examples.
 constexpr std::size_t few_options = 16;
-constexpr std::array<std::string_view, 11> most_used{"output", "boundary",  "picture", "snapshot", "threads", "curved",
-                                                     "strict", "tolerance", "budget",  "partial",  "quiet"};
+constexpr std::array<std::string_view, 11> most_used{"output",  "boundary", "picture", "snapshot",
+                                                     "threads", "curved",   "strict",  "tolerance",
+                                                     "budget",  "partial",  "quiet"};
 
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
-  return app.get_options([](const CLI::Option* option) { return option->nonpositional() && !option->get_group().empty(); });
+  return app.get_options(
+      [](const CLI::Option* option) { return option->nonpositional() && !option->get_group().empty(); });
 }
 
 std::vector<const CLI::Option*> arguments_of(const CLI::App& app) {
-  return app.get_options([](const CLI::Option* option) { return option->get_positional() && !option->get_group().empty(); });
+  return app.get_options(
+      [](const CLI::Option* option) { return option->get_positional() && !option->get_group().empty(); });
 }
 
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
@@ -27,7 +30,8 @@ std::vector<const CLI::App*> commands_of(const CLI::App& app) {
 }
 
 bool is_most_used(const CLI::Option& option) {
-  return std::any_of(most_used.begin(), most_used.end(), [&](std::string_view name) { return option.check_lname(std::string(name)); });
+  return std::any_of(most_used.begin(), most_used.end(),
+                     [&](std::string_view name) { return option.check_lname(std::string(name)); });
 }
 
 /// The first line of a text, without what joins it to the next.
@@ -56,11 +60,14 @@ std::vector<std::string> values_of(const CLI::Option& option) {
   return CLI::detail::split(type.substr(begin + 1, end - begin - 1), ',');
 }
 
-bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0 && !type_of(option).empty(); }
+bool takes_value(const CLI::Option& option) {
+  return option.get_items_expected_max() > 0 && !type_of(option).empty();
+}
 
 bool takes_file(const CLI::Option& option) {
   const std::string type = type_of(option);
-  return type.starts_with("FILE") || type == "DIR" || type == "PREFIX" || (option.get_positional() && type.empty());
+  return type.starts_with("FILE") || type == "DIR" || type == "PREFIX" ||
+         (option.get_positional() && type.empty());
 }
 
 class HelpFormatter : public CLI::Formatter {
@@ -71,8 +78,9 @@ class HelpFormatter : public CLI::Formatter {
     std::string footer = app->get_footer();
     footer = footer.substr(0, footer.find("\n\n"));
     const std::string full = name + " --help-all";
-    return make_description(app) + make_usage(app, name) + make_positionals(app) + "\n" + short_options(*app) + "\n" + footer +
-           "\nAll " + std::to_string(options_of(*app).size()) + " options, by topic: " + full + "\n";
+    return make_description(app) + make_usage(app, name) + make_positionals(app) + "\n" +
+           short_options(*app) + "\n" + footer + "\nAll " + std::to_string(options_of(*app).size()) +
+           " options, by topic: " + full + "\n";
   }
 
   /// No ranges in short help, and none of the marks that only matter to CLI11.
@@ -97,7 +105,8 @@ class HelpFormatter : public CLI::Formatter {
     const auto colon = type.find(':');
     std::string range;
     if (colon != std::string::npos && type.find('{') == std::string::npos) range = type.substr(colon + 1);
-    if (const std::string value = option.get_default_str(); !value.empty()) range += (range.empty() ? "" : ", ") + ("by default " + value);
+    if (const std::string value = option.get_default_str(); !value.empty())
+      range += (range.empty() ? "" : ", ") + ("by default " + value);
     return range;
   }
 
@@ -106,8 +115,8 @@ class HelpFormatter : public CLI::Formatter {
     out << "Options, those most used:\n";
     for (const CLI::Option* option : options_of(app))
       if (is_most_used(*option))
-        CLI::detail::format_help(out, option->get_name(false, true) + make_option_opts(option), first_line(option->get_description()),
-                                 get_column_width());
+        CLI::detail::format_help(out, option->get_name(false, true) + make_option_opts(option),
+                                 first_line(option->get_description()), get_column_width());
     return out.str();
   }
 };
@@ -148,8 +157,10 @@ void write_command(std::ostream& out, const CLI::App& command, const std::string
   for (const CLI::Option* argument : arguments_of(command)) write_option(out, *argument);
   for (const std::string& group : command.get_groups())
     for (const CLI::Option* option : options_of(command))
-      if (option->get_group() == group && !option->check_lname("help") && !option->check_lname("help-all")) write_option(out, *option);
-  if (const std::string& footer = command.get_footer(); !footer.empty()) out << ".PP\n.nf\n" << troff(footer) << "\n.fi\n";
+      if (option->get_group() == group && !option->check_lname("help") && !option->check_lname("help-all"))
+        write_option(out, *option);
+  if (const std::string& footer = command.get_footer(); !footer.empty())
+    out << ".PP\n.nf\n" << troff(footer) << "\n.fi\n";
 }
 
 /// The command that was typed so far, and the last word before the one to be completed.
@@ -170,7 +181,8 @@ const CLI::Option* option_named(const CLI::App& command, const std::string& word
   return nullptr;
 }
 
-void add_if_fits(Completions& found, const std::string& word, const std::string& begun, const std::string& description) {
+void add_if_fits(Completions& found, const std::string& word, const std::string& begun,
+                 const std::string& description) {
   if (word.starts_with(begun)) found.words.push_back({word, first_line(description)});
 }
 
@@ -189,20 +201,25 @@ Completions completions_of(const CLI::App& app, std::span<const std::string> wor
   if (words.empty()) return found;
   std::string begun = words.back();
   words = words.first(words.size() - 1);
-  if (begun == "=") begun.clear();                                               // bash parts words there
-  else if (!words.empty() && words.back() == "=") words = words.first(words.size() - 1);
+  if (begun == "=")
+    begun.clear();  // bash parts words there
+  else if (!words.empty() && words.back() == "=")
+    words = words.first(words.size() - 1);
   const CLI::App* command = typed_command(app, words);
-  if (const CLI::Option* option = words.empty() ? nullptr : option_named(*command, words.back()); option && takes_value(*option)) {
+  if (const CLI::Option* option = words.empty() ? nullptr : option_named(*command, words.back());
+      option && takes_value(*option)) {
     for (const std::string& value : values_of(*option)) add_if_fits(found, value, begun, "");
     found.files = takes_file(*option);
     return found;
   }
   if (begun.starts_with('-')) {
     for (const CLI::Option* option : options_of(*command))
-      for (const std::string& name : option->get_lnames()) add_if_fits(found, "--" + name, begun, option->get_description());
+      for (const std::string& name : option->get_lnames())
+        add_if_fits(found, "--" + name, begun, option->get_description());
     return found;
   }
-  for (const CLI::App* each : commands_of(*command)) add_if_fits(found, each->get_name(), begun, each->get_description());
+  for (const CLI::App* each : commands_of(*command))
+    add_if_fits(found, each->get_name(), begun, each->get_description());
   for (const CLI::Option* argument : arguments_of(*command)) {
     for (const std::string& value : values_of(*argument)) add_if_fits(found, value, begun, "");
     found.files = found.files || takes_file(*argument);
@@ -220,7 +237,8 @@ std::string completion_lines(const CLI::App& app, std::span<const std::string> w
 
 std::string completion_script(const std::string& shell) {
   static const std::map<std::string, std::string> scripts{
-      {"bash", R"sh(# Completion for bsp2: source it, or put it into ~/.local/share/bash-completion/completions/bsp2
+      {"bash",
+       R"sh(# Completion for bsp2: source it, or put it into ~/.local/share/bash-completion/completions/bsp2
 _bsp2() {
   local line
   COMPREPLY=()
@@ -262,11 +280,14 @@ complete -c bsp2 -f -a '(__bsp2_complete)'
 std::string manual_page(const CLI::App& app) {
   std::ostringstream out;
   out << ".TH BSP2 1 \"\" \"bsp2 " BSP2_VERSION "\" \"User Commands\"\n"
-      << ".SH NAME\nbsp2 \\- evaluate a solid model into an exact mesh of convex cells, in parallel\n.SH SYNOPSIS\n";
-  for (const CLI::App* command : commands_of(app)) out << ".B bsp2 " << troff(command->get_name()) << "\n...\n.br\n";
+      << ".SH NAME\nbsp2 \\- evaluate a solid model into an exact mesh of convex cells, in parallel\n.SH "
+         "SYNOPSIS\n";
+  for (const CLI::App* command : commands_of(app))
+    out << ".B bsp2 " << troff(command->get_name()) << "\n...\n.br\n";
   out << ".SH DESCRIPTION\n" << troff(app.get_description()) << "\n.SH COMMANDS\n";
   for (const CLI::App* command : commands_of(app)) write_command(out, *command, "bsp2");
-  out << ".SH EXIT STATUS\n.TP\n0\nsuccess\n.TP\n1\nan error of bsp2 itself\n.TP\n2\na mistake in the options, the model or a path\n"
+  out << ".SH EXIT STATUS\n.TP\n0\nsuccess\n.TP\n1\nan error of bsp2 itself\n.TP\n2\na mistake in the "
+         "options, the model or a path\n"
       << ".TP\n75\nended early by SIGINT, SIGTERM or SIGUSR1; the snapshot holds what there is\n";
   return out.str();
 }

@@ -6,13 +6,15 @@
 #include <string>
 #include <vector>
 
-/// What is told of the command line: help, completion by a shell and the manual page, all from the one tree of commands.
+/// What is told of the command line: help, completion by a shell and the manual page, all from the one tree
+/// of commands.
 ///
-/// Rules for whoever adds an option: the first line of its description stands alone, since short help shows no more; so
-/// does the first paragraph of a command's footer.
+/// Rules for whoever adds an option: the first line of its description stands alone, since short help shows
+/// no more; so does the first paragraph of a command's footer.
 namespace bsp2::jobs {
 
-/// Help that fits a screen: of a command with many options those most used. `--help-all` prints all, by topic.
+/// Help that fits a screen: of a command with many options those most used. `--help-all` prints all, by
+/// topic.
 std::shared_ptr<CLI::Formatter> make_help_formatter();
 
 /// How a shell's word may go on.

@@ -18,8 +18,9 @@ using supersteps::Shade;
 constexpr int largest_size = 8192;
 
 const std::map<std::string, Shade>& shades() {
-  static const std::map<std::string, Shade> names{
-      {"colour", Shade::colour}, {"color", Shade::colour}, {"part", Shade::part}, {"rank", Shade::rank}, {"region", Shade::region}, {"label", Shade::label}};
+  static const std::map<std::string, Shade> names{{"colour", Shade::colour}, {"color", Shade::colour},
+                                                  {"part", Shade::part},     {"rank", Shade::rank},
+                                                  {"region", Shade::region}, {"label", Shade::label}};
   return names;
 }
 
@@ -39,7 +40,9 @@ std::vector<double> numbers_in(const std::string& text, char between) {
 std::optional<std::array<double, 3>> point_of(const std::string& text, const char* option) {
   if (text.empty()) return std::nullopt;
   const auto numbers = numbers_in(text, ',');
-  if (numbers.size() != 3) throw Error(std::string(option) + ": '" + text + "' is no point; write three numbers, for example " + option + " 30,-40,25");
+  if (numbers.size() != 3)
+    throw Error(std::string(option) + ": '" + text + "' is no point; write three numbers, for example " +
+                option + " 30,-40,25");
   return std::array{numbers[0], numbers[1], numbers[2]};
 }
 
@@ -47,16 +50,22 @@ std::optional<std::array<double, 3>> point_of(const std::string& text, const cha
 
 void add_picture_options(CLI::App& app, PictureText& text) {
   const auto group = "How pictures look";
-  app.add_option("--eye", text.eye, "draw in perspective, seen from here (default: a\nparallel projection from the front, right and above)")
+  app.add_option("--eye", text.eye,
+                 "draw in perspective, seen from here (default: a\nparallel projection from the front, right "
+                 "and above)")
       ->type_name("X,Y,Z")
       ->group(group);
-  app.add_option("--look", text.look, "what is in the middle of the picture")->type_name("X,Y,Z")->group(group);
-  app.add_option("--explode", text.explode, "move the regions apart: each by F times its way\nfrom the middle")
+  app.add_option("--look", text.look, "what is in the middle of the picture")
+      ->type_name("X,Y,Z")
+      ->group(group);
+  app.add_option("--explode", text.explode,
+                 "move the regions apart: each by F times its way\nfrom the middle")
       ->check(is_number(0.0, 100.0, "0 .. 100"))
       ->type_name("F")
       ->group(group);
   app.add_flag("--edges", text.edges, "draw the edges of the cells")->group(group);
-  app.add_option("--shade", text.shade, "what colours tell: part, rank, region, label, or\ncolour (the model's own; default)")
+  app.add_option("--shade", text.shade,
+                 "what colours tell: part, rank, region, label, or\ncolour (the model's own; default)")
       ->check(is_one_of({"part", "rank", "region", "label", "colour", "color"}))
       ->type_name("WHAT")
       ->group(group);
@@ -64,12 +73,16 @@ void add_picture_options(CLI::App& app, PictureText& text) {
 }
 
 bool is_given(const PictureText& text) {
-  return !text.eye.empty() || !text.look.empty() || !text.size.empty() || !text.shade.empty() || text.explode > 0 || text.edges;
+  return !text.eye.empty() || !text.look.empty() || !text.size.empty() || !text.shade.empty() ||
+         text.explode > 0 || text.edges;
 }
 
 std::vector<double> eye_of(const PictureText& text) {
   std::vector<double> eye = numbers_in(text.eye, ',');
-  if (eye.empty()) throw Error("--eye: '" + text.eye + "' is no point; write as many numbers as the model has dimensions, for example --eye 30,-40,25");
+  if (eye.empty())
+    throw Error(
+        "--eye: '" + text.eye +
+        "' is no point; write as many numbers as the model has dimensions, for example --eye 30,-40,25");
   return eye;
 }
 
@@ -77,7 +90,8 @@ supersteps::PictureOptions picture_options(const PictureText& text) {
   supersteps::PictureOptions options;
   options.eye = point_of(text.eye, "--eye");
   options.look = point_of(text.look, "--look");
-  if (options.eye && options.look && *options.eye == *options.look) throw Error("--eye and --look are the same point: the picture needs a direction");
+  if (options.eye && options.look && *options.eye == *options.look)
+    throw Error("--eye and --look are the same point: the picture needs a direction");
   options.explode = text.explode;
   options.edges = text.edges;
   if (!text.shade.empty()) options.shade = shades().at(text.shade);
@@ -85,7 +99,9 @@ supersteps::PictureOptions picture_options(const PictureText& text) {
   const auto numbers = numbers_in(text.size, 'x');
   const auto is_size = [](double n) { return n >= 1 && n <= largest_size && n == std::trunc(n); };
   if (numbers.size() != 2 || !is_size(numbers[0]) || !is_size(numbers[1]))
-    throw Error("--size: '" + text.size + "' is no size; write width x height in pixels, for example 1600x1200, each up to " + std::to_string(largest_size));
+    throw Error("--size: '" + text.size +
+                "' is no size; write width x height in pixels, for example 1600x1200, each up to " +
+                std::to_string(largest_size));
   options.width = static_cast<int>(numbers[0]);
   options.height = static_cast<int>(numbers[1]);
   return options;

@@ -35,7 +35,8 @@ supersteps::PictureOptions picture_options(const PictureText& text);
 /// @throws bsp2::Error if its ending names none.
 supersteps::PictureFormat checked_format(const std::filesystem::path& path, const std::string& option);
 
-/// The name of the picture of a step: PREFIX0007.png, or DIR/0007.png for a prefix that ends with a slash or is a folder.
+/// The name of the picture of a step: PREFIX0007.png, or DIR/0007.png for a prefix that ends with a slash or
+/// is a folder.
 std::filesystem::path frame_path(const std::filesystem::path& prefix, unsigned step);
 
 }  // namespace bsp2::jobs

@@ -26,20 +26,29 @@ QueueCommands add_queue_commands(CLI::App& app, RunCommand& command) {
   commands.jobs->require_subcommand(1);
   commands.jobs->footer(footer);
   commands.split = commands.jobs->add_subcommand("split", "Make a queue: a job a region");
-  commands.split->add_option("MODEL", command.options.model, "the model: a .csg or .scad file")->required()->check(is_named())->type_name("");
+  commands.split->add_option("MODEL", command.options.model, "the model: a .csg or .scad file")
+      ->required()
+      ->check(is_named())
+      ->type_name("");
   commands.run = commands.jobs->add_subcommand("run", "Take jobs and evaluate them until none is left");
   commands.merge = commands.jobs->add_subcommand("merge", "Put the results together as a run would");
   commands.status = commands.jobs->add_subcommand("status", "Tell how far the jobs are");
   for (CLI::App* each : {commands.split, commands.run, commands.merge, commands.status})
-    each->add_option("QUEUE", queue.folder, "the folder of the queue")->required()->check(is_named())->type_name("");
-  commands.split->add_option("--level", command.options.level, "stop after N cuts in a row; the rest stays FUZZY")
+    each->add_option("QUEUE", queue.folder, "the folder of the queue")
+        ->required()
+        ->check(is_named())
+        ->type_name("");
+  commands.split
+      ->add_option("--level", command.options.level, "stop after N cuts in a row; the rest stays FUZZY")
       ->check(is_number(0U, 65535U, "0 .. 65535"))
       ->type_name("N");
   commands.run->add_option("--job", queue.job, "only this job and what it is divided into")
       ->check(is_number(std::uint32_t{0}, std::numeric_limits<std::uint32_t>::max(), "0 or more"))
       ->type_name("I");
   commands.run->add_flag("--until-empty", queue.until_empty, "with --job: then all others (without: always)");
-  commands.run->add_option("--lease", queue.lease_seconds, "a job whose worker gave no sign\nfor so long is taken again")
+  commands.run
+      ->add_option("--lease", queue.lease_seconds,
+                   "a job whose worker gave no sign\nfor so long is taken again")
       ->check(is_number(1.0, 1e6, "1 .. 1000000"))
       ->type_name("SECONDS")
       ->capture_default_str();

@@ -5,6 +5,8 @@
 
 namespace bsp2::jobs {
 
-std::string version_text() { return "bsp2 " BSP2_VERSION "\n" + supersteps::Ranks::library() + "\n" BSP2_LIBRARIES; }
+std::string version_text() {
+  return "bsp2 " BSP2_VERSION "\n" + supersteps::Ranks::library() + "\n" BSP2_LIBRARIES;
+}
 
 }  // namespace bsp2::jobs

@@ -6,8 +6,9 @@
 #include "program/program.hpp"
 
 int main(int argc, char** argv) {
-  // Large arrays go back to the system when they are freed, however many there have been: the next superstep needs other sizes. Those that are
-  // not so large are used again: a page that comes new from the system takes a microsecond.
+  // Large arrays go back to the system when they are freed, however many there have been: the next superstep
+  // needs other sizes. Those that are not so large are used again: a page that comes new from the system
+  // takes a microsecond.
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
   std::signal(
       SIGPIPE,

@@ -9,17 +9,17 @@
 #include <sstream>
 #include <utility>
 
-#include "bsp2/geometry/support/error.hpp"
-#include "options/command_line.hpp"
-#include "tables/node_tables.hpp"
-#include "bsp2/io/outputs/snapshot.hpp"
 #include "answers/outputs.hpp"
 #include "answers/point_query.hpp"
 #include "answers/progress_bar.hpp"
-#include "program/signals.hpp"
 #include "answers/snapshot_info.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
+#include "options/command_line.hpp"
+#include "program/signals.hpp"
+#include "tables/node_tables.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -35,24 +35,26 @@ spdlog::logger make_log() {
   return log;
 }
 
-/// What an interrupted run leaves in place although it is not its own. @param of_all also the snapshot that it would have written.
+/// What an interrupted run leaves in place although it is not its own. @param of_all also the snapshot that
+/// it would have written.
 std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
   const auto is_there = [](const auto& file) { return file && std::filesystem::exists(*file); };
   std::vector<std::string> lines;
   const auto& snapshot = command.options.snapshot;
   const auto& resumed = command.options.resume;
   if (of_all && is_there(snapshot) && !(resumed && are_one_file(*snapshot, *resumed)))
-    lines.push_back("'" + snapshot->string() + "' is the snapshot of an earlier run: to resume it is not to go on with this one");
-  if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) || is_there(command.boundary) ||
-                         is_there(command.snapshot_copy)))
+    lines.push_back("'" + snapshot->string() +
+                    "' is the snapshot of an earlier run: to resume it is not to go on with this one");
+  if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) ||
+                         is_there(command.boundary) || is_there(command.snapshot_copy)))
     lines.push_back("the other files in '" + command.folder->string() + "' are of an earlier run");
   return lines;
 }
 
 void tell_interruption(const RunCommand& command, spdlog::logger& log) {
   if (const auto& snapshot = command.options.snapshot)
-    log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'", snapshot->string(), snapshot->string(),
-             command.folder ? " -o " + command.folder->string() : "");
+    log.warn("interrupted; '{}' holds what there is: go on with 'bsp2 resume {}{}'", snapshot->string(),
+             snapshot->string(), command.folder ? " -o " + command.folder->string() : "");
   else
     log.warn("interrupted; nothing is written (with --snapshot FILE.h5 the run could be resumed)");
   for (const std::string& line : earlier_files(command, false)) log.warn("{}", line);
@@ -65,15 +67,18 @@ std::string farewell_of(const RunCommand& command) {
   return text;
 }
 
-/// A plane model has no boundary to write. With -o that is no mistake and gets no warning, but who looks for the file is told.
+/// A plane model has no boundary to write. With -o that is no mistake and gets no warning, but who looks for
+/// the file is told.
 void tell_left_out(const RunCommand& command, const supersteps::RunReport& report, spdlog::logger& log) {
   if (report.dimension == 2 && command.folder && command.boundary == *command.folder / boundary_name)
-    log.info("no {} is written: the model is plane, and boundaries are found for solids of dimension 3", boundary_name);
+    log.info("no {} is written: the model is plane, and boundaries are found for solids of dimension 3",
+             boundary_name);
 }
 
 void tell_written(std::ostream& out, const RunCommand& command, const supersteps::RunReport& report) {
   const char* name = "\n  written   ";
-  for (const std::filesystem::path& file : written_files(command, report)) out << std::exchange(name, "            ") << file.string() << '\n';
+  for (const std::filesystem::path& file : written_files(command, report))
+    out << std::exchange(name, "            ") << file.string() << '\n';
 }
 
 /// @return the exit code where some outputs failed: a mistake of ours weighs more than the user's.
@@ -119,7 +124,8 @@ int queue_command(const RunCommand& command, std::ostream& speech) {
   return work_on(queue, *command.queue, options, out) ? interrupted_code : 0;
 }
 
-/// The results of a queue as a snapshot to be resumed: the one that is asked for, else one that goes when this does.
+/// The results of a queue as a snapshot to be resumed: the one that is asked for, else one that goes when
+/// this does.
 class JoinedSnapshot {
  public:
   JoinedSnapshot(const RunCommand& command, supersteps::Ranks& ranks) {
@@ -147,7 +153,8 @@ class JoinedSnapshot {
 /// A bar names each superstep that begins, as long as this is there; who listened before still does.
 class FollowedSupersteps {
  public:
-  FollowedSupersteps(supersteps::Ranks& ranks, ProgressBar& bar) : ranks_(ranks), before_(ranks.on_superstep) {
+  FollowedSupersteps(supersteps::Ranks& ranks, ProgressBar& bar)
+      : ranks_(ranks), before_(ranks.on_superstep) {
     ranks.on_superstep = [&bar, before = before_](const std::string& name, unsigned step) {
       bar.begin(name);
       if (before) before(name, step);
@@ -164,7 +171,8 @@ class FollowedSupersteps {
 
 /// On all ranks, and only the master speaks.
 /// @return the exit code.
-int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run, spdlog::logger& log) {
+int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run,
+                spdlog::logger& log) {
   if (command.info) {
     if (ranks.is_master()) print_snapshot(out, *command.info);
     return 0;
@@ -173,9 +181,9 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   if (command.points && ranks.is_master()) {
     const io::SnapshotHead head = io::read_snapshot(*command.options.resume, io::SnapshotPart::head).head;
     if (!head.keep_in || !head.keep_fuzzy)
-      throw Error(
-          "the snapshot '" + command.options.resume->string() +
-          "' does not keep all IN and FUZZY cells, so it cannot tell where points are; run the model without --keep, or with --keep in,fuzzy");
+      throw Error("the snapshot '" + command.options.resume->string() +
+                  "' does not keep all IN and FUZZY cells, so it cannot tell where points are; run the model "
+                  "without --keep, or with --keep in,fuzzy");
     command.options.points = read_points(*command.points, head.dimension);
   }
   check_outputs(command);
@@ -187,10 +195,14 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   ProgressBar bar(speaks ? stderr : nullptr);
   const FollowedSupersteps followed(ranks, bar);
   command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
-  command.on_writing = [&bar](const std::filesystem::path& file) { bar.begin("writing " + file.filename().string()); };
+  command.on_writing = [&bar](const std::filesystem::path& file) {
+    bar.begin("writing " + file.filename().string());
+  };
   StepFailures step_failures;
   if (command.shows_steps())
-    command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) { write_step(command, now, step, ranks, step_failures); };
+    command.options.on_frame = [&](const supersteps::RunResult& now, unsigned step) {
+      write_step(command, now, step, ranks, step_failures);
+    };
   bool cells_are_written = false;
   command.options.on_cells = [&](supersteps::RunResult& now) {
     write_cells(command, now, ranks);
@@ -202,14 +214,17 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   if (result.report.interrupted) {
     bar.clear();
     const int code = tell_failed(result.report, log);
-    const auto is_snapshot = [&](const supersteps::FailedOutput& failed) { return failed.file == command.options.snapshot; };
+    const auto is_snapshot = [&](const supersteps::FailedOutput& failed) {
+      return failed.file == command.options.snapshot;
+    };
     if (std::any_of(result.report.failed.begin(), result.report.failed.end(), is_snapshot)) return code;
     tell_interruption(command, log);
     return interrupted_code;
   }
   if (command.points && ranks.is_master()) {
     bar.clear();
-    print_answers(out, command.options.points, result.answers, result.report.dimension, command.json, result.part_names);
+    print_answers(out, command.options.points, result.answers, result.report.dimension, command.json,
+                  result.part_names);
   }
   if (!cells_are_written) write_cells(command, result, ranks);
   write_results(command, result, ranks);
@@ -232,7 +247,8 @@ void finish(std::ostream& out) {
   out.clear();
   errno = 0;
   out << '\n' << std::flush;  // what went wrong may be long ago: another attempt tells why
-  if (!out && errno != EPIPE && errno != 0) throw Error("cannot write to standard output: " + std::generic_category().message(errno));
+  if (!out && errno != EPIPE && errno != 0)
+    throw Error("cannot write to standard output: " + std::generic_category().message(errno));
 }
 
 /// @return the exit code of what `body` does; only one of the ranks tells why it failed.
@@ -257,13 +273,15 @@ int exit_code(const std::function<int()>& body, bool speaks, spdlog::logger& log
 
 }  // namespace
 
-int program(const std::vector<std::string>& arguments, std::ostream& out, supersteps::Ranks& ranks, const Run& run) {
+int program(const std::vector<std::string>& arguments, std::ostream& out, supersteps::Ranks& ranks,
+            const Run& run) {
   spdlog::logger log = make_log();
   const auto body = [&] {
     std::ostringstream ignored;
     std::ostream& speech = ranks.is_master() ? out : ignored;
     const auto command = parse_command_line(arguments, speech);
-    if (command && !command->tables.empty() && ranks.count() > 1) throw Error("'bsp2 tables' measures node after node in one process: start it without mpirun");
+    if (command && !command->tables.empty() && ranks.count() > 1)
+      throw Error("'bsp2 tables' measures node after node in one process: start it without mpirun");
     int code = 0;
     if (command && !command->tables.empty())
       tables_command(*command, out);
@@ -284,7 +302,9 @@ int program(const std::vector<std::string>& arguments, std::ostream& out) {
     // Workers of a queue are alone, whoever started them: those of one launcher do not wait for each other.
     const bool is_alone = arguments.size() > 1 && arguments[0] == "jobs" && arguments[1] != "merge";
     supersteps::Ranks ranks = is_alone ? supersteps::Ranks() : supersteps::Ranks::launched();
-    const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) { return supersteps::run(options, all); };
+    const auto run = [](const supersteps::RunOptions& options, supersteps::Ranks& all) {
+      return supersteps::run(options, all);
+    };
     code = program(arguments, out, ranks, run);
     return code;
   };

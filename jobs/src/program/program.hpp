@@ -14,8 +14,9 @@ namespace bsp2::jobs {
 /// Results go to `out`; errors, warnings and progress to stderr; both on the master alone.
 /// Collective: all ranks call it with the same arguments.
 /// @return the exit code, equal on all ranks: 0 for success, 2 for the user's mistake, 1 for ours.
-int program(const std::vector<std::string>& arguments, std::ostream& out, supersteps::Ranks& ranks,
-            const std::function<supersteps::RunResult(const supersteps::RunOptions&, supersteps::Ranks&)>& run);
+int program(
+    const std::vector<std::string>& arguments, std::ostream& out, supersteps::Ranks& ranks,
+    const std::function<supersteps::RunResult(const supersteps::RunOptions&, supersteps::Ranks&)>& run);
 
 /// The same on the ranks that a launcher started. Also tells why they could not start.
 int program(const std::vector<std::string>& arguments, std::ostream& out);

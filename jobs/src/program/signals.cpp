@@ -16,9 +16,12 @@ std::atomic<bool> came, asked, answers;
 std::string last_words;  // a handler may read it, as it is not changed while there is one
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler takes no locks");
 
-constexpr std::string_view in_midst = "bsp2: interrupted; ending once what there is has been written, or at once if interrupted again\n";
+constexpr std::string_view in_midst =
+    "bsp2: interrupted; ending once what there is has been written, or at once if interrupted again\n";
 
-void say(std::string_view text) { [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size()); }
+void say(std::string_view text) {
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, text.data(), text.size());
+}
 
 /// As long as nobody has asked, nothing has been computed that could be saved.
 void remember(int) {

@@ -29,7 +29,8 @@ std::string host_name() {
 }
 
 double seconds_between(const timespec& earlier, const timespec& later) {
-  return static_cast<double>(later.tv_sec - earlier.tv_sec) + 1e-9 * static_cast<double>(later.tv_nsec - earlier.tv_nsec);
+  return static_cast<double>(later.tv_sec - earlier.tv_sec) +
+         1e-9 * static_cast<double>(later.tv_nsec - earlier.tv_nsec);
 }
 
 /// The clock that the claims' times are of; it may belong to another machine.
@@ -64,7 +65,8 @@ std::unique_ptr<Claim> Claim::take(const fs::path& file, double lease_seconds) {
   return std::unique_ptr<Claim>(new Claim(file, lease_seconds));
 }
 
-Claim::Claim(fs::path file, double lease_seconds) : file_(std::move(file)), heart_([this, lease_seconds] { touch_now_and_then(lease_seconds / 4); }) {}
+Claim::Claim(fs::path file, double lease_seconds)
+    : file_(std::move(file)), heart_([this, lease_seconds] { touch_now_and_then(lease_seconds / 4); }) {}
 
 void Claim::touch_now_and_then(double seconds) {
   std::unique_lock lock(mutex_);

@@ -12,10 +12,12 @@
 
 namespace bsp2::jobs {
 
-/// A claim on a job: a file that only one can make, touched by a thread of its own while it lives, removed at its end.
+/// A claim on a job: a file that only one can make, touched by a thread of its own while it lives, removed at
+/// its end.
 class Claim {
  public:
-  /// @return nothing if somebody else has it. @throws bsp2::Error if the file cannot be made for another reason.
+  /// @return nothing if somebody else has it. @throws bsp2::Error if the file cannot be made for another
+  /// reason.
   static std::unique_ptr<Claim> take(const std::filesystem::path& file, double lease_seconds);
   ~Claim();
   Claim(const Claim&) = delete;
@@ -33,10 +35,11 @@ class Claim {
 
 /// What is known of somebody's claim.
 struct ClaimState {
-  bool is_lost = false;    ///< not touched for as long as the lease, or of a process of this machine that is gone
+  bool is_lost =
+      false;  ///< not touched for as long as the lease, or of a process of this machine that is gone
   double age_seconds = 0;  ///< since it was touched, by the clock of the file system
   timespec touched{};
-  std::string owner;       ///< HOST PID
+  std::string owner;  ///< HOST PID
 };
 /// @return nothing if there is no such claim.
 std::optional<ClaimState> look_at_claim(const std::filesystem::path& file, double lease_seconds);

@@ -18,8 +18,8 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
-#include "tables/superstep_table.hpp"
 #include "queue/claim.hpp"
+#include "tables/superstep_table.hpp"
 
 namespace bsp2::jobs {
 namespace fs = std::filesystem;
@@ -32,7 +32,8 @@ bool commit(const fs::path& unnamed, const fs::path& name) {
   if (error != 0 && error != EEXIST)  // file systems without hard links
     error = ::renameat2(AT_FDCWD, unnamed.c_str(), AT_FDCWD, name.c_str(), RENAME_NOREPLACE) == 0 ? 0 : errno;
   ::unlink(unnamed.c_str());
-  if (error != 0 && error != EEXIST) throw Error("cannot write '" + name.string() + "': " + std::generic_category().message(error));
+  if (error != 0 && error != EEXIST)
+    throw Error("cannot write '" + name.string() + "': " + std::generic_category().message(error));
   return error == 0;
 }
 
@@ -52,11 +53,14 @@ bool is_of(const std::string& name, std::uint32_t root) {
 void Queue::split(const supersteps::RunOptions& options, const fs::path& folder) {
   std::error_code error;
   if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error)))
-    throw Error("'" + folder.string() + "' exists and is not empty; name a new folder for the queue, or remove it");
+    throw Error("'" + folder.string() +
+                "' exists and is not empty; name a new folder for the queue, or remove it");
   io::check_folder(folder);
-  const auto regions = supersteps::make_plan(options, folder / "plan.h5");  // first: of a model that is refused no folder is left
+  const auto regions = supersteps::make_plan(
+      options, folder / "plan.h5");  // first: of a model that is refused no folder is left
   for (const char* name : {"claims", "done"}) io::make_folder(folder / name);
-  const double all = std::accumulate(regions.begin(), regions.end(), 0.0, [](double sum, const auto& region) { return sum + region.work; });
+  const double all = std::accumulate(regions.begin(), regions.end(), 0.0,
+                                     [](double sum, const auto& region) { return sum + region.work; });
   std::string text;
   std::vector<std::uint32_t> rest;  // regions in which nothing is undecided are no job each
   std::size_t number = 0;
@@ -72,7 +76,9 @@ void Queue::split(const supersteps::RunOptions& options, const fs::path& folder)
 
 Queue::Queue(fs::path folder) : folder_(std::move(folder)) {
   std::ifstream file(folder_ / "jobs.txt");
-  if (!file) throw Error("'" + folder_.string() + "' is no queue of jobs; make one with 'bsp2 jobs split MODEL " + folder_.string() + "'");
+  if (!file)
+    throw Error("'" + folder_.string() + "' is no queue of jobs; make one with 'bsp2 jobs split MODEL " +
+                folder_.string() + "'");
   for (std::string line; std::getline(file, line);) {
     std::istringstream in(line);
     Job job;
@@ -88,7 +94,8 @@ Queue::Queue(fs::path folder) : folder_(std::move(folder)) {
 void Queue::add(std::vector<Job>& all, Job job) {
   const fs::path file = result(job.name);
   auto known = results_.find(job.name);
-  if (known == results_.end() && fs::exists(file)) known = results_.emplace(job.name, supersteps::read_portion(file)).first;
+  if (known == results_.end() && fs::exists(file))
+    known = results_.emplace(job.name, supersteps::read_portion(file)).first;
   if (known == results_.end()) {
     job.state = fs::exists(claim(job.name)) ? Job::State::claimed : Job::State::waiting;
     all.push_back(std::move(job));
@@ -120,7 +127,8 @@ namespace {
 /// The work of one process on a queue.
 class QueueWorker {
  public:
-  QueueWorker(Queue& queue, const QueueCommand& command, const supersteps::RunOptions& options, std::ostream& out)
+  QueueWorker(Queue& queue, const QueueCommand& command, const supersteps::RunOptions& options,
+              std::ostream& out)
       : queue_(queue), command_(command), options_(options), out_(out) {}
 
   bool run() {
@@ -138,12 +146,13 @@ class QueueWorker {
   const supersteps::RunOptions& options_;
   std::ostream& out_;
   std::unique_ptr<supersteps::PortionEvaluator> evaluator_;  // made when there is something to evaluate
-  std::map<std::string, timespec> seen_;                     // claims of others, and when they were touched at first sight
+  std::map<std::string, timespec> seen_;  // claims of others, and when they were touched at first sight
 
   [[nodiscard]] bool is_interrupted() const { return options_.interrupted && options_.interrupted(); }
   [[nodiscard]] bool is_first(const Job& job) const { return command_.job && is_of(job.name, *command_.job); }
 
-  /// Jobs that nobody has, in the order in which they are taken: what was divided is known to be big, then by the estimate.
+  /// Jobs that nobody has, in the order in which they are taken: what was divided is known to be big, then by
+  /// the estimate.
   std::vector<Job> open_jobs() {
     std::vector<Job> open;
     for (Job& job : queue_.jobs()) {
@@ -152,7 +161,9 @@ class QueueWorker {
       open.push_back(std::move(job));
     }
     std::stable_sort(open.begin(), open.end(), [this](const Job& a, const Job& b) {
-      const auto rank = [this](const Job& job) { return std::tuple(!is_first(job), job.parent ? 0 : 1, -job.work); };
+      const auto rank = [this](const Job& job) {
+        return std::tuple(!is_first(job), job.parent ? 0 : 1, -job.work);
+      };
       return rank(a) < rank(b);
     });
     return open;
@@ -182,12 +193,17 @@ class QueueWorker {
     const fs::path unnamed = queue_.folder() / "done" / ("." + job.name + "." + owner);
     const auto state = evaluator_->evaluate(job.portion, options_, unnamed);
     const bool is_new = commit(unnamed, queue_.result(job.name));
-    std::string outcome = state.is_finished ? "finished" : state.halves() == 2 ? "divided in two" : "to be gone on with";
+    std::string outcome = state.is_finished     ? "finished"
+                          : state.halves() == 2 ? "divided in two"
+                                                : "to be gone on with";
     if (!is_new) outcome = "was done by another already";
-    out_ << fmt::format("job {}: {} cells in {:.1f} s, {}\n", job.name, grouped(state.cells), state.seconds, outcome) << std::flush;
+    out_ << fmt::format("job {}: {} cells in {:.1f} s, {}\n", job.name, grouped(state.cells), state.seconds,
+                        outcome)
+         << std::flush;
   }
 
-  /// Whether somebody's claim has neither been touched nor ended since it was first seen here: it may be lost.
+  /// Whether somebody's claim has neither been touched nor ended since it was first seen here: it may be
+  /// lost.
   bool has_to_watch() {
     bool watches = false;
     std::map<std::string, timespec> now;
@@ -195,7 +211,8 @@ class QueueWorker {
       const auto state = look_at_claim(queue_.claim(job.name), command_.lease_seconds);
       if (!state) return true;  // just ended: look again
       const auto before = seen_.find(job.name);
-      const bool is_alive = before != seen_.end() && (before->second.tv_sec != state->touched.tv_sec || before->second.tv_nsec != state->touched.tv_nsec);
+      const bool is_alive = before != seen_.end() && (before->second.tv_sec != state->touched.tv_sec ||
+                                                      before->second.tv_nsec != state->touched.tv_nsec);
       watches = watches || !is_alive;
       now[job.name] = before != seen_.end() ? before->second : state->touched;
     }
@@ -206,18 +223,24 @@ class QueueWorker {
 
 const char* name_of(const Job& job, const std::optional<ClaimState>& claim) {
   switch (job.state) {
-    case Job::State::finished: return "finished";
-    case Job::State::divided: return "divided";
-    case Job::State::claimed: return claim && claim->is_lost ? "lost" : "running";
-    default: return "to do";
+    case Job::State::finished:
+      return "finished";
+    case Job::State::divided:
+      return "divided";
+    case Job::State::claimed:
+      return claim && claim->is_lost ? "lost" : "running";
+    default:
+      return "to do";
   }
 }
 
 }  // namespace
 
-bool work_on(Queue& queue, const QueueCommand& command, const supersteps::RunOptions& options, std::ostream& out) {
+bool work_on(Queue& queue, const QueueCommand& command, const supersteps::RunOptions& options,
+             std::ostream& out) {
   if (command.job && *command.job >= queue.size())
-    throw Error("--job " + std::to_string(*command.job) + ": the queue has the jobs 0 to " + std::to_string(queue.size() - 1));
+    throw Error("--job " + std::to_string(*command.job) + ": the queue has the jobs 0 to " +
+                std::to_string(queue.size() - 1));
   return QueueWorker(queue, command, options, out).run();
 }
 
@@ -227,14 +250,16 @@ void join_jobs(Queue& queue, bool partial, const fs::path& snapshot) {
   std::size_t count = 0;
   for (const Job& job : queue.jobs()) {
     const bool is_there = job.state == Job::State::finished || job.state == Job::State::divided;
-    portions.push_back({job.portion, job.parent, is_there ? std::optional(queue.result(job.name)) : std::nullopt});
+    portions.push_back(
+        {job.portion, job.parent, is_there ? std::optional(queue.result(job.name)) : std::nullopt});
     if (is_there) continue;
     if (++count <= 10) missing.append(count > 1 ? ", " : "").append(job.name);
   }
   if (count > 10) missing += " and " + std::to_string(count - 10) + " more";
   if (count > 0 && !partial)
-    throw Error("'" + queue.folder().string() + "' is not done: no result of " + (count == 1 ? "job " : "jobs ") + missing +
-                "; evaluate them with 'bsp2 jobs run " + queue.folder().string() + "', or leave them FUZZY with --partial");
+    throw Error("'" + queue.folder().string() + "' is not done: no result of " +
+                (count == 1 ? "job " : "jobs ") + missing + "; evaluate them with 'bsp2 jobs run " +
+                queue.folder().string() + "', or leave them FUZZY with --partial");
   supersteps::join_portions(queue.plan(), portions, snapshot);
 }
 
@@ -245,25 +270,32 @@ void print_status(std::ostream& out, Queue& queue, bool all) {
   double done = 0;
   std::uint64_t cells = 0;
   for (const Job& job : jobs) {
-    const auto claim = job.state == Job::State::claimed ? look_at_claim(queue.claim(job.name), QueueCommand().lease_seconds) : std::nullopt;
+    const auto claim = job.state == Job::State::claimed
+                           ? look_at_claim(queue.claim(job.name), QueueCommand().lease_seconds)
+                           : std::nullopt;
     const std::string state = name_of(job, claim);
     const bool has_result = job.state == Job::State::finished || job.state == Job::State::divided;
     ++counts[state];
     cells += job.result.cells;
     if (job.state == Job::State::finished) done += job.work;
     if (!all && job.state != Job::State::claimed) continue;
-    const std::string row = fmt::format("  {:<16} {:>6.2f} % {:<9} {:>12} {:>10} {:>9}  {}", job.name, 100 * job.work, state,
-                                        has_result ? grouped(job.result.cells) : "",
-                                        has_result && job.result.undecided > 0 ? grouped(job.result.undecided) : "",
-                                        has_result ? fmt::format("{:.1f} s", job.result.seconds) : "", claim ? claim->owner : "");
+    const std::string row =
+        fmt::format("  {:<16} {:>6.2f} % {:<9} {:>12} {:>10} {:>9}  {}", job.name, 100 * job.work, state,
+                    has_result ? grouped(job.result.cells) : "",
+                    has_result && job.result.undecided > 0 ? grouped(job.result.undecided) : "",
+                    has_result ? fmt::format("{:.1f} s", job.result.seconds) : "", claim ? claim->owner : "");
     rows += row.substr(0, row.find_last_not_of(' ') + 1) + '\n';
   }
   std::string summary;
-  for (const auto& [state, count] : counts) summary += fmt::format("{}{} {}", summary.empty() ? "" : ", ", count, state);
-  out << fmt::format("{}: {} job{}: {}; {:.0f} % of the estimated work, {} IN cells\n", queue.folder().string(), jobs.size(),
-                     jobs.size() == 1 ? "" : "s", summary, 100 * done, grouped(cells));
+  for (const auto& [state, count] : counts)
+    summary += fmt::format("{}{} {}", summary.empty() ? "" : ", ", count, state);
+  out << fmt::format("{}: {} job{}: {}; {:.0f} % of the estimated work, {} IN cells\n",
+                     queue.folder().string(), jobs.size(), jobs.size() == 1 ? "" : "s", summary, 100 * done,
+                     grouped(cells));
   if (rows.empty()) return;
-  out << fmt::format("\n  {:<16} {:>8} {:<9} {:>12} {:>10} {:>9}  {}\n", "job", "work", "state", "IN cells", "undecided", "time", "where") << rows;
+  out << fmt::format("\n  {:<16} {:>8} {:<9} {:>12} {:>10} {:>9}  {}\n", "job", "work", "state", "IN cells",
+                     "undecided", "time", "where")
+      << rows;
 }
 
 }  // namespace bsp2::jobs

@@ -13,13 +13,14 @@
 /// A queue of independent jobs in a folder that all machines see.
 ///
 ///   plan.h5       the model, its options and regions (a snapshot of which nothing is computed)
-///   jobs.txt      a line a job: its number, estimated work, and regions; the biggest first; written last, never changed
-///   claims/NAME   somebody evaluates this job; touched now and then while he lives
+///   jobs.txt      a line a job: its number, estimated work, and regions; the biggest first; written last,
+///   never changed claims/NAME   somebody evaluates this job; touched now and then while he lives
 ///   done/NAME.h5  what a job found; appears as a whole, once, and never changes
 ///
-/// Only `done` is the truth; claims merely keep work from being done twice. A job that is evaluated twice (its claim was
-/// thought lost) is committed once: the second result is thrown away. A job that was not finished when its result was
-/// written is divided: what is left are the jobs NAME.0 and NAME.1, which follow from the result alone.
+/// Only `done` is the truth; claims merely keep work from being done twice. A job that is evaluated twice
+/// (its claim was thought lost) is committed once: the second result is thrown away. A job that was not
+/// finished when its result was written is divided: what is left are the jobs NAME.0 and NAME.1, which follow
+/// from the result alone.
 namespace bsp2::jobs {
 
 struct QueueCommand {
@@ -40,12 +41,13 @@ struct Job {
   supersteps::Portion portion;
   std::optional<std::size_t> parent;  ///< among all jobs of the list
   State state = State::waiting;
-  supersteps::PortionState result;    ///< of a divided or finished one
+  supersteps::PortionState result;  ///< of a divided or finished one
 };
 
 class Queue {
  public:
-  /// Makes a queue. @throws bsp2::Error if the folder has something in it, or if the model cannot be evaluated.
+  /// Makes a queue. @throws bsp2::Error if the folder has something in it, or if the model cannot be
+  /// evaluated.
   static void split(const supersteps::RunOptions& options, const std::filesystem::path& folder);
 
   /// Opens a queue. @throws bsp2::Error if there is none.
@@ -56,8 +58,12 @@ class Queue {
   [[nodiscard]] std::size_t size() const { return planned_.size(); }
   /// All jobs, each before those it was divided into. @throws bsp2::Error if a result cannot be read.
   std::vector<Job> jobs();
-  [[nodiscard]] std::filesystem::path result(const std::string& name) const { return folder_ / "done" / (name + ".h5"); }
-  [[nodiscard]] std::filesystem::path claim(const std::string& name) const { return folder_ / "claims" / name; }
+  [[nodiscard]] std::filesystem::path result(const std::string& name) const {
+    return folder_ / "done" / (name + ".h5");
+  }
+  [[nodiscard]] std::filesystem::path claim(const std::string& name) const {
+    return folder_ / "claims" / name;
+  }
 
  private:
   std::filesystem::path folder_;
@@ -67,11 +73,13 @@ class Queue {
   void add(std::vector<Job>& all, Job job);
 };
 
-/// `bsp2 jobs run`: claims and evaluates jobs until none is left to take. Not collective: any number of processes do this at
-/// the same time. Before it ends it waits for claims of others, until they are touched, end, or prove to be lost.
+/// `bsp2 jobs run`: claims and evaluates jobs until none is left to take. Not collective: any number of
+/// processes do this at the same time. Before it ends it waits for claims of others, until they are touched,
+/// end, or prove to be lost.
 /// @return whether it was interrupted; what was found until then is committed.
 /// @throws bsp2::Error if a file cannot be read or written.
-bool work_on(Queue& queue, const QueueCommand& command, const supersteps::RunOptions& options, std::ostream& out);
+bool work_on(Queue& queue, const QueueCommand& command, const supersteps::RunOptions& options,
+             std::ostream& out);
 
 /// `bsp2 jobs merge`, first half: puts the results together as a snapshot, which a run then resumes.
 /// @throws bsp2::Error that names the jobs that are missing, unless what they have to do may stay FUZZY.

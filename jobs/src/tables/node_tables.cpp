@@ -14,7 +14,9 @@ namespace {
 using supersteps::NodeFigures;
 using supersteps::Resolved;
 
-std::string name_of(const Resolved& resolved) { return resolved.level ? "level " + std::to_string(*resolved.level) : "to the end"; }
+std::string name_of(const Resolved& resolved) {
+  return resolved.level ? "level " + std::to_string(*resolved.level) : "to the end";
+}
 
 std::vector<double> sorted_seconds(const std::vector<NodeFigures>& nodes) {
   std::vector<double> seconds;
@@ -40,30 +42,41 @@ double imbalance(const std::vector<NodeFigures>& nodes, std::uint64_t NodeFigure
   std::uint64_t most = 0;
   for (const NodeFigures& node : nodes) most = std::max(most, node.*count);
   const auto sum = sum_of(nodes).*count;
-  return sum == 0 ? 1 : static_cast<double>(most) * static_cast<double>(nodes.size()) / static_cast<double>(sum);
+  return sum == 0 ? 1
+                  : static_cast<double>(most) * static_cast<double>(nodes.size()) / static_cast<double>(sum);
 }
 
 /// The time of one node over that of so many, all of which wait for the slowest one.
 double efficiency(const Resolved& finest, const std::vector<NodeFigures>& nodes) {
-  return finest.nodes.front().front().seconds / (static_cast<double>(nodes.size()) * sorted_seconds(nodes).back());
+  return finest.nodes.front().front().seconds /
+         (static_cast<double>(nodes.size()) * sorted_seconds(nodes).back());
 }
 
 /// Table 1, at the finest resolution.
 void print_run_times(std::ostream& out, const Resolved& finest) {
-  out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions << " regions\n\n  nodes       ";
+  out << "Table 1: run times in seconds, " << name_of(finest) << ", " << finest.regions
+      << " regions\n\n  nodes       ";
   for (const auto& nodes : finest.nodes) out << fmt::format(" {:>9}", nodes.size());
   const auto row = [&](const char* name, auto value, int digits = 3) {
     out << fmt::format("\n  {:<12}", name);
     for (const auto& nodes : finest.nodes) out << fmt::format(" {:>9.{}f}", value(nodes), digits);
   };
-  row("max", [](const auto& nodes) { return sorted_seconds(nodes).back(); }, 4);
-  row("median", [](const auto& nodes) { return sorted_seconds(nodes)[nodes.size() / 2]; }, 4);
-  row("min", [](const auto& nodes) { return sorted_seconds(nodes).front(); }, 4);
-  row("sum", [](const auto& nodes) { return sum_of(nodes).seconds; }, 4);
-  row("max/mean", [](const auto& nodes) { return sorted_seconds(nodes).back() * static_cast<double>(nodes.size()) / sum_of(nodes).seconds; });
-  if (finest.nodes.front().size() == 1) row("efficiency", [&](const auto& nodes) { return efficiency(finest, nodes); });
+  row(
+      "max", [](const auto& nodes) { return sorted_seconds(nodes).back(); }, 4);
+  row(
+      "median", [](const auto& nodes) { return sorted_seconds(nodes)[nodes.size() / 2]; }, 4);
+  row(
+      "min", [](const auto& nodes) { return sorted_seconds(nodes).front(); }, 4);
+  row(
+      "sum", [](const auto& nodes) { return sum_of(nodes).seconds; }, 4);
+  row("max/mean", [](const auto& nodes) {
+    return sorted_seconds(nodes).back() * static_cast<double>(nodes.size()) / sum_of(nodes).seconds;
+  });
+  if (finest.nodes.front().size() == 1)
+    row("efficiency", [&](const auto& nodes) { return efficiency(finest, nodes); });
   const auto rows_of_count = [&](const char* name, std::uint64_t NodeFigures::*count, double unit) {
-    row(name, [=](const auto& nodes) { return static_cast<double>(sum_of(nodes).*count) / unit; }, 1);
+    row(
+        name, [=](const auto& nodes) { return static_cast<double>(sum_of(nodes).*count) / unit; }, 1);
     row("max/mean", [=](const auto& nodes) { return imbalance(nodes, count); });
   };
   rows_of_count("10^3 splits", &NodeFigures::splits, 1e3);
@@ -74,21 +87,26 @@ void print_run_times(std::ostream& out, const Resolved& finest) {
 }
 
 /// Digits in groups, but of a million and more, so that three resolutions fit into 80 columns.
-std::string short_of(std::uint64_t count) { return count < 1'000'000 ? grouped(count) : std::to_string(count); }
+std::string short_of(std::uint64_t count) {
+  return count < 1'000'000 ? grouped(count) : std::to_string(count);
+}
 
 void print_row(std::ostream& out, const std::string& name, const std::vector<NodeFigures>& figures) {
   out << fmt::format("{:<5}", name);
-  for (const NodeFigures& node : figures) out << fmt::format("{:>9}{:>9}{:>7.3f}", short_of(node.cells), short_of(node.facets), node.seconds);
+  for (const NodeFigures& node : figures)
+    out << fmt::format("{:>9}{:>9}{:>7.3f}", short_of(node.cells), short_of(node.facets), node.seconds);
   out << '\n';
 }
 
 /// Tables 2 to 6: the nodes of one number of them, at all resolutions.
 void print_nodes(std::ostream& out, const std::vector<Resolved>& measured, std::size_t index) {
   const std::size_t count = measured.front().nodes[index].size();
-  out << fmt::format("Table {}: model resolution and run times, number of nodes n = {}\n\n{:<5}", index + 2, count, "");
+  out << fmt::format("Table {}: model resolution and run times, number of nodes n = {}\n\n{:<5}", index + 2,
+                     count, "");
   for (const Resolved& resolved : measured) out << fmt::format("{:>25}", name_of(resolved));
   out << fmt::format("\n{:<5}", "Node");
-  for (std::size_t i = 0; i < measured.size(); ++i) out << fmt::format("{:>9}{:>9}{:>7}", "3-cells", "2-cells", "Sec");
+  for (std::size_t i = 0; i < measured.size(); ++i)
+    out << fmt::format("{:>9}{:>9}{:>7}", "3-cells", "2-cells", "Sec");
   out << '\n';
   for (std::size_t node = 0; node < count; ++node) {
     std::vector<NodeFigures> figures;

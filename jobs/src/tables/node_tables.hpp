@@ -7,8 +7,9 @@
 
 namespace bsp2::jobs {
 
-/// The paper's tables: one of run times over the numbers of nodes, then for each number of nodes one of cells, boundary
-/// 2-cells and seconds of each node at each resolution. At most 80 columns for three resolutions.
+/// The paper's tables: one of run times over the numbers of nodes, then for each number of nodes one of
+/// cells, boundary 2-cells and seconds of each node at each resolution. At most 80 columns for three
+/// resolutions.
 /// @param measured at each resolution, the last one the finest; all for the same numbers of nodes.
 /// Source: the paper, tables 1 to 6.
 /// @param brief the first table alone.

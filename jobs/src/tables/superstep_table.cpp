@@ -34,16 +34,19 @@ std::uint64_t h_of(const SuperstepRecord& record) {
 
 /// What of it travelled while workers computed.
 std::uint64_t hidden_of(const SuperstepRecord& record) {
-  const std::uint64_t hidden = record.hidden_bytes.empty() ? 0 : *std::max_element(record.hidden_bytes.begin(), record.hidden_bytes.end());
+  const std::uint64_t hidden =
+      record.hidden_bytes.empty() ? 0
+                                  : *std::max_element(record.hidden_bytes.begin(), record.hidden_bytes.end());
   return std::min(hidden, h_of(record));
 }
 
 void print_record(std::ostream& out, const SuperstepRecord& record) {
   const auto [least, most] = std::minmax_element(record.work_seconds.begin(), record.work_seconds.end());
-  out << fmt::format("  {:<12}{:>4}{:>8.3f}{:>8.3f}{:>8.3f}{:>10}{:>11}{:>8.3f}{:>8.3f}\n", record.name, record.step, *least,
-                     median(record.work_seconds), *most, bytes_text(h_of(record)),
+  out << fmt::format("  {:<12}{:>4}{:>8.3f}{:>8.3f}{:>8.3f}{:>10}{:>11}{:>8.3f}{:>8.3f}\n", record.name,
+                     record.step, *least, median(record.work_seconds), *most, bytes_text(h_of(record)),
                      grouped(std::accumulate(record.cells.begin(), record.cells.end(), std::uint64_t{0})),
-                     *std::max_element(record.seconds.begin(), record.seconds.end()), record.predicted_seconds);
+                     *std::max_element(record.seconds.begin(), record.seconds.end()),
+                     record.predicted_seconds);
 }
 
 /// A run that is resumed begins with this, as the first one did.
@@ -60,8 +63,8 @@ std::string grouped(std::uint64_t number) {
 }
 
 void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& records) {
-  out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min", "median", "max", "h", "cells", "seconds",
-                     "w+gh+l");
+  out << fmt::format("  {:<12}{:>4}{:>8}{:>8}{:>8}{:>10}{:>11}{:>8}{:>8}\n", "superstep", "step", "w min",
+                     "median", "max", "h", "cells", "seconds", "w+gh+l");
   double hidden = 0, waited = 0;  // on all ranks together
   std::uint64_t h = 0, hidden_h = 0;
   std::size_t ranks = 0;
@@ -70,27 +73,34 @@ void print_supersteps(std::ostream& out, const std::vector<SuperstepRecord>& rec
   for (const SuperstepRecord& record : records) {
     if (record.seconds.empty()) continue;
     if (begins_session(record) && was_resumed)
-      out << fmt::format("  session {}, {} rank{}\n", ++session, record.seconds.size(), record.seconds.size() == 1 ? "" : "s");
+      out << fmt::format("  session {}, {} rank{}\n", ++session, record.seconds.size(),
+                         record.seconds.size() == 1 ? "" : "s");
     print_record(out, record);
     h += h_of(record);
     hidden_h += hidden_of(record);
     ranks = std::max(ranks, record.seconds.size());
     hidden = std::accumulate(record.hidden_seconds.begin(), record.hidden_seconds.end(), hidden);
-    waited += std::accumulate(record.seconds.begin(), record.seconds.end(), 0.0) - std::accumulate(record.work_seconds.begin(), record.work_seconds.end(), 0.0);
+    waited += std::accumulate(record.seconds.begin(), record.seconds.end(), 0.0) -
+              std::accumulate(record.work_seconds.begin(), record.work_seconds.end(), 0.0);
   }
-  if (ranks > 1) out << fmt::format("  main threads communicated {:.3f} s while workers computed, and waited {:.3f} s\n", hidden, waited);
+  if (ranks > 1)
+    out << fmt::format("  main threads communicated {:.3f} s while workers computed, and waited {:.3f} s\n",
+                       hidden, waited);
   if (hidden_h > 0)
     out << fmt::format("  of all h, {}, {:.0f} % was hidden behind their work\n", bytes_text(h),
                        100 * static_cast<double>(hidden_h) / static_cast<double>(h));
 }
 
 std::string to_csv(const std::vector<SuperstepRecord>& records) {
-  std::string text = "superstep,step,rank,seconds,work_seconds,hidden_seconds,bytes_sent,bytes_received,hidden_bytes,cells,predicted_seconds\n";
+  std::string text =
+      "superstep,step,rank,seconds,work_seconds,hidden_seconds,bytes_sent,bytes_received,hidden_bytes,cells,"
+      "predicted_seconds\n";
   for (const SuperstepRecord& record : records)
     for (std::size_t rank = 0; rank < record.seconds.size(); ++rank)
-      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank, record.seconds[rank], record.work_seconds[rank],
-                          record.hidden_seconds[rank],
-                          record.bytes_sent[rank], record.bytes_received[rank], record.hidden_bytes[rank], record.cells[rank], record.predicted_seconds);
+      text += fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", record.name, record.step, rank,
+                          record.seconds[rank], record.work_seconds[rank], record.hidden_seconds[rank],
+                          record.bytes_sent[rank], record.bytes_received[rank], record.hidden_bytes[rank],
+                          record.cells[rank], record.predicted_seconds);
   return text;
 }
 

@@ -12,8 +12,9 @@ namespace bsp2::jobs {
 /// 1234567 as 1,234,567.
 std::string grouped(std::uint64_t number);
 
-/// The supersteps for people, in at most 80 columns: the work of the ranks (least, median, most seconds without waiting), h,
-/// the cells of all ranks, the longest time from begin to end, and what the cost model w + g h + l says of it.
+/// The supersteps for people, in at most 80 columns: the work of the ranks (least, median, most seconds
+/// without waiting), h, the cells of all ranks, the longest time from begin to end, and what the cost model w
+/// + g h + l says of it.
 void print_supersteps(std::ostream& out, const std::vector<supersteps::SuperstepRecord>& records);
 
 /// All that was recorded, one line a superstep and rank.

@@ -9,8 +9,8 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/expression/tessellation.hpp"
-#include "builder/polytope.hpp"
 #include "builder/node_making.hpp"
+#include "builder/polytope.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -19,12 +19,14 @@ constexpr int most_dimensions = 6;
 
 void require_dimension(int dimension, const char* what) {
   if (dimension < 1 || dimension > most_dimensions)
-    throw Error(std::string(what) + ": " + std::to_string(dimension) + " dimensions; it takes 1 to " + std::to_string(most_dimensions));
+    throw Error(std::string(what) + ": " + std::to_string(dimension) + " dimensions; it takes 1 to " +
+                std::to_string(most_dimensions));
 }
 
 void require_axis(int axis, int dimension, const char* what) {
   if (axis < 0 || axis >= dimension)
-    throw Error(std::string(what) + ": there is no axis " + std::to_string(axis + 1) + " in " + std::to_string(dimension) + " dimensions");
+    throw Error(std::string(what) + ": there is no axis " + std::to_string(axis + 1) + " in " +
+                std::to_string(dimension) + " dimensions");
 }
 
 /// The interval that these numbers reach over.
@@ -49,7 +51,9 @@ struct Dimension {
   [[nodiscard]] int first() const { return operands.front().dimension(); }
 
   [[nodiscard]] int exactly(int needed) const {
-    if (first() != needed) throw Error("construct: an operand of dimension " + std::to_string(needed) + " is needed, not " + std::to_string(first()));
+    if (first() != needed)
+      throw Error("construct: an operand of dimension " + std::to_string(needed) + " is needed, not " +
+                  std::to_string(first()));
     return needed;
   }
   int operator()(const LinearExtrusion&) const { return exactly(2) + 1; }
@@ -69,18 +73,22 @@ struct Dimension {
   }
   int operator()(const MinkowskiSum&) const {
     if (operands[1].dimension() != first())
-      throw Error("minkowski: operands of " + std::to_string(first()) + " and " + std::to_string(operands[1].dimension()) + " dimensions");
+      throw Error("minkowski: operands of " + std::to_string(first()) + " and " +
+                  std::to_string(operands[1].dimension()) + " dimensions");
     return first();
   }
   int operator()(const Product&) const {
     const int all = first() + operands[1].dimension();
-    if (all > most_dimensions) throw Error("product: " + std::to_string(all) + " dimensions; the limit is " + std::to_string(most_dimensions));
+    if (all > most_dimensions)
+      throw Error("product: " + std::to_string(all) + " dimensions; the limit is " +
+                  std::to_string(most_dimensions));
     return all;
   }
   int operator()(const Shadow& shadow) const {
     std::vector<int> sorted = shadow.axes;
     std::sort(sorted.begin(), sorted.end());
-    if (sorted.empty() || std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) throw Error("project: it keeps one axis or more, each once");
+    if (sorted.empty() || std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
+      throw Error("project: it keeps one axis or more, each once");
     for (const int axis : sorted) require_axis(axis, first(), "project");
     return static_cast<int>(sorted.size());
   }
@@ -93,8 +101,8 @@ struct Dimension {
   int operator()(const ProjectiveMap& map) const {
     const auto stride = static_cast<std::size_t>(first()) + 1;
     if (map.matrix.size() != stride * stride)
-      throw Error("projective: a matrix of " + std::to_string(stride) + " x " + std::to_string(stride) + " is needed for a solid of " +
-                  std::to_string(first()) + " dimensions");
+      throw Error("projective: a matrix of " + std::to_string(stride) + " x " + std::to_string(stride) +
+                  " is needed for a solid of " + std::to_string(first()) + " dimensions");
     require_finite(map.matrix, "projective");
     return first();
   }
@@ -103,8 +111,8 @@ struct Dimension {
     for (const auto& point : sweep.path) {
       require_finite(point, "sweep");
       if (static_cast<int>(point.size()) != first())
-        throw Error("sweep: the path has a point of " + std::to_string(point.size()) + " coordinates, the solid has " +
-                    std::to_string(first()) + " dimensions");
+        throw Error("sweep: the path has a point of " + std::to_string(point.size()) +
+                    " coordinates, the solid has " + std::to_string(first()) + " dimensions");
     }
     return first();
   }
@@ -116,7 +124,8 @@ Expression convex_hull(int dimension, std::span<const double> points) {
   require_dimension(dimension, "convex_hull");
   require_finite(points, "convex_hull");
   if (points.size() % static_cast<std::size_t>(dimension) != 0)
-    throw Error("convex_hull: " + std::to_string(points.size()) + " coordinates are no points of " + std::to_string(dimension) + " dimensions");
+    throw Error("convex_hull: " + std::to_string(points.size()) + " coordinates are no points of " +
+                std::to_string(dimension) + " dimensions");
   switch (dimension) {
     case 1:
       return interval(points);
@@ -136,7 +145,8 @@ Expression undecided_hull(int dimension, std::span<const double> points) {
   require_dimension(dimension, "undecided_hull");
   require_finite(points, "undecided_hull");
   if (points.size() % static_cast<std::size_t>(dimension) != 0)
-    throw Error("undecided_hull: there is a point with other than " + std::to_string(dimension) + " coordinates");
+    throw Error("undecided_hull: there is a point with other than " + std::to_string(dimension) +
+                " coordinates");
   if (points.empty()) return Expression(dimension);
   std::optional<Polytope> polytope;
   if (dimension == 1) {
@@ -153,8 +163,8 @@ Expression undecided_hull(int dimension, std::span<const double> points) {
 Expression simplex(int dimension, std::span<const double> points) {
   require_dimension(dimension, "simplex");
   if (points.size() != static_cast<std::size_t>((dimension + 1) * dimension))
-    throw Error("simplex: in " + std::to_string(dimension) + " dimensions it has " + std::to_string(dimension + 1) + " corners of " +
-                std::to_string(dimension) + " coordinates");
+    throw Error("simplex: in " + std::to_string(dimension) + " dimensions it has " +
+                std::to_string(dimension + 1) + " corners of " + std::to_string(dimension) + " coordinates");
   return convex_hull(dimension, points);
 }
 
@@ -184,24 +194,30 @@ Expression ball_polytope(int dimension, double radius, std::uint32_t sides) {
   if (dimension == 1) return ball(1, radius);
   if (dimension == 2) return circle(radius, sides);
   if (dimension == 3) return sphere(radius, sides);
-  // So few at least that sums end in seconds, and so many that they are not boxes: 80 corners in four dimensions, 42 in five, in six those of the axes.
+  // So few at least that sums end in seconds, and so many that they are not boxes: 80 corners in four
+  // dimensions, 42 in five, in six those of the axes.
   const auto least = dimension == 4 ? 2 : dimension == 5 ? 1 : 0;
   const auto steps = sides < 8 ? least : std::max<std::int64_t>(least, sides / 4);
-  if (std::pow(static_cast<double>(steps + 1), dimension) - std::pow(static_cast<double>(steps - 1), dimension) > 20000)
-    throw Error("ball_polytope: " + std::to_string(sides) + " sides in " + std::to_string(dimension) + " dimensions are more than 20,000 corners");
+  if (std::pow(static_cast<double>(steps + 1), dimension) -
+          std::pow(static_cast<double>(steps - 1), dimension) >
+      20000)
+    throw Error("ball_polytope: " + std::to_string(sides) + " sides in " + std::to_string(dimension) +
+                " dimensions are more than 20,000 corners");
   std::vector<double> points;
   std::vector<std::int64_t> at(static_cast<std::size_t>(dimension), 0);
   for (bool more = steps > 0; more;) {  // all points of the grid, of which those on the cube's surface count
     if (std::any_of(at.begin(), at.end(), [&](std::int64_t k) { return k == 0 || k == steps; })) {
       double square = 0;
       for (const std::int64_t k : at) square += std::pow(static_cast<double>(2 * k - steps), 2);
-      for (const std::int64_t k : at) points.push_back(radius * static_cast<double>(2 * k - steps) / std::sqrt(square));
+      for (const std::int64_t k : at)
+        points.push_back(radius * static_cast<double>(2 * k - steps) / std::sqrt(square));
     }
     std::size_t digit = 0;
     while (digit < at.size() && ++at[digit] > steps) at[digit++] = 0;
     more = digit < at.size();
   }
-  // The directions of the axes, which an even grid has: so the faces of a box move by the radius when the polytope is added.
+  // The directions of the axes, which an even grid has: so the faces of a box move by the radius when the
+  // polytope is added.
   for (std::size_t i = 0; (steps == 0 || steps % 2 == 1) && i < at.size(); ++i)
     for (const double sign : {-radius, radius}) {
       points.resize(points.size() + at.size());
@@ -212,7 +228,8 @@ Expression ball_polytope(int dimension, double radius, std::uint32_t sides) {
 
 Expression construct(Construct what, std::vector<Expression> operands) {
   const bool takes_two = std::holds_alternative<MinkowskiSum>(what) || std::holds_alternative<Product>(what);
-  if (operands.size() != (takes_two ? 2 : 1)) throw Error("construct: it takes " + std::string(takes_two ? "two operands" : "one operand"));
+  if (operands.size() != (takes_two ? 2 : 1))
+    throw Error("construct: it takes " + std::string(takes_two ? "two operands" : "one operand"));
   const int dimension = std::visit(Dimension{operands}, what);
   return make_node(dimension, Construction{std::move(what), std::move(operands)});
 }
@@ -235,32 +252,42 @@ Expression extrude(Expression operand, std::initializer_list<double> lengths, bo
 Expression embed(Expression operand, int dimension, double thickness) {
   require_dimension(dimension, "embed");
   if (dimension < operand.dimension())
-    throw Error("embed: a solid of " + std::to_string(operand.dimension()) + " dimensions does not fit into " + std::to_string(dimension) +
-                "; see project and section");
+    throw Error("embed: a solid of " + std::to_string(operand.dimension()) +
+                " dimensions does not fit into " + std::to_string(dimension) + "; see project and section");
   if (!(thickness > 0)) throw Error("embed: the thickness has to be above 0: what is flat has no content");
   if (dimension == operand.dimension()) return operand;
   const std::vector<double> lengths(static_cast<std::size_t>(dimension - operand.dimension()), thickness);
   return extrude(std::move(operand), lengths, true);
 }
 
-Expression project(Expression operand, std::vector<int> kept) { return construct(Shadow{std::move(kept)}, {std::move(operand)}); }
+Expression project(Expression operand, std::vector<int> kept) {
+  return construct(Shadow{std::move(kept)}, {std::move(operand)});
+}
 
-Expression section(Expression operand, int axis, double at) { return construct(Section{axis, at}, {std::move(operand)}); }
+Expression section(Expression operand, int axis, double at) {
+  return construct(Section{axis, at}, {std::move(operand)});
+}
 
 Expression projective(std::span<const double> matrix, Expression operand) {
   return construct(ProjectiveMap{{matrix.begin(), matrix.end()}}, {std::move(operand)});
 }
 
-Expression minkowski(Expression a, Expression b) { return construct(MinkowskiSum{}, {std::move(a), std::move(b)}); }
+Expression minkowski(Expression a, Expression b) {
+  return construct(MinkowskiSum{}, {std::move(a), std::move(b)});
+}
 
-Expression grow(Expression operand, double distance) { return construct(Growth{.distance = distance}, {std::move(operand)}); }
+Expression grow(Expression operand, double distance) {
+  return construct(Growth{.distance = distance}, {std::move(operand)});
+}
 
 Expression grow_round(Expression operand, double distance, std::uint32_t sides) {
   if (sides < 3) throw Error("grow: " + std::to_string(sides) + " sides; it takes 3 or more");
   return construct(Growth{distance, Growth::Ball::round, sides}, {std::move(operand)});
 }
 
-Expression sweep(Expression operand, std::vector<std::vector<double>> path) { return construct(Sweep{std::move(path)}, {std::move(operand)}); }
+Expression sweep(Expression operand, std::vector<std::vector<double>> path) {
+  return construct(Sweep{std::move(path)}, {std::move(operand)});
+}
 
 Expression part(std::string name, Expression operand) {
   const int dimension = operand.dimension();

@@ -49,7 +49,8 @@ Range range_of_polygon(Row row, std::uint32_t sides) {
 
 Range range_over(Row row, const Cuboid& cuboid) {
   Range range{0, 0};
-  for (std::size_t i = 0; i < row.size(); ++i) (row[i] < 0 ? range.low : range.high) += row[i] * static_cast<Real>(cuboid.size[i]);
+  for (std::size_t i = 0; i < row.size(); ++i)
+    (row[i] < 0 ? range.low : range.high) += row[i] * static_cast<Real>(cuboid.size[i]);
   return range;
 }
 
@@ -68,7 +69,8 @@ Range range_over(Row row, const TriangleMesh& mesh) {
   for (const auto& triangle : mesh.triangles)
     for (const std::uint32_t corner : triangle) {
       const auto& p = mesh.points[corner];
-      range.add(row[0] * static_cast<Real>(p[0]) + row[1] * static_cast<Real>(p[1]) + row[2] * static_cast<Real>(p[2]));
+      range.add(row[0] * static_cast<Real>(p[0]) + row[1] * static_cast<Real>(p[1]) +
+                row[2] * static_cast<Real>(p[2]));
     }
   return range;
 }
@@ -96,18 +98,22 @@ Range range_over(Row row, const Round& round) {
   if (round.bottom != round.top) {  // a cone
     Range range;
     for (const auto& [radius, z] : {std::pair(round.bottom, 0.0), std::pair(round.top, round.lengths[0])})
-      for (const int sign : {-1, 1}) range.add(row[axes] * static_cast<Real>(z) + sign * across * static_cast<Real>(radius));
-    for (std::size_t i = axes + 1; i < row.size(); ++i) (row[i] < 0 ? range.low : range.high) += row[i] * static_cast<Real>(round.lengths[i - axes]);
+      for (const int sign : {-1, 1})
+        range.add(row[axes] * static_cast<Real>(z) + sign * across * static_cast<Real>(radius));
+    for (std::size_t i = axes + 1; i < row.size(); ++i)
+      (row[i] < 0 ? range.low : range.high) += row[i] * static_cast<Real>(round.lengths[i - axes]);
     return range;
   }
   Range range{-across * static_cast<Real>(round.bottom), across * static_cast<Real>(round.bottom)};
-  for (std::size_t i = axes; i < row.size(); ++i) (row[i] < 0 ? range.low : range.high) += row[i] * static_cast<Real>(round.lengths[i - axes]);
+  for (std::size_t i = axes; i < row.size(); ++i)
+    (row[i] < 0 ? range.low : range.high) += row[i] * static_cast<Real>(round.lengths[i - axes]);
   return range;
 }
 
 Range range_over(Row row, const Torus& torus) {
   const Real across = std::sqrt(row[0] * row[0] + row[1] * row[1]);
-  const Real reach = across * static_cast<Real>(torus.major) + std::sqrt(across * across + row[2] * row[2]) * static_cast<Real>(torus.minor);
+  const Real reach = across * static_cast<Real>(torus.major) +
+                     std::sqrt(across * across + row[2] * row[2]) * static_cast<Real>(torus.minor);
   return {-reach, reach};
 }
 
@@ -135,12 +141,15 @@ Range range_over(Row row, const Spline& spline) {
   return range;
 }
 
-Range range_over(Row row, const SubdivisionSurface& surface) { return range_over(row, surface.points, row.size()); }
+Range range_over(Row row, const SubdivisionSurface& surface) {
+  return range_over(row, surface.points, row.size());
+}
 
 Range range_over(Row row, const Preimage& preimage) {
   Range range{0, 0};
   for (std::size_t i = 0; i < row.size(); ++i) {
-    const Real a = row[i] * static_cast<Real>(preimage.lower[i]), b = row[i] * static_cast<Real>(preimage.upper[i]);
+    const Real a = row[i] * static_cast<Real>(preimage.lower[i]),
+               b = row[i] * static_cast<Real>(preimage.upper[i]);
     range.low += std::min(a, b);
     range.high += std::max(a, b);
   }
@@ -159,7 +168,8 @@ Map product_of(const Map& a, const std::vector<double>& b, std::size_t stride) {
   Map c(stride * stride);
   for (std::size_t i = 0; i < stride; ++i)
     for (std::size_t k = 0; k < stride; ++k)
-      for (std::size_t j = 0; j < stride; ++j) c[i * stride + j] += a[i * stride + k] * static_cast<Real>(b[k * stride + j]);
+      for (std::size_t j = 0; j < stride; ++j)
+        c[i * stride + j] += a[i * stride + k] * static_cast<Real>(b[k * stride + j]);
   return c;
 }
 
@@ -172,10 +182,12 @@ void set_outward(Bounds& bounds, std::size_t axis, Range range) {
 Bounds image(const Primitive& primitive, const Map& map, int dimension) {
   const auto d = static_cast<std::size_t>(dimension);
   Bounds result = nothing(dimension);
-  result.exact = !std::holds_alternative<Spline>(primitive) && !std::holds_alternative<SubdivisionSurface>(primitive) &&
+  result.exact = !std::holds_alternative<Spline>(primitive) &&
+                 !std::holds_alternative<SubdivisionSurface>(primitive) &&
                  !std::holds_alternative<Preimage>(primitive);
   for (std::size_t i = 0; i < d; ++i) {
-    Range range = std::visit([&](const auto& shape) { return range_over(Row(map.data() + i * (d + 1), d), shape); }, primitive);
+    Range range = std::visit(
+        [&](const auto& shape) { return range_over(Row(map.data() + i * (d + 1), d), shape); }, primitive);
     const Real translation = map[i * (d + 1) + d];
     set_outward(result, i, {range.low + translation, range.high + translation});
   }
@@ -228,7 +240,9 @@ void intersect(Bounds& a, const Bounds& b) {
 
 Bounds sum(Bounds a, const Bounds& b) {
   if (a.is_empty() || b.is_empty()) return nothing(static_cast<int>(a.lower.size()));
-  for (std::size_t i = 0; i < a.lower.size(); ++i) set_outward(a, i, {static_cast<Real>(a.lower[i]) + b.lower[i], static_cast<Real>(a.upper[i]) + b.upper[i]});
+  for (std::size_t i = 0; i < a.lower.size(); ++i)
+    set_outward(a, i,
+                {static_cast<Real>(a.lower[i]) + b.lower[i], static_cast<Real>(a.upper[i]) + b.upper[i]});
   a.exact = a.exact && b.exact;
   return a;
 }
@@ -236,7 +250,8 @@ Bounds sum(Bounds a, const Bounds& b) {
 /// All axes alike.
 Bounds widened(Bounds a, double by) {
   if (a.is_empty()) return a;
-  for (std::size_t i = 0; i < a.lower.size(); ++i) set_outward(a, i, {static_cast<Real>(a.lower[i]) - by, static_cast<Real>(a.upper[i]) + by});
+  for (std::size_t i = 0; i < a.lower.size(); ++i)
+    set_outward(a, i, {static_cast<Real>(a.lower[i]) - by, static_cast<Real>(a.upper[i]) + by});
   a.exact = false;
   return a;
 }
@@ -256,7 +271,8 @@ struct OfConstruct {
     if (extrusion.twist != 0) {  // within the circle around all its corners
       double reach = 0;
       for (const double x : {bottom.lower[0], bottom.upper[0]})
-        for (const double y : {bottom.lower[1], bottom.upper[1]}) reach = std::max(reach, std::hypot(x, y) * (1 + 0x1p-40));
+        for (const double y : {bottom.lower[1], bottom.upper[1]})
+          reach = std::max(reach, std::hypot(x, y) * (1 + 0x1p-40));
       bottom = box(2, -reach, reach);
     }
     const double wide = extrusion.twist != 0 ? std::max(extrusion.scale[0], extrusion.scale[1]) : 0;
@@ -264,7 +280,9 @@ struct OfConstruct {
       Bounds at = bottom;
       for (std::size_t i = 0; i < 2; ++i) {
         const Real move = static_cast<Real>(extrusion.direction[i]) * (t - (extrusion.center ? 0.5 : 0));
-        set_outward(at, i, {static_cast<Real>(bottom.lower[i]) * scale[i] + move, static_cast<Real>(bottom.upper[i]) * scale[i] + move});
+        set_outward(at, i,
+                    {static_cast<Real>(bottom.lower[i]) * scale[i] + move,
+                     static_cast<Real>(bottom.upper[i]) * scale[i] + move});
       }
       const double z = extrusion.direction[2] * (t - (extrusion.center ? 0.5 : 0));
       at.lower.push_back(z);
@@ -286,7 +304,8 @@ struct OfConstruct {
   }
 
   Bounds operator()(const Offset& offset) const {
-    if (offset.distance > 0 && offset.join == Offset::Join::mitre) return everything(2);  // a corner may be as sharp as it likes
+    if (offset.distance > 0 && offset.join == Offset::Join::mitre)
+      return everything(2);  // a corner may be as sharp as it likes
     return offset.distance > 0 ? widened(first(), offset.distance * 1.5) : widened(first(), 0);
   }
 
@@ -305,10 +324,14 @@ struct OfConstruct {
     const auto d = static_cast<std::size_t>(dimension);
     for (std::size_t i = 1; i < d; ++i)
       if (resize.size[i] > resize.size[largest]) largest = i;
-    const auto length = [&](std::size_t i) { return static_cast<Real>(first().upper[i]) - static_cast<Real>(first().lower[i]); };
+    const auto length = [&](std::size_t i) {
+      return static_cast<Real>(first().upper[i]) - static_cast<Real>(first().lower[i]);
+    };
     const Real automatic = resize.size[largest] > 0 ? resize.size[largest] / length(largest) : 1;
     for (std::size_t i = 0; i < d; ++i) {
-      const Real factor = resize.size[i] > 0 ? resize.size[i] / length(i) : resize.automatic[i] ? automatic : 1;
+      const Real factor = resize.size[i] > 0    ? resize.size[i] / length(i)
+                          : resize.automatic[i] ? automatic
+                                                : 1;
       set_outward(result, i, {first().lower[i] * factor, first().upper[i] * factor});
     }
     return result;
@@ -317,7 +340,8 @@ struct OfConstruct {
   Bounds operator()(const Roof&) const {
     Bounds result = first();
     result.lower.push_back(0);
-    result.upper.push_back(0.53 * std::min(first().upper[0] - first().lower[0], first().upper[1] - first().lower[1]));
+    result.upper.push_back(
+        0.53 * std::min(first().upper[0] - first().lower[0], first().upper[1] - first().lower[1]));
     result.exact = false;
     return result;
   }
@@ -343,7 +367,9 @@ struct OfConstruct {
   Bounds operator()(const Section& section) const {
     const auto axis = static_cast<std::ptrdiff_t>(section.axis);
     Bounds rest = first();
-    if (section.at < rest.lower[static_cast<std::size_t>(axis)] || section.at > rest.upper[static_cast<std::size_t>(axis)]) return nothing(dimension);
+    if (section.at < rest.lower[static_cast<std::size_t>(axis)] ||
+        section.at > rest.upper[static_cast<std::size_t>(axis)])
+      return nothing(dimension);
     rest.lower.erase(rest.lower.begin() + axis);
     rest.upper.erase(rest.upper.begin() + axis);
     rest.exact = false;
@@ -359,7 +385,8 @@ struct OfConstruct {
       for (std::size_t i = 0; i < stride; ++i) {
         y[i] = static_cast<Real>(map.matrix[i * stride + d]);
         for (std::size_t j = 0; j < d; ++j)
-          y[i] += static_cast<Real>(map.matrix[i * stride + j]) * ((corner >> j & 1U) != 0 ? first().upper[j] : first().lower[j]);
+          y[i] += static_cast<Real>(map.matrix[i * stride + j]) *
+                  ((corner >> j & 1U) != 0 ? first().upper[j] : first().lower[j]);
       }
       if (!(y[d] > 0)) return everything(dimension);
       for (std::size_t i = 0; i < d; ++i) ranges[i].add(y[i] / y[d]);
@@ -389,7 +416,8 @@ struct OfConstruct {
 
 Bounds bounds_of(const Node& node, const std::vector<Bounds>& children) {
   const auto d = static_cast<std::size_t>(node.dimension);
-  if (const auto* primitive = std::get_if<Primitive>(&node.value)) return image(*primitive, identity(d), node.dimension);
+  if (const auto* primitive = std::get_if<Primitive>(&node.value))
+    return image(*primitive, identity(d), node.dimension);
   if (const auto* transform = std::get_if<Transform>(&node.value)) {
     Map map(transform->matrix.begin(), transform->matrix.end());
     const Node* below = &transform->child.node();
@@ -397,11 +425,13 @@ Bounds bounds_of(const Node& node, const std::vector<Bounds>& children) {
       map = product_of(map, inner->matrix, d + 1);
       below = &inner->child.node();
     }
-    if (const auto* primitive = std::get_if<Primitive>(&below->value)) return image(*primitive, map, node.dimension);
+    if (const auto* primitive = std::get_if<Primitive>(&below->value))
+      return image(*primitive, map, node.dimension);
     return image(children[0], transform->matrix);
   }
   if (const auto* construction = std::get_if<Construction>(&node.value)) {
-    if (std::any_of(children.begin(), children.end(), [](const Bounds& b) { return b.is_empty(); })) return nothing(node.dimension);
+    if (std::any_of(children.begin(), children.end(), [](const Bounds& b) { return b.is_empty(); }))
+      return nothing(node.dimension);
     return std::visit(OfConstruct{children, node.dimension}, construction->construct);
   }
   const auto* boolean = std::get_if<Boolean>(&node.value);

@@ -9,8 +9,8 @@
 #include "bsp2/model/expression/tessellation.hpp"
 #include "builder/convex_hull.hpp"
 #include "builder/matrix.hpp"
-#include "builder/polygon.hpp"
 #include "builder/node_making.hpp"
+#include "builder/polygon.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -91,14 +91,17 @@ Expression sphere(double radius, std::uint32_t sides) {
   return make_node(3, std::move(lathe));
 }
 
-Expression round_cylinder(int dimension, double radius, std::span<const double> lengths, std::uint32_t fineness) {
+Expression round_cylinder(int dimension, double radius, std::span<const double> lengths,
+                          std::uint32_t fineness) {
   const int all = dimension + static_cast<int>(lengths.size());
   if (dimension < 1 || all > 6) throw Error("ball: " + std::to_string(all) + " dimensions; it takes 1 to 6");
   require_finite({&radius, 1}, "ball");
   require_finite(lengths, "ball");
   require_fineness(fineness, "ball");
-  if (radius <= 0 || std::any_of(lengths.begin(), lengths.end(), [](double length) { return length <= 0; })) return Expression(all);
-  if (dimension > 1) return make_node(all, Round{radius, radius, {lengths.begin(), lengths.end()}, 0, fineness});
+  if (radius <= 0 || std::any_of(lengths.begin(), lengths.end(), [](double length) { return length <= 0; }))
+    return Expression(all);
+  if (dimension > 1)
+    return make_node(all, Round{radius, radius, {lengths.begin(), lengths.end()}, 0, fineness});
   std::vector<double> size{2 * radius}, matrix(static_cast<std::size_t>((all + 1) * (all + 1)));
   size.insert(size.end(), lengths.begin(), lengths.end());
   for (int i = 0; i <= all; ++i) matrix[static_cast<std::size_t>(i * (all + 2))] = 1;
@@ -106,8 +109,10 @@ Expression round_cylinder(int dimension, double radius, std::span<const double> 
   return make_node(all, Transform{std::move(matrix), make_node(all, Cuboid{std::move(size)})});
 }
 
-Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths, std::uint32_t fineness) {
-  return round_cylinder(dimension, radius, std::span<const double>(lengths.begin(), lengths.size()), fineness);
+Expression round_cylinder(int dimension, double radius, std::initializer_list<double> lengths,
+                          std::uint32_t fineness) {
+  return round_cylinder(dimension, radius, std::span<const double>(lengths.begin(), lengths.size()),
+                        fineness);
 }
 
 Expression ball(int dimension, double radius, std::uint32_t fineness) {
@@ -118,7 +123,8 @@ Expression cone(double height, double radius_bottom, double radius_top, std::uin
   const double numbers[] = {height, radius_bottom, radius_top};
   require_finite(numbers, "cone");
   require_fineness(fineness, "cone");
-  if (radius_bottom < 0 || radius_top < 0 || (radius_bottom == 0 && radius_top == 0) || height <= 0) return Expression(3);
+  if (radius_bottom < 0 || radius_top < 0 || (radius_bottom == 0 && radius_top == 0) || height <= 0)
+    return Expression(3);
   return make_node(3, Round{radius_bottom, radius_top, {height}, 0, fineness});
 }
 
@@ -127,7 +133,8 @@ Expression torus(double major, double minor, std::uint32_t fineness) {
   require_finite(numbers, "torus");
   require_fineness(fineness, "torus");
   if (major <= 0 || minor <= 0) return Expression(3);
-  if (minor > major) throw Error("torus: its tube would cross the axis: r is larger than R; it takes r up to R");
+  if (minor > major)
+    throw Error("torus: its tube would cross the axis: r is larger than R; it takes r up to R");
   return make_node(3, Torus{major, minor, fineness});
 }
 
@@ -138,7 +145,8 @@ Expression circle(double radius, std::uint32_t sides) {
   return make_node(2, RegularPolygon{sides, radius});
 }
 
-Expression polygon(const std::vector<std::array<double, 2>>& points, const std::vector<std::vector<std::uint32_t>>& paths) {
+Expression polygon(const std::vector<std::array<double, 2>>& points,
+                   const std::vector<std::vector<std::uint32_t>>& paths) {
   for (const auto& point : points) require_finite(point, "polygon");
   FaceCycles cycles;
   for (const auto& path : paths) {
@@ -156,7 +164,8 @@ Expression polygon(const std::vector<std::array<double, 2>>& points, const std::
   for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(make_node(2, std::move(piece)));
   if (pieces.empty()) return Expression(2);
   if (pieces.size() == 1) return pieces.front();
-  return make_node(2, Boolean{polygon.disjoint ? Operation::unite : Operation::symmetric_difference, std::move(pieces), 1});
+  return make_node(2, Boolean{polygon.disjoint ? Operation::unite : Operation::symmetric_difference,
+                              std::move(pieces), 1});
 }
 
 Expression convex_hull(const std::vector<std::array<double, 2>>& points) {

@@ -8,9 +8,10 @@
 #include "bsp2/geometry/exact/exact.hpp"
 #include "mesh/predicates.hpp"
 
-// Quickhull: Barber, Dobkin, Huhdanpaa, "The quickhull algorithm for convex hulls" (1996). The farthest point outside a
-// facet is added next; the facets it sees are replaced by a fan around it. Which facets it sees is decided exactly, and
-// those whose plane it lies on count as seen: so coplanar points never leave a facet without area.
+// Quickhull: Barber, Dobkin, Huhdanpaa, "The quickhull algorithm for convex hulls" (1996). The farthest point
+// outside a facet is added next; the facets it sees are replaced by a fan around it. Which facets it sees is
+// decided exactly, and those whose plane it lies on count as seen: so coplanar points never leave a facet
+// without area.
 
 namespace bsp2::model {
 namespace {
@@ -19,9 +20,10 @@ constexpr double tolerance = 0x1p-46;
 
 using Plane = std::vector<std::array<double, 2>>;
 
-/// Corners between a and b on the right of the line a b, in this order, without those that lie on it within `distance`.
-void add_chain(const Plane& points, const std::vector<std::uint32_t>& candidates, std::uint32_t a, std::uint32_t b, double distance,
-               std::vector<std::uint32_t>& chain) {
+/// Corners between a and b on the right of the line a b, in this order, without those that lie on it within
+/// `distance`.
+void add_chain(const Plane& points, const std::vector<std::uint32_t>& candidates, std::uint32_t a,
+               std::uint32_t b, double distance, std::vector<std::uint32_t>& chain) {
   struct Span {
     std::uint32_t a, b;
     std::vector<std::uint32_t> candidates;
@@ -68,7 +70,9 @@ Plane exactly_convex(Plane corners) {
   if (corners.size() < 3) return {};
   Plane hull;
   const auto extend = [&](const std::array<double, 2>& p, std::size_t keep) {
-    const auto turns_left = [&](const auto& a, const auto& b) { return orientation({a[0], a[1]}, {b[0], b[1]}, {p[0], p[1]}) > 0; };
+    const auto turns_left = [&](const auto& a, const auto& b) {
+      return orientation({a[0], a[1]}, {b[0], b[1]}, {p[0], p[1]}) > 0;
+    };
     while (hull.size() > keep && !turns_left(hull[hull.size() - 2], hull.back())) hull.pop_back();
     hull.push_back(p);
   };
@@ -136,13 +140,18 @@ class Quickhull {
   static std::array<Real, 3> cross(const std::array<Real, 3>& u, const std::array<Real, 3>& v) {
     return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
   }
-  static Real dot(const std::array<Real, 3>& u, const std::array<Real, 3>& v) { return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]; }
+  static Real dot(const std::array<Real, 3>& u, const std::array<Real, 3>& v) {
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+  }
 
-  Real distance(const Facet& facet, std::uint32_t point) const { return dot(facet.normal, difference(point, facet.corners[0])); }
+  Real distance(const Facet& facet, std::uint32_t point) const {
+    return dot(facet.normal, difference(point, facet.corners[0]));
+  }
 
   /// Sign of the volume of a b c d: > 0 if d is on the side from which a b c turn counter-clockwise. Exact.
   int side(const Corners& facet, std::uint32_t point) const {
-    const auto u = difference(facet[1], facet[0]), v = difference(facet[2], facet[0]), w = difference(point, facet[0]);
+    const auto u = difference(facet[1], facet[0]), v = difference(facet[2], facet[0]),
+               w = difference(point, facet[0]);
     Real value = 0, magnitude = 0;
     for (int i = 0; i < 3; ++i) {
       const Real a = u[(i + 1) % 3] * v[(i + 2) % 3], b = u[(i + 2) % 3] * v[(i + 1) % 3];
@@ -155,7 +164,8 @@ class Quickhull {
     Integer sum = 0;
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
-      sum += exact(point, i) * (exact(facet[1], j) * exact(facet[2], k) - exact(facet[1], k) * exact(facet[2], j));
+      sum += exact(point, i) *
+             (exact(facet[1], j) * exact(facet[2], k) - exact(facet[1], k) * exact(facet[2], j));
     }
     return sum.sign();
   }
@@ -193,8 +203,10 @@ class Quickhull {
         if (const Real m = measure(i); m > most) most = m, best = i;
       return std::pair{best, most};
     };
-    const std::uint32_t a = farthest([&](std::uint32_t i) { return static_cast<Real>(points_[i][0]) + 0x1p60L; }).first;
-    const std::uint32_t b = farthest([&](std::uint32_t i) { return dot(difference(i, a), difference(i, a)); }).first;
+    const std::uint32_t a =
+        farthest([&](std::uint32_t i) { return static_cast<Real>(points_[i][0]) + 0x1p60L; }).first;
+    const std::uint32_t b =
+        farthest([&](std::uint32_t i) { return dot(difference(i, a), difference(i, a)); }).first;
     const auto axis = difference(b, a);
     const Real length = std::sqrt(dot(axis, axis));
     const auto [c, width] = farthest([&](std::uint32_t i) {
@@ -204,7 +216,8 @@ class Quickhull {
     if (length == 0 || width <= grid_tolerance * length) return false;
     auto normal = cross(axis, difference(c, a));
     const Real size = std::sqrt(dot(normal, normal));
-    const auto [d, height] = farthest([&](std::uint32_t i) { return std::fabs(dot(difference(i, a), normal)); });
+    const auto [d, height] =
+        farthest([&](std::uint32_t i) { return std::fabs(dot(difference(i, a), normal)); });
     if (height <= grid_tolerance * size) return false;
     const int above = side({a, b, c}, d);
     if (above == 0) return false;
@@ -227,8 +240,9 @@ class Quickhull {
 
   void add_farthest(std::uint32_t start) {
     auto& candidates = facets_[start].outside;
-    const auto top = std::max_element(candidates.begin(), candidates.end(),
-                                      [&](auto a, auto b) { return distance(facets_[start], a) < distance(facets_[start], b); });
+    const auto top = std::max_element(candidates.begin(), candidates.end(), [&](auto a, auto b) {
+      return distance(facets_[start], a) < distance(facets_[start], b);
+    });
     const std::uint32_t point = *top;
     std::swap(*top, candidates.back());
     candidates.pop_back();
@@ -245,13 +259,14 @@ class Quickhull {
         if (side(next.corners, point) >= 0) {
           next.seen_by = point;
           seen.push_back(facet.neighbours[k]);
-        } 
+        }
       }
     }
     for (const std::uint32_t f : seen) {
       Facet& facet = facets_[f];
       for (int k = 0; k < 3; ++k)
-        if (facets_[facet.neighbours[k]].seen_by != point) horizon.push_back({facet.corners[k], facet.corners[(k + 1) % 3], facet.neighbours[k]});
+        if (facets_[facet.neighbours[k]].seen_by != point)
+          horizon.push_back({facet.corners[k], facet.corners[(k + 1) % 3], facet.neighbours[k]});
       facet.alive = false;
       left.insert(left.end(), facet.outside.begin(), facet.outside.end());
       facet.outside = {};
@@ -279,7 +294,8 @@ class Quickhull {
       facets_[first + next].neighbours[2] = first + i;
       Facet& beyond = facets_[edge.beyond];
       for (int k = 0; k < 3; ++k)
-        if (beyond.corners[k] == edge.to && beyond.corners[(k + 1) % 3] == edge.from) beyond.neighbours[k] = first + i;
+        if (beyond.corners[k] == edge.to && beyond.corners[(k + 1) % 3] == edge.from)
+          beyond.neighbours[k] = first + i;
     }
   }
 };
@@ -292,7 +308,8 @@ std::vector<std::array<double, 2>> hull_corners(const Plane& points) {
   std::vector<std::uint32_t> all(points.size()), chain;
   for (std::uint32_t i = 0; i < all.size(); ++i) all[i] = i;
   const auto less = [&](auto a, auto b) { return points[a] < points[b]; };
-  const std::uint32_t low = *std::min_element(all.begin(), all.end(), less), high = *std::max_element(all.begin(), all.end(), less);
+  const std::uint32_t low = *std::min_element(all.begin(), all.end(), less),
+                      high = *std::max_element(all.begin(), all.end(), less);
   add_chain(points, all, low, high, distance, chain);
   add_chain(points, all, high, low, distance, chain);
   Plane corners;
@@ -310,7 +327,9 @@ std::optional<TriangleMesh> hull_mesh(const std::vector<std::array<double, 3>>& 
     on_grid.emplace_back(rounded, p);
   }
   std::sort(on_grid.begin(), on_grid.end());
-  on_grid.erase(std::unique(on_grid.begin(), on_grid.end(), [](const auto& a, const auto& b) { return a.first == b.first; }), on_grid.end());
+  on_grid.erase(std::unique(on_grid.begin(), on_grid.end(),
+                            [](const auto& a, const auto& b) { return a.first == b.first; }),
+                on_grid.end());
   std::vector<Quickhull::GridPoint> grid;
   for (const auto& [point, index] : on_grid) grid.push_back(point);
   const auto facets = Quickhull(grid).run();
@@ -325,7 +344,8 @@ std::optional<TriangleMesh> hull_mesh(const std::vector<std::array<double, 3>>& 
       if (n == ~std::uint32_t{0}) {
         n = static_cast<std::uint32_t>(mesh.points.size());
         auto& point = mesh.points.emplace_back();
-        for (int i = 0; i < 3; ++i) point[i] = std::ldexp(static_cast<double>(grid[facet[k]][i]), exponent - 53);
+        for (int i = 0; i < 3; ++i)
+          point[i] = std::ldexp(static_cast<double>(grid[facet[k]][i]), exponent - 53);
       }
       triangle[k] = n;
     }

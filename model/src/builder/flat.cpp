@@ -17,7 +17,8 @@ using Corners = std::vector<std::vector<double>>;
 /// Each point once.
 Corners distinct(std::size_t d, std::span<const double> points) {
   Corners all;
-  for (std::size_t i = 0; i + d <= points.size(); i += d) all.emplace_back(points.begin() + i, points.begin() + i + d);
+  for (std::size_t i = 0; i + d <= points.size(); i += d)
+    all.emplace_back(points.begin() + i, points.begin() + i + d);
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
@@ -32,7 +33,8 @@ double area(const std::vector<std::array<double, 2>>& polygon) {
   return twice / 2;
 }
 
-/// Of points in a plane in space, the corners of their hull: seen from the side from which it is largest. Nothing where they lie on a line.
+/// Of points in a plane in space, the corners of their hull: seen from the side from which it is largest.
+/// Nothing where they lie on a line.
 Corners corners_in_space(const Corners& points) {
   std::vector<std::array<double, 2>> largest;
   std::size_t first = 0, second = 1;
@@ -47,9 +49,10 @@ Corners corners_in_space(const Corners& points) {
   }
   std::sort(largest.begin(), largest.end());
   Corners corners;
-  std::copy_if(points.begin(), points.end(), std::back_inserter(corners), [&](const std::vector<double>& point) {
-    return std::binary_search(largest.begin(), largest.end(), std::array{point[first], point[second]});
-  });
+  std::copy_if(
+      points.begin(), points.end(), std::back_inserter(corners), [&](const std::vector<double>& point) {
+        return std::binary_search(largest.begin(), largest.end(), std::array{point[first], point[second]});
+      });
   return corners;
 }
 
@@ -73,6 +76,8 @@ bool is_flat(const Primitive& primitive) {
   return polytope != nullptr && polytope->half_spaces.empty();
 }
 
-const char* flat_place(int dimension) { return dimension == 3 ? "in one plane" : dimension == 2 ? "on one line" : "in one hyperplane"; }
+const char* flat_place(int dimension) {
+  return dimension == 3 ? "in one plane" : dimension == 2 ? "on one line" : "in one hyperplane";
+}
 
 }  // namespace bsp2::model

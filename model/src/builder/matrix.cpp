@@ -44,19 +44,22 @@ bool is_singular(std::vector<double> a, int n, int stride) {
   return false;
 }
 
-/// Whether the columns of a 3 x 3 part are far from any plane together: such a matrix is not singular, whatever is_singular would
-/// take into account. Most matrices pass, for less.
+/// Whether the columns of a 3 x 3 part are far from any plane together: such a matrix is not singular,
+/// whatever is_singular would take into account. Most matrices pass, for less.
 bool is_clearly_regular(const std::vector<double>& m) {
-  const double determinant = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+  const double determinant = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
+                             m[2] * (m[4] * m[9] - m[5] * m[8]);
   double squares = 1;
-  for (int column = 0; column < 3; ++column) squares *= m[column] * m[column] + m[4 + column] * m[4 + column] + m[8 + column] * m[8 + column];
+  for (int column = 0; column < 3; ++column)
+    squares *= m[column] * m[column] + m[4 + column] * m[4 + column] + m[8 + column] * m[8 + column];
   return squares > 1e-290 && determinant * determinant > 1e-6 * squares;
 }
 
 }  // namespace
 
 MatrixKind normalize_affine(std::vector<double>& matrix) {
-  const int stride = matrix.size() == 16 ? 4 : static_cast<int>(std::lround(std::sqrt(static_cast<double>(matrix.size()))));
+  const int stride =
+      matrix.size() == 16 ? 4 : static_cast<int>(std::lround(std::sqrt(static_cast<double>(matrix.size()))));
   const int n = stride - 1;
   if (const double last = matrix.back(); last != 1)
     for (double& entry : matrix) entry /= last;
@@ -73,7 +76,9 @@ double volume_scale(const std::array<double, 16>& matrix) {
   normalize_affine(affine);
   using Quad = boost::multiprecision::cpp_bin_float_quad;  // a shear is a difference of large products
   const auto minor = [&](int i, int j) -> Quad {
-    const auto at = [&](int row, int k) { return Quad(affine[static_cast<std::size_t>(4 * row + (j + k) % 3)]); };
+    const auto at = [&](int row, int k) {
+      return Quad(affine[static_cast<std::size_t>(4 * row + (j + k) % 3)]);
+    };
     return at((i + 1) % 3, 1) * at((i + 2) % 3, 2) - at((i + 1) % 3, 2) * at((i + 2) % 3, 1);
   };
   Quad determinant = 0;

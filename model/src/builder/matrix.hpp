@@ -12,7 +12,8 @@ enum class MatrixKind { regular, singular, not_finite };
 /// last row. `matrix` becomes affine; it is meaningful only if it is regular.
 MatrixKind normalize_affine(std::vector<double>& matrix);
 
-/// What the affine map of such a 4 x 4 matrix multiplies volumes by: the absolute value of its determinant, within 1e-15 of it.
+/// What the affine map of such a 4 x 4 matrix multiplies volumes by: the absolute value of its determinant,
+/// within 1e-15 of it.
 double volume_scale(const std::array<double, 16>& matrix);
 
 }  // namespace bsp2::model

@@ -12,10 +12,10 @@
 
 #include "bsp2/geometry/support/parallel.hpp"
 #include "bsp2/model/expression/csg.hpp"
+#include "builder/mesh_shells.hpp"
+#include "mesh/mesh_crossing.hpp"
 #include "text/csg_arguments.hpp"
 #include "text/csg_scanner.hpp"
-#include "mesh/mesh_crossing.hpp"
-#include "builder/mesh_shells.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -27,7 +27,8 @@ struct Finding {
   double volume = 0;
 };
 
-/// The sum over faces cancels itself where a mesh is thin or winds both ways round, so it takes numbers of twice a double's digits.
+/// The sum over faces cancels itself where a mesh is thin or winds both ways round, so it takes numbers of
+/// twice a double's digits.
 double sum_of_faces(const TriangleMesh& mesh) {
   using Quad = boost::multiprecision::cpp_bin_float_quad;
   const Point3& o = mesh.points[mesh.triangles[0][0]];
@@ -36,13 +37,16 @@ double sum_of_faces(const TriangleMesh& mesh) {
     Quad e[3][3];
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t k = 0; k < 3; ++k) e[i][k] = Quad(mesh.points[triangle[i]][k]) - o[k];
-    sum += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) + e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+    sum += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
+           e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
            e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
   }
   return static_cast<double>(sum / 6);
 }
 
-std::string point_text(const Point3& p) { return "(" + text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]) + ")"; }
+std::string point_text(const Point3& p) {
+  return "(" + text_of(p[0]) + ", " + text_of(p[1]) + ", " + text_of(p[2]) + ")";
+}
 
 Finding finding_of(const TriangleMesh& mesh, unsigned threads) {
   std::string fault;
@@ -50,15 +54,17 @@ Finding finding_of(const TriangleMesh& mesh, unsigned threads) {
   if (crossing) {
     fault = "crosses itself: " + text_of(*crossing);
   } else if (const auto odd = odd_winding(mesh)) {
-    fault = "does not wind once around all that it encloses: beside the corner " + point_text(odd->corner) + " its faces wind " +
-            std::to_string(odd->times) + " times around a point";
+    fault = "does not wind once around all that it encloses: beside the corner " + point_text(odd->corner) +
+            " its faces wind " + std::to_string(odd->times) + " times around a point";
   } else {
     return {};
   }
   return {fault, crossing.has_value(), sum_of_faces(mesh)};
 }
 
-const TriangleMesh& mesh_of(const Expression& solid) { return std::get<TriangleMesh>(std::get<Primitive>(solid.node().value)); }
+const TriangleMesh& mesh_of(const Expression& solid) {
+  return std::get<TriangleMesh>(std::get<Primitive>(solid.node().value));
+}
 
 bool is_large(const TriangleMesh& mesh) { return mesh.triangles.size() >= 10000; }
 
@@ -71,9 +77,11 @@ std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigne
     if (is_new) meshes.emplace_back(&mesh_of(mesh.solid), &found->second);
   }
   constexpr std::size_t grain = 16;
-  const auto end_of_large = std::partition(meshes.begin(), meshes.end(), [](const auto& mesh) { return is_large(*mesh.first); });
+  const auto end_of_large =
+      std::partition(meshes.begin(), meshes.end(), [](const auto& mesh) { return is_large(*mesh.first); });
   const std::span large(meshes.begin(), end_of_large), others(end_of_large, meshes.end());
-  const auto look_at = [&](std::span<const std::pair<const TriangleMesh*, Finding*>> some, std::size_t at_once) {
+  const auto look_at = [&](std::span<const std::pair<const TriangleMesh*, Finding*>> some,
+                           std::size_t at_once) {
     geometry::for_each_range(some.size(), at_once, threads, [&](std::size_t first, std::size_t end) {
       for (const auto& [mesh, finding] : some.subspan(first, end - first)) *finding = finding_of(*mesh, 1);
     });
@@ -90,15 +98,17 @@ std::unordered_map<const Node*, Finding> findings_of(const Model& model, unsigne
 bool is_nested(TriangleMesh mesh) { return turn_shells(mesh).nested > 0; }
 
 std::string warning_of(const Model::Mesh& mesh, const std::string& fault, std::optional<double> volume) {
-  std::string text = (mesh.file.empty() ? "this polyhedron " : "the mesh of " + mesh.file.string() + " ") + fault +
-                     ". A point counts once, however often the faces wind around it";
-  if (volume) text += "; the volume that the faces sum up to, " + text_of(*volume) + ", may count it several times";
+  std::string text = (mesh.file.empty() ? "this polyhedron " : "the mesh of " + mesh.file.string() + " ") +
+                     fault + ". A point counts once, however often the faces wind around it";
+  if (volume)
+    text += "; the volume that the faces sum up to, " + text_of(*volume) + ", may count it several times";
   return text;
 }
 
 }  // namespace
 
-MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name, unsigned threads) {
+MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::string& name,
+                         unsigned threads) {
   constexpr std::size_t most_warnings = 100;
   MeshOverlaps overlaps;
   const std::unordered_map<const Node*, Finding> findings = findings_of(model, threads);
@@ -112,8 +122,10 @@ MeshOverlaps overlaps_of(const Model& model, std::string_view text, const std::s
     const std::string place = name + ":" + lines.at(mesh.offset);
     std::optional<double> volume;
     if (mesh.scale) volume = *mesh.scale * finding.volume;
-    const auto part = std::lower_bound(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset) - model.part_offsets.begin();
-    overlaps.meshes.push_back({place, mesh.file.string(), static_cast<std::size_t>(part), triangles.triangles.size(), volume});
+    const auto part = std::lower_bound(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset) -
+                      model.part_offsets.begin();
+    overlaps.meshes.push_back(
+        {place, mesh.file.string(), static_cast<std::size_t>(part), triangles.triangles.size(), volume});
     if (!is_new || overlaps.warnings.size() == most_warnings) continue;
     const bool is_told = !mesh.file.empty() && !finding.crosses && is_nested(triangles);  // when it was read
     if (!is_told) overlaps.warnings.push_back(place + ": " + warning_of(mesh, finding.fault, volume));

@@ -7,10 +7,10 @@
 #include <span>
 #include <utility>
 
+#include "builder/polyhedron.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/disjoint_sets.hpp"
 #include "mesh/mesh_line.hpp"
-#include "builder/polyhedron.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -38,7 +38,9 @@ void for_each_edge(const TriangleMesh& mesh, Visit&& visit) {
     }
   for (std::size_t low = 0, begin = 0; low < mesh.points.size(); begin = ends[low++]) {
     const std::span<Use> own(uses.data() + begin, ends[low] - begin);
-    std::sort(own.begin(), own.end(), [](const Use& x, const Use& y) { return std::pair(x.high, x.triangle) < std::pair(y.high, y.triangle); });
+    std::sort(own.begin(), own.end(), [](const Use& x, const Use& y) {
+      return std::pair(x.high, x.triangle) < std::pair(y.high, y.triangle);
+    });
     for (std::size_t first = 0, last = 0; first < own.size(); first = last) {
       while (last < own.size() && own[last].high == own[first].high) ++last;
       visit(own.subspan(first, last - first));
@@ -58,13 +60,14 @@ Box3 line_along(int axis, const Point2& at) {
 
 /// The shells beside a triangle, on the inner side of its own shell.
 struct Beside {
-  int own = 0;                                             ///< how often the shell winds around what is there
+  int own = 0;                                            ///< how often the shell winds around what is there
   std::vector<std::pair<std::uint32_t, int>> containers;  ///< other shells, ascending, and how often they do
 };
 
 class ShellTurner {
  public:
-  explicit ShellTurner(TriangleMesh& mesh, Shells shells) : mesh_(mesh), shells_(std::move(shells)), tree_(triangle_boxes(mesh)) {
+  explicit ShellTurner(TriangleMesh& mesh, Shells shells)
+      : mesh_(mesh), shells_(std::move(shells)), tree_(triangle_boxes(mesh)) {
     group();
     slots_.resize(shells_.count);
     find_containers();
@@ -73,7 +76,9 @@ class ShellTurner {
   ShellFaults run() {
     std::vector<std::uint32_t> order(shells_.count);  // those around a shell come before it
     std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return beside_[a].containers.size() < beside_[b].containers.size(); });
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      return beside_[a].containers.size() < beside_[b].containers.size();
+    });
     std::vector<bool> turned(shells_.count), nested(shells_.count);
     for (const std::uint32_t shell : order) {
       const Beside& beside = beside_[shell];
@@ -81,7 +86,8 @@ class ShellTurner {
       std::uint32_t parent = shell;  // the innermost one around it
       for (const auto& [other, winding] : beside.containers) {
         around += turned[other] ? -winding : winding;
-        if (parent == shell || beside_[other].containers.size() > beside_[parent].containers.size()) parent = other;
+        if (parent == shell || beside_[other].containers.size() > beside_[parent].containers.size())
+          parent = other;
       }
       if (around == 0) turned[shell] = beside.own < 0;
       if (around >= 1 && beside.own > 0) (around == 1 && turned[parent] ? turned : nested)[shell] = true;
@@ -110,8 +116,8 @@ class ShellTurner {
   }
 
   void find_containers() {
-    // Near all corners of a small shell, so that one that reaches out of another is not taken to lie in it; near some of a large one.
-    // Where shells lie in each other in their thousands a line meets them all.
+    // Near all corners of a small shell, so that one that reaches out of another is not taken to lie in it;
+    // near some of a large one. Where shells lie in each other in their thousands a line meets them all.
     constexpr std::size_t all_lines = 100'000, fewest = 3, most = 36, most_work = 10'000'000;
     const std::size_t samples = std::clamp(all_lines / shells_.count, fewest, most);
     beside_.resize(shells_.count);
@@ -136,7 +142,9 @@ class ShellTurner {
     Beside result = seen.front();
     for (const Beside& other : seen) {
       if (other.own != result.own) result.own = 0;
-      std::erase_if(result.containers, [&](const auto& container) { return !std::binary_search(other.containers.begin(), other.containers.end(), container); });
+      std::erase_if(result.containers, [&](const auto& container) {
+        return !std::binary_search(other.containers.begin(), other.containers.end(), container);
+      });
     }
     return result;
   }
@@ -158,7 +166,9 @@ class ShellTurner {
       const std::uint32_t other = shells_.of[i];
       if (other != shell && !shell_boxes_[other].contains(shell_boxes_[shell])) return false;
       const int direction = meets(mesh_, i, axis, *at);
-      const int place = direction == 0 ? -1 : i == triangle ? 0 : compare_heights(mesh_, i, triangle, axis, *at);
+      const int place = direction == 0  ? -1
+                        : i == triangle ? 0
+                                        : compare_heights(mesh_, i, triangle, axis, *at);
       if (place < 0) return false;
       std::uint32_t& slot = slots_[other];
       if (slot >= windings.size() || windings[slot].shell != other) {
@@ -188,7 +198,8 @@ class ShellTurner {
       if (nested[shell] && faults.nested++ == 0) faults.nested_at = corner;
       if (!turned[shell]) continue;
       if (faults.turned++ == 0) faults.turned_at = corner;
-      for (const std::uint32_t i : triangles_of(shell)) std::swap(mesh_.triangles[i][1], mesh_.triangles[i][2]);
+      for (const std::uint32_t i : triangles_of(shell))
+        std::swap(mesh_.triangles[i][1], mesh_.triangles[i][2]);
     }
     return faults;
   }
@@ -219,7 +230,8 @@ class SideFinder {
     const int axis = axis_across(mesh_, mesh_.triangles[triangle]);
     const auto at = point_near(mesh_, triangle, corner, axis);
     if (!at) return std::nullopt;
-    // A shell that winds around it reaches around all of its shell. Others need not be looked at, be there a lot of them on the line.
+    // A shell that winds around it reaches around all of its shell. Others need not be looked at, be there a
+    // lot of them on the line.
     const Box3& own = shell_tree_[shells_.of[triangle]];
     Box3 reach = own;
     shell_tree_.visit_meeting(own, [&](std::uint32_t shell) {
@@ -234,7 +246,9 @@ class SideFinder {
     tree_.visit_meeting(line, [&](std::uint32_t other) {
       if (!shell_tree_[shells_.of[other]].contains(own)) return false;
       const int direction = meets(mesh_, other, axis, *at);
-      const int place = direction == 0 ? -1 : other == triangle ? 0 : compare_heights(mesh_, other, triangle, axis, *at);
+      const int place = direction == 0      ? -1
+                        : other == triangle ? 0
+                                            : compare_heights(mesh_, other, triangle, axis, *at);
       if (place >= 0) sides.below += direction;
       if (place > 0) sides.above += direction;
       return false;
@@ -270,18 +284,21 @@ Shells shells_of(const TriangleMesh& mesh) {
   // Where more than two triangles meet: what is closed there already stays by itself.
   for_each_edge(mesh, [&](std::span<Use> uses) {
     if (uses.size() <= 2) return;
-    std::sort(uses.begin(), uses.end(), [&](const Use& x, const Use& y) { return sets.of(x.triangle) < sets.of(y.triangle); });
+    std::sort(uses.begin(), uses.end(),
+              [&](const Use& x, const Use& y) { return sets.of(x.triangle) < sets.of(y.triangle); });
     std::vector<std::uint32_t> open;
     for (std::size_t first = 0, last = 0; first < uses.size(); first = last) {
       int excess = 0;
-      for (; last < uses.size() && sets.of(uses[last].triangle) == sets.of(uses[first].triangle); ++last) excess += uses[last].direction;
+      for (; last < uses.size() && sets.of(uses[last].triangle) == sets.of(uses[first].triangle); ++last)
+        excess += uses[last].direction;
       if (excess != 0) open.push_back(uses[first].triangle);
     }
     for (const std::uint32_t triangle : open) sets.join(open.front(), triangle);
   });
   Shells shells;
   shells.of.resize(mesh.triangles.size());
-  for (std::uint32_t i = 0; i < shells.of.size(); ++i) shells.of[i] = sets.of(i) == i ? shells.count++ : shells.of[sets.of(i)];
+  for (std::uint32_t i = 0; i < shells.of.size(); ++i)
+    shells.of[i] = sets.of(i) == i ? shells.count++ : shells.of[sets.of(i)];
   return shells;
 }
 
@@ -305,21 +322,25 @@ std::vector<std::vector<std::uint32_t>> triangles_of_shells(const Shells& shells
   return triangles;
 }
 
-/// All over a shell, since a part of one may reach into another one by rounding alone: all samples that tell anything must agree.
-std::optional<OddWinding> odd_winding_of_shell(const TriangleMesh& mesh, const SideFinder& finder, std::span<const std::uint32_t> triangles) {
+/// All over a shell, since a part of one may reach into another one by rounding alone: all samples that tell
+/// anything must agree.
+std::optional<OddWinding> odd_winding_of_shell(const TriangleMesh& mesh, const SideFinder& finder,
+                                               std::span<const std::uint32_t> triangles) {
   constexpr std::size_t samples = 5, most_tries = 36;
   const std::size_t step = std::max<std::size_t>(1, triangles.size() / samples);
   std::optional<OddWinding> odd;
   std::size_t found = 0, tries = 0;
   for (std::size_t first = 0; first < step && found < samples && tries < most_tries; ++first)
-    for (std::size_t i = first; i < triangles.size() && found < samples && tries < most_tries; i += step, ++tries) {
+    for (std::size_t i = first; i < triangles.size() && found < samples && tries < most_tries;
+         i += step, ++tries) {
       const std::size_t corner = tries % 3;
       const auto sides = finder.sides_of(triangles[i], corner);
       if (!sides) continue;
       ++found;
       const auto is_usual = [](int times) { return times == 0 || times == 1; };
       if (is_usual(sides->above) && is_usual(sides->below)) return std::nullopt;
-      odd = OddWinding{is_usual(sides->above) ? sides->below : sides->above, mesh.points[mesh.triangles[triangles[i]][corner]]};
+      odd = OddWinding{is_usual(sides->above) ? sides->below : sides->above,
+                       mesh.points[mesh.triangles[triangles[i]][corner]]};
     }
   return odd;
 }

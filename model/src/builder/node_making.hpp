@@ -13,11 +13,14 @@
 /// What all makers of nodes share.
 namespace bsp2::model {
 
-inline Expression make_node(int dimension, Node::Value value) { return Expression(std::make_shared<Node>(dimension, std::move(value))); }
+inline Expression make_node(int dimension, Node::Value value) {
+  return Expression(std::make_shared<Node>(dimension, std::move(value)));
+}
 
 /// @throws Error that names `what`, unless all numbers are finite.
 inline void require_finite(std::span<const double> numbers, const char* what) {
-  if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); })) throw Error(std::string(what) + ": not a finite number");
+  if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }))
+    throw Error(std::string(what) + ": not a finite number");
 }
 
 }  // namespace bsp2::model

@@ -90,9 +90,7 @@ std::uint64_t hash_of(const Primitive& primitive) {
   return hash.value();
 }
 
-std::uint64_t address(const Expression& e) {
-  return reinterpret_cast<std::uintptr_t>(&e.node());
-}
+std::uint64_t address(const Expression& e) { return reinterpret_cast<std::uintptr_t>(&e.node()); }
 
 bool same_nodes(std::span<const Expression> a, std::span<const Expression> b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end(),
@@ -136,14 +134,16 @@ Expression NodePool::primitive(Primitive primitive, int dimension) {
       [&] { return Expression(std::make_shared<Node>(dimension, std::move(primitive))); });
 }
 
-Expression NodePool::boolean(Operation operation, int dimension, std::span<const Expression> operands, bool one_part) {
+Expression NodePool::boolean(Operation operation, int dimension, std::span<const Expression> operands,
+                             bool one_part) {
   const auto vanishes = [this](const Expression& e) { return is_empty(e); };
   if (operands.empty()) return empty(dimension);
   if (operation == Operation::subtract && is_empty(operands.front())) return empty(dimension);
   if (operation == Operation::intersect && std::any_of(operands.begin(), operands.end(), vanishes))
     return empty(dimension);
   operands_.assign(operands.begin(), operands.end());
-  if (operation != Operation::complement) std::erase_if(operands_, vanishes);  // what is not in nothing is everything
+  if (operation != Operation::complement)
+    std::erase_if(operands_, vanishes);  // what is not in nothing is everything
   if (operands_.empty()) return empty(dimension);
   if (operands_.size() == 1 && operation != Operation::complement) return operands_.front();
 
@@ -152,7 +152,8 @@ Expression NodePool::boolean(Operation operation, int dimension, std::span<const
   for (const Expression& operand : operands_) hash.add(address(operand));
   const auto equal = [&](const auto& value) {
     const auto* other = std::get_if<Boolean>(&value);
-    return other && other->operation == operation && (other->parts != 0) == one_part && same_nodes(other->children, operands_);
+    return other && other->operation == operation && (other->parts != 0) == one_part &&
+           same_nodes(other->children, operands_);
   };
   return find_or_make(hash.value(), dimension, equal, [&] {
     return Expression(std::make_shared<Node>(dimension, Boolean{operation, operands_, one_part ? 1U : 0U}));
@@ -185,8 +186,9 @@ Expression NodePool::coloured(const Colour& colour, const Expression& child) {
     const auto* other = std::get_if<Coloured>(&value);
     return other && other->child.same_node(child) && other->colour == colour;
   };
-  return find_or_make(hash.value(), child.dimension(), equal,
-                      [&] { return Expression(std::make_shared<Node>(child.dimension(), Coloured{colour, child})); });
+  return find_or_make(hash.value(), child.dimension(), equal, [&] {
+    return Expression(std::make_shared<Node>(child.dimension(), Coloured{colour, child}));
+  });
 }
 
 Expression NodePool::named(Named::Role role, const std::string& name, const Expression& child) {
@@ -199,8 +201,9 @@ Expression NodePool::named(Named::Role role, const std::string& name, const Expr
     const auto* other = std::get_if<Named>(&value);
     return other && other->child.same_node(child) && other->role == role && other->name == name;
   };
-  return find_or_make(hash.value(), child.dimension(), equal,
-                      [&] { return Expression(std::make_shared<Node>(child.dimension(), Named{role, name, child})); });
+  return find_or_make(hash.value(), child.dimension(), equal, [&] {
+    return Expression(std::make_shared<Node>(child.dimension(), Named{role, name, child}));
+  });
 }
 
 Expression NodePool::adopt(const Expression& made) {
@@ -213,7 +216,8 @@ Expression NodePool::adopt(const Expression& made) {
   return boolean(of.operation, node.dimension, children, of.parts != 0);
 }
 
-Expression NodePool::construction(const Construct& construct, int dimension, std::span<const Expression> operands) {
+Expression NodePool::construction(const Construct& construct, int dimension,
+                                  std::span<const Expression> operands) {
   Hash hash;
   hash.add(0x300 + static_cast<std::uint64_t>(construct.index()));
   for (const Expression& operand : operands) hash.add(address(operand));
@@ -222,7 +226,8 @@ Expression NodePool::construction(const Construct& construct, int dimension, std
     return other && other->construct == construct && same_nodes(other->operands, operands);
   };
   return find_or_make(hash.value(), dimension, equal, [&] {
-    return Expression(std::make_shared<Node>(dimension, Construction{construct, {operands.begin(), operands.end()}}));
+    return Expression(
+        std::make_shared<Node>(dimension, Construction{construct, {operands.begin(), operands.end()}}));
   });
 }
 

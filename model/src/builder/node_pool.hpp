@@ -18,13 +18,17 @@ namespace bsp2::model {
 class NodePool {
  public:
   static constexpr int most_dimensions = 6;
-  /// The empty solid of this dimension; of dimension 0: not even that ("nothing"), which has no say in anything.
-  [[nodiscard]] const Expression& empty(int dimension) const { return empty_[static_cast<std::size_t>(dimension)]; }
+  /// The empty solid of this dimension; of dimension 0: not even that ("nothing"), which has no say in
+  /// anything.
+  [[nodiscard]] const Expression& empty(int dimension) const {
+    return empty_[static_cast<std::size_t>(dimension)];
+  }
   [[nodiscard]] bool is_empty(const Expression& e) const { return e.same_node(empty(e.dimension())); }
   Expression primitive(Primitive primitive, int dimension);
   /// A Boolean of operands that are empty or of this dimension. None at all is the empty solid.
   /// @param one_part: it is what a single primitive of the source is made of.
-  Expression boolean(Operation operation, int dimension, std::span<const Expression> operands, bool one_part = false);
+  Expression boolean(Operation operation, int dimension, std::span<const Expression> operands,
+                     bool one_part = false);
   /// `matrix` is affine and not singular.
   Expression transform(std::vector<double> matrix, const Expression& child);
   Expression coloured(const Colour& colour, const Expression& child);
@@ -43,7 +47,9 @@ class NodePool {
     std::uint64_t hash = 0;
     std::uint32_t index = 0;  ///< 1 + index in nodes_, 0 = free
   };
-  std::array<Expression, most_dimensions + 1> empty_{Expression(0), Expression(1), Expression(2), Expression(3), Expression(4), Expression(5), Expression(6)};
+  std::array<Expression, most_dimensions + 1> empty_{Expression(0), Expression(1), Expression(2),
+                                                     Expression(3), Expression(4), Expression(5),
+                                                     Expression(6)};
   std::vector<Slot> slots_ = std::vector<Slot>(64);
   std::vector<Expression> nodes_;
   std::vector<Expression> operands_;  // scratch

@@ -11,9 +11,7 @@ namespace {
 
 using Plane = std::vector<std::array<double, 2>>;
 
-Point2 at(const Plane& points, std::uint32_t i) {
-  return {points[i][0], points[i][1]};
-}
+Point2 at(const Plane& points, std::uint32_t i) { return {points[i][0], points[i][1]}; }
 
 int turn(const Plane& points, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   return orientation(at(points, a), at(points, b), at(points, c));
@@ -25,7 +23,8 @@ bool is_left_or_straight(const Plane& points, std::uint32_t a, std::uint32_t b, 
   return side > 0 || (side == 0 && (points[a] < points[b]) == (points[b] < points[c]));
 }
 
-/// Whether the cycle goes around its points once, without a turn to the right: then its edges go up and down in x once.
+/// Whether the cycle goes around its points once, without a turn to the right: then its edges go up and down
+/// in x once.
 bool is_convex(const Plane& points, std::span<const std::uint32_t> cycle) {
   const std::size_t n = cycle.size();
   int changes = 0;
@@ -38,7 +37,8 @@ bool is_convex(const Plane& points, std::span<const std::uint32_t> cycle) {
 }
 
 /// Whether two edges share a point. Exact.
-bool touch(const Plane& points, const std::array<std::uint32_t, 2>& e, const std::array<std::uint32_t, 2>& f) {
+bool touch(const Plane& points, const std::array<std::uint32_t, 2>& e,
+           const std::array<std::uint32_t, 2>& f) {
   for (int k = 0; k < 2; ++k) {
     const auto [e_low, e_high] = std::minmax(points[e[0]][k], points[e[1]][k]);
     const auto [f_low, f_high] = std::minmax(points[f[0]][k], points[f[1]][k]);
@@ -60,15 +60,17 @@ bool is_simple(const Plane& points, std::span<const std::uint32_t> cycle) {
   }
   const BoxTree tree(std::move(boxes));
   const auto touches_another = [&](std::uint32_t i) {
-    return tree.visit_meeting(tree[i], [&](std::uint32_t j) { return j + 1 < i && (j + n != i + 1) && touch(points, edge(i), edge(j)); });
+    return tree.visit_meeting(tree[i], [&](std::uint32_t j) {
+      return j + 1 < i && (j + n != i + 1) && touch(points, edge(i), edge(j));
+    });
   };
   for (std::uint32_t i = 0; i < n; ++i)
     if (touches_another(i)) return false;
   return true;
 }
 
-/// Joins triangles across common edges as long as the union is convex (Hertel and Mehlhorn 1983: at most four times as
-/// many pieces as necessary).
+/// Joins triangles across common edges as long as the union is convex (Hertel and Mehlhorn 1983: at most four
+/// times as many pieces as necessary).
 class Joiner {
  public:
   Joiner(const Plane& points, std::span<const Triangle> triangles) : points_(points) {
@@ -107,7 +109,8 @@ class Joiner {
   void add(const Triangle& t) {
     const auto first = static_cast<std::uint32_t>(edges_.size());
     const auto polygon = static_cast<std::uint32_t>(parent_.size());
-    for (std::uint32_t k = 0; k < 3; ++k) edges_.push_back({t[k], first + (k + 1) % 3, first + (k + 2) % 3, polygon});
+    for (std::uint32_t k = 0; k < 3; ++k)
+      edges_.push_back({t[k], first + (k + 1) % 3, first + (k + 2) % 3, polygon});
     parent_.push_back(polygon);
   }
 
@@ -119,7 +122,8 @@ class Joiner {
     return p;
   }
 
-  /// Pairs of edges between the same corners in opposite directions, the longest first: what they part is thin.
+  /// Pairs of edges between the same corners in opposite directions, the longest first: what they part is
+  /// thin.
   std::vector<std::array<std::uint32_t, 2>> twins() const {
     std::vector<std::uint32_t> order(edges_.size());
     for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -131,7 +135,8 @@ class Joiner {
     std::vector<std::array<std::uint32_t, 2>> pairs;
     std::vector<std::uint32_t> forward, backward;
     const auto flush = [&] {
-      for (std::size_t i = 0; i < std::min(forward.size(), backward.size()); ++i) pairs.push_back({forward[i], backward[i]});
+      for (std::size_t i = 0; i < std::min(forward.size(), backward.size()); ++i)
+        pairs.push_back({forward[i], backward[i]});
       forward.clear();
       backward.clear();
     };
@@ -144,7 +149,8 @@ class Joiner {
       const auto &p = points_[edges_[pair[0]].from], &q = points_[edges_[pair[1]].from];
       return std::hypot(q[0] - p[0], q[1] - p[1]);
     };
-    std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) { return length(a) > length(b); });
+    std::stable_sort(pairs.begin(), pairs.end(),
+                     [&](const auto& a, const auto& b) { return length(a) > length(b); });
     return pairs;
   }
 
@@ -152,7 +158,8 @@ class Joiner {
     const std::uint32_t p = polygon_of(e), q = polygon_of(f);
     if (p == q) return;
     Edge &a = edges_[e], &b = edges_[f];
-    // Straight corners of both may lie on each other where a path touches itself: a corner of 360 degrees, that goes back.
+    // Straight corners of both may lie on each other where a path touches itself: a corner of 360 degrees,
+    // that goes back.
     if (!is_left_or_straight(points_, edges_[a.previous].from, a.from, to(b.next))) return;
     if (!is_left_or_straight(points_, edges_[b.previous].from, b.from, to(a.next))) return;
     edges_[a.previous].next = b.next;
@@ -181,7 +188,8 @@ namespace {
 FaceCycles with_equal_points_merged(const Plane& points, const FaceCycles& paths) {
   std::vector<std::uint32_t> order(points.size()), first(points.size());
   for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return points[a] != points[b] ? points[a] < points[b] : a < b; });
+  std::sort(order.begin(), order.end(),
+            [&](auto a, auto b) { return points[a] != points[b] ? points[a] < points[b] : a < b; });
   for (std::size_t i = 0; i < order.size(); ++i)
     first[order[i]] = i > 0 && points[order[i]] == points[order[i - 1]] ? first[order[i - 1]] : order[i];
   FaceCycles merged = paths;

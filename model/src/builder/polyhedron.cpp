@@ -13,10 +13,10 @@
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/builder/flat.hpp"
 #include "builder/convex_hull.hpp"
+#include "builder/mesh_shells.hpp"
 #include "mesh/mesh_merging.hpp"
 #include "mesh/mesh_patching.hpp"
 #include "mesh/mesh_repair.hpp"
-#include "builder/mesh_shells.hpp"
 #include "mesh/mesh_triangulation.hpp"
 
 namespace bsp2::model {
@@ -63,7 +63,8 @@ std::vector<std::uint32_t> first_equal(const std::vector<Point3>& points) {
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     std::uint64_t hash = 0;
     for (const double x : points[i]) {
-      hash = (hash ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9E3779B97F4A7C15ull;  // -0 == 0, so it hashes as 0
+      hash = (hash ^ std::bit_cast<std::uint64_t>(x + 0.0)) *
+             0x9E3779B97F4A7C15ull;  // -0 == 0, so it hashes as 0
       hash ^= hash >> 32;
     }
     std::size_t at = hash & (slots.size() - 1);
@@ -87,8 +88,9 @@ FaceCycles oriented(const std::vector<Point3>& points, const FaceCycles& faces) 
 
 std::string text_of(const std::vector<Point3>& points, const std::vector<OpenEdge>& open) {
   const OpenEdge& edge = open.front();
-  std::string text = "not closed: the edge from point " + std::to_string(edge.a) + " " + text_of(points[edge.a]) + " to point " +
-                     std::to_string(edge.b) + " " + text_of(points[edge.b]) + " has no matching face on its other side";
+  std::string text = "not closed: the edge from point " + std::to_string(edge.a) + " " +
+                     text_of(points[edge.a]) + " to point " + std::to_string(edge.b) + " " +
+                     text_of(points[edge.b]) + " has no matching face on its other side";
   if (open.size() > 1) text += "; " + counted(open.size() - 1, "more edge is", "more edges are") + " open";
   return text;
 }
@@ -157,7 +159,8 @@ bool cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
   for (const Triangle& t : triangles) ++ends[*std::min_element(t.begin(), t.end()) + std::size_t{1}];
   std::partial_sum(ends.begin(), ends.end(), ends.begin());
   std::vector<Key> keys(triangles.size());
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) keys[ends[*std::min_element(triangles[i].begin(), triangles[i].end())]++] = key_of(i);
+  for (std::uint32_t i = 0; i < triangles.size(); ++i)
+    keys[ends[*std::min_element(triangles[i].begin(), triangles[i].end())]++] = key_of(i);
   std::vector<bool> dropped(triangles.size());
   bool any = false, is_repeated = false;
   for (std::size_t corner = 0, from = 0; corner < points; from = ends[corner++]) {
@@ -170,7 +173,8 @@ bool cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
       std::size_t middle = begin;
       while (middle < end && !own[middle].even) ++middle;
       is_repeated |= std::max(middle - begin, end - middle) > std::min(middle - begin, end - middle) + 1;
-      for (std::size_t k = 0; k < std::min(middle - begin, end - middle); ++k) any = dropped[own[begin + k].index] = dropped[own[middle + k].index] = true;
+      for (std::size_t k = 0; k < std::min(middle - begin, end - middle); ++k)
+        any = dropped[own[begin + k].index] = dropped[own[middle + k].index] = true;
     }
   }
   if (!any) return is_repeated;
@@ -182,8 +186,10 @@ bool cancel_opposite(std::size_t points, std::vector<Triangle>& triangles) {
 }
 
 /// Triangles without any that is flat, as far as that keeps the mesh closed.
-/// @param has_flat whether there may be a flat one among the faces. @param is_repeated gets whether some triangle is there twice.
-std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces, bool has_flat = false, bool* is_repeated = nullptr) {
+/// @param has_flat whether there may be a flat one among the faces. @param is_repeated gets whether some
+/// triangle is there twice.
+std::vector<Triangle> closed_triangles(const std::vector<Point3>& points, FaceCycles faces,
+                                       bool has_flat = false, bool* is_repeated = nullptr) {
   std::vector<Triangle> triangles = triangulated(points, faces);
   if (triangles.size() != faces.size()) has_flat = true;  // of those that faces of more corners were cut into
   const bool repeated = cancel_opposite(points.size(), triangles);
@@ -221,7 +227,8 @@ TriangleMesh compact(const std::vector<Point3>& points, std::vector<Triangle> tr
 
 namespace {
 
-/// Triangles of closed faces as a mesh. @throws bsp2::Error if flat ones could not be taken out without opening it.
+/// Triangles of closed faces as a mesh. @throws bsp2::Error if flat ones could not be taken out without
+/// opening it.
 std::optional<TriangleMesh> mesh_of(const std::vector<Point3>& points, std::vector<Triangle> triangles) {
   if (triangles.empty()) return std::nullopt;
   if (const auto open = open_edges(as_faces(triangles)); !open.empty()) throw_open(points, open);
@@ -236,7 +243,8 @@ std::optional<TriangleMesh> outward(std::optional<TriangleMesh> mesh) {
 }
 
 /// Faces of a file that are closed as they stand: each of them once, if they are closed then as well.
-std::vector<Triangle> single_triangles(const std::vector<Point3>& points, const FaceCycles& solid, const std::function<void(std::string)>& warn) {
+std::vector<Triangle> single_triangles(const std::vector<Point3>& points, const FaceCycles& solid,
+                                       const std::function<void(std::string)>& warn) {
   bool is_repeated = false;
   std::vector<Triangle> triangles = closed_triangles(points, solid, false, &is_repeated);
   if (!is_repeated) return triangles;
@@ -244,23 +252,26 @@ std::vector<Triangle> single_triangles(const std::vector<Point3>& points, const 
   const FaceCycles once = without_duplicates(solid, count, &first);
   if (count == 0 || !open_edges(once).empty()) return triangles;  // where it covers itself that is told later
   std::string face;
-  for (const std::uint32_t corner : solid[first]) face += (face.empty() ? "" : ", ") + text_of(points[corner]);
+  for (const std::uint32_t corner : solid[first])
+    face += (face.empty() ? "" : ", ") + text_of(points[corner]);
   warn("made of faces that are there more than once, the first of them " + face + ". Repaired: " +
        counted(count, "face that was there already is", "faces that were there already are") + " left out");
   return closed_triangles(points, once);
 }
 
 /// The mesh of a file, whose shells all have their solid inside.
-std::optional<TriangleMesh> with_turned_shells(std::optional<TriangleMesh> mesh, const std::function<void(std::string)>& warn) {
+std::optional<TriangleMesh> with_turned_shells(std::optional<TriangleMesh> mesh,
+                                               const std::function<void(std::string)>& warn) {
   if (!mesh) return mesh;
   const ShellFaults faults = turn_shells(*mesh);
   const std::string all = counted(faults.shells, "shell", "shells");
   if (faults.turned > 0)
-    warn("inside out: the shell with the corner " + text_of(faults.turned_at) + ". Repaired: " + std::to_string(faults.turned) + " of " + all +
-         (faults.turned == 1 ? " is turned" : " are turned"));
+    warn("inside out: the shell with the corner " + text_of(faults.turned_at) + ". Repaired: " +
+         std::to_string(faults.turned) + " of " + all + (faults.turned == 1 ? " is turned" : " are turned"));
   if (faults.nested > 0)
     warn("wound around more than once: the shell with the corner " + text_of(faults.nested_at) +
-         " lies in another one and is wound like it, so it is no cavity but counts as inside. That holds for " +
+         " lies in another one and is wound like it, so it is no cavity but counts as inside. That holds "
+         "for " +
          std::to_string(faults.nested) + " of " + all);
   return mesh;
 }
@@ -286,13 +297,19 @@ Mended mended_mesh(const std::vector<Point3>& given, FaceCycles faces) {
   std::size_t count = 0;
   MergedCorners merged = merged_corners(given, faces);
   if (merged.count > 0)
-    mended.repairs.push_back(counted(merged.count, "corner that is", "corners that are") + " up to " + short_text_of(merged.distance) + " apart from " +
-                             (merged.count == 1 ? "another one is" : "others are") + " merged with " + (merged.count == 1 ? "it" : "these"));
+    mended.repairs.push_back(counted(merged.count, "corner that is", "corners that are") + " up to " +
+                             short_text_of(merged.distance) + " apart from " +
+                             (merged.count == 1 ? "another one is" : "others are") + " merged with " +
+                             (merged.count == 1 ? "it" : "these"));
   faces = without_copies(merged.faces, count);
-  if (count > 0) mended.repairs.push_back(counted(count, "face that was there already is", "faces that were there already are") + " left out");
+  if (count > 0)
+    mended.repairs.push_back(
+        counted(count, "face that was there already is", "faces that were there already are") + " left out");
   FaceCycles wound = consistently_wound(faces, count);
   if (count > 0 && open_edges(wound).size() < open_edges(faces).size()) {
-    mended.repairs.push_back(counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") + " turned");
+    mended.repairs.push_back(
+        counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") +
+        " turned");
     faces = std::move(wound);
   }
   faces = joined(given, faces, merged.distance);
@@ -305,7 +322,9 @@ Mended mended_mesh(const std::vector<Point3>& given, FaceCycles faces) {
   std::vector<Triangle> own = triangulated(mended.points, faces);
   mended.repairs.push_back(counted(open.size(), "open edge is", "open edges are") + " closed by caps");
   count = leave_out_sheets(mended.points, own, patches.triangles);
-  if (count > 0) mended.repairs.push_back(counted(count, "part that is", "parts that are") + " an open sheet and encloses nothing is left out");
+  if (count > 0)
+    mended.repairs.push_back(counted(count, "part that is", "parts that are") +
+                             " an open sheet and encloses nothing is left out");
   own.insert(own.end(), patches.triangles.begin(), patches.triangles.end());
   mended.triangles = closed_triangles(mended.points, as_faces(own), true);
   return mended;
@@ -336,15 +355,16 @@ std::optional<TriangleMesh> closed_mesh(const std::vector<Point3>& points, const
   return outward(mesh_of(points, closed_triangles(points, *solid)));
 }
 
-std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces, Holes holes,
-                                          const std::function<void(std::string)>& warn) {
+std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, const FaceCycles& faces,
+                                          Holes holes, const std::function<void(std::string)>& warn) {
   check_input(given, faces);
   const FaceCycles all = oriented(given, faces);
   const auto finished = [&](std::optional<TriangleMesh> mesh) {
     return holes == Holes::cap ? with_turned_shells(std::move(mesh), warn) : outward(std::move(mesh));
   };
   if (const auto solid = closed(given, all))
-    return finished(mesh_of(given, holes == Holes::cap ? single_triangles(given, *solid, warn) : closed_triangles(given, *solid)));
+    return finished(mesh_of(given, holes == Holes::cap ? single_triangles(given, *solid, warn)
+                                                       : closed_triangles(given, *solid)));
   const std::string what = text_of(given, open_edges(all));
   std::vector<std::string> repairs;
   const auto tell = [&](const std::vector<std::string>& all) {
@@ -361,15 +381,20 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
   FaceCycles cycles = all;
   const FaceCycles once = without_duplicates(cycles, count);
   if (count > 0) {
-    const std::string repair = counted(count, "face that was there already is", "faces that were there already are") + " left out";
-    if (const auto solid = closed(given, once)) return told(repair), finished(mesh_of(given, closed_triangles(given, *solid)));
+    const std::string repair =
+        counted(count, "face that was there already is", "faces that were there already are") + " left out";
+    if (const auto solid = closed(given, once))
+      return told(repair), finished(mesh_of(given, closed_triangles(given, *solid)));
     repairs.push_back(repair);
     cycles = once;
   }
   const FaceCycles wound = consistently_wound(cycles, count);
   if (count > 0 && open_edges(wound).size() < open_edges(cycles).size()) {
-    const std::string repair = counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") + " turned";
-    if (const auto solid = closed(given, wound)) return told(repair), finished(mesh_of(given, closed_triangles(given, *solid)));
+    const std::string repair =
+        counted(count, "face wound unlike its neighbours is", "faces wound unlike their neighbours are") +
+        " turned";
+    if (const auto solid = closed(given, wound))
+      return told(repair), finished(mesh_of(given, closed_triangles(given, *solid)));
     repairs.push_back(repair);
     cycles = wound;
   }

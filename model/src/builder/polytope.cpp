@@ -14,7 +14,8 @@
 namespace bsp2::model {
 namespace {
 
-/// Whether the points lie within rounding of a hyperplane: elimination with full pivoting on their differences.
+/// Whether the points lie within rounding of a hyperplane: elimination with full pivoting on their
+/// differences.
 bool is_flat(int dimension, std::span<const double> points) {
   const auto d = static_cast<std::size_t>(dimension);
   std::vector<double> rows;
@@ -49,14 +50,17 @@ struct HullNotFound : std::runtime_error {
 class QhullRun {
  public:
   /// @param command of Qhull; Pp: no words about precision.
-  QhullRun(int dimension, std::vector<double> points, std::string command) : points_(std::move(points)), messages_(std::fopen("/dev/null", "w"), &std::fclose) {
+  QhullRun(int dimension, std::vector<double> points, std::string command)
+      : points_(std::move(points)), messages_(std::fopen("/dev/null", "w"), &std::fclose) {
     qh_zero(&state_, messages_.get());
-    const int error = qh_new_qhull(&state_, dimension, static_cast<int>(points_.size()) / dimension, points_.data(), False, command.data(),
-                                   nullptr, messages_.get());
+    const int error = qh_new_qhull(&state_, dimension, static_cast<int>(points_.size()) / dimension,
+                                   points_.data(), False, command.data(), nullptr, messages_.get());
     if (error != qh_ERRnone) {
       release();
-      throw HullNotFound("the convex hull of " + std::to_string(points_.size() / static_cast<std::size_t>(dimension)) + " points in " +
-                               std::to_string(dimension) + " dimensions was not found (qhull: error " + std::to_string(error) + ")");
+      throw HullNotFound("the convex hull of " +
+                         std::to_string(points_.size() / static_cast<std::size_t>(dimension)) +
+                         " points in " + std::to_string(dimension) +
+                         " dimensions was not found (qhull: error " + std::to_string(error) + ")");
     }
   }
   ~QhullRun() { release(); }
@@ -75,7 +79,8 @@ class QhullRun {
     qh_getarea(qh, qh->facet_list);
     result.content = qh->totvol;
     FORALLvertices {
-      const double* given = points_.data() + qh_pointid(qh, vertex->point) * qh->hull_dim;  // joggling moves copies
+      const double* given =
+          points_.data() + qh_pointid(qh, vertex->point) * qh->hull_dim;  // joggling moves copies
       result.corners.insert(result.corners.end(), given, given + qh->hull_dim);
     }
     return result;
@@ -107,7 +112,8 @@ void take_in(int dimension, std::span<const double> points, std::vector<double>&
   }
 }
 
-/// Coplanar facets are merged. Where that would make a facet too wide, the points are joggled instead, by some 1e-11 of their size.
+/// Coplanar facets are merged. Where that would make a facet too wide, the points are joggled instead, by
+/// some 1e-11 of their size.
 Polytope hull_of(int dimension, const std::vector<double>& points) {
   try {
     return QhullRun(dimension, points, "qhull Pp").polytope();

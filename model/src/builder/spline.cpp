@@ -19,25 +19,30 @@ constexpr double most_weight_ratio = 0x1p20;
 /// @return how many control points go with the knots.
 std::size_t check_knots(const std::vector<double>& knots, std::uint32_t degree) {
   if (degree < 1 || degree > most_degree)
-    throw Error("spline: a degree of " + std::to_string(degree) + "; it takes 1 to " + std::to_string(most_degree));
+    throw Error("spline: a degree of " + std::to_string(degree) + "; it takes 1 to " +
+                std::to_string(most_degree));
   require_finite(knots, "spline");
   if (knots.size() < 2 * std::size_t{degree} + 2)
-    throw Error("spline: " + std::to_string(knots.size()) + " knots; degree " + std::to_string(degree) + " takes at least " + std::to_string(2 * degree + 2));
+    throw Error("spline: " + std::to_string(knots.size()) + " knots; degree " + std::to_string(degree) +
+                " takes at least " + std::to_string(2 * degree + 2));
   if (!std::is_sorted(knots.begin(), knots.end())) throw Error("spline: the knots do not ascend");
   const std::size_t count = knots.size() - degree - 1;
   if (!(knots[degree] < knots[count])) throw Error("spline: all knots of the domain are equal");
   for (std::size_t i = 1; i + degree + 1 < knots.size(); ++i)
     if (knots[i] == knots[i + degree] && knots[i] > knots[degree] && knots[i] < knots[count])
-      throw Error("spline: the knot " + std::to_string(knots[i]) + " comes more than " + std::to_string(degree) + " times: the map is torn there");
+      throw Error("spline: the knot " + std::to_string(knots[i]) + " comes more than " +
+                  std::to_string(degree) + " times: the map is torn there");
   return count;
 }
 
 void check_piece(int dimension, const Spline::Piece& piece) {
   const std::size_t parameters = piece.degrees.size();
   if (parameters < 1 || parameters > static_cast<std::size_t>(dimension))
-    throw Error("spline: " + std::to_string(parameters) + " parameters in " + std::to_string(dimension) + " dimensions");
+    throw Error("spline: " + std::to_string(parameters) + " parameters in " + std::to_string(dimension) +
+                " dimensions");
   if (piece.knots.size() != parameters)
-    throw Error("spline: " + std::to_string(piece.knots.size()) + " lists of knots for " + std::to_string(parameters) + " parameters");
+    throw Error("spline: " + std::to_string(piece.knots.size()) + " lists of knots for " +
+                std::to_string(parameters) + " parameters");
   std::size_t count = 1;
   std::string shape;
   for (std::size_t j = 0; j < parameters; ++j) {
@@ -47,7 +52,8 @@ void check_piece(int dimension, const Spline::Piece& piece) {
   }
   const std::size_t stride = static_cast<std::size_t>(dimension) + 1;
   if (piece.points.size() != count * stride)
-    throw Error("spline: " + std::to_string(piece.points.size() / stride) + " control points; degrees and knots ask for " + shape);
+    throw Error("spline: " + std::to_string(piece.points.size() / stride) +
+                " control points; degrees and knots ask for " + shape);
   require_finite(piece.points, "spline");
 }
 
@@ -63,7 +69,9 @@ void check_weights(int dimension, const std::vector<Spline::Piece>& pieces) {
   if (most > most_weight_ratio * least) throw Error("spline: one weight is more than 2^20 times another");
 }
 
-std::string edge_text(std::uint32_t a, std::uint32_t b) { return "from point " + std::to_string(a) + " to point " + std::to_string(b); }
+std::string edge_text(std::uint32_t a, std::uint32_t b) {
+  return "from point " + std::to_string(a) + " to point " + std::to_string(b);
+}
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
@@ -72,9 +80,11 @@ std::map<Edge, Edge> fans_of(const std::vector<std::vector<std::uint32_t>>& face
   std::map<Edge, Edge> next;
   for (const auto& face : faces)
     for (std::size_t i = 0; i < face.size(); ++i) {
-      const std::uint32_t a = face[i], b = face[(i + 1) % face.size()], before = face[(i + face.size() - 1) % face.size()];
+      const std::uint32_t a = face[i], b = face[(i + 1) % face.size()],
+                          before = face[(i + face.size() - 1) % face.size()];
       if (!next.emplace(Edge{a, b}, Edge{a, before}).second)
-        throw Error("subdivision: two faces go along the edge " + edge_text(a, b) + "; it takes one in either direction");
+        throw Error("subdivision: two faces go along the edge " + edge_text(a, b) +
+                    "; it takes one in either direction");
     }
   for (const auto& [edge, other] : next)
     if (!next.contains({edge.second, edge.first}))
@@ -94,8 +104,11 @@ void check_fans(const std::map<Edge, Edge>& next) {
       edge = next.at(edge);
       ++met;
     } while (edge != first->first);
-    if (met != count) throw Error("subdivision: parts of the mesh touch only in point " + std::to_string(first->first.first));
-    if (count < 3) throw Error("subdivision: point " + std::to_string(first->first.first) + " has " + std::to_string(count) + " edges; it takes 3 or more");
+    if (met != count)
+      throw Error("subdivision: parts of the mesh touch only in point " + std::to_string(first->first.first));
+    if (count < 3)
+      throw Error("subdivision: point " + std::to_string(first->first.first) + " has " +
+                  std::to_string(count) + " edges; it takes 3 or more");
     first = end;
   }
 }
@@ -103,7 +116,8 @@ void check_fans(const std::map<Edge, Edge>& next) {
 /// What has no size is empty. @param points the coordinates of one each `stride` numbers.
 bool is_one_point(const std::vector<double>& points, std::size_t stride, std::span<const double> point) {
   for (std::size_t at = 0; at < points.size(); at += stride)
-    if (!std::equal(point.begin(), point.end(), points.begin() + static_cast<std::ptrdiff_t>(at))) return false;
+    if (!std::equal(point.begin(), point.end(), points.begin() + static_cast<std::ptrdiff_t>(at)))
+      return false;
   return true;
 }
 
@@ -117,13 +131,17 @@ std::vector<double> clamped_knots(std::uint32_t degree, std::size_t count) {
 }
 
 Expression spline(int dimension, std::vector<Spline::Piece> pieces) {
-  if (dimension < 2 || dimension > 6) throw Error("spline: " + std::to_string(dimension) + " dimensions; it takes 2 to 6");
+  if (dimension < 2 || dimension > 6)
+    throw Error("spline: " + std::to_string(dimension) + " dimensions; it takes 2 to 6");
   if (pieces.empty()) return Expression(dimension);
   for (const auto& piece : pieces) {
     check_piece(dimension, piece);
-    const auto solid = [&](const Spline::Piece& p) { return p.degrees.size() == static_cast<std::size_t>(dimension); };
+    const auto solid = [&](const Spline::Piece& p) {
+      return p.degrees.size() == static_cast<std::size_t>(dimension);
+    };
     if (piece.degrees.size() != pieces.front().degrees.size() || solid(piece) != solid(pieces.front()))
-      throw Error("spline: pieces of " + std::to_string(pieces.front().degrees.size()) + " and of " + std::to_string(piece.degrees.size()) + " parameters");
+      throw Error("spline: pieces of " + std::to_string(pieces.front().degrees.size()) + " and of " +
+                  std::to_string(piece.degrees.size()) + " parameters");
   }
   check_weights(dimension, pieces);
   const auto stride = static_cast<std::size_t>(dimension) + 1;
@@ -137,22 +155,27 @@ Expression spline(int dimension, std::vector<Spline::Piece> pieces) {
 
 Expression bezier(int dimension, std::vector<std::uint32_t> degrees, std::vector<double> points) {
   Spline::Piece piece{std::move(degrees), {}, std::move(points)};
-  for (const std::uint32_t degree : piece.degrees) piece.knots.push_back(clamped_knots(degree, std::size_t{degree} + 1));
+  for (const std::uint32_t degree : piece.degrees)
+    piece.knots.push_back(clamped_knots(degree, std::size_t{degree} + 1));
   return spline(dimension, {std::move(piece)});
 }
 
 Expression subdivision_surface(int dimension, SubdivisionSurface surface) {
-  if (dimension < 3 || dimension > 6) throw Error("subdivision: " + std::to_string(dimension) + " dimensions; it takes 3 to 6");
+  if (dimension < 3 || dimension > 6)
+    throw Error("subdivision: " + std::to_string(dimension) + " dimensions; it takes 3 to 6");
   require_finite(surface.points, "subdivision");
   const auto stride = static_cast<std::size_t>(dimension);
-  if (surface.points.size() % stride != 0) throw Error("subdivision: a point has other than " + std::to_string(dimension) + " coordinates");
+  if (surface.points.size() % stride != 0)
+    throw Error("subdivision: a point has other than " + std::to_string(dimension) + " coordinates");
   if (surface.faces.empty()) return Expression(dimension);
   for (const auto& face : surface.faces) {
     if (face.size() < 3) throw Error("subdivision: a face has " + std::to_string(face.size()) + " corners");
     if (surface.scheme == SubdivisionSurface::Scheme::loop && face.size() != 3)
-      throw Error("subdivision: a face has " + std::to_string(face.size()) + " corners; Loop's scheme takes triangles");
+      throw Error("subdivision: a face has " + std::to_string(face.size()) +
+                  " corners; Loop's scheme takes triangles");
     for (const std::uint32_t corner : face)
-      if (corner >= surface.points.size() / stride) throw Error("subdivision: there is no point " + std::to_string(corner));
+      if (corner >= surface.points.size() / stride)
+        throw Error("subdivision: there is no point " + std::to_string(corner));
   }
   check_fans(fans_of(surface.faces));
   if (is_one_point(surface.points, stride, {surface.points.data(), stride})) return Expression(dimension);

@@ -58,17 +58,20 @@ class Strict {
     std::size_t positional = 0;
     for (const Argument& argument : arguments.all()) {
       if (argument.name.empty()) {
-        if (++positional > signature_.arguments.size()) fail("takes at most " + std::to_string(signature_.arguments.size()) + " arguments" + known());
+        if (++positional > signature_.arguments.size())
+          fail("takes at most " + std::to_string(signature_.arguments.size()) + " arguments" + known());
         continue;
       }
-      if (std::find(signature_.arguments.begin(), signature_.arguments.end(), argument.name) == signature_.arguments.end())
+      if (std::find(signature_.arguments.begin(), signature_.arguments.end(), argument.name) ==
+          signature_.arguments.end())
         fail("has no argument '" + std::string(argument.name.substr(0, 60)) + "'" + known());
     }
   }
 
   [[nodiscard]] const Value* find(std::string_view name) const {
     const auto& names = signature_.arguments;
-    return arguments_.find(name, static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin()));
+    return arguments_.find(name,
+                           static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin()));
   }
   [[nodiscard]] bool has(std::string_view name) const { return find(name) != nullptr; }
 
@@ -76,7 +79,8 @@ class Strict {
     const Value* value = find(name);
     if (!value && missing) return *missing;
     if (!value) fail("needs the argument '" + std::string(name) + "'" + known());
-    if (value->kind != Value::number || !std::isfinite(value->as_number)) fail(quoted(name) + " has to be a finite number");
+    if (value->kind != Value::number || !std::isfinite(value->as_number))
+      fail(quoted(name) + " has to be a finite number");
     return value->as_number;
   }
   [[nodiscard]] int integer(std::string_view name, std::optional<double> missing = std::nullopt) const {
@@ -87,7 +91,8 @@ class Strict {
   [[nodiscard]] int dimension(std::optional<double> missing = std::nullopt) const {
     const int d = integer("dimension", missing);
     if (d < 1 || d > NodePool::most_dimensions)
-      fail("has " + std::to_string(d) + " dimensions; 1 to " + std::to_string(NodePool::most_dimensions) + " are possible");
+      fail("has " + std::to_string(d) + " dimensions; 1 to " + std::to_string(NodePool::most_dimensions) +
+           " are possible");
     return d;
   }
   /// A number counts as a list of one.
@@ -110,7 +115,8 @@ class Strict {
         lists.push_back(std::move(*list));
       }
     }
-    if (lists.empty() || lists.size() != value->size) fail(quoted(name) + " has to be a list of lists of finite numbers, all of the same length");
+    if (lists.empty() || lists.size() != value->size)
+      fail(quoted(name) + " has to be a list of lists of finite numbers, all of the same length");
     return lists;
   }
   [[nodiscard]] bool flag(std::string_view name) const {
@@ -120,10 +126,13 @@ class Strict {
   }
   [[nodiscard]] std::string text(std::string_view name) const {
     const Value* value = find(name);
-    if (!value || value->kind != Value::text || value->size == 0) fail("needs a name, as in " + std::string(signature_.name) + "(\"shaft\")");
+    if (!value || value->kind != Value::text || value->size == 0)
+      fail("needs a name, as in " + std::string(signature_.name) + "(\"shaft\")");
     return arguments_.string(name, 0, "");
   }
-  [[noreturn]] void fail(const std::string& text) const { throw Error(std::string(signature_.name) + ": " + text); }
+  [[noreturn]] void fail(const std::string& text) const {
+    throw Error(std::string(signature_.name) + ": " + text);
+  }
 
  private:
   const Signature& signature_;
@@ -133,7 +142,8 @@ class Strict {
   [[nodiscard]] std::string known() const {
     if (signature_.arguments.empty()) return "; it takes none";
     std::string text = "; it takes ";
-    for (const std::string_view name : signature_.arguments) text += (name == signature_.arguments.front() ? "" : ", ") + std::string(name);
+    for (const std::string_view name : signature_.arguments)
+      text += (name == signature_.arguments.front() ? "" : ", ") + std::string(name);
     return text;
   }
   static std::optional<std::vector<double>> list_of(const Value* value) {
@@ -155,7 +165,8 @@ double radius_of(const Strict& arguments) {
 /// How finely it is enclosed where corners are needed; 0 if nobody says.
 std::uint32_t fineness_of(const Strict& arguments) {
   const double sides = arguments.number("$fn", 0);
-  if (sides != std::trunc(sides) || sides < 0 || (sides > 0 && sides < 3) || sides > 1000) arguments.fail("'$fn' is a whole number from 3 to 1000, or 0");
+  if (sides != std::trunc(sides) || sides < 0 || (sides > 0 && sides < 3) || sides > 1000)
+    arguments.fail("'$fn' is a whole number from 3 to 1000, or 0");
   return static_cast<std::uint32_t>(sides);
 }
 
@@ -170,7 +181,8 @@ Expression centred(Expression solid, std::span<const double> lengths) {
   const auto d = static_cast<std::size_t>(solid.dimension());
   std::vector<double> matrix((d + 1) * (d + 1));
   for (std::size_t i = 0; i <= d; ++i) matrix[i * (d + 2)] = 1;
-  for (std::size_t i = 0; i < lengths.size(); ++i) matrix[(d - lengths.size() + i) * (d + 1) + d] = -lengths[i] / 2;
+  for (std::size_t i = 0; i < lengths.size(); ++i)
+    matrix[(d - lengths.size() + i) * (d + 1) + d] = -lengths[i] / 2;
   return transform(matrix, std::move(solid));
 }
 
@@ -179,8 +191,10 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
     case NodeKind::simplex: {
       if (!arguments.has("points")) return simplex(arguments.dimension(3), arguments.number("size", 1));
       const auto points = arguments.lists("points");
-      if (arguments.has("dimension") && static_cast<std::size_t>(arguments.dimension()) != points.front().size())
-        arguments.fail("has points of " + std::to_string(points.front().size()) + " coordinates, and 'dimension' says otherwise");
+      if (arguments.has("dimension") &&
+          static_cast<std::size_t>(arguments.dimension()) != points.front().size())
+        arguments.fail("has points of " + std::to_string(points.front().size()) +
+                       " coordinates, and 'dimension' says otherwise");
       return simplex(static_cast<int>(points.front().size()), flattened(points));
     }
     case NodeKind::polytope: {
@@ -190,13 +204,15 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
     case NodeKind::cuboid: {
       const auto size = arguments.numbers("size");
       if (size.empty() || size.size() > NodePool::most_dimensions)
-        arguments.fail("has " + std::to_string(size.size()) + " lengths; 1 to " + std::to_string(NodePool::most_dimensions) + " are possible");
+        arguments.fail("has " + std::to_string(size.size()) + " lengths; 1 to " +
+                       std::to_string(NodePool::most_dimensions) + " are possible");
       return cuboid(size, arguments.flag("center"));
     }
     case NodeKind::ball:
       return ball(arguments.dimension(3), radius_of(arguments), fineness_of(arguments));
     case NodeKind::d_cylinder: {
-      const std::vector<double> lengths = arguments.has("h") ? arguments.numbers("h") : std::vector<double>{1};
+      const std::vector<double> lengths =
+          arguments.has("h") ? arguments.numbers("h") : std::vector<double>{1};
       const int d = arguments.dimension(3), axes = d - static_cast<int>(lengths.size());
       if (axes < 1)
         arguments.fail("has " + std::to_string(lengths.size()) + " lengths in " + std::to_string(d) +
@@ -206,7 +222,8 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
     }
     case NodeKind::cone: {
       const double length[] = {arguments.number("h", 1)};
-      const Expression solid = cone(length[0], arguments.number("r1", 1), arguments.number("r2", 0), fineness_of(arguments));
+      const Expression solid =
+          cone(length[0], arguments.number("r1", 1), arguments.number("r2", 0), fineness_of(arguments));
       return arguments.flag("center") ? centred(solid, length) : solid;
     }
     default:
@@ -216,9 +233,12 @@ Expression any_primitive(NodeKind kind, const Strict& arguments) {
 
 Construct growth_of(NodeKind kind, const Strict& arguments, const Arguments& all) {
   const bool round = arguments.has("r");
-  if (round && arguments.has("delta")) arguments.fail("has both 'r' and 'delta'; r is for a round distance, delta for that along the axes");
+  if (round && arguments.has("delta"))
+    arguments.fail("has both 'r' and 'delta'; r is for a round distance, delta for that along the axes");
   Growth growth{.distance = arguments.number(round ? "r" : "delta")};
-  if (growth.distance < 0) arguments.fail(std::string("has a distance below 0; ") + (kind == NodeKind::grow ? "shrink" : "grow") + " is for that");
+  if (growth.distance < 0)
+    arguments.fail(std::string("has a distance below 0; ") + (kind == NodeKind::grow ? "shrink" : "grow") +
+                   " is for that");
   if (round) {
     growth.ball = Growth::Ball::round;
     const double sides = side_count(growth.distance, resolution_of(all));
@@ -232,7 +252,8 @@ Construct growth_of(NodeKind kind, const Strict& arguments, const Arguments& all
 std::vector<int> kept_axes(const Strict& arguments) {
   std::vector<int> axes;
   for (const double axis : arguments.numbers("axes")) {
-    if (axis != std::trunc(axis) || axis < 1 || axis > NodePool::most_dimensions) arguments.fail("'axes' are whole numbers from 1");
+    if (axis != std::trunc(axis) || axis < 1 || axis > NodePool::most_dimensions)
+      arguments.fail("'axes' are whole numbers from 1");
     axes.push_back(static_cast<int>(axis) - 1);
   }
   return axes;
@@ -242,7 +263,9 @@ std::vector<int> kept_axes(const Strict& arguments) {
 
 bool is_any_node(NodeKind kind) { return signature_of(kind) != nullptr; }
 
-Expression make_any_primitive(NodeKind kind, const Arguments& arguments, NodePool& pool) { return pool.adopt(any_primitive(kind, Strict(kind, arguments))); }
+Expression make_any_primitive(NodeKind kind, const Arguments& arguments, NodePool& pool) {
+  return pool.adopt(any_primitive(kind, Strict(kind, arguments)));
+}
 
 AnyNode read_any_node(NodeKind kind, const Arguments& all) {
   const Strict arguments(kind, all);
@@ -259,7 +282,8 @@ AnyNode read_any_node(NodeKind kind, const Arguments& all) {
       node.construct = Product{};
       node.lengths = arguments.numbers("h");
       node.center = arguments.flag("center");
-      if (node.lengths.empty() || std::any_of(node.lengths.begin(), node.lengths.end(), [](double h) { return !(h > 0); }))
+      if (node.lengths.empty() ||
+          std::any_of(node.lengths.begin(), node.lengths.end(), [](double h) { return !(h > 0); }))
         arguments.fail("'h' is a length above 0, or several");
       break;
     case NodeKind::embed:
@@ -267,7 +291,8 @@ AnyNode read_any_node(NodeKind kind, const Arguments& all) {
       node.thickness = arguments.number("thickness");
       break;
     case NodeKind::project:
-      if (arguments.has("axes") == arguments.has("dimension")) arguments.fail("takes either 'dimension', how many axes are kept, or 'axes', which ones");
+      if (arguments.has("axes") == arguments.has("dimension"))
+        arguments.fail("takes either 'dimension', how many axes are kept, or 'axes', which ones");
       if (arguments.has("axes"))
         node.construct = Shadow{kept_axes(arguments)};
       else
@@ -292,14 +317,17 @@ AnyNode read_any_node(NodeKind kind, const Arguments& all) {
   return node;
 }
 
-Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Expression> operands, NodePool& pool) {
+Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Expression> operands,
+                         NodePool& pool) {
   const Expression& operand = operands.front();
   // The builder checks the dimensions; equal nodes are made one here.
   const auto pooled = [&](const Construct& what, std::vector<Expression> of) {
     const int dimension = construct(what, of).dimension();
     return pool.construction(what, dimension, of);
   };
-  const auto times_box = [&](std::span<const double> lengths, bool center) { return pooled(Product{}, {operand, pool.adopt(cuboid(lengths, center))}); };
+  const auto times_box = [&](std::span<const double> lengths, bool center) {
+    return pooled(Product{}, {operand, pool.adopt(cuboid(lengths, center))});
+  };
   switch (kind) {
     case NodeKind::complement:
       return pool.boolean(Operation::complement, operand.dimension(), operands);
@@ -318,7 +346,8 @@ Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Exp
       return times_box(node.lengths, node.center);
     case NodeKind::embed: {
       embed(operand, node.dimension, node.thickness);  // for its checks
-      const std::vector<double> lengths(static_cast<std::size_t>(node.dimension - operand.dimension()), node.thickness);
+      const std::vector<double> lengths(static_cast<std::size_t>(node.dimension - operand.dimension()),
+                                        node.thickness);
       return lengths.empty() ? operand : times_box(lengths, true);
     }
     case NodeKind::project: {

@@ -5,8 +5,8 @@
 
 #include "csg/csg_nodes.hpp"
 
-/// The nodes of the text form that OpenSCAD does not have: those of any dimension (docs/expressions.md). Unlike the others they
-/// accept only arguments that they know.
+/// The nodes of the text form that OpenSCAD does not have: those of any dimension (docs/expressions.md).
+/// Unlike the others they accept only arguments that they know.
 namespace bsp2::model {
 
 /// What a node with children says before they are read; which fields count depends on its kind.
@@ -14,9 +14,9 @@ struct AnyNode {
   Construct construct;
   std::vector<double> lengths;  ///< extrude: along the new axes
   bool center = false;
-  int dimension = 0;            ///< embed: of the result; project: without a list of axes, how many are kept
-  double thickness = 0;         ///< embed
-  std::string name;             ///< part, measure
+  int dimension = 0;     ///< embed: of the result; project: without a list of axes, how many are kept
+  double thickness = 0;  ///< embed
+  std::string name;      ///< part, measure
 };
 
 /// Whether a node of this kind is read by the functions here.
@@ -28,12 +28,14 @@ Expression make_any_primitive(NodeKind kind, const Arguments& arguments, NodePoo
 /// The arguments of a node with children, from complement to sweep. @throws bsp2::Error without a position.
 AnyNode read_any_node(NodeKind kind, const Arguments& arguments);
 
-/// What such a node makes of its operands, none of them empty or of no dimension, and one but for product, the Booleans.
+/// What such a node makes of its operands, none of them empty or of no dimension, and one but for product,
+/// the Booleans.
 /// @throws bsp2::Error without a position, for operands of dimensions that it cannot take.
-Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Expression> operands, NodePool& pool);
+Expression make_any_node(NodeKind kind, const AnyNode& node, std::span<const Expression> operands,
+                         NodePool& pool);
 
-/// The square matrix of a multmatrix node, row-major; empty if it is not square, or for children of two or three dimensions,
-/// whose matrix OpenSCAD reads in its own way.
+/// The square matrix of a multmatrix node, row-major; empty if it is not square, or for children of two or
+/// three dimensions, whose matrix OpenSCAD reads in its own way.
 std::vector<double> read_square_matrix(const Arguments& arguments);
 
 }  // namespace bsp2::model

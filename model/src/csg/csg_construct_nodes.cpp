@@ -17,7 +17,8 @@ std::optional<Construct> read_linear_extrude(const Arguments& arguments, const W
     std::array<double, 3> direction{};
     read_numbers(v, direction);
     const double norm = std::hypot(direction[0], direction[1], direction[2]);
-    for (int i = 0; i < 3; ++i) extrusion.direction[i] = height ? direction[i] * (length / norm) : direction[i];
+    for (int i = 0; i < 3; ++i)
+      extrusion.direction[i] = height ? direction[i] * (length / norm) : direction[i];
   }
   extrusion.center = arguments.flag("center", -1);
   extrusion.twist = arguments.number("twist", -1, 0);
@@ -25,7 +26,8 @@ std::optional<Construct> read_linear_extrude(const Arguments& arguments, const W
   read_numbers(arguments.find("scale"), extrusion.scale);
   for (double& scale : extrusion.scale) scale = std::isfinite(scale) ? std::max(scale, 0.0) : 1;
   const double slices = arguments.number("slices", -1, 0);
-  if (slices > max_sides) throw Error(text_of(slices) + " slices asked for; the limit is " + std::to_string(max_sides));
+  if (slices > max_sides)
+    throw Error(text_of(slices) + " slices asked for; the limit is " + std::to_string(max_sides));
   extrusion.slices = slices >= 1 ? static_cast<std::uint32_t>(slices) : 0;
   extrusion.resolution = resolution_of(arguments);
   const auto& d = extrusion.direction;
@@ -78,7 +80,8 @@ Construct read_resize(const Arguments& arguments) {
   read_numbers(arguments.find("newsize", 0), resize.size);
   std::array<double, 3> automatic{};
   read_numbers(arguments.find("auto", 1), automatic);
-  if (const Value* value = arguments.find("auto", 1); value && value->kind == Value::boolean) automatic.fill(value->as_number);
+  if (const Value* value = arguments.find("auto", 1); value && value->kind == Value::boolean)
+    automatic.fill(value->as_number);
   for (int i = 0; i < 3; ++i) {
     resize.automatic[i] = automatic[i] != 0;
     if (!std::isfinite(resize.size[i])) resize.size[i] = 0;

@@ -5,27 +5,33 @@
 #include <system_error>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "builder/polyhedron.hpp"
 #include "csg/csg_primitive_nodes.hpp"
 #include "import/imports.hpp"
-#include "builder/polyhedron.hpp"
 
 namespace bsp2::model {
 namespace {
 
 /// The file that a node names.
-std::filesystem::path file_of(const std::string& node, const Arguments& arguments, const std::filesystem::path& folder) {
+std::filesystem::path file_of(const std::string& node, const Arguments& arguments,
+                              const std::filesystem::path& folder) {
   const std::string name = arguments.string("file", 0, "");
   if (name.empty()) throw Error(node + ": it names no file");
   const std::filesystem::path path = folder / name;
   std::error_code error;
   const auto type = std::filesystem::status(path, error).type();
-  if (type == std::filesystem::file_type::directory) throw Error(node + ": " + path.string() + " is a directory, not a file");
-  if (type == std::filesystem::file_type::none) throw Error(node + ": " + path.string() + " cannot be read: " + error.message());
+  if (type == std::filesystem::file_type::directory)
+    throw Error(node + ": " + path.string() + " is a directory, not a file");
+  if (type == std::filesystem::file_type::none)
+    throw Error(node + ": " + path.string() + " cannot be read: " + error.message());
   if (type == std::filesystem::file_type::not_found)
     throw Error(node + ": there is no file " + path.string() +
-                (name.find('\\') == std::string::npos ? "" : "; here it is '/' that stands between the names of folders"));
+                (name.find('\\') == std::string::npos
+                     ? ""
+                     : "; here it is '/' that stands between the names of folders"));
   if (type != std::filesystem::file_type::regular)
-    throw Error(node + ": " + path.string() + " is a pipe or a device; save what it tells as a file and name that");
+    throw Error(node + ": " + path.string() +
+                " is a pipe or a device; save what it tells as a file and name that");
   return path;
 }
 
@@ -41,36 +47,46 @@ DrawingFrame read_frame(const Arguments& arguments) {
 
 }  // namespace
 
-Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn, const Warn& note) {
+Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
+                       const Warn& warn, const Warn& note) {
   const std::filesystem::path path = file_of("import", arguments, folder);
   const std::string kind = lower_ending(path);
   if (kind == ".dxf") {
     const std::string layer = arguments.string("layer", -1, "");
-    const PlaneDrawing drawing = import_dxf(path, layer, read_frame(arguments), resolution_of(arguments), {warn, note});
+    const PlaneDrawing drawing =
+        import_dxf(path, layer, read_frame(arguments), resolution_of(arguments), {warn, note});
     if (drawing.paths.size() == 0)
-      warn("this import is empty: there is no path " + (layer.empty() ? "" : "on a layer '" + layer + "' ") + "in " + path.string());
+      warn("this import is empty: there is no path " + (layer.empty() ? "" : "on a layer '" + layer + "' ") +
+           "in " + path.string());
     return pooled_polygon(drawing.points, drawing.paths, pool);
   }
   if (kind == ".svg") {
     std::vector<Expression> shapes;
     const SvgSelection selection{arguments.string("id", -1, ""), arguments.string("layer", -1, "")};
-    const auto drawings = import_svg(path, arguments.number("dpi", -1, 72), arguments.flag("center", -1), selection, {warn, note});
+    const auto drawings = import_svg(path, arguments.number("dpi", -1, 72), arguments.flag("center", -1),
+                                     selection, {warn, note});
     if (!drawings) {
       warn("this import is empty: there is no " + selection.text() + " in " + path.string());
       return pool.empty(2);
     }
-    for (const PlaneDrawing& drawing : *drawings) shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
+    for (const PlaneDrawing& drawing : *drawings)
+      shapes.push_back(pooled_polygon(drawing.points, drawing.paths, pool));
     return pool.boolean(Operation::unite, 2, shapes, true);
   }
   if (!is_mesh_ending(kind))
-    throw Error("import: files named *" + kind + " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
-  if (std::optional<TriangleMesh> closed = mesh_of_file(path, warn)) return pool.primitive(std::move(*closed), 3);
+    throw Error("import: files named *" + kind +
+                " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
+  if (std::optional<TriangleMesh> closed = mesh_of_file(path, warn))
+    return pool.primitive(std::move(*closed), 3);
   return pool.empty(3);
 }
 
-Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn) {
-  const ImportedMesh mesh = import_surface(file_of("surface", arguments, folder), arguments.flag("center", 1), arguments.flag("invert", 2));
-  if (std::optional<TriangleMesh> closed = closed_mesh(mesh.points, mesh.faces)) return pool.primitive(std::move(*closed), 3);
+Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
+                        const Warn& warn) {
+  const ImportedMesh mesh = import_surface(file_of("surface", arguments, folder), arguments.flag("center", 1),
+                                           arguments.flag("invert", 2));
+  if (std::optional<TriangleMesh> closed = closed_mesh(mesh.points, mesh.faces))
+    return pool.primitive(std::move(*closed), 3);
   warn("this surface is empty: it takes two rows and two columns of heights");
   return pool.empty(3);
 }

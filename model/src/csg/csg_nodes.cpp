@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "bsp2/model/expression/suggestion.hpp"
-#include "text/colour_names.hpp"
+#include "builder/matrix.hpp"
 #include "csg/csg_any_nodes.hpp"
 #include "csg/csg_primitive_nodes.hpp"
 #include "csg/csg_spline_nodes.hpp"
-#include "builder/matrix.hpp"
+#include "text/colour_names.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -71,8 +71,9 @@ constexpr std::pair<std::string_view, NodeKind> kinds[] = {
     {"subdivision", NodeKind::subdivision},
 };
 
-constexpr std::string_view source_words[] = {"translate", "rotate", "scale", "mirror", "module", "function", "for", "if",
-                                             "else",      "let",    "use",   "include", "children", "assert", "each"};
+constexpr std::string_view source_words[] = {"translate", "rotate",  "scale",    "mirror", "module",
+                                             "function",  "for",     "if",       "else",   "let",
+                                             "use",       "include", "children", "assert", "each"};
 
 bool contains(std::span<const std::string_view> names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -83,7 +84,8 @@ bool contains(std::span<const std::string_view> names, std::string_view name) {
 bool is_source_at(std::string_view text, std::size_t offset, std::string_view node) {
   if (contains(source_words, node)) return true;
   // Assignments, expressions and ranges: none of them stands in a .csg file.
-  return !node.empty() && offset < text.size() && std::string_view("=+-*/%^:?<>").find(text[offset]) != std::string_view::npos;
+  return !node.empty() && offset < text.size() &&
+         std::string_view("=+-*/%^:?<>").find(text[offset]) != std::string_view::npos;
 }
 
 NodeKind node_kind(std::string_view name) {
@@ -94,15 +96,14 @@ NodeKind node_kind(std::string_view name) {
 
 std::string why_not(std::string_view name) {
   const std::string quoted = "'" + std::string(name.substr(0, 60)) + "'";
-  if (contains(source_words, name))
-    return quoted + " is no node of a .csg file" + std::string(source_hint);
+  if (contains(source_words, name)) return quoted + " is no node of a .csg file" + std::string(source_hint);
   std::vector<std::string_view> names;
   for (const auto& entry : kinds) names.push_back(entry.first);
   return "there is no node " + quoted + suggestion(name.substr(0, 60), names);
 }
 
-Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
-                          const Warn& warn, const Warn& note) {
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder,
+                          const CsgOptions& options, NodePool& pool, const Warn& warn, const Warn& note) {
   if (kind >= NodeKind::simplex) return make_any_primitive(kind, arguments, pool);
   switch (kind) {
     case NodeKind::cube:
@@ -154,7 +155,8 @@ std::optional<Colour> read_colour(const Arguments& arguments, const Warn& warn) 
     const std::string name = arguments.string("c", 0, "");
     std::optional<Colour> colour = colour_named(name);
     if (!colour) {
-      warn("'" + name.substr(0, 60) + "' is no colour: it is no name that CSS knows, nor #rgb, #rgba, #rrggbb or #rrggbbaa");
+      warn("'" + name.substr(0, 60) +
+           "' is no colour: it is no name that CSS knows, nor #rgb, #rgba, #rrggbb or #rrggbbaa");
       return std::nullopt;
     }
     const double alpha = arguments.number("alpha", 1, (*colour)[3]);
@@ -162,7 +164,9 @@ std::optional<Colour> read_colour(const Arguments& arguments, const Warn& warn) 
     (*colour)[3] = std::min(alpha, 1.0);
     return colour;
   }
-  if (!channels || channels->kind != Value::vector || channels->size < 3 || channels->size > 4 || channels->span != channels->size + 1) return std::nullopt;
+  if (!channels || channels->kind != Value::vector || channels->size < 3 || channels->size > 4 ||
+      channels->span != channels->size + 1)
+    return std::nullopt;
   Colour colour{0, 0, 0, arguments.number("alpha", 1, 1)};
   for (std::uint32_t i = 0; i < channels->size; ++i) {
     if (channels[i + 1].kind != Value::number) return std::nullopt;

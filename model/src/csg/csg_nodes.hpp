@@ -9,8 +9,8 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/csg.hpp"
-#include "text/csg_arguments.hpp"
 #include "builder/node_pool.hpp"
+#include "text/csg_arguments.hpp"
 
 namespace bsp2::model {
 
@@ -69,7 +69,8 @@ enum class NodeKind : std::uint8_t {
 
 NodeKind node_kind(std::string_view name);
 /// What to do with a text in OpenSCAD's own language.
-inline constexpr std::string_view source_hint = "; if this is OpenSCAD's own language, name the file .scad, and the program openscad will translate it";
+inline constexpr std::string_view source_hint =
+    "; if this is OpenSCAD's own language, name the file .scad, and the program openscad will translate it";
 /// Whether what the reader cannot read there, after the name `node`, looks like OpenSCAD's own language.
 bool is_source_at(std::string_view text, std::size_t offset, std::string_view node);
 /// Why a node of kind `unknown` cannot be read, with a hint.
@@ -87,8 +88,8 @@ class HollowPolyhedron : public Error {
 /// The solid of a primitive, with OpenSCAD's meaning of bad arguments: what has no size is empty.
 /// @throws bsp2::Error without a position, for more sides than anybody needs; HollowPolyhedron.
 /// @param folder what the names of files are relative to. @param note is told what needs no warning.
-Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder, const CsgOptions& options, NodePool& pool,
-                          const Warn& warn, const Warn& note);
+Expression make_primitive(NodeKind kind, const Arguments& arguments, const std::filesystem::path& folder,
+                          const CsgOptions& options, NodePool& pool, const Warn& warn, const Warn& note);
 
 /// The 4 x 4 matrix of a multmatrix node, row-major.
 std::array<double, 16> read_matrix(const Arguments& arguments);
@@ -96,7 +97,8 @@ std::array<double, 16> read_matrix(const Arguments& arguments);
 /// The colour of a color node: numbers, or a name as CSS has them, and `alpha`; nothing if it is none.
 std::optional<Colour> read_colour(const Arguments& arguments, const Warn& warn);
 
-/// What it does to solids of a dimension: 2 takes the rows and columns of x, y and the translation, if all numbers are finite.
+/// What it does to solids of a dimension: 2 takes the rows and columns of x, y and the translation, if all
+/// numbers are finite.
 std::vector<double> matrix_of_dimension(const std::array<double, 16>& matrix, int dimension);
 
 /// What a node of kind hull to roof does to its operand; nothing if what comes out is empty whatever that is.

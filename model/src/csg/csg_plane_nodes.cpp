@@ -4,8 +4,8 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
-#include "csg/csg_primitive_nodes.hpp"
 #include "builder/polygon.hpp"
+#include "csg/csg_primitive_nodes.hpp"
 #include "drawing/text.hpp"
 
 namespace bsp2::model {
@@ -33,13 +33,15 @@ void read_paths(const Value* list, std::size_t points, FaceCycles& paths, const 
     paths.end_face();
   }
   if (missing > 0)
-    warn("path " + std::to_string(first_with_missing) + " of this polygon names a point that is not there; there are " + std::to_string(points) +
+    warn("path " + std::to_string(first_with_missing) +
+         " of this polygon names a point that is not there; there are " + std::to_string(points) +
          (missing == 1 ? "" : "; in all, " + std::to_string(missing) + " names of points are passed over"));
 }
 
 }  // namespace
 
-Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, const FaceCycles& paths, NodePool& pool) {
+Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, const FaceCycles& paths,
+                          NodePool& pool) {
   PolygonPieces polygon = convex_pieces(points, paths);
   std::vector<Expression> pieces;
   for (ConvexPolygon& piece : polygon.pieces) pieces.push_back(pool.primitive(std::move(piece), 2));
@@ -51,16 +53,19 @@ Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& w
   if (const Value* size = arguments.find("size", 0)) {
     if (size->kind == Value::number) {
       x = y = size->as_number;
-    } else if (size->kind == Value::vector && size->size == 2 && size->span == 3 && size[1].kind == Value::number &&
-               size[2].kind == Value::number) {
+    } else if (size->kind == Value::vector && size->size == 2 && size->span == 3 &&
+               size[1].kind == Value::number && size[2].kind == Value::number) {
       x = size[1].as_number;
       y = size[2].as_number;
     } else if (size->kind != Value::undefined) {
-      warn("the size of this square is neither a number nor a vector of two numbers; it is taken to be [1, 1]");
+      warn(
+          "the size of this square is neither a number nor a vector of two numbers; it is taken to be [1, "
+          "1]");
     }
   }
   if (!finite({x, y}) || x <= 0 || y <= 0) {
-    if (!(x == 0 || y == 0)) warn("this square is empty: its size is [" + text_of(x) + ", " + text_of(y) + "]");
+    if (!(x == 0 || y == 0))
+      warn("this square is empty: its size is [" + text_of(x) + ", " + text_of(y) + "]");
     return pool.empty(2);
   }
   const Expression square = pool.primitive(Cuboid{{x, y}}, 2);
@@ -68,13 +73,15 @@ Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& w
   return pool.transform({1, 0, -x / 2, 0, 1, -y / 2, 0, 0, 1}, square);
 }
 
-Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
+Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
+                       const Warn& warn) {
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this circle is empty: its radius is " + text_of(radius));
     return pool.empty(2);
   }
-  if (options.curved && !is_polygon(radius, arguments)) return pool.primitive(Round{radius, radius, {}, sides_in_place(radius, arguments)}, 2);
+  if (options.curved && !is_polygon(radius, arguments))
+    return pool.primitive(Round{radius, radius, {}, sides_in_place(radius, arguments)}, 2);
   return pool.primitive(RegularPolygon{checked_sides(radius, arguments, false), radius}, 2);
 }
 
@@ -104,7 +111,8 @@ Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& war
   style.vertical = arguments.string("valign", -1, "baseline");
   if (!finite({style.size, style.spacing})) throw Error("text: size or spacing is not finite");
   // Curves of letters are short: an eighth of the segments of a circle of the text's size.
-  style.segments = static_cast<std::uint32_t>(std::max(std::floor(checked_sides(style.size, arguments, false) / 8.0) + 1, 2.0));
+  style.segments = static_cast<std::uint32_t>(
+      std::max(std::floor(checked_sides(style.size, arguments, false) / 8.0) + 1, 2.0));
   const TextOutlines outlines = text_outlines(arguments.string("text", 0, ""), style, warn);
   std::vector<Expression> glyphs, letters;
   for (const GlyphOutline& glyph : outlines.glyphs) {
@@ -115,7 +123,8 @@ Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& war
     }
     glyphs.push_back(pooled_polygon(glyph.points, paths, pool));
   }
-  for (const auto& [glyph, at] : outlines.placed) letters.push_back(pool.transform({1, 0, at[0], 0, 1, at[1], 0, 0, 1}, glyphs[glyph]));
+  for (const auto& [glyph, at] : outlines.placed)
+    letters.push_back(pool.transform({1, 0, at[0], 0, 1, at[1], 0, 0, 1}, glyphs[glyph]));
   return pool.boolean(Operation::unite, 2, letters, true);
 }
 

@@ -49,7 +49,8 @@ bool read_points(const Value* list, std::uint32_t largest, std::vector<Point3>& 
   points.reserve(list->size);
   const Value* at = list + 1;
   for (std::uint32_t i = 0; i < list->size; at += at->span, ++i) {
-    if (at->kind != Value::vector || at->size < 2 || at->size > largest || at->span != at->size + 1) return false;
+    if (at->kind != Value::vector || at->size < 2 || at->size > largest || at->span != at->size + 1)
+      return false;
     Point3 point{};
     for (std::uint32_t k = 0; k < at->size; ++k) {
       if (at[k + 1].kind != Value::number || !std::isfinite(at[k + 1].as_number)) return false;

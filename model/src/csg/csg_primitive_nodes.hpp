@@ -11,27 +11,35 @@
 namespace bsp2::model {
 
 Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& warn);
-Expression make_sphere(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn);
-Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn);
+Expression make_sphere(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
+                       const Warn& warn);
+Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
+                         const Warn& warn);
 Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const Warn& warn);
 
 Expression make_square(const Arguments& arguments, NodePool& pool, const Warn& warn);
-Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn);
+Expression make_circle(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
+                       const Warn& warn);
 Expression make_polygon(const Arguments& arguments, NodePool& pool, const Warn& warn);
 Expression make_text(const Arguments& arguments, NodePool& pool, const Warn& warn);
 
 /// @param folder what the names of files are relative to.
 /// @param note is told what is right and good to know, such as the units of a file.
-Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn, const Warn& note);
-Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool, const Warn& warn);
+Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
+                       const Warn& warn, const Warn& note);
+Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
+                        const Warn& warn);
 
 /// The points inside an odd number of the paths.
-Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, const FaceCycles& paths, NodePool& pool);
+Expression pooled_polygon(const std::vector<std::array<double, 2>>& points, const FaceCycles& paths,
+                          NodePool& pool);
 
-/// Sides of a circle of this radius. @throws bsp2::Error for more than anybody needs, in a sphere also of its facets.
+/// Sides of a circle of this radius. @throws bsp2::Error for more than anybody needs, in a sphere also of its
+/// facets.
 std::uint32_t checked_sides(double radius, const Arguments& arguments, bool is_sphere);
 
-double radius_of(const Arguments& arguments, std::string_view radius, std::string_view diameter, int place, double missing);
+double radius_of(const Arguments& arguments, std::string_view radius, std::string_view diameter, int place,
+                 double missing);
 
 /// The sides of the polygons in the place of something round, where corners are needed.
 std::uint32_t sides_in_place(double radius, const Arguments& arguments);
@@ -39,7 +47,8 @@ std::uint32_t sides_in_place(double radius, const Arguments& arguments);
 /// A polygon of so few sides is meant, not a circle.
 bool is_polygon(double radius, const Arguments& arguments);
 
-/// The points of a polyhedron, or of a polygon (`largest` = 2 numbers each). @return false if one of them is no point.
+/// The points of a polyhedron, or of a polygon (`largest` = 2 numbers each). @return false if one of them is
+/// no point.
 bool read_points(const Value* list, std::uint32_t largest, std::vector<Point3>& points);
 
 }  // namespace bsp2::model

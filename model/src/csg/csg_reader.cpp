@@ -6,13 +6,13 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/csg.hpp"
-#include "csg/csg_any_nodes.hpp"
-#include "csg/csg_nodes.hpp"
-#include "text/csg_scanner.hpp"
-#include "csg/csg_spline_nodes.hpp"
 #include "builder/matrix.hpp"
 #include "builder/node_pool.hpp"
 #include "builder/polyhedron.hpp"
+#include "csg/csg_any_nodes.hpp"
+#include "csg/csg_nodes.hpp"
+#include "csg/csg_spline_nodes.hpp"
+#include "text/csg_scanner.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -27,23 +27,26 @@ constexpr std::size_t most_warnings = 100;
 class Reader {
  public:
   Reader(std::string_view text, const std::string& name, const CsgOptions& options)
-      : text_(text), name_(name), folder_(std::filesystem::path(name).parent_path()), options_(options), scanner_(text), lines_(text) {}
+      : text_(text),
+        name_(name),
+        folder_(std::filesystem::path(name).parent_path()),
+        options_(options),
+        scanner_(text),
+        lines_(text) {}
 
   Model read() {
     try {
       return read_nodes();
     } catch (const SyntaxError& error) {
-      throw Error(located(error) + (error.is_source || is_source_at(text_, error.offset, reading_) ? std::string(source_hint) : ""));
+      throw Error(located(error) + (error.is_source || is_source_at(text_, error.offset, reading_)
+                                        ? std::string(source_hint)
+                                        : ""));
     }
   }
 
  private:
   /// Why a subtree takes no part.
-  enum class Absence : std::uint8_t {
-    none,
-    background,
-    disabled
-  };  // -, under %, under *
+  enum class Absence : std::uint8_t { none, background, disabled };  // -, under %, under *
 
   struct Frame {
     NodeKind kind = NodeKind::group;
@@ -99,12 +102,18 @@ class Reader {
       ++warnings_left_out_;
   }
   void remark(const Frame& frame, std::string text) {
-    if (!is_told(notes_, text) && notes_.size() < most_warnings) notes_.push_back({{frame.offset, std::move(text)}});
+    if (!is_told(notes_, text) && notes_.size() < most_warnings)
+      notes_.push_back({{frame.offset, std::move(text)}});
   }
   /// What it is like is said by a font or a file, in the same words at each place.
-  static bool is_outside(NodeKind kind) { return kind == NodeKind::text || kind == NodeKind::import || kind == NodeKind::surface || is_extrusion(kind); }
+  static bool is_outside(NodeKind kind) {
+    return kind == NodeKind::text || kind == NodeKind::import || kind == NodeKind::surface ||
+           is_extrusion(kind);
+  }
   static bool is_construct(NodeKind kind) { return kind >= NodeKind::hull && kind < NodeKind::cube; }
-  static bool is_extrusion(NodeKind kind) { return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude || kind == NodeKind::roof; }
+  static bool is_extrusion(NodeKind kind) {
+    return kind == NodeKind::linear_extrude || kind == NodeKind::rotate_extrude || kind == NodeKind::roof;
+  }
   static bool is_mesh(const Expression& solid) {
     const auto* shape = std::get_if<Primitive>(&solid.node().value);
     return shape != nullptr && std::holds_alternative<TriangleMesh>(*shape);
@@ -115,14 +124,17 @@ class Reader {
   };
   /// Counts a place where it is told already.
   static bool is_told(std::vector<Remark>& remarks, const std::string& text) {
-    const auto told = std::find_if(remarks.begin(), remarks.end(), [&](const Remark& each) { return each.error.text == text; });
+    const auto told = std::find_if(remarks.begin(), remarks.end(),
+                                   [&](const Remark& each) { return each.error.text == text; });
     if (told == remarks.end()) return false;
     ++told->more_places;
     return true;
   }
   std::string located(const Remark& remark) {
     const std::size_t more = remark.more_places;
-    return located(remark.error) + (more == 0 ? "" : " (and at " + std::to_string(more) + (more == 1 ? " more place)" : " more places)"));
+    return located(remark.error) +
+           (more == 0 ? ""
+                      : " (and at " + std::to_string(more) + (more == 1 ? " more place)" : " more places)"));
   }
   std::string located(const SyntaxError& error) {
     return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
@@ -142,19 +154,20 @@ class Reader {
   std::vector<std::size_t> places_;          // of the primitives that take part, in source order
   std::unordered_map<const Node*, std::size_t> constructs_at_;
   struct MatrixText {
-    std::array<double, 16> affine;  // as OpenSCAD reads it
-    std::vector<double> square;     // as it stands, if it is square
+    std::array<double, 16> affine;         // as OpenSCAD reads it
+    std::vector<double> square;            // as it stands, if it is square
     std::optional<double> volume_scale{};  // once it was asked for
   };
-  std::vector<MatrixText> matrices_;              // of the multmatrix frames
-  std::vector<AnyNode> any_nodes_;                // of the frames of nodes that OpenSCAD does not have
-  std::vector<std::optional<Colour>> colours_;    // of the color frames
-  std::vector<Construct> constructs_;             // of the frames from hull to roof
+  std::vector<MatrixText> matrices_;            // of the multmatrix frames
+  std::vector<AnyNode> any_nodes_;              // of the frames of nodes that OpenSCAD does not have
+  std::vector<std::optional<Colour>> colours_;  // of the color frames
+  std::vector<Construct> constructs_;           // of the frames from hull to roof
   std::vector<SyntaxError> problems_;
   std::vector<Remark> warnings_, notes_;
   std::vector<Model::Mesh> meshes_;
-  std::unordered_map<std::string_view, Expression> polyhedra_;  // those with nothing to warn of, by the text of their arguments
-  const Expression* known_ = nullptr;  // what the node that was begun last is, where that is known
+  std::unordered_map<std::string_view, Expression>
+      polyhedra_;                        // those with nothing to warn of, by the text of their arguments
+  const Expression* known_ = nullptr;    // what the node that was begun last is, where that is known
   std::optional<SyntaxError> left_out_;  // the first open polyhedron that takes part
   std::size_t warnings_left_out_ = 0;
   bool root_tagged_ = false;
@@ -167,7 +180,8 @@ class Reader {
 
 Model Reader::read_nodes() {
   bool any = false;
-  if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF")) scanner_.fail("this text is UTF-16; save it as UTF-8");
+  if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF"))
+    scanner_.fail("this text is UTF-16; save it as UTF-8");
   for (scanner_.skip_space(); !scanner_.at_end(); scanner_.skip_space(), any = true) {
     if (scanner_.peek() == '}') {
       if (frames_.size() == 1) scanner_.fail("this '}' closes nothing");
@@ -241,8 +255,8 @@ Reader::Frame Reader::header() {
   return frame;
 }
 
-/// The same polyhedra are written again and again, and to make sure that one is closed takes long. @return null, or what stands here, which
-/// is passed over.
+/// The same polyhedra are written again and again, and to make sure that one is closed takes long. @return
+/// null, or what stands here, which is passed over.
 const Expression* Reader::known_polyhedron() {
   const std::size_t begin = scanner_.offset(), end = text_.find(')', begin);
   if (end == std::string_view::npos) return nullptr;
@@ -312,7 +326,8 @@ Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) 
   };
   try {
     const auto note = [&](std::string text) { remark(frame, std::move(text)); };
-    Expression made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments, folder_, options_, pool_, warn, note);
+    Expression made = make_primitive(is_construct(frame.kind) ? NodeKind::import : frame.kind, arguments,
+                                     folder_, options_, pool_, warn, note);
     if (frame.kind == NodeKind::polyhedron && is_sound) {
       const std::size_t begin = frame.offset + frame.name.size();
       polyhedra_.emplace(text_.substr(begin, scanner_.offset() - begin), made);
@@ -323,20 +338,23 @@ Expression Reader::primitive_of(const Frame& frame, const Arguments& arguments) 
   }
 }
 
-/// Whether a hull takes what stands here as a set of points: nothing in between needs a solid. A minkowski takes what is no solid by its
-/// points too, and a solid as it is.
+/// Whether a hull takes what stands here as a set of points: nothing in between needs a solid. A minkowski
+/// takes what is no solid by its points too, and a solid as it is.
 bool Reader::only_points_count(const Frame& frame, bool is_solid) const {
   bool is_root = frame.is_root;
   for (std::size_t i = frames_.size(); i-- > 0 && !is_root;) {
     const NodeKind kind = frames_[i].kind;
     if (kind == NodeKind::hull || (kind == NodeKind::minkowski && !is_solid)) return true;
-    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix && kind != NodeKind::minkowski) return false;
+    if (kind != NodeKind::group && kind != NodeKind::color && kind != NodeKind::multmatrix &&
+        kind != NodeKind::minkowski)
+      return false;
     is_root = frames_[i].is_root;
   }
   return false;
 }
 
-/// Whether what a frame makes counts though it encloses nothing, since a hull, a sum or a shadow takes its points: nothing in between needs a solid.
+/// Whether what a frame makes counts though it encloses nothing, since a hull, a sum or a shadow takes its
+/// points: nothing in between needs a solid.
 bool Reader::flat_points_count(const Frame& frame) const {
   if (frame.is_root) return false;
   for (std::size_t i = frames_.size(); i-- > 0;) {
@@ -349,7 +367,8 @@ bool Reader::flat_points_count(const Frame& frame) const {
   return false;
 }
 
-/// What the maps around the frame at hand multiply a solid's volume by; nothing if a construct makes another solid of it.
+/// What the maps around the frame at hand multiply a solid's volume by; nothing if a construct makes another
+/// solid of it.
 std::optional<double> Reader::scale_of_maps() {
   double scale = 1;
   std::size_t matrix = matrices_.size();
@@ -369,8 +388,10 @@ std::optional<double> Reader::scale_of_maps() {
 /// A polyhedron, or an import of one, with what there is to say of it should it overlap itself.
 void Reader::remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh) {
   if (frame.kind != NodeKind::polyhedron && frame.kind != NodeKind::import) return;
-  meshes_.push_back({frame.offset, frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(),
-                     mesh, frame.is_root ? 1 : scale_of_maps()});
+  meshes_.push_back(
+      {frame.offset,
+       frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(),
+       mesh, frame.is_root ? 1 : scale_of_maps()});
 }
 
 /// OpenSCAD reports an open polyhedron and goes on without it; a hull takes its points all the same.
@@ -395,15 +416,16 @@ void Reader::read_node() {
   const char c = scanner_.peek();
   frame.is_bare = frame.kind < NodeKind::cube && scanner_.at_node();
   if (c != ';' && c != '{' && !frame.is_bare)
-    scanner_.fail("expected ';' or '{' after '" + std::string(frame.name.substr(0, 60)) + "(...)', found " + scanner_.here());
+    scanner_.fail("expected ';' or '{' after '" + std::string(frame.name.substr(0, 60)) + "(...)', found " +
+                  scanner_.here());
   if (!frame.is_bare) scanner_.advance();
   frames_.push_back(frame);
   if (c == ';') close();
 }
 
-/// Which dimension the operands of a frame have, by OpenSCAD's rule: that of the first one that is any geometry, empty
-/// or not. Those of another dimension are taken out; but OpenSCAD has no rule for other dimensions than 2 and 3, so they are
-/// an error.
+/// Which dimension the operands of a frame have, by OpenSCAD's rule: that of the first one that is any
+/// geometry, empty or not. Those of another dimension are taken out; but OpenSCAD has no rule for other
+/// dimensions than 2 and 3, so they are an error.
 int Reader::settle_dimension(Frame& frame) {
   const auto begin = operands_.begin() + static_cast<std::ptrdiff_t>(frame.first_operand);
   int dimension = operand_dimension(frame.kind);
@@ -412,25 +434,29 @@ int Reader::settle_dimension(Frame& frame) {
   for (auto at = begin; at != operands_.end(); ++at) {
     if (at->dimension() == 0 || at->dimension() == dimension) continue;
     const int other = at->dimension();
-    if (operand_dimension(frame.kind) != 0 && (other > 3 || other < 2 || (frame.kind == NodeKind::offset && frame.is_own)))
-      note(frame, "'" + std::string(frame.name) + "' takes children of " + std::to_string(dimension) + " dimensions, not of " + std::to_string(other) +
-                      advice_for_dimension(frame.kind));
+    if (operand_dimension(frame.kind) != 0 &&
+        (other > 3 || other < 2 || (frame.kind == NodeKind::offset && frame.is_own)))
+      note(frame, "'" + std::string(frame.name) + "' takes children of " + std::to_string(dimension) +
+                      " dimensions, not of " + std::to_string(other) + advice_for_dimension(frame.kind));
     else if ((other != 2 && other != 3) || (dimension != 2 && dimension != 3))
-      note(frame, "'" + std::string(frame.name) + "' has children of " + std::to_string(dimension) + " and " + std::to_string(other) +
-                      " dimensions; extrude, embed and project change the dimension");
+      note(frame, "'" + std::string(frame.name) + "' has children of " + std::to_string(dimension) + " and " +
+                      std::to_string(other) + " dimensions; extrude, embed and project change the dimension");
     if (!pool_.is_empty(*at)) dropped.push_back(static_cast<std::size_t>(at - operands_.begin()));
     *at = pool_.empty(0);
   }
   for (std::size_t i = dropped.size(); i-- > 0;) forget_places(dropped[i]);
   if (!dropped.empty())
-    warn(frame, "'" + std::string(frame.name) + "' is " + std::to_string(dimension) + "-dimensional here; its children of another dimension take no part");
+    warn(frame, "'" + std::string(frame.name) + "' is " + std::to_string(dimension) +
+                    "-dimensional here; its children of another dimension take no part");
   return dimension;
 }
 
 /// The primitives of an operand take no part after all.
 void Reader::forget_places(std::size_t operand) {
-  const std::size_t begin = operand_places_[operand], end = operand + 1 < operands_.size() ? operand_places_[operand + 1] : places_.size();
-  places_.erase(places_.begin() + static_cast<std::ptrdiff_t>(begin), places_.begin() + static_cast<std::ptrdiff_t>(end));
+  const std::size_t begin = operand_places_[operand],
+                    end = operand + 1 < operands_.size() ? operand_places_[operand + 1] : places_.size();
+  places_.erase(places_.begin() + static_cast<std::ptrdiff_t>(begin),
+                places_.begin() + static_cast<std::ptrdiff_t>(end));
   for (std::size_t i = operand + 1; i < operand_places_.size(); ++i) operand_places_[i] -= end - begin;
 }
 
@@ -474,7 +500,8 @@ Expression Reader::image_of(Frame& frame, const Expression& child) {
     const auto stride = static_cast<std::size_t>(dimension) + 1;
     matrix = matrices_.back().square;
     if (matrix.size() != stride * stride) {
-      note(frame, "multmatrix: its children have " + std::to_string(dimension) + " dimensions, so its matrix has to be " + std::to_string(stride) + " x " +
+      note(frame, "multmatrix: its children have " + std::to_string(dimension) +
+                      " dimensions, so its matrix has to be " + std::to_string(stride) + " x " +
                       std::to_string(stride) + ", the translation in the last column");
       return pool_.empty(dimension);
     }
@@ -488,8 +515,10 @@ Expression Reader::image_of(Frame& frame, const Expression& child) {
         constructs_at_.try_emplace(&flat.node(), frame.offset);
         return flat;
       }
-      warn(frame, "this multmatrix flattens its children (its determinant is 0), so they enclose nothing and are left out; only hull, minkowski and "
-                  "projection take the points of what is flat");
+      warn(frame,
+           "this multmatrix flattens its children (its determinant is 0), so they enclose nothing and are "
+           "left out; only hull, minkowski and "
+           "projection take the points of what is flat");
       break;
     case MatrixKind::not_finite:
       warn(frame, "this multmatrix removes its children: its matrix holds inf or nan");
@@ -511,16 +540,20 @@ Expression Reader::any_node_of(Frame& frame) {
     } else {
       const int dimension = settle_dimension(frame);
       const auto children = std::span<const Expression>(operands_).subspan(frame.first_operand);
-      if (frame.kind == NodeKind::symmetric_difference) return pool_.boolean(Operation::symmetric_difference, dimension, children);
+      if (frame.kind == NodeKind::symmetric_difference)
+        return pool_.boolean(Operation::symmetric_difference, dimension, children);
       if (dimension != 0) operands.push_back(pool_.boolean(Operation::unite, dimension, children));
     }
     if (frame.problem != none || operands.empty()) return pool_.empty(0);
     const Expression made = make_any_node(frame.kind, node, operands, pool_);
     if (is_construct(frame.kind)) {
-      if (std::any_of(operands.begin(), operands.end(), [&](const Expression& e) { return pool_.is_empty(e); })) return pool_.empty(made.dimension());
+      if (std::any_of(operands.begin(), operands.end(),
+                      [&](const Expression& e) { return pool_.is_empty(e); }))
+        return pool_.empty(made.dimension());
       constructs_at_.try_emplace(&made.node(), frame.offset);
     }
-    if (const auto* named = std::get_if<Named>(&made.node().value); named != nullptr && named->role == Named::Role::measure)
+    if (const auto* named = std::get_if<Named>(&made.node().value);
+        named != nullptr && named->role == Named::Role::measure)
       constructs_at_.try_emplace(&made.node(), frame.offset);
     return made;
   } catch (const Error& error) {
@@ -535,8 +568,11 @@ Expression Reader::construction_of(const Frame& frame, int dimension, std::span<
   const int result = is_extrusion(frame.kind) ? 3 : frame.kind == NodeKind::projection ? 2 : dimension;
   if (frame.kind == NodeKind::minkowski) {
     const auto is_empty = [&](const Expression& operand) { return pool_.is_empty(operand); };
-    // OpenSCAD 2021.01 passes over empty solids. In the plane it does so only if the first child and one more are something.
-    if (dimension == 2 && operands.size() > 1 && (is_empty(operands[0]) || std::all_of(operands.begin() + 1, operands.end(), is_empty))) return pool_.empty(2);
+    // OpenSCAD 2021.01 passes over empty solids. In the plane it does so only if the first child and one more
+    // are something.
+    if (dimension == 2 && operands.size() > 1 &&
+        (is_empty(operands[0]) || std::all_of(operands.begin() + 1, operands.end(), is_empty)))
+      return pool_.empty(2);
     Expression sum = pool_.empty(result);
     for (const Expression& operand : operands) {
       if (pool_.is_empty(operand)) continue;
@@ -587,8 +623,8 @@ void Reader::complete(const Frame& frame, Expression solid) {
   operand_places_.push_back(frame.first_place);
 }
 
-/// Of a model that is an open polyhedron alone: with what was odd about it before, which may be why it is open, and which nobody is told
-/// as a warning.
+/// Of a model that is an open polyhedron alone: with what was odd about it before, which may be why it is
+/// open, and which nobody is told as a warning.
 SyntaxError Reader::nothing_left() const {
   SyntaxError error{left_out_->offset, left_out_->text + ", and nothing else is left of the model"};
   std::size_t more = 0;
@@ -618,7 +654,9 @@ Model Reader::result() {
   model.primitive_count = model.part_offsets.size();
   model.construct_offsets = std::move(constructs_at_);
   model.meshes = std::move(meshes_);
-  std::erase_if(model.meshes, [&](const Model::Mesh& mesh) { return !std::binary_search(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset); });
+  std::erase_if(model.meshes, [&](const Model::Mesh& mesh) {
+    return !std::binary_search(model.part_offsets.begin(), model.part_offsets.end(), mesh.offset);
+  });
   if (model.expression.dimension() == 0) model.expression = pool_.empty(3);
   for (const Remark& warning : warnings_) model.warnings.push_back(located(warning));
   for (const Remark& each : notes_) model.notes.push_back(located(each));

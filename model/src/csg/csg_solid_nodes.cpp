@@ -4,13 +4,14 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
-#include "csg/csg_primitive_nodes.hpp"
 #include "builder/polyhedron.hpp"
+#include "csg/csg_primitive_nodes.hpp"
 
 namespace bsp2::model {
 namespace {
 
-/// As OpenSCAD: a vector of three numbers; from the first that is no number on, and where it is no such vector, lengths are 1.
+/// As OpenSCAD: a vector of three numbers; from the first that is no number on, and where it is no such
+/// vector, lengths are 1.
 std::array<double, 3> cube_size(const Value* size, const Warn& warn) {
   std::array<double, 3> result{1, 1, 1};
   if (!size || size->kind == Value::undefined) return result;
@@ -20,30 +21,34 @@ std::array<double, 3> cube_size(const Value* size, const Warn& warn) {
   }
   std::uint32_t i = 0;
   if (size->kind == Value::vector && size->size == 3)
-    for (const Value* at = size + 1; i < 3 && at->kind == Value::number; at += at->span) result[i++] = at->as_number;
+    for (const Value* at = size + 1; i < 3 && at->kind == Value::number; at += at->span)
+      result[i++] = at->as_number;
   if (i < 3)
-    warn("the size of this cube is neither a number nor a vector of three numbers; it is taken to be [" + text_of(result[0]) + ", " +
-         text_of(result[1]) + ", " + text_of(result[2]) + "]");
+    warn("the size of this cube is neither a number nor a vector of three numbers; it is taken to be [" +
+         text_of(result[0]) + ", " + text_of(result[1]) + ", " + text_of(result[2]) + "]");
   return result;
 }
 
-/// The faces of a polyhedron. As OpenSCAD does it passes over what is no face, and over indices that name no point; what is no
-/// number counts as 0 there.
+/// The faces of a polyhedron. As OpenSCAD does it passes over what is no face, and over indices that name no
+/// point; what is no number counts as 0 there.
 void read_faces(const Value* list, std::size_t points, FaceCycles& faces, const Warn& warn) {
   const Value* at = list + 1;
   for (std::uint32_t f = 0; f < list->size; at += at->span, ++f) {
     if (at->kind != Value::vector) {
-      warn("face " + std::to_string(f) + " of this polyhedron is no vector of point indices; it is passed over");
+      warn("face " + std::to_string(f) +
+           " of this polyhedron is no vector of point indices; it is passed over");
       continue;
     }
     for (const Value* index = at + 1; index != at + at->span; index += index->span) {
-      if (index->kind != Value::number) warn("face " + std::to_string(f) + " of this polyhedron holds something that is no point index; it counts as 0");
+      if (index->kind != Value::number)
+        warn("face " + std::to_string(f) +
+             " of this polyhedron holds something that is no point index; it counts as 0");
       const double x = index->kind == Value::number ? std::trunc(index->as_number) : 0;
       if (x >= 0 && x < static_cast<double>(points))
         faces.corners.push_back(static_cast<std::uint32_t>(x));
       else
-        warn("face " + std::to_string(f) + " of this polyhedron names point " + text_of(x) + ", but there are " + std::to_string(points) +
-             " points, the first being 0; it is passed over");
+        warn("face " + std::to_string(f) + " of this polyhedron names point " + text_of(x) +
+             ", but there are " + std::to_string(points) + " points, the first being 0; it is passed over");
     }
     faces.end_face();
   }
@@ -71,7 +76,8 @@ Expression make_cube(const Arguments& arguments, NodePool& pool, const Warn& war
   return pool.transform({1, 0, 0, -x / 2, 0, 1, 0, -y / 2, 0, 0, 1, -z / 2, 0, 0, 0, 1}, box);
 }
 
-Expression make_sphere(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
+Expression make_sphere(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
+                       const Warn& warn) {
   const double radius = radius_of(arguments, "r", "d", 0, 1);
   if (!std::isfinite(radius) || radius <= 0) {
     if (radius != 0) warn("this sphere is empty: its radius is " + text_of(radius));
@@ -81,7 +87,8 @@ Expression make_sphere(const Arguments& arguments, const CsgOptions& options, No
   return pool.adopt(sphere(radius, checked_sides(radius, arguments, true)));
 }
 
-Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool, const Warn& warn) {
+Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, NodePool& pool,
+                         const Warn& warn) {
   const double height = arguments.number("h", 0, 1);
   const double both = radius_of(arguments, "r", "d", -1, 1);
   const double bottom = radius_of(arguments, "r1", "d1", 1, both),
@@ -94,7 +101,8 @@ Expression make_cylinder(const Arguments& arguments, const CsgOptions& options, 
   }
   const double widest = std::max(bottom, top);
   if (options.curved && !is_polygon(widest, arguments)) {
-    const Expression round = pool.primitive(Round{bottom, top, {height}, sides_in_place(widest, arguments)}, 3);
+    const Expression round =
+        pool.primitive(Round{bottom, top, {height}, sides_in_place(widest, arguments)}, 3);
     if (!arguments.flag("center", 3)) return round;
     return pool.transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -height / 2, 0, 0, 0, 1}, round);
   }
@@ -123,11 +131,15 @@ Expression make_polyhedron(const Arguments& arguments, NodePool& pool, const War
   read_faces(faces_list, points.size(), faces, warn);
   std::optional<TriangleMesh> mesh;
   try {
-    mesh = repaired_mesh(points, faces, Holes::refuse, [&](const std::string& text) { warn("this polyhedron is " + text); });
+    mesh = repaired_mesh(points, faces, Holes::refuse,
+                         [&](const std::string& text) { warn("this polyhedron is " + text); });
   } catch (const OpenMesh& error) {
-    throw HollowPolyhedron(std::string("this polyhedron is ") + error.what(), corners_of(points, faces), true);
+    throw HollowPolyhedron(std::string("this polyhedron is ") + error.what(), corners_of(points, faces),
+                           true);
   }
-  if (!mesh) throw HollowPolyhedron("this polyhedron is empty: its faces enclose nothing", corners_of(points, faces), false);
+  if (!mesh)
+    throw HollowPolyhedron("this polyhedron is empty: its faces enclose nothing", corners_of(points, faces),
+                           false);
   return pool.primitive(std::move(*mesh), 3);
 }
 

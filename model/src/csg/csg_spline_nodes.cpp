@@ -14,12 +14,15 @@ namespace {
 
 constexpr std::size_t most_dimensions = NodePool::most_dimensions;
 
-void check_names(const Arguments& arguments, const char* node, std::initializer_list<std::string_view> known) {
+void check_names(const Arguments& arguments, const char* node,
+                 std::initializer_list<std::string_view> known) {
   for (const Argument& argument : arguments.all()) {
     const std::string_view name = argument.name;
     if (name.empty() || std::find(known.begin(), known.end(), name) != known.end()) continue;
-    std::string text = std::string(node) + ": has no argument '" + std::string(name.substr(0, 60)) + "'; it takes ";
-    for (const std::string_view each : known) text += (each == *known.begin() ? "" : ", ") + std::string(each);
+    std::string text =
+        std::string(node) + ": has no argument '" + std::string(name.substr(0, 60)) + "'; it takes ";
+    for (const std::string_view each : known)
+      text += (each == *known.begin() ? "" : ", ") + std::string(each);
     throw Error(text);
   }
 }
@@ -36,7 +39,8 @@ Grid grid_of(const Value* value, const std::string& what) {
     if (first->size == 0) throw Error(what + " has an empty list");
     grid.counts.push_back(first->size);
   }
-  if (grid.counts.empty() || grid.counts.size() > most_dimensions + 1) throw Error(what + " has to be a list of numbers, or lists of them");
+  if (grid.counts.empty() || grid.counts.size() > most_dimensions + 1)
+    throw Error(what + " has to be a list of numbers, or lists of them");
   // The lists that are open, and how many of their elements are still to come.
   std::vector<std::size_t> open;
   for (const Value* at = value; at != value + value->span; ++at) {
@@ -44,7 +48,8 @@ Grid grid_of(const Value* value, const std::string& what) {
     if (!open.empty()) --open.back();
     const std::size_t level = open.size();
     const bool is_list = level < grid.counts.size();
-    if (is_list != (at->kind == Value::vector) || (is_list && at->size != grid.counts[level])) throw Error(what + " has lists of different lengths or depths");
+    if (is_list != (at->kind == Value::vector) || (is_list && at->size != grid.counts[level]))
+      throw Error(what + " has lists of different lengths or depths");
     if (is_list) {
       open.push_back(at->size);
     } else if (at->kind == Value::number && std::isfinite(at->as_number)) {
@@ -71,12 +76,16 @@ ControlNet control_net(const Arguments& arguments, const std::string& node, int 
   net.dimension = static_cast<int>(grid.counts.back());
   net.counts.assign(grid.counts.begin(), grid.counts.end() - 1);
   if (net.dimension < 2 || grid.counts.back() > most_dimensions)
-    throw Error(node + ": points of " + std::to_string(net.dimension) + " coordinates; it takes 2 to " + std::to_string(most_dimensions));
-  if (net.counts.empty()) throw Error(node + ": a single point; it takes a list of them, or lists of lists for a surface or a solid");
+    throw Error(node + ": points of " + std::to_string(net.dimension) + " coordinates; it takes 2 to " +
+                std::to_string(most_dimensions));
+  if (net.counts.empty())
+    throw Error(node +
+                ": a single point; it takes a list of them, or lists of lists for a surface or a solid");
   std::vector<double> weights(grid.numbers.size() / grid.counts.back(), 1.0);
   if (const Value* given = arguments.find("weights")) {
     Grid weight_grid = grid_of(given, node + ": 'weights'");
-    if (weight_grid.counts != net.counts) throw Error(node + ": there have to be as many weights as points, in the same lists");
+    if (weight_grid.counts != net.counts)
+      throw Error(node + ": there have to be as many weights as points, in the same lists");
     weights = std::move(weight_grid.numbers);
   }
   for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -95,7 +104,9 @@ auto by_parameter(const Value* value, std::size_t parameters, const std::string&
     all.assign(parameters, read(value));
     return all;
   }
-  if (value->size != parameters) throw Error(what + " has to be one value, or a list of " + std::to_string(parameters) + ", one for each parameter");
+  if (value->size != parameters)
+    throw Error(what + " has to be one value, or a list of " + std::to_string(parameters) +
+                ", one for each parameter");
   const Value* at = value + 1;
   for (std::size_t j = 0; j < parameters; at += at->span, ++j) all.push_back(read(at));
   return all;
@@ -104,9 +115,12 @@ auto by_parameter(const Value* value, std::size_t parameters, const std::string&
 /// Goes on from the last points to the first ones again, along a parameter.
 void close_net(ControlNet& net, std::size_t parameter, std::size_t degree, const std::string& node) {
   const std::size_t count = net.counts[parameter], stride = static_cast<std::size_t>(net.dimension) + 1;
-  if (count < degree) throw Error(node + ": a closed one of degree " + std::to_string(degree) + " takes at least as many points");
+  if (count < degree)
+    throw Error(node + ": a closed one of degree " + std::to_string(degree) +
+                " takes at least as many points");
   std::size_t inner = stride, outer = 1;
-  for (std::size_t j = 0; j < net.counts.size(); ++j) (j < parameter ? outer : inner) *= j == parameter ? 1 : net.counts[j];
+  for (std::size_t j = 0; j < net.counts.size(); ++j)
+    (j < parameter ? outer : inner) *= j == parameter ? 1 : net.counts[j];
   std::vector<double> points;
   for (std::size_t o = 0; o < outer; ++o)
     for (std::size_t i = 0; i < count + degree; ++i) {
@@ -117,7 +131,8 @@ void close_net(ControlNet& net, std::size_t parameter, std::size_t degree, const
   net.counts[parameter] += degree;
 }
 
-std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& net, const std::string& node) {
+std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& net,
+                                          const std::string& node) {
   const std::string what = node + ": 'knots'";
   std::vector<std::vector<double>> knots;
   if (given->kind == Value::vector && given->size > 0 && given[1].kind != Value::vector) {
@@ -131,7 +146,8 @@ std::vector<std::vector<double>> knots_of(const Value* given, const ControlNet& 
     }
   }
   if (knots.size() != net.counts.size())
-    throw Error(what + " has to be a list of numbers for each of the " + std::to_string(net.counts.size()) + " parameters");
+    throw Error(what + " has to be a list of numbers for each of the " + std::to_string(net.counts.size()) +
+                " parameters");
   return knots;
 }
 
@@ -152,7 +168,8 @@ Expression make_bspline(const Arguments& arguments, const std::string& node) {
   piece.degrees.assign(parameters, 3);
   if (const Value* degree = arguments.find("degree", 0))
     piece.degrees = by_parameter(degree, parameters, node + ": 'degree'", [&](const Value* value) {
-      if (value->kind != Value::number || !(value->as_number >= 1 && value->as_number <= 15) || value->as_number != std::trunc(value->as_number))
+      if (value->kind != Value::number || !(value->as_number >= 1 && value->as_number <= 15) ||
+          value->as_number != std::trunc(value->as_number))
         throw Error(node + ": a degree is a whole number from 1 to 15");
       return static_cast<std::uint32_t>(value->as_number);
     });
@@ -169,11 +186,13 @@ Expression make_bspline(const Arguments& arguments, const std::string& node) {
     if (closed[j] != 0) {
       close_net(net, j, piece.degrees[j], node);
       std::vector<double>& uniform = piece.knots.emplace_back();
-      for (std::size_t i = 0; i < net.counts[j] + piece.degrees[j] + 1; ++i) uniform.push_back(static_cast<double>(i));
+      for (std::size_t i = 0; i < net.counts[j] + piece.degrees[j] + 1; ++i)
+        uniform.push_back(static_cast<double>(i));
     } else {
       if (net.counts[j] < piece.degrees[j] + std::size_t{1})
-        throw Error(node + ": " + std::to_string(net.counts[j]) + " points; degree " + std::to_string(piece.degrees[j]) +
-                    " takes at least " + std::to_string(piece.degrees[j] + 1));
+        throw Error(node + ": " + std::to_string(net.counts[j]) + " points; degree " +
+                    std::to_string(piece.degrees[j]) + " takes at least " +
+                    std::to_string(piece.degrees[j] + 1));
       piece.knots.push_back(clamped_knots(piece.degrees[j], net.counts[j]));
     }
   }
@@ -181,8 +200,9 @@ Expression make_bspline(const Arguments& arguments, const std::string& node) {
     piece.knots = knots_of(knots, net, node);
     for (std::size_t j = 0; j < parameters; ++j)
       if (piece.knots[j].size() != net.counts[j] + piece.degrees[j] + 1)
-        throw Error(node + ": " + std::to_string(piece.knots[j].size()) + " knots; " + std::to_string(net.counts[j]) + " points of degree " +
-                    std::to_string(piece.degrees[j]) + " take " + std::to_string(net.counts[j] + piece.degrees[j] + 1));
+        throw Error(node + ": " + std::to_string(piece.knots[j].size()) + " knots; " +
+                    std::to_string(net.counts[j]) + " points of degree " + std::to_string(piece.degrees[j]) +
+                    " take " + std::to_string(net.counts[j] + piece.degrees[j] + 1));
   }
   piece.points = std::move(net.points);
   return spline(net.dimension, {std::move(piece)});
@@ -193,10 +213,12 @@ Expression make_subdivision(const Arguments& arguments) {
   const Value *points = arguments.find("points", 0), *faces = arguments.find("faces", 1);
   if (!points || !faces) throw Error("subdivision: needs the arguments 'points' and 'faces'");
   Grid grid = grid_of(points, "subdivision: 'points'");
-  if (grid.counts.size() != 2 || grid.counts[1] < 3) throw Error("subdivision: 'points' has to be a list of points of 3 coordinates");
+  if (grid.counts.size() != 2 || grid.counts[1] < 3)
+    throw Error("subdivision: 'points' has to be a list of points of 3 coordinates");
   SubdivisionSurface surface;
   surface.points = std::move(grid.numbers);
-  if (faces->kind != Value::vector) throw Error("subdivision: 'faces' has to be a list of lists of point numbers");
+  if (faces->kind != Value::vector)
+    throw Error("subdivision: 'faces' has to be a list of lists of point numbers");
   const Value* at = faces + 1;
   for (std::uint32_t f = 0; f < faces->size; at += at->span, ++f) {
     const Grid face = grid_of(at, "subdivision: 'faces'");
@@ -209,14 +231,18 @@ Expression make_subdivision(const Arguments& arguments) {
   }
   const std::string scheme = arguments.string("scheme", 2, "catmull-clark");
   if (scheme != "catmull-clark" && scheme != "loop")
-    throw Error("subdivision: there is no scheme '" + scheme.substr(0, 60) + "'; there are catmull-clark and loop");
+    throw Error("subdivision: there is no scheme '" + scheme.substr(0, 60) +
+                "'; there are catmull-clark and loop");
   if (scheme == "loop") surface.scheme = SubdivisionSurface::Scheme::loop;
   return subdivision_surface(static_cast<int>(grid.counts[1]), std::move(surface));
 }
 
 }  // namespace
 
-bool is_spline_node(NodeKind kind) { return kind == NodeKind::bezier || kind == NodeKind::bspline || kind == NodeKind::nurbs || kind == NodeKind::subdivision; }
+bool is_spline_node(NodeKind kind) {
+  return kind == NodeKind::bezier || kind == NodeKind::bspline || kind == NodeKind::nurbs ||
+         kind == NodeKind::subdivision;
+}
 
 Expression make_spline_node(NodeKind kind, const Arguments& arguments, NodePool& pool) {
   switch (kind) {

@@ -26,7 +26,8 @@ class Scratch {
   Scratch() {
     std::string name = (std::filesystem::temp_directory_path() / "bsp2-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr)
-      throw Error("cannot make a folder in " + std::filesystem::temp_directory_path().string() + ": " + std::strerror(errno));
+      throw Error("cannot make a folder in " + std::filesystem::temp_directory_path().string() + ": " +
+                  std::strerror(errno));
     path_ = name;
   }
   ~Scratch() {
@@ -62,8 +63,10 @@ int run(std::vector<std::string> words, const std::filesystem::path& output) {
   return status;
 }
 
-/// Lines of a file that begin with one of these words, each once, with how often it is there; the first of very many.
-std::vector<std::string> lines_of(const std::filesystem::path& path, std::initializer_list<std::string_view> words) {
+/// Lines of a file that begin with one of these words, each once, with how often it is there; the first of
+/// very many.
+std::vector<std::string> lines_of(const std::filesystem::path& path,
+                                  std::initializer_list<std::string_view> words) {
   constexpr std::size_t most_lines = 100;
   std::vector<std::string> lines;
   std::vector<std::size_t> times;
@@ -71,7 +74,9 @@ std::vector<std::string> lines_of(const std::filesystem::path& path, std::initia
   std::size_t left_out = 0;
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
-    if (std::none_of(words.begin(), words.end(), [&](std::string_view word) { return line.starts_with(word); })) continue;
+    if (std::none_of(words.begin(), words.end(),
+                     [&](std::string_view word) { return line.starts_with(word); }))
+      continue;
     if (const auto found = known.find(line); found != known.end()) {
       ++times[found->second];
     } else if (lines.size() < most_lines) {
@@ -84,7 +89,8 @@ std::vector<std::string> lines_of(const std::filesystem::path& path, std::initia
   }
   for (std::size_t i = 0; i < lines.size(); ++i)
     if (times[i] > 1) lines[i] += " (" + std::to_string(times[i]) + " times)";
-  if (left_out > 0) lines.push_back("and " + std::to_string(left_out) + (left_out == 1 ? " more line" : " more lines"));
+  if (left_out > 0)
+    lines.push_back("and " + std::to_string(left_out) + (left_out == 1 ? " more line" : " more lines"));
   return lines;
 }
 
@@ -97,8 +103,11 @@ std::string joined(const std::vector<std::string>& lines) {
 
 /// What to do where openscad did not find something.
 std::string advice_for(const std::string& said) {
-  const bool is_file = said.find("Can't open") != std::string::npos || said.find("Can't find") != std::string::npos;
-  return is_file ? ". Install what is missing where openscad looks for libraries, or name its folder in OPENSCADPATH" : "";
+  const bool is_file =
+      said.find("Can't open") != std::string::npos || said.find("Can't find") != std::string::npos;
+  return is_file ? ". Install what is missing where openscad looks for libraries, or name its folder in "
+                   "OPENSCADPATH"
+                 : "";
 }
 
 }  // namespace
@@ -108,7 +117,8 @@ bool is_scad(const std::filesystem::path& path) { return lower_ending(path) == "
 ModelText convert_scad(const std::filesystem::path& path) {
   const std::string name = path.string();
   std::error_code ignored;
-  if (const auto status = std::filesystem::status(path, ignored); std::filesystem::is_fifo(status) || std::filesystem::is_character_file(status))
+  if (const auto status = std::filesystem::status(path, ignored);
+      std::filesystem::is_fifo(status) || std::filesystem::is_character_file(status))
     throw Error(name + ": is a pipe or a device, and OpenSCAD source has to be a file; save it as one");
   read_text(path);  // says what is wrong with the file better than others
   const Scratch scratch;
@@ -118,13 +128,18 @@ ModelText convert_scad(const std::filesystem::path& path) {
     status = run({"openscad", "-o", made.string(), std::filesystem::absolute(path).string()}, output);
   } catch (const std::system_error& error) {
     if (error.code() == std::errc::no_such_file_or_directory)
-      throw Error(name + ": this is OpenSCAD source, and the program 'openscad' that translates it is not installed; install it, or convert " +
+      throw Error(name +
+                  ": this is OpenSCAD source, and the program 'openscad' that translates it is not "
+                  "installed; install it, or convert " +
                   "the model elsewhere: openscad -o model.csg " + path.filename().string());
     throw Error(name + ": 'openscad' cannot be started: " + error.code().message());
   }
   // An assertion that fails leaves no node, and no exit code either.
-  const auto holds_nothing = [&] { return std::filesystem::file_size(made) == 0 || read_text(made).find('(') == std::string::npos; };
-  const bool has_ended = WIFEXITED(status) && WEXITSTATUS(status) == 0 && std::filesystem::exists(made), is_empty = has_ended && holds_nothing();
+  const auto holds_nothing = [&] {
+    return std::filesystem::file_size(made) == 0 || read_text(made).find('(') == std::string::npos;
+  };
+  const bool has_ended = WIFEXITED(status) && WEXITSTATUS(status) == 0 && std::filesystem::exists(made),
+             is_empty = has_ended && holds_nothing();
   if (!has_ended || (is_empty && !lines_of(output, {"ERROR"}).empty())) {
     std::string why = joined(lines_of(output, {"ERROR", "Can't", "Parser", "TRACE", "WARNING"}));
     if (why.empty())
@@ -134,10 +149,12 @@ ModelText convert_scad(const std::filesystem::path& path) {
   }
   if (is_empty) {
     const std::string said = joined(lines_of(output, {"WARNING", "DEPRECATED"}));
-    throw Error(name + ": holds no model: openscad makes nothing of it" + (said.empty() ? "" : ", and says: " + said + advice_for(said)));
+    throw Error(name + ": holds no model: openscad makes nothing of it" +
+                (said.empty() ? "" : ", and says: " + said + advice_for(said)));
   }
   ModelText result{read_text(made), {}};
-  for (const std::string& line : lines_of(output, {"WARNING", "DEPRECATED", "ERROR"})) result.warnings.push_back(name + ": openscad: " + line);
+  for (const std::string& line : lines_of(output, {"WARNING", "DEPRECATED", "ERROR"}))
+    result.warnings.push_back(name + ": openscad: " + line);
   return result;
 }
 

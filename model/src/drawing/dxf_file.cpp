@@ -9,8 +9,9 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "import/text_cursor.hpp"
 
-// A DXF file is a list of pairs, a group code that says what it is and a value, each on a line of its own. Sections begin with
-// SECTION and end with ENDSEC; what stands in others than BLOCKS and ENTITIES (OBJECTS, TABLES, ...) is drawn by nobody.
+// A DXF file is a list of pairs, a group code that says what it is and a value, each on a line of its own.
+// Sections begin with SECTION and end with ENDSEC; what stands in others than BLOCKS and ENTITIES (OBJECTS,
+// TABLES, ...) is drawn by nobody.
 
 namespace bsp2::model::dxf {
 namespace {
@@ -42,15 +43,19 @@ class Reader {
     std::string code_line, value;
     for (; std::getline(input, code_line); line_ += 2) {
       std::string code = trimmed(std::move(code_line));
-      if (line_ == 1 && code.starts_with("\xEF\xBB\xBF")) code = trimmed(code.substr(3));  // a byte order mark
-      if (line_ == 1 && code.starts_with("AutoCAD Binary DXF")) fail(" is a binary DXF file; save it as a text (ASCII) DXF file");
+      if (line_ == 1 && code.starts_with("\xEF\xBB\xBF"))
+        code = trimmed(code.substr(3));  // a byte order mark
+      if (line_ == 1 && code.starts_with("AutoCAD Binary DXF"))
+        fail(" is a binary DXF file; save it as a text (ASCII) DXF file");
       if (!std::getline(input, value)) {
         if (code.empty() || code == "\x1a") break;  // as old systems end a text
-        fail(" is cut off: line " + std::to_string(line_) + " is its last one, and a group code without a value");
+        fail(" is cut off: line " + std::to_string(line_) +
+             " is its last one, and a group code without a value");
       }
       char* end = nullptr;
       const long number = std::strtol(code.c_str(), &end, 10);
-      if (code.empty() || *end != '\0') fail(" is no DXF file: '" + code.substr(0, 40) + "' is no group code");
+      if (code.empty() || *end != '\0')
+        fail(" is no DXF file: '" + code.substr(0, 40) + "' is no group code");
       take(number, trimmed(std::move(value)));
     }
     if (!ends_) fail(" is cut off: it has neither a section ENTITIES nor an end (EOF)");
@@ -80,7 +85,8 @@ class Reader {
       ends_ = ends_ || section_ == "ENTITIES";  // all that is read has been there once it ends
     } else if (section_ == "HEADER") {
       if (code == 9) variable_ = value;
-      if (code == 70 && variable_ == "$INSUNITS") file_.units = static_cast<int>(std::strtol(value.c_str(), nullptr, 10));
+      if (code == 70 && variable_ == "$INSUNITS")
+        file_.units = static_cast<int>(std::strtol(value.c_str(), nullptr, 10));
     } else if (entity_ != nullptr) {
       add(code, std::move(value));
     }
@@ -133,7 +139,8 @@ class Reader {
     } else if (is_number(code)) {
       const std::optional<double> number = to_number(value);
       if ((!number || !std::isfinite(*number)) && entity_->fault.empty())
-        entity_->fault = std::to_string(line_ + 1) + ": '" + value.substr(0, 40) + "' is no finite number, as the value of group code " + std::to_string(code);
+        entity_->fault = std::to_string(line_ + 1) + ": '" + value.substr(0, 40) +
+                         "' is no finite number, as the value of group code " + std::to_string(code);
       entity_->numbers.emplace_back(static_cast<std::int16_t>(code), number.value_or(0));
     }
   }

@@ -11,12 +11,13 @@
 /// What stands in a DXF file, before anything is drawn of it.
 namespace bsp2::model::dxf {
 
-/// One thing that is drawn. Its numbers stand in their order, for the corners of a polyline are told apart by nothing else.
+/// One thing that is drawn. Its numbers stand in their order, for the corners of a polyline are told apart by
+/// nothing else.
 struct Entity {
-  std::string type, layer, name;  ///< the name of the block that is inserted
+  std::string type, layer, name;                         ///< the name of the block that is inserted
   std::vector<std::pair<std::int16_t, double>> numbers;  ///< group code and value
   std::vector<Entity> vertices;                          ///< of a POLYLINE
-  std::string fault;                                     ///< the first value that is no number: "line: what is wrong"; empty if all are
+  std::string fault;  ///< the first value that is no number: "line: what is wrong"; empty if all are
 
   /// The first number of a group code; `missing` if there is none.
   [[nodiscard]] double number(int code, double missing = 0) const;

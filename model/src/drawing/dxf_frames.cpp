@@ -40,14 +40,17 @@ Vector Map::operator()(double x, double y, double z) const {
 Map Map::after(const Map& m) const {
   Map map;
   for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) map.rows_[i][j] = rows_[i][0] * m.rows_[0][j] + rows_[i][1] * m.rows_[1][j] + rows_[i][2] * m.rows_[2][j];
+    for (std::size_t j = 0; j < 3; ++j)
+      map.rows_[i][j] =
+          rows_[i][0] * m.rows_[0][j] + rows_[i][1] * m.rows_[1][j] + rows_[i][2] * m.rows_[2][j];
   map.to_ = (*this)(m.to_[0], m.to_[1], m.to_[2]);
   return map;
 }
 
 double Map::stretch() const {
   const double a = rows_[0][0], b = rows_[0][1], c = rows_[1][0], d = rows_[1][1];
-  if ((b == 0 && c == 0) || (a == 0 && d == 0)) return std::max({std::fabs(a), std::fabs(b), std::fabs(c), std::fabs(d)});
+  if ((b == 0 && c == 0) || (a == 0 && d == 0))
+    return std::max({std::fabs(a), std::fabs(b), std::fabs(c), std::fabs(d)});
   // The larger singular value: half the sum of those of the parts that turn and that mirror.
   return (std::hypot(a + d, c - b) + std::hypot(a - d, c + b)) / 2;
 }

@@ -31,11 +31,12 @@ class Map {
   Vector to_{};
 };
 
-/// The direction that the plane of an entity looks in (codes 210, 220, 230), of length 1; along the z axis if it has none.
+/// The direction that the plane of an entity looks in (codes 210, 220, 230), of length 1; along the z axis if
+/// it has none.
 Vector normal_of(const Entity& e);
 
-/// From the plane of an entity, with axes that the file leaves to Autodesk's "arbitrary axis algorithm", to the drawing. A
-/// normal of 0, 0, -1 mirrors x.
+/// From the plane of an entity, with axes that the file leaves to Autodesk's "arbitrary axis algorithm", to
+/// the drawing. A normal of 0, 0, -1 mirrors x.
 Map plane_of(const Entity& e);
 
 /// The cross product.

@@ -9,9 +9,9 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "drawing/dxf_file.hpp"
 #include "drawing/dxf_frames.hpp"
-#include "import/imports.hpp"
 #include "drawing/plane_spline.hpp"
 #include "drawing/unread.hpp"
+#include "import/imports.hpp"
 
 // What a DXF file holds is drawn as lines, and these are joined to paths.
 
@@ -23,11 +23,13 @@ using dxf::Entity;
 using dxf::Map;
 using Point = std::array<double, 2>;
 
-/// All points lie on a grid, and what is next to a point of the grid that is taken moves there: so OpenSCAD joins lines.
+/// All points lie on a grid, and what is next to a point of the grid that is taken moves there: so OpenSCAD
+/// joins lines.
 constexpr double grid = 0x1p-10;
 
 constexpr std::size_t most_lines = 1'000'000;
-/// Of the work on a drawing: an entity that is looked at, a number in it, a point of a spline. Blocks in blocks multiply.
+/// Of the work on a drawing: an entity that is looked at, a number in it, a point of a spline. Blocks in
+/// blocks multiply.
 constexpr std::size_t most_steps = 20'000'000, steps_of_entity = 5, steps_of_insertion = 20;
 constexpr std::size_t deepest_block = 100;
 constexpr double largest_coordinate_drawn = 1e12;
@@ -90,26 +92,33 @@ class Joiner {
         x = (x ^ (x >> 27)) * 0x94D049BB133111EBU;
         return x ^ (x >> 31);
       };
-      return mix(mix(static_cast<std::uint64_t>(place[0]) + 0x9E3779B97F4A7C15U) + static_cast<std::uint64_t>(place[1]));
+      return mix(mix(static_cast<std::uint64_t>(place[0]) + 0x9E3779B97F4A7C15U) +
+                 static_cast<std::uint64_t>(place[1]));
     }
   };
   std::vector<Point> points_;
   std::vector<std::array<std::uint32_t, 2>> lines_;
   std::unordered_map<Place, std::uint32_t, Mixed> taken_;  // points by their place on the grid
 
-  std::uint32_t other_end(std::uint32_t line, std::uint32_t end) const { return lines_[line][lines_[line][0] == end ? 1 : 0]; }
+  std::uint32_t other_end(std::uint32_t line, std::uint32_t end) const {
+    return lines_[line][lines_[line][0] == end ? 1 : 0];
+  }
 
   /// The place on the grid of a point: its own, or one next to it that is taken, the nearest first.
   Place place(const Point& p) {
-    constexpr std::array<std::array<int, 2>, 9> near{{{0, 0}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
-    const auto column = static_cast<std::int64_t>(std::round(p[0] / grid)), row = static_cast<std::int64_t>(std::round(p[1] / grid));
+    constexpr std::array<std::array<int, 2>, 9> near{
+        {{0, 0}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
+    const auto column = static_cast<std::int64_t>(std::round(p[0] / grid)),
+               row = static_cast<std::int64_t>(std::round(p[1] / grid));
     for (const auto& [i, j] : near)
       if (taken_.contains({column + i, row + j})) return {column + i, row + j};
     taken_.emplace(Place{column, row}, no_point);
     return {column, row};
   }
 
-  static Point position(const Place& place) { return {static_cast<double>(place[0]) * grid, static_cast<double>(place[1]) * grid}; }
+  static Point position(const Place& place) {
+    return {static_cast<double>(place[0]) * grid, static_cast<double>(place[1]) * grid};
+  }
 
   std::uint32_t point(const Place& place) {
     std::uint32_t& index = taken_[place];
@@ -122,7 +131,8 @@ class Joiner {
 /// Draws entities as lines.
 class Drawer {
  public:
-  Drawer(const dxf::File& file, const std::string& name, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution)
+  Drawer(const dxf::File& file, const std::string& name, const std::string& layer, const DrawingFrame& frame,
+         const Resolution& resolution)
       : file_(file), name_(name), layer_(layer), frame_(frame), resolution_(resolution) {}
 
   PlaneDrawing run(const Remarks& remarks) {
@@ -146,24 +156,28 @@ class Drawer {
   const Resolution& resolution_;
   Joiner joiner_;
   std::size_t steps_ = 0;
-  std::size_t lines_ = 0;        // that were drawn, wherever
-  std::size_t small_lines_ = 0;  // of these: whose ends differ, and lie on one point of the grid
+  std::size_t lines_ = 0;                  // that were drawn, wherever
+  std::size_t small_lines_ = 0;            // of these: whose ends differ, and lie on one point of the grid
   std::vector<const Block*> open_blocks_;  // those that are being inserted, each in the one before
   std::vector<std::string> block_names_;   // theirs
   Unread unread_;
 
   void spend(std::size_t steps) {
     if (steps > most_steps - steps_)
-      throw Error("import: " + name_ + " is too large: blocks inserted again and again, or splines, take more than " +
+      throw Error("import: " + name_ +
+                  " is too large: blocks inserted again and again, or splines, take more than " +
                   std::to_string(most_steps) + " steps to draw");
     steps_ += steps;
   }
 
-  [[noreturn]] void fail(const Entity& e, const std::string& why) const { throw Error("import: " + name_ + ": " + e.type + " " + why); }
+  [[noreturn]] void fail(const Entity& e, const std::string& why) const {
+    throw Error("import: " + name_ + ": " + e.type + " " + why);
+  }
 
   void pass_over(const Entity& e, const std::string& kind) { unread_.add(&e, kind); }
 
-  /// A layout is drawn on paper around what the drawing is about, in other units. Its windows show nothing of their own.
+  /// A layout is drawn on paper around what the drawing is about, in other units. Its windows show nothing of
+  /// their own.
   void count_of_paper(const Entity& e) {
     if (e.type != "VIEWPORT") pass_over(e, e.type + " in paper space");
   }
@@ -182,22 +196,29 @@ class Drawer {
     const std::size_t small_before = small_lines_, kept_before = joiner_.lines();
     (this->*draw_by->second)(e, map);
     const bool is_lost = small_lines_ > small_before && joiner_.lines() == kept_before;
-    if (is_lost && e.type != "INSERT") pass_over(e, e.type + " too small for the grid of 1/1024 on which drawings lie");
+    if (is_lost && e.type != "INSERT")
+      pass_over(e, e.type + " too small for the grid of 1/1024 on which drawings lie");
   }
 
   /// What looking at an entity takes: each of its numbers is looked for in all of them.
   static std::size_t cost_of(const Entity& e) {
     constexpr std::size_t letters_in_step = 16;
-    return steps_of_entity + e.numbers.size() + (e.type.size() + e.name.size() + e.layer.size()) / letters_in_step;
+    return steps_of_entity + e.numbers.size() +
+           (e.type.size() + e.name.size() + e.layer.size()) / letters_in_step;
   }
 
   using Draw = void (Drawer::*)(const Entity&, const Map&);
   static const std::map<std::string, Draw>& kinds() {
-    static const std::map<std::string, Draw> all{{"LINE", &Drawer::draw_line},         {"ARC", &Drawer::draw_arc},
-                                                 {"CIRCLE", &Drawer::draw_circle},     {"ELLIPSE", &Drawer::draw_ellipse},
-                                                 {"LWPOLYLINE", &Drawer::draw_light_polyline}, {"POLYLINE", &Drawer::draw_polyline},
-                                                 {"SPLINE", &Drawer::draw_spline},     {"SOLID", &Drawer::draw_solid},
-                                                 {"TRACE", &Drawer::draw_solid},       {"INSERT", &Drawer::draw_insert}};
+    static const std::map<std::string, Draw> all{{"LINE", &Drawer::draw_line},
+                                                 {"ARC", &Drawer::draw_arc},
+                                                 {"CIRCLE", &Drawer::draw_circle},
+                                                 {"ELLIPSE", &Drawer::draw_ellipse},
+                                                 {"LWPOLYLINE", &Drawer::draw_light_polyline},
+                                                 {"POLYLINE", &Drawer::draw_polyline},
+                                                 {"SPLINE", &Drawer::draw_spline},
+                                                 {"SOLID", &Drawer::draw_solid},
+                                                 {"TRACE", &Drawer::draw_solid},
+                                                 {"INSERT", &Drawer::draw_insert}};
     return all;
   }
 
@@ -223,8 +244,8 @@ class Drawer {
 
   static std::size_t checked_sides(double sides) {
     if (sides > max_sides)
-      throw Error("import: a circle, an arc or an ellipse of a DXF drawing gets more than " + std::to_string(max_sides) +
-                  " sides ($fn, $fa, $fs)");
+      throw Error("import: a circle, an arc or an ellipse of a DXF drawing gets more than " +
+                  std::to_string(max_sides) + " sides ($fn, $fa, $fs)");
     return sides >= 1 ? static_cast<std::size_t>(sides) : 0;
   }
 
@@ -234,7 +255,8 @@ class Drawer {
   }
 
   void draw_line(const Entity& e, const Map& map) {
-    line(placed(map, e.number(10), e.number(20), e.number(30)), placed(map, e.number(11), e.number(21), e.number(31)));
+    line(placed(map, e.number(10), e.number(20), e.number(30)),
+         placed(map, e.number(11), e.number(21), e.number(31)));
   }
 
   void draw_circle(const Entity& e, const Map& map) { draw_turn(e, map, 0, 360); }
@@ -252,25 +274,32 @@ class Drawer {
     const double radius = e.number(40);
     const std::size_t count = checked_sides(std::ceil(sides_of(radius, angle, 360, plane)));
     const auto at = [&](std::size_t i) {
-      const double degrees = start + angle * static_cast<double>(i == count && angle == 360 ? 0 : i) / static_cast<double>(count);
-      return placed(plane, e.number(10) + radius * cosine(degrees), e.number(20) + radius * sine(degrees), e.number(30));
+      const double degrees = start + angle * static_cast<double>(i == count && angle == 360 ? 0 : i) /
+                                         static_cast<double>(count);
+      return placed(plane, e.number(10) + radius * cosine(degrees), e.number(20) + radius * sine(degrees),
+                    e.number(30));
     };
     for (std::size_t i = 0; i < count; ++i) line(at(i), at(i + 1));
   }
 
-  /// Codes 41 and 42: the first and the last angle, in radians from the major axis; 40: the minor axis as a share of it.
+  /// Codes 41 and 42: the first and the last angle, in radians from the major axis; 40: the minor axis as a
+  /// share of it.
   void draw_ellipse(const Entity& e, const Map& map) {
-    const std::array<double, 3> major{e.number(11), e.number(21), e.number(31)}, minor = dxf::across(dxf::normal_of(e), major);
+    const std::array<double, 3> major{e.number(11), e.number(21), e.number(31)},
+        minor = dxf::across(dxf::normal_of(e), major);
     const double start = e.number(41), full = 2 * std::numbers::pi;
     double sweep = e.number(42, full) - start;
     if (sweep < 0) sweep += full * std::ceil(-sweep / full);
     sweep = std::min(sweep, full);
     if (sweep == 0) return pass_over(e, "ELLIPSE of angle 0");
-    const double radius = std::hypot(major[0], major[1], major[2]) * std::max(std::fabs(e.number(40, 1)), 1.0);
+    const double radius =
+        std::hypot(major[0], major[1], major[2]) * std::max(std::fabs(e.number(40, 1)), 1.0);
     const std::size_t sides = checked_sides(std::ceil(sides_of(radius, sweep, full, map)));
     const auto at = [&](std::size_t i) {
-      const double angle = start + sweep * static_cast<double>(i) / static_cast<double>(sides), c = std::cos(angle), s = e.number(40, 1) * std::sin(angle);
-      return placed(map, e.number(10) + c * major[0] + s * minor[0], e.number(20) + c * major[1] + s * minor[1], e.number(30) + c * major[2] + s * minor[2]);
+      const double angle = start + sweep * static_cast<double>(i) / static_cast<double>(sides),
+                   c = std::cos(angle), s = e.number(40, 1) * std::sin(angle);
+      return placed(map, e.number(10) + c * major[0] + s * minor[0],
+                    e.number(20) + c * major[1] + s * minor[1], e.number(30) + c * major[2] + s * minor[2]);
     };
     for (std::size_t i = 0; i < sides; ++i) line(at(i), at(i + 1));
   }
@@ -285,20 +314,26 @@ class Drawer {
     if (n > 1 && is_closed) draw_bulge(corners[n - 1], corners[0], plane);
   }
 
-  /// A line, or an arc that turns by four times the angle whose tangent its bulge is, to the left if that is positive.
+  /// A line, or an arc that turns by four times the angle whose tangent its bulge is, to the left if that is
+  /// positive.
   void draw_bulge(const Corner& from, const Corner& to, const Map& plane) {
     const Point p = placed(plane, from.x, from.y, from.z), q = placed(plane, to.x, to.y, to.z);
     const double x = to.x - from.x, y = to.y - from.y, angle = 4 * std::atan(std::fabs(from.bulge));
-    const double chords = (1 + from.bulge * from.bulge) / (2 * std::fabs(from.bulge));  // the diameter, in chords
+    const double chords =
+        (1 + from.bulge * from.bulge) / (2 * std::fabs(from.bulge));  // the diameter, in chords
     const double radius = std::hypot(x, y) * chords / 2;
     if (from.bulge == 0 || !std::isfinite(radius) || radius == 0) return line(p, q);
     constexpr double rounding = 1e-3;  // of sides: a quarter of a circle has a bulge of 0.414214
-    const std::size_t count = checked_sides(std::ceil(sides_of(radius, angle, 2 * std::numbers::pi, plane) - rounding));
+    const std::size_t count =
+        checked_sides(std::ceil(sides_of(radius, angle, 2 * std::numbers::pi, plane) - rounding));
     Point last = p;
     for (std::size_t i = 1; i < count; ++i) {
-      // The chord from the first corner to a point of the arc: how long it is, and how far it turns from the chord to the last one.
-      const double turned = angle * static_cast<double>(i) / static_cast<double>(count), length = chords * std::sin(turned / 2);
-      const double off = (turned - angle) / 2, c = length * std::cos(off), s = length * (from.bulge > 0 ? std::sin(off) : -std::sin(off));
+      // The chord from the first corner to a point of the arc: how long it is, and how far it turns from the
+      // chord to the last one.
+      const double turned = angle * static_cast<double>(i) / static_cast<double>(count),
+                   length = chords * std::sin(turned / 2);
+      const double off = (turned - angle) / 2, c = length * std::cos(off),
+                   s = length * (from.bulge > 0 ? std::sin(off) : -std::sin(off));
       const Point next = placed(plane, from.x + c * x - s * y, from.y + s * x + c * y, from.z);
       line(last, next);
       last = next;
@@ -323,7 +358,8 @@ class Drawer {
 
   /// The kind that older programs write.
   void draw_polyline(const Entity& e, const Map& map) {
-    constexpr std::int64_t closed = 1, fitted = 4, in_space = 8, mesh = 16, many_faces = 64, control_point = 16;
+    constexpr std::int64_t closed = 1, fitted = 4, in_space = 8, mesh = 16, many_faces = 64,
+                           control_point = 16;
     if (e.flag(70, mesh | many_faces)) return pass_over(e, "POLYLINE that is a mesh");
     std::vector<Corner> corners;
     bool is_wide = e.number(40) > 0 || e.number(41) > 0;
@@ -331,7 +367,8 @@ class Drawer {
       spend(1 + vertex.numbers.size());
       if (!vertex.fault.empty()) throw Error("import: " + name_ + ":" + vertex.fault + " of VERTEX");
       if (e.flag(70, fitted) && vertex.flag(70, control_point)) continue;
-      corners.push_back({vertex.number(10), vertex.number(20), e.flag(70, in_space) ? vertex.number(30) : e.number(30), vertex.number(42)});
+      corners.push_back({vertex.number(10), vertex.number(20),
+                         e.flag(70, in_space) ? vertex.number(30) : e.number(30), vertex.number(42)});
       is_wide = is_wide || vertex.number(40) > 0 || vertex.number(41) > 0;
     }
     if (is_wide) pass_over(e, "POLYLINE (its width only)");
@@ -340,9 +377,12 @@ class Drawer {
 
   [[nodiscard]] std::vector<Point> points_of(const Entity& e, int code, const Map& map) const {
     const std::vector<double> x = e.all(code), y = e.all(code + 10), z = e.all(code + 20);
-    if (x.size() != y.size()) fail(e, "has " + std::to_string(x.size()) + " values of group code " + std::to_string(code) + " and " + std::to_string(y.size()) + " of " + std::to_string(code + 10));
+    if (x.size() != y.size())
+      fail(e, "has " + std::to_string(x.size()) + " values of group code " + std::to_string(code) + " and " +
+                  std::to_string(y.size()) + " of " + std::to_string(code + 10));
     std::vector<Point> points;
-    for (std::size_t i = 0; i < x.size(); ++i) points.push_back(placed(map, x[i], y[i], z.size() == x.size() ? z[i] : 0));
+    for (std::size_t i = 0; i < x.size(); ++i)
+      points.push_back(placed(map, x[i], y[i], z.size() == x.size() ? z[i] : 0));
     return points;
   }
 
@@ -353,7 +393,8 @@ class Drawer {
     spline.points = points_of(e, 10, map);
     if (spline.points.empty()) {
       const auto direction = [&](int code) {
-        const Point from = placed(map, 0, 0, 0), to = placed(map, e.number(code), e.number(code + 10), e.number(code + 20));
+        const Point from = placed(map, 0, 0, 0),
+                    to = placed(map, e.number(code), e.number(code + 10), e.number(code + 20));
         return Point{to[0] - from[0], to[1] - from[1]};
       };
       std::vector<Point> through = points_of(e, 11, map);
@@ -376,23 +417,29 @@ class Drawer {
     const Map plane = map.after(dxf::plane_of(e));
     const int last = e.has(13) ? 13 : 12;
     std::vector<Corner> corners;
-    for (const int code : {10, 11, last, 12}) corners.push_back({e.number(code), e.number(code + 10), e.number(code + 20), 0});
+    for (const int code : {10, 11, last, 12})
+      corners.push_back({e.number(code), e.number(code + 10), e.number(code + 20), 0});
     draw_path(corners, true, plane);
   }
 
-  /// A block, scaled by codes 41 to 43, turned by 50 degrees, moved, and put there again in 70 columns and 71 rows.
+  /// A block, scaled by codes 41 to 43, turned by 50 degrees, moved, and put there again in 70 columns and 71
+  /// rows.
   void draw_insert(const Entity& e, const Map& map) {
     const Block* block = file_.find_block(e.name);
-    if (block == nullptr) return pass_over(e, "INSERT of a block '" + e.name.substr(0, 60) + "' that is not there");
+    if (block == nullptr)
+      return pass_over(e, "INSERT of a block '" + e.name.substr(0, 60) + "' that is not there");
     constexpr std::int64_t other_file = 4;
-    if (block->head.flag(70, other_file) && block->entities.empty()) return pass_over(e, "INSERT of another file");
+    if (block->head.flag(70, other_file) && block->entities.empty())
+      return pass_over(e, "INSERT of another file");
     spend(block->head.numbers.size());
     if (!block->head.fault.empty()) throw Error("import: " + name_ + ":" + block->head.fault + " of BLOCK");
     if (block->entities.empty()) return;
     open(*block, e.name);
     const Map plane = map.after(dxf::plane_of(e));
-    const double columns = std::max(std::trunc(e.number(70, 1)), 1.0), rows = std::max(std::trunc(e.number(71, 1)), 1.0);
-    const double c = cosine(e.number(50)), s = sine(e.number(50)), across = e.number(44), along = e.number(45);
+    const double columns = std::max(std::trunc(e.number(70, 1)), 1.0),
+                 rows = std::max(std::trunc(e.number(71, 1)), 1.0);
+    const double c = cosine(e.number(50)), s = sine(e.number(50)), across = e.number(44),
+                 along = e.number(45);
     const double x0 = e.number(10), y0 = e.number(20), z0 = e.number(30);
     const Map scaled = Map::scaled({e.number(41, 1), e.number(42, 1), e.number(43, 1)},
                                    {block->head.number(10), block->head.number(20), block->head.number(30)});
@@ -414,11 +461,13 @@ class Drawer {
     block_names_.push_back(name.substr(0, 60));
     if (is_cycle) {
       std::string chain;
-      for (const std::string& each : block_names_) chain += (chain.empty() ? "'" : ", which inserts '") + each + "'";
+      for (const std::string& each : block_names_)
+        chain += (chain.empty() ? "'" : ", which inserts '") + each + "'";
       throw Error("import: " + name_ + ": a block inserts itself: " + chain.substr(0, 400));
     }
     if (open_blocks_.size() > deepest_block)
-      throw Error("import: " + name_ + ": blocks are inserted in each other more than " + std::to_string(deepest_block) + " deep");
+      throw Error("import: " + name_ + ": blocks are inserted in each other more than " +
+                  std::to_string(deepest_block) + " deep");
   }
 };
 
@@ -427,23 +476,43 @@ struct Unit {
   const char* name;
   const char* millimetres;
 };
-constexpr std::array<Unit, 17> units{{{"", ""}, {"inches", "25.4"}, {"feet", "304.8"}, {"miles", ""}, {"millimetres", "1"}, {"centimetres", "10"},
-                                      {"metres", "1000"}, {"kilometres", "1000000"}, {"microinches", "0.0000254"}, {"thousandths of an inch", "0.0254"},
-                                      {"yards", "914.4"}, {"angstroms", ""}, {"nanometres", "0.000001"}, {"micrometres", "0.001"},
-                                      {"decimetres", "100"}, {"decametres", "10000"}, {"hectometres", "100000"}}};
+constexpr std::array<Unit, 17> units{{{"", ""},
+                                      {"inches", "25.4"},
+                                      {"feet", "304.8"},
+                                      {"miles", ""},
+                                      {"millimetres", "1"},
+                                      {"centimetres", "10"},
+                                      {"metres", "1000"},
+                                      {"kilometres", "1000000"},
+                                      {"microinches", "0.0000254"},
+                                      {"thousandths of an inch", "0.0254"},
+                                      {"yards", "914.4"},
+                                      {"angstroms", ""},
+                                      {"nanometres", "0.000001"},
+                                      {"micrometres", "0.001"},
+                                      {"decimetres", "100"},
+                                      {"decametres", "10000"},
+                                      {"hectometres", "100000"}}};
 
 std::string text_of_units(const std::string& name, int code, double scale) {
-  const Unit unit = code > 0 && static_cast<std::size_t>(code) < units.size() ? units[static_cast<std::size_t>(code)] : Unit{"", ""};
-  const std::string begin = name + " is drawn in " + (*unit.name != 0 ? unit.name : "the units number " + std::to_string(code)) + " ($INSUNITS)";
+  const Unit unit = code > 0 && static_cast<std::size_t>(code) < units.size()
+                        ? units[static_cast<std::size_t>(code)]
+                        : Unit{"", ""};
+  const std::string begin = name + " is drawn in " +
+                            (*unit.name != 0 ? unit.name : "the units number " + std::to_string(code)) +
+                            " ($INSUNITS)";
   if (scale != 1) return begin + "; its lengths are multiplied by the scale of the import alone";
   const std::string is_millimetre = unit.millimetres;
   return begin + "; nothing is scaled, one of them is one unit of the model" +
-         (is_millimetre.empty() || is_millimetre == "1" ? "" : "; scale = " + is_millimetre + " in the import makes millimetres of them");
+         (is_millimetre.empty() || is_millimetre == "1"
+              ? ""
+              : "; scale = " + is_millimetre + " in the import makes millimetres of them");
 }
 
 }  // namespace
 
-PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution, const Remarks& remarks) {
+PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer,
+                        const DrawingFrame& frame, const Resolution& resolution, const Remarks& remarks) {
   const dxf::File file = dxf::read_file(path);
   const std::string name = path.string();
   if (remarks.note && file.units != 0) remarks.note(text_of_units(name, file.units, frame.scale));

@@ -29,7 +29,8 @@ class Evaluation {
     }
     for (std::size_t r = 1; r <= p; ++r)
       for (std::size_t i = p; i >= r; --i) {
-        const double low = spline_.knots[span - p + i], high = spline_.knots[span + 1 + i - r], t = (u - low) / (high - low);
+        const double low = spline_.knots[span - p + i], high = spline_.knots[span + 1 + i - r],
+                     t = (u - low) / (high - low);
         for (std::size_t k = 0; k < 3; ++k) d[i][k] = (1 - t) * d[i - 1][k] + t * d[i][k];
       }
     return {d[p][0] / d[p][2], d[p][1] / d[p][2]};
@@ -42,14 +43,17 @@ class Evaluation {
 /// A smooth stretch, looked at closely: how far it turns, and how many sides that takes.
 class Stretch {
  public:
-  Stretch(const PlaneSpline& spline, std::size_t first, std::size_t last, const Resolution& resolution, const std::function<void(std::size_t)>& spend)
+  Stretch(const PlaneSpline& spline, std::size_t first, std::size_t last, const Resolution& resolution,
+          const std::function<void(std::size_t)>& spend)
       : spline_(spline), evaluation_(spline) {
-    const std::size_t steps = spline.degree == 1 ? 1 : std::clamp(most_looks / (last - first), fewest_in_span, most_in_span);
+    const std::size_t steps =
+        spline.degree == 1 ? 1 : std::clamp(most_looks / (last - first), fewest_in_span, most_in_span);
     for (std::size_t span = first; span < last; ++span) {
       const double low = spline.knots[span], high = spline.knots[span + 1];
       if (!(low < high)) continue;
       spend(cost() * steps);
-      for (std::size_t i = 0; i < steps; ++i) add(span, low + (high - low) * (static_cast<double>(i) / static_cast<double>(steps)));
+      for (std::size_t i = 0; i < steps; ++i)
+        add(span, low + (high - low) * (static_cast<double>(i) / static_cast<double>(steps)));
       last_span_ = span;
     }
     add(last_span_, spline.knots[last]);
@@ -60,7 +64,8 @@ class Stretch {
   void append(std::vector<Point>& out, const std::function<void(std::size_t)>& spend) const {
     const double total = sides_.back();
     if (total > max_sides)
-      throw Error("import: a spline of a drawing gets more than " + std::to_string(max_sides) + " sides ($fn, $fa, $fs)");
+      throw Error("import: a spline of a drawing gets more than " + std::to_string(max_sides) +
+                  " sides ($fn, $fa, $fs)");
     constexpr double rounding = 0.01;  // of what is measured along chords
     const double count = std::isfinite(total) ? std::max(std::ceil(total - rounding), 1.0) : 1;
     spend(cost() * static_cast<std::size_t>(count));
@@ -89,7 +94,9 @@ class Stretch {
   std::vector<double> sides_;  // that are wanted up to each look
   std::size_t last_span_ = 0;
 
-  [[nodiscard]] std::size_t cost() const { return static_cast<std::size_t>(spline_.degree * spline_.degree) / 8 + 1; }
+  [[nodiscard]] std::size_t cost() const {
+    return static_cast<std::size_t>(spline_.degree * spline_.degree) / 8 + 1;
+  }
 
   void add(std::size_t span, double u) { looks_.push_back({span, u, evaluation_.at(span, u)}); }
 
@@ -107,13 +114,16 @@ class Stretch {
     sides_.assign(1, 0);
     for (std::size_t i = 0; i < chords; ++i) {
       const double turn = (turns[i] + turns[i + 1]) / 2, length = std::hypot(chord[i][0], chord[i][1]);
-      sides_.push_back(sides_.back() + (turn > 0 ? side_count(length / turn, resolution) * turn / full_turn : 0));
+      sides_.push_back(sides_.back() +
+                       (turn > 0 ? side_count(length / turn, resolution) * turn / full_turn : 0));
     }
   }
 };
 
-/// Solves for the derivatives in a row of points: below x[i-1] + middle x[i] + above x[i+1] = right, from both ends inwards.
-std::vector<Point> solve(const std::vector<double>& below, std::vector<double> middle, const std::vector<double>& above, std::vector<Point> right) {
+/// Solves for the derivatives in a row of points: below x[i-1] + middle x[i] + above x[i+1] = right, from
+/// both ends inwards.
+std::vector<Point> solve(const std::vector<double>& below, std::vector<double> middle,
+                         const std::vector<double>& above, std::vector<Point> right) {
   const std::size_t n = middle.size();
   for (std::size_t i = 1; i < n; ++i) {
     const double share = below[i] / middle[i - 1];
@@ -121,19 +131,24 @@ std::vector<Point> solve(const std::vector<double>& below, std::vector<double> m
     for (std::size_t k = 0; k < 2; ++k) right[i][k] -= share * right[i - 1][k];
   }
   for (std::size_t i = n; i-- > 0;)
-    for (std::size_t k = 0; k < 2; ++k) right[i][k] = (right[i][k] - (i + 1 < n ? above[i] * right[i + 1][k] : 0)) / middle[i];
+    for (std::size_t k = 0; k < 2; ++k)
+      right[i][k] = (right[i][k] - (i + 1 < n ? above[i] * right[i + 1][k] : 0)) / middle[i];
   return right;
 }
 
 /// The derivatives of the spline through n points with n - 1 distances between them.
-std::vector<Point> open_derivatives(const std::vector<Point>& points, const std::vector<double>& steps, const std::array<Point, 2>& tangents) {
+std::vector<Point> open_derivatives(const std::vector<Point>& points, const std::vector<double>& steps,
+                                    const std::array<Point, 2>& tangents) {
   const std::size_t n = points.size();
   std::vector<double> below(n), middle(n), above(n);
   std::vector<Point> right(n);
-  const auto slope = [&](std::size_t i, std::size_t k) { return (points[i + 1][k] - points[i][k]) / steps[i]; };
+  const auto slope = [&](std::size_t i, std::size_t k) {
+    return (points[i + 1][k] - points[i][k]) / steps[i];
+  };
   for (std::size_t i = 1; i + 1 < n; ++i) {
     below[i] = 1 / steps[i - 1], above[i] = 1 / steps[i], middle[i] = 2 * (below[i] + above[i]);
-    for (std::size_t k = 0; k < 2; ++k) right[i][k] = 3 * (slope(i - 1, k) / steps[i - 1] + slope(i, k) / steps[i]);
+    for (std::size_t k = 0; k < 2; ++k)
+      right[i][k] = 3 * (slope(i - 1, k) / steps[i - 1] + slope(i, k) / steps[i]);
   }
   for (const std::size_t end : {std::size_t{0}, n - 1}) {
     const Point& tangent = tangents[end == 0 ? 0 : 1];
@@ -150,8 +165,8 @@ std::vector<Point> open_derivatives(const std::vector<Point>& points, const std:
   return solve(below, middle, above, std::move(right));
 }
 
-/// The same of a closed spline, of whose n + 1 points the last is the first: as a row, and what the two ends have in common
-/// (Sherman and Morrison).
+/// The same of a closed spline, of whose n + 1 points the last is the first: as a row, and what the two ends
+/// have in common (Sherman and Morrison).
 std::vector<Point> closed_derivatives(const std::vector<Point>& points, const std::vector<double>& steps) {
   const std::size_t n = points.size() - 1;
   std::vector<double> below(n), middle(n), above(n);
@@ -160,7 +175,8 @@ std::vector<Point> closed_derivatives(const std::vector<Point>& points, const st
     const std::size_t before = (i + n - 1) % n;
     below[i] = 1 / steps[before], above[i] = 1 / steps[i], middle[i] = 2 * (below[i] + above[i]);
     for (std::size_t k = 0; k < 2; ++k)
-      right[i][k] = 3 * ((points[i][k] - points[before][k]) / (steps[before] * steps[before]) + (points[i + 1][k] - points[i][k]) / (steps[i] * steps[i]));
+      right[i][k] = 3 * ((points[i][k] - points[before][k]) / (steps[before] * steps[before]) +
+                         (points[i + 1][k] - points[i][k]) / (steps[i] * steps[i]));
   }
   const double corner = below[0], gamma = -middle[0];
   middle[0] -= gamma;
@@ -183,14 +199,20 @@ std::vector<Point> closed_derivatives(const std::vector<Point>& points, const st
 
 std::string PlaneSpline::fault() const {
   const std::size_t n = points.size();
-  if (degree < 1 || degree > max_degree) return "has the degree " + std::to_string(degree) + "; 1 to " + std::to_string(max_degree) + " are read";
+  if (degree < 1 || degree > max_degree)
+    return "has the degree " + std::to_string(degree) + "; 1 to " + std::to_string(max_degree) + " are read";
   const auto p = static_cast<std::size_t>(degree);
-  if (n <= p) return "has " + std::to_string(n) + " control points, and a degree of " + std::to_string(degree) + " takes " + std::to_string(p + 1);
-  if (knots.size() != n + p + 1) return "has " + std::to_string(knots.size()) + " knots where it takes " + std::to_string(n + p + 1);
-  if (weights.size() != n) return "has " + std::to_string(weights.size()) + " weights for " + std::to_string(n) + " control points";
+  if (n <= p)
+    return "has " + std::to_string(n) + " control points, and a degree of " + std::to_string(degree) +
+           " takes " + std::to_string(p + 1);
+  if (knots.size() != n + p + 1)
+    return "has " + std::to_string(knots.size()) + " knots where it takes " + std::to_string(n + p + 1);
+  if (weights.size() != n)
+    return "has " + std::to_string(weights.size()) + " weights for " + std::to_string(n) + " control points";
   if (!std::is_sorted(knots.begin(), knots.end())) return "has a knot that is less than the one before";
   if (!(knots[p] < knots[n])) return "has no knots that differ";
-  if (!std::all_of(weights.begin(), weights.end(), [](double w) { return w > 0; })) return "has a weight that is not positive";
+  if (!std::all_of(weights.begin(), weights.end(), [](double w) { return w > 0; }))
+    return "has a weight that is not positive";
   return "";
 }
 
@@ -201,8 +223,10 @@ PlaneSpline spline_through(std::vector<Point> points, const std::array<Point, 2>
   const std::size_t n = points.size();
   if (n < 2) return spline;
   std::vector<double> steps(n - 1);
-  for (std::size_t i = 0; i + 1 < n; ++i) steps[i] = std::hypot(points[i + 1][0] - points[i][0], points[i + 1][1] - points[i][1]);
-  const std::vector<Point> slopes = closed && n > 3 ? closed_derivatives(points, steps) : open_derivatives(points, steps, tangents);
+  for (std::size_t i = 0; i + 1 < n; ++i)
+    steps[i] = std::hypot(points[i + 1][0] - points[i][0], points[i + 1][1] - points[i][1]);
+  const std::vector<Point> slopes =
+      closed && n > 3 ? closed_derivatives(points, steps) : open_derivatives(points, steps, tangents);
   double u = 0;
   spline.points.push_back(points[0]);
   spline.knots.assign(4, u);
@@ -221,7 +245,8 @@ PlaneSpline spline_through(std::vector<Point> points, const std::array<Point, 2>
   return spline;
 }
 
-std::vector<Point> sampled(const PlaneSpline& spline, const Resolution& resolution, const std::function<void(std::size_t)>& spend) {
+std::vector<Point> sampled(const PlaneSpline& spline, const Resolution& resolution,
+                           const std::function<void(std::size_t)>& spend) {
   const auto p = static_cast<std::size_t>(spline.degree);
   const std::size_t end = spline.points.size();  // its knot is the last one that counts
   std::vector<Point> out;
@@ -230,7 +255,9 @@ std::vector<Point> sampled(const PlaneSpline& spline, const Resolution& resoluti
     if (first == end) break;
     // A smooth stretch ends at a knot that is there `degree` times.
     std::size_t last = first + 1;
-    while (last < end && !(last + p - 1 < spline.knots.size() && spline.knots[last] == spline.knots[last + p - 1])) ++last;
+    while (last < end &&
+           !(last + p - 1 < spline.knots.size() && spline.knots[last] == spline.knots[last + p - 1]))
+      ++last;
     const Stretch stretch(spline, first, last, resolution, spend);
     stretch.append(out, spend);
     if (last >= end || spline.knots[last] == spline.knots[end]) {

@@ -16,10 +16,10 @@
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "import/imports.hpp"
 #include "drawing/svg_shapes.hpp"
 #include "drawing/svg_style.hpp"
 #include "drawing/unread.hpp"
+#include "import/imports.hpp"
 
 // Scalable Vector Graphics 1.1, as far as OpenSCAD 2021.01 reads it: the areas of shapes.
 
@@ -32,14 +32,18 @@ using Document = std::unique_ptr<xmlDoc, void (*)(xmlDoc*)>;
 
 /// @throws bsp2::Error with the line of the first fault.
 Document read_document(const std::filesystem::path& path) {
-  if (!std::ifstream(path)) throw Error("import: " + path.string() + " cannot be read");  // libxml2 would print its own line as well
-  const std::unique_ptr<xmlParserCtxt, void (*)(xmlParserCtxt*)> parser(xmlNewParserCtxt(), xmlFreeParserCtxt);
-  Document document(
-      parser ? xmlCtxtReadFile(parser.get(), path.c_str(), nullptr, XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING) : nullptr,
-      xmlFreeDoc);
+  if (!std::ifstream(path))
+    throw Error("import: " + path.string() + " cannot be read");  // libxml2 would print its own line as well
+  const std::unique_ptr<xmlParserCtxt, void (*)(xmlParserCtxt*)> parser(xmlNewParserCtxt(),
+                                                                        xmlFreeParserCtxt);
+  Document document(parser ? xmlCtxtReadFile(parser.get(), path.c_str(), nullptr,
+                                             XML_PARSE_NONET | XML_PARSE_NOERROR | XML_PARSE_NOWARNING)
+                           : nullptr,
+                    xmlFreeDoc);
   if (document) return document;
   const xmlError* fault = parser ? xmlCtxtGetLastError(parser.get()) : nullptr;
-  if (fault == nullptr || fault->domain == XML_FROM_IO) throw Error("import: " + path.string() + " cannot be read");
+  if (fault == nullptr || fault->domain == XML_FROM_IO)
+    throw Error("import: " + path.string() + " cannot be read");
   std::string why = fault->message != nullptr ? fault->message : "";
   why.erase(why.find_last_not_of(" \t\r\n") + 1);
   throw Error("import: " + path.string() + ":" + std::to_string(fault->line) + ": this is no XML: " + why);
@@ -48,9 +52,12 @@ Document read_document(const std::filesystem::path& path) {
 /// The affine map (x, y) -> (a x + c y + e, b x + d y + f), as SVG writes it.
 struct Affine {
   double a = 1, b = 0, c = 0, d = 1, e = 0, f = 0;
-  [[nodiscard]] Point operator()(const Point& p) const { return {a * p[0] + c * p[1] + e, b * p[0] + d * p[1] + f}; }
+  [[nodiscard]] Point operator()(const Point& p) const {
+    return {a * p[0] + c * p[1] + e, b * p[0] + d * p[1] + f};
+  }
   [[nodiscard]] Affine after(const Affine& m) const {
-    return {a * m.a + c * m.b, b * m.a + d * m.b, a * m.c + c * m.d, b * m.c + d * m.d, a * m.e + c * m.f + e, b * m.e + d * m.f + f};
+    return {a * m.a + c * m.b, b * m.a + d * m.b,     a * m.c + c * m.d,
+            b * m.c + d * m.d, a * m.e + c * m.f + e, b * m.e + d * m.f + f};
   }
 };
 
@@ -83,27 +90,33 @@ bool is_line(const std::vector<Point>& path) {
   return std::hypot(path.back()[0] - path[0][0], path.back()[1] - path[0][1]) > 0.1;
 }
 
-/// A line with a width, on OpenSCAD's grid of 1e-4 units: its joins are mitres and its caps squares, if nothing else is said. An
-/// element inherits nothing of this, as in OpenSCAD.
+/// A line with a width, on OpenSCAD's grid of 1e-4 units: its joins are mitres and its caps squares, if
+/// nothing else is said. An element inherits nothing of this, as in OpenSCAD.
 class Stroke {
  public:
   static constexpr double grid = 1e4, largest = 1e12;
 
   /// @param width in units of the drawing, at least 0.01.
   Stroke(double width, const std::string& cap, const std::string& join)
-      : radius_(width * grid / 2), tolerance_(std::max(0.25, radius_ * 1e-9)),  // arcs of any width have a bounded number of chords
+      : radius_(width * grid / 2),
+        tolerance_(std::max(0.25, radius_ * 1e-9)),  // arcs of any width have a bounded number of chords
         is_round_(join == "round"),
         has_round_caps_(cap == "round"),
         clipper_(2.0, tolerance_),
-        join_(is_round_ ? ClipperLib::jtRound : join == "bevel" ? ClipperLib::jtSquare : ClipperLib::jtMiter),
-        cap_(has_round_caps_ ? ClipperLib::etOpenRound : cap == "butt" ? ClipperLib::etOpenButt : ClipperLib::etOpenSquare) {}
+        join_(is_round_         ? ClipperLib::jtRound
+              : join == "bevel" ? ClipperLib::jtSquare
+                                : ClipperLib::jtMiter),
+        cap_(has_round_caps_ ? ClipperLib::etOpenRound
+             : cap == "butt" ? ClipperLib::etOpenButt
+                             : ClipperLib::etOpenSquare) {}
 
   /// @return false if it lies too far out.
   bool set_line(const std::vector<Point>& line) {
     line_.clear();
     for (const Point& p : line) {
       if (!(std::fabs(p[0]) < largest && std::fabs(p[1]) < largest)) return false;
-      line_.emplace_back(static_cast<ClipperLib::cInt>(p[0] * grid), static_cast<ClipperLib::cInt>(p[1] * grid));
+      line_.emplace_back(static_cast<ClipperLib::cInt>(p[0] * grid),
+                         static_cast<ClipperLib::cInt>(p[1] * grid));
     }
     return true;
   }
@@ -124,13 +137,17 @@ class Stroke {
     for (const auto& [height, points] : heights) before.push_back(before.back() + points);
     const auto between = [&](double low, double high) {
       const auto from = std::lower_bound(heights.begin(), heights.end(), std::pair{low, 0.0});
-      const auto to = std::upper_bound(from, heights.end(), std::pair{high, std::numeric_limits<double>::infinity()});
-      return before[static_cast<std::size_t>(to - heights.begin())] - before[static_cast<std::size_t>(from - heights.begin())];
+      const auto to =
+          std::upper_bound(from, heights.end(), std::pair{high, std::numeric_limits<double>::infinity()});
+      return before[static_cast<std::size_t>(to - heights.begin())] -
+             before[static_cast<std::size_t>(from - heights.begin())];
     };
     Cost cost{.points = before.back()};
     for (std::size_t i = 0; i < n; ++i) {
-      const auto at = static_cast<double>(line_[i].Y), next = static_cast<double>(line_[std::min(i + 1, n - 1)].Y);
-      cost.looks += 2 * (between(std::min(at, next) - radius_, std::max(at, next) + radius_) + between(at - radius_, at + radius_));
+      const auto at = static_cast<double>(line_[i].Y),
+                 next = static_cast<double>(line_[std::min(i + 1, n - 1)].Y);
+      cost.looks += 2 * (between(std::min(at, next) - radius_, std::max(at, next) + radius_) +
+                         between(at - radius_, at + radius_));
     }
     if (cost.looks <= most_looks) cost.crossings = crossings(most_crossings);
     return cost;
@@ -143,7 +160,8 @@ class Stroke {
     std::vector<std::vector<Point>> paths;
     for (const auto& path : area) {
       auto& points = paths.emplace_back();
-      for (const auto& p : path) points.push_back({static_cast<double>(p.X) / grid, static_cast<double>(p.Y) / grid});
+      for (const auto& p : path)
+        points.push_back({static_cast<double>(p.X) / grid, static_cast<double>(p.Y) / grid});
     }
     return paths;
   }
@@ -160,13 +178,16 @@ class Stroke {
   [[nodiscard]] double points_at(std::size_t i) const {
     constexpr double of_corner = 5;
     const double chord_angle = 2 * std::acos(1 - std::min(tolerance_ / radius_, 0.25));
-    if (i == 0 || i + 1 == line_.size()) return of_corner + (has_round_caps_ ? std::numbers::pi / chord_angle : 0);
+    if (i == 0 || i + 1 == line_.size())
+      return of_corner + (has_round_caps_ ? std::numbers::pi / chord_angle : 0);
     if (!is_round_) return of_corner;
     const auto direction = [&](std::size_t k) {
-      return Point{static_cast<double>(line_[k + 1].X - line_[k].X), static_cast<double>(line_[k + 1].Y - line_[k].Y)};
+      return Point{static_cast<double>(line_[k + 1].X - line_[k].X),
+                   static_cast<double>(line_[k + 1].Y - line_[k].Y)};
     };
     const Point a = direction(i - 1), b = direction(i);
-    return of_corner + std::fabs(std::atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])) / chord_angle;
+    return of_corner +
+           std::fabs(std::atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])) / chord_angle;
   }
 
   [[nodiscard]] double crossings(double most) const {
@@ -175,11 +196,14 @@ class Stroke {
     };
     std::vector<Surroundings> all;
     for (std::size_t i = 0; i + 1 < line_.size(); ++i) {
-      const auto [left, right] = std::minmax({static_cast<double>(line_[i].X), static_cast<double>(line_[i + 1].X)});  // values, no references
-      const auto [low, high] = std::minmax({static_cast<double>(line_[i].Y), static_cast<double>(line_[i + 1].Y)});
+      const auto [left, right] = std::minmax(
+          {static_cast<double>(line_[i].X), static_cast<double>(line_[i + 1].X)});  // values, no references
+      const auto [low, high] =
+          std::minmax({static_cast<double>(line_[i].Y), static_cast<double>(line_[i + 1].Y)});
       all.push_back({low - radius_, high + radius_, left - radius_, right + radius_});
     }
-    std::sort(all.begin(), all.end(), [](const Surroundings& a, const Surroundings& b) { return a.low < b.low; });
+    std::sort(all.begin(), all.end(),
+              [](const Surroundings& a, const Surroundings& b) { return a.low < b.low; });
     double count = 0;
     for (std::size_t i = 0; i < all.size() && count <= most; ++i)
       for (std::size_t k = i + 1; k < all.size() && all[k].low <= all[i].high; ++k)
@@ -202,7 +226,8 @@ struct Fit {
   double sx = 1, sy = 1;
   Point align{};
 
-  Fit(const xmlNode* node, const std::vector<double>& box, double width, double height) : sx(width / box[2]), sy(height / box[3]) {
+  Fit(const xmlNode* node, const std::vector<double>& box, double width, double height)
+      : sx(width / box[2]), sy(height / box[3]) {
     const std::string aspect = svg::attribute(node, "preserveAspectRatio");
     if (aspect.find("none") != std::string::npos) return;
     sx = sy = aspect.find("slice") != std::string::npos ? std::max(sx, sy) : std::min(sx, sy);
@@ -221,8 +246,8 @@ std::vector<double> view_box(const xmlNode* node) {
   return v.size() == 4 && v[2] > 0 && v[3] > 0 ? v : std::vector<double>();
 }
 
-/// How the drawing lies on its page, y upwards. As in OpenSCAD the last `svg` element counts, without a view box a unit is a
-/// millimetre, and the lower edge of the view box moves the drawing the wrong way.
+/// How the drawing lies on its page, y upwards. As in OpenSCAD the last `svg` element counts, without a view
+/// box a unit is a millimetre, and the lower edge of the view box moves the drawing the wrong way.
 struct Page {
   double sx = 1, sy = 1;
   Point box{}, align{};
@@ -280,13 +305,18 @@ class Selector {
     if (wanted_.layer.empty()) return true;
     return has_layer_ ? is_labelled(node) : is_group(node) && svg::attribute(node, "id") == wanted_.layer;
   }
-  [[nodiscard]] bool is_named(const xmlNode* node) const { return wanted_.id.empty() || svg::attribute(node, "id") == wanted_.id; }
+  [[nodiscard]] bool is_named(const xmlNode* node) const {
+    return wanted_.id.empty() || svg::attribute(node, "id") == wanted_.id;
+  }
 
  private:
-  static bool is_group(const xmlNode* node) { return xmlStrEqual(node->name, reinterpret_cast<const xmlChar*>("g")) != 0; }
+  static bool is_group(const xmlNode* node) {
+    return xmlStrEqual(node->name, reinterpret_cast<const xmlChar*>("g")) != 0;
+  }
   /// Inkscape's layers.
   [[nodiscard]] bool is_labelled(const xmlNode* node) const {
-    return is_group(node) && svg::attribute(node, "groupmode") == "layer" && svg::attribute(node, "label") == wanted_.layer;
+    return is_group(node) && svg::attribute(node, "groupmode") == "layer" &&
+           svg::attribute(node, "label") == wanted_.layer;
   }
 
   const SvgSelection& wanted_;
@@ -294,15 +324,19 @@ class Selector {
 };
 
 bool is_finite(const PlaneDrawing& drawing) {
-  return std::all_of(drawing.points.begin(), drawing.points.end(), [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });
+  return std::all_of(drawing.points.begin(), drawing.points.end(),
+                     [](const Point& p) { return std::isfinite(p[0]) && std::isfinite(p[1]); });
 }
 
-constexpr std::array<std::string_view, 7> shapes{"path", "rect", "circle", "ellipse", "line", "polyline", "polygon"};
+constexpr std::array<std::string_view, 7> shapes{"path", "rect",     "circle", "ellipse",
+                                                 "line", "polyline", "polygon"};
 constexpr std::array<std::string_view, 4> groups{"svg", "g", "a", "switch"};
 /// They draw nothing where they stand, or nothing at all.
 constexpr std::array<std::string_view, 24> silent{
-    "defs",  "symbol", "clipPath", "mask", "pattern",       "marker", "linearGradient", "radialGradient", "filter",           "title",  "desc", "metadata",
-    "style", "script", "view",     "font", "color-profile", "cursor", "animate",        "set",            "animateTransform", "animateMotion", "animateColor", "namedview"};
+    "defs",           "symbol",       "clipPath",      "mask",   "pattern",  "marker", "linearGradient",
+    "radialGradient", "filter",       "title",         "desc",   "metadata", "style",  "script",
+    "view",           "font",         "color-profile", "cursor", "animate",  "set",    "animateTransform",
+    "animateMotion",  "animateColor", "namedview"};
 
 template <std::size_t N>
 bool contains(const std::array<std::string_view, N>& names, std::string_view name) {
@@ -313,9 +347,16 @@ bool contains(const std::array<std::string_view, N>& names, std::string_view nam
 class Walk {
  public:
   Walk(const xmlNode* root, std::string name, double dpi, const SvgSelection& wanted)
-      : root_(root), name_(std::move(name)), dpi_(dpi), wanted_(wanted), selector_(wanted, root), styles_(root, name_) {
+      : root_(root),
+        name_(std::move(name)),
+        dpi_(dpi),
+        wanted_(wanted),
+        selector_(wanted, root),
+        styles_(root, name_) {
     const std::vector<double> box = view_box(root);
-    view_ = box.empty() ? Point{svg::user_units(svg::attribute(root, "width")), svg::user_units(svg::attribute(root, "height"))} : Point{box[2], box[3]};
+    view_ = box.empty() ? Point{svg::user_units(svg::attribute(root, "width")),
+                                svg::user_units(svg::attribute(root, "height"))}
+                        : Point{box[2], box[3]};
   }
 
   std::optional<std::vector<PlaneDrawing>> run(bool center, const Remarks& remarks) {
@@ -330,7 +371,8 @@ class Walk {
     std::erase_if(drawings_, [&](const PlaneDrawing& drawing) { return !is_finite(drawing); });
     if (remarks.warn && !unread_.empty()) remarks.warn(unread_.text(name_, "paths"));
     if (remarks.warn && !is_shown_)
-      remarks.warn("this import is empty: the " + wanted_.text() + " is hidden in " + name_ + "; make it visible in the program that made the file");
+      remarks.warn("this import is empty: the " + wanted_.text() + " is hidden in " + name_ +
+                   "; make it visible in the program that made the file");
     return std::move(drawings_);
   }
 
@@ -340,10 +382,10 @@ class Walk {
     Affine map{};
     svg::Viewport viewport{};
     bool is_in_layer = false, is_wanted = false;
-    bool is_displayed = true;         ///< no element around it has display: none
-    bool is_visible = true;           ///< as inherited
-    std::int32_t use = -1;            ///< the innermost use that it is drawn by, an index into uses_
-    bool is_used = false;             ///< it is itself what that use draws
+    bool is_displayed = true;  ///< no element around it has display: none
+    bool is_visible = true;    ///< as inherited
+    std::int32_t use = -1;     ///< the innermost use that it is drawn by, an index into uses_
+    bool is_used = false;      ///< it is itself what that use draws
   };
   struct Use {
     const xmlNode *node, *target;
@@ -366,7 +408,8 @@ class Walk {
   Point view_;  // width and height of the page in its own units
   std::vector<Visit> stack_;
   std::vector<Use> uses_;
-  std::optional<std::unordered_map<std::string, const xmlNode*>> elements_;  // by their ids, once it is asked for
+  std::optional<std::unordered_map<std::string, const xmlNode*>>
+      elements_;  // by their ids, once it is asked for
   std::vector<PlaneDrawing> drawings_;
   Page page_;
   Unread unread_;
@@ -377,17 +420,21 @@ class Walk {
 
   void step(Visit visit) {
     // Elements of others, such as those of the program that made the file.
-    if (visit.node->ns != nullptr && root_->ns != nullptr && !xmlStrEqual(visit.node->ns->href, root_->ns->href)) return;
+    if (visit.node->ns != nullptr && root_->ns != nullptr &&
+        !xmlStrEqual(visit.node->ns->href, root_->ns->href))
+      return;
     if (visit.use >= 0 && ++used_elements_ > most_elements)
-      throw Error("import: " + name_ + ": its <use> elements draw more than " + std::to_string(most_elements) + " elements");
+      throw Error("import: " + name_ + ": its <use> elements draw more than " +
+                  std::to_string(most_elements) + " elements");
     if (visit.use >= 0 && (used_letters_ += letters_of(visit.node)) > most_letters)
-      throw Error("import: " + name_ + ": its <use> elements draw elements whose attributes have more than " + std::to_string(most_letters) +
-                  " letters");
+      throw Error("import: " + name_ + ": its <use> elements draw elements whose attributes have more than " +
+                  std::to_string(most_letters) + " letters");
     const std::string name = reinterpret_cast<const char*>(visit.node->name);
     if (contains(silent, name) && !(visit.is_used && name == "symbol")) return;
     if (name == "svg" && visit.use < 0) page_.read(visit.node, dpi_);
     read_visibility(visit);
-    if (!visit.is_displayed && wanted_.id.empty() && wanted_.layer.empty()) return;  // else it is looked for, to say that it is hidden
+    if (!visit.is_displayed && wanted_.id.empty() && wanted_.layer.empty())
+      return;  // else it is looked for, to say that it is hidden
     const Affine outer = visit.map;
     visit.map = outer.after(map_of(svg::attribute(visit.node, "transform")));
     if (name == "svg" || name == "symbol") enter_viewport(visit);
@@ -443,7 +490,8 @@ class Walk {
     };
     if (first_only) {  // that asks for nothing which is not there
       for (const xmlNode* child = visit.node->children; child != nullptr; child = child->next)
-        if (child->type == XML_ELEMENT_NODE && svg::attribute(child, "requiredExtensions").empty() && svg::attribute(child, "systemLanguage").empty())
+        if (child->type == XML_ELEMENT_NODE && svg::attribute(child, "requiredExtensions").empty() &&
+            svg::attribute(child, "systemLanguage").empty())
           return push(child);
       return;
     }
@@ -454,22 +502,29 @@ class Walk {
   /// Goes on with what a use draws.
   void enter(const Visit& visit, bool is_drawn) {
     std::string reference = svg::attribute(visit.node, "href");
-    if (reference.empty()) reference = svg::attribute(visit.node, "xlink:href");  // its prefix is declared nowhere
+    if (reference.empty())
+      reference = svg::attribute(visit.node, "xlink:href");  // its prefix is declared nowhere
     const xmlNode* target = reference.starts_with('#') ? element_of(reference.substr(1)) : nullptr;
     if (target == nullptr) {
-      if (is_drawn) unread_.add(visit.node, reference.starts_with('#') ? "use of an element that is not there" : "use of another file");
+      if (is_drawn)
+        unread_.add(visit.node, reference.starts_with('#') ? "use of an element that is not there"
+                                                           : "use of another file");
       return;
     }
     std::int32_t depth = 0;
-    for (std::int32_t around = visit.use; around >= 0; around = uses_[static_cast<std::size_t>(around)].around, ++depth)
+    for (std::int32_t around = visit.use; around >= 0;
+         around = uses_[static_cast<std::size_t>(around)].around, ++depth)
       if (uses_[static_cast<std::size_t>(around)].target == target) refuse_cycle(reference);
     for (const xmlNode* around = visit.node; around != nullptr; around = around->parent)
       if (around == target) refuse_cycle(reference);
-    if (depth >= deepest_use) throw Error("import: " + name_ + ": <use> elements use each other more than " + std::to_string(deepest_use) + " deep");
+    if (depth >= deepest_use)
+      throw Error("import: " + name_ + ": <use> elements use each other more than " +
+                  std::to_string(deepest_use) + " deep");
     uses_.push_back({visit.node, target, visit.use, depth});
     Visit inner = visit;
     inner.node = target;
-    inner.map = visit.map.after({1, 0, 0, 1, length(visit, visit.node, "x", 'x').value_or(0), length(visit, visit.node, "y", 'y').value_or(0)});
+    inner.map = visit.map.after({1, 0, 0, 1, length(visit, visit.node, "x", 'x').value_or(0),
+                                 length(visit, visit.node, "y", 'y').value_or(0)});
     inner.use = static_cast<std::int32_t>(uses_.size() - 1);
     inner.is_used = true;
     stack_.push_back(inner);
@@ -486,7 +541,8 @@ class Walk {
       while (!stack.empty()) {
         const xmlNode* node = stack.back();
         stack.pop_back();
-        if (const std::string own = svg::attribute(node, "id"); !own.empty()) elements_->try_emplace(own, node);
+        if (const std::string own = svg::attribute(node, "id"); !own.empty())
+          elements_->try_emplace(own, node);
         for (const xmlNode* child = node->last; child != nullptr; child = child->prev)
           if (child->type == XML_ELEMENT_NODE) stack.push_back(child);
       }
@@ -495,16 +551,18 @@ class Walk {
     return found == elements_->end() ? nullptr : found->second;
   }
 
-  /// A length of an element, in units around it; nothing if it says none, or none that can be read (which is told).
+  /// A length of an element, in units around it; nothing if it says none, or none that can be read (which is
+  /// told).
   std::optional<double> length(const Visit& visit, const xmlNode* node, const char* key, char axis) {
     std::string fault;
-    const std::optional<double> length = svg::length_of(svg::attribute(node, key), axis, visit.viewport, fault);
+    const std::optional<double> length =
+        svg::length_of(svg::attribute(node, key), axis, visit.viewport, fault);
     if (!fault.empty()) unread_.add(node, reinterpret_cast<const char*>(node->name) + (" " + fault));
     return length;
   }
 
-  /// From the coordinates around a `symbol` or an `svg` to those in it. What uses it may say how large it is; one that is not used
-  /// moves nothing, as in OpenSCAD.
+  /// From the coordinates around a `symbol` or an `svg` to those in it. What uses it may say how large it is;
+  /// one that is not used moves nothing, as in OpenSCAD.
   void enter_viewport(Visit& visit) {
     const bool is_root = visit.node == root_;
     if (is_root) return;
@@ -517,22 +575,28 @@ class Walk {
     const std::vector<double> box = view_box(visit.node);
     const Point whole{size("width", 0), size("height", 1)};
     if (visit.use >= 0) {
-      visit.map = visit.map.after({1, 0, 0, 1, length(visit, visit.node, "x", 'x').value_or(0), length(visit, visit.node, "y", 'y').value_or(0)});
+      visit.map = visit.map.after({1, 0, 0, 1, length(visit, visit.node, "x", 'x').value_or(0),
+                                   length(visit, visit.node, "y", 'y').value_or(0)});
       if (!box.empty()) {
         const Fit fit(visit.node, box, whole[0], whole[1]);
-        visit.map = visit.map.after({fit.sx, 0, 0, fit.sy, fit.align[0] - fit.sx * box[0], fit.align[1] - fit.sy * box[1]});
+        visit.map = visit.map.after(
+            {fit.sx, 0, 0, fit.sy, fit.align[0] - fit.sx * box[0], fit.align[1] - fit.sy * box[1]});
       }
     }
     visit.viewport.size = box.empty() ? whole : Point{box[2], box[3]};
   }
 
   /// The area of a line of an element. @param fault gets what is wrong with its width.
-  std::vector<std::vector<Point>> stroke_of(const Visit& visit, const std::vector<Point>& line, std::string& fault) {
+  std::vector<std::vector<Point>> stroke_of(const Visit& visit, const std::vector<Point>& line,
+                                            std::string& fault) {
     std::string length_fault;
-    const double given = svg::length_of(styles_.property(visit.node, "stroke-width"), 'r', visit.viewport, length_fault).value_or(1);
+    const double given =
+        svg::length_of(styles_.property(visit.node, "stroke-width"), 'r', visit.viewport, length_fault)
+            .value_or(1);
     if (!length_fault.empty()) fault = "with a stroke-width that is not read (drawn 1 wide)";
     const double width = given >= 0.01 && given < Stroke::largest ? given : 1;
-    Stroke stroke(width, styles_.property(visit.node, "stroke-linecap"), styles_.property(visit.node, "stroke-linejoin"));
+    Stroke stroke(width, styles_.property(visit.node, "stroke-linecap"),
+                  styles_.property(visit.node, "stroke-linejoin"));
     if (!stroke.set_line(line)) {
       fault = "with a coordinate beyond 1e12";
       return {};
@@ -544,7 +608,8 @@ class Walk {
                       : outlines_.crossings > most_crossings ? "too many crossings"
                                                              : nullptr;
     if (why != nullptr)
-      throw Error("import: " + name_ + ": the outlines of its lines with a width have " + why + "; convert them to areas (\"stroke to path\") in the " +
+      throw Error("import: " + name_ + ": the outlines of its lines with a width have " + why +
+                  "; convert them to areas (\"stroke to path\") in the " +
                   "program that made the file, or make them fewer");
     return stroke.outline();
   }
@@ -584,7 +649,8 @@ class Walk {
 
   void spend_points(std::size_t points) {
     points_ += points;
-    if (points_ > most_points) throw Error("import: " + name_ + " has more than " + std::to_string(most_points) + " points");
+    if (points_ > most_points)
+      throw Error("import: " + name_ + " has more than " + std::to_string(most_points) + " points");
   }
 };
 
@@ -595,7 +661,8 @@ std::string SvgSelection::text() const {
   return id.empty() ? group : layer.empty() ? element : element + " in a " + group;
 }
 
-std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection,
+std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi,
+                                                    bool center, const SvgSelection& selection,
                                                     const Remarks& remarks) {
   const Document document = read_document(path);
   const xmlNode* root = xmlDocGetRootElement(document.get());

@@ -94,14 +94,17 @@ class Pen {
     if (relative) p = {p[0] + at_[0], p[1] + at_[1]};
     return true;
   }
-  [[nodiscard]] Point reflected(char kind) const { return last_ == kind ? Point{2 * at_[0] - control_[0], 2 * at_[1] - control_[1]} : at_; }
+  [[nodiscard]] Point reflected(char kind) const {
+    return last_ == kind ? Point{2 * at_[0] - control_[0], 2 * at_[1] - control_[1]} : at_;
+  }
 
   void cubic(const Point& c1, const Point& c2, const Point& end) {
     const Point from = at_;
     for (int i = 1; i <= chords; ++i) {
       const double t = static_cast<double>(i) / chords, s = 1 - t;
       Point p;
-      for (int k = 0; k < 2; ++k) p[k] = s * s * s * from[k] + 3 * s * s * t * c1[k] + 3 * s * t * t * c2[k] + t * t * t * end[k];
+      for (int k = 0; k < 2; ++k)
+        p[k] = s * s * s * from[k] + 3 * s * s * t * c1[k] + 3 * s * t * t * c2[k] + t * t * t * end[k];
       to(p);
     }
     control_ = c2;
@@ -110,7 +113,8 @@ class Pen {
     const Point from = at_;
     for (int i = 1; i <= chords; ++i) {
       const double t = static_cast<double>(i) / chords, s = 1 - t;
-      to({s * s * from[0] + 2 * s * t * c[0] + t * t * end[0], s * s * from[1] + 2 * s * t * c[1] + t * t * end[1]});
+      to({s * s * from[0] + 2 * s * t * c[0] + t * t * end[0],
+          s * s * from[1] + 2 * s * t * c[1] + t * t * end[1]});
     }
     control_ = c;
   }
@@ -121,7 +125,8 @@ class Pen {
     if (rx == 0 || ry == 0 || end == at_) return to(end);
     const double c = cosine(turn), s = sine(turn), dx = (at_[0] - end[0]) / 2, dy = (at_[1] - end[1]) / 2;
     const double x = c * dx + s * dy, y = c * dy - s * dx, d = x * x / (rx * rx) + y * y / (ry * ry);
-    constexpr double flat = 1e-16;  // half of the chord's length in radii, squared: less round than the rounding of points so far from the centre
+    constexpr double flat = 1e-16;  // half of the chord's length in radii, squared: less round than the
+                                    // rounding of points so far from the centre
     if (!std::isfinite(d) || (d < flat && !large)) return to(end);
     if (d > 1) rx *= std::sqrt(d), ry *= std::sqrt(d);
     double t = d > 1 ? 0 : std::sqrt(1 / d - 1);
@@ -163,7 +168,8 @@ class Pen {
         to({at_[0], relative ? at_[1] + x : x});
         break;
       case 'c':
-        if (!point(numbers, relative, p) || !point(numbers, relative, q) || !point(numbers, relative, r)) return false;
+        if (!point(numbers, relative, p) || !point(numbers, relative, q) || !point(numbers, relative, r))
+          return false;
         cubic(p, q, r);
         break;
       case 's':
@@ -180,8 +186,8 @@ class Pen {
         break;
       case 'a': {
         double rx = 0, ry = 0, turn = 0, large = 0, sweep = 0;
-        if (!numbers.next(rx) || !numbers.next(ry) || !numbers.next(turn) || !numbers.flag(large) || !numbers.flag(sweep) ||
-            !point(numbers, relative, p))
+        if (!numbers.next(rx) || !numbers.next(ry) || !numbers.next(turn) || !numbers.flag(large) ||
+            !numbers.flag(sweep) || !point(numbers, relative, p))
           return false;
         arc(rx, ry, turn, large != 0, sweep != 0, p);
         break;
@@ -205,7 +211,8 @@ std::vector<Point> ellipse(double x, double y, double rx, double ry) {
   constexpr int sides = 40;
   std::vector<Point> path;
   if (!(rx > 0 && ry > 0)) return path;
-  for (int i = 0; i < sides; ++i) path.push_back({x + rx * cosine(360.0 * i / sides), y + ry * sine(360.0 * i / sides)});
+  for (int i = 0; i < sides; ++i)
+    path.push_back({x + rx * cosine(360.0 * i / sides), y + ry * sine(360.0 * i / sides)});
   return path;
 }
 
@@ -252,7 +259,8 @@ std::vector<Point> rectangle(double x, double y, double w, double h, double rx, 
 }  // namespace
 
 std::string attribute(const xmlNode* node, const char* name) {
-  const std::unique_ptr<xmlChar, void (*)(void*)> value(xmlGetProp(node, reinterpret_cast<const xmlChar*>(name)), [](void* p) { xmlFree(p); });
+  const std::unique_ptr<xmlChar, void (*)(void*)> value(
+      xmlGetProp(node, reinterpret_cast<const xmlChar*>(name)), [](void* p) { xmlFree(p); });
   return value ? reinterpret_cast<const char*>(value.get()) : "";
 }
 
@@ -285,7 +293,8 @@ double millimetres_in(const std::string& unit, double dpi) {
 double user_units(const std::string& text) {
   const std::optional<Length> length = read_length(text);
   if (!length) return 0;
-  return length->unit.empty() ? length->number : length->number * millimetres_in(length->unit, 96) * 96 / 25.4;
+  return length->unit.empty() ? length->number
+                              : length->number * millimetres_in(length->unit, 96) * 96 / 25.4;
 }
 
 double Viewport::share(char axis) const {
@@ -293,7 +302,8 @@ double Viewport::share(char axis) const {
   return axis == 'y' ? size[1] : std::hypot(size[0], size[1]) / std::numbers::sqrt2;
 }
 
-std::optional<double> length_of(const std::string& text, char axis, const Viewport& viewport, std::string& fault) {
+std::optional<double> length_of(const std::string& text, char axis, const Viewport& viewport,
+                                std::string& fault) {
   if (text.empty() || text == "auto") return std::nullopt;
   const std::optional<Length> length = read_length(text);
   if (!length) {

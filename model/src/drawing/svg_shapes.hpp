@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-/// The shapes of Scalable Vector Graphics 1.1, as far as OpenSCAD 2021.01 reads them; curves have 20 chords, circles 40 sides.
+/// The shapes of Scalable Vector Graphics 1.1, as far as OpenSCAD 2021.01 reads them; curves have 20 chords,
+/// circles 40 sides.
 namespace bsp2::model::svg {
 
 using Point = std::array<double, 2>;
@@ -40,17 +41,19 @@ struct Viewport {
   [[nodiscard]] double share(char axis) const;
 };
 
-/// The paths of an element, and what is wrong with it, to follow its name: "path with ..."; empty if nothing is.
+/// The paths of an element, and what is wrong with it, to follow its name: "path with ..."; empty if nothing
+/// is.
 struct Shape {
   std::vector<std::vector<Point>> paths;
   std::string fault{};
 };
 
-/// An element that is a shape, in its own frame. A shape with a length that cannot be read has no paths, a path or polygon those
-/// up to what is damaged in it.
+/// An element that is a shape, in its own frame. A shape with a length that cannot be read has no paths, a
+/// path or polygon those up to what is damaged in it.
 Shape shape_of(const xmlNode* node, const std::string& name, const Viewport& viewport);
 
 /// A length of an element; nothing if it says none. @param fault gets what is wrong with it.
-std::optional<double> length_of(const std::string& text, char axis, const Viewport& viewport, std::string& fault);
+std::optional<double> length_of(const std::string& text, char axis, const Viewport& viewport,
+                                std::string& fault);
 
 }  // namespace bsp2::model::svg

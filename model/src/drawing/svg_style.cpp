@@ -11,8 +11,9 @@ namespace {
 
 constexpr std::string_view space = " \t\r\n\f";
 constexpr std::size_t most_rules = 10'000;
-constexpr std::array<std::string_view, 11> keys{"display", "visibility", "clip-path", "mask", "marker", "marker-start", "marker-mid", "marker-end",
-                                                "stroke-width", "stroke-linecap", "stroke-linejoin"};
+constexpr std::array<std::string_view, 11> keys{
+    "display",    "visibility", "clip-path",    "mask",           "marker",         "marker-start",
+    "marker-mid", "marker-end", "stroke-width", "stroke-linecap", "stroke-linejoin"};
 
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(space);
@@ -26,7 +27,8 @@ bool is_name(std::string_view text) {
 
 std::vector<std::string> words_of(std::string_view text) {
   std::vector<std::string> words;
-  for (std::size_t at = text.find_first_not_of(space); at < text.size(); at = text.find_first_not_of(space, at)) {
+  for (std::size_t at = text.find_first_not_of(space); at < text.size();
+       at = text.find_first_not_of(space, at)) {
     const std::size_t end = std::min(text.find_first_of(space, at), text.size());
     words.emplace_back(text.substr(at, end - at));
     at = end;
@@ -42,7 +44,8 @@ StyleSheet::StyleSheet(const xmlNode* root, std::string name) : name_(std::move(
     const xmlNode* node = stack.back();
     stack.pop_back();
     if (xmlStrEqual(node->name, reinterpret_cast<const xmlChar*>("style"))) {
-      const std::unique_ptr<xmlChar, void (*)(void*)> text(xmlNodeGetContent(node), [](void* p) { xmlFree(p); });
+      const std::unique_ptr<xmlChar, void (*)(void*)> text(xmlNodeGetContent(node),
+                                                           [](void* p) { xmlFree(p); });
       if (text) read(reinterpret_cast<const char*>(text.get()));
     }
     for (const xmlNode* child = node->last; child != nullptr; child = child->prev)
@@ -50,7 +53,8 @@ StyleSheet::StyleSheet(const xmlNode* root, std::string name) : name_(std::move(
   }
 }
 
-/// Of the properties that anybody asks for, so that what is kept is small; the last of several with the same name.
+/// Of the properties that anybody asks for, so that what is kept is small; the last of several with the same
+/// name.
 std::vector<StyleSheet::Declaration> StyleSheet::declarations_of(std::string_view text) {
   constexpr std::string_view important = "!important";
   std::vector<Declaration> declarations;
@@ -65,7 +69,8 @@ std::vector<StyleSheet::Declaration> StyleSheet::declarations_of(std::string_vie
     if (is_important) value = trimmed(value.substr(0, value.size() - important.size()));
     const std::string_view key = trimmed(one.substr(0, colon));
     if (std::find(keys.begin(), keys.end(), key) == keys.end()) continue;
-    const auto known = std::find_if(declarations.begin(), declarations.end(), [&](const Declaration& each) { return each.key == key; });
+    const auto known = std::find_if(declarations.begin(), declarations.end(),
+                                    [&](const Declaration& each) { return each.key == key; });
     if (known == declarations.end())
       declarations.push_back({std::string(key), std::string(value), is_important});
     else if (is_important || !known->is_important)
@@ -77,7 +82,9 @@ std::vector<StyleSheet::Declaration> StyleSheet::declarations_of(std::string_vie
 void StyleSheet::read(std::string text) {
   for (std::size_t at = 0; (at = text.find("/*", at)) != std::string::npos;) {
     const std::size_t end = text.find("*/", at + 2);
-    std::fill(text.begin() + static_cast<std::ptrdiff_t>(at), end == std::string::npos ? text.end() : text.begin() + static_cast<std::ptrdiff_t>(end) + 2, ' ');
+    std::fill(text.begin() + static_cast<std::ptrdiff_t>(at),
+              end == std::string::npos ? text.end() : text.begin() + static_cast<std::ptrdiff_t>(end) + 2,
+              ' ');
     if (end == std::string::npos) break;
   }
   for (std::size_t at = 0; at < text.size();) {
@@ -141,7 +148,8 @@ void StyleSheet::add(std::string_view selector, const std::vector<Declaration>& 
 std::string StyleSheet::property(const xmlNode* node, std::string_view key) const {
   std::string value = attribute(node, std::string(key).c_str());
   std::array<std::size_t, 3> best{};  // whether it is important, its weight, its place
-  const auto offer = [&](const std::vector<Declaration>& declarations, std::size_t weight, std::size_t place) {
+  const auto offer = [&](const std::vector<Declaration>& declarations, std::size_t weight,
+                         std::size_t place) {
     for (const Declaration& each : declarations) {
       const std::array<std::size_t, 3> rank{each.is_important ? 1U : 0U, weight, place + 1};
       if (each.key != key || rank < best) continue;
@@ -157,9 +165,10 @@ std::string StyleSheet::property(const xmlNode* node, std::string_view key) cons
       if (found == rules_.end()) return;
       spend(found->second.size() * (1 + classes.size()));
       for (const Rule& rule : found->second) {
-        const bool has_classes = std::all_of(rule.classes.begin(), rule.classes.end(), [&](const std::string& each) {
-          return std::find(classes.begin(), classes.end(), each) != classes.end();
-        });
+        const bool has_classes =
+            std::all_of(rule.classes.begin(), rule.classes.end(), [&](const std::string& each) {
+              return std::find(classes.begin(), classes.end(), each) != classes.end();
+            });
         if (has_classes && (rule.type.empty() || rule.type == type) && (rule.id.empty() || rule.id == id))
           offer(rule.declarations, static_cast<std::size_t>(rule.weight), rule.place);
       }
@@ -182,8 +191,10 @@ void StyleSheet::spend(std::size_t steps) const {
   constexpr std::size_t most_steps = 100'000'000;
   steps_ += steps;
   if (steps_ > most_steps)
-    throw Error("import: " + name_ + ": its elements have styles, and rules of style sheets that may be theirs, which take more than " +
-                std::to_string(most_steps) + " steps to read");
+    throw Error(
+        "import: " + name_ +
+        ": its elements have styles, and rules of style sheets that may be theirs, which take more than " +
+        std::to_string(most_steps) + " steps to read");
 }
 
 }  // namespace bsp2::model::svg

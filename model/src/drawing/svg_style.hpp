@@ -12,16 +12,19 @@
 
 namespace bsp2::model::svg {
 
-/// What the style sheets of a drawing say, as far as its readers ask: rules whose selectors are an element's name, classes, an id, or
-/// these together (`rect.cut`, `#a`, `.b.c`, `*`). Others, with elements around or beside, and those of media are passed over.
+/// What the style sheets of a drawing say, as far as its readers ask: rules whose selectors are an element's
+/// name, classes, an id, or these together (`rect.cut`, `#a`, `.b.c`, `*`). Others, with elements around or
+/// beside, and those of media are passed over.
 class StyleSheet {
  public:
   StyleSheet() = default;
   /// All sheets of a document. @param name of its file, for messages.
   StyleSheet(const xmlNode* root, std::string name);
 
-  /// What holds for an element itself, of the properties of visibility, strokes, clips and markers: by its attribute `style`, the sheets, or an attribute of that name; empty if nothing is said.
-  /// @throws bsp2::Error if all that was asked for takes too many steps: a file decides how often which style is read.
+  /// What holds for an element itself, of the properties of visibility, strokes, clips and markers: by its
+  /// attribute `style`, the sheets, or an attribute of that name; empty if nothing is said.
+  /// @throws bsp2::Error if all that was asked for takes too many steps: a file decides how often which style
+  /// is read.
   [[nodiscard]] std::string property(const xmlNode* node, std::string_view key) const;
 
  private:
@@ -36,7 +39,8 @@ class StyleSheet {
     std::size_t place = 0;  // in the order of the sheets
     std::vector<Declaration> declarations;
   };
-  std::unordered_map<std::string, std::vector<Rule>> rules_;  // by what they ask first: "#id", ".class", the name of an element or "*"
+  std::unordered_map<std::string, std::vector<Rule>>
+      rules_;  // by what they ask first: "#id", ".class", the name of an element or "*"
   std::size_t count_ = 0;
   std::string name_;
   mutable std::size_t steps_ = 0;  // that all properties took

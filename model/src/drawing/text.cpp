@@ -5,7 +5,8 @@
 
 namespace bsp2::model {
 
-TextOutlines text_outlines(const std::string& text, const TextStyle& style, const std::function<void(std::string)>& warn) {
+TextOutlines text_outlines(const std::string& text, const TextStyle& style,
+                           const std::function<void(std::string)>& warn) {
   return loaded_module<TextModule>(BSP2_MODULE_LAYOUT).text_outlines(text, style, warn);
 }
 

@@ -30,11 +30,13 @@ struct TextOutlines {
   std::vector<Placed> placed;        ///< in the order of the text; blanks are left out
 };
 
-/// The outlines of a text: the font that fontconfig finds, shaped by HarfBuzz, hinted and drawn by FreeType, in the sizes
-/// of OpenSCAD 2021.01: an em is 100/72 of `size`; advances and alignment are 1000/1024 of what goes with the outlines.
+/// The outlines of a text: the font that fontconfig finds, shaped by HarfBuzz, hinted and drawn by FreeType,
+/// in the sizes of OpenSCAD 2021.01: an em is 100/72 of `size`; advances and alignment are 1000/1024 of what
+/// goes with the outlines.
 ///
 /// Any thread, one at a time each. @param warn is called where another font than the one asked for is used.
 /// @throws bsp2::Error if there is no font at all.
-TextOutlines text_outlines(const std::string& text, const TextStyle& style, const std::function<void(std::string)>& warn);
+TextOutlines text_outlines(const std::string& text, const TextStyle& style,
+                           const std::function<void(std::string)>& warn);
 
 }  // namespace bsp2::model

@@ -21,8 +21,9 @@
 namespace bsp2::model {
 namespace {
 
-constexpr double char_size = 1e5;                              // 64ths of a point for a text of size 1
-constexpr double outline_unit = 1e5, advance_unit = 102400;  // both are found in the results of OpenSCAD 2021.01
+constexpr double char_size = 1e5;  // 64ths of a point for a text of size 1
+constexpr double outline_unit = 1e5,
+                 advance_unit = 102400;  // both are found in the results of OpenSCAD 2021.01
 constexpr int dots_per_inch = 100;
 
 template <typename T, auto Release>
@@ -42,14 +43,18 @@ using Buffer = Owned<hb_buffer_t, hb_buffer_destroy>;
 
 std::string text_of(const FcPattern& pattern, const char* property) {
   FcChar8* value = nullptr;
-  return FcPatternGetString(&pattern, property, 0, &value) == FcResultMatch ? reinterpret_cast<const char*>(value) : "";
+  return FcPatternGetString(&pattern, property, 0, &value) == FcResultMatch
+             ? reinterpret_cast<const char*>(value)
+             : "";
 }
 
 Face find_face(FT_Library library, const std::string& name, const std::function<void(std::string)>& warn) {
   static const Configuration configuration(FcInitLoadConfigAndFonts());
-  const std::string wanted = name.find_first_not_of(" \t") == std::string::npos ? "Liberation Sans:style=Regular" : name;
+  const std::string wanted =
+      name.find_first_not_of(" \t") == std::string::npos ? "Liberation Sans:style=Regular" : name;
   const Pattern pattern(FcNameParse(reinterpret_cast<const FcChar8*>(wanted.c_str())));
-  if (!configuration || !pattern) throw Error("text: there are no fonts; install some, such as fonts-liberation");
+  if (!configuration || !pattern)
+    throw Error("text: there are no fonts; install some, such as fonts-liberation");
   const std::string family = text_of(*pattern, FC_FAMILY);
   FcPatternAddBool(pattern.get(), FC_OUTLINE, FcTrue);
   FcPatternAddBool(pattern.get(), FC_SCALABLE, FcTrue);
@@ -63,7 +68,8 @@ Face find_face(FT_Library library, const std::string& name, const std::function<
   if (!match || FT_New_Face(library, text_of(*match, FC_FILE).c_str(), index, &face) != 0)
     throw Error("text: there is no font for '" + wanted + "'; install one, such as fonts-liberation");
   const std::string found = text_of(*match, FC_FAMILY);
-  if (!family.empty() && FcStrCmpIgnoreCase(reinterpret_cast<const FcChar8*>(family.c_str()), reinterpret_cast<const FcChar8*>(found.c_str())) != 0)
+  if (!family.empty() && FcStrCmpIgnoreCase(reinterpret_cast<const FcChar8*>(family.c_str()),
+                                            reinterpret_cast<const FcChar8*>(found.c_str())) != 0)
     warn("there is no font '" + family + "' here; '" + found + "' is taken");
   FT_Select_Charmap(face, FT_ENCODING_UNICODE);
   return Face(face);
@@ -101,7 +107,8 @@ struct Pen {
     for (std::uint32_t i = 1; i <= pen.segments; ++i) {
       const double t = static_cast<double>(i) / pen.segments, s = 1 - t;
       const auto mix = [&](auto a, auto b, auto d) {
-        return s * s * static_cast<double>(a) + 2 * s * t * static_cast<double>(b) + t * t * static_cast<double>(d);
+        return s * s * static_cast<double>(a) + 2 * s * t * static_cast<double>(b) +
+               t * t * static_cast<double>(d);
       };
       pen.add(mix(pen.at.x, c->x, to->x), mix(pen.at.y, c->y, to->y));
     }
@@ -113,8 +120,8 @@ struct Pen {
     for (std::uint32_t i = 1; i <= pen.segments; ++i) {
       const double t = static_cast<double>(i) / pen.segments, s = 1 - t;
       const auto mix = [&](auto p, auto q, auto r, auto u) {
-        return s * s * s * static_cast<double>(p) + 3 * s * s * t * static_cast<double>(q) + 3 * s * t * t * static_cast<double>(r) +
-               t * t * t * static_cast<double>(u);
+        return s * s * s * static_cast<double>(p) + 3 * s * s * t * static_cast<double>(q) +
+               3 * s * t * t * static_cast<double>(r) + t * t * t * static_cast<double>(u);
       };
       pen.add(mix(pen.at.x, c->x, d->x, to->x), mix(pen.at.y, c->y, d->y, to->y));
     }
@@ -148,13 +155,16 @@ std::array<double, 2> aligned(const TextStyle& style, const Extent& extent) {
   return origin;
 }
 
-/// Letters without a glyph of their own are drawn as the font's box for them. @param info what the text was shaped to.
-void warn_of_missing(const std::string& text, std::span<const hb_glyph_info_t> info, const char* font, const std::function<void(std::string)>& warn) {
+/// Letters without a glyph of their own are drawn as the font's box for them. @param info what the text was
+/// shaped to.
+void warn_of_missing(const std::string& text, std::span<const hb_glyph_info_t> info, const char* font,
+                     const std::function<void(std::string)>& warn) {
   std::set<std::string> missing;
   for (const hb_glyph_info_t& glyph : info) {
     if (glyph.codepoint != 0 || static_cast<unsigned char>(text[glyph.cluster]) < ' ') continue;
     std::size_t end = glyph.cluster + 1;
-    while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) ++end;  // the rest of the letter in UTF-8
+    while (end < text.size() && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80)
+      ++end;  // the rest of the letter in UTF-8
     missing.insert(text.substr(glyph.cluster, end - glyph.cluster));
   }
   if (missing.empty()) return;
@@ -163,12 +173,15 @@ void warn_of_missing(const std::string& text, std::span<const hb_glyph_info_t> i
   warn(std::string("the font '") + font + "' has no glyph for: " + letters);
 }
 
-TextOutlines find_outlines(const std::string& text, const TextStyle& style, const std::function<void(std::string)>& warn) {
+TextOutlines find_outlines(const std::string& text, const TextStyle& style,
+                           const std::function<void(std::string)>& warn) {
   FT_Library raw_library = nullptr;
   if (FT_Init_FreeType(&raw_library) != 0) throw Error("text: FreeType does not start");
   const Library library(raw_library);
   const Face face = find_face(library.get(), style.font, warn);
-  if (style.size == 0 || FT_Set_Char_Size(face.get(), 0, static_cast<FT_F26Dot6>(char_size), dots_per_inch, dots_per_inch) != 0) return {};
+  if (style.size == 0 ||
+      FT_Set_Char_Size(face.get(), 0, static_cast<FT_F26Dot6>(char_size), dots_per_inch, dots_per_inch) != 0)
+    return {};
 
   const Font font(hb_ft_font_create(face.get(), nullptr));
   const Buffer buffer(hb_buffer_create());
@@ -189,7 +202,9 @@ TextOutlines find_outlines(const std::string& text, const TextStyle& style, cons
   Extent extent;
   for (unsigned i = 0; i < count; ++i) {
     FT_Glyph glyph = nullptr;
-    if (FT_Load_Glyph(face.get(), info[i].codepoint, FT_LOAD_DEFAULT) != 0 || FT_Get_Glyph(face->glyph, &glyph) != 0) continue;
+    if (FT_Load_Glyph(face.get(), info[i].codepoint, FT_LOAD_DEFAULT) != 0 ||
+        FT_Get_Glyph(face->glyph, &glyph) != 0)
+      continue;
     glyphs.emplace_back(Glyph(glyph), i);
     FT_BBox box;
     FT_Glyph_Get_CBox(glyph, FT_GLYPH_BBOX_GRIDFIT, &box);
@@ -210,10 +225,13 @@ TextOutlines find_outlines(const std::string& text, const TextStyle& style, cons
   TextOutlines outlines;
   std::map<hb_codepoint_t, std::uint32_t> known;
   for (const auto& [glyph, i] : glyphs) {
-    const auto [seen, is_new] = known.try_emplace(info[i].codepoint, static_cast<std::uint32_t>(outlines.glyphs.size()));
+    const auto [seen, is_new] =
+        known.try_emplace(info[i].codepoint, static_cast<std::uint32_t>(outlines.glyphs.size()));
     if (is_new) outlines.glyphs.push_back(outline_of(*glyph, style));
-    const std::array<double, 2> at{origin[0] + pen_at[0] + place[i].x_offset / advance_unit, origin[1] + pen_at[1] + place[i].y_offset / advance_unit};
-    if (!outlines.glyphs[seen->second].points.empty()) outlines.placed.push_back({seen->second, {style.size * at[0], style.size * at[1]}});
+    const std::array<double, 2> at{origin[0] + pen_at[0] + place[i].x_offset / advance_unit,
+                                   origin[1] + pen_at[1] + place[i].y_offset / advance_unit};
+    if (!outlines.glyphs[seen->second].points.empty())
+      outlines.placed.push_back({seen->second, {style.size * at[0], style.size * at[1]}});
     pen_at[0] += place[i].x_advance / advance_unit * style.spacing;
     pen_at[1] += place[i].y_advance / advance_unit * style.spacing;
   }

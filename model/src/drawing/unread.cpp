@@ -18,8 +18,9 @@ std::string Unread::text(const std::string& name, const std::string& read) const
   }
   const bool is_one = all == 1;
   const std::string it = is_one ? "it" : "them";
-  return (is_one ? "1 thing in " : std::to_string(all) + " things in ") + name + (is_one ? " is" : " are") + " not read: " + kinds + ". The result lacks " + it +
-         "; convert " + it + " to " + read + " in the program that made the file, or delete " + it + " there";
+  return (is_one ? "1 thing in " : std::to_string(all) + " things in ") + name + (is_one ? " is" : " are") +
+         " not read: " + kinds + ". The result lacks " + it + "; convert " + it + " to " + read +
+         " in the program that made the file, or delete " + it + " there";
 }
 
 }  // namespace bsp2::model

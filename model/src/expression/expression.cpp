@@ -9,11 +9,13 @@ Expression::Expression(int dimension)
     : node_(std::make_shared<Node>(dimension, Boolean{Operation::unite, {}})) {}
 
 bool is_curved(const Primitive& primitive) {
-  return std::holds_alternative<Round>(primitive) || std::holds_alternative<Torus>(primitive) || std::holds_alternative<Spline>(primitive) ||
-         std::holds_alternative<SubdivisionSurface>(primitive) || std::holds_alternative<Preimage>(primitive);
+  return std::holds_alternative<Round>(primitive) || std::holds_alternative<Torus>(primitive) ||
+         std::holds_alternative<Spline>(primitive) || std::holds_alternative<SubdivisionSurface>(primitive) ||
+         std::holds_alternative<Preimage>(primitive);
 }
 
-Node::Node(int dimension_, Value value_) : dimension(dimension_), resolved(true), faceted(true), parts(0), value(std::move(value_)) {
+Node::Node(int dimension_, Value value_)
+    : dimension(dimension_), resolved(true), faceted(true), parts(0), value(std::move(value_)) {
   constexpr std::uint64_t most = std::uint64_t{1} << 62;  // a graph may stand for more than anybody can count
   const auto add = [&](const Expression& child) {
     resolved = resolved && child.node().resolved;
@@ -49,7 +51,8 @@ thread_local std::vector<Owner>* pending = nullptr;  // of the outermost ~Node t
 // depth of the call stack is two, whatever the depth of the expression.
 Node::~Node() {
   const auto hand_over = [this](std::vector<Owner>& to) {
-    for (const Expression& child : children()) to.push_back(std::move(const_cast<Expression&>(child).node_));  // nobody else looks at them any more
+    for (const Expression& child : children())
+      to.push_back(std::move(const_cast<Expression&>(child).node_));  // nobody else looks at them any more
   };
   if (std::holds_alternative<Primitive>(value)) return;
   if (pending) {

@@ -13,7 +13,8 @@ bool may_be_near(std::string_view a, std::string_view b, std::size_t most) {
   return std::max(a.size(), b.size()) - std::min(a.size(), b.size()) <= most;
 }
 
-/// Letters that one of both words has and the other has not: of words that are as near, the one with the same letters is meant.
+/// Letters that one of both words has and the other has not: of words that are as near, the one with the same
+/// letters is meant.
 std::size_t foreign_letters(std::string a, std::string b) {
   std::sort(a.begin(), a.end());
   std::sort(b.begin(), b.end());
@@ -32,7 +33,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     row[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
       row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0U : 1U)});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) row[j] = std::min(row[j], before[j - 2] + 1);
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        row[j] = std::min(row[j], before[j - 2] + 1);
     }
     std::swap(before, last);
     std::swap(last, row);
@@ -46,7 +48,8 @@ std::string suggestion(std::string_view word, std::span<const std::string_view> 
   for (const std::string_view each : known) {
     const std::size_t most = (std::max(word.size(), each.size()) + 1) / 3;
     if (!may_be_near(word, each, most)) continue;
-    const std::pair distance{edit_distance(word, each), foreign_letters(std::string(word), std::string(each))};
+    const std::pair distance{edit_distance(word, each),
+                             foreign_letters(std::string(word), std::string(each))};
     if (distance.first > most || (!nearest.empty() && distance >= least)) continue;
     nearest = each;
     least = distance;

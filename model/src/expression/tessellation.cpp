@@ -31,8 +31,6 @@ double sine(double degrees) {
   return sign * (angle > 45 ? std::cos((90 - angle) * radians) : std::sin(angle * radians));
 }
 
-double cosine(double degrees) {
-  return sine(90 - std::fabs(std::fmod(degrees, 360)));
-}
+double cosine(double degrees) { return sine(90 - std::fabs(std::fmod(degrees, 360))); }
 
 }  // namespace bsp2::model

@@ -18,7 +18,7 @@ namespace bsp2::model {
 
 struct ImportedMesh {
   std::vector<Point3> points;
-  FaceCycles faces;  ///< clockwise seen from outside, as in a polyhedron
+  FaceCycles faces;                     ///< clockwise seen from outside, as in a polyhedron
   std::vector<std::string> warnings{};  ///< what is odd about the file, which was read all the same
 
   /// @return its index.
@@ -35,28 +35,36 @@ bool is_mesh_ending(std::string_view ending);
 
 /// The meshes of a file (STL, OFF, OBJ, PLY, 3MF, AMF).
 ///
-/// Strict: what is damaged or cut off is an error with its line or byte, never half a mesh; only of the number of facets that a binary
-/// STL file tells its length knows better, which gets a warning. Coordinates are finite and at most
-/// largest_coordinate.
+/// Strict: what is damaged or cut off is an error with its line or byte, never half a mesh; only of the
+/// number of facets that a binary STL file tells its length knows better, which gets a warning. Coordinates
+/// are finite and at most largest_coordinate.
 /// @throws bsp2::Error if the file cannot be read.
 ImportedMesh import_mesh(const std::filesystem::path& path);
 
 /// The solid that these meshes bound, repaired where they do not close; nothing if they enclose nothing.
-/// @param warn is told what was repaired, and what is odd but for faces that cross (overlaps_of in csg.hpp looks for those).
+/// @param warn is told what was repaired, and what is odd but for faces that cross (overlaps_of in csg.hpp
+/// looks for those).
 /// @throws bsp2::Error also for what cannot be repaired.
-std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path, const std::function<void(const std::string&)>& warn);
+std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path,
+                                         const std::function<void(const std::string&)>& warn);
 
 /// The same for each format, of the bytes of a file. @param path its name in messages.
 ImportedMesh import_stl(std::string_view bytes, const std::filesystem::path& path);  ///< text and binary
 ImportedMesh import_off(std::string_view bytes, const std::filesystem::path& path);  ///< text
 ImportedMesh import_obj(std::string_view bytes, const std::filesystem::path& path);
-ImportedMesh import_ply(std::string_view bytes, const std::filesystem::path& path);  ///< text and binary, both byte orders
-ImportedMesh import_3mf(std::string_view bytes, const std::filesystem::path& path);  ///< the build, with its transforms; units make no difference
-ImportedMesh import_amf(std::string_view bytes, const std::filesystem::path& path);  ///< plain or zipped; no constellations, no units, as in OpenSCAD
+ImportedMesh import_ply(std::string_view bytes,
+                        const std::filesystem::path& path);  ///< text and binary, both byte orders
+ImportedMesh import_3mf(
+    std::string_view bytes,
+    const std::filesystem::path& path);  ///< the build, with its transforms; units make no difference
+ImportedMesh import_amf(
+    std::string_view bytes,
+    const std::filesystem::path& path);  ///< plain or zipped; no constellations, no units, as in OpenSCAD
 
-/// A landscape: the heights of a text (.dat; rows are y, columns x) or the grey values of a picture (.png, 0 to 100) over
-/// a grid of unit squares, four triangles each, down to 0 or to 1 below the lowest height, whichever is lower.
-/// Without two rows and columns it has no faces. @throws bsp2::Error if the file cannot be read.
+/// A landscape: the heights of a text (.dat; rows are y, columns x) or the grey values of a picture (.png, 0
+/// to 100) over a grid of unit squares, four triangles each, down to 0 or to 1 below the lowest height,
+/// whichever is lower. Without two rows and columns it has no faces. @throws bsp2::Error if the file cannot
+/// be read.
 ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool invert);
 
 struct PlaneDrawing {
@@ -76,35 +84,42 @@ struct Remarks {
   std::function<void(const std::string&)> note;  ///< what is right as it is, and good to know
 };
 
-/// The paths of a DXF drawing's lines, arcs, circles, ellipses, splines, polylines, solids and inserted blocks. As in OpenSCAD
-/// their points lie on a grid of 2^-10, ends next to each other on it meet, and open paths are closed by a straight line.
+/// The paths of a DXF drawing's lines, arcs, circles, ellipses, splines, polylines, solids and inserted
+/// blocks. As in OpenSCAD their points lie on a grid of 2^-10, ends next to each other on it meet, and open
+/// paths are closed by a straight line.
 ///
-/// Bounded, whatever the numbers in the file say: a million lines, and blocks that are inserted some hundred thousand times.
-/// @param layer only what is on this layer (of an INSERT: its own, whatever is in the block); empty: everything.
+/// Bounded, whatever the numbers in the file say: a million lines, and blocks that are inserted some hundred
+/// thousand times.
+/// @param layer only what is on this layer (of an INSERT: its own, whatever is in the block); empty:
+/// everything.
 /// @param remarks is warned once of all that is not read, by its kinds, and told the units of the file.
-/// @throws bsp2::Error if the file cannot be read or is cut off, if a number in it is none, if a block inserts itself.
-PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer, const DrawingFrame& frame, const Resolution& resolution,
-                        const Remarks& remarks = {});
+/// @throws bsp2::Error if the file cannot be read or is cut off, if a number in it is none, if a block
+/// inserts itself.
+PlaneDrawing import_dxf(const std::filesystem::path& path, const std::string& layer,
+                        const DrawingFrame& frame, const Resolution& resolution, const Remarks& remarks = {});
 
 /// What is wanted of an SVG drawing, with what is in it; empty names: everything.
 struct SvgSelection {
-  std::string id;     ///< of an element
-  std::string layer;  ///< the label of a layer of Inkscape; where there is none of that label, the id of a group
+  std::string id;  ///< of an element
+  std::string
+      layer;  ///< the label of a layer of Inkscape; where there is none of that label, the id of a group
 
   /// "element with the id '...'", "layer '...'"
   [[nodiscard]] std::string text() const;
 };
 
-/// The areas of an SVG drawing's paths, rectangles, circles, ellipses, polygons and lines, one drawing a shape, in millimetres
-/// with y upwards. As in OpenSCAD 2021.01 a line (a path whose ends are apart, a polyline) has the width of its stroke, areas
-/// have no strokes. What is hidden (`display`, `visibility`, by attributes, styles or a simple style sheet) is left out, `<use>` is
-/// followed.
+/// The areas of an SVG drawing's paths, rectangles, circles, ellipses, polygons and lines, one drawing a
+/// shape, in millimetres with y upwards. As in OpenSCAD 2021.01 a line (a path whose ends are apart, a
+/// polyline) has the width of its stroke, areas have no strokes. What is hidden (`display`, `visibility`, by
+/// attributes, styles or a simple style sheet) is left out, `<use>` is followed.
 /// @param dpi units of a length without unit in an inch; 72 if it is no positive number.
 /// @param center whether the middle of what is drawn (of the selection) is moved to the origin.
 /// @param remarks is warned once of all that is not read, by its kinds.
 /// @return nothing if there is nothing of that name.
-/// @throws bsp2::Error if the file cannot be read, if a <use> uses itself, or if they multiply to more than a million elements.
-std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi, bool center, const SvgSelection& selection = {},
+/// @throws bsp2::Error if the file cannot be read, if a <use> uses itself, or if they multiply to more than a
+/// million elements.
+std::optional<std::vector<PlaneDrawing>> import_svg(const std::filesystem::path& path, double dpi,
+                                                    bool center, const SvgSelection& selection = {},
                                                     const Remarks& remarks = {});
 
 }  // namespace bsp2::model

@@ -11,10 +11,12 @@ std::uint32_t point_of(std::string_view word, std::size_t points, const TextCurs
   const std::string_view number = word.substr(0, word.find('/'));
   std::int64_t index = 0;
   const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), index);
-  if (number.empty() || error != std::errc() || end != number.data() + number.size()) text.fail_at(word, "the number of a point");
+  if (number.empty() || error != std::errc() || end != number.data() + number.size())
+    text.fail_at(word, "the number of a point");
   if (index < 0) index += static_cast<std::int64_t>(points) + 1;
   if (index < 1 || index > static_cast<std::int64_t>(points))
-    text.fail("a face names point " + std::string(number) + ", but there are " + std::to_string(points) + " so far, the first being 1");
+    text.fail("a face names point " + std::string(number) + ", but there are " + std::to_string(points) +
+              " so far, the first being 1");
   return static_cast<std::uint32_t>(index - 1);
 }
 
@@ -38,7 +40,8 @@ ImportedMesh import_obj(std::string_view bytes, const std::filesystem::path& pat
       mesh.add_point(point);
     } else if (keyword == "f") {
       corners.clear();
-      for (std::string_view word = next(); !word.empty(); word = next()) corners.push_back(point_of(word, mesh.points.size(), text));
+      for (std::string_view word = next(); !word.empty(); word = next())
+        corners.push_back(point_of(word, mesh.points.size(), text));
       if (corners.size() < 3) text.fail("a face of fewer than three corners");
       mesh.add_face(corners);
     }

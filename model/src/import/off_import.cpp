@@ -7,7 +7,8 @@ namespace {
 /// The first word of a line that is not blank; empty at the end of the text.
 std::string_view first_word(TextCursor& text) { return text.token(); }
 
-/// The keyword says what else there is about a point; the coordinates come first in any case. It may be missing.
+/// The keyword says what else there is about a point; the coordinates come first in any case. It may be
+/// missing.
 /// @return the first count.
 std::size_t read_keyword(TextCursor& text) {
   std::string_view word = first_word(text);
@@ -31,7 +32,8 @@ ImportedMesh import_off(std::string_view bytes, const std::filesystem::path& pat
   text.end_line();  // after the number of edges, which nobody needs
   // A point takes 6 bytes, a face 2.
   if (points > text.bytes_left() / 6 || faces > text.bytes_left() / 2)
-    text.fail("the numbers of points and faces are " + std::to_string(points) + " and " + std::to_string(faces) + ", more than the file holds; it is cut off");
+    text.fail("the numbers of points and faces are " + std::to_string(points) + " and " +
+              std::to_string(faces) + ", more than the file holds; it is cut off");
   ImportedMesh mesh;
   mesh.points.reserve(points);
   for (std::size_t i = 0; i < points; ++i) {
@@ -50,8 +52,8 @@ ImportedMesh import_off(std::string_view bytes, const std::filesystem::path& pat
     for (std::size_t k = 0; k < size; ++k) {
       const std::size_t index = text.count(text.word());
       if (index >= points)
-        text.fail("face " + std::to_string(f) + " names point " + std::to_string(index) + ", but there are " + std::to_string(points) +
-                  ", the first being 0");
+        text.fail("face " + std::to_string(f) + " names point " + std::to_string(index) + ", but there are " +
+                  std::to_string(points) + ", the first being 0");
       corners.push_back(static_cast<std::uint32_t>(index));
     }
     mesh.add_face(corners);

@@ -16,10 +16,12 @@ namespace {
 enum class Scalar : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 constexpr std::pair<std::string_view, Scalar> scalars[] = {
-    {"char", Scalar::int8},   {"uchar", Scalar::uint8},   {"short", Scalar::int16},     {"ushort", Scalar::uint16},
-    {"int", Scalar::int32},   {"uint", Scalar::uint32},   {"float", Scalar::float32},   {"double", Scalar::float64},
-    {"int8", Scalar::int8},   {"uint8", Scalar::uint8},   {"int16", Scalar::int16},     {"uint16", Scalar::uint16},
-    {"int32", Scalar::int32}, {"uint32", Scalar::uint32}, {"float32", Scalar::float32}, {"float64", Scalar::float64}};
+    {"char", Scalar::int8},      {"uchar", Scalar::uint8},    {"short", Scalar::int16},
+    {"ushort", Scalar::uint16},  {"int", Scalar::int32},      {"uint", Scalar::uint32},
+    {"float", Scalar::float32},  {"double", Scalar::float64}, {"int8", Scalar::int8},
+    {"uint8", Scalar::uint8},    {"int16", Scalar::int16},    {"uint16", Scalar::uint16},
+    {"int32", Scalar::int32},    {"uint32", Scalar::uint32},  {"float32", Scalar::float32},
+    {"float64", Scalar::float64}};
 
 constexpr std::size_t size_of(Scalar type) {
   constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
@@ -119,7 +121,8 @@ class BinaryNumbers {
     const std::size_t size = size_of(type);
     if (size > bytes_left()) fail("the file is cut off");
     std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < size; ++i) bits |= std::uint64_t{static_cast<unsigned char>(bytes_[at_ + i])} << 8 * (is_big_ ? size - 1 - i : i);
+    for (std::size_t i = 0; i < size; ++i)
+      bits |= std::uint64_t{static_cast<unsigned char>(bytes_[at_ + i])} << 8 * (is_big_ ? size - 1 - i : i);
     at_ += size;
     switch (type) {
       case Scalar::int8:
@@ -138,7 +141,9 @@ class BinaryNumbers {
   }
   [[nodiscard]] std::size_t bytes_left() const { return bytes_.size() - at_; }
   [[nodiscard]] std::size_t least_bytes(Scalar type) const { return size_of(type); }
-  [[noreturn]] void fail(const std::string& text) const { throw Error(path_.string() + ": byte " + std::to_string(at_) + ": " + text); }
+  [[noreturn]] void fail(const std::string& text) const {
+    throw Error(path_.string() + ": byte " + std::to_string(at_) + ": " + text);
+  }
 
  private:
   std::string_view bytes_;
@@ -156,9 +161,11 @@ class Body {
     for (const Element& element : header.elements) {
       if (element.properties.empty()) continue;
       if (element.count > numbers_.bytes_left())
-        numbers_.fail(std::to_string(element.count) + " elements '" + std::string(element.name.substr(0, 40)) +
+        numbers_.fail(std::to_string(element.count) + " elements '" +
+                      std::string(element.name.substr(0, 40)) +
                       "' are more than the file holds; it is cut off");
-      if (element.name == "tristrips") numbers_.fail("strips of triangles are not read; convert them to faces");
+      if (element.name == "tristrips")
+        numbers_.fail("strips of triangles are not read; convert them to faces");
       for (std::size_t i = 0; i < element.count; ++i) {
         if (element.name == "vertex")
           read_point(element);
@@ -168,8 +175,8 @@ class Body {
     }
     for (const std::uint32_t corner : mesh_.faces.corners)
       if (corner >= mesh_.points.size())
-        numbers_.fail("a face names point " + std::to_string(corner) + ", but there are " + std::to_string(mesh_.points.size()) +
-                      ", the first being 0");
+        numbers_.fail("a face names point " + std::to_string(corner) + ", but there are " +
+                      std::to_string(mesh_.points.size()) + ", the first being 0");
   }
 
  private:
@@ -182,11 +189,13 @@ class Body {
         continue;
       }
       const double value = numbers_.number(property.type);
-      if (property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z') point[static_cast<std::size_t>(property.name[0] - 'x')] = value;
+      if (property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z')
+        point[static_cast<std::size_t>(property.name[0] - 'x')] = value;
     }
     for (const double x : point)
       if (!(std::fabs(x) <= largest_coordinate))
-        numbers_.fail("a coordinate of point " + std::to_string(mesh_.points.size()) + " is missing, not finite or too large");
+        numbers_.fail("a coordinate of point " + std::to_string(mesh_.points.size()) +
+                      " is missing, not finite or too large");
     mesh_.add_point(point);
   }
 
@@ -198,7 +207,8 @@ class Body {
       }
       read_list(property);
       if (!is_face || (property.name != "vertex_indices" && property.name != "vertex_index")) continue;
-      if (list_.size() < 3) numbers_.fail("face " + std::to_string(mesh_.faces.size()) + " has fewer than three corners");
+      if (list_.size() < 3)
+        numbers_.fail("face " + std::to_string(mesh_.faces.size()) + " has fewer than three corners");
       corners_.clear();
       for (const double index : list_) corners_.push_back(integer(index));
       mesh_.add_face(corners_);
@@ -214,7 +224,8 @@ class Body {
   }
 
   std::uint32_t integer(double value) const {
-    if (!(value >= 0 && value < 4294967295.0) || value != std::floor(value)) numbers_.fail("expected a count or the number of a point, found another number");
+    if (!(value >= 0 && value < 4294967295.0) || value != std::floor(value))
+      numbers_.fail("expected a count or the number of a point, found another number");
     return static_cast<std::uint32_t>(value);
   }
 

@@ -21,19 +21,26 @@ bool is_word(std::string_view word, std::string_view lower) {
 std::uint32_t little_endian(const char* bytes) {
   unsigned char b[4];
   std::memcpy(b, bytes, 4);
-  return std::uint32_t{b[0]} | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 | std::uint32_t{b[3]} << 24;
+  return std::uint32_t{b[0]} | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 |
+         std::uint32_t{b[3]} << 24;
 }
 
-/// Headers of binary files may begin with "solid" as well: then their length tells, or a byte of 0 (in the number of facets, or in the
-/// first of them), or that there is no facet in words.
+/// Headers of binary files may begin with "solid" as well: then their length tells, or a byte of 0 (in the
+/// number of facets, or in the first of them), or that there is no facet in words.
 bool is_ascii(std::string_view bytes) {
-  if (bytes.size() >= header_bytes && bytes.substr(0, header_bytes + 3 * facet_bytes).find('\0') != std::string_view::npos) return false;
-  if (bytes.size() >= header_bytes && bytes.size() == header_bytes + facet_bytes * std::uint64_t{little_endian(bytes.data() + 80)}) return false;
+  if (bytes.size() >= header_bytes &&
+      bytes.substr(0, header_bytes + 3 * facet_bytes).find('\0') != std::string_view::npos)
+    return false;
+  if (bytes.size() >= header_bytes &&
+      bytes.size() == header_bytes + facet_bytes * std::uint64_t{little_endian(bytes.data() + 80)})
+    return false;
   const std::size_t first = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
   if (!is_word(bytes.substr(first, 5), "solid")) return false;
   std::string begin(bytes.substr(first, 4096));
-  std::transform(begin.begin(), begin.end(), begin.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return bytes.size() < header_bytes || begin.find("facet") != std::string::npos || begin.find("endsolid") != std::string::npos;
+  std::transform(begin.begin(), begin.end(), begin.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return bytes.size() < header_bytes || begin.find("facet") != std::string::npos ||
+         begin.find("endsolid") != std::string::npos;
 }
 
 void read_loop(TextCursor& text, ImportedMesh& mesh) {
@@ -67,45 +74,58 @@ ImportedMesh ascii(std::string_view bytes, const std::filesystem::path& path) {
   return mesh;
 }
 
-/// Whether what stands in place of a facet could be one. Its normal may be anything: some programs write none for flat facets.
+/// Whether what stands in place of a facet could be one. Its normal may be anything: some programs write none
+/// for flat facets.
 bool could_be_facet(const char* bytes) {
   constexpr float largest = 1e18F;
   for (std::size_t i = 3; i < 12; ++i)
-    if (const float x = std::bit_cast<float>(little_endian(bytes + 4 * i)); !(std::fabs(x) <= largest)) return false;
+    if (const float x = std::bit_cast<float>(little_endian(bytes + 4 * i)); !(std::fabs(x) <= largest))
+      return false;
   return true;
 }
 
-std::string facets_of(std::uint64_t count) { return std::to_string(count) + (count == 1 ? " facet" : " facets"); }
+std::string facets_of(std::uint64_t count) {
+  return std::to_string(count) + (count == 1 ? " facet" : " facets");
+}
 
-/// How many facets to read. Programs that write as they go leave a count of 0, or a wrong one, in the header: then the length of the file
-/// tells, if it is that of whole facets.
-std::uint64_t count_facets(std::string_view bytes, const std::filesystem::path& path, std::vector<std::string>& warnings) {
-  const std::uint64_t told = little_endian(bytes.data() + 80), room = bytes.size() - header_bytes, there = room / facet_bytes;
+/// How many facets to read. Programs that write as they go leave a count of 0, or a wrong one, in the header:
+/// then the length of the file tells, if it is that of whole facets.
+std::uint64_t count_facets(std::string_view bytes, const std::filesystem::path& path,
+                           std::vector<std::string>& warnings) {
+  const std::uint64_t told = little_endian(bytes.data() + 80), room = bytes.size() - header_bytes,
+                      there = room / facet_bytes;
   const bool is_whole = room % facet_bytes == 0;
   if (told > there && (!is_whole || there == 0))
-    throw Error(path.string() + ": byte 80: the number of facets is " + std::to_string(told) + ", which takes " +
-                std::to_string(header_bytes + facet_bytes * told) + " bytes in all, but the file has " + std::to_string(bytes.size()) +
+    throw Error(path.string() + ": byte 80: the number of facets is " + std::to_string(told) +
+                ", which takes " + std::to_string(header_bytes + facet_bytes * told) +
+                " bytes in all, but the file has " + std::to_string(bytes.size()) +
                 "; it is cut off, or no STL file");
   if (told > there) {
-    warnings.push_back("the header says " + facets_of(told) + ", but the file ends after " + std::to_string(there) +
+    warnings.push_back("the header says " + facets_of(told) + ", but the file ends after " +
+                       std::to_string(there) +
                        "; these are read. If the file is cut off, the rest is missing: get it again");
     return there;
   }
   bool has_more = told < there && (is_whole || told == 0);
-  for (std::uint64_t f = told; has_more && f < there; ++f) has_more = could_be_facet(bytes.data() + header_bytes + facet_bytes * f);
+  for (std::uint64_t f = told; has_more && f < there; ++f)
+    has_more = could_be_facet(bytes.data() + header_bytes + facet_bytes * f);
   if (has_more) {
-    warnings.push_back("the header says " + facets_of(told) + ", but by its length the file holds " + std::to_string(there) +
+    warnings.push_back("the header says " + facets_of(told) + ", but by its length the file holds " +
+                       std::to_string(there) +
                        "; all of them are read. Write the file again with the right number to be sure");
     return there;
   }
   if (told < there)
-    warnings.push_back(std::to_string(room - facet_bytes * told) + " bytes after the " + facets_of(told) + " that the header tells of are passed over");
+    warnings.push_back(std::to_string(room - facet_bytes * told) + " bytes after the " + facets_of(told) +
+                       " that the header tells of are passed over");
   return told;
 }
 
 ImportedMesh binary(std::string_view bytes, const std::filesystem::path& path) {
   if (bytes.size() < header_bytes)
-    throw Error(path.string() + ": neither an STL text, which begins with 'solid', nor long enough for a binary STL file, which has a header of 84 bytes");
+    throw Error(path.string() +
+                ": neither an STL text, which begins with 'solid', nor long enough for a binary STL file, "
+                "which has a header of 84 bytes");
   ImportedMesh mesh;
   const std::uint64_t facets = count_facets(bytes, path, mesh.warnings);
   mesh.points.reserve(3 * facets);
@@ -117,7 +137,8 @@ ImportedMesh binary(std::string_view bytes, const std::filesystem::path& path) {
         const std::size_t at = header_bytes + facet_bytes * f + 12 * (corner + 1) + 4 * i;
         point[i] = std::bit_cast<float>(little_endian(bytes.data() + at));
         if (!std::isfinite(point[i]))
-          throw Error(path.string() + ": byte " + std::to_string(at) + ": a coordinate of facet " + std::to_string(f) + " is not finite");
+          throw Error(path.string() + ": byte " + std::to_string(at) + ": a coordinate of facet " +
+                      std::to_string(f) + " is not finite");
       }
       corners[corner] = mesh.add_point(point);
     }

@@ -34,18 +34,22 @@ Heights read_table(const std::filesystem::path& path) {
   std::vector<std::vector<double>> rows;
   Heights heights;
   for (std::string line; std::getline(file, line);) {
-    if (const auto first = line.find_first_not_of(" \t\r\v\f"); first == std::string::npos || line[first] == '#') continue;
+    if (const auto first = line.find_first_not_of(" \t\r\v\f");
+        first == std::string::npos || line[first] == '#')
+      continue;
     auto& row = rows.emplace_back();
     std::istringstream words(line);
     for (std::string word; words >> word;) {
       char* end = nullptr;
       row.push_back(std::strtod(word.c_str(), &end));
-      if (*end != '\0' || !std::isfinite(row.back())) throw Error("surface: " + path.string() + " holds '" + word.substr(0, 40) + "', which is no height");
+      if (*end != '\0' || !std::isfinite(row.back()))
+        throw Error("surface: " + path.string() + " holds '" + word.substr(0, 40) + "', which is no height");
     }
     heights.columns = std::max(heights.columns, row.size());
   }
   heights.rows = rows.size();
-  if (heights.rows * heights.columns > most_heights) throw Error("surface: " + path.string() + " has more than 20 million heights");
+  if (heights.rows * heights.columns > most_heights)
+    throw Error("surface: " + path.string() + " has more than 20 million heights");
   heights.lowest = std::numeric_limits<double>::infinity();
   for (auto& row : rows) {
     heights.lowest = std::min(heights.lowest, *std::min_element(row.begin(), row.end()));
@@ -55,10 +59,12 @@ Heights read_table(const std::filesystem::path& path) {
   return heights;
 }
 
-/// The pixels of a PNG file as they stand in it, eight bits a channel: red, green, blue, opacity. Gamma makes no difference.
+/// The pixels of a PNG file as they stand in it, eight bits a channel: red, green, blue, opacity. Gamma makes
+/// no difference.
 class PngFile {
  public:
-  explicit PngFile(const std::filesystem::path& path) : path_(path), file_(std::fopen(path.c_str(), "rb"), std::fclose) {
+  explicit PngFile(const std::filesystem::path& path)
+      : path_(path), file_(std::fopen(path.c_str(), "rb"), std::fclose) {
     if (!file_) throw Error("surface: " + path.string() + " cannot be read");
     png_ = png_create_read_struct(
         PNG_LIBPNG_VER_STRING, this,
@@ -78,7 +84,8 @@ class PngFile {
 
   void read() {
     if (!read_header()) fail();
-    if (std::uint64_t{width} * height > most_heights) throw Error("surface: " + path_.string() + " has more than 20 million pixels");
+    if (std::uint64_t{width} * height > most_heights)
+      throw Error("surface: " + path_.string() + " has more than 20 million pixels");
     pixels.resize(std::size_t{4} * width * height);
     rows_.resize(height);
     for (std::size_t y = 0; y < height; ++y) rows_[y] = pixels.data() + std::size_t{4} * width * y;
@@ -96,7 +103,9 @@ class PngFile {
   std::vector<png_bytep> rows_;
   std::string message_;
 
-  [[noreturn]] void fail() const { throw Error("surface: " + path_.string() + " cannot be read: " + message_); }
+  [[noreturn]] void fail() const {
+    throw Error("surface: " + path_.string() + " cannot be read: " + message_);
+  }
 
   // libpng comes back from an error by a long jump, so these two hold nothing that has to be destroyed.
   bool read_header() {
@@ -120,8 +129,8 @@ class PngFile {
   }
 };
 
-/// Grey values from 0 to 100, the lowest row of the picture at y = 0. `invert` means 1 minus the value from 0 to 255, as in OpenSCAD:
-/// the landscape lies below 0.
+/// Grey values from 0 to 100, the lowest row of the picture at y = 0. `invert` means 1 minus the value from 0
+/// to 255, as in OpenSCAD: the landscape lies below 0.
 Heights read_png(const std::filesystem::path& path, bool invert) {
   PngFile file(path);
   file.read();
@@ -141,14 +150,18 @@ Heights read_png(const std::filesystem::path& path, bool invert) {
 
 ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool invert) {
   std::string kind = path.extension().string();
-  std::transform(kind.begin(), kind.end(), kind.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(kind.begin(), kind.end(), kind.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const Heights heights = kind == ".png" ? read_png(path, invert) : read_table(path);
   ImportedMesh mesh;
   if (heights.rows < 2 || heights.columns < 2) return mesh;
-  const auto rows = static_cast<std::uint32_t>(heights.rows), columns = static_cast<std::uint32_t>(heights.columns);
+  const auto rows = static_cast<std::uint32_t>(heights.rows),
+             columns = static_cast<std::uint32_t>(heights.columns);
   const double left = center ? -0.5 * (columns - 1) : 0, front = center ? -0.5 * (rows - 1) : 0;
   const double base = std::min(0.0, heights.lowest - 1);
-  const auto height = [&](std::uint32_t x, std::uint32_t y) { return heights.values[std::size_t{y} * columns + x]; };
+  const auto height = [&](std::uint32_t x, std::uint32_t y) {
+    return heights.values[std::size_t{y} * columns + x];
+  };
   const auto add = [&](double x, double y, double z) {
     mesh.points.push_back({left + x, front + y, z});
     return static_cast<std::uint32_t>(mesh.points.size() - 1);
@@ -163,7 +176,8 @@ ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool
   for (std::uint32_t y = 0; y + 1 < rows; ++y)
     for (std::uint32_t x = 0; x + 1 < columns; ++x) {
       const std::uint32_t a = at(x, y), b = at(x + 1, y), c = at(x + 1, y + 1), d = at(x, y + 1);
-      const std::uint32_t middle = add(x + 0.5, y + 0.5, (height(x, y) + height(x + 1, y) + height(x + 1, y + 1) + height(x, y + 1)) / 4);
+      const std::uint32_t middle = add(
+          x + 0.5, y + 0.5, (height(x, y) + height(x + 1, y) + height(x + 1, y + 1) + height(x, y + 1)) / 4);
       face({b, a, middle});
       face({c, b, middle});
       face({d, c, middle});
@@ -175,12 +189,14 @@ ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool
   for (std::uint32_t y = 0; y + 1 < rows; ++y) border.push_back(at(columns - 1, y));
   for (std::uint32_t x = columns - 1; x > 0; --x) border.push_back(at(x, rows - 1));
   for (std::uint32_t y = rows - 1; y > 0; --y) border.push_back(at(0, y));
-  const auto first = static_cast<std::uint32_t>(mesh.points.size()), n = static_cast<std::uint32_t>(border.size());
+  const auto first = static_cast<std::uint32_t>(mesh.points.size()),
+             n = static_cast<std::uint32_t>(border.size());
   for (const std::uint32_t corner : border) {
     const Point3 top = mesh.points[corner];
     mesh.points.push_back({top[0], top[1], base});
   }
-  for (std::uint32_t i = 0; i < n; ++i) face({border[i], border[(i + 1) % n], first + (i + 1) % n, first + i});
+  for (std::uint32_t i = 0; i < n; ++i)
+    face({border[i], border[(i + 1) % n], first + (i + 1) % n, first + i});
   for (std::uint32_t i = 0; i < n; ++i) mesh.faces.corners.push_back(first + i);
   mesh.faces.end_face();
   return mesh;

@@ -19,8 +19,10 @@ std::optional<double> to_number(std::string_view word) {
   if (word.starts_with('+') && word.size() > 1 && word[1] != '-') word.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (word.empty() || error == std::errc::invalid_argument || end != word.data() + word.size()) return std::nullopt;
-  if (error == std::errc::result_out_of_range) return std::strtod(std::string(word).c_str(), nullptr);  // tells inf from 0
+  if (word.empty() || error == std::errc::invalid_argument || end != word.data() + word.size())
+    return std::nullopt;
+  if (error == std::errc::result_out_of_range)
+    return std::strtod(std::string(word).c_str(), nullptr);  // tells inf from 0
   return value;
 }
 
@@ -37,7 +39,9 @@ std::string_view TextCursor::next(bool across_lines) {
       break;
   }
   const std::size_t from = at_;
-  while (at_ < text_.size() && !is_space(text_[at_]) && text_[at_] != '\n' && (comment_ == 0 || text_[at_] != comment_)) ++at_;
+  while (at_ < text_.size() && !is_space(text_[at_]) && text_[at_] != '\n' &&
+         (comment_ == 0 || text_[at_] != comment_))
+    ++at_;
   return text_.substr(from, at_ - from);
 }
 
@@ -55,7 +59,8 @@ bool TextCursor::end_line() {
 double TextCursor::coordinate(std::string_view word) const {
   const auto value = to_number(word);
   if (!value) fail_at(word, "a coordinate");
-  if (!(std::fabs(*value) <= largest_coordinate)) fail("the coordinate " + std::string(word.substr(0, 40)) + " is not finite or too large");
+  if (!(std::fabs(*value) <= largest_coordinate))
+    fail("the coordinate " + std::string(word.substr(0, 40)) + " is not finite or too large");
   return *value;
 }
 
@@ -66,10 +71,13 @@ std::size_t TextCursor::count(std::string_view word) const {
   return value;
 }
 
-void TextCursor::fail(const std::string& text) const { throw Error(path_.string() + ":" + std::to_string(line_) + ": " + text); }
+void TextCursor::fail(const std::string& text) const {
+  throw Error(path_.string() + ":" + std::to_string(line_) + ": " + text);
+}
 
 void TextCursor::fail_at(std::string_view word, const std::string& expected) const {
-  if (word.empty()) fail("expected " + expected + ", found the end of the " + (at_end() ? "file; it is cut off" : "line"));
+  if (word.empty())
+    fail("expected " + expected + ", found the end of the " + (at_end() ? "file; it is cut off" : "line"));
   std::string found;
   for (const char c : word.substr(0, 40)) found += c >= ' ' && c < 0x7F ? c : '?';
   fail("expected " + expected + ", found '" + found + "'");

@@ -15,7 +15,8 @@ std::optional<double> to_number(std::string_view word);
 class TextCursor {
  public:
   /// @param comment begins a comment that ends with its line; 0: there are none.
-  TextCursor(std::string_view text, const std::filesystem::path& path, char comment = 0) : text_(text), path_(path), comment_(comment) {}
+  TextCursor(std::string_view text, const std::filesystem::path& path, char comment = 0)
+      : text_(text), path_(path), comment_(comment) {}
 
   /// The next word on this line; empty at its end.
   std::string_view word() { return next(false); }

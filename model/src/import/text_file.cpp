@@ -16,20 +16,27 @@ constexpr std::size_t chunk = std::size_t{1} << 20;
 
 [[noreturn]] void refuse(const std::string& name, const std::error_code& why) {
   throw Error(name + ": cannot be read: " + why.message() +
-              (why == std::errc::permission_denied ? "; it takes the right to read the file and to enter the folders above it" : ""));
+              (why == std::errc::permission_denied
+                   ? "; it takes the right to read the file and to enter the folders above it"
+                   : ""));
 }
 
-/// What is no text would be read to its end, which /dev/zero does not have, and a snapshot of many gigabytes late.
+/// What is no text would be read to its end, which /dev/zero does not have, and a snapshot of many gigabytes
+/// late.
 void check_beginning_of_model(const std::string& text, const std::string& name) {
   if (text.starts_with("\x89HDF"))
-    throw Error(name + ": is a snapshot, not a model; 'bsp2 info' tells what it holds, 'bsp2 resume' goes on with it, 'bsp2 export' writes its mesh");
+    throw Error(name +
+                ": is a snapshot, not a model; 'bsp2 info' tells what it holds, 'bsp2 resume' goes on with "
+                "it, 'bsp2 export' writes its mesh");
   const bool is_utf16 = text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF");  // the reader says so
-  if (const std::size_t zero = text.find('\0'); text.size() >= chunk && zero != std::string::npos && !is_utf16)
+  if (const std::size_t zero = text.find('\0');
+      text.size() >= chunk && zero != std::string::npos && !is_utf16)
     throw Error(name + ": is no text, so it holds no model: byte " + std::to_string(zero) + " is 0");
 }
 
 /// @param check is called with the first chunk, and throws if it is not worth while to read on.
-std::string read_file(const std::filesystem::path& path, void (*check)(const std::string& text, const std::string& name)) {
+std::string read_file(const std::filesystem::path& path,
+                      void (*check)(const std::string& text, const std::string& name)) {
   const std::string name = path.string();
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -42,9 +49,13 @@ std::string read_file(const std::filesystem::path& path, void (*check)(const std
   if (!file) refuse(name, {errno, std::generic_category()});
   std::string text;
   const auto size = std::filesystem::file_size(path, error);
-  text.reserve(error || size == 0 ? chunk : size + 1);  // one more, so that the end is met; of some files it is told that they have none
+  text.reserve(
+      error || size == 0
+          ? chunk
+          : size + 1);  // one more, so that the end is met; of some files it is told that they have none
   for (bool more = true; more;) {
-    const std::size_t before = text.size(), reserved = text.capacity() - before, room = reserved == 0 ? chunk : std::min(chunk, reserved);
+    const std::size_t before = text.size(), reserved = text.capacity() - before,
+                      room = reserved == 0 ? chunk : std::min(chunk, reserved);
     text.resize(before + room);
     const std::size_t got = std::fread(text.data() + before, 1, room, file.get());
     text.resize(before + got);
@@ -60,7 +71,8 @@ std::string read_file(const std::filesystem::path& path, void (*check)(const std
 
 std::string lower_ending(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending;
 }
 
@@ -71,9 +83,10 @@ std::string read_text(const std::filesystem::path& path) {
 std::string read_model_text(const std::filesystem::path& path) {
   std::error_code error;
   const std::string ending = lower_ending(path);
-  if (std::filesystem::exists(path, error) && (is_mesh_ending(ending) || ending == ".dxf" || ending == ".svg"))
-    throw Error(path.string() + ": is no model but something that a model imports; write import(file = \"" + path.filename().string() +
-                "\"); into a .csg file and run that");
+  if (std::filesystem::exists(path, error) &&
+      (is_mesh_ending(ending) || ending == ".dxf" || ending == ".svg"))
+    throw Error(path.string() + ": is no model but something that a model imports; write import(file = \"" +
+                path.filename().string() + "\"); into a .csg file and run that");
   return read_file(path, check_beginning_of_model);
 }
 

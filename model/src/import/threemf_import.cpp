@@ -10,8 +10,8 @@
 #include "import/xml_stream.hpp"
 #include "import/zip_file.hpp"
 
-// Source: 3MF Consortium, "3D Manufacturing Format, Core Specification" and "Production Extension", whose parts in other
-// files of the package are read as well. Units make no difference, as in OpenSCAD.
+// Source: 3MF Consortium, "3D Manufacturing Format, Core Specification" and "Production Extension", whose
+// parts in other files of the package are read as well. Units make no difference, as in OpenSCAD.
 namespace bsp2::model {
 namespace {
 
@@ -47,29 +47,36 @@ struct Object {
   std::vector<Instance> components;
 };
 
-std::string without_slash(std::string_view name) { return std::string(name.substr(name.starts_with('/') ? 1 : 0)); }
+std::string without_slash(std::string_view name) {
+  return std::string(name.substr(name.starts_with('/') ? 1 : 0));
+}
 
 class PackageReader {
  public:
-  PackageReader(std::string_view bytes, const std::filesystem::path& path) : zip_(open_zip(bytes, path)), path_(path) {}
+  PackageReader(std::string_view bytes, const std::filesystem::path& path)
+      : zip_(open_zip(bytes, path)), path_(path) {}
 
   ImportedMesh read() {
     const std::string root = root_part();
     parts_.emplace_back(root);
-    for (std::size_t i = 0; i < parts_.size(); ++i) read_part(std::string(parts_[i]));  // a copy: there may be more of them after it
+    for (std::size_t i = 0; i < parts_.size(); ++i)
+      read_part(std::string(parts_[i]));  // a copy: there may be more of them after it
     std::vector<Instance> open = std::move(build_);
     std::reverse(open.begin(), open.end());
     ImportedMesh mesh;
     for (std::size_t count = 0; !open.empty(); ++count) {
       if (count + open.size() > most_instances)
-        throw Error(path_.string() + ": its objects are put together from more than " + std::to_string(most_instances) + " components");
+        throw Error(path_.string() + ": its objects are put together from more than " +
+                    std::to_string(most_instances) + " components");
       const Instance instance = std::move(open.back());
       open.pop_back();
       const auto found = objects_.find(instance.object);
       if (found == objects_.end())
-        throw Error(path_.string() + ": there is no object " + std::to_string(instance.object.second) + " in " + instance.object.first);
+        throw Error(path_.string() + ": there is no object " + std::to_string(instance.object.second) +
+                    " in " + instance.object.first);
       add(found->second, instance.placement, mesh);
-      for (const Instance& component : found->second.components) open.push_back({component.object, component.placement * instance.placement});
+      for (const Instance& component : found->second.components)
+        open.push_back({component.object, component.placement * instance.placement});
     }
     return mesh;
   }
@@ -105,7 +112,8 @@ class PackageReader {
   void read_part(const std::string& part) {
     const std::unique_ptr<ZipFile::Entry> entry = zip_->open(part);
     if (!entry) throw Error(path_.string() + ": there is no " + part + " in this 3MF file");
-    XmlStream xml([&](char* buffer, int size) { return entry->read(buffer, size); }, path_.string() + ": " + part);
+    XmlStream xml([&](char* buffer, int size) { return entry->read(buffer, size); },
+                  path_.string() + ": " + part);
     if (!xml.next() || xml.name() != "model") xml.fail("expected the element 'model'");
     Object* object = nullptr;
     while (xml.next()) {
@@ -132,10 +140,13 @@ class PackageReader {
       read_triangle(xml, *object);
     } else if (name == "component" && object != nullptr) {
       Instance component = read_instance(xml, part);
-      // What is named has to stand before, so nothing is a component of itself. Other parts have no components elsewhere.
+      // What is named has to stand before, so nothing is a component of itself. Other parts have no
+      // components elsewhere.
       const bool is_elsewhere = component.object.first != part;
-      if (is_elsewhere ? part != parts_.front() : !objects_.contains(component.object) || object == &objects_.at(component.object))
-        xml.fail("a component names object " + std::to_string(component.object.second) + ", which has not been told of");
+      if (is_elsewhere ? part != parts_.front()
+                       : !objects_.contains(component.object) || object == &objects_.at(component.object))
+        xml.fail("a component names object " + std::to_string(component.object.second) +
+                 ", which has not been told of");
       object->components.push_back(std::move(component));
     } else if (name == "item" && part == parts_.front()) {
       build_.push_back(read_instance(xml, part));
@@ -161,7 +172,8 @@ class PackageReader {
       if (name != "v1" && name != "v2" && name != "v3") return;
       const std::uint32_t index = xml.index(value);
       if (index >= object.points.size())
-        xml.fail("a triangle names vertex " + std::to_string(index) + ", but there are " + std::to_string(object.points.size()) + ", the first being 0");
+        xml.fail("a triangle names vertex " + std::to_string(index) + ", but there are " +
+                 std::to_string(object.points.size()) + ", the first being 0");
       corners[static_cast<std::size_t>(name[1] - '1')] = index;
       ++given;
     });
@@ -185,18 +197,22 @@ class PackageReader {
       }
     });
     if (!has_object) xml.fail("expected the number of an object");
-    if (std::find(parts_.begin(), parts_.end(), instance.object.first) == parts_.end()) parts_.push_back(instance.object.first);
+    if (std::find(parts_.begin(), parts_.end(), instance.object.first) == parts_.end())
+      parts_.push_back(instance.object.first);
     return instance;
   }
 
   static double determinant(const Placement& m) {
-    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+    return m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) +
+           m[2] * (m[3] * m[7] - m[4] * m[6]);
   }
 
   /// A mirror image has its outside outside.
   void add(const Object& object, const Placement& placement, ImportedMesh& mesh) const {
-    if (!mesh.points.empty() && std::max(mesh.faces.size() + object.triangles.size(), mesh.points.size() + object.points.size()) > most_copied)
-      throw Error(path_.string() + ": its objects have more than " + std::to_string(most_copied) + " triangles or points together");
+    if (!mesh.points.empty() && std::max(mesh.faces.size() + object.triangles.size(),
+                                         mesh.points.size() + object.points.size()) > most_copied)
+      throw Error(path_.string() + ": its objects have more than " + std::to_string(most_copied) +
+                  " triangles or points together");
     const auto first = static_cast<std::uint32_t>(mesh.points.size());
     for (const Point3& point : object.points) {
       Point3 placed;
@@ -208,7 +224,8 @@ class PackageReader {
     }
     const bool is_mirrored = determinant(placement) < 0;
     for (const auto& [a, b, c] : object.triangles)
-      mesh.add_face(is_mirrored ? std::array{first + a, first + c, first + b} : std::array{first + a, first + b, first + c});
+      mesh.add_face(is_mirrored ? std::array{first + a, first + c, first + b}
+                                : std::array{first + a, first + b, first + c});
   }
 
   std::unique_ptr<ZipFile> zip_;
@@ -220,6 +237,8 @@ class PackageReader {
 
 }  // namespace
 
-ImportedMesh import_3mf(std::string_view bytes, const std::filesystem::path& path) { return PackageReader(bytes, path).read(); }
+ImportedMesh import_3mf(std::string_view bytes, const std::filesystem::path& path) {
+  return PackageReader(bytes, path).read();
+}
 
 }  // namespace bsp2::model

@@ -9,7 +9,8 @@
 
 namespace bsp2::model {
 
-/// The elements of an XML text, one after the other, in memory that does not grow with it. Names are without namespaces.
+/// The elements of an XML text, one after the other, in memory that does not grow with it. Names are without
+/// namespaces.
 class XmlStream {
  public:
   enum class Event : std::uint8_t { begin, text, end };
@@ -39,7 +40,8 @@ class XmlStream {
 
  private:
   static int read(void* context, char* buffer, int size);
-  static void note_error(void* context, const char* message, xmlParserSeverities severity, xmlTextReaderLocatorPtr locator);
+  static void note_error(void* context, const char* message, xmlParserSeverities severity,
+                         xmlTextReaderLocatorPtr locator);
 
   Read read_;
   std::string text_name_, problem_;

@@ -13,7 +13,9 @@ namespace {
 class OpenEntry final : public ZipFile::Entry {
  public:
   explicit OpenEntry(zip_file_t* file) : file_(file, &zip_fclose) {}
-  int read(char* buffer, int size) override { return static_cast<int>(zip_fread(file_.get(), buffer, static_cast<zip_uint64_t>(size))); }
+  int read(char* buffer, int size) override {
+    return static_cast<int>(zip_fread(file_.get(), buffer, static_cast<zip_uint64_t>(size)));
+  }
 
  private:
   std::unique_ptr<zip_file_t, int (*)(zip_file_t*)> file_;
@@ -47,7 +49,8 @@ class OpenZip final : public ZipFile {
     const zip_int64_t entries = zip_get_num_entries(archive_.get(), 0);
     for (zip_int64_t i = 0; i < entries; ++i) {
       const char* name = zip_get_name(archive_.get(), static_cast<zip_uint64_t>(i), 0);
-      if (name != nullptr && std::string_view(name).ends_with(ending)) return opened(zip_fopen_index(archive_.get(), static_cast<zip_uint64_t>(i), 0));
+      if (name != nullptr && std::string_view(name).ends_with(ending))
+        return opened(zip_fopen_index(archive_.get(), static_cast<zip_uint64_t>(i), 0));
     }
     return opened(entries > 0 ? zip_fopen_index(archive_.get(), 0, 0) : nullptr);
   }
@@ -56,7 +59,9 @@ class OpenZip final : public ZipFile {
   std::unique_ptr<zip_t, void (*)(zip_t*)> archive_;
 };
 
-std::unique_ptr<ZipFile> open_archive(std::string_view bytes, const std::filesystem::path& path) { return std::make_unique<OpenZip>(bytes, path); }
+std::unique_ptr<ZipFile> open_archive(std::string_view bytes, const std::filesystem::path& path) {
+  return std::make_unique<OpenZip>(bytes, path);
+}
 
 }  // namespace
 }  // namespace bsp2::model

@@ -26,11 +26,13 @@ struct Box3 {
     return true;
   }
   void unite(const Box3& other) {
-    for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], other.low[k]), high[k] = std::max(high[k], other.high[k]);
+    for (std::size_t k = 0; k < 3; ++k)
+      low[k] = std::min(low[k], other.low[k]), high[k] = std::max(high[k], other.high[k]);
   }
 };
 
-/// A tree over boxes, halved at the median along the longest axis. Node i has the children 2 i + 1 and 2 i + 2.
+/// A tree over boxes, halved at the median along the longest axis. Node i has the children 2 i + 1 and 2 i
+/// + 2.
 class BoxTree {
  public:
   /// A node and the boxes below it.
@@ -88,8 +90,8 @@ class BoxTree {
     return all;
   }
 
-  /// Calls visit(i, j) for each pair of boxes that meet, one of branch k and the other one of it, too, or of a later branch, until it answers
-  /// true. @return whether it did.
+  /// Calls visit(i, j) for each pair of boxes that meet, one of branch k and the other one of it, too, or of
+  /// a later branch, until it answers true. @return whether it did.
   template <typename Visit>
   bool visit_meeting_pairs(std::span<const Branch> branches, std::size_t k, Visit&& visit) const {
     std::vector<std::pair<Branch, Branch>> open;
@@ -102,13 +104,15 @@ class BoxTree {
       if (one.is_leaf() && other.is_leaf()) {
         for (std::size_t i = 0; i < one.items.size(); ++i)
           for (std::size_t j = same ? i + 1 : 0; j < other.items.size(); ++j)
-            if (boxes_[one.items[i]].meets(boxes_[other.items[j]]) && visit(one.items[i], other.items[j])) return true;
+            if (boxes_[one.items[i]].meets(boxes_[other.items[j]]) && visit(one.items[i], other.items[j]))
+              return true;
       } else if (same) {
         const auto [a, b] = one.halves();
         open.insert(open.end(), {{a, a}, {a, b}, {b, b}});
       } else {
         const bool first = one.items.size() >= other.items.size();  // and so no leaf
-        for (const Branch& half : (first ? one : other).halves()) open.emplace_back(half, first ? other : one);
+        for (const Branch& half : (first ? one : other).halves())
+          open.emplace_back(half, first ? other : one);
       }
     }
     return false;
@@ -125,9 +129,11 @@ class BoxTree {
     for (std::size_t k = 1; k < 3; ++k)
       if (all.high[k] - all.low[k] > all.high[axis] - all.low[axis]) axis = k;
     const std::size_t half = items.size() / 2;
-    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return boxes_[a].low[axis] + boxes_[a].high[axis] < boxes_[b].low[axis] + boxes_[b].high[axis];
-    });
+    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(half), items.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       return boxes_[a].low[axis] + boxes_[a].high[axis] <
+                              boxes_[b].low[axis] + boxes_[b].high[axis];
+                     });
     build(2 * node + 1, items.first(half));
     build(2 * node + 2, items.subspan(half));
   }

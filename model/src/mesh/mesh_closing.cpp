@@ -169,11 +169,14 @@ std::vector<OpenEdge> open_edges(const FaceCycles& faces) {
   for_each_edge([&](std::uint32_t low, std::uint32_t, int) { ++ends[low + std::size_t{1}]; });
   std::partial_sum(ends.begin(), ends.end(), ends.begin());
   std::vector<Use> uses(ends.back());
-  for_each_edge([&](std::uint32_t low, std::uint32_t high, int direction) { uses[ends[low]++] = {high, direction}; });
+  for_each_edge([&](std::uint32_t low, std::uint32_t high, int direction) {
+    uses[ends[low]++] = {high, direction};
+  });
 
   std::vector<OpenEdge> open;
   for (std::uint32_t low = 0, begin = 0; low + std::size_t{1} < ends.size(); begin = ends[low++]) {
-    std::sort(uses.begin() + begin, uses.begin() + ends[low], [](const Use& x, const Use& y) { return x.high < y.high; });
+    std::sort(uses.begin() + begin, uses.begin() + ends[low],
+              [](const Use& x, const Use& y) { return x.high < y.high; });
     for (std::uint32_t i = begin; i < ends[low];) {
       const std::uint32_t high = uses[i].high;
       int excess = 0;
@@ -220,7 +223,8 @@ FaceCycles weld(const std::vector<Point3>& points, const FaceCycles& faces, cons
 
 FaceCycles split_at_t_vertices(const std::vector<Point3>& points, FaceCycles faces,
                                const Tolerance& tolerance) {
-  std::size_t left = 0;  // far more than a mesh with a few gaps has, in all rounds: in a heap each makes many times as many as the last one
+  std::size_t left = 0;  // far more than a mesh with a few gaps has, in all rounds: in a heap each makes many
+                         // times as many as the last one
   for (int round = 0; round < 8;
        ++round) {  // inserting bends an edge a little, within the tolerance: then once more
     const std::vector<OpenEdge> edges = open_edges(faces);

@@ -13,8 +13,8 @@
 
 #include "bsp2/geometry/support/parallel.hpp"
 #include "mesh/box_tree.hpp"
-#include "text/csg_arguments.hpp"
 #include "mesh/mesh_line.hpp"
+#include "text/csg_arguments.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -29,12 +29,14 @@ class CrossingFinder {
   /// The first one in the order of the triangles.
   std::optional<MeshCrossing> first() {
     for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
-      if (tree_.visit_meeting(
-              tree_[t], [&](std::uint32_t other) { return other != t && (edges_cross(other, t) || (other < t && overlaps(other, t))); }))
+      if (tree_.visit_meeting(tree_[t], [&](std::uint32_t other) {
+            return other != t && (edges_cross(other, t) || (other < t && overlaps(other, t)));
+          }))
         return found_;
     return std::nullopt;
   }
-  /// Whether there is any where branch k meets itself or later ones, in the order of the tree: that is twice as fast.
+  /// Whether there is any where branch k meets itself or later ones, in the order of the tree: that is twice
+  /// as fast.
   bool any(std::span<const BoxTree::Branch> branches, std::size_t k) {
     return tree_.visit_meeting_pairs(branches, k, [&](std::uint32_t i, std::uint32_t j) {
       return edges_cross(i, j) || edges_cross(j, i) || overlaps(std::min(i, j), std::max(i, j));
@@ -49,14 +51,16 @@ class CrossingFinder {
   }
 
  private:
-  /// Whether an edge of one triangle goes through another. Each edge is an edge of two triangles; one of them, in which it
-  /// ascends, is enough.
+  /// Whether an edge of one triangle goes through another. Each edge is an edge of two triangles; one of
+  /// them, in which it ascends, is enough.
   bool edges_cross(std::uint32_t edges_of, std::uint32_t triangle) {
     const auto& own = mesh_.triangles[edges_of];
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t p = own[k], q = own[(k + 1) % 3];
       const auto& other = mesh_.triangles[triangle];
-      const auto is_corner = [&](std::uint32_t v) { return std::find(other.begin(), other.end(), v) != other.end(); };
+      const auto is_corner = [&](std::uint32_t v) {
+        return std::find(other.begin(), other.end(), v) != other.end();
+      };
       if (p < q && !is_corner(p) && !is_corner(q) && crosses(p, q, triangle)) return true;
     }
     return false;
@@ -85,7 +89,8 @@ class CrossingFinder {
     return true;
   }
 
-  /// Where an edge hits an edge of a triangle: whether it goes through the other triangle there as well, in the same direction.
+  /// Where an edge hits an edge of a triangle: whether it goes through the other triangle there as well, in
+  /// the same direction.
   bool crosses_neighbour(std::uint32_t p, std::uint32_t q, std::uint32_t triangle, std::size_t k, int side) {
     const auto& corners = mesh_.triangles[triangle];
     const auto [low, high] = std::minmax(corners[k], corners[(k + 1) % 3]);
@@ -93,8 +98,8 @@ class CrossingFinder {
     return !is_new && seen->second != triangle;
   }
 
-  /// Whether two triangles in one plane have inner points in common where the mesh winds around one side by two times more than
-  /// around the other.
+  /// Whether two triangles in one plane have inner points in common where the mesh winds around one side by
+  /// two times more than around the other.
   bool overlaps(std::uint32_t one, std::uint32_t other) {
     const auto &s = mesh_.triangles[one], &t = mesh_.triangles[other];
     const auto& at = mesh_.points;
@@ -124,35 +129,45 @@ class CrossingFinder {
   /// Whether an edge of one triangle parts them. @param side how both are wound.
   static bool are_parted(const std::array<Point2, 3>& p, const std::array<Point2, 3>& q, int side) {
     for (std::size_t k = 0; k < 3; ++k)
-      if (std::all_of(q.begin(), q.end(), [&](const Point2& v) { return side * orientation(p[k], p[(k + 1) % 3], v) <= 0; })) return true;
+      if (std::all_of(q.begin(), q.end(),
+                      [&](const Point2& v) { return side * orientation(p[k], p[(k + 1) % 3], v) <= 0; }))
+        return true;
     return false;
   }
 
-  /// A point strictly inside both: about the middle of what they share, which is clipped in rounded arithmetic.
-  static std::optional<Point2> common_point(const std::array<Point2, 3>& p, const std::array<Point2, 3>& q, int side) {
+  /// A point strictly inside both: about the middle of what they share, which is clipped in rounded
+  /// arithmetic.
+  static std::optional<Point2> common_point(const std::array<Point2, 3>& p, const std::array<Point2, 3>& q,
+                                            int side) {
     std::vector<Point2> shared(p.begin(), p.end());
     for (std::size_t k = 0; k < 3; ++k) {
       const Point2 &a = q[k], &b = q[(k + 1) % 3];
-      const auto depth = [&](const Point2& v) { return side * ((b.u - a.u) * (v.v - a.v) - (b.v - a.v) * (v.u - a.u)); };
+      const auto depth = [&](const Point2& v) {
+        return side * ((b.u - a.u) * (v.v - a.v) - (b.v - a.v) * (v.u - a.u));
+      };
       std::vector<Point2> rest;
       for (std::size_t i = 0; i < shared.size(); ++i) {
         const Point2 &from = shared[i], &to = shared[(i + 1) % shared.size()];
         const double x = depth(from), y = depth(to);
         if (x >= 0) rest.push_back(from);
-        if ((x > 0 && y < 0) || (x < 0 && y > 0)) rest.push_back({from.u + x / (x - y) * (to.u - from.u), from.v + x / (x - y) * (to.v - from.v)});
+        if ((x > 0 && y < 0) || (x < 0 && y > 0))
+          rest.push_back({from.u + x / (x - y) * (to.u - from.u), from.v + x / (x - y) * (to.v - from.v)});
       }
       shared = std::move(rest);
     }
     if (shared.size() < 3) return std::nullopt;
     Point2 middle{0, 0};
-    for (const Point2& v : shared) middle.u += v.u / static_cast<double>(shared.size()), middle.v += v.v / static_cast<double>(shared.size());
+    for (const Point2& v : shared)
+      middle.u += v.u / static_cast<double>(shared.size()),
+          middle.v += v.v / static_cast<double>(shared.size());
     for (const auto& triangle : {p, q})
       for (std::size_t k = 0; k < 3; ++k)
         if (side * orientation(triangle[k], triangle[(k + 1) % 3], middle) <= 0) return std::nullopt;
     return middle;
   }
 
-  /// How many triangles in the plane of this one cover the point, those wound in opposite ways cancelling each other.
+  /// How many triangles in the plane of this one cover the point, those wound in opposite ways cancelling
+  /// each other.
   [[nodiscard]] int times_covered(const Point2& at, int axis, std::uint32_t triangle) const {
     const auto k = static_cast<std::size_t>(axis);
     Box3 line = tree_[triangle];
@@ -181,9 +196,11 @@ std::string point_text(const Point3& p) {
 }  // namespace
 
 std::optional<MeshCrossing> self_crossing(const TriangleMesh& mesh, unsigned threads) {
-  constexpr std::size_t parts_of_thread = 32, most_parts = 256, triangles_of_part = 256;  // each part is held against all later ones
+  constexpr std::size_t parts_of_thread = 32, most_parts = 256,
+                        triangles_of_part = 256;  // each part is held against all later ones
   const BoxTree tree(triangle_boxes(mesh));
-  const std::size_t parts = std::min({parts_of_thread * threads, most_parts, mesh.triangles.size() / triangles_of_part});
+  const std::size_t parts =
+      std::min({parts_of_thread * threads, most_parts, mesh.triangles.size() / triangles_of_part});
   const auto branches = tree.branches(threads > 1 ? parts : 1);
   std::vector<CrossingFinder> finders(branches.size(), CrossingFinder(mesh, tree));
   std::atomic<bool> found = false;
@@ -201,8 +218,10 @@ std::string text_of(const MeshCrossing& crossing) {
     return text;
   };
   if (crossing.other.size() == 2)
-    return "the edge from " + point_text(crossing.other[0]) + " to " + point_text(crossing.other[1]) + " goes through the triangle " + list(crossing.triangle);
-  return "the triangle " + list(crossing.other) + " and the triangle " + list(crossing.triangle) + " cover each other in part, wound alike in one plane";
+    return "the edge from " + point_text(crossing.other[0]) + " to " + point_text(crossing.other[1]) +
+           " goes through the triangle " + list(crossing.triangle);
+  return "the triangle " + list(crossing.other) + " and the triangle " + list(crossing.triangle) +
+         " cover each other in part, wound alike in one plane";
 }
 
 }  // namespace bsp2::model

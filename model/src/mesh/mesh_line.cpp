@@ -25,14 +25,20 @@ struct Bounded {
     // Twice the unit roundoff, for the rounding of the bound itself; and what underflow may lose.
     return {value, error * (1 + 1e-15) + 2.3e-16 * std::fabs(value) + 1e-300};
   }
-  friend Bounded operator+(const Bounded& a, const Bounded& b) { return rounded(a.value + b.value, a.error + b.error); }
-  friend Bounded operator-(const Bounded& a, const Bounded& b) { return rounded(a.value - b.value, a.error + b.error); }
+  friend Bounded operator+(const Bounded& a, const Bounded& b) {
+    return rounded(a.value + b.value, a.error + b.error);
+  }
+  friend Bounded operator-(const Bounded& a, const Bounded& b) {
+    return rounded(a.value - b.value, a.error + b.error);
+  }
   friend Bounded operator*(const Bounded& a, const Bounded& b) {
-    return rounded(a.value * b.value, std::fabs(a.value) * b.error + std::fabs(b.value) * a.error + a.error * b.error);
+    return rounded(a.value * b.value,
+                   std::fabs(a.value) * b.error + std::fabs(b.value) * a.error + a.error * b.error);
   }
   friend Bounded operator/(const Bounded& a, const Bounded& b) {
     const double value = a.value / b.value, least = std::fabs(b.value) - b.error;
-    return rounded(value, least > 0 ? (a.error + std::fabs(value) * b.error) / least : std::numeric_limits<double>::infinity());
+    return rounded(value, least > 0 ? (a.error + std::fabs(value) * b.error) / least
+                                    : std::numeric_limits<double>::infinity());
   }
 };
 
@@ -46,11 +52,12 @@ template <typename Number>
 Number height(const TriangleMesh& mesh, std::uint32_t triangle, int axis, const Point2& at) {
   const auto& [a, b, c] = mesh.triangles[triangle];
   const auto k = static_cast<std::size_t>(axis);
-  const Point2 pa = along(axis, mesh.points[a]), pb = along(axis, mesh.points[b]), pc = along(axis, mesh.points[c]);
+  const Point2 pa = along(axis, mesh.points[a]), pb = along(axis, mesh.points[b]),
+               pc = along(axis, mesh.points[c]);
   const Number low{mesh.points[a][k]};
-  return low +
-         (cross_at<Number>(pa, at, pc) * (Number{mesh.points[b][k]} - low) + cross_at<Number>(pa, pb, at) * (Number{mesh.points[c][k]} - low)) /
-             cross_at<Number>(pa, pb, pc);
+  return low + (cross_at<Number>(pa, at, pc) * (Number{mesh.points[b][k]} - low) +
+                cross_at<Number>(pa, pb, at) * (Number{mesh.points[c][k]} - low)) /
+                   cross_at<Number>(pa, pb, pc);
 }
 
 }  // namespace
@@ -70,9 +77,10 @@ std::vector<Box3> triangle_boxes(const TriangleMesh& mesh) {
 bool are_coplanar(const TriangleMesh& mesh, std::uint32_t t, std::uint32_t u) {
   const auto& [a, b, c] = mesh.triangles[t];
   const auto& at = mesh.points;
-  return std::all_of(mesh.triangles[u].begin(), mesh.triangles[u].end(), [&, a = a, b = b, c = c](std::uint32_t v) {
-    return v == a || v == b || v == c || orientation(at[a], at[b], at[c], at[v]) == 0;
-  });
+  return std::all_of(mesh.triangles[u].begin(), mesh.triangles[u].end(),
+                     [&, a = a, b = b, c = c](std::uint32_t v) {
+                       return v == a || v == b || v == c || orientation(at[a], at[b], at[c], at[v]) == 0;
+                     });
 }
 
 int axis_across(const TriangleMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
@@ -92,13 +100,18 @@ Point2 along(int axis, const Point3& p) {
   return {p[(k + 1) % 3], p[(k + 2) % 3]};
 }
 
-std::optional<Point2> point_near(const TriangleMesh& mesh, std::uint32_t triangle, std::size_t corner, int axis) {
+std::optional<Point2> point_near(const TriangleMesh& mesh, std::uint32_t triangle, std::size_t corner,
+                                 int axis) {
   Point2 p[3];
-  for (std::size_t i = 0; i < 3; ++i) p[i] = along(axis, mesh.points[mesh.triangles[triangle][(corner + i) % 3]]);
-  const auto mixed = [](double a, double b, double c) { return a * (27.0 / 32) + b * (3.0 / 32) + c * (2.0 / 32); };
+  for (std::size_t i = 0; i < 3; ++i)
+    p[i] = along(axis, mesh.points[mesh.triangles[triangle][(corner + i) % 3]]);
+  const auto mixed = [](double a, double b, double c) {
+    return a * (27.0 / 32) + b * (3.0 / 32) + c * (2.0 / 32);
+  };
   const Point2 at{mixed(p[0].u, p[1].u, p[2].u), mixed(p[0].v, p[1].v, p[2].v)};
   const int side = orientation(p[0], p[1], at);
-  if (side == 0 || orientation(p[1], p[2], at) != side || orientation(p[2], p[0], at) != side) return std::nullopt;
+  if (side == 0 || orientation(p[1], p[2], at) != side || orientation(p[2], p[0], at) != side)
+    return std::nullopt;
   return at;
 }
 
@@ -121,7 +134,8 @@ int compare_heights(const TriangleMesh& mesh, std::uint32_t u, std::uint32_t t, 
   if (u_high < t_low) return -1;
   if (u_low > t_high) return 1;
   const Bounded difference = height<Bounded>(mesh, u, axis, at) - height<Bounded>(mesh, t, axis, at);
-  if (std::fabs(difference.value) > difference.error && std::isfinite(difference.value)) return difference.value < 0 ? -1 : 1;
+  if (std::fabs(difference.value) > difference.error && std::isfinite(difference.value))
+    return difference.value < 0 ? -1 : 1;
   if (are_coplanar(mesh, t, u)) return 0;
   const int order = height<Rational>(mesh, u, axis, at).compare(height<Rational>(mesh, t, axis, at));
   return (order > 0) - (order < 0);

@@ -11,16 +11,21 @@
 namespace bsp2::model {
 namespace {
 
-constexpr double largest_share = 1e-3;   ///< of the mesh's size, that corners may be apart
-constexpr double share_of_edge = 0.5;    ///< of the shortest edge there
-constexpr int exponents[] = {-16, -12, -9, -7, -5, -4, -3, -2, -1, 0};  ///< of two, of the distances that are tried: shares of the largest one
+constexpr double largest_share = 1e-3;  ///< of the mesh's size, that corners may be apart
+constexpr double share_of_edge = 0.5;   ///< of the shortest edge there
+constexpr int exponents[] = {
+    -16, -12, -9, -7, -5,
+    -4,  -3,  -2, -1, 0};  ///< of two, of the distances that are tried: shares of the largest one
 constexpr std::size_t most_near = 256;   ///< corners that one is held against at a time
 constexpr std::size_t most_seen = 4096;  ///< of those in the boxes around them
-constexpr double least_gain = 0.01;    ///< a larger distance has to close so much more
+constexpr double least_gain = 0.01;      ///< a larger distance has to close so much more
 
-double distance_of(const Point3& p, const Point3& q) { return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]); }
+double distance_of(const Point3& p, const Point3& q) {
+  return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+}
 
-/// Along the axis along which it is largest, but for the outermost corners: a damaged file may have some that lie anywhere.
+/// Along the axis along which it is largest, but for the outermost corners: a damaged file may have some that
+/// lie anywhere.
 double size_of(const std::vector<Point3>& points, const FaceCycles& faces) {
   constexpr std::size_t outermost = 50;  // one in so many, at either end
   std::vector<double> x(faces.corners.size());
@@ -39,7 +44,8 @@ double size_of(const std::vector<Point3>& points, const FaceCycles& faces) {
 /// The corners merged so far: which one stands for each.
 class Clusters {
  public:
-  Clusters(const std::vector<Point3>& points, const FaceCycles& faces) : points_(points), root_(points.size()), uses_(points.size()), limit_(points.size()) {
+  Clusters(const std::vector<Point3>& points, const FaceCycles& faces)
+      : points_(points), root_(points.size()), uses_(points.size()), limit_(points.size()) {
     std::iota(root_.begin(), root_.end(), 0u);
     std::fill(limit_.begin(), limit_.end(), std::numeric_limits<double>::infinity());
     for (std::size_t f = 0; f < faces.size(); ++f) {
@@ -90,9 +96,11 @@ class Clusters {
   const std::vector<Point3>& points_;
   std::vector<std::uint32_t> root_, uses_;
   std::vector<double> limit_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> joins_;  // a corner that is gone, and what stands for it
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>
+      joins_;  // a corner that is gone, and what stands for it
 
-  /// Those that stand for them have to be as near: else a chain of corners would make one of the ends of an edge.
+  /// Those that stand for them have to be as near: else a chain of corners would make one of the ends of an
+  /// edge.
   void join(std::uint32_t a, std::uint32_t b, double distance) {
     a = of(a), b = of(b);
     if (a == b || distance_of(points_[a], points_[b]) > std::min({distance, limit_[a], limit_[b]})) return;
@@ -149,9 +157,14 @@ MergedCorners merged_corners(const std::vector<Point3>& points, const FaceCycles
     const auto of = [&](std::uint32_t corner) { return clusters.of(corner); };
     attempts.push_back({lone_edges(faces, of).size(), clusters.merged()});
   }
-  const auto least = std::min_element(attempts.begin(), attempts.end(), [](const Attempt& x, const Attempt& y) { return x.open < y.open; })->open;
+  const auto least =
+      std::min_element(attempts.begin(), attempts.end(), [](const Attempt& x, const Attempt& y) {
+        return x.open < y.open;
+      })->open;
   const double enough = static_cast<double>(least) + least_gain * static_cast<double>(lone.size() - least);
-  const auto chosen = std::find_if(attempts.begin(), attempts.end(), [&](const Attempt& attempt) { return static_cast<double>(attempt.open) <= enough; });
+  const auto chosen = std::find_if(attempts.begin(), attempts.end(), [&](const Attempt& attempt) {
+    return static_cast<double>(attempt.open) <= enough;
+  });
   clusters.keep(chosen->merged);
   for (std::uint32_t& corner : result.faces.corners) corner = clusters.of(corner);
   std::vector<bool> seen(points.size());

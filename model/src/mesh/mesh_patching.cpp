@@ -24,28 +24,35 @@ Point3 unit(const Point3& p) {
   return {p[0] / l, p[1] / l, p[2] / l};
 }
 
-/// An edge that a hole's triangles have to use, from `from` to `to`, and the direction of the face on its other side.
+/// An edge that a hole's triangles have to use, from `from` to `to`, and the direction of the face on its
+/// other side.
 struct RimEdge {
   std::uint32_t from, to;
   Point3 normal;
 };
 
 /// A face at each open edge, by the edge's place in `open`.
-std::vector<Point3> normals_at(const std::vector<Point3>& points, const FaceCycles& faces, const std::vector<OpenEdge>& open) {
+std::vector<Point3> normals_at(const std::vector<Point3>& points, const FaceCycles& faces,
+                               const std::vector<OpenEdge>& open) {
   std::vector<Point3> normals(open.size());
   std::vector<bool> is_end(points.size());
   for (const OpenEdge& edge : open) is_end[edge.a] = is_end[edge.b] = true;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     const auto face = faces[f];
     for (std::size_t i = 0; i < face.size(); ++i) {
-      const std::uint32_t from = face[i], to = face[(i + 1) % face.size()], a = std::min(from, to), b = std::max(from, to);
+      const std::uint32_t from = face[i], to = face[(i + 1) % face.size()], a = std::min(from, to),
+                          b = std::max(from, to);
       if (!is_end[a] || !is_end[b]) continue;
-      const auto at = std::lower_bound(open.begin(), open.end(), std::pair(a, b),
-                                       [](const OpenEdge& edge, const std::pair<std::uint32_t, std::uint32_t>& key) { return std::pair(edge.a, edge.b) < key; });
+      const auto at =
+          std::lower_bound(open.begin(), open.end(), std::pair(a, b),
+                           [](const OpenEdge& edge, const std::pair<std::uint32_t, std::uint32_t>& key) {
+                             return std::pair(edge.a, edge.b) < key;
+                           });
       if (at == open.end() || at->a != a || at->b != b || (at->excess > 0) != (from < to)) continue;
       Point3 sum{};
       for (std::size_t j = 1; j + 1 < face.size(); ++j) {
-        const Point3 part = cross(minus(points[face[j]], points[face[0]]), minus(points[face[j + 1]], points[face[0]]));
+        const Point3 part =
+            cross(minus(points[face[j]], points[face[0]]), minus(points[face[j + 1]], points[face[0]]));
         for (int k = 0; k < 3; ++k) sum[k] += part[k];
       }
       normals[static_cast<std::size_t>(at - open.begin())] = unit(sum);
@@ -57,14 +64,18 @@ std::vector<Point3> normals_at(const std::vector<Point3>& points, const FaceCycl
 /// The rims as loops that go through no corner twice.
 class LoopFinder {
  public:
-  LoopFinder(const std::vector<Point3>& points, const FaceCycles& faces, const std::vector<OpenEdge>& open) : points_(points) {
+  LoopFinder(const std::vector<Point3>& points, const FaceCycles& faces, const std::vector<OpenEdge>& open)
+      : points_(points) {
     const std::vector<Point3> normals = normals_at(points, faces, open);
     for (std::size_t i = 0; i < open.size(); ++i)
       for (int times = std::abs(open[i].excess); times > 0; --times) {
         const OpenEdge& edge = open[i];
-        edges_.push_back(edge.excess > 0 ? RimEdge{edge.b, edge.a, normals[i]} : RimEdge{edge.a, edge.b, normals[i]});
+        edges_.push_back(edge.excess > 0 ? RimEdge{edge.b, edge.a, normals[i]}
+                                         : RimEdge{edge.a, edge.b, normals[i]});
       }
-    std::stable_sort(edges_.begin(), edges_.end(), [](const RimEdge& x, const RimEdge& y) { return std::tie(x.from, x.to) < std::tie(y.from, y.to); });
+    std::stable_sort(edges_.begin(), edges_.end(), [](const RimEdge& x, const RimEdge& y) {
+      return std::tie(x.from, x.to) < std::tie(y.from, y.to);
+    });
     used_.resize(edges_.size());
     first_.resize(points.size());
     for (std::size_t i = edges_.size(); i-- > 0;) first_[edges_[i].from] = i;
@@ -74,7 +85,8 @@ class LoopFinder {
   template <typename Visit>
   void run(Visit&& visit) {
     constexpr std::size_t none = ~std::size_t{0};
-    std::vector<std::size_t> place(points_.size(), none);  // of a corner in the path, as the beginning of its edge
+    std::vector<std::size_t> place(points_.size(),
+                                   none);  // of a corner in the path, as the beginning of its edge
     std::vector<RimEdge> path;
     for (std::size_t first = 0; first < edges_.size(); ++first) {
       if (used_[first]) continue;
@@ -102,30 +114,35 @@ class LoopFinder {
   const std::vector<Point3>& points_;
   std::vector<RimEdge> edges_;  ///< by their beginnings
   std::vector<bool> used_;
-  std::vector<std::size_t> first_;  ///< of the edges from a corner, or a later one where those before it are used
+  std::vector<std::size_t>
+      first_;  ///< of the edges from a corner, or a later one where those before it are used
 
-  /// An edge that goes on from this one. There is one, since as many lead to a corner as from there. Where there are several, holes
-  /// meet: the next one around the corner is on the rim of the same hole.
+  /// An edge that goes on from this one. There is one, since as many lead to a corner as from there. Where
+  /// there are several, holes meet: the next one around the corner is on the rim of the same hole.
   std::size_t next_of(const RimEdge& edge) {
     constexpr std::size_t most_seen = 64;
     std::size_t& first = first_[edge.to];
     while (used_[first]) ++first;
     std::size_t best = first;
     double least = std::numeric_limits<double>::infinity();
-    for (std::size_t at = first; at < edges_.size() && edges_[at].from == edge.to && at < first + most_seen; ++at) {
+    for (std::size_t at = first; at < edges_.size() && edges_[at].from == edge.to && at < first + most_seen;
+         ++at) {
       const double angle = used_[at] ? least : angle_between(edge, edges_[at]);
       if (angle < least) least = angle, best = at;
     }
     return best;
   }
 
-  /// Around the corner between them clockwise, seen from outside, from the first edge to the second one: what the hole takes.
+  /// Around the corner between them clockwise, seen from outside, from the first edge to the second one: what
+  /// the hole takes.
   [[nodiscard]] double angle_between(const RimEdge& in, const RimEdge& out) const {
     Point3 normal = in.normal;
     for (int k = 0; k < 3; ++k) normal[k] += out.normal[k];
     normal = unit(normal);
-    const Point3 back = unit(minus(points_[in.from], points_[in.to])), on = unit(minus(points_[out.to], points_[out.from]));
-    const double angle = std::atan2(dot(cross(on, back), normal), dot(on, back) - dot(on, normal) * dot(back, normal));
+    const Point3 back = unit(minus(points_[in.from], points_[in.to])),
+                 on = unit(minus(points_[out.to], points_[out.from]));
+    const double angle =
+        std::atan2(dot(cross(on, back), normal), dot(on, back) - dot(on, normal) * dot(back, normal));
     return angle > 0 ? angle : angle + 2 * std::numbers::pi;
   }
 };
@@ -133,7 +150,8 @@ class LoopFinder {
 /// The triangles over a loop that bend least.
 class BendingFiller {
  public:
-  BendingFiller(const std::vector<Point3>& points, std::span<const RimEdge> loop) : points_(points), loop_(loop), size_(loop.size()), best_(size_ * size_) {}
+  BendingFiller(const std::vector<Point3>& points, std::span<const RimEdge> loop)
+      : points_(points), loop_(loop), size_(loop.size()), best_(size_ * size_) {}
 
   void fill(std::vector<Triangle>& triangles) {
     for (std::size_t i = 0; i + 1 < size_; ++i) at(i, i + 1) = {0, 0, i, loop_[i].normal};
@@ -151,7 +169,8 @@ class BendingFiller {
   }
 
  private:
-  /// Triangles over the part of the loop from corner i to corner j, and the direction of the one at the edge between these.
+  /// Triangles over the part of the loop from corner i to corner j, and the direction of the one at the edge
+  /// between these.
   struct Part {
     double bend = 0, area = 0;
     std::size_t apex = 0;
@@ -169,7 +188,8 @@ class BendingFiller {
   [[nodiscard]] double bend(const Point3& one, const Point3& other, std::size_t i, std::size_t j) const {
     const double cosine = dot(one, other);
     const bool is_known = dot(one, one) > 0 && dot(other, other) > 0;
-    return (is_known ? std::acos(std::clamp(cosine, -1.0, 1.0)) : std::numbers::pi / 2) * length(minus(corner(i), corner(j)));
+    return (is_known ? std::acos(std::clamp(cosine, -1.0, 1.0)) : std::numbers::pi / 2) *
+           length(minus(corner(i), corner(j)));
   }
 
   void choose(std::size_t i, std::size_t j) {
@@ -177,8 +197,10 @@ class BendingFiller {
     Part best;
     for (std::size_t k = i + 1; k < j; ++k) {
       const Part &left = at(i, k), &right = at(k, j);
-      const Point3 area = cross(minus(corner(k), corner(i)), minus(corner(j), corner(i))), normal = unit(area);
-      Part part{left.bend + right.bend + bend(normal, left.normal, i, k) + bend(normal, right.normal, k, j), left.area + right.area + length(area), k, normal};
+      const Point3 area = cross(minus(corner(k), corner(i)), minus(corner(j), corner(i))),
+                   normal = unit(area);
+      Part part{left.bend + right.bend + bend(normal, left.normal, i, k) + bend(normal, right.normal, k, j),
+                left.area + right.area + length(area), k, normal};
       if (i == 0 && j == size_ - 1) part.bend += bend(normal, loop_[j].normal, j, i);
       if (is_first || is_better(part, best)) best = part;
       is_first = false;

@@ -14,7 +14,8 @@
 namespace bsp2::model {
 namespace {
 
-FaceCycles select(const FaceCycles& faces, const std::vector<bool>& dropped, const std::vector<bool>& reversed) {
+FaceCycles select(const FaceCycles& faces, const std::vector<bool>& dropped,
+                  const std::vector<bool>& reversed) {
   FaceCycles result;
   for (std::size_t f = 0; f < faces.size(); ++f) {
     if (dropped[f]) continue;
@@ -28,7 +29,6 @@ FaceCycles select(const FaceCycles& faces, const std::vector<bool>& dropped, con
   return result;
 }
 
-
 /// Member i of Halton's sequence, in [0, 1): spread evenly, and always the same.
 double halton(std::uint32_t i, std::uint32_t base) {
   double result = 0, share = 1;
@@ -39,7 +39,8 @@ double halton(std::uint32_t i, std::uint32_t base) {
   return result;
 }
 
-/// What winds around the inside of a solid with a hole: 5/6 where a cube lacks a face, 1/2 at worst, in a shallow dish.
+/// What winds around the inside of a solid with a hole: 5/6 where a cube lacks a face, 1/2 at worst, in a
+/// shallow dish.
 constexpr double least_share = 0.6;
 
 /// A connected part of a mesh with its caps.
@@ -71,7 +72,8 @@ bool is_sheet(const std::vector<Point3>& points, const Part& part, std::size_t m
   for (const auto* triangles : {&part.own, &part.caps})
     for (const Triangle& triangle : *triangles)
       for (const std::uint32_t corner : triangle)
-        for (int k = 0; k < 3; ++k) low[k] = std::min(low[k], points[corner][k]), high[k] = std::max(high[k], points[corner][k]);
+        for (int k = 0; k < 3; ++k)
+          low[k] = std::min(low[k], points[corner][k]), high[k] = std::max(high[k], points[corner][k]);
   std::size_t inside = 0;
   double sum = 0;
   for (std::uint32_t i = 1; i <= most && inside < enough_samples; ++i) {
@@ -85,8 +87,8 @@ bool is_sheet(const std::vector<Point3>& points, const Part& part, std::size_t m
   return inside == 0 || sum < least_share * static_cast<double>(inside);
 }
 
-/// The cycle from its smallest corner on, in the direction in which the smaller of that one's neighbours follows. @param turned whether that
-/// is not the face's own direction.
+/// The cycle from its smallest corner on, in the direction in which the smaller of that one's neighbours
+/// follows. @param turned whether that is not the face's own direction.
 std::vector<std::uint32_t> undirected(std::span<const std::uint32_t> face, bool& turned) {
   std::vector<std::uint32_t> cycle(face.begin(), face.end());
   turned = false;
@@ -103,7 +105,8 @@ class EdgeUses {
   template <typename Faces>
   explicit EdgeUses(const Faces& faces) {
     for (const auto& face : faces)
-      for (std::size_t i = 0; i < face.size(); ++i) edges_.push_back(key(face[i], face[(i + 1) % face.size()]));
+      for (std::size_t i = 0; i < face.size(); ++i)
+        edges_.push_back(key(face[i], face[(i + 1) % face.size()]));
     std::sort(edges_.begin(), edges_.end());
   }
   [[nodiscard]] std::size_t of(std::uint32_t a, std::uint32_t b) const {
@@ -112,7 +115,9 @@ class EdgeUses {
   }
 
  private:
-  static std::uint64_t key(std::uint32_t a, std::uint32_t b) { return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b); }
+  static std::uint64_t key(std::uint32_t a, std::uint32_t b) {
+    return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
+  }
   std::vector<std::uint64_t> edges_;
 };
 
@@ -131,7 +136,8 @@ FaceCycles without_duplicates(const FaceCycles& faces, std::size_t& dropped, std
   dropped = 0;
   for (std::size_t i = 1; i < cycles.size(); ++i)
     if (cycles[i].first == cycles[i - 1].first) drop[cycles[i].second] = true, ++dropped;
-  if (first != nullptr) *first = static_cast<std::size_t>(std::find(drop.begin(), drop.end(), true) - drop.begin());
+  if (first != nullptr)
+    *first = static_cast<std::size_t>(std::find(drop.begin(), drop.end(), true) - drop.begin());
   return select(faces, drop, std::vector<bool>(faces.size()));
 }
 
@@ -146,7 +152,9 @@ FaceCycles without_copies(const FaceCycles& faces, std::size_t& dropped) {
     copies[f].cycle = undirected(faces[f], copies[f].turned);
     copies[f].face = f;
   }
-  std::sort(copies.begin(), copies.end(), [](const Copy& x, const Copy& y) { return std::tie(x.cycle, x.face) < std::tie(y.cycle, y.face); });
+  std::sort(copies.begin(), copies.end(), [](const Copy& x, const Copy& y) {
+    return std::tie(x.cycle, x.face) < std::tie(y.cycle, y.face);
+  });
   std::vector<std::span<const Copy>> groups;
   std::vector<std::span<const std::uint32_t>> firsts;
   for (std::size_t begin = 0, end = 0; begin < copies.size(); begin = end) {
@@ -163,7 +171,8 @@ FaceCycles without_copies(const FaceCycles& faces, std::size_t& dropped) {
     const auto& cycle = group.front().cycle;
     const auto turned = static_cast<std::size_t>(std::ranges::count_if(group, &Copy::turned));
     bool is_wall = 2 * turned == group.size();
-    for (std::size_t i = 0; i < cycle.size() && is_wall; ++i) is_wall = uses.of(cycle[i], cycle[(i + 1) % cycle.size()]) != 2;
+    for (std::size_t i = 0; i < cycle.size() && is_wall; ++i)
+      is_wall = uses.of(cycle[i], cycle[(i + 1) % cycle.size()]) != 2;
     if (is_wall) continue;
     const bool majority = 2 * turned > group.size();  // the first one that is wound as most of them are stays
     const auto kept = std::ranges::find(group, majority, &Copy::turned);
@@ -187,8 +196,11 @@ FaceCycles consistently_wound(const FaceCycles& faces, std::size_t& turned) {
       uses.push_back({std::min(a, b), std::max(a, b), f, a < b});
     }
   }
-  std::sort(uses.begin(), uses.end(), [](const Use& x, const Use& y) { return std::tuple(x.low, x.high, x.face) < std::tuple(y.low, y.high, y.face); });
-  std::vector<std::vector<std::pair<std::size_t, bool>>> neighbours(faces.size());  // and whether one of the two has to turn
+  std::sort(uses.begin(), uses.end(), [](const Use& x, const Use& y) {
+    return std::tuple(x.low, x.high, x.face) < std::tuple(y.low, y.high, y.face);
+  });
+  std::vector<std::vector<std::pair<std::size_t, bool>>> neighbours(
+      faces.size());  // and whether one of the two has to turn
   for (std::size_t begin = 0, end = 0; begin < uses.size(); begin = end) {
     while (end < uses.size() && uses[end].low == uses[begin].low && uses[end].high == uses[begin].high) ++end;
     if (end - begin != 2) continue;
@@ -209,7 +221,8 @@ FaceCycles consistently_wound(const FaceCycles& faces, std::size_t& turned) {
         reversed[next] = reversed[part[i]] != turn;
         part.push_back(next);
       }
-    auto count = static_cast<std::size_t>(std::count_if(part.begin(), part.end(), [&](std::size_t f) { return reversed[f]; }));
+    auto count = static_cast<std::size_t>(
+        std::count_if(part.begin(), part.end(), [&](std::size_t f) { return reversed[f]; }));
     if (2 * count > part.size()) {
       for (const std::size_t f : part) reversed[f] = !reversed[f];
       count = part.size() - count;
@@ -219,29 +232,35 @@ FaceCycles consistently_wound(const FaceCycles& faces, std::size_t& turned) {
   return select(faces, std::vector<bool>(faces.size()), reversed);
 }
 
-double winding_number(const std::vector<Point3>& points, const std::vector<Triangle>& triangles, const Point3& at) {
+double winding_number(const std::vector<Point3>& points, const std::vector<Triangle>& triangles,
+                      const Point3& at) {
   double sum = 0;
   for (const Triangle& triangle : triangles) {
     // The solid angle: A. Van Oosterom, J. Strackee, "The solid angle of a plane triangle", 1983.
-    const Point3 a = minus(points[triangle[0]], at), b = minus(points[triangle[1]], at), c = minus(points[triangle[2]], at);
+    const Point3 a = minus(points[triangle[0]], at), b = minus(points[triangle[1]], at),
+                 c = minus(points[triangle[2]], at);
     const double la = std::sqrt(dot(a, a)), lb = std::sqrt(dot(b, b)), lc = std::sqrt(dot(c, c));
     sum += std::atan2(dot(a, cross(b, c)), la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
   }
   return sum / (2 * std::numbers::pi);
 }
 
-std::size_t leave_out_sheets(const std::vector<Point3>& points, std::vector<Triangle>& own, std::vector<Triangle>& caps) {
+std::size_t leave_out_sheets(const std::vector<Point3>& points, std::vector<Triangle>& own,
+                             std::vector<Triangle>& caps) {
   DisjointSets groups(points.size());
   for (const auto* triangles : {&own, &caps})
-    for (const Triangle& triangle : *triangles) groups.join(triangle[0], triangle[1]), groups.join(triangle[0], triangle[2]);
+    for (const Triangle& triangle : *triangles)
+      groups.join(triangle[0], triangle[1]), groups.join(triangle[0], triangle[2]);
   std::map<std::uint32_t, Part> parts;
   for (const Triangle& triangle : own) parts[groups.of(triangle[0])].own.push_back(triangle);
   for (const Triangle& triangle : caps) parts[groups.of(triangle[0])].caps.push_back(triangle);
   // As many samples as may be needed where one part is small, fewer where there are lots of parts.
   constexpr std::size_t most_work = 40'000'000, most_samples = 8192;
   std::size_t to_look_at = 0, left_out = 0;
-  for (const auto& [group, part] : parts) to_look_at += part.caps.empty() ? 0 : part.own.size() + part.caps.size();
-  const std::size_t most = std::clamp(most_work / std::max<std::size_t>(to_look_at, 1), enough_samples, most_samples);
+  for (const auto& [group, part] : parts)
+    to_look_at += part.caps.empty() ? 0 : part.own.size() + part.caps.size();
+  const std::size_t most =
+      std::clamp(most_work / std::max<std::size_t>(to_look_at, 1), enough_samples, most_samples);
   own.clear();
   caps.clear();
   for (const auto& [group, part] : parts) {

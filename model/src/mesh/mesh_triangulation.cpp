@@ -36,8 +36,8 @@ int largest(const Point3& vector) {
   return axis;
 }
 
-/// Across the largest triangle over the longest extent of a face. OpenSCAD projects along this axis, which decides how a steep face
-/// that is not planar is cut.
+/// Across the largest triangle over the longest extent of a face. OpenSCAD projects along this axis, which
+/// decides how a steep face that is not planar is cut.
 int axis_of_largest_triangle(const std::vector<Point3>& points, std::span<const std::uint32_t> cycle) {
   std::array<const Point3*, 3> low, high;
   low.fill(&points[cycle[0]]);
@@ -55,7 +55,8 @@ int axis_of_largest_triangle(const std::vector<Point3>& points, std::span<const 
   double most = 0;
   for (const std::uint32_t vertex : cycle) {
     const Point3 candidate = cross_about(*low[longest], points[vertex], *high[longest]);
-    const double length = candidate[0] * candidate[0] + candidate[1] * candidate[1] + candidate[2] * candidate[2];
+    const double length =
+        candidate[0] * candidate[0] + candidate[1] * candidate[1] + candidate[2] * candidate[2];
     if (length > most) most = length, normal = candidate;
   }
   return largest(normal);
@@ -69,8 +70,9 @@ double cross_about(const Point2& a, const Point2& b, const Point2& apex) {
   return (a.u - apex.u) * (b.v - apex.v) - (a.v - apex.v) * (b.u - apex.u);
 }
 
-/// By how much the angles at b and d of the quadrilateral a b c d exceed 180 degrees together: if they do, the diagonal b d is better
-/// than a c. If they do so by less than `indifference`, the diagonal that is there stays.
+/// By how much the angles at b and d of the quadrilateral a b c d exceed 180 degrees together: if they do,
+/// the diagonal b d is better than a c. If they do so by less than `indifference`, the diagonal that is there
+/// stays.
 double excess_of_angles(const Point2& a, const Point2& b, const Point2& c, const Point2& d) {
   const double sine_b = cross_about(c, a, b), cosine_b = dot_about(c, a, b);
   const double sine_d = cross_about(a, c, d), cosine_d = dot_about(a, c, d);
@@ -80,13 +82,9 @@ double excess_of_angles(const Point2& a, const Point2& b, const Point2& c, const
 constexpr double indifference = 0.01;  // OpenSCAD's
 
 /// The order of the sweep.
-bool is_before(const Point2& a, const Point2& b) {
-  return a.u < b.u || (a.u == b.u && a.v < b.v);
-}
+bool is_before(const Point2& a, const Point2& b) { return a.u < b.u || (a.u == b.u && a.v < b.v); }
 
-std::uint64_t directed(std::uint32_t from, std::uint32_t to) {
-  return std::uint64_t{from} << 32 | to;
-}
+std::uint64_t directed(std::uint32_t from, std::uint32_t to) { return std::uint64_t{from} << 32 | to; }
 
 constexpr std::size_t small_face = 64;  // below it a grid does not pay
 
@@ -121,7 +119,8 @@ void Triangulator::project(std::span<const std::uint32_t> cycle, int axis, const
   corners_.resize(size);
   for (std::uint32_t i = 0; i < size; ++i) {
     const Point3& p = points_[cycle[i]];
-    corners_[i] = {{p[u], side * p[v]}, cycle[i], i == 0 ? size - 1 : i - 1, i + 1 == size ? 0 : i + 1, false};
+    corners_[i] = {
+        {p[u], side * p[v]}, cycle[i], i == 0 ? size - 1 : i - 1, i + 1 == size ? 0 : i + 1, false};
   }
 }
 
@@ -139,7 +138,9 @@ bool Triangulator::is_convex() const {
 /// A quadrilateral with one reflex corner. It has but one diagonal.
 bool Triangulator::is_arrowhead() const {
   if (corners_.size() != 4) return false;
-  const auto reflex = [this](const Corner& c) { return orientation(corners_[c.previous].at, c.at, corners_[c.next].at) <= 0; };
+  const auto reflex = [this](const Corner& c) {
+    return orientation(corners_[c.previous].at, c.at, corners_[c.next].at) <= 0;
+  };
   return std::count_if(corners_.begin(), corners_.end(), reflex) == 1;
 }
 
@@ -159,18 +160,22 @@ void Triangulator::add_convex_quadrilateral(std::vector<Triangle>& triangles) co
   }
 }
 
-/// Two chains lead from the last corner to the first one. Each corner, from last to first, forms a triangle with the newest corner of
-/// either chain. So triangulates OpenSCAD, before its flips: it matters where these have no preference, as in rectangles.
+/// Two chains lead from the last corner to the first one. Each corner, from last to first, forms a triangle
+/// with the newest corner of either chain. So triangulates OpenSCAD, before its flips: it matters where these
+/// have no preference, as in rectangles.
 void Triangulator::zip_chains(std::vector<Triangle>& triangles) const {
   const auto last = static_cast<std::uint32_t>(
-      std::max_element(corners_.begin(), corners_.end(), [](const Corner& a, const Corner& b) { return is_before(a.at, b.at); }) -
+      std::max_element(corners_.begin(), corners_.end(),
+                       [](const Corner& a, const Corner& b) { return is_before(a.at, b.at); }) -
       corners_.begin());
-  std::uint32_t upper = last, lower = last;  // the upper chain goes on with the cycle, the lower one against it
+  std::uint32_t upper = last,
+                lower = last;  // the upper chain goes on with the cycle, the lower one against it
   for (std::size_t left = corners_.size() - 1; left > 0; --left) {
     const std::uint32_t above = corners_[upper].next, below = corners_[lower].previous;
     const bool is_upper = is_before(corners_[below].at, corners_[above].at);
     const std::uint32_t corner = is_upper ? above : below;
-    if (upper != lower) triangles.push_back({corners_[lower].vertex, corners_[upper].vertex, corners_[corner].vertex});
+    if (upper != lower)
+      triangles.push_back({corners_[lower].vertex, corners_[upper].vertex, corners_[corner].vertex});
     (is_upper ? upper : lower) = corner;
   }
 }
@@ -312,7 +317,8 @@ void Triangulator::flip_edges(std::span<Triangle> triangles) const {
         halves.contains(directed(right, left)))
       continue;
     const Point2 &a = position[from], &b = position[right], &c = position[to], &d = position[left];
-    if (orientation(b, c, d) <= 0 || orientation(d, a, b) <= 0 || !(excess_of_angles(a, b, c, d) >= indifference))
+    if (orientation(b, c, d) <= 0 || orientation(d, a, b) <= 0 ||
+        !(excess_of_angles(a, b, c, d) >= indifference))
       continue;
     halves.erase(directed(from, to));
     halves.erase(directed(to, from));

@@ -11,9 +11,10 @@ namespace bsp2::model {
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Cuts faces into triangles: a sweep over a convex face projected along its largest axis, ears of any other one, then flips towards
-/// Delaunay's choice. So the answer for a face that is not quite planar does not depend on where its cycle starts, and is that
-/// of OpenSCAD; but if the face is not convex and has more than three corners on a circle, it may be another one.
+/// Cuts faces into triangles: a sweep over a convex face projected along its largest axis, ears of any other
+/// one, then flips towards Delaunay's choice. So the answer for a face that is not quite planar does not
+/// depend on where its cycle starts, and is that of OpenSCAD; but if the face is not convex and has more than
+/// three corners on a circle, it may be another one.
 ///
 /// Whatever the face looks like (non-convex, touching or even crossing itself), the directed edges of the
 /// triangles add up to those of the cycle: a closed mesh stays closed. Every comparison of positions is

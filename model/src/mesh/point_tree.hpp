@@ -17,7 +17,8 @@ class PointTree {
     if (!indices_.empty()) build(0, static_cast<std::uint32_t>(indices_.size()));
   }
 
-  /// Calls visit(point index) for points that may lie within `distance` of a point until it answers false: those of its own branch first.
+  /// Calls visit(point index) for points that may lie within `distance` of a point until it answers false:
+  /// those of its own branch first.
   template <class Visit>
   void visit_near(const Point3& point, double distance, Visit visit) const {
     if (nodes_.empty()) return;

@@ -12,9 +12,7 @@
 namespace bsp2::model {
 namespace {
 
-int sign(double x) {
-  return (x > 0) - (x < 0);
-}
+int sign(double x) { return (x > 0) - (x < 0); }
 
 /// x - y if that is a double, i.e. if the rounding error (Knuth's two-sum) is zero.
 bool exact_difference(double x, double y, double& difference) {
@@ -23,10 +21,12 @@ bool exact_difference(double x, double y, double& difference) {
   return (x - (difference + back)) + (back - y) == 0;
 }
 
-/// Whole numbers in the proportions of finite coordinates: multiples of a power of two that is below all their digits.
+/// Whole numbers in the proportions of finite coordinates: multiples of a power of two that is below all
+/// their digits.
 class WholeNumbers {
  public:
-  using Integer = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<512>>;  // and more, from the heap
+  using Integer =
+      boost::multiprecision::number<boost::multiprecision::cpp_int_backend<512>>;  // and more, from the heap
 
   explicit WholeNumbers(std::initializer_list<std::span<const double>> points) {
     for (const auto point : points)
@@ -36,7 +36,8 @@ class WholeNumbers {
   Integer operator()(double x) const {
     if (x == 0) return 0;
     const int exponent = std::ilogb(x);
-    return Integer(static_cast<std::int64_t>(std::ldexp(x, 52 - exponent))) << static_cast<unsigned>(exponent - least_);
+    return Integer(static_cast<std::int64_t>(std::ldexp(x, 52 - exponent)))
+           << static_cast<unsigned>(exponent - least_);
   }
 
  private:
@@ -47,7 +48,8 @@ int exact_orientation(const Point2& a, const Point2& b, const Point2& c) {
   const std::array<double, 6> all{a.u, a.v, b.u, b.v, c.u, c.v};
   const WholeNumbers whole({all});
   const auto cu = whole(c.u), cv = whole(c.v);
-  const WholeNumbers::Integer left = (whole(a.u) - cu) * (whole(b.v) - cv), right = (whole(a.v) - cv) * (whole(b.u) - cu);
+  const WholeNumbers::Integer left = (whole(a.u) - cu) * (whole(b.v) - cv),
+                              right = (whole(a.v) - cv) * (whole(b.u) - cu);
   return left.compare(right);
 }
 
@@ -68,7 +70,8 @@ int exact_orientation(const Point3& a, const Point3& b, const Point3& c, const P
 
 /// The sign, where doubles tell for sure.
 std::optional<int> quick_orientation(const Point2& a, const Point2& b, const Point2& c) {
-  // The sign of a difference of doubles is exact, so it decides alone where the products differ in sign or vanish.
+  // The sign of a difference of doubles is exact, so it decides alone where the products differ in sign or
+  // vanish.
   const int left_sign = sign(a.u - c.u) * sign(b.v - c.v), right_sign = sign(a.v - c.v) * sign(b.u - c.u);
   if (left_sign != right_sign) return left_sign > right_sign ? 1 : -1;
   if (left_sign == 0) return 0;
@@ -76,7 +79,8 @@ std::optional<int> quick_orientation(const Point2& a, const Point2& b, const Poi
   const double determinant = left - right;
   // Shewchuk's bound for this expression, (3 + 16 eps) eps, a little enlarged; no underflow above 1e-290.
   const double bound = 3.4e-16 * (std::fabs(left) + std::fabs(right));
-  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max()) return sign(determinant);
+  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max())
+    return sign(determinant);
 
   // Round coordinates: the differences are doubles, so the fused products decide.
   double au, av, bu, bv;
@@ -88,7 +92,8 @@ std::optional<int> quick_orientation(const Point2& a, const Point2& b, const Poi
   return sign(std::fma(au, bv, -p) - std::fma(av, bu, -q));
 }
 
-/// -1, 0 or 1 by integers of 128 bits, where the coordinates are multiples of one power of two that are not too many.
+/// -1, 0 or 1 by integers of 128 bits, where the coordinates are multiples of one power of two that are not
+/// too many.
 std::optional<int> integer_orientation(const Point3& a, const Point3& b, const Point3& c, const Point3& d) {
   double difference[3][3], largest = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -99,13 +104,15 @@ std::optional<int> integer_orientation(const Point3& a, const Point3& b, const P
   }
   if (largest == 0) return 0;
   if (!(largest > 1e-280 && largest < 1e280)) return std::nullopt;
-  const double scale = std::ldexp(1.0, 39 - std::ilogb(largest));  // then all are below 2^40, minors below 2^81, the sum below 2^124
+  const double scale = std::ldexp(
+      1.0, 39 - std::ilogb(largest));  // then all are below 2^40, minors below 2^81, the sum below 2^124
   std::int64_t m[3][3];
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       const double scaled = difference[i][k] * scale;
       m[i][k] = static_cast<std::int64_t>(scaled);
-      if (static_cast<double>(m[i][k]) != scaled || (scaled == 0) != (difference[i][k] == 0)) return std::nullopt;
+      if (static_cast<double>(m[i][k]) != scaled || (scaled == 0) != (difference[i][k] == 0))
+        return std::nullopt;
     }
   __extension__ using Wide = __int128;
   Wide determinant = 0;
@@ -135,7 +142,8 @@ std::optional<int> quick_orientation(const Point3& a, const Point3& b, const Poi
   }
   // Shewchuk's bound for this expression is (7 + 56 eps) eps, here twice that; no underflow above 1e-290.
   const double bound = 1.6e-15 * permanent;
-  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max()) return -sign(determinant);
+  if (std::fabs(determinant) > bound && bound > 1e-290 && bound < std::numeric_limits<double>::max())
+    return -sign(determinant);
   return std::nullopt;
 }
 

@@ -11,18 +11,10 @@
 namespace bsp2::model {
 namespace {
 
-bool is_digit(char c) {
-  return c >= '0' && c <= '9';
-}
-bool is_letter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-}
-bool is_word(char c) {
-  return is_letter(c) || is_digit(c);
-}
-bool is_space(char c) {
-  return c == ' ' || (c >= '\t' && c <= '\r');
-}
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool is_word(char c) { return is_letter(c) || is_digit(c); }
+bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 constexpr std::size_t most_values =
     std::numeric_limits<std::uint32_t>::max() / 2;  // of one node, so indices fit
@@ -186,7 +178,9 @@ void Scanner::scalar(std::vector<Value>& tape) {
     tape.push_back({Value::number, 0, 1, number()});
   } else {
     at_ = before;
-    if (is_letter(c)) throw SyntaxError{offset(), "expected a value, found " + here() + "; a .csg file holds numbers, not names", true};
+    if (is_letter(c))
+      throw SyntaxError{offset(),
+                        "expected a value, found " + here() + "; a .csg file holds numbers, not names", true};
     fail("expected a value, found " + here());
   }
 }

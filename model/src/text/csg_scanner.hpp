@@ -51,7 +51,8 @@ class Scanner {
  public:
   explicit Scanner(std::string_view text);
 
-  /// Skips white space and comments. Most often there is none or one space: this is asked for several times a number.
+  /// Skips white space and comments. Most often there is none or one space: this is asked for several times a
+  /// number.
   void skip_space() {
     if (at_ != end_ && *at_ == ' ') ++at_;
     if (at_ != end_ && (static_cast<unsigned char>(*at_) <= ' ' || *at_ == '/')) skip_more_space();

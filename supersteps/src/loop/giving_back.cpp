@@ -4,8 +4,8 @@
 #include <map>
 
 #include "bsp2/geometry/support/dimensions.hpp"
-#include "ranks/exchange.hpp"
 #include "loop/progress.hpp"
+#include "ranks/exchange.hpp"
 
 namespace bsp2::supersteps {
 namespace {
@@ -20,7 +20,7 @@ struct LeftOver {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & unfinished & region & label & owner & level;
+    archive& unfinished& region& label& owner& level;
   }
 };
 
@@ -43,7 +43,8 @@ LeftOver left_over(const Progress<D>& progress) {
 
 /// A region as what it became: its cell is that of the node of the partition which it has taken.
 template <int D>
-void become(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, const dataflow::Whole& whole, dataflow::Region<D>& region) {
+void become(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition,
+            const dataflow::Whole& whole, dataflow::Region<D>& region) {
   region.frontier.nodes[0].value = whole.owner;
   if (region.level == whole.level && !region.cell.vertices().empty()) return;
   region.level = whole.level;
@@ -53,17 +54,20 @@ void become(const dataflow::Network<D>& network, const dataflow::Partition<D>& p
 }  // namespace
 
 template <int D>
-void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads, CellStream* stream) {
+void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
+               const RunOptions& options, unsigned threads, CellStream* stream) {
   std::vector<dataflow::Whole> wholes;
   std::vector<std::uint32_t> unfinished;
   for (const LeftOver& left : all_gather(ranks, left_over(progress))) {
     unfinished.insert(unfinished.end(), left.unfinished.begin(), left.unfinished.end());
     for (std::size_t i = 0; i < left.region.size(); ++i)
-      wholes.push_back({left.region[i], static_cast<geometry::Label>(left.label[i]), left.owner[i], left.level[i]});
+      wholes.push_back(
+          {left.region[i], static_cast<geometry::Label>(left.label[i]), left.owner[i], left.level[i]});
   }
   if (wholes.empty()) return;
   std::map<std::uint32_t, dataflow::Whole> remaining;
-  for (const auto& whole : dataflow::give_back<D>(network, progress.partition, wholes, unfinished)) remaining.emplace(whole.region, whole);
+  for (const auto& whole : dataflow::give_back<D>(network, progress.partition, wholes, unfinished))
+    remaining.emplace(whole.region, whole);
 
   std::vector<dataflow::Region<D>> stay, done;
   for (auto& region : progress.partition.regions) {
@@ -88,8 +92,9 @@ void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& p
   progress.add(numbers, emitted, before, keeper, stream);
 }
 
-#define BSP2_STAGE(D) \
-  template void give_back<D>(Ranks&, const dataflow::Network<D>&, Progress<D>&, const RunOptions&, unsigned, CellStream*);
+#define BSP2_STAGE(D)                                                                                        \
+  template void give_back<D>(Ranks&, const dataflow::Network<D>&, Progress<D>&, const RunOptions&, unsigned, \
+                             CellStream*);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -16,7 +16,8 @@ Measures measures_of(const dataflow::Totals<D>& totals) {
   Measures measures;
   measures.in_volume = in.volume();
   measures.fuzzy_volume = fuzzy.volume();
-  for (int i = 1; i <= D && in.volume() > 0; ++i) measures.centroid.push_back(in.integral[Moments::index(0, i)] / in.volume());
+  for (int i = 1; i <= D && in.volume() > 0; ++i)
+    measures.centroid.push_back(in.integral[Moments::index(0, i)] / in.volume());
   for (int i = 0; i <= D; ++i) {
     std::vector<double> row, least, most;
     for (int j = 0; j <= D; ++j) {
@@ -44,7 +45,9 @@ std::vector<const model::Named*> measured_in(const model::Expression& model) {
     const model::Node* node = stack.back();
     stack.pop_back();
     if (!seen.insert(node).second) continue;
-    if (const auto* named = std::get_if<model::Named>(&node->value); named != nullptr && named->role == model::Named::Role::measure) found.push_back(named);
+    if (const auto* named = std::get_if<model::Named>(&node->value);
+        named != nullptr && named->role == model::Named::Role::measure)
+      found.push_back(named);
     const auto children = node->children();
     for (std::size_t i = children.size(); i-- > 0;) stack.push_back(&children[i].node());
   }
@@ -53,7 +56,8 @@ std::vector<const model::Named*> measured_in(const model::Expression& model) {
 
 }  // namespace
 
-std::vector<NamedMeasures> measuring(const model::Expression& model, const RunOptions& options, const RunReport& report) {
+std::vector<NamedMeasures> measuring(const model::Expression& model, const RunOptions& options,
+                                     const RunReport& report) {
   dataflow::EvaluateOptions how = limits_of(options, report.threads);
   how.tolerance = report.tolerance;  // the one that was chosen where none was given
   std::vector<NamedMeasures> all;
@@ -61,8 +65,11 @@ std::vector<NamedMeasures> measuring(const model::Expression& model, const RunOp
     NamedMeasures measures;
     measures.name = named->name;
     measures.dimension = named->child.dimension();
-#define BSP2_CASE(D) \
-  case D: static_cast<Measures&>(measures) = measures_of(dataflow::measure<D>(named->child, how, {.coincidence = options.coincidence})); break;
+#define BSP2_CASE(D)                                                                                \
+  case D:                                                                                           \
+    static_cast<Measures&>(measures) =                                                              \
+        measures_of(dataflow::measure<D>(named->child, how, {.coincidence = options.coincidence})); \
+    break;
     switch (measures.dimension) { BSP2_FOR_EACH_DIMENSION(BSP2_CASE) }
 #undef BSP2_CASE
     all.push_back(std::move(measures));

@@ -13,8 +13,9 @@ namespace bsp2::supersteps {
 template <int D>
 Measures measures_of(const dataflow::Totals<D>& totals);
 
-/// Evaluates each sub-expression that the model measures by itself, as far as the run went: with its level and the tolerance
-/// of its report, whatever an eye sees. Not collective.
-std::vector<NamedMeasures> measuring(const model::Expression& model, const RunOptions& options, const RunReport& report);
+/// Evaluates each sub-expression that the model measures by itself, as far as the run went: with its level
+/// and the tolerance of its report, whatever an eye sees. Not collective.
+std::vector<NamedMeasures> measuring(const model::Expression& model, const RunOptions& options,
+                                     const RunReport& report);
 
 }  // namespace bsp2::supersteps

@@ -4,8 +4,8 @@
 #include <numeric>
 
 #include "bsp2/geometry/support/dimensions.hpp"
-#include "ranks/exchange.hpp"
 #include "loop/progress.hpp"
+#include "ranks/exchange.hpp"
 
 namespace bsp2::supersteps {
 namespace {
@@ -17,11 +17,12 @@ struct Left {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & region & work;
+    archive& region& work;
   }
 };
 
-/// The share of a region that is undecided, each split counted as half and half. @param levels below the region that remain.
+/// The share of a region that is undecided, each split counted as half and half. @param levels below the
+/// region that remain.
 double undecided_share(const dataflow::Frontier& frontier, int levels) {
   if (frontier.empty()) return levels > 0 ? 1 : 0;
   double share = 0;
@@ -30,7 +31,8 @@ double undecided_share(const dataflow::Frontier& frontier, int levels) {
     const int depth = depths.back();
     depths.pop_back();
     if (node.kind == dataflow::Frontier::Kind::split) depths.insert(depths.end(), 2, depth + 1);
-    if (node.kind == dataflow::Frontier::Kind::token && node.ended == 0 && depth < levels) share += std::ldexp(1.0, -depth);
+    if (node.kind == dataflow::Frontier::Kind::token && node.ended == 0 && depth < levels)
+      share += std::ldexp(1.0, -depth);
   }
   return share;
 }
@@ -40,7 +42,9 @@ Left left_of(const Progress<D>& progress, std::optional<unsigned> level) {
   Left left;
   for (const auto& region : progress.partition.regions) {
     // A snapshot has no estimates; even a region that was estimated to be no work is some.
-    const double whole = region.number < progress.partition.work.size() ? std::max(1.0, progress.partition.work[region.number]) : 1.0;
+    const double whole = region.number < progress.partition.work.size()
+                             ? std::max(1.0, progress.partition.work[region.number])
+                             : 1.0;
     left.region.push_back(region.number);
     const int levels = level ? static_cast<int>(*level) - region.level : std::numeric_limits<int>::max();
     left.work.push_back(whole * undecided_share(region.frontier, levels));
@@ -52,11 +56,13 @@ constexpr char a_region = 'f';  // `send` of a mesh uses other letters
 
 }  // namespace
 
-std::vector<std::int32_t> reassign_regions(const std::vector<double>& work, const std::vector<std::int32_t>& owner, int ranks) {
+std::vector<std::int32_t> reassign_regions(const std::vector<double>& work,
+                                           const std::vector<std::int32_t>& owner, int ranks) {
   constexpr double worth_moving = 0.05;  // of a rank's load
   std::vector<std::size_t> order(work.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work[a] > work[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return work[a] > work[b]; });
   const double slack = worth_moving * std::accumulate(work.begin(), work.end(), 0.0) / ranks;
   std::vector<double> load(static_cast<std::size_t>(ranks));
   std::vector<std::int32_t> result(work.size());
@@ -71,8 +77,8 @@ std::vector<std::int32_t> reassign_regions(const std::vector<double>& work, cons
 }
 
 template <int D>
-bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region,
-                  std::optional<unsigned> level) {
+bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
+                  std::vector<std::int32_t>& rank_of_region, std::optional<unsigned> level) {
   if (ranks.count() == 1) return false;
   std::vector<std::uint32_t> regions;
   std::vector<std::int32_t> owner;
@@ -109,7 +115,9 @@ bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>
   return true;
 }
 
-#define BSP2_STAGE(D) template bool move_regions<D>(Ranks&, const dataflow::Network<D>&, Progress<D>&, std::vector<std::int32_t>&, std::optional<unsigned>);
+#define BSP2_STAGE(D)                                                              \
+  template bool move_regions<D>(Ranks&, const dataflow::Network<D>&, Progress<D>&, \
+                                std::vector<std::int32_t>&, std::optional<unsigned>);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

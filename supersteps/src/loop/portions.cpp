@@ -24,17 +24,26 @@ using dataflow::Region;
 template <typename Body>
 decltype(auto) with_dimension(int dimension, const std::string& model, const Body& body) {
   switch (dimension) {
-    case 1: return body.template operator()<1>();
-    case 2: return body.template operator()<2>();
-    case 3: return body.template operator()<3>();
-    case 4: return body.template operator()<4>();
-    case 5: return body.template operator()<5>();
-    case 6: return body.template operator()<6>();
-    default: throw Error(model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(dimension));
+    case 1:
+      return body.template operator()<1>();
+    case 2:
+      return body.template operator()<2>();
+    case 3:
+      return body.template operator()<3>();
+    case 4:
+      return body.template operator()<4>();
+    case 5:
+      return body.template operator()<5>();
+    case 6:
+      return body.template operator()<6>();
+    default:
+      throw Error(model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(dimension));
   }
 }
 
-[[noreturn]] void refuse(const fs::path& path, const std::string& why) { throw Error(std::string("'").append(path.string()).append("' ").append(why)); }
+[[noreturn]] void refuse(const fs::path& path, const std::string& why) {
+  throw Error(std::string("'").append(path.string()).append("' ").append(why));
+}
 
 RunOptions options_of(const io::SnapshotHead& head) {
   RunOptions options;
@@ -66,21 +75,27 @@ template <int D>
 dataflow::Network<D> network_of(const io::SnapshotHead& head, const Source& source, const fs::path& plan) {
   dataflow::Network<D> network = translation<D>(source, options_of(head));
   if (head.hyperplanes != hyperplane_digest(network))
-    refuse(plan, "was written by a program that compiles its model differently; use that one, or split the model anew");
+    refuse(plan,
+           "was written by a program that compiles its model differently; use that one, or split the model "
+           "anew");
   return network;
 }
 
-std::uint64_t sum(const std::vector<std::uint64_t>& numbers) { return std::accumulate(numbers.begin(), numbers.end(), std::uint64_t{0}); }
+std::uint64_t sum(const std::vector<std::uint64_t>& numbers) {
+  return std::accumulate(numbers.begin(), numbers.end(), std::uint64_t{0});
+}
 
 PortionState state_of(const io::Snapshot& snapshot) {
   PortionState state;
   state.is_finished = snapshot.head.complete;
   state.cells = snapshot.head.in_cells;
   if (snapshot.head.keep_in && !snapshot.head.keep_out)  // regions that are one cell each, held for the merge
-    state.cells += static_cast<std::uint64_t>(std::count(snapshot.frontier_tokens.begin(), snapshot.frontier_tokens.end(), 0U));
+    state.cells += static_cast<std::uint64_t>(
+        std::count(snapshot.frontier_tokens.begin(), snapshot.frontier_tokens.end(), 0U));
   state.undecided = sum(snapshot.frontier_tokens);
   state.open = sum(snapshot.frontier_open);
-  for (const SuperstepRecord& record : records_of(snapshot.head)) state.seconds += record.seconds.empty() ? 0 : record.seconds[0];
+  for (const SuperstepRecord& record : records_of(snapshot.head))
+    state.seconds += record.seconds.empty() ? 0 : record.seconds[0];
   return state;
 }
 
@@ -88,17 +103,20 @@ PortionState state_of(const io::Snapshot& snapshot) {
 template <int D>
 std::vector<Region<D>> regions_at(const io::Snapshot& snapshot, const std::vector<std::size_t>& wanted) {
   std::vector<Region<D>> regions;
-  for (const std::size_t i : wanted) dataflow::from_bytes(std::span<const char>(snapshot.frontier_archive[i]), regions.emplace_back());
+  for (const std::size_t i : wanted)
+    dataflow::from_bytes(std::span<const char>(snapshot.frontier_archive[i]), regions.emplace_back());
   return regions;
 }
 
-/// The regions of a divided portion with something to do, dealt out to two halves by their number of open tokens. Those in which all has ended
-/// stay with the parent.
+/// The regions of a divided portion with something to do, dealt out to two halves by their number of open
+/// tokens. Those in which all has ended stay with the parent.
 std::array<std::vector<std::size_t>, 2> dealt_regions(const io::Snapshot& parent) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < parent.frontier_region.size(); ++i)
     if (parent.frontier_open[i] > 0) order.push_back(i);
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return parent.frontier_open[a] > parent.frontier_open[b]; });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return parent.frontier_open[a] > parent.frontier_open[b];
+  });
   std::array<std::vector<std::size_t>, 2> halves;
   std::array<std::uint64_t, 2> load{};
   for (const std::size_t i : order) {
@@ -116,7 +134,8 @@ std::vector<Region<D>> regions_of(const Portion& portion, const io::Snapshot& pa
     std::vector<std::size_t> wanted;
     for (const std::uint32_t number : portion.regions) {
       const auto at = std::find(parent.frontier_region.begin(), parent.frontier_region.end(), number);
-      if (at == parent.frontier_region.end()) refuse(portion.parent, "has no region " + std::to_string(number));
+      if (at == parent.frontier_region.end())
+        refuse(portion.parent, "has no region " + std::to_string(number));
       wanted.push_back(static_cast<std::size_t>(at - parent.frontier_region.begin()));
     }
     return regions_at<D>(parent, wanted);
@@ -126,7 +145,8 @@ std::vector<Region<D>> regions_of(const Portion& portion, const io::Snapshot& pa
   const bool is_one_region = halves[1].empty();
   std::vector<Region<D>> regions = regions_at<D>(parent, halves[is_one_region ? 0 : half]);
   for (Region<D>& region : regions) {
-    region.frontier = dataflow::separate_emitted(region.frontier).pending;  // its cells, and the tree over them, stay with the parent
+    region.frontier = dataflow::separate_emitted(region.frontier)
+                          .pending;  // its cells, and the tree over them, stay with the parent
     if (!is_one_region) continue;
     if (auto parts = dataflow::divide(region.frontier))
       region.frontier = std::move((*parts)[half]);
@@ -155,8 +175,8 @@ std::uint64_t open_of(const std::vector<Region<D>>& regions) {
 
 /// From the plan to the result of a portion.
 template <int D>
-io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHead& plan, const Portion& portion, const io::Snapshot& parent,
-                       const RunOptions& given) {
+io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHead& plan,
+                       const Portion& portion, const io::Snapshot& parent, const RunOptions& given) {
   RunOptions options = options_of(plan);
   options.order = given.order;
   options.budget_seconds = given.budget_seconds;
@@ -176,9 +196,9 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
     std::vector<dataflow::Consumer*> consumers{&keeper};
     const std::vector<std::uint32_t> numbers = progress.region_numbers();
     const Recorded before = recorded(progress.meshes);
-    auto evaluation =
-        computation<D>(alone, network, std::move(progress.partition.regions), options, threads, before, options.cells, nullptr, consumers)
-            .evaluation;
+    auto evaluation = computation<D>(alone, network, std::move(progress.partition.regions), options, threads,
+                                     before, options.cells, nullptr, consumers)
+                          .evaluation;
     progress.add(numbers, evaluation, before, keeper);
     progress.partition.regions = std::move(evaluation.unfinished);
     const std::uint64_t open = open_of(progress.partition.regions);
@@ -204,7 +224,11 @@ template <int D>
 class Joiner {
  public:
   Joiner(const fs::path& plan_path, const io::Snapshot& plan, const std::vector<JoinedPortion>& portions)
-      : plan_path_(plan_path), plan_(plan), portions_(portions), network_(network_of<D>(plan.head, source_of(plan.head), plan_path)), progress_(network_) {
+      : plan_path_(plan_path),
+        plan_(plan),
+        portions_(portions),
+        network_(network_of<D>(plan.head, source_of(plan.head), plan_path)),
+        progress_(network_) {
     head_ = plan.head;
     head_.complete = true;
     progress_.partition = partition_of<D>(plan.head);
@@ -234,7 +258,8 @@ class Joiner {
 
   void take(const fs::path& result) {
     const io::Snapshot part = io::read_snapshot(result);
-    if (!part.head.is_portion || part.head.hyperplanes != plan_.head.hyperplanes || part.head.dimension != D) refuse(result, "is no result of this plan");
+    if (!part.head.is_portion || part.head.hyperplanes != plan_.head.hyperplanes || part.head.dimension != D)
+      refuse(result, "is no result of this plan");
     dataflow::Totals<D> totals(network_.table.radius(), network_.table.width());
     dataflow::from_bytes(std::span<const char>(part.head.totals), totals);
     progress_.totals += totals;
@@ -252,7 +277,8 @@ class Joiner {
       const bool has_heirs = !part.head.complete && part.frontier_open[k] > 0;  // what is undecided is theirs
       if (has_heirs) frontier = dataflow::separate_emitted(frontier).emitted;
       for (Frontier::Node& node : frontier.nodes)
-        if (node.kind == Frontier::Kind::emitted) node.value = shifted(node.value, begin[regions[k].number].nodes, begin[regions[k].number].cells);
+        if (node.kind == Frontier::Kind::emitted)
+          node.value = shifted(node.value, begin[regions[k].number].nodes, begin[regions[k].number].cells);
       lay(std::move(regions[k]));
     }
     count_time(part);
@@ -260,8 +286,11 @@ class Joiner {
 
   void leave(const JoinedPortion& missing) {
     head_.complete = false;
-    const io::Snapshot parent = missing.parent ? io::read_snapshot(missing.portion.parent, io::SnapshotPart::frontier) : io::Snapshot();
-    for (Region<D>& region : regions_of<D>(missing.portion, missing.parent ? parent : plan_)) lay(std::move(region));
+    const io::Snapshot parent = missing.parent
+                                    ? io::read_snapshot(missing.portion.parent, io::SnapshotPart::frontier)
+                                    : io::Snapshot();
+    for (Region<D>& region : regions_of<D>(missing.portion, missing.parent ? parent : plan_))
+      lay(std::move(region));
   }
 
   void lay(Region<D> region) {
@@ -289,8 +318,10 @@ class Joiner {
     for (auto& [number, region] : left_) {
       ++seen.at(number);
       if (dataflow::remains_of(region.frontier).elsewhere > 0)
-        refuse(plan_path_, "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
-      if (dataflow::whole_of(region)) region.cell = dataflow::region_cell(network_, progress_.partition, number);
+        refuse(plan_path_,
+               "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
+      if (dataflow::whole_of(region))
+        region.cell = dataflow::region_cell(network_, progress_.partition, number);
       progress_.partition.regions.push_back(std::move(region));
     }
     if (std::any_of(seen.begin(), seen.end(), [](unsigned count) { return count != 1; }))
@@ -318,21 +349,23 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
   alone.begin("compilation");
   const unsigned threads = threads_of(options, alone);
   const Source source = parsed(compilation(alone, options), options, threads);
-  std::vector<double> work = with_dimension(source.model.expression.dimension(), options.model.string(), [&]<int D>() {
-    const dataflow::Network<D> network = translation<D>(source, options, threads);
-    for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})
-      if (options.strict) refuse_warnings(*warnings);
-    limit_refinement(network, options);
-    alone.begin("distribution");
-    Distribution<D> regions = distribution<D>(alone, network, options, threads);
-    std::vector<double> estimates = regions.partition.work;
-    const auto started = begin_progress<D>(network, std::move(regions));
-    save_progress(alone, network, started.first, options, source, false, alone.records());
-    return estimates;
-  });
+  std::vector<double> work =
+      with_dimension(source.model.expression.dimension(), options.model.string(), [&]<int D>() {
+        const dataflow::Network<D> network = translation<D>(source, options, threads);
+        for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})
+          if (options.strict) refuse_warnings(*warnings);
+        limit_refinement(network, options);
+        alone.begin("distribution");
+        Distribution<D> regions = distribution<D>(alone, network, options, threads);
+        std::vector<double> estimates = regions.partition.work;
+        const auto started = begin_progress<D>(network, std::move(regions));
+        save_progress(alone, network, started.first, options, source, false, alone.records());
+        return estimates;
+      });
   std::vector<RegionWork> regions;
   for (std::uint32_t region = 0; region < work.size(); ++region) regions.push_back({region, work[region]});
-  std::stable_sort(regions.begin(), regions.end(), [](const RegionWork& a, const RegionWork& b) { return a.work > b.work; });
+  std::stable_sort(regions.begin(), regions.end(),
+                   [](const RegionWork& a, const RegionWork& b) { return a.work > b.work; });
   return regions;
 }
 
@@ -354,11 +387,15 @@ template <int D>
 class EvaluatorOf : public PortionEvaluator::Implementation {
  public:
   EvaluatorOf(const fs::path& path, io::Snapshot plan)
-      : path_(path), plan_(std::move(plan)), source_(source_of(plan_.head)), network_(network_of<D>(plan_.head, source_, path)) {}
+      : path_(path),
+        plan_(std::move(plan)),
+        source_(source_of(plan_.head)),
+        network_(network_of<D>(plan_.head, source_, path)) {}
 
   io::Snapshot evaluate(const Portion& portion, const RunOptions& options) override {
     if (portion.parent == path_) return evaluated<D>(network_, plan_.head, portion, plan_, options);
-    return evaluated<D>(network_, plan_.head, portion, io::read_snapshot(portion.parent, io::SnapshotPart::frontier), options);
+    return evaluated<D>(network_, plan_.head, portion,
+                        io::read_snapshot(portion.parent, io::SnapshotPart::frontier), options);
   }
 
  private:
@@ -374,22 +411,27 @@ PortionEvaluator::PortionEvaluator(const fs::path& plan) {
   io::Snapshot snapshot = io::read_snapshot(plan, io::SnapshotPart::frontier);
   if (snapshot.head.is_portion) refuse(plan, "is no plan");
   implementation_ = with_dimension(snapshot.head.dimension, snapshot.head.model,
-                                   [&]<int D>() -> std::unique_ptr<Implementation> { return std::make_unique<EvaluatorOf<D>>(plan, std::move(snapshot)); });
+                                   [&]<int D>() -> std::unique_ptr<Implementation> {
+                                     return std::make_unique<EvaluatorOf<D>>(plan, std::move(snapshot));
+                                   });
 }
 
 PortionEvaluator::~PortionEvaluator() = default;
 
-PortionState PortionEvaluator::evaluate(const Portion& portion, const RunOptions& options, const fs::path& result) {
+PortionState PortionEvaluator::evaluate(const Portion& portion, const RunOptions& options,
+                                        const fs::path& result) {
   const io::Snapshot snapshot = implementation_->evaluate(portion, options);
   io::write_snapshot(result, snapshot);
   return state_of(snapshot);
 }
 
-void join_portions(const fs::path& plan, const std::vector<JoinedPortion>& portions, const fs::path& snapshot) {
+void join_portions(const fs::path& plan, const std::vector<JoinedPortion>& portions,
+                   const fs::path& snapshot) {
   const io::Snapshot start = io::read_snapshot(plan, io::SnapshotPart::frontier);
   io::Snapshot whole;
   try {
-    whole = with_dimension(start.head.dimension, start.head.model, [&]<int D>() { return Joiner<D>(plan, start, portions).run(); });
+    whole = with_dimension(start.head.dimension, start.head.model,
+                           [&]<int D>() { return Joiner<D>(plan, start, portions).run(); });
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {  // archives and numbers that checksums cannot guard against

@@ -16,12 +16,15 @@
 namespace boost::serialization {
 template <class Archive>
 void serialize(Archive& archive, bsp2::io::SnapshotHead& head, unsigned) {
-  archive & head.model & head.source & head.dimension & head.coincidence & head.curved & head.parts_by_colour & head.tolerance & head.angle & head.eye;
-  archive & head.keep_in & head.keep_fuzzy & head.keep_out & head.hyperplanes & head.steps;
-  archive & head.complete & head.in_cells & head.out_cells & head.in_volume & head.digest & head.totals & head.partition_root;
-  archive & head.partition_hyperplane & head.partition_children & head.superstep_name & head.superstep_step & head.superstep_rank;
-  archive & head.superstep_seconds & head.superstep_work_seconds & head.superstep_predicted_seconds;
-  archive & head.superstep_bytes_sent & head.superstep_bytes_received & head.superstep_cells;
+  archive& head.model& head.source& head.dimension& head.coincidence& head.curved& head.parts_by_colour& head
+      .tolerance& head.angle& head.eye;
+  archive& head.keep_in& head.keep_fuzzy& head.keep_out& head.hyperplanes& head.steps;
+  archive& head.complete& head.in_cells& head.out_cells& head.in_volume& head.digest& head.totals& head
+      .partition_root;
+  archive& head.partition_hyperplane& head.partition_children& head.superstep_name& head.superstep_step& head
+      .superstep_rank;
+  archive& head.superstep_seconds& head.superstep_work_seconds& head.superstep_predicted_seconds;
+  archive& head.superstep_bytes_sent& head.superstep_bytes_received& head.superstep_cells;
 }
 }  // namespace boost::serialization
 
@@ -31,12 +34,14 @@ namespace {
 using dataflow::Frontier;
 
 template <int D>
-io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, const Source& source,
-                           bool complete, const std::vector<SuperstepRecord>& records) {
+io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress,
+                           const RunOptions& options, const Source& source, bool complete,
+                           const std::vector<SuperstepRecord>& records) {
   const dataflow::Totals<D> totals = sum_totals(ranks, network, progress.totals);
   io::SnapshotHead head;
   if (ranks.is_master()) {
-    head.model = std::filesystem::absolute(options.model).string();  // its imports are found from wherever the run goes on
+    head.model = std::filesystem::absolute(options.model)
+                     .string();  // its imports are found from wherever the run goes on
     head.source = source.text;
     head.dimension = D;
     head.coincidence = options.coincidence;
@@ -66,21 +71,25 @@ io::SnapshotHead make_head(Ranks& ranks, const dataflow::Network<D>& network, co
   return head;
 }
 
-/// Who gets which region of a snapshot: undecided ones by their tokens, the largest first; of finished ones, which only
-/// have to be held, blocks that follow each other in the file. @param reopens what has ended is looked at again.
+/// Who gets which region of a snapshot: undecided ones by their tokens, the largest first; of finished ones,
+/// which only have to be held, blocks that follow each other in the file. @param reopens what has ended is
+/// looked at again.
 std::vector<std::int32_t> deal_out(const io::Snapshot& head, std::size_t regions, int ranks, bool reopens) {
   constexpr double ended_work = 0.01;  // of an open token's: it is held, and drawn as one cell
   std::vector<std::int32_t> rank_of_region(regions, 0);
   std::uint64_t cells = 0, before = 0;
   for (const io::SnapshotRegion& region : head.regions) cells += region.cells;
   for (const io::SnapshotRegion& region : head.regions) {
-    rank_of_region.at(region.number) = static_cast<std::int32_t>(before * static_cast<unsigned>(ranks) / std::max<std::uint64_t>(1, cells));
+    rank_of_region.at(region.number) =
+        static_cast<std::int32_t>(before * static_cast<unsigned>(ranks) / std::max<std::uint64_t>(1, cells));
     before += region.cells;
-    if (rank_of_region[region.number] >= ranks) rank_of_region[region.number] = ranks - 1;  // empty ones at the end
+    if (rank_of_region[region.number] >= ranks)
+      rank_of_region[region.number] = ranks - 1;  // empty ones at the end
   }
   std::vector<double> work;
   for (std::size_t i = 0; i < head.frontier_tokens.size(); ++i) {
-    const auto tokens = static_cast<double>(head.frontier_tokens[i]), open = static_cast<double>(head.frontier_open[i]);
+    const auto tokens = static_cast<double>(head.frontier_tokens[i]),
+               open = static_cast<double>(head.frontier_open[i]);
     work.push_back(reopens ? tokens : open + ended_work * (tokens - open));
   }
   const auto owner = assign_regions(work, ranks);
@@ -111,7 +120,8 @@ void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& 
       head.superstep_step.push_back(record.step);
       head.superstep_rank.push_back(static_cast<std::uint32_t>(rank));
       head.superstep_seconds.push_back(record.seconds[rank]);
-      head.superstep_work_seconds.push_back(rank < record.work_seconds.size() ? record.work_seconds[rank] : record.seconds[rank]);
+      head.superstep_work_seconds.push_back(rank < record.work_seconds.size() ? record.work_seconds[rank]
+                                                                              : record.seconds[rank]);
       head.superstep_predicted_seconds.push_back(record.predicted_seconds);
       head.superstep_bytes_sent.push_back(record.bytes_sent[rank]);
       head.superstep_bytes_received.push_back(record.bytes_received[rank]);
@@ -162,12 +172,14 @@ void add_share(io::Snapshot& snapshot, const Progress<D>& progress) {
   snapshot.tree.ids.reserve(hyperplanes);
   snapshot.tree.hyperplanes.reserve(hyperplanes * (D + 1));
   for (const auto& [number, mesh] : progress.meshes) {
-    snapshot.regions.push_back({number, mesh.tree.root, mesh.cells, static_cast<std::uint32_t>(mesh.tree.nodes.size()),
+    snapshot.regions.push_back({number, mesh.tree.root, mesh.cells,
+                                static_cast<std::uint32_t>(mesh.tree.nodes.size()),
                                 static_cast<std::uint32_t>(mesh.tree.ids.size())});
     snapshot.cells.insert(snapshot.cells.end(), mesh.batches.begin(), mesh.batches.end());
     snapshot.tree.nodes.insert(snapshot.tree.nodes.end(), mesh.tree.nodes.begin(), mesh.tree.nodes.end());
     snapshot.tree.ids.insert(snapshot.tree.ids.end(), mesh.tree.ids.begin(), mesh.tree.ids.end());
-    snapshot.tree.hyperplanes.insert(snapshot.tree.hyperplanes.end(), mesh.tree.hyperplanes.begin(), mesh.tree.hyperplanes.end());
+    snapshot.tree.hyperplanes.insert(snapshot.tree.hyperplanes.end(), mesh.tree.hyperplanes.begin(),
+                                     mesh.tree.hyperplanes.end());
   }
 }
 
@@ -202,7 +214,8 @@ dataflow::Partition<D> partition_of(const io::SnapshotHead& head) {
   dataflow::Partition<D> partition;
   partition.root = head.partition_root;
   for (std::size_t i = 0; i < head.partition_hyperplane.size(); ++i)
-    partition.nodes.push_back({head.partition_hyperplane[i], head.partition_children[2 * i], head.partition_children[2 * i + 1]});
+    partition.nodes.push_back(
+        {head.partition_hyperplane[i], head.partition_children[2 * i], head.partition_children[2 * i + 1]});
   return partition;
 }
 
@@ -218,8 +231,8 @@ void set_partition(io::SnapshotHead& head, const dataflow::Partition<D>& partiti
 }
 
 template <int D>
-void Progress<D>::add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper,
-                      CellStream* stream) {
+void Progress<D>::add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation,
+                      const Recorded& before, Keeper& keeper, CellStream* stream) {
   totals += evaluation.totals;
   if (!keeps_cells) return;
   const Dealing dealing = divide_trees<D>(evaluation, regions, before, meshes);
@@ -244,16 +257,17 @@ Started<D> begin_progress(const dataflow::Network<D>& network, Distribution<D> d
 }
 
 template <int D>
-void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, const Source& source,
-                   bool complete, const std::vector<SuperstepRecord>& records) {
+void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress,
+                   const RunOptions& options, const Source& source, bool complete,
+                   const std::vector<SuperstepRecord>& records) {
   io::Snapshot snapshot;
   snapshot.head = make_head(ranks, network, progress, options, source, complete, records);
   add_share(snapshot, progress);
   io::SnapshotWriters writers;
   writers.rank = ranks.rank();
   writers.count = ranks.count();
-  // HDF5's collective calls wait for ranks that have failed, ours do not. So before HDF5 has its turn an empty sync makes sure
-  // that all got as far as here.
+  // HDF5's collective calls wait for ranks that have failed, ours do not. So before HDF5 has its turn an
+  // empty sync makes sure that all got as far as here.
   writers.exchange = [&ranks](const std::vector<std::uint64_t>& numbers) {
     auto all = all_gather(ranks, numbers);
     ranks.sync();
@@ -267,7 +281,9 @@ namespace {
 
 /// Whether a run leaves the same cells FUZZY as the one that wrote the snapshot.
 bool are_same_limits(const io::SnapshotHead& head, const RunOptions& options) {
-  if (options.level != head.level || options.tolerance.value_or(0) != head.tolerance || options.angle.value_or(0) != head.angle) return false;
+  if (options.level != head.level || options.tolerance.value_or(0) != head.tolerance ||
+      options.angle.value_or(0) != head.angle)
+    return false;
   return !options.angle || options.eye == head.eye;
 }
 
@@ -284,7 +300,8 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
   const io::SnapshotHead& head = list.head;
   if (head.hyperplanes != hyperplane_digest(network))
     throw Error("the snapshot '" + options.resume->string() +
-                "' was written by a program that compiles its model differently; use that one, or run the model anew");
+                "' was written by a program that compiles its model differently; use that one, or run the "
+                "model anew");
   Progress<D> progress(network);
   std::vector<std::int32_t> rank_of_region;
   const bool same_limits = are_same_limits(head, options);
@@ -312,7 +329,9 @@ Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, cons
 
 RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecord>& records) {
   const io::SnapshotHead head = io::read_snapshot(*options.resume, io::SnapshotPart::head).head;
-  if (head.is_portion) throw Error("the snapshot '" + options.resume->string() + "' is what one job of a queue found; put all together with 'bsp2 jobs merge'");
+  if (head.is_portion)
+    throw Error("the snapshot '" + options.resume->string() +
+                "' is what one job of a queue found; put all together with 'bsp2 jobs merge'");
   records = records_of(head);
   RunOptions resumed = options;
   resumed.model = head.model;
@@ -328,24 +347,26 @@ RunOptions resumed_options(const RunOptions& options, std::vector<SuperstepRecor
   resumed.keep_fuzzy = head.keep_fuzzy;
   resumed.keep_out = head.keep_out;
   if (options.boundary && !head.keep_in)
-    throw Error("the snapshot '" + options.resume->string() + "' keeps no IN cells: they have the surface; run the model with --keep in");
+    throw Error("the snapshot '" + options.resume->string() +
+                "' keeps no IN cells: they have the surface; run the model with --keep in");
   if (!options.level) resumed.level = head.level;
   if (resumed.level && (!head.level || *resumed.level < *head.level) && options.level)
-    throw Error("the snapshot '" + options.resume->string() + "' is refined to " + (head.level ? "level " + std::to_string(*head.level) : "any level") +
+    throw Error("the snapshot '" + options.resume->string() + "' is refined to " +
+                (head.level ? "level " + std::to_string(*head.level) : "any level") +
                 " already; ask for a deeper level, or run the model anew");
   return resumed;
 }
 
-#define BSP2_STAGE(D)                                                                                                                         \
-  template struct Progress<D>;                                                                                                                \
-  template Started<D> begin_progress<D>(const dataflow::Network<D>&, Distribution<D>);                                                        \
-  template void save_progress<D>(Ranks&, const dataflow::Network<D>&, const Progress<D>&, const RunOptions&, const Source&, bool,             \
-                                 const std::vector<SuperstepRecord>&);                                                                        \
-  template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);                                               \
-  template std::string hyperplane_digest<D>(const dataflow::Network<D>&);                                                                     \
-  template dataflow::Partition<D> partition_of<D>(const io::SnapshotHead&);                                                                   \
-  template void set_partition<D>(io::SnapshotHead&, const dataflow::Partition<D>&);                                                           \
-  template void add_share<D>(io::Snapshot&, const Progress<D>&);                                                                              \
+#define BSP2_STAGE(D)                                                                                        \
+  template struct Progress<D>;                                                                               \
+  template Started<D> begin_progress<D>(const dataflow::Network<D>&, Distribution<D>);                       \
+  template void save_progress<D>(Ranks&, const dataflow::Network<D>&, const Progress<D>&, const RunOptions&, \
+                                 const Source&, bool, const std::vector<SuperstepRecord>&);                  \
+  template Started<D> load_progress<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&);              \
+  template std::string hyperplane_digest<D>(const dataflow::Network<D>&);                                    \
+  template dataflow::Partition<D> partition_of<D>(const io::SnapshotHead&);                                  \
+  template void set_partition<D>(io::SnapshotHead&, const dataflow::Partition<D>&);                          \
+  template void add_share<D>(io::Snapshot&, const Progress<D>&);                                             \
   template RegionMeshes meshes_of<D>(const io::Snapshot&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE

@@ -13,7 +13,8 @@ namespace bsp2::supersteps {
 /// How far a run is on this rank: what has been found for good, and what is left. Snapshots hold it.
 template <int D>
 struct Progress {
-  explicit Progress(const dataflow::Network<D>& network) : totals(network.table.radius(), network.table.width()) {
+  explicit Progress(const dataflow::Network<D>& network)
+      : totals(network.table.radius(), network.table.width()) {
     totals.reset_bounds();
   }
   dataflow::Partition<D> partition;  ///< its regions: this rank's that are unfinished
@@ -23,9 +24,10 @@ struct Progress {
   unsigned steps = 0;                ///< computation supersteps
 
   /// Takes in what an evaluation has found. @param regions the numbers of its regions.
-  /// @param before what it counted from: `recorded(meshes)`. @param stream that sends its cells to the master; may be null.
-  void add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation, const Recorded& before, Keeper& keeper,
-           CellStream* stream = nullptr);
+  /// @param before what it counted from: `recorded(meshes)`. @param stream that sends its cells to the
+  /// master; may be null.
+  void add(const std::vector<std::uint32_t>& regions, dataflow::Evaluation<D>& evaluation,
+           const Recorded& before, Keeper& keeper, CellStream* stream = nullptr);
   [[nodiscard]] std::vector<std::uint32_t> region_numbers() const;
 };
 
@@ -37,29 +39,34 @@ using Started = std::pair<Progress<D>, std::vector<std::int32_t>>;
 template <int D>
 Started<D> begin_progress(const dataflow::Network<D>& network, Distribution<D> distribution);
 
-/// Who shall have which region, by what is left to do: the region with most of it goes to the rank with the least, but stays
-/// where it is if that makes hardly a difference, or if it is no work. @param owner who has it now. @return who gets it.
-std::vector<std::int32_t> reassign_regions(const std::vector<double>& work, const std::vector<std::int32_t>& owner, int ranks);
+/// Who shall have which region, by what is left to do: the region with most of it goes to the rank with the
+/// least, but stays where it is if that makes hardly a difference, or if it is no work. @param owner who has
+/// it now. @return who gets it.
+std::vector<std::int32_t> reassign_regions(const std::vector<double>& work,
+                                           const std::vector<std::int32_t>& owner, int ranks);
 
-/// Moves unfinished regions between ranks, with their frontiers and what has been found of them, so that all have about as
-/// much left to do. The cells remain what they are. Collective. @param level at which cells are left, and no work.
+/// Moves unfinished regions between ranks, with their frontiers and what has been found of them, so that all
+/// have about as much left to do. The cells remain what they are. Collective. @param level at which cells are
+/// left, and no work.
 /// @return whether any moved.
 template <int D>
-bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region,
-                  std::optional<unsigned> level);
+bool move_regions(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
+                  std::vector<std::int32_t>& rank_of_region, std::optional<unsigned> level);
 
-/// Gives back what is whole on both sides of a cut between regions, and emits the cells of regions that are one cell for good.
-/// Collective; of a held region its number, label and part travel, and no cells.
+/// Gives back what is whole on both sides of a cut between regions, and emits the cells of regions that are
+/// one cell for good. Collective; of a held region its number, label and part travel, and no cells.
 /// @see dataflow::give_back
 template <int D>
-void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads, CellStream* stream);
+void give_back(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
+               const RunOptions& options, unsigned threads, CellStream* stream);
 
 /// Writes the progress of all ranks as one snapshot, together. Collective.
 /// @param records the table of the supersteps so far, on the master.
 /// @throws bsp2::Error if the file cannot be written.
 template <int D>
-void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, const Source& source,
-                   bool complete, const std::vector<SuperstepRecord>& records);
+void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress,
+                   const RunOptions& options, const Source& source, bool complete,
+                   const std::vector<SuperstepRecord>& records);
 
 /// Of all rounded hyperplanes: equal where the ids mean the same.
 template <int D>
@@ -83,8 +90,10 @@ dataflow::Partition<D> partition_of(const io::SnapshotHead& head);
 template <int D>
 void set_partition(io::SnapshotHead& head, const dataflow::Partition<D>& partition);
 
-/// Reads a snapshot back: its regions are dealt out to the ranks, and each reads the cells of its own. Collective.
-/// @throws bsp2::Error if the snapshot is damaged, or was written by a program that compiles the model differently.
+/// Reads a snapshot back: its regions are dealt out to the ranks, and each reads the cells of its own.
+/// Collective.
+/// @throws bsp2::Error if the snapshot is damaged, or was written by a program that compiles the model
+/// differently.
 template <int D>
 Started<D> load_progress(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options);
 

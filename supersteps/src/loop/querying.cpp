@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <array>
 
+#include "bsp2/geometry/cells/point_query.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/parallel.hpp"
-#include "bsp2/geometry/cells/point_query.hpp"
 
 namespace bsp2::supersteps {
 
 template <int D>
-std::vector<Answer> querying(const geometry::HyperplaneTable<D>& table, const RunResult& result, std::span<const double> points, unsigned threads) {
+std::vector<Answer> querying(const geometry::HyperplaneTable<D>& table, const RunResult& result,
+                             std::span<const double> points, unsigned threads) {
   std::vector<geometry::Label> labels;
   std::vector<std::int32_t> primitives, parts;
   for (const auto& batch : result.mesh.batches) {
@@ -26,7 +27,9 @@ std::vector<Answer> querying(const geometry::HyperplaneTable<D>& table, const Ru
       std::array<double, D> point;
       std::copy_n(points.begin() + static_cast<std::ptrdiff_t>(i * D), D, point.begin());
       const auto found = query.ask(point);
-      Answer& answer = answers[i] = {.label = found.label, .distance = found.distance, .nearest = {found.nearest.begin(), found.nearest.end()}};
+      Answer& answer = answers[i] = {.label = found.label,
+                                     .distance = found.distance,
+                                     .nearest = {found.nearest.begin(), found.nearest.end()}};
       if (found.leaf == 0) continue;
       answer.primitive = primitives[static_cast<std::size_t>(found.leaf) - 1];
       answer.part = parts[static_cast<std::size_t>(found.leaf) - 1];
@@ -35,8 +38,9 @@ std::vector<Answer> querying(const geometry::HyperplaneTable<D>& table, const Ru
   return answers;
 }
 
-#define BSP2_STAGE(D) \
-  template std::vector<Answer> querying<D>(const geometry::HyperplaneTable<D>&, const RunResult&, std::span<const double>, unsigned);
+#define BSP2_STAGE(D)                                                                             \
+  template std::vector<Answer> querying<D>(const geometry::HyperplaneTable<D>&, const RunResult&, \
+                                           std::span<const double>, unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

@@ -8,10 +8,10 @@
 #include <cmath>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "ranks/exchange.hpp"
 #include "loop/measuring.hpp"
 #include "loop/progress.hpp"
 #include "loop/querying.hpp"
+#include "ranks/exchange.hpp"
 #include "stages/stages.hpp"
 
 namespace bsp2::supersteps {
@@ -25,27 +25,35 @@ struct Usage {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & cpu_seconds & peak_rss_bytes;
+    archive& cpu_seconds& peak_rss_bytes;
   }
 };
 
 Usage usage_of_this_process() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
-  return {seconds(usage.ru_utime) + seconds(usage.ru_stime), static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return {seconds(usage.ru_utime) + seconds(usage.ru_stime),
+          static_cast<std::uint64_t>(usage.ru_maxrss) * 1024};
 }
 
-bool is_empty(const RunReport& report) { return report.complete && report.in_cells + report.fuzzy_cells == 0; }
+bool is_empty(const RunReport& report) {
+  return report.complete && report.in_cells + report.fuzzy_cells == 0;
+}
 
-/// What only the cells and the boundary can tell; on the master. @param why_empty is added where the solid is empty.
+/// What only the cells and the boundary can tell; on the master. @param why_empty is added where the solid is
+/// empty.
 std::vector<std::string> late_warnings(const RunReport& report, const std::string& why_empty = {}) {
   std::vector<std::string> warnings;
   if (is_empty(report)) warnings.emplace_back("the solid is empty" + why_empty);
   if (report.boundary && !report.boundary->closed)
     warnings.emplace_back(
-        "the boundary is not closed: some of its edges are used more often in one direction than in the other, so its file has gaps, and programs "
-        "that print it may fill it wrongly; cells, volume and pictures are not concerned. This is a mistake of bsp2: please report the model; another "
+        "the boundary is not closed: some of its edges are used more often in one direction than in the "
+        "other, so its file has gaps, and programs "
+        "that print it may fill it wrongly; cells, volume and pictures are not concerned. This is a mistake "
+        "of bsp2: please report the model; another "
         "--coincidence, or --tolerance of a round one, may get around it");
   return warnings;
 }
@@ -58,7 +66,8 @@ std::optional<Rgba> rounded(const std::optional<model::Colour>& colour) {
 }
 
 template <int D>
-void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals, const RunOptions& options) {
+void fill(RunReport& report, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals,
+          const RunOptions& options) {
   report.hyperplanes = network.table.size();
   report.in_cells = totals.in_cells;
   report.fuzzy_cells = totals.fuzzy_cells;
@@ -102,12 +111,16 @@ std::uint64_t cells_now(const Progress<D>& progress, bool keep_out) {
   return cells;
 }
 
-/// Whether there are about as many cells as were asked for: cells that turn out alike, and are given back as one while the workers stop, do no harm.
-bool are_enough(std::uint64_t cells, const RunOptions& options) { return options.cells && cells >= *options.cells - *options.cells / 64; }
+/// Whether there are about as many cells as were asked for: cells that turn out alike, and are given back as
+/// one while the workers stop, do no harm.
+bool are_enough(std::uint64_t cells, const RunOptions& options) {
+  return options.cells && cells >= *options.cells - *options.cells / 64;
+}
 
 /// What all ranks say after a computation superstep. Collective.
 template <int D>
-StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& progress, bool stopped, unsigned steps_done) {
+StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& progress, bool stopped,
+                    unsigned steps_done) {
   const bool interrupted = options.interrupted && options.interrupted();
   StepEnd end;
   const std::uint64_t cells = options.cells ? cells_now(progress, options.keep_out) : 0;
@@ -117,31 +130,36 @@ StepEnd end_of_step(Ranks& ranks, const RunOptions& options, const Progress<D>& 
     end.cells += answer[2];
   }
   const unsigned only = options.budget_seconds && !options.snapshot && !options.on_frame ? 1 : ~0U;
-  end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) || are_enough(end.cells, options);
+  end.last = !end.stopped || end.interrupted || steps_done >= options.steps.value_or(only) ||
+             are_enough(end.cells, options);
   end.interrupted = end.interrupted && end.stopped;
   return end;
 }
 
-/// The options of one computation superstep. Without a budget, a step that ends with a snapshot is long against the time
-/// that the last one took to write.
+/// The options of one computation superstep. Without a budget, a step that ends with a snapshot is long
+/// against the time that the last one took to write.
 RunOptions options_of_step(const RunOptions& options, double snapshot_seconds) {
   constexpr double shortest = 30, share = 20;
   RunOptions step = options;
-  if (options.snapshot && !options.budget_seconds) step.budget_seconds = std::max(shortest, share * snapshot_seconds);
+  if (options.snapshot && !options.budget_seconds)
+    step.budget_seconds = std::max(shortest, share * snapshot_seconds);
   return step;
 }
 
 /// One round of a computation superstep: what it decides becomes progress, what is left stays in it.
 template <int D>
-Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads,
-                    std::optional<std::uint64_t> quota, CellStream* stream) {
+Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
+                    const RunOptions& options, unsigned threads, std::optional<std::uint64_t> quota,
+                    CellStream* stream) {
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
   if (options.collect_cells && (stream == nullptr || stream->holds_here())) consumers.push_back(&keeper);
   const std::vector<std::uint32_t> numbers = progress.region_numbers();
   const Recorded before = recorded(progress.meshes);
-  auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads, before, quota, stream, consumers);
-  ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells + computed.evaluation.totals.out_cells);
+  auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads,
+                                 before, quota, stream, consumers);
+  ranks.count_cells(computed.evaluation.totals.in_cells + computed.evaluation.totals.fuzzy_cells +
+                    computed.evaluation.totals.out_cells);
   malloc_trim(0);  // what the workers held: the next supersteps need other sizes
   progress.add(numbers, computed.evaluation, before, keeper, stream);
   progress.partition.regions = std::move(computed.evaluation.unfinished);
@@ -157,7 +175,7 @@ struct Rounds {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & seconds & cells & unfinished & interrupted;
+    archive& seconds& cells& unfinished& interrupted;
   }
 };
 
@@ -173,11 +191,13 @@ Rounds ask_all(Ranks& ranks, const Rounds& mine) {
   return all;
 }
 
-/// One computation superstep. It has several rounds if a rank has nothing left to do before the others, or cells enough before
-/// all together have: then regions move. @param cells that all ranks have, undecided ones counted, where there is a limit.
+/// One computation superstep. It has several rounds if a rank has nothing left to do before the others, or
+/// cells enough before all together have: then regions move. @param cells that all ranks have, undecided ones
+/// counted, where there is a limit.
 template <int D>
-bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress, std::vector<std::int32_t>& rank_of_region, const RunOptions& options,
-             std::uint64_t cells, unsigned threads, CellStream* stream) {
+bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
+             std::vector<std::int32_t>& rank_of_region, const RunOptions& options, std::uint64_t cells,
+             unsigned threads, CellStream* stream) {
   const auto start = Clock::now();
   ++progress.steps;
   RunOptions round = options;
@@ -189,21 +209,24 @@ bool advance(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& pro
     const bool stopped = computed.evaluation.stopped;
     if (ranks.count() == 1 || (!computed.shall_move && !options.cells)) return stopped;
     const bool unfinished = stopped && !progress.partition.regions.empty();
-    const Rounds all = ask_all(
-        ranks, {std::chrono::duration<double>(Clock::now() - start).count(), options.cells ? cells_now(progress, options.keep_out) : 0,
-                unfinished ? 1U : 0U, options.interrupted && options.interrupted()});
-    if (all.unfinished == 0 || all.interrupted || (options.budget_seconds && all.seconds >= *options.budget_seconds) || are_enough(all.cells, options))
+    const Rounds all = ask_all(ranks, {std::chrono::duration<double>(Clock::now() - start).count(),
+                                       options.cells ? cells_now(progress, options.keep_out) : 0,
+                                       unfinished ? 1U : 0U, options.interrupted && options.interrupted()});
+    if (all.unfinished == 0 || all.interrupted ||
+        (options.budget_seconds && all.seconds >= *options.budget_seconds) || are_enough(all.cells, options))
       return stopped;
     active = all.unfinished;
     if (options.budget_seconds) round.budget_seconds = *options.budget_seconds - all.seconds;
     cells = all.cells;
-    if (!move_regions(ranks, network, progress, rank_of_region, options.level)) round.move_after_seconds.reset();
+    if (!move_regions(ranks, network, progress, rank_of_region, options.level))
+      round.move_after_seconds.reset();
   }
 }
 
 /// What is left becomes FUZZY cells: the end of a run.
 template <int D>
-void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options, unsigned threads, CellStream* stream) {
+void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const RunOptions& options,
+               unsigned threads, CellStream* stream) {
   if (progress.partition.regions.empty()) return;
   Keeper keeper;
   std::vector<dataflow::Consumer*> consumers;
@@ -217,7 +240,8 @@ void draw_rest(const dataflow::Network<D>& network, Progress<D>& progress, const
 /// Cells go to the master while they are computed, if they are wanted there.
 std::unique_ptr<CellStream> stream_of(Ranks& ranks, const RunOptions& options, RegionMeshes& meshes) {
   if (ranks.count() == 1 || !options.collect_cells || options.collect == Collect::file) return nullptr;
-  const bool keeps = options.collect == Collect::automatic || options.snapshot || options.on_frame || options.boundary || options.contacts;
+  const bool keeps = options.collect == Collect::automatic || options.snapshot || options.on_frame ||
+                     options.boundary || options.contacts;
   auto stream = std::make_unique<CellStream>(ranks, options.collect, keeps);
   stream->begin(meshes);
   return stream;
@@ -225,7 +249,8 @@ std::unique_ptr<CellStream> stream_of(Ranks& ranks, const RunOptions& options, R
 
 /// Brings the cells to where they are wanted, and joins the trees above them. Collective.
 template <int D>
-RunResult collected(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, RegionMeshes meshes, Collect collect,
+RunResult collected(Ranks& ranks, const dataflow::Network<D>& network,
+                    const dataflow::Partition<D>& partition, RegionMeshes meshes, Collect collect,
                     std::size_t regions, CellStream* stream = nullptr) {
   RunResult result;
   result.is_collected = collection(ranks, meshes, collect, stream);
@@ -247,10 +272,13 @@ bool is_nothing_left(Ranks& ranks, const Progress<D>& progress) {
   return std::all_of(left.begin(), left.end(), [](std::uint64_t regions) { return regions == 0; });
 }
 
-/// Writes the progress. @return how that failed, alike on all ranks: the run is worth going on with. Collective.
+/// Writes the progress. @return how that failed, alike on all ranks: the run is worth going on with.
+/// Collective.
 template <int D>
-std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options,
-                                        const Source& source, bool complete, const std::vector<SuperstepRecord>& earlier) {
+std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>& network,
+                                        const Progress<D>& progress, const RunOptions& options,
+                                        const Source& source, bool complete,
+                                        const std::vector<SuperstepRecord>& earlier) {
   auto records = earlier;
   for (auto& record : ranks.records()) records.push_back(std::move(record));
   auto failed = attempt(ranks, [&] {
@@ -275,7 +303,8 @@ void refuse_late_warnings(Ranks& ranks, const RunReport& report) {
 
 /// What the pictures need to know of the model.
 template <int D>
-void add_looks(RunResult& result, const dataflow::Network<D>& network, const std::vector<std::int32_t>& rank_of_region) {
+void add_looks(RunResult& result, const dataflow::Network<D>& network,
+               const std::vector<std::int32_t>& rank_of_region) {
   result.rank_of_region = rank_of_region;
   for (const auto& colour : network.colours) result.colour_of_primitive.push_back(rounded(colour));
   for (const auto& part : network.parts) result.part_names.push_back(part.name);
@@ -286,21 +315,26 @@ void add_looks(RunResult& result, const dataflow::Network<D>& network, const std
 
 /// Glues the cells, if that is asked for; what cannot be glued is told in the report. Collective.
 template <int D>
-void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, CellShare share, const RunOptions& options, RunResult& result) {
+void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, CellShare share,
+             const RunOptions& options, RunResult& result) {
   if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
   const auto failed = attempt(ranks, [&] {
     ranks.agree([&] { ranks.begin("resolution"); });
-    auto [contacts, boundary] = resolution<D>(ranks, network, progress.partition, std::move(share), options, result.report.threads);
+    auto [contacts, boundary] =
+        resolution<D>(ranks, network, progress.partition, std::move(share), options, result.report.threads);
     result.contacts = std::move(contacts);
     result.boundary = std::move(boundary);
   });
   if (failed) result.report.failed.push_back({"the boundary: " + failed->text, failed->is_users});
-  if (result.boundary) result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(), result.boundary->is_closed()};
+  if (result.boundary)
+    result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(),
+                              result.boundary->is_closed()};
 }
 
 /// Shows what there is after a computation superstep; each rank shows the cells of its own regions.
 template <int D>
-void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, const RunOptions& options, unsigned threads,
+void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress,
+                const RunOptions& options, unsigned threads,
                 const std::vector<std::int32_t>& rank_of_region) {
   ranks.begin("rendering", progress.steps - 1);
   Keeper keeper;
@@ -309,23 +343,27 @@ void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progres
   const Recorded before = recorded(meshes);
   auto rest = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
   divide<D>(rest, progress.region_numbers(), before, keeper.take(), meshes);
-  RunResult now = collected(ranks, network, progress.partition, std::move(meshes), Collect::file, rank_of_region.size());
+  RunResult now =
+      collected(ranks, network, progress.partition, std::move(meshes), Collect::file, rank_of_region.size());
   now.report.dimension = D;
   add_looks(now, network, rank_of_region);
   options.on_frame(now, progress.steps - 1);
 }
 
-/// The text is the master's, but the files that it imports, and fonts, each rank reads for itself. Regions of different models
-/// would not fit together.
+/// The text is the master's, but the files that it imports, and fonts, each rank reads for itself. Regions of
+/// different models would not fit together.
 /// @throws bsp2::Error on all ranks, if not all have compiled the same.
 template <int D>
 void check_same_model(Ranks& ranks, const dataflow::Network<D>& network, const std::string& model) {
   if (ranks.count() == 1) return;
-  const auto all = all_gather(ranks, std::to_string(D) + ' ' + hyperplane_digest(network) + ' ' + std::to_string(network.program.size()));
-  const auto other = std::find_if(all.begin(), all.end(), [&](const std::string& compiled) { return compiled != all.front(); });
+  const auto all = all_gather(ranks, std::to_string(D) + ' ' + hyperplane_digest(network) + ' ' +
+                                         std::to_string(network.program.size()));
+  const auto other = std::find_if(all.begin(), all.end(),
+                                  [&](const std::string& compiled) { return compiled != all.front(); });
   if (other != all.end())
     throw Error(model + ": rank " + std::to_string(other - all.begin()) +
-                " has compiled another solid than rank 0: the files that the model imports, or its fonts, differ there");
+                " has compiled another solid than rank 0: the files that the model imports, or its fonts, "
+                "differ there");
 }
 
 /// The loop of supersteps.
@@ -343,8 +381,9 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (options.strict) refuse_warnings(report.warnings);
 
   ranks.begin("distribution");
-  auto [progress, rank_of_region] = options.resume ? load_progress<D>(ranks, network, options)
-                                                   : begin_progress<D>(network, distribution<D>(ranks, network, options, report.threads));
+  auto [progress, rank_of_region] =
+      options.resume ? load_progress<D>(ranks, network, options)
+                     : begin_progress<D>(network, distribution<D>(ranks, network, options, report.threads));
   report.regions = static_cast<unsigned>(progress.partition.nodes.size() + 1);
   progress.keeps_cells = options.collect_cells;
   const std::unique_ptr<CellStream> streamed = stream_of(ranks, options, progress.meshes);
@@ -355,20 +394,25 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   bool saves_late = false;                       // when it is sure that nothing is refused
   StepEnd end{.stopped = true, .last = options.steps == 0U};
   if (options.cells)
-    for (const std::uint64_t cells : all_gather(ranks, cells_now(progress, options.keep_out))) end.cells += cells;
+    for (const std::uint64_t cells : all_gather(ranks, cells_now(progress, options.keep_out)))
+      end.cells += cells;
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
     if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
-    const bool stopped = advance(ranks, network, progress, rank_of_region, options_of_step(options, snapshot_seconds), end.cells, report.threads, stream);
+    const bool stopped =
+        advance(ranks, network, progress, rank_of_region, options_of_step(options, snapshot_seconds),
+                end.cells, report.threads, stream);
     give_back(ranks, network, progress, options, report.threads, stream);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
-    saves_late = options.strict && options.snapshot && end.last && !end.interrupted && is_nothing_left(ranks, progress);
+    saves_late = options.strict && options.snapshot && end.last && !end.interrupted &&
+                 is_nothing_left(ranks, progress);
     if (options.snapshot && !saves_late) {
       const auto start = Clock::now();
       snapshot_failure = try_to_save(ranks, network, progress, options, source, !end.stopped, report.earlier);
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     }
-    if (options.on_frame && !end.interrupted) show_frame(ranks, network, progress, options, report.threads, rank_of_region);
+    if (options.on_frame && !end.interrupted)
+      show_frame(ranks, network, progress, options, report.threads, rank_of_region);
   }
 
   ranks.begin("collection");
@@ -385,18 +429,23 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   }
   CellShare to_glue;
   if (options.collect_cells) {
-    if (options.boundary || options.contacts) to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
+    if (options.boundary || options.contacts)
+      to_glue = share_of(ranks, progress.meshes, rank_of_region.size());
     RegionMeshes meshes = saves_late ? progress.meshes : std::move(progress.meshes);
-    result = collected(ranks, network, progress.partition, std::move(meshes), options.collect, rank_of_region.size(), stream);
+    result = collected(ranks, network, progress.partition, std::move(meshes), options.collect,
+                       rank_of_region.size(), stream);
   }
   add_looks(result, network, rank_of_region);
 
-  if (!options.points.empty() && result.is_collected && ranks.is_master()) result.answers = querying<D>(network.table, result, options.points, report.threads);
+  if (!options.points.empty() && result.is_collected && ranks.is_master())
+    result.answers = querying<D>(network.table, result, options.points, report.threads);
   result.report = std::move(report);
   if (options.strict) {
     resolve(ranks, network, progress, std::exchange(to_glue, {}), options, result);
     refuse_late_warnings(ranks, result.report);
-    if (saves_late) snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete, result.report.earlier);
+    if (saves_late)
+      snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete,
+                                     result.report.earlier);
   }
   if (snapshot_failure) result.report.failed.push_back(*snapshot_failure);
   if (options.on_cells) {
@@ -459,7 +508,8 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   report.dimension = source.model.expression.dimension();
   if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
   if (!options.eye.empty() && options.eye.size() != static_cast<std::size_t>(report.dimension))
-    throw Error("the eye has " + std::to_string(options.eye.size()) + " coordinates, the model has " + std::to_string(report.dimension) + " dimensions");
+    throw Error("the eye has " + std::to_string(options.eye.size()) + " coordinates, the model has " +
+                std::to_string(report.dimension) + " dimensions");
   report.primitives = source.model.primitive_count;
   report.warnings = source.warnings;
   report.warnings.insert(report.warnings.end(), source.model.warnings.begin(), source.model.warnings.end());
@@ -470,17 +520,35 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
 
   RunResult result;
   switch (report.dimension) {
-    case 1: result = run_supersteps<1>(ranks, options, source, std::move(report)); break;
-    case 2: result = run_supersteps<2>(ranks, options, source, std::move(report)); break;
-    case 3: result = run_supersteps<3>(ranks, options, source, std::move(report)); break;
-    case 4: result = run_supersteps<4>(ranks, options, source, std::move(report)); break;
-    case 5: result = run_supersteps<5>(ranks, options, source, std::move(report)); break;
-    case 6: result = run_supersteps<6>(ranks, options, source, std::move(report)); break;
-    default: throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(report.dimension));
+    case 1:
+      result = run_supersteps<1>(ranks, options, source, std::move(report));
+      break;
+    case 2:
+      result = run_supersteps<2>(ranks, options, source, std::move(report));
+      break;
+    case 3:
+      result = run_supersteps<3>(ranks, options, source, std::move(report));
+      break;
+    case 4:
+      result = run_supersteps<4>(ranks, options, source, std::move(report));
+      break;
+    case 5:
+      result = run_supersteps<5>(ranks, options, source, std::move(report));
+      break;
+    case 6:
+      result = run_supersteps<6>(ranks, options, source, std::move(report));
+      break;
+    default:
+      throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " +
+                  std::to_string(report.dimension));
   }
   if (ranks.is_master() && !result.report.interrupted) {
-    const std::string why_empty = is_empty(result.report) ? lost_by_merging(source, options, result.report.hyperplanes, result.report.threads) : "";
-    for (std::string& warning : late_warnings(result.report, why_empty)) result.report.warnings.push_back(std::move(warning));
+    const std::string why_empty =
+        is_empty(result.report)
+            ? lost_by_merging(source, options, result.report.hyperplanes, result.report.threads)
+            : "";
+    for (std::string& warning : late_warnings(result.report, why_empty))
+      result.report.warnings.push_back(std::move(warning));
   }
   if (ranks.is_master()) result.report.measures = measuring(source.model.expression, options, result.report);
   record_costs(ranks, result.report);

@@ -6,10 +6,10 @@
 #include <map>
 #include <utility>
 
-#include "bsp2/geometry/surface/contact.hpp"
 #include "bsp2/geometry/support/error.hpp"
-#include "state/evaluate_options.hpp"
+#include "bsp2/geometry/surface/contact.hpp"
 #include "stages/stages.hpp"
+#include "state/evaluate_options.hpp"
 
 namespace bsp2::supersteps {
 namespace {
@@ -23,7 +23,8 @@ double facet_area(const CellBatch& batch, std::size_t cell, std::size_t facet) {
   std::array<double, 3> sum{};
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const double *p = &points[3 * corners[i]], *q = &points[3 * corners[(i + 1) % corners.size()]];
-    for (std::size_t k = 0; k < 3; ++k) sum[k] += (p[(k + 1) % 3] - q[(k + 1) % 3]) * (p[(k + 2) % 3] + q[(k + 2) % 3]);
+    for (std::size_t k = 0; k < 3; ++k)
+      sum[k] += (p[(k + 1) % 3] - q[(k + 1) % 3]) * (p[(k + 2) % 3] + q[(k + 2) % 3]);
   }
   return std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / 2;
 }
@@ -39,13 +40,16 @@ Batches all_in(const Batches& batches) {
   return result;
 }
 
-/// Facets that other cells cover less than wholly. A figure for a table: areas are compared as rounded numbers.
-std::uint64_t count_boundary_facets(const geometry::HyperplaneTable<3>& table, const Batches& cells, unsigned threads) {
+/// Facets that other cells cover less than wholly. A figure for a table: areas are compared as rounded
+/// numbers.
+std::uint64_t count_boundary_facets(const geometry::HyperplaneTable<3>& table, const Batches& cells,
+                                    unsigned threads) {
   const Batches batches = all_in(cells);
   const auto contacts = contacts_among(table, batches, threads);
   std::map<std::pair<std::uint64_t, std::uint16_t>, double> covered;
   for (const geometry::Contact& contact : contacts)
-    for (const std::size_t side : {0U, 1U}) covered[{contact.cell[side], contact.facet[side]}] += contact.area;
+    for (const std::size_t side : {0U, 1U})
+      covered[{contact.cell[side], contact.facet[side]}] += contact.area;
   std::uint64_t count = 0, number = 0;
   for (const auto& batch : batches) {
     for (std::size_t cell = 0; cell < batch->size(); ++cell, ++number) {
@@ -73,14 +77,15 @@ double processor_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// At least so many regions for each of the most nodes: cuts add no cells, and the regions' works are only estimated beforehand.
+/// At least so many regions for each of the most nodes: cuts add no cells, and the regions' works are only
+/// estimated beforehand.
 constexpr unsigned regions_of_a_node = 8;
 
-/// The superstep computation of one node, whose regions the distribution has made. The least of several times, as what else the
-/// machine does only makes them longer.
+/// The superstep computation of one node, whose regions the distribution has made. The least of several
+/// times, as what else the machine does only makes them longer.
 template <int D>
-NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<dataflow::Region<D>>& regions, const dataflow::EvaluateOptions& options,
-                         bool with_facets) {
+NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<dataflow::Region<D>>& regions,
+                         const dataflow::EvaluateOptions& options, bool with_facets) {
   constexpr int most_times = 5;
   constexpr double enough_seconds = 0.5;
   NodeFigures figures;
@@ -95,7 +100,8 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<
     const auto evaluation = dataflow::evaluate(network, std::move(begun), options, consumers);
     const double seconds = processor_seconds() - start;
     spent += seconds;
-    figures.seconds = time == 0 ? seconds / options.threads : std::min(figures.seconds, seconds / options.threads);
+    figures.seconds =
+        time == 0 ? seconds / options.threads : std::min(figures.seconds, seconds / options.threads);
     figures.cells = evaluation.totals.in_cells + evaluation.totals.fuzzy_cells;
     figures.splits = evaluation.totals.counts.splits;
     figures.predicates = evaluation.totals.counts.predicates;
@@ -109,7 +115,8 @@ NodeFigures measure_node(const dataflow::Network<D>& network, const std::vector<
   return figures;
 }
 
-/// What a node's part of the distribution takes, on one thread: the most of several nodes, evenly chosen among those that find regions.
+/// What a node's part of the distribution takes, on one thread: the most of several nodes, evenly chosen
+/// among those that find regions.
 template <int D>
 double measure_distribution(const dataflow::Network<D>& network, const RunOptions& options, unsigned nodes) {
   constexpr unsigned most_measured = 8;
@@ -127,12 +134,14 @@ double measure_distribution(const dataflow::Network<D>& network, const RunOption
 }
 
 template <int D>
-Resolved measure_resolution(const dataflow::Network<D>& network, const RunOptions& options, const std::vector<unsigned>& node_counts,
-                            std::optional<unsigned> level, bool with_facets) {
+Resolved measure_resolution(const dataflow::Network<D>& network, const RunOptions& options,
+                            const std::vector<unsigned>& node_counts, std::optional<unsigned> level,
+                            bool with_facets) {
   RunOptions of_level = options;
   of_level.level = level;
   const unsigned most_nodes = *std::max_element(node_counts.begin(), node_counts.end());
-  if (!options.regions) of_level.regions = std::max(1U << dataflow::suggested_depth(network), regions_of_a_node * most_nodes);
+  if (!options.regions)
+    of_level.regions = std::max(1U << dataflow::suggested_depth(network), regions_of_a_node * most_nodes);
   Ranks alone;
   const unsigned threads = threads_of(options, alone);
   const auto partition = distribution<D>(alone, network, of_level, threads, most_nodes).partition;
@@ -140,7 +149,9 @@ Resolved measure_resolution(const dataflow::Network<D>& network, const RunOption
   for (const unsigned count : node_counts) {
     result.distribution_seconds.push_back(measure_distribution<D>(network, of_level, count));
     // The regions are the same for any number of nodes, but few nodes do not look below them.
-    const auto work = count == most_nodes ? partition.work : distribution<D>(alone, network, of_level, threads, count).partition.work;
+    const auto work = count == most_nodes
+                          ? partition.work
+                          : distribution<D>(alone, network, of_level, threads, count).partition.work;
     const auto owner = assign_regions(work, static_cast<int>(count));
     auto& nodes = result.nodes.emplace_back();
     for (unsigned node = 0; node < count; ++node) {
@@ -178,7 +189,8 @@ class Levels : public dataflow::Consumer {
 };
 
 template <int D>
-std::vector<Resolved> measure(const Source& source, RunOptions options, const std::vector<unsigned>& node_counts,
+std::vector<Resolved> measure(const Source& source, RunOptions options,
+                              const std::vector<unsigned>& node_counts,
                               std::vector<std::optional<unsigned>> levels, bool with_facets) {
   Ranks alone;
   const dataflow::Network<D> network = translation<D>(source, options, threads_of(options, alone));
@@ -186,28 +198,37 @@ std::vector<Resolved> measure(const Source& source, RunOptions options, const st
   if (levels.empty()) {
     Levels seen;
     std::vector<dataflow::Consumer*> consumers{&seen};
-    dataflow::evaluate(network, dataflow::partition(network, 0).regions, evaluate_options(options, {}), consumers);
+    dataflow::evaluate(network, dataflow::partition(network, 0).regions, evaluate_options(options, {}),
+                       consumers);
     levels = {seen.quantile(0.05), seen.quantile(0.25), std::nullopt};
   }
   std::vector<Resolved> result;
-  for (const auto& level : levels) result.push_back(measure_resolution<D>(network, options, node_counts, level, with_facets));
+  for (const auto& level : levels)
+    result.push_back(measure_resolution<D>(network, options, node_counts, level, with_facets));
   return result;
 }
 
 }  // namespace
 
-std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts, std::vector<std::optional<unsigned>> levels,
-                                     bool with_facets) {
+std::vector<Resolved> measure_tables(const RunOptions& options, const std::vector<unsigned>& node_counts,
+                                     std::vector<std::optional<unsigned>> levels, bool with_facets) {
   Ranks alone;
   const Source source = parsed(compilation(alone, options), options, threads_of(options, alone));
   switch (source.model.expression.dimension()) {
-    case 1: return measure<1>(source, options, node_counts, std::move(levels), with_facets);
-    case 2: return measure<2>(source, options, node_counts, std::move(levels), with_facets);
-    case 3: return measure<3>(source, options, node_counts, std::move(levels), with_facets);
-    case 4: return measure<4>(source, options, node_counts, std::move(levels), with_facets);
-    case 5: return measure<5>(source, options, node_counts, std::move(levels), with_facets);
-    case 6: return measure<6>(source, options, node_counts, std::move(levels), with_facets);
-    default: throw Error(options.model.string() + ": solids of dimension 1 to 6 can be evaluated");
+    case 1:
+      return measure<1>(source, options, node_counts, std::move(levels), with_facets);
+    case 2:
+      return measure<2>(source, options, node_counts, std::move(levels), with_facets);
+    case 3:
+      return measure<3>(source, options, node_counts, std::move(levels), with_facets);
+    case 4:
+      return measure<4>(source, options, node_counts, std::move(levels), with_facets);
+    case 5:
+      return measure<5>(source, options, node_counts, std::move(levels), with_facets);
+    case 6:
+      return measure<6>(source, options, node_counts, std::move(levels), with_facets);
+    default:
+      throw Error(options.model.string() + ": solids of dimension 1 to 6 can be evaluated");
   }
 }
 

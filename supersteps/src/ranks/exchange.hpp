@@ -36,7 +36,8 @@ std::vector<T> gather(Ranks& ranks, const T& value, const T& blank = {}) {
   ranks.send(0, dataflow::to_bytes(value));
   ranks.sync();
   std::vector<T> values;
-  for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, values.emplace_back(blank));
+  for (const auto& message : ranks.received())
+    dataflow::from_bytes(message.bytes, values.emplace_back(blank));
   return values;
 }
 
@@ -47,7 +48,8 @@ std::vector<T> all_gather(Ranks& ranks, const T& value, const T& blank = {}) {
   for (int rank = 0; rank < ranks.count(); ++rank) ranks.send(rank, bytes);
   ranks.sync();
   std::vector<T> values;
-  for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, values.emplace_back(blank));
+  for (const auto& message : ranks.received())
+    dataflow::from_bytes(message.bytes, values.emplace_back(blank));
   return values;
 }
 

@@ -25,7 +25,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// One superstep on this rank; its name is the same on all.
 struct Entry {
@@ -37,19 +39,23 @@ struct Entry {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & name & step & seconds & waited & hidden & bytes_sent & bytes_received & syncs & cells & hidden_sent & hidden_received;
+    archive& name& step& seconds& waited& hidden& bytes_sent& bytes_received& syncs& cells& hidden_sent&
+        hidden_received;
   }
 };
 
 /// The number of ranks if the launcher says it; 0 if it only says that there is one; 1 if there is none.
 unsigned launched_ranks() {
-  const auto number = [](const char* variable) { return static_cast<unsigned>(std::max(0L, std::strtol(std::getenv(variable), nullptr, 10))); };
+  const auto number = [](const char* variable) {
+    return static_cast<unsigned>(std::max(0L, std::strtol(std::getenv(variable), nullptr, 10)));
+  };
   for (const char* variable : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"})
     if (std::getenv(variable) != nullptr) return number(variable);
   const unsigned tasks = std::getenv("SLURM_STEP_NUM_TASKS") != nullptr ? number("SLURM_STEP_NUM_TASKS") : 0;
   if (std::getenv("PMIX_RANK") != nullptr) return tasks;
   if (tasks > 1 && std::getenv("SLURM_STEP_ID") != nullptr && std::getenv("PMI_RANK") == nullptr)
-    throw Error("srun started " + std::to_string(tasks) + " tasks that cannot find each other; start them with 'srun --mpi=pmix'");
+    throw Error("srun started " + std::to_string(tasks) +
+                " tasks that cannot find each other; start them with 'srun --mpi=pmix'");
   return 1;
 }
 
@@ -66,13 +72,17 @@ std::string with_place(std::string text, const std::string& superstep, int rank)
   return text.append(superstep.empty() ? "rank " : ", rank ").append(std::to_string(rank)).append(")");
 }
 
-/// Ends all ranks if they do not agree on a failure in time: one may be busy for minutes with what it does alone, or wait in a
-/// call that the failure has made hopeless. The launcher does it; what is unfinished then stays, as after a kill.
+/// Ends all ranks if they do not agree on a failure in time: one may be busy for minutes with what it does
+/// alone, or wait in a call that the failure has made hopeless. The launcher does it; what is unfinished then
+/// stays, as after a kill.
 class LastResort {
  public:
   /// @param message what it says then; empty: it has been said.
   LastResort(const std::string& message, int code, std::chrono::milliseconds patience)
-      : message_(message.empty() ? message : "bsp2: " + message + "\n"), code_(code), patience_(patience), thread_([this] { watch(); }) {}
+      : message_(message.empty() ? message : "bsp2: " + message + "\n"),
+        code_(code),
+        patience_(patience),
+        thread_([this] { watch(); }) {}
   ~LastResort() {
     {
       const std::lock_guard lock(mutex_);
@@ -97,7 +107,8 @@ class LastResort {
     std::unique_lock lock(mutex_);
     if (change_.wait_for(lock, patience_, [this] { return over_; })) return;
     [[maybe_unused]] const auto written = write(STDERR_FILENO, message_.data(), message_.size());
-    boost::mpi::environment::abort(code_);  // not by the thread that MPI allows, which is stuck in it: nothing else ends all
+    boost::mpi::environment::abort(
+        code_);  // not by the thread that MPI allows, which is stuck in it: nothing else ends all
   }
 };
 
@@ -114,12 +125,15 @@ void watched(Message message, int code, std::chrono::milliseconds patience, Step
 constexpr std::chrono::seconds short_patience{4}, long_patience{60};
 
 /// Where several ranks fail at once, the first that speaks shall have ended the others before they do.
-std::chrono::milliseconds staggered(std::chrono::milliseconds patience, int rank) { return patience + std::chrono::milliseconds(300) * std::min(rank, 8); }
+std::chrono::milliseconds staggered(std::chrono::milliseconds patience, int rank) {
+  return patience + std::chrono::milliseconds(300) * std::min(rank, 8);
+}
 
 [[noreturn]] void throw_agreed(const bsplib::Error& error) {
   const std::string& detail = error.detail();
   const auto end = detail.find('\n');
-  if (error.code() != bsplib::Errc::exception || end == std::string::npos) throw Failure("internal error: " + std::string(error.what()));
+  if (error.code() != bsplib::Errc::exception || end == std::string::npos)
+    throw Failure("internal error: " + std::string(error.what()));
   const std::string superstep = detail.substr(1, end - 1);
   const std::string text = with_place(detail.substr(end + 1), superstep, error.culprit());
   if (detail[0] == Culprit::user) throw Error(text);
@@ -133,8 +147,8 @@ class Ranks::Implementation {
   Implementation() = default;
   explicit Implementation(std::unique_ptr<boost::mpi::environment> environment)
       : environment_(std::move(environment)), world_(std::in_place), queue_(world_->new_queue()) {}
-  /// After a failure, files that could not be written may keep MPI from its end. First all have to be here: until then the master
-  /// may be about to say what went wrong.
+  /// After a failure, files that could not be written may keep MPI from its end. First all have to be here:
+  /// until then the master may be about to say what went wrong.
   ~Implementation() {
     open_.reset();
     if (failed_ == 0) return;
@@ -164,12 +178,16 @@ class Ranks::Implementation {
     }
   }
 
-  [[nodiscard]] std::string superstep() const { return entries_.empty() ? std::string() : entries_[current_].name; }
+  [[nodiscard]] std::string superstep() const {
+    return entries_.empty() ? std::string() : entries_[current_].name;
+  }
 
   void begin(const std::string& name, unsigned step) {
     close_entry();
     if (entries_.empty()) first_ = Clock::now();
-    const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) { return entry.name == name && entry.step == step; });
+    const auto same = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
+      return entry.name == name && entry.step == step;
+    });
     current_ = static_cast<std::size_t>(same - entries_.begin());
     if (same == entries_.end()) entries_.push_back({name, step});
     begun_ = Clock::now();
@@ -182,7 +200,9 @@ class Ranks::Implementation {
     close_entry();
     return entries_;
   }
-  [[nodiscard]] std::optional<bsplib::Machine> machine() const { return world_ ? world_->machine() : std::nullopt; }
+  [[nodiscard]] std::optional<bsplib::Machine> machine() const {
+    return world_ ? world_->machine() : std::nullopt;
+  }
 
   void send(int to, std::string_view bytes) {
     if (to != rank()) unsent_ += bytes.size();
@@ -218,9 +238,12 @@ class Ranks::Implementation {
       open->close();
       waited_ += seconds_since(start);
       for (const bsplib::Message& message : world_->messages(queue_))
-        received_.push_back({message.source, {reinterpret_cast<const char*>(message.payload.data()), message.payload.size()}});
+        received_.push_back(
+            {message.source,
+             {reinterpret_cast<const char*>(message.payload.data()), message.payload.size()}});
     }
-    const auto place = std::find_if(received_.begin(), received_.end(), [this](const Message& message) { return message.source > rank(); });
+    const auto place = std::find_if(received_.begin(), received_.end(),
+                                    [this](const Message& message) { return message.source > rank(); });
     std::vector<Message> own;
     for (const std::string& bytes : delivered_) own.push_back({rank(), bytes});
     received_.insert(place, own.begin(), own.end());
@@ -228,7 +251,8 @@ class Ranks::Implementation {
     return true;
   }
 
-  /// Sleeps ever longer, an eighth of the time waited so far and up to a millisecond: no wait becomes much longer than it has to be.
+  /// Sleeps ever longer, an eighth of the time waited so far and up to a millisecond: no wait becomes much
+  /// longer than it has to be.
   void wait() {
     constexpr double short_wait = 0.5e-3, longest_sleep = 1e-3;
     const auto start = Clock::now();
@@ -329,7 +353,8 @@ std::string Ranks::library() {
 
 Ranks Ranks::launched() {
   if (launched_ranks() == 1) return {};
-  return Ranks(std::make_unique<Implementation>(std::make_unique<boost::mpi::environment>(boost::mpi::threading::funneled)));
+  return Ranks(std::make_unique<Implementation>(
+      std::make_unique<boost::mpi::environment>(boost::mpi::threading::funneled)));
 }
 
 int Ranks::rank() const { return implementation_->rank(); }
@@ -341,8 +366,10 @@ unsigned Ranks::cores_of_a_rank() {
   cpu_set_t allowed;  // the launcher may have bound this rank to some cores
   CPU_ZERO(&allowed);
   const bool known = sched_getaffinity(0, sizeof allowed, &allowed) == 0;
-  const unsigned cores = known ? static_cast<unsigned>(CPU_COUNT(&allowed)) : std::thread::hardware_concurrency();
-  const std::string mine = std::string(node.data()) + '\n' + std::string(reinterpret_cast<const char*>(&allowed), sizeof allowed);
+  const unsigned cores =
+      known ? static_cast<unsigned>(CPU_COUNT(&allowed)) : std::thread::hardware_concurrency();
+  const std::string mine =
+      std::string(node.data()) + '\n' + std::string(reinterpret_cast<const char*>(&allowed), sizeof allowed);
   const auto all = all_gather(*this, mine);
   return std::max(1U, cores / static_cast<unsigned>(std::count(all.begin(), all.end(), mine)));
 }
@@ -352,7 +379,9 @@ void Ranks::together(const std::function<void()>& program) { implementation_->to
 void Ranks::agree(const std::function<void()>& work) {
   if (count() == 1) return work();
   std::string mine;  // whose mistake it is, then the text; empty if there is none
-  const auto fail = [&](Culprit culprit, const std::string& text) { mine = std::string(1, culprit).append(text); };
+  const auto fail = [&](Culprit culprit, const std::string& text) {
+    mine = std::string(1, culprit).append(text);
+  };
   try {
     work();
   } catch (const bsplib::Error&) {
@@ -369,7 +398,8 @@ void Ranks::agree(const std::function<void()>& work) {
   const auto all = all_gather(*this, mine);
   for (int rank = 0; rank < count(); ++rank)
     if (const std::string& text = all[static_cast<std::size_t>(rank)]; !text.empty())
-      throw AgreedFailure(with_place(text.substr(1), implementation_->superstep(), rank), text.front() == Culprit::user);
+      throw AgreedFailure(with_place(text.substr(1), implementation_->superstep(), rank),
+                          text.front() == Culprit::user);
 }
 
 void Ranks::begin(const std::string& name, unsigned step) {
@@ -401,8 +431,9 @@ std::vector<SuperstepRecord> Ranks::records() {
     }
     record.predicted_seconds = *std::max_element(record.work_seconds.begin(), record.work_seconds.end());
     if (const auto machine = implementation_->machine())
-      record.predicted_seconds = std::max(record.predicted_seconds, machine->g * static_cast<double>(hidden_h)) +
-                                 machine->g * static_cast<double>(h - hidden_h) + machine->l * static_cast<double>(syncs);
+      record.predicted_seconds =
+          std::max(record.predicted_seconds, machine->g * static_cast<double>(hidden_h)) +
+          machine->g * static_cast<double>(h - hidden_h) + machine->l * static_cast<double>(syncs);
   }
   return records;
 }

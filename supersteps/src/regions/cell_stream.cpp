@@ -27,7 +27,7 @@ struct SentCells {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & cells & rank & worker & first;
+    archive& cells& rank& worker& first;
   }
 };
 
@@ -38,7 +38,7 @@ struct SentRegion {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & cells & region;
+    archive& cells& region;
   }
 };
 
@@ -48,7 +48,7 @@ struct SentDealing {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & dealing.dimension & dealing.region & dealing.end & dealing.runs & rank;
+    archive& dealing.dimension& dealing.region& dealing.end& dealing.runs& rank;
   }
 };
 
@@ -61,7 +61,8 @@ std::string message_of(char letter, const T& content) {
 
 }  // namespace
 
-/// The first of the pair that this rank belongs to when it hands over: of the rounds of a tree, the one that its lowest bit says.
+/// The first of the pair that this rank belongs to when it hands over: of the rounds of a tree, the one that
+/// its lowest bit says.
 int CellStream::next_rank() const {
   const int rank = ranks_.rank();
   return how_ == Collect::tree ? rank & (rank - 1) : 0;
@@ -72,7 +73,9 @@ void CellStream::begin(RegionMeshes& meshes) {
     if (ranks_.is_master()) {
       put({{number, mesh.batches}});
     } else {
-      for (const auto& batch : mesh.batches) waiting_.push_back(message_of(cells_of_region, SentRegion<const geometry::CellBatch>{*batch, number}));
+      for (const auto& batch : mesh.batches)
+        waiting_.push_back(
+            message_of(cells_of_region, SentRegion<const geometry::CellBatch>{*batch, number}));
     }
     if (!keeps_) mesh.batches.clear();
   }
@@ -82,7 +85,8 @@ void CellStream::consume(const std::shared_ptr<const dataflow::Refinement>& refi
   if (ranks_.is_master() || is_abandoned_) return;
   const auto start = std::chrono::steady_clock::now();
   waiting_.push_back(
-      message_of(some_cells, SentCells<const geometry::CellBatch>{refinement->cells, ranks_.rank(), refinement->worker, refinement->first}));
+      message_of(some_cells, SentCells<const geometry::CellBatch>{refinement->cells, ranks_.rank(),
+                                                                  refinement->worker, refinement->first}));
   ranks_.hide(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
 }
 

@@ -6,17 +6,19 @@
 #include <string>
 #include <string_view>
 
-#include "regions/region_mesh.hpp"
 #include "bsp2/supersteps/ranks/ranks.hpp"
 #include "bsp2/supersteps/state/run_options.hpp"
+#include "regions/region_mesh.hpp"
 
 namespace bsp2::supersteps {
 
-/// Collection, as far as it is hidden: cells go to the master, or up a tree of masters, while others are computed.
+/// Collection, as far as it is hidden: cells go to the master, or up a tree of masters, while others are
+/// computed.
 ///
-/// Cells travel as the workers decide them, with the syncs of Contact. Which region has which of them is known when the
-/// trees of a round are; then this travels, and the master puts the regions together. The trees stay with the regions until
-/// all is computed. What is sent by one rank arrives in that order, also up a tree.
+/// Cells travel as the workers decide them, with the syncs of Contact. Which region has which of them is
+/// known when the trees of a round are; then this travels, and the master puts the regions together. The
+/// trees stay with the regions until all is computed. What is sent by one rank arrives in that order, also up
+/// a tree.
 ///
 /// Thread rule: by the main thread, as a consumer too. `finish` is collective.
 class CellStream : public dataflow::Consumer {
@@ -32,10 +34,12 @@ class CellStream : public dataflow::Consumer {
   /// What was found before, region by region: sent likewise. Where cells are not kept, the meshes lose them.
   void begin(RegionMeshes& meshes);
   void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override;
-  /// Which regions the cells have that this rank has found since the last time. @param cells on the master: these themselves.
+  /// Which regions the cells have that this rank has found since the last time. @param cells on the master:
+  /// these themselves.
   void deal(const Dealing& dealing, const RegionCells& cells);
 
-  /// Hands over what waits to the next sync. @return whether some of it goes to a rank that has to pass it on.
+  /// Hands over what waits to the next sync. @return whether some of it goes to a rank that has to pass it
+  /// on.
   bool send();
   /// One message of those that `send` made.
   void take(std::string_view message);
@@ -52,10 +56,11 @@ class CellStream : public dataflow::Consumer {
   Ranks& ranks_;
   Collect how_;
   bool keeps_, is_abandoned_ = false;
-  std::deque<std::string> waiting_;           // messages for the next rank on the way to the master
-  std::map<std::int32_t, Keeper> undealt_;    // on the master: cells of each rank whose regions are not known yet
-  RegionCells cells_;                         // on the master
-  std::uint64_t count_ = 0;                   // on the master: cells that came
+  std::deque<std::string> waiting_;  // messages for the next rank on the way to the master
+  std::map<std::int32_t, Keeper>
+      undealt_;              // on the master: cells of each rank whose regions are not known yet
+  RegionCells cells_;        // on the master
+  std::uint64_t count_ = 0;  // on the master: cells that came
 
   [[nodiscard]] int next_rank() const;
   void put(const RegionCells& cells);

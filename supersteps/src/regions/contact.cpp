@@ -80,7 +80,9 @@ void Contact::listen() {
     one_finished = one_finished || status.finished;
     passed = std::max(passed, status.seconds);
     // Space is a rough measure of work: what comes of it is only whether it is worth the trouble.
-    if (!status.finished) longest_to_come = std::max(longest_to_come, status.gained > 0 ? status.seconds * status.left / status.gained : status.seconds);
+    if (!status.finished)
+      longest_to_come = std::max(
+          longest_to_come, status.gained > 0 ? status.seconds * status.left / status.gained : status.seconds);
   }
   all_done_ = all_finished && !sum.passed_on;
   if (sum.full) stream_->abandon();
@@ -88,7 +90,8 @@ void Contact::listen() {
     constexpr double worth_moving = 0.25;
     shall_move_ = limits_.move_after_seconds && one_finished && passed >= *limits_.move_after_seconds &&
                   longest_to_come >= worth_moving * std::max(passed, *limits_.move_after_seconds);
-    is_over_ = shall_move_ || (limits_.cells && sum.grown >= 0 && static_cast<std::uint64_t>(sum.grown) >= *limits_.cells);
+    is_over_ = shall_move_ ||
+               (limits_.cells && sum.grown >= 0 && static_cast<std::uint64_t>(sum.grown) >= *limits_.cells);
   }
   if (report_ && ranks_.is_master()) report_(std::min(1.0, sum.done), sum.cells);
 }

@@ -13,8 +13,9 @@
 
 namespace bsp2::supersteps {
 
-/// Keeps the ranks in touch while their workers compute: several times a second all tell how far they are. So a failure of
-/// one rank is known to the others soon, the master shows the progress of all, and cells go to where they are wanted.
+/// Keeps the ranks in touch while their workers compute: several times a second all tell how far they are. So
+/// a failure of one rank is known to the others soon, the master shows the progress of all, and cells go to
+/// where they are wanted.
 ///
 /// A sync begins here and is completed some calls later; nobody waits for it before its own work is done.
 class Contact : public dataflow::Consumer {
@@ -27,7 +28,8 @@ class Contact : public dataflow::Consumer {
   };
 
   /// @param share of space that this rank computes, as `progress` counts it.
-  /// @param report told the progress of all ranks, on the master. @param stream whose cells travel along; may be null.
+  /// @param report told the progress of all ranks, on the master. @param stream whose cells travel along; may
+  /// be null.
   Contact(Ranks& ranks, double share, const Limits& limits, Report report, CellStream* stream)
       : ranks_(ranks), share_(share), limits_(limits), report_(std::move(report)), stream_(stream) {}
 
@@ -36,7 +38,8 @@ class Contact : public dataflow::Consumer {
   void progress(double done, std::uint64_t cells, std::int64_t grown) override;
   /// The work of this rank is done; waits until that of all is. Collective.
   void finish();
-  /// The ranks have agreed to end the step before its time: one has nothing left to do, or there are cells enough.
+  /// The ranks have agreed to end the step before its time: one has nothing left to do, or there are cells
+  /// enough.
   [[nodiscard]] bool is_over() const { return is_over_; }
   /// Because one has nothing left to do; the same on all ranks once they have finished.
   [[nodiscard]] bool shall_move() const { return shall_move_; }
@@ -44,14 +47,14 @@ class Contact : public dataflow::Consumer {
  private:
   using Clock = std::chrono::steady_clock;
   struct Status {
-    double seconds = 0;             ///< since the step began
-    double gained = 0, left = 0;    ///< share of space that was decided since, and that is undecided
-    double done = 0;                ///< likewise, in all
-    std::uint64_t cells = 0;        ///< that are decided
-    std::int64_t grown = 0;         ///< cells that are more than at the beginning, decided or not
+    double seconds = 0;           ///< since the step began
+    double gained = 0, left = 0;  ///< share of space that was decided since, and that is undecided
+    double done = 0;              ///< likewise, in all
+    std::uint64_t cells = 0;      ///< that are decided
+    std::int64_t grown = 0;       ///< cells that are more than at the beginning, decided or not
     bool finished = false;
-    bool passed_on = false;         ///< cells come with this that have still some way to go
-    bool full = false;              ///< the stream, on the master
+    bool passed_on = false;  ///< cells come with this that have still some way to go
+    bool full = false;       ///< the stream, on the master
   };
 
   Ranks& ranks_;

@@ -19,7 +19,8 @@ constexpr std::size_t cells_of_a_batch = 4096, cells_of_a_trim = 32768;
 /// Cells of an evaluation by their number; a batch is given back when all of it has been copied.
 class CellSource {
  public:
-  explicit CellSource(std::vector<std::shared_ptr<const dataflow::Refinement>> refinements) : refinements_(std::move(refinements)) {
+  explicit CellSource(std::vector<std::shared_ptr<const dataflow::Refinement>> refinements)
+      : refinements_(std::move(refinements)) {
     std::uint64_t cells = 0;
     for (const auto& refinement : refinements_) {
       first_.push_back(cells);
@@ -44,11 +45,15 @@ class CellSource {
           batch = std::make_shared<CellBatch>();
           batch->dimension = dimension;
         }
-        const auto source = static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), run.first) - first_.begin()) - 1;
+        const auto source = static_cast<std::size_t>(
+                                std::upper_bound(first_.begin(), first_.end(), run.first) - first_.begin()) -
+                            1;
         const std::uint64_t cell = run.first - first_.at(source);
-        if (!refinements_[source] || cell >= refinements_[source]->cells.size()) throw std::out_of_range("cells are dealt that do not exist");
+        if (!refinements_[source] || cell >= refinements_[source]->cells.size())
+          throw std::out_of_range("cells are dealt that do not exist");
         const CellBatch& from = refinements_[source]->cells;
-        const std::uint64_t count = std::min({run.count, from.size() - cell, std::uint64_t{cells_of_a_batch - batch->size()}});
+        const std::uint64_t count =
+            std::min({run.count, from.size() - cell, std::uint64_t{cells_of_a_batch - batch->size()}});
         batch->append(from, cell, count);
         run.first += count;
         run.count -= count;
@@ -78,7 +83,8 @@ class CellSource {
 /// Moves subtrees of an evaluation's tree into those of the regions.
 class Grafter {
  public:
-  Grafter(const BspTree& from, const Recorded& before) : from_(from), before_(before), place_(from.ids.size()), owner_(from.ids.size(), nobody) {}
+  Grafter(const BspTree& from, const Recorded& before)
+      : from_(from), before_(before), place_(from.ids.size()), owner_(from.ids.size(), nobody) {}
 
   void begin(RegionMesh& mesh) {
     mesh_ = &mesh;
@@ -112,7 +118,8 @@ class Grafter {
   };
   const BspTree& from_;
   Recorded before_;
-  std::vector<std::uint32_t> place_, owner_;  // of each hyperplane: in the region's list, if that is the region's turn
+  std::vector<std::uint32_t> place_,
+      owner_;  // of each hyperplane: in the region's list, if that is the region's turn
   std::uint32_t turn_ = 0;
   RegionMesh* mesh_ = nullptr;
   std::vector<std::uint64_t> cells_;
@@ -172,8 +179,9 @@ Recorded recorded(const RegionMeshes& meshes) {
 }
 
 std::vector<std::shared_ptr<const dataflow::Refinement>> Keeper::take() {
-  std::sort(refinements_.begin(), refinements_.end(),
-            [](const auto& a, const auto& b) { return a->worker != b->worker ? a->worker < b->worker : a->first < b->first; });
+  std::sort(refinements_.begin(), refinements_.end(), [](const auto& a, const auto& b) {
+    return a->worker != b->worker ? a->worker < b->worker : a->first < b->first;
+  });
   return std::exchange(refinements_, {});
 }
 
@@ -188,7 +196,8 @@ void shrink_to_fit(BspTree& tree) {
 }  // namespace
 
 template <int D>
-Dealing divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before, RegionMeshes& meshes) {
+Dealing divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions,
+                     const Recorded& before, RegionMeshes& meshes) {
   Dealing dealing;
   dealing.dimension = D;
   Grafter grafter(evaluation.tree, before);
@@ -213,12 +222,14 @@ Dealing divide_trees(dataflow::Evaluation<D>& evaluation, std::span<const std::u
   return dealing;
 }
 
-RegionCells divide_cells(const Dealing& dealing, std::vector<std::shared_ptr<const dataflow::Refinement>> refinements) {
+RegionCells divide_cells(const Dealing& dealing,
+                         std::vector<std::shared_ptr<const dataflow::Refinement>> refinements) {
   CellSource source(std::move(refinements));
   RegionCells cells;
   std::uint64_t begin = 0;
   for (std::size_t i = 0; i < dealing.region.size(); begin = dealing.end[i++])
-    cells[dealing.region[i]] = source.copy(std::span(dealing.runs).subspan(begin, dealing.end[i] - begin), dealing.dimension);
+    cells[dealing.region[i]] =
+        source.copy(std::span(dealing.runs).subspan(begin, dealing.end[i] - begin), dealing.dimension);
   return cells;
 }
 
@@ -230,15 +241,18 @@ void append(RegionMeshes& meshes, const RegionCells& cells) {
 }
 
 template <int D>
-void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions, const Recorded& before,
-            std::vector<std::shared_ptr<const dataflow::Refinement>> refinements, RegionMeshes& meshes) {
+void divide(dataflow::Evaluation<D>& evaluation, std::span<const std::uint32_t> regions,
+            const Recorded& before, std::vector<std::shared_ptr<const dataflow::Refinement>> refinements,
+            RegionMeshes& meshes) {
   append(meshes, divide_cells(divide_trees<D>(evaluation, regions, before, meshes), std::move(refinements)));
 }
 
 std::int32_t shifted(std::int32_t child, std::uint64_t nodes, std::uint64_t cells) {
   if (child == BspTree::empty_leaf) return child;
-  const std::uint64_t number = child >= 0 ? static_cast<std::uint64_t>(child) + nodes : static_cast<std::uint64_t>(~child) + cells;
-  if (number > std::numeric_limits<std::int32_t>::max()) throw std::length_error("a BSP tree of more than 2^31 nodes or cells; --collect file needs none");
+  const std::uint64_t number =
+      child >= 0 ? static_cast<std::uint64_t>(child) + nodes : static_cast<std::uint64_t>(~child) + cells;
+  if (number > std::numeric_limits<std::int32_t>::max())
+    throw std::length_error("a BSP tree of more than 2^31 nodes or cells; --collect file needs none");
   return child >= 0 ? static_cast<std::int32_t>(number) : ~static_cast<std::int32_t>(number);
 }
 
@@ -249,7 +263,8 @@ void append(BspTree& whole, const BspTree& tree, std::uint64_t cells) {
   const std::uint64_t nodes = whole.nodes.size();
   const auto hyperplanes = static_cast<std::uint32_t>(whole.ids.size());
   for (const BspTree::Node& node : tree.nodes)
-    whole.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, nodes, cells), shifted(node.positive, nodes, cells)});
+    whole.nodes.push_back({node.hyperplane + hyperplanes, shifted(node.negative, nodes, cells),
+                           shifted(node.positive, nodes, cells)});
   whole.ids.insert(whole.ids.end(), tree.ids.begin(), tree.ids.end());
   whole.hyperplanes.insert(whole.hyperplanes.end(), tree.hyperplanes.begin(), tree.hyperplanes.end());
 }
@@ -261,7 +276,8 @@ Recorded append(RegionMesh& mesh, const RegionMesh& other) {
   mesh.region = other.region;
   mesh.tree.dimension = other.tree.dimension;
   append(mesh.tree, other.tree, mesh.cells);
-  if (other.tree.root != BspTree::empty_leaf) mesh.tree.root = shifted(other.tree.root, before.nodes, before.cells);
+  if (other.tree.root != BspTree::empty_leaf)
+    mesh.tree.root = shifted(other.tree.root, before.nodes, before.cells);
   mesh.batches.insert(mesh.batches.end(), other.batches.begin(), other.batches.end());
   mesh.cells += other.cells;
   return before;
@@ -292,9 +308,10 @@ Part join(RegionMeshes meshes, int dimension, std::size_t region_count) {
   return whole;
 }
 
-#define BSP2_STAGE(D)                                                                                                \
-  template Dealing divide_trees<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>, const Recorded&, RegionMeshes&); \
-  template void divide<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>, const Recorded&,                 \
+#define BSP2_STAGE(D)                                                                                \
+  template Dealing divide_trees<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>,         \
+                                   const Recorded&, RegionMeshes&);                                  \
+  template void divide<D>(dataflow::Evaluation<D>&, std::span<const std::uint32_t>, const Recorded&, \
                           std::vector<std::shared_ptr<const dataflow::Refinement>>, RegionMeshes&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE

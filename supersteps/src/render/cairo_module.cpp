@@ -36,7 +36,8 @@ constexpr int bytes_of_a_strip = 2 << 20, most_strips = 255;
 using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
 
 Surface vector_surface(PictureFormat format, std::string& bytes, int width, int height) {
-  const auto create = format == PictureFormat::svg ? cairo_svg_surface_create_for_stream : cairo_pdf_surface_create_for_stream;
+  const auto create = format == PictureFormat::svg ? cairo_svg_surface_create_for_stream
+                                                   : cairo_pdf_surface_create_for_stream;
   Surface surface(create(append, &bytes, width, height), cairo_surface_destroy);
   check(cairo_surface_status(surface.get()));
   if (format == PictureFormat::svg) cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
@@ -71,8 +72,10 @@ class CairoCanvas final : public Canvas {
 CairoCanvas::CairoCanvas(int width, int height)
     : width_(width),
       height_(height),
-      strip_height_(std::clamp(bytes_of_a_strip / (samples * samples * 4 * width), (height + most_strips - 1) / most_strips, height)),
-      surface_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples * width, samples * strip_height_), cairo_surface_destroy),
+      strip_height_(std::clamp(bytes_of_a_strip / (samples * samples * 4 * width),
+                               (height + most_strips - 1) / most_strips, height)),
+      surface_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples * width, samples * strip_height_),
+               cairo_surface_destroy),
       tile_(cairo_image_surface_create(CAIRO_FORMAT_ARGB32, samples, samples), cairo_surface_destroy),
       context_(cairo_create(surface_.get()), cairo_destroy) {
   check(cairo_surface_status(surface_.get()));
@@ -86,7 +89,10 @@ CairoCanvas::CairoCanvas(int width, int height)
 
 std::array<std::uint8_t, 2> CairoCanvas::strips_between(double low, double high) const {
   if (high < -1 || low > height_ + 1) return {1, 0};
-  const auto strip = [&](double y) { return static_cast<std::uint8_t>(std::clamp(static_cast<int>(std::floor(y)) / strip_height_, 0, strips() - 1)); };
+  const auto strip = [&](double y) {
+    return static_cast<std::uint8_t>(
+        std::clamp(static_cast<int>(std::floor(y)) / strip_height_, 0, strips() - 1));
+  };
   return {strip(std::max(0.0, low - 1)), strip(std::min<double>(height_, high + 1))};
 }
 
@@ -106,7 +112,8 @@ void CairoCanvas::forget() {
 
 std::uint32_t* CairoCanvas::row(int y) {
   unsigned char* data = cairo_image_surface_get_data(surface_.get());
-  return reinterpret_cast<std::uint32_t*>(data + std::ptrdiff_t{y} * cairo_image_surface_get_stride(surface_.get()));
+  return reinterpret_cast<std::uint32_t*>(data +
+                                          std::ptrdiff_t{y} * cairo_image_surface_get_stride(surface_.get()));
 }
 
 /// What is translucent: a tile of one pixel, some of its samples the colour and the others nothing.
@@ -115,15 +122,18 @@ void CairoCanvas::set_source(const Ink& ink) {
   constexpr int all = samples * samples;
   const int covered = std::clamp(static_cast<int>(std::lround(ink.opacity * all)), 0, all);
   if (covered == all) return cairo_set_source_rgb(cr, ink.colour[0], ink.colour[1], ink.colour[2]);
-  static constexpr std::array<int, all> order{4, 0, 8, 2, 6, 1, 7, 3, 5};  // of the samples of a pixel, evenly
+  static constexpr std::array<int, all> order{4, 0, 8, 2, 6,
+                                              1, 7, 3, 5};  // of the samples of a pixel, evenly
   std::uint32_t colour = 0xff;
-  for (const double channel : ink.colour) colour = colour << 8 | static_cast<std::uint32_t>(std::lround(255 * channel));
+  for (const double channel : ink.colour)
+    colour = colour << 8 | static_cast<std::uint32_t>(std::lround(255 * channel));
   cairo_surface_flush(tile_.get());
   unsigned char* data = cairo_image_surface_get_data(tile_.get());
   for (int i = 0; i < all; ++i) {
     const std::uint32_t sample = i < covered ? colour : 0;
-    std::memcpy(data + std::ptrdiff_t{order[i] / samples} * cairo_image_surface_get_stride(tile_.get()) + std::ptrdiff_t{4} * (order[i] % samples), &sample,
-                sizeof sample);
+    std::memcpy(data + std::ptrdiff_t{order[i] / samples} * cairo_image_surface_get_stride(tile_.get()) +
+                    std::ptrdiff_t{4} * (order[i] % samples),
+                &sample, sizeof sample);
   }
   cairo_surface_mark_dirty(tile_.get());
   cairo_set_source_surface(cr, tile_.get(), 0, 0);
@@ -154,9 +164,14 @@ Canvas::Layer CairoCanvas::take() {
   cairo_surface_flush(surface_.get());
   Layer layer;
   if (!(low_[0] <= high_[0])) return layer;
-  const std::array<double, 2> end{static_cast<double>(samples * width_), static_cast<double>(samples * strip_height_)};
-  const auto begin_of = [&](int axis) { return static_cast<std::int32_t>(std::clamp(std::floor(low_[axis]) - 1, 0.0, end[axis])); };
-  const auto end_of = [&](int axis) { return static_cast<std::int32_t>(std::clamp(std::ceil(high_[axis]) + 1, 0.0, end[axis])); };
+  const std::array<double, 2> end{static_cast<double>(samples * width_),
+                                  static_cast<double>(samples * strip_height_)};
+  const auto begin_of = [&](int axis) {
+    return static_cast<std::int32_t>(std::clamp(std::floor(low_[axis]) - 1, 0.0, end[axis]));
+  };
+  const auto end_of = [&](int axis) {
+    return static_cast<std::int32_t>(std::clamp(std::ceil(high_[axis]) + 1, 0.0, end[axis]));
+  };
   layer.x = begin_of(0);
   layer.y = begin_of(1);
   layer.width = end_of(0) - layer.x;
@@ -177,7 +192,8 @@ Canvas::Layer CairoCanvas::take() {
 }
 
 void CairoCanvas::put(const Layer& layer) {
-  if (layer.x < 0 || layer.y < 0 || layer.x + layer.width > samples * width_ || layer.y + layer.height > samples * strip_height_)
+  if (layer.x < 0 || layer.y < 0 || layer.x + layer.width > samples * width_ ||
+      layer.y + layer.height > samples * strip_height_)
     throw std::out_of_range("a layer that is larger than its canvas");
   cairo_surface_flush(surface_.get());
   std::size_t at = 0;  // in the layer, row by row
@@ -207,7 +223,8 @@ void CairoCanvas::end_strip(const Colour& background) {
   cairo_surface_flush(image_.get());
   const unsigned char* data = cairo_image_surface_get_data(surface_.get());
   const int stride = cairo_image_surface_get_stride(surface_.get()), first = strip_ * strip_height_;
-  unsigned char* pixels = cairo_image_surface_get_data(image_.get()) + std::ptrdiff_t{first} * cairo_image_surface_get_stride(image_.get());
+  unsigned char* pixels = cairo_image_surface_get_data(image_.get()) +
+                          std::ptrdiff_t{first} * cairo_image_surface_get_stride(image_.get());
   for (int y = 0; y < std::min(strip_height_, height_ - first); ++y) {
     for (int x = 0; x < width_; ++x) {
       std::array<unsigned, 4> sum{};
@@ -216,7 +233,8 @@ void CairoCanvas::end_strip(const Colour& background) {
             data + std::ptrdiff_t{samples * y + i} * stride + std::ptrdiff_t{4} * samples * x;
         for (int byte = 0; byte < 4 * samples; ++byte) sum[byte % 4] += row[byte];
       }
-      unsigned char* pixel = pixels + std::ptrdiff_t{y} * cairo_image_surface_get_stride(image_.get()) + std::ptrdiff_t{4} * x;
+      unsigned char* pixel =
+          pixels + std::ptrdiff_t{y} * cairo_image_surface_get_stride(image_.get()) + std::ptrdiff_t{4} * x;
       for (int byte = 0; byte < 4; ++byte) {
         pixel[byte] = static_cast<unsigned char>((sum[byte] + samples * samples / 2) / (samples * samples));
       }
@@ -231,11 +249,13 @@ std::string CairoCanvas::file() {
   return bytes;
 }
 
-std::string draw_vectors(PictureFormat format, int width, int height, const Colour& background, const Drawing::Layer& all) {
+std::string draw_vectors(PictureFormat format, int width, int height, const Colour& background,
+                         const Drawing::Layer& all) {
   std::string bytes;
   {
     const Surface surface = vector_surface(format, bytes, width, height);
-    const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context(cairo_create(surface.get()), cairo_destroy);
+    const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context(cairo_create(surface.get()),
+                                                                     cairo_destroy);
     cairo_t* cr = context.get();
     cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
     cairo_set_line_width(cr, line_width);
@@ -243,7 +263,8 @@ std::string draw_vectors(PictureFormat format, int width, int height, const Colo
     cairo_paint(cr);
     std::uint32_t point = 0;
     for (std::size_t polygon = 0; polygon < all.ends.size(); ++polygon) {
-      for (; point < all.ends[polygon]; ++point) cairo_line_to(cr, all.points[2 * point], all.points[2 * point + 1]);
+      for (; point < all.ends[polygon]; ++point)
+        cairo_line_to(cr, all.points[2 * point], all.points[2 * point + 1]);
       cairo_close_path(cr);
       const float* ink = all.inks.data() + 5 * polygon;
       cairo_set_source_rgba(cr, ink[0], ink[1], ink[2], ink[3]);
@@ -270,9 +291,12 @@ std::string draw_vectors(PictureFormat format, int width, int height, const Colo
   return bytes;
 }
 
-std::unique_ptr<Canvas> new_canvas(int width, int height) { return std::make_unique<CairoCanvas>(width, height); }
+std::unique_ptr<Canvas> new_canvas(int width, int height) {
+  return std::make_unique<CairoCanvas>(width, height);
+}
 
 }  // namespace
 }  // namespace bsp2::supersteps
 
-BSP2_DEFINE_MODULE(bsp2::supersteps::CairoModule, bsp2::supersteps::new_canvas, bsp2::supersteps::draw_vectors)
+BSP2_DEFINE_MODULE(bsp2::supersteps::CairoModule, bsp2::supersteps::new_canvas,
+                   bsp2::supersteps::draw_vectors)

@@ -66,16 +66,20 @@ Vector Box3::middle() const {
 std::array<Vector, 8> Box3::corners() const {
   std::array<Vector, 8> result;
   for (unsigned corner = 0; corner < 8; ++corner)
-    for (unsigned axis = 0; axis < 3; ++axis) result[corner][axis] = corner >> axis & 1 ? high[axis] : low[axis];
+    for (unsigned axis = 0; axis < 3; ++axis)
+      result[corner][axis] = corner >> axis & 1 ? high[axis] : low[axis];
   return result;
 }
 
 Camera::Camera(const PictureOptions& options, int dimension, const Box3& shown) {
   if (dimension == 2 && !options.eye) return;
   if (options.eye) {
-    const Vector looked_at = options.look.value_or(shown.middle()), back = difference(*options.eye, looked_at);
-    if (!(length(back) > 0)) throw Error("the eye is where it looks, at (" + std::to_string(looked_at[0]) + ", " + std::to_string(looked_at[1]) + ", " +
-                                         std::to_string(looked_at[2]) + "): choose another --eye or --look");
+    const Vector looked_at = options.look.value_or(shown.middle()),
+                 back = difference(*options.eye, looked_at);
+    if (!(length(back) > 0))
+      throw Error("the eye is where it looks, at (" + std::to_string(looked_at[0]) + ", " +
+                  std::to_string(looked_at[1]) + ", " + std::to_string(looked_at[2]) +
+                  "): choose another --eye or --look");
     eye_ = options.eye;
     toward_ = normalized(back);
     near_ = 1e-4 * std::max(diagonal(shown), length(back));
@@ -83,13 +87,16 @@ Camera::Camera(const PictureOptions& options, int dimension, const Box3& shown) 
     toward_ = default_direction();
   }
   right_ = cross({0, 0, 1}, toward_);
-  right_ = length(right_) > 1e-9 ? normalized(right_) : Vector{1, 0, 0};  // straight down or up: +x is to the right
+  right_ = length(right_) > 1e-9 ? normalized(right_)
+                                 : Vector{1, 0, 0};  // straight down or up: +x is to the right
   up_ = cross(toward_, right_);
 }
 
 void Camera::clip(std::vector<Vector>& polygon) const {
-  if (std::all_of(polygon.begin(), polygon.end(), [this](const Vector& p) { return is_before_eye(p); })) return;
-  // What is near goes on far beside the picture. So it is cut off there first, and then the rest may come as near as it likes.
+  if (std::all_of(polygon.begin(), polygon.end(), [this](const Vector& p) { return is_before_eye(p); }))
+    return;
+  // What is near goes on far beside the picture. So it is cut off there first, and then the rest may come as
+  // near as it likes.
   constexpr double widest = 500, nearest = 1e-9;  // the tangent to each side; in `near_`
   const auto cut = [&](const auto& inside) {
     std::vector<Vector> kept;
@@ -104,7 +111,8 @@ void Camera::clip(std::vector<Vector>& polygon) const {
     polygon = std::move(kept);
   };
   for (const int axis : {0, 1})
-    for (const double side : {1.0, -1.0}) cut([&](const Vector& p) { return -widest * p[2] + side * p[axis]; });
+    for (const double side : {1.0, -1.0})
+      cut([&](const Vector& p) { return -widest * p[2] + side * p[axis]; });
   cut([&](const Vector& p) { return -p[2] - nearest * near_; });
 }
 
@@ -132,7 +140,8 @@ void Extent::add(const Extent& other) {
   }
 }
 
-Frame::Frame(const Camera& camera, Extent extent, const std::optional<Vector>& look, int width, int height) : half_{width / 2.0, height / 2.0} {
+Frame::Frame(const Camera& camera, Extent extent, const std::optional<Vector>& look, int width, int height)
+    : half_{width / 2.0, height / 2.0} {
   constexpr double margin = 0.05;
   auto& [low, high] = extent;
   if (!(low[0] <= high[0])) return;

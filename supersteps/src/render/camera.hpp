@@ -31,11 +31,12 @@ struct Box3 {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    for (int axis = 0; axis < 3; ++axis) archive & low[axis] & high[axis];
+    for (int axis = 0; axis < 3; ++axis) archive& low[axis] & high[axis];
   }
 };
 
-/// Axes of the picture in model space, to the right, up, and to the viewer, and the eye if it is a perspective picture.
+/// Axes of the picture in model space, to the right, up, and to the viewer, and the eye if it is a
+/// perspective picture.
 class Camera {
  public:
   /// @param shown what the picture shows. @throws bsp2::Error for an eye that is where it looks.
@@ -47,7 +48,9 @@ class Camera {
     return {dot(right_, q), dot(up_, q), dot(toward_, q)};
   }
   /// Whether a polygon with this normal, through this point, both as seen, shows its front.
-  [[nodiscard]] bool shows_front(const Vector& normal, const Vector& point) const { return eye_ ? dot(normal, point) < 0 : normal[2] > 0; }
+  [[nodiscard]] bool shows_front(const Vector& normal, const Vector& point) const {
+    return eye_ ? dot(normal, point) < 0 : normal[2] > 0;
+  }
   /// What of a seen polygon is before the eye.
   void clip(std::vector<Vector>& polygon) const;
   /// The place of a seen point in the plane of the picture. @pre it is before the eye.
@@ -63,10 +66,12 @@ class Camera {
  private:
   Vector right_{1, 0, 0}, up_{0, 1, 0}, toward_{0, 0, 1};
   std::optional<Vector> eye_;
-  double near_ = 0;  // what is nearer than this has no place of its own in the picture, but what reaches beyond is drawn
+  double near_ =
+      0;  // what is nearer than this has no place of its own in the picture, but what reaches beyond is drawn
 };
 
-/// What is to be seen: a rectangle of the plane of the picture; empty at first. From an eye at most 90 degrees wide.
+/// What is to be seen: a rectangle of the plane of the picture; empty at first. From an eye at most 90
+/// degrees wide.
 struct Extent {
   Point2 low, high;
   Extent();
@@ -75,7 +80,7 @@ struct Extent {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & low[0] & low[1] & high[0] & high[1];
+    archive& low[0] & low[1] & high[0] & high[1];
   }
 };
 
@@ -84,7 +89,9 @@ class Frame {
  public:
   /// @param look if given, in the middle of the picture.
   Frame(const Camera& camera, Extent extent, const std::optional<Vector>& look, int width, int height);
-  [[nodiscard]] Point2 place(const Point2& p) const { return {half_[0] + scale_ * (p[0] - middle_[0]), half_[1] - scale_ * (p[1] - middle_[1])}; }
+  [[nodiscard]] Point2 place(const Point2& p) const {
+    return {half_[0] + scale_ * (p[0] - middle_[0]), half_[1] - scale_ * (p[1] - middle_[1])};
+  }
 
  private:
   double scale_ = 1;

@@ -15,7 +15,9 @@ const CairoModule& cairo_module() { return loaded_module<CairoModule>(BSP2_MODUL
 
 void check_pictures() { cairo_module(); }
 
-std::unique_ptr<Canvas> make_canvas(int width, int height) { return cairo_module().new_canvas(width, height); }
+std::unique_ptr<Canvas> make_canvas(int width, int height) {
+  return cairo_module().new_canvas(width, height);
+}
 
 void Drawing::fill(std::span<const std::array<double, 2>> polygon, const Ink& ink) {
   for (const auto& point : polygon) all_.points.insert(all_.points.end(), point.begin(), point.end());
@@ -33,6 +35,8 @@ void Drawing::put(const Layer& layer) {
   all_.inks.insert(all_.inks.end(), layer.inks.begin(), layer.inks.end());
 }
 
-std::string Drawing::file() { return cairo_module().draw_vectors(format_, width_, height_, background_, all_); }
+std::string Drawing::file() {
+  return cairo_module().draw_vectors(format_, width_, height_, background_, all_);
+}
 
 }  // namespace bsp2::supersteps

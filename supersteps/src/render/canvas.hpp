@@ -9,9 +9,9 @@
 
 #include "bsp2/supersteps/render/picture_format.hpp"
 
-/// What a picture is drawn on: samples (Canvas) or a list of polygons (Drawing). Both can be taken off as layers, which
-/// travel and are put over each other again, so that the picture does not depend on who drew what.
-/// The origin is the upper left corner, y shows down, lengths are in pixels.
+/// What a picture is drawn on: samples (Canvas) or a list of polygons (Drawing). Both can be taken off as
+/// layers, which travel and are put over each other again, so that the picture does not depend on who drew
+/// what. The origin is the upper left corner, y shows down, lengths are in pixels.
 namespace bsp2::supersteps {
 
 using Colour = std::array<double, 3>;  ///< red, green, blue in [0, 1]
@@ -32,24 +32,25 @@ struct Layer {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & x & y & width & height & runs;
+    archive& x& y& width& height& runs;
   }
 };
 
 /// An image that polygons are filled into.
 ///
-/// Drawn at three times its size without antialiasing and averaged at the end: polygons that share an edge then leave no
-/// seam, as they would if each were blended with what is behind it. What is translucent covers some of a pixel's samples,
-/// always the same ones. So every sample has the colour of one polygon, and a picture may be drawn in layers by several
-/// canvases, and is the same, sample for sample.
-/// The samples of a whole image are many. So it is drawn in strips, one after the other from the top, each in layers.
+/// Drawn at three times its size without antialiasing and averaged at the end: polygons that share an edge
+/// then leave no seam, as they would if each were blended with what is behind it. What is translucent covers
+/// some of a pixel's samples, always the same ones. So every sample has the colour of one polygon, and a
+/// picture may be drawn in layers by several canvases, and is the same, sample for sample. The samples of a
+/// whole image are many. So it is drawn in strips, one after the other from the top, each in layers.
 class Canvas {
  public:
   using Layer = supersteps::Layer;
   virtual ~Canvas() = default;
 
   [[nodiscard]] virtual int strips() const = 0;
-  /// The first and the last strip that a polygon between two heights touches; in that order, but where it touches none.
+  /// The first and the last strip that a polygon between two heights touches; in that order, but where it
+  /// touches none.
   [[nodiscard]] virtual std::array<std::uint8_t, 2> strips_between(double low, double high) const = 0;
   /// What is drawn from now on, and put: of the others nothing is. The canvas is empty.
   virtual void begin_strip(int strip) = 0;
@@ -77,7 +78,7 @@ class Drawing {
 
     template <class Archive>
     void serialize(Archive& archive, unsigned) {
-      archive & points & ends & inks;
+      archive& points& ends& inks;
     }
   };
   Drawing(int width, int height, PictureFormat format) : width_(width), height_(height), format_(format) {}

@@ -13,20 +13,25 @@ std::uint64_t mixed(std::uint64_t h) {
   return h ^ (h >> 32);
 }
 
-/// Equal for the facets of two cells that are the same polygon, whatever corner they begin with and whichever way they go.
+/// Equal for the facets of two cells that are the same polygon, whatever corner they begin with and whichever
+/// way they go.
 std::uint64_t name_of(const CellBatch& batch, std::size_t cell, std::size_t facet) {
   const std::int32_t plane = batch.facet_hyperplane[facet];
-  std::uint64_t name = mixed((std::uint64_t{batch.region[cell]} << 32) + static_cast<std::uint32_t>(plane < 0 ? ~plane : plane));
+  std::uint64_t name = mixed((std::uint64_t{batch.region[cell]} << 32) +
+                             static_cast<std::uint32_t>(plane < 0 ? ~plane : plane));
   const double* points = batch.cell_points(cell).data();
   for (const std::uint16_t v : batch.vertices_of_facet(facet)) {
     std::uint64_t corner = 0;
-    for (int axis = 0; axis < 3; ++axis) corner = mixed(corner + std::bit_cast<std::uint64_t>(points[3 * v + axis] + 0.0));  // -0 is 0
+    for (int axis = 0; axis < 3; ++axis)
+      corner = mixed(corner + std::bit_cast<std::uint64_t>(points[3 * v + axis] + 0.0));  // -0 is 0
     name += corner;
   }
   return name;
 }
 
-std::uint8_t side_of(const CellBatch& batch, std::size_t facet) { return batch.facet_hyperplane[facet] < 0 ? 2 : 1; }
+std::uint8_t side_of(const CellBatch& batch, std::size_t facet) {
+  return batch.facet_hyperplane[facet] < 0 ? 2 : 1;
+}
 
 }  // namespace
 
@@ -35,7 +40,8 @@ HiddenFacets::HiddenFacets(const SolidMesh& mesh) {
   for (const auto& batch : mesh.batches)
     for (std::size_t cell = 0; cell < batch->size(); ++cell) {
       if (batch->label[cell] != geometry::Label::in) continue;
-      for (std::size_t f = batch->facet_offset[cell]; f < batch->facet_offset[cell + 1]; ++f) sides_[name_of(*batch, cell, f)] |= side_of(*batch, f);
+      for (std::size_t f = batch->facet_offset[cell]; f < batch->facet_offset[cell + 1]; ++f)
+        sides_[name_of(*batch, cell, f)] |= side_of(*batch, f);
     }
 }
 

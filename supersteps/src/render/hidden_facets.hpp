@@ -7,10 +7,11 @@
 
 namespace bsp2::supersteps {
 
-/// Facets that nobody sees, since another cell covers exactly the same piece of their hyperplane from the other side. D = 3.
+/// Facets that nobody sees, since another cell covers exactly the same piece of their hyperplane from the
+/// other side. D = 3.
 ///
-/// Cells of one region only, so that it does not depend on who holds which regions, and IN ones. Most of the inner facets of a
-/// solid are of that kind: vector pictures need not have them.
+/// Cells of one region only, so that it does not depend on who holds which regions, and IN ones. Most of the
+/// inner facets of a solid are of that kind: vector pictures need not have them.
 class HiddenFacets {
  public:
   explicit HiddenFacets(const SolidMesh& mesh);

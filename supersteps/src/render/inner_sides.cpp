@@ -34,7 +34,7 @@ struct Travelling {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & cell & region & id & points & normal;
+    archive& cell& region& id& points& normal;
   }
 };
 
@@ -70,10 +70,14 @@ class Divider {
       }
       const BspTree::Node& node = tree_.nodes[static_cast<std::size_t>(part.at)];
       const auto [below, above] = sides_of(part.points, node.hyperplane);
-      const bool is_known = facet.id >= 0 && node.hyperplane < tree_.ids.size() && tree_.ids[node.hyperplane] == facet.id;
-      if (is_known || (below <= thickness_ && above <= thickness_)) {  // it lies on this one: on with what is behind the facet
+      const bool is_known =
+          facet.id >= 0 && node.hyperplane < tree_.ids.size() && tree_.ids[node.hyperplane] == facet.id;
+      if (is_known || (below <= thickness_ &&
+                       above <= thickness_)) {  // it lies on this one: on with what is behind the facet
         const double* h = coefficients(node.hyperplane);
-        part.at = facet.normal[0] * h[1] + facet.normal[1] * h[2] + facet.normal[2] * h[3] > 0 ? node.positive : node.negative;
+        part.at = facet.normal[0] * h[1] + facet.normal[1] * h[2] + facet.normal[2] * h[3] > 0
+                      ? node.positive
+                      : node.negative;
         stack.push_back(std::move(part));
       } else if (above <= thickness_ || below <= thickness_) {
         part.at = below > above ? node.negative : node.positive;
@@ -89,7 +93,9 @@ class Divider {
   const BspTree& tree_;
   double thickness_;  // what is nearer to a hyperplane lies on it
 
-  [[nodiscard]] const double* coefficients(std::uint32_t hyperplane) const { return tree_.hyperplanes.data() + std::size_t{4} * hyperplane; }
+  [[nodiscard]] const double* coefficients(std::uint32_t hyperplane) const {
+    return tree_.hyperplanes.data() + std::size_t{4} * hyperplane;
+  }
 
   /// How far a piece reaches to the negative side, and to the positive one.
   [[nodiscard]] std::pair<double, double> sides_of(const Piece& piece, std::uint32_t hyperplane) const {
@@ -119,7 +125,8 @@ std::size_t leaf_number(std::int32_t code) { return static_cast<std::size_t>(~co
 
 std::vector<Label> labels_of(const SolidMesh& mesh) {
   std::vector<Label> labels{Label::out};  // of leaf 0
-  for (const auto& batch : mesh.batches) labels.insert(labels.end(), batch->label.begin(), batch->label.end());
+  for (const auto& batch : mesh.batches)
+    labels.insert(labels.end(), batch->label.begin(), batch->label.end());
   return labels;
 }
 
@@ -143,11 +150,17 @@ double size_of(const SolidMesh& mesh) {
 class FacetDivider {
  public:
   FacetDivider(const RunResult& result, const RegionsInSpace& regions, int rank)
-      : result_(result), regions_(regions), rank_(rank), labels_(labels_of(result.mesh)), by_partition_(result.partition, thickness()), in_regions_(result.tree, thickness()) {}
+      : result_(result),
+        regions_(regions),
+        rank_(rank),
+        labels_(labels_of(result.mesh)),
+        by_partition_(result.partition, thickness()),
+        in_regions_(result.tree, thickness()) {}
 
   /// Calls exposed(piece) for what no IN cell covers, and foreign(region, piece) for what comes to others.
   template <typename Exposed, typename Foreign>
-  void divide(const Facet& facet, const Piece& piece, std::uint32_t of_region, Exposed exposed, Foreign foreign) const {
+  void divide(const Facet& facet, const Piece& piece, std::uint32_t of_region, Exposed exposed,
+              Foreign foreign) const {
     if (result_.partition.nodes.empty()) return divide_in(facet, piece, 0, exposed);
     by_partition_.divide(facet, piece, result_.partition.root, [&](std::int32_t leaf, Piece part) {
       const std::size_t region = leaf_number(leaf) - 1;
@@ -193,7 +206,8 @@ bool contains(const geometry::CellBatch& batch, std::size_t cell, const Vector& 
 
 }  // namespace
 
-std::optional<Label> label_here(const RunResult& result, const RegionsInSpace& regions, const Vector& eye, int rank) {
+std::optional<Label> label_here(const RunResult& result, const RegionsInSpace& regions, const Vector& eye,
+                                int rank) {
   const auto label_of = [&](std::int32_t leaf, const Vector& point) {
     std::size_t number = leaf_number(leaf);
     if (number-- == 0) return Label::out;
@@ -207,14 +221,17 @@ std::optional<Label> label_here(const RunResult& result, const RegionsInSpace& r
   for (std::size_t region = 0; region < regions.roots.size(); ++region) {
     const Vector before = difference(eye, regions.shifts[region]);  // the move
     const bool is_divided = !result.partition.nodes.empty();
-    if (is_divided && (drawer_of(result, region) != rank || leaf_number(locate(result.partition, result.partition.root, before)) != region + 1)) continue;
+    if (is_divided && (drawer_of(result, region) != rank ||
+                       leaf_number(locate(result.partition, result.partition.root, before)) != region + 1))
+      continue;
     const Label label = label_of(locate(result.tree, regions.roots[region], before), before);
     if (!found || label == Label::in) found = label;
   }
   return found;
 }
 
-InnerSides::InnerSides(Ranks& ranks, const RunResult& result, const RegionsInSpace& regions, const Camera& camera) {
+InnerSides::InnerSides(Ranks& ranks, const RunResult& result, const RegionsInSpace& regions,
+                       const Camera& camera) {
   std::optional<FacetDivider> divider;
   std::vector<std::vector<Travelling>> to(static_cast<std::size_t>(ranks.count()));
   ranks.agree([&] {
@@ -238,7 +255,8 @@ InnerSides::InnerSides(Ranks& ranks, const RunResult& result, const RegionsInSpa
           divider->divide(
               facet, piece, region, [&](Piece part) { pieces_[number].push_back(std::move(part)); },
               [&](std::uint32_t of, Piece part) {
-                to[static_cast<std::size_t>(drawer_of(result, of))].push_back({number, of, facet.id, flat(part), {facet.normal.begin(), facet.normal.end()}});
+                to[static_cast<std::size_t>(drawer_of(result, of))].push_back(
+                    {number, of, facet.id, flat(part), {facet.normal.begin(), facet.normal.end()}});
               });
         }
       }
@@ -250,7 +268,8 @@ InnerSides::InnerSides(Ranks& ranks, const RunResult& result, const RegionsInSpa
     ranks.agree([&] {
       for (const auto& pieces : to) bytes.push_back(dataflow::to_bytes(pieces));
     });
-    for (int rank = 0; rank < ranks.count(); ++rank) ranks.send(rank, std::exchange(bytes[static_cast<std::size_t>(rank)], {}));
+    for (int rank = 0; rank < ranks.count(); ++rank)
+      ranks.send(rank, std::exchange(bytes[static_cast<std::size_t>(rank)], {}));
     ranks.sync();
     ranks.agree([&] {
       for (auto& pieces : to) pieces.clear();
@@ -264,7 +283,8 @@ InnerSides::InnerSides(Ranks& ranks, const RunResult& result, const RegionsInSpa
           }
           const Facet facet{piece.id, {piece.normal[0], piece.normal[1], piece.normal[2]}};
           divider->divide_in(facet, unflat(piece.points), piece.region, [&](const Piece& part) {
-            to[static_cast<std::size_t>(message.source)].push_back({piece.cell, piece.region, piece.id, flat(part), piece.normal});
+            to[static_cast<std::size_t>(message.source)].push_back(
+                {piece.cell, piece.region, piece.id, flat(part), piece.normal});
           });
         }
       }

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "ranks/exchange.hpp"
 #include "render/camera.hpp"
 #include "render/canvas.hpp"
-#include "ranks/exchange.hpp"
 #include "render/hidden_facets.hpp"
 #include "render/inner_sides.hpp"
 #include "render/shading.hpp"
@@ -36,15 +36,16 @@ Box3 bounds_of(const SolidMesh& mesh) {
   Box3 box;
   for (const auto& batch : mesh.batches)
     for (std::size_t cell = 0; cell < batch->size(); ++cell)
-      for (std::size_t v = 0; is_drawn(*batch, cell) && v < batch->point_count(cell); ++v) box.add(point_of(*batch, cell, v));
+      for (std::size_t v = 0; is_drawn(*batch, cell) && v < batch->point_count(cell); ++v)
+        box.add(point_of(*batch, cell, v));
   return box;
 }
 
 /// The space of the picture: its regions, how far each is moved, and in which order they hide each other.
 ///
-/// A region moves by `explode` times the way from the middle to a point within it, the middle of its box if that is. So it stays
-/// within what it would be if all space were scaled about the middle: the regions are still parted by a BSP tree, the same
-/// one, scaled; it is walked with the eye scaled back instead.
+/// A region moves by `explode` times the way from the middle to a point within it, the middle of its box if
+/// that is. So it stays within what it would be if all space were scaled about the middle: the regions are
+/// still parted by a BSP tree, the same one, scaled; it is walked with the eye scaled back instead.
 class Space {
  public:
   Space(const RunResult& result, const Camera& camera, const Box3& bounds, double explode)
@@ -53,7 +54,8 @@ class Space {
     const BspTree& partition = result.partition;
     const bool is_divided = !partition.nodes.empty();
     struct Place {
-      std::int32_t region, tree;  // nodes or leaves of the partition, and of the tree that begins with the same nodes
+      std::int32_t region,
+          tree;  // nodes or leaves of the partition, and of the tree that begins with the same nodes
       Box3 box;
       std::vector<Bound> bounds;
     };
@@ -70,9 +72,11 @@ class Space {
       auto [negative, positive] = halves(node.hyperplane, at.box);
       const bool shared = at.tree >= 0;  // else: this rank has no cells here
       at.bounds.push_back({node.hyperplane, 1});
-      stack.push_back({node.negative, shared ? result.tree.nodes[at.tree].negative : BspTree::empty_leaf, negative, at.bounds});
+      stack.push_back({node.negative, shared ? result.tree.nodes[at.tree].negative : BspTree::empty_leaf,
+                       negative, at.bounds});
       at.bounds.back().sign = -1;
-      stack.push_back({node.positive, shared ? result.tree.nodes[at.tree].positive : BspTree::empty_leaf, positive, std::move(at.bounds)});
+      stack.push_back({node.positive, shared ? result.tree.nodes[at.tree].positive : BspTree::empty_leaf,
+                       positive, std::move(at.bounds)});
     }
   }
 
@@ -86,14 +90,16 @@ class Space {
     Vector eye{};
     if (camera_.is_perspective())
       for (int i = 0; i < 3; ++i) eye[i] = middle_[i] + (camera_.eye()[i] - middle_[i]) / (1 + explode_);
-    walk(result_.partition, result_.partition.root, eye, [&](std::int32_t leaf) { visit(static_cast<std::size_t>(leaf) - 1); });
+    walk(result_.partition, result_.partition.root, eye,
+         [&](std::int32_t leaf) { visit(static_cast<std::size_t>(leaf) - 1); });
   }
 
   /// Calls visit(number) for the cells of a region that this rank has, from the farthest to the nearest.
   template <typename Visit>
   void visit_cells(std::size_t region, Visit visit) const {
     const Vector eye = camera_.is_perspective() ? difference(camera_.eye(), shifts_[region]) : Vector{};
-    walk(result_.tree, roots_[region], eye, [&](std::int32_t leaf) { visit(static_cast<std::size_t>(leaf) - 1); });
+    walk(result_.tree, roots_[region], eye,
+         [&](std::int32_t leaf) { visit(static_cast<std::size_t>(leaf) - 1); });
   }
 
  private:
@@ -120,8 +126,9 @@ class Space {
     for (int i = 0; i < 3; ++i) shifts_[region][i] = explode_ * way[i];
   }
 
-  /// The middle of a region's box; where hyperplanes that are not parallel to axes leave that outside, a point found from there
-  /// by stepping across the one that it is farthest beyond, again and again (Agmon's relaxation).
+  /// The middle of a region's box; where hyperplanes that are not parallel to axes leave that outside, a
+  /// point found from there by stepping across the one that it is farthest beyond, again and again (Agmon's
+  /// relaxation).
   [[nodiscard]] Vector point_within(const Box3& box, const std::vector<Bound>& bounds) const {
     constexpr int most_steps = 200;
     constexpr double overshoot = 1.5;
@@ -141,19 +148,22 @@ class Space {
       if (crossed == nullptr) break;
       const double* h = result_.partition.hyperplanes.data() + crossed->hyperplane * (d + 1);
       for (std::size_t axis = 0; axis < d; ++axis)
-        point[axis] = std::clamp(point[axis] - overshoot * worst * crossed->sign * h[axis + 1], box.low[axis], std::max(box.low[axis], box.high[axis]));
+        point[axis] = std::clamp(point[axis] - overshoot * worst * crossed->sign * h[axis + 1], box.low[axis],
+                                 std::max(box.low[axis], box.high[axis]));
     }
     return point;
   }
 
-  /// A box on both sides of a hyperplane of the partition; one that is not parallel to an axis leaves it as it is.
+  /// A box on both sides of a hyperplane of the partition; one that is not parallel to an axis leaves it as
+  /// it is.
   [[nodiscard]] std::array<Box3, 2> halves(std::uint32_t hyperplane, const Box3& box) const {
     std::array<Box3, 2> result{box, box};
     const auto d = static_cast<std::size_t>(result_.partition.dimension);
     const double* h = result_.partition.hyperplanes.data() + hyperplane * (d + 1);
     for (std::size_t axis = 0; axis < d; ++axis) {
       if (std::fabs(h[axis + 1]) < 1 - 1e-9) continue;
-      const double x = std::clamp(-h[0] / h[axis + 1], box.low[axis], std::max(box.low[axis], box.high[axis]));
+      const double x =
+          std::clamp(-h[0] / h[axis + 1], box.low[axis], std::max(box.low[axis], box.high[axis]));
       const bool ascends = h[axis + 1] > 0;
       result[ascends ? 0 : 1].high[axis] = x;
       result[ascends ? 1 : 0].low[axis] = x;
@@ -166,7 +176,8 @@ class Space {
   void walk(const BspTree& tree, std::int32_t from, const Vector& eye, Visit visit) const {
     const bool parallel = !camera_.is_perspective();
     const Vector seen_from = parallel ? camera_.direction() : eye;
-    tree.visit_back_to_front(from, {seen_from.data(), static_cast<std::size_t>(tree.dimension)}, parallel, visit);
+    tree.visit_back_to_front(from, {seen_from.data(), static_cast<std::size_t>(tree.dimension)}, parallel,
+                             visit);
   }
 };
 
@@ -175,10 +186,12 @@ template <typename Target>
 class Painter {
  public:
   /// @param inner if the eye is in an IN cell: then the solid is seen from within. May be null.
-  Painter(const RunResult& result, const PictureOptions& options, const Camera& camera, const Frame& frame, const InnerSides* inner, Target& target)
+  Painter(const RunResult& result, const PictureOptions& options, const Camera& camera, const Frame& frame,
+          const InnerSides* inner, Target& target)
       : result_(result), options_(options), camera_(camera), frame_(frame), inner_(inner), target_(target) {
     const auto is_opaque = [](const auto& colour) { return !colour || (*colour)[3] == 255; };
-    if (options.format != PictureFormat::png && std::all_of(result.colour_of_primitive.begin(), result.colour_of_primitive.end(), is_opaque))
+    if (options.format != PictureFormat::png &&
+        std::all_of(result.colour_of_primitive.begin(), result.colour_of_primitive.end(), is_opaque))
       hidden_.emplace(result.mesh);
   }
 
@@ -201,7 +214,8 @@ class Painter {
     for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
       if (hidden_ && hidden_->contains(batch, cell, f)) continue;
       seen_.clear();
-      for (const std::uint16_t v : batch.vertices_of_facet(f)) seen_.push_back(camera_.see(sum(point_of(batch, cell, v), shift)));
+      for (const std::uint16_t v : batch.vertices_of_facet(f))
+        seen_.push_back(camera_.see(sum(point_of(batch, cell, v), shift)));
       const Vector normal = normal_of(seen_);
       if (camera_.shows_front(normal, seen_[0])) fill(lit(ink, normalized(normal)));
     }
@@ -227,7 +241,8 @@ class Painter {
       for (const int axis : {0, 1}) middle[axis] += points.back()[axis] / static_cast<double>(count);
     }
     const auto angle = [&](const Vector& p) { return std::atan2(p[1] - middle[1], p[0] - middle[0]); };
-    std::sort(points.begin(), points.end(), [&](const Vector& a, const Vector& b) { return angle(a) < angle(b); });
+    std::sort(points.begin(), points.end(),
+              [&](const Vector& a, const Vector& b) { return angle(a) < angle(b); });
     seen_.clear();
     for (const Vector& p : points) seen_.push_back(camera_.see(p));
     fill(ink);
@@ -267,7 +282,8 @@ class Cells {
     std::size_t cell;
   };
   [[nodiscard]] Place at(std::size_t number) const {
-    const auto batch = static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), number) - first_.begin()) - 1;
+    const auto batch =
+        static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), number) - first_.begin()) - 1;
     return {*mesh_.batches[batch], number - first_[batch]};
   }
 
@@ -280,7 +296,8 @@ class Cells {
 template <typename Target>
 class CellStrips {
  public:
-  CellStrips(const RunResult& result, const Space& space, const Camera& camera, const Frame& frame, const Target& target) {
+  CellStrips(const RunResult& result, const Space& space, const Camera& camera, const Frame& frame,
+             const Target& target) {
     if (target.strips() == 1) return;
     for (const auto& batch : result.mesh.batches)
       for (std::size_t cell = 0; cell < batch->size(); ++cell) {
@@ -288,17 +305,21 @@ class CellStrips {
         double low = std::numeric_limits<double>::infinity(), high = -low;
         for (std::size_t v = 0; v < batch->point_count(cell); ++v) {
           const Vector seen = camera.see(sum(point_of(*batch, cell, v), shift));
-          const double y = camera.is_before_eye(seen) ? frame.place(camera.project(seen))[1] : std::numeric_limits<double>::quiet_NaN();
+          const double y = camera.is_before_eye(seen) ? frame.place(camera.project(seen))[1]
+                                                      : std::numeric_limits<double>::quiet_NaN();
           low = y >= low ? low : std::isnan(y) ? -std::numeric_limits<double>::infinity() : y;
           high = y <= high ? high : std::isnan(y) ? std::numeric_limits<double>::infinity() : y;
         }
         strips_.push_back(target.strips_between(low, high));
       }
   }
-  [[nodiscard]] bool touches(std::size_t cell, int strip) const { return strips_.empty() || (strips_[cell][0] <= strip && strip <= strips_[cell][1]); }
+  [[nodiscard]] bool touches(std::size_t cell, int strip) const {
+    return strips_.empty() || (strips_[cell][0] <= strip && strip <= strips_[cell][1]);
+  }
 
  private:
-  std::vector<std::array<std::uint8_t, 2>> strips_;  // the first and the last of each cell; empty: there is one
+  std::vector<std::array<std::uint8_t, 2>>
+      strips_;  // the first and the last of each cell; empty: there is one
 };
 
 /// A layer and its place in the picture.
@@ -310,15 +331,15 @@ struct PlacedLayer {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & strip & place & layer;
+    archive& strip& place& layer;
   }
 };
 
-/// Draws what this rank holds of a strip. Regions of one rank that follow each other, seen from the back, share a layer; each layer is
-/// handed over when it is complete.
+/// Draws what this rank holds of a strip. Regions of one rank that follow each other, seen from the back,
+/// share a layer; each layer is handed over when it is complete.
 template <typename Target, typename HandOver>
-void draw_layers(const RunResult& result, const Space& space, const CellStrips<Target>& strips, int strip, Painter<Target>& painter, Target& target,
-                 std::int32_t rank, HandOver hand_over) {
+void draw_layers(const RunResult& result, const Space& space, const CellStrips<Target>& strips, int strip,
+                 Painter<Target>& painter, Target& target, std::int32_t rank, HandOver hand_over) {
   const Cells cells(result.mesh);
   std::size_t place = 0;
   std::int32_t before = -1;
@@ -347,7 +368,9 @@ template <typename Target>
 std::string compose(const Ranks& ranks, Target& target) {
   std::vector<PlacedLayer<typename Target::Layer>> layers;
   for (const auto& message : ranks.received()) dataflow::from_bytes(message.bytes, layers.emplace_back());
-  std::sort(layers.begin(), layers.end(), [](const auto& a, const auto& b) { return std::tie(a.strip, a.place) < std::tie(b.strip, b.place); });
+  std::sort(layers.begin(), layers.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.strip, a.place) < std::tie(b.strip, b.place);
+  });
   auto next = layers.begin();
   for (int strip = 0; strip < target.strips(); ++strip) {
     target.begin_strip(strip);
@@ -358,7 +381,8 @@ std::string compose(const Ranks& ranks, Target& target) {
 }
 
 /// All that is to be seen, on all ranks.
-Extent extent_of(Ranks& ranks, const RunResult& result, const PictureOptions& options, const Space& space, const Camera& camera, const Box3& shown) {
+Extent extent_of(Ranks& ranks, const RunResult& result, const PictureOptions& options, const Space& space,
+                 const Camera& camera, const Box3& shown) {
   Extent extent;
   if (!options.bounds.lower.empty()) {
     Box3 box;
@@ -373,7 +397,8 @@ Extent extent_of(Ranks& ranks, const RunResult& result, const PictureOptions& op
     for (std::size_t cell = 0; cell < batch->size(); ++cell) {
       if (!is_drawn(*batch, cell)) continue;
       const Vector& shift = space.shift(result.partition.nodes.empty() ? 0 : batch->region[cell]);
-      for (std::size_t v = 0; v < batch->point_count(cell); ++v) extent.add(camera, sum(point_of(*batch, cell, v), shift));
+      for (std::size_t v = 0; v < batch->point_count(cell); ++v)
+        extent.add(camera, sum(point_of(*batch, cell, v), shift));
     }
   Extent all;
   for (const Extent& part : all_gather(ranks, extent)) all.add(part);
@@ -399,7 +424,8 @@ Box3 shown_by(Ranks& ranks, const RunResult& result, const PictureOptions& optio
 class Scene {
  public:
   /// Collective.
-  Scene(Ranks& ranks, const RunResult& result, const PictureOptions& options) : shown(shown_by(ranks, result, options)) {
+  Scene(Ranks& ranks, const RunResult& result, const PictureOptions& options)
+      : shown(shown_by(ranks, result, options)) {
     ranks.agree([&] {
       camera.emplace(options, result.mesh.dimension, shown);
       space.emplace(result, *camera, shown, options.explode);
@@ -412,7 +438,8 @@ class Scene {
     ranks.agree([&] { mine = label_here(result, space->regions(), camera->eye(), ranks.rank()); });
     auto label = geometry::Label::out;
     for (const int found : all_gather(ranks, static_cast<int>(mine.value_or(geometry::Label::out))))
-      if (static_cast<geometry::Label>(found) != geometry::Label::out) label = static_cast<geometry::Label>(found);
+      if (static_cast<geometry::Label>(found) != geometry::Label::out)
+        label = static_cast<geometry::Label>(found);
     return label;
   }
 
@@ -426,8 +453,10 @@ std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& op
   const Scene scene(ranks, result, options);
   const auto& [shown, camera, space] = std::tie(scene.shown, *scene.camera, *scene.space);
   std::optional<InnerSides> inner;
-  if (scene.label_at_eye(ranks, result) == geometry::Label::in) inner.emplace(ranks, result, space.regions(), camera);
-  const Frame frame(camera, extent_of(ranks, result, options, space, camera, shown), options.look, options.width, options.height);
+  if (scene.label_at_eye(ranks, result) == geometry::Label::in)
+    inner.emplace(ranks, result, space.regions(), camera);
+  const Frame frame(camera, extent_of(ranks, result, options, space, camera, shown), options.look,
+                    options.width, options.height);
   std::vector<std::string> layers;
   ranks.agree([&] {
     Painter<Target> painter(result, options, camera, frame, inner ? &*inner : nullptr, target);

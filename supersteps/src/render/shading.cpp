@@ -12,7 +12,8 @@ std::uint32_t scrambled(std::uint32_t h) {
   return h ^ (h >> 13);
 }
 
-/// A little lighter or darker, warmer or colder from primitive to primitive, so that neighbours can be told apart.
+/// A little lighter or darker, warmer or colder from primitive to primitive, so that neighbours can be told
+/// apart.
 Colour varied(const Colour& colour, std::int32_t primitive) {
   const std::uint32_t h = scrambled(static_cast<std::uint32_t>(primitive));
   const double light = 1 + 0.07 * ((h & 0xff) / 127.5 - 1), warmth = 0.03 * (((h >> 8) & 0xff) / 127.5 - 1);
@@ -33,14 +34,16 @@ Colour from_hue(double hue, double saturation, double value) {
 Colour numbered(std::int64_t number) {
   if (number < 0) return {0.75, 0.75, 0.75};
   const double turns = 0.58 + 0.61803398874989485 * static_cast<double>(number);
-  return from_hue(turns - std::floor(turns), 0.45 + 0.15 * static_cast<double>(number % 3), 0.95 - 0.1 * static_cast<double>(number / 3 % 3));
+  return from_hue(turns - std::floor(turns), 0.45 + 0.15 * static_cast<double>(number % 3),
+                  0.95 - 0.1 * static_cast<double>(number / 3 % 3));
 }
 
 constexpr Colour mist{0.96, 0.55, 0.22};
 
 Ink model_ink(const RunResult& result, std::int32_t primitive) {
   const auto& colours = result.colour_of_primitive;
-  if (primitive >= 0 && static_cast<std::size_t>(primitive) < colours.size() && colours[static_cast<std::size_t>(primitive)]) {
+  if (primitive >= 0 && static_cast<std::size_t>(primitive) < colours.size() &&
+      colours[static_cast<std::size_t>(primitive)]) {
     const Rgba& c = *colours[static_cast<std::size_t>(primitive)];
     return {{c[0] / 255.0, c[1] / 255.0, c[2] / 255.0}, c[3] / 255.0};
   }
@@ -60,11 +63,21 @@ Ink ink_of(const RunResult& result, const geometry::CellBatch& batch, std::size_
   const std::uint32_t region = batch.region[cell];
   const bool fuzzy = batch.label[cell] == geometry::Label::fuzzy;
   switch (shade) {
-    case Shade::colour: ink = fuzzy ? Ink{mist} : model_ink(result, batch.primitive[cell]); break;
-    case Shade::part: ink = fuzzy ? Ink{mist} : part_ink(result, batch, cell); break;
-    case Shade::rank: ink.colour = numbered(result.rank_of_region.empty() ? 0 : result.rank_of_region.at(region)); break;
-    case Shade::region: ink.colour = numbered(region); break;
-    case Shade::label: ink.colour = fuzzy ? mist : Colour{0.45, 0.65, 0.85}; break;
+    case Shade::colour:
+      ink = fuzzy ? Ink{mist} : model_ink(result, batch.primitive[cell]);
+      break;
+    case Shade::part:
+      ink = fuzzy ? Ink{mist} : part_ink(result, batch, cell);
+      break;
+    case Shade::rank:
+      ink.colour = numbered(result.rank_of_region.empty() ? 0 : result.rank_of_region.at(region));
+      break;
+    case Shade::region:
+      ink.colour = numbered(region);
+      break;
+    case Shade::label:
+      ink.colour = fuzzy ? mist : Colour{0.45, 0.65, 0.85};
+      break;
   }
   if (fuzzy) ink.opacity = 0.5;
   return ink;

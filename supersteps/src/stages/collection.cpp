@@ -30,7 +30,7 @@ struct Forest {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & region & cells & tree.dimension & tree.root & tree.nodes & tree.ids & tree.hyperplanes;
+    archive& region& cells& tree.dimension& tree.root& tree.nodes& tree.ids& tree.hyperplanes;
   }
 };
 
@@ -108,8 +108,8 @@ void take_cells(RegionMeshes& meshes, RegionCells cells) {
     std::uint64_t count = 0;
     for (const auto& batch : mesh.batches) count += batch->size();
     if (count != mesh.cells)
-      throw std::logic_error("of region " + std::to_string(number) + " " + std::to_string(count) + " cells came, not " +
-                             std::to_string(mesh.cells));
+      throw std::logic_error("of region " + std::to_string(number) + " " + std::to_string(count) +
+                             " cells came, not " + std::to_string(mesh.cells));
   }
 }
 
@@ -131,7 +131,8 @@ bool collection(Ranks& ranks, RegionMeshes& meshes, Collect how, CellStream* str
 }
 
 template <int D>
-dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals) {
+dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network,
+                               const dataflow::Totals<D>& totals) {
   dataflow::Totals<D> sum(network.table.radius(), network.table.width());
   sum.reset_bounds();
   for (const auto& part : gather(ranks, totals, sum)) sum += part;
@@ -143,10 +144,13 @@ BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partitio
                    const std::vector<std::int32_t>& roots) {
   tree.dimension = D;
   const auto first = static_cast<std::int32_t>(tree.nodes.size());
-  const auto child = [&](std::int32_t code) { return code >= 0 ? first + code : roots[static_cast<std::size_t>(~code)]; };
+  const auto child = [&](std::int32_t code) {
+    return code >= 0 ? first + code : roots[static_cast<std::size_t>(~code)];
+  };
   for (const auto& node : partition.nodes) {
     const auto h = network.table.rounded(node.hyperplane);
-    tree.nodes.push_back({static_cast<std::uint32_t>(tree.hyperplanes.size() / (D + 1)), child(node.negative), child(node.positive)});
+    tree.nodes.push_back({static_cast<std::uint32_t>(tree.hyperplanes.size() / (D + 1)), child(node.negative),
+                          child(node.positive)});
     tree.ids.push_back(node.hyperplane);
     tree.hyperplanes.push_back(h.offset);
     tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());
@@ -155,7 +159,8 @@ BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partitio
   return tree;
 }
 
-SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets, unsigned step) {
+SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets,
+                         unsigned step) {
   std::optional<io::VtuShare> share;
   io::VtuShare::Size size;
   ranks.agree([&] {
@@ -164,7 +169,8 @@ SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::files
     options.tets = tets;
     options.rank_of_region = result.rank_of_region;
     options.part_names = result.part_names;
-    for (const auto& colour : result.colour_of_primitive) options.colour_of_primitive.push_back(colour.value_or(uncoloured));
+    for (const auto& colour : result.colour_of_primitive)
+      options.colour_of_primitive.push_back(colour.value_or(uncoloured));
     options.other_colour = uncoloured;
     share.emplace(pvtu, result.report.dimension, result.mesh.batches, options);
     size = share->size();
@@ -184,7 +190,8 @@ SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::files
   });
   SimplexReport report;
   const io::SimplexCount& mine = share->simplices();
-  for (const auto& part : all_gather(ranks, SimplexReport{mine.simplices, mine.smallest_angle, mine.incomplete_cells, mine.left_out_volume})) {
+  for (const auto& part : all_gather(ranks, SimplexReport{mine.simplices, mine.smallest_angle,
+                                                          mine.incomplete_cells, mine.left_out_volume})) {
     report.simplices += part.simplices;
     report.smallest_angle = std::min(report.smallest_angle, part.smallest_angle);
     report.incomplete_cells += part.incomplete_cells;
@@ -193,9 +200,11 @@ SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::files
   return report;
 }
 
-#define BSP2_STAGE(D)                                                                                                               \
-  template dataflow::Totals<D> sum_totals<D>(Ranks&, const dataflow::Network<D>&, const dataflow::Totals<D>&);                      \
-  template BspTree join_trees<D>(const dataflow::Network<D>&, const dataflow::Partition<D>&, BspTree, const std::vector<std::int32_t>&);
+#define BSP2_STAGE(D)                                                                                 \
+  template dataflow::Totals<D> sum_totals<D>(Ranks&, const dataflow::Network<D>&,                     \
+                                             const dataflow::Totals<D>&);                             \
+  template BspTree join_trees<D>(const dataflow::Network<D>&, const dataflow::Partition<D>&, BspTree, \
+                                 const std::vector<std::int32_t>&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

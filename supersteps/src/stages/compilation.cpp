@@ -42,22 +42,30 @@ Source parsed(Source source, const RunOptions& options, unsigned threads) {
   return source;
 }
 
-std::string source_name(const RunOptions& options) { return options.model.string() + (model::is_scad(options.model) ? ".csg" : ""); }
+std::string source_name(const RunOptions& options) {
+  return options.model.string() + (model::is_scad(options.model) ? ".csg" : "");
+}
 
 template <int D>
 dataflow::Network<D> translation(const Source& source, const RunOptions& options, unsigned threads) {
   const std::string name = source_name(options);
-  const auto located = [&](const std::string& text) { return text.starts_with(name + ":") ? text : name + ": " + text; };
+  const auto located = [&](const std::string& text) {
+    return text.starts_with(name + ":") ? text : name + ": " + text;
+  };
   const auto place = [&](std::size_t offset) { return model::place_in(source.text, name, offset) + ": "; };
   dataflow::CompileOptions compile_options{
-      .coincidence = options.coincidence, .parts = options.parts_by_colour ? dataflow::Parts::colours : dataflow::Parts::named, .threads = threads};
+      .coincidence = options.coincidence,
+      .parts = options.parts_by_colour ? dataflow::Parts::colours : dataflow::Parts::named,
+      .threads = threads};
   compile_options.place_of = [&](const model::Node& node) {
     const auto found = source.model.construct_offsets.find(&node);
     return found == source.model.construct_offsets.end() ? "" : place(found->second);
   };
   compile_options.place_of_primitive = [&](std::int32_t primitive) {
     const auto& offsets = source.model.part_offsets;
-    return static_cast<std::size_t>(primitive) < offsets.size() ? place(offsets[static_cast<std::size_t>(primitive)]) : "";
+    return static_cast<std::size_t>(primitive) < offsets.size()
+               ? place(offsets[static_cast<std::size_t>(primitive)])
+               : "";
   };
   try {
     dataflow::Network<D> network = dataflow::compile<D>(source.model.expression, compile_options);
@@ -68,18 +76,22 @@ dataflow::Network<D> translation(const Source& source, const RunOptions& options
   }
 }
 
-std::string lost_by_merging(const Source& source, const RunOptions& options, std::uint64_t hyperplanes, unsigned threads) {
+std::string lost_by_merging(const Source& source, const RunOptions& options, std::uint64_t hyperplanes,
+                            unsigned threads) {
   if (!(options.coincidence > 0)) return "";
   RunOptions exact = options;
   exact.coincidence = 0;
   std::uint64_t different = 0;
   try {
     switch (source.model.expression.dimension()) {
-#define BSP2_COUNT(D) \
-  case D: different = translation<D>(source, exact, threads).table.size(); break;
+#define BSP2_COUNT(D)                                                \
+  case D:                                                            \
+    different = translation<D>(source, exact, threads).table.size(); \
+    break;
       BSP2_FOR_EACH_DIMENSION(BSP2_COUNT)
 #undef BSP2_COUNT
-      default: break;
+      default:
+        break;
     }
   } catch (const Error&) {
     return "";  // without merging it cannot be made at all
@@ -87,15 +99,20 @@ std::string lost_by_merging(const Source& source, const RunOptions& options, std
   if (different <= hyperplanes) return "";
   const std::uint64_t merged = different - hyperplanes;
   std::ostringstream text;
-  text << "; " << merged << (merged == 1 ? " hyperplane lies" : " hyperplanes lie") << " closer to another one than " << options.coincidence << " of the model and "
-       << (merged == 1 ? "counts" : "count") << " as the same, so what is as thin as that is lost; --coincidence 0 keeps all that the numbers of the model express";
+  text << "; " << merged << (merged == 1 ? " hyperplane lies" : " hyperplanes lie")
+       << " closer to another one than " << options.coincidence << " of the model and "
+       << (merged == 1 ? "counts" : "count")
+       << " as the same, so what is as thin as that is lost; --coincidence 0 keeps all that the numbers of "
+          "the model express";
   return text.str();
 }
 
 void refuse_warnings(const std::vector<std::string>& warnings) {
   if (warnings.empty()) return;
   std::string text = warnings.front();
-  if (warnings.size() > 1) text += " (and " + std::to_string(warnings.size() - 1) + (warnings.size() == 2 ? " more warning)" : " more warnings)");
+  if (warnings.size() > 1)
+    text += " (and " + std::to_string(warnings.size() - 1) +
+            (warnings.size() == 2 ? " more warning)" : " more warnings)");
   throw Error(text + "; --strict turns warnings into errors");
 }
 
@@ -104,10 +121,11 @@ void limit_refinement(const dataflow::Network<D>& network, RunOptions& options) 
   if (!network.is_round()) return;
   // Above three dimensions the number of cells grows too fast with the tolerance for more than a first look.
   constexpr double share = D > 5 ? 4 : D > 4 ? 8 : D > 3 ? 16 : 1000;
-  if (!options.tolerance && !options.level) options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / share));
+  if (!options.tolerance && !options.level)
+    options.tolerance = std::ldexp(1.0, std::ilogb(network.table.width() / share));
 }
 
-#define BSP2_STAGE(D)                                                              \
+#define BSP2_STAGE(D)                                                                       \
   template dataflow::Network<D> translation<D>(const Source&, const RunOptions&, unsigned); \
   template void limit_refinement<D>(const dataflow::Network<D>&, RunOptions&);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)

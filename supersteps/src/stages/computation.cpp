@@ -3,14 +3,15 @@
 
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "regions/contact.hpp"
-#include "state/evaluate_options.hpp"
 #include "stages/stages.hpp"
+#include "state/evaluate_options.hpp"
 
 namespace bsp2::supersteps {
 
 namespace {
 
-dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned threads, const Recorded& so_far) {
+dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned threads,
+                                           const Recorded& so_far) {
   dataflow::EvaluateOptions evaluate = limits_of(options, threads);
   evaluate.order = options.order == Order::priority ? dataflow::Order::priority : dataflow::Order::depth;
   evaluate.eye = options.eye;
@@ -28,9 +29,10 @@ dataflow::EvaluateOptions evaluate_options(const RunOptions& options, unsigned t
 }  // namespace
 
 template <int D>
-Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions,
-                                    const RunOptions& options, unsigned threads, const Recorded& so_far,
-                                    std::optional<std::uint64_t> quota, CellStream* stream, std::span<dataflow::Consumer* const> consumers) {
+Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network,
+                        std::vector<dataflow::Region<D>> regions, const RunOptions& options, unsigned threads,
+                        const Recorded& so_far, std::optional<std::uint64_t> quota, CellStream* stream,
+                        std::span<dataflow::Consumer* const> consumers) {
   double share = 0;  // of space
   for (const auto& region : regions) share += std::ldexp(1.0, -int{region.level});
   Contact contact(ranks, share, {options.move_after_seconds, options.cells}, options.on_progress, stream);
@@ -46,17 +48,20 @@ Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::
 }
 
 template <int D>
-dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span<const dataflow::Region<D>> regions, const RunOptions& options,
-                                  unsigned threads, const Recorded& so_far, std::span<dataflow::Consumer* const> consumers) {
+dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network,
+                                  std::span<const dataflow::Region<D>> regions, const RunOptions& options,
+                                  unsigned threads, const Recorded& so_far,
+                                  std::span<dataflow::Consumer* const> consumers) {
   return dataflow::picture<D>(network, regions, evaluate_options(options, threads, so_far), consumers);
 }
 
-#define BSP2_STAGE(D)                                                                                                            \
-  template Computed<D> computation<D>(Ranks&, const dataflow::Network<D>&, std::vector<dataflow::Region<D>>,                     \
-                                      const RunOptions&, unsigned, const Recorded&, std::optional<std::uint64_t>, CellStream*,   \
-                                      std::span<dataflow::Consumer* const>);                                                     \
-  template dataflow::Evaluation<D> picturing<D>(const dataflow::Network<D>&, std::span<const dataflow::Region<D>>, const RunOptions&, \
-                                                unsigned, const Recorded&, std::span<dataflow::Consumer* const>);
+#define BSP2_STAGE(D)                                                                                     \
+  template Computed<D> computation<D>(                                                                    \
+      Ranks&, const dataflow::Network<D>&, std::vector<dataflow::Region<D>>, const RunOptions&, unsigned, \
+      const Recorded&, std::optional<std::uint64_t>, CellStream*, std::span<dataflow::Consumer* const>);  \
+  template dataflow::Evaluation<D> picturing<D>(                                                          \
+      const dataflow::Network<D>&, std::span<const dataflow::Region<D>>, const RunOptions&, unsigned,     \
+      const Recorded&, std::span<dataflow::Consumer* const>);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

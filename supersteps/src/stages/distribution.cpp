@@ -14,17 +14,20 @@ namespace {
 /// k for 2^k regions.
 template <int D>
 unsigned depth_of(const dataflow::Network<D>& network, const RunOptions& options) {
-  if (options.regions) return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, *options.regions))) - 1);
+  if (options.regions)
+    return static_cast<unsigned>(std::bit_width(std::bit_ceil(std::max(1U, *options.regions))) - 1);
   return dataflow::suggested_depth(network);
 }
 
-/// What the computation leaves undecided the partition does not cut either. To look below regions pays where many ranks share them, or may
-/// take up a snapshot: up to sixteen were as evenly loaded without (measured with 128 regions).
+/// What the computation leaves undecided the partition does not cut either. To look below regions pays where
+/// many ranks share them, or may take up a snapshot: up to sixteen were as evenly loaded without (measured
+/// with 128 regions).
 dataflow::PartitionLimits limits_of_cuts(const RunOptions& options, unsigned ranks) {
   constexpr unsigned few_ranks = 16;
   dataflow::PartitionLimits limits;
   if (ranks <= few_ranks && !options.snapshot) limits.sampled_levels = 0;
-  // Who asks for a number of regions is to get about that, if it takes some seconds: 16,384 for 100,000 solids instead of 1,400.
+  // Who asks for a number of regions is to get about that, if it takes some seconds: 16,384 for 100,000
+  // solids instead of 1,400.
   if (options.regions) limits.words *= 4;
   if (options.level) limits.level = *options.level;
   limits.tolerance = options.tolerance.value_or(0);
@@ -36,19 +39,24 @@ dataflow::PartitionLimits limits_of_cuts(const RunOptions& options, unsigned ran
 }
 
 /// The rank of each region: as the caller says, or by the estimated work.
-std::vector<std::int32_t> owners(const std::vector<double>& work, int ranks, const std::vector<std::int32_t>& asked) {
+std::vector<std::int32_t> owners(const std::vector<double>& work, int ranks,
+                                 const std::vector<std::int32_t>& asked) {
   if (asked.empty()) return assign_regions(work, ranks);
-  const bool is_valid = std::all_of(asked.begin(), asked.end(), [&](std::int32_t rank) { return rank >= 0 && rank < ranks; });
-  if (asked.size() != work.size() || !is_valid) throw std::invalid_argument("first_rank_of_region does not name a rank for each region");
+  const bool is_valid =
+      std::all_of(asked.begin(), asked.end(), [&](std::int32_t rank) { return rank >= 0 && rank < ranks; });
+  if (asked.size() != work.size() || !is_valid)
+    throw std::invalid_argument("first_rank_of_region does not name a rank for each region");
   return asked;
 }
 
-/// Sends the regions that this rank has made to their owners; the partition gets those that it owns. Cells do not travel: to split again
-/// costs less.
+/// Sends the regions that this rank has made to their owners; the partition gets those that it owns. Cells do
+/// not travel: to split again costs less.
 template <int D>
-void hand_out(Ranks& ranks, const dataflow::Network<D>& network, dataflow::Partition<D>& partition, std::vector<dataflow::Region<D>> made,
-              const std::vector<std::int32_t>& owner) {
-  const auto is_mine = [&](const dataflow::Region<D>& region) { return owner[region.number] == ranks.rank(); };
+void hand_out(Ranks& ranks, const dataflow::Network<D>& network, dataflow::Partition<D>& partition,
+              std::vector<dataflow::Region<D>> made, const std::vector<std::int32_t>& owner) {
+  const auto is_mine = [&](const dataflow::Region<D>& region) {
+    return owner[region.number] == ranks.rank();
+  };
   for (dataflow::Region<D>& region : made) {
     if (is_mine(region)) continue;
     ranks.send(owner[region.number], dataflow::to_bytes(region));
@@ -67,7 +75,8 @@ void hand_out(Ranks& ranks, const dataflow::Network<D>& network, dataflow::Parti
 std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks) {
   std::vector<std::size_t> order(work.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return work[a] > work[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return work[a] > work[b]; });
   std::vector<std::int32_t> owner(work.size());
   std::vector<double> load(static_cast<std::size_t>(ranks));
   for (const std::size_t region : order) {
@@ -79,14 +88,18 @@ std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ra
 }
 
 template <int D>
-dataflow::PartitionPart<D> part_of_distribution(const dataflow::Network<D>& network, const RunOptions& options, dataflow::PartitionShare share,
+dataflow::PartitionPart<D> part_of_distribution(const dataflow::Network<D>& network,
+                                                const RunOptions& options, dataflow::PartitionShare share,
                                                 unsigned threads, unsigned for_ranks) {
-  return dataflow::part_of_partition(network, depth_of(network, options), share, limits_of_cuts(options, std::max(share.count, for_ranks)), threads);
+  return dataflow::part_of_partition(network, depth_of(network, options), share,
+                                     limits_of_cuts(options, std::max(share.count, for_ranks)), threads);
 }
 
 template <int D>
-Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads, unsigned for_ranks) {
-  const dataflow::PartitionShare share{static_cast<unsigned>(ranks.rank()), static_cast<unsigned>(ranks.count())};
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options,
+                             unsigned threads, unsigned for_ranks) {
+  const dataflow::PartitionShare share{static_cast<unsigned>(ranks.rank()),
+                                       static_cast<unsigned>(ranks.count())};
   auto mine = part_of_distribution(network, options, share, threads, for_ranks);
   auto [partition, maker_of_region] = dataflow::join_parts<D>(all_gather(ranks, mine.nodes));
   std::vector<std::int32_t> owner;
@@ -98,10 +111,11 @@ Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, 
   return {std::move(partition), std::move(owner)};
 }
 
-#define BSP2_STAGE(D)                                                                                                  \
-  template dataflow::PartitionPart<D> part_of_distribution<D>(const dataflow::Network<D>&, const RunOptions&,         \
-                                                              dataflow::PartitionShare, unsigned, unsigned);          \
-  template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&, unsigned, unsigned);
+#define BSP2_STAGE(D)                                                                                        \
+  template dataflow::PartitionPart<D> part_of_distribution<D>(                                               \
+      const dataflow::Network<D>&, const RunOptions&, dataflow::PartitionShare, unsigned, unsigned);         \
+  template Distribution<D> distribution<D>(Ranks&, const dataflow::Network<D>&, const RunOptions&, unsigned, \
+                                           unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

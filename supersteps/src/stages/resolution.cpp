@@ -10,25 +10,25 @@
 #include <utility>
 
 #include "bsp2/bsplib/error.hpp"
-#include "bsp2/geometry/surface/contact.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/geometry/surface/contact.hpp"
 #include "ranks/exchange.hpp"
 #include "stages/stages.hpp"
 
-// Facets are told apart by group: those that lie on the cut of a node of the partition, and have been parted by it, belong to
-// the node, all others to their region. Cells touch only in facets of one group: two of one region in one of the region, two
-// of different regions in one of the node that parts them. So a region is glued where its cells are, and a node by one rank,
-// to which the others send its facets. All is done group by group also where one rank has several: the result depends on
-// the regions, and not on the ranks.
+// Facets are told apart by group: those that lie on the cut of a node of the partition, and have been parted
+// by it, belong to the node, all others to their region. Cells touch only in facets of one group: two of one
+// region in one of the region, two of different regions in one of the node that parts them. So a region is
+// glued where its cells are, and a node by one rank, to which the others send its facets. All is done group
+// by group also where one rank has several: the result depends on the regions, and not on the ranks.
 
 namespace boost::serialization {
 template <class Archive>
 void serialize(Archive& archive, bsp2::geometry::Skin& skin, unsigned) {
-  archive & skin.vertices & skin.incident_offset & skin.incident & skin.faces & skin.edges;
+  archive& skin.vertices& skin.incident_offset& skin.incident& skin.faces& skin.edges;
 }
 template <class Archive>
 void serialize(Archive& archive, bsp2::geometry::FacetSet& set, unsigned) {
-  archive & set.hyperplane & set.facets & set.corners;
+  archive& set.hyperplane& set.facets& set.corners;
 }
 template <>
 struct is_bitwise_serializable<std::array<bsp2::geometry::HyperplaneId, 3>> : mpl::true_ {};
@@ -65,21 +65,27 @@ struct Share {
 using Load = std::function<void(std::size_t, FacetSet&)>;
 
 /// Every `step`-th group from the `first` one.
-Share match(const Table& table, std::size_t count, const Load& load, std::size_t first, std::size_t step, const RunOptions& options) {
+Share match(const Table& table, std::size_t count, const Load& load, std::size_t first, std::size_t step,
+            const RunOptions& options) {
   Share share;
   geometry::FacetMatcher matcher(table);
   FacetSet facets;
   for (std::size_t i = first; i < count; i += step) {
     load(i, facets);
-    matcher.match(facets, options.contacts ? &share.contacts : nullptr, options.boundary ? &share.skin : nullptr);
+    matcher.match(facets, options.contacts ? &share.contacts : nullptr,
+                  options.boundary ? &share.skin : nullptr);
   }
   return share;
 }
 
-/// Groups know nothing of each other: they are dealt out to threads. @param meanwhile is called by this one, again and again.
-Share match_all(const Table& table, std::size_t count, const Load& load, const RunOptions& options, unsigned threads, const std::function<void()>& meanwhile) {
+/// Groups know nothing of each other: they are dealt out to threads. @param meanwhile is called by this one,
+/// again and again.
+Share match_all(const Table& table, std::size_t count, const Load& load, const RunOptions& options,
+                unsigned threads, const std::function<void()>& meanwhile) {
   std::vector<std::future<Share>> shares;
-  for (unsigned i = 0; i < threads; ++i) shares.push_back(std::async(std::launch::async, [&, i] { return match(table, count, load, i, threads, options); }));
+  for (unsigned i = 0; i < threads; ++i)
+    shares.push_back(
+        std::async(std::launch::async, [&, i] { return match(table, count, load, i, threads, options); }));
   Share all;
   for (auto& share : shares) {
     while (share.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) meanwhile();
@@ -96,18 +102,21 @@ Paths paths_of(const dataflow::Partition<3>& partition) {
   std::vector<std::int64_t> node_parent(partition.nodes.size(), -1), region_parent(regions, -1);
   for (std::size_t i = 0; i < partition.nodes.size(); ++i)
     for (const std::int32_t child : {partition.nodes[i].negative, partition.nodes[i].positive})
-      (child >= 0 ? node_parent.at(static_cast<std::size_t>(child)) : region_parent.at(static_cast<std::size_t>(~child))) = static_cast<std::int64_t>(i);
+      (child >= 0 ? node_parent.at(static_cast<std::size_t>(child))
+                  : region_parent.at(static_cast<std::size_t>(~child))) = static_cast<std::int64_t>(i);
   Paths paths(regions);
   for (std::size_t region = 0; region < regions; ++region)
     for (std::int64_t at = region_parent[region]; at >= 0; at = node_parent[static_cast<std::size_t>(at)])
-      paths[region].emplace_back(partition.nodes[static_cast<std::size_t>(at)].hyperplane, static_cast<std::uint32_t>(at));
+      paths[region].emplace_back(partition.nodes[static_cast<std::size_t>(at)].hyperplane,
+                                 static_cast<std::uint32_t>(at));
   return paths;
 }
 
 /// Groups: a region by its number, then the nodes.
 class Groups {
  public:
-  explicit Groups(const dataflow::Partition<3>& partition) : regions_(static_cast<std::uint32_t>(partition.nodes.size() + 1)), paths_(paths_of(partition)) {}
+  explicit Groups(const dataflow::Partition<3>& partition)
+      : regions_(static_cast<std::uint32_t>(partition.nodes.size() + 1)), paths_(paths_of(partition)) {}
   [[nodiscard]] std::uint32_t regions() const { return regions_; }
   [[nodiscard]] std::uint32_t of(std::uint32_t region, geometry::HyperplaneId id) const {
     for (const auto& [hyperplane, node] : paths_[region])
@@ -135,7 +144,8 @@ std::vector<int> owners_of_nodes(Ranks& ranks, const FacetIndex& index, std::siz
   std::vector<int> owner(mine.size(), 0);
   for (std::size_t node = 0; node < owner.size(); ++node)
     for (int rank = 1; rank < ranks.count(); ++rank)
-      if (all[static_cast<std::size_t>(rank)][node] > all[static_cast<std::size_t>(owner[node])][node]) owner[node] = rank;
+      if (all[static_cast<std::size_t>(rank)][node] > all[static_cast<std::size_t>(owner[node])][node])
+        owner[node] = rank;
   return owner;
 }
 
@@ -158,23 +168,29 @@ struct Interface {
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & node & facets;
+    archive& node& facets;
   }
 };
 
 using Nodes = std::map<std::uint32_t, FacetSet>;
 
-/// Hands the facets on each node to the rank that glues it; they are on their way when this returns. Collective.
+/// Hands the facets on each node to the rank that glues it; they are on their way when this returns.
+/// Collective.
 /// @return those that stay here.
-Nodes send_facets_of_nodes(Ranks& ranks, const dataflow::Network<3>& network, const Names& names, const Groups& groups,
-                           const CellShare& share) {
+Nodes send_facets_of_nodes(Ranks& ranks, const dataflow::Network<3>& network, const Names& names,
+                           const Groups& groups, const CellShare& share) {
   std::optional<FacetIndex> found;
-  ranks.agree([&] { found.emplace(network.table, share.batches, geometry::FacetGrouping{share.first_cell, groups.only(true), names, network.is_divided()}); });
+  ranks.agree([&] {
+    found.emplace(network.table, share.batches,
+                  geometry::FacetGrouping{share.first_cell, groups.only(true), names, network.is_divided()});
+  });
   const FacetIndex& index = *found;
   const auto owner = owners_of_nodes(ranks, index, groups.regions());
   Nodes nodes;
   for (std::size_t i = 0; i < index.size(); ++i) {
-    Interface interface{index.group(i) - groups.regions(), {}};
+    Interface interface {
+      index.group(i) - groups.regions(), {}
+    };
     interface.facets.clear(index.hyperplane(i));
     index.append(i, interface.facets);
     if (owner[interface.node] == ranks.rank())
@@ -212,17 +228,21 @@ class RegionsInTurn {
   std::size_t at_ = 0, enough_ = 0;
   std::optional<std::uint32_t> last_region_;
 
-  static std::optional<std::uint32_t> region_of(const geometry::CellBatch& batch) { return batch.empty() ? std::nullopt : std::optional(batch.region.front()); }
+  static std::optional<std::uint32_t> region_of(const geometry::CellBatch& batch) {
+    return batch.empty() ? std::nullopt : std::optional(batch.region.front());
+  }
   [[nodiscard]] bool continues_region() const { return region_of(*share_.batches[at_]) == last_region_; }
 };
 
 /// Glues the regions of this rank. The share is given up piece by piece.
-void glue_regions(const dataflow::Network<3>& network, const Names& names, const Groups& groups, CellShare& cells, const RunOptions& options,
-                  unsigned threads, const std::function<void()>& meanwhile, Share& all) {
+void glue_regions(const dataflow::Network<3>& network, const Names& names, const Groups& groups,
+                  CellShare& cells, const RunOptions& options, unsigned threads,
+                  const std::function<void()>& meanwhile, Share& all) {
   std::size_t many_vertices = std::size_t{1} << 16;
   RegionsInTurn regions(cells);
   for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
-    const FacetIndex index(network.table, some.batches, {some.first_cell, groups.only(false), names, network.is_divided()});
+    const FacetIndex index(network.table, some.batches,
+                           {some.first_cell, groups.only(false), names, network.is_divided()});
     const auto load = [&](std::size_t i, FacetSet& facets) {
       facets.clear(index.hyperplane(i));
       index.append(i, facets);
@@ -237,7 +257,8 @@ void glue_regions(const dataflow::Network<3>& network, const Names& names, const
 }
 
 /// Glues the nodes of the partition that fall to this rank, with the facets that the others have sent.
-void glue_nodes(const Ranks& ranks, const Table& table, Nodes nodes, const RunOptions& options, unsigned threads, Share& all) {
+void glue_nodes(const Ranks& ranks, const Table& table, Nodes nodes, const RunOptions& options,
+                unsigned threads, Share& all) {
   for (const auto& message : ranks.received()) {
     Interface interface;
     dataflow::from_bytes(message.bytes, interface);
@@ -247,14 +268,18 @@ void glue_nodes(const Ranks& ranks, const Table& table, Nodes nodes, const RunOp
   }
   std::vector<FacetSet> sets;
   for (auto& [node, set] : nodes) sets.push_back(std::move(set));
-  all.append(match_all(table, sets.size(), [&](std::size_t i, FacetSet& facets) { facets = std::move(sets[i]); }, options, threads, [] {}));
-  std::sort(all.contacts.begin(), all.contacts.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
+  all.append(match_all(
+      table, sets.size(), [&](std::size_t i, FacetSet& facets) { facets = std::move(sets[i]); }, options,
+      threads, [] {}));
+  std::sort(all.contacts.begin(), all.contacts.end(),
+            [](const auto& a, const auto& b) { return a.cell < b.cell; });
   all.skin.unite_names();
 }
 
-/// Glues what this rank has, and the nodes of the partition that fall to it. The share is given up piece by piece. Collective.
-Share glue(Ranks& ranks, const dataflow::Network<3>& network, const dataflow::Partition<3>& partition, CellShare cells,
-           const RunOptions& options, unsigned threads) {
+/// Glues what this rank has, and the nodes of the partition that fall to it. The share is given up piece by
+/// piece. Collective.
+Share glue(Ranks& ranks, const dataflow::Network<3>& network, const dataflow::Partition<3>& partition,
+           CellShare cells, const RunOptions& options, unsigned threads) {
   std::optional<Groups> made;
   ranks.agree([&] { made.emplace(partition); });
   const Groups& groups = *made;
@@ -303,7 +328,8 @@ CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions
 }
 
 template <int D>
-Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, CellShare share, const RunOptions& options,
+Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
+                      const dataflow::Partition<D>& partition, CellShare share, const RunOptions& options,
                       unsigned threads) {
   Resolution result;
   if constexpr (D == 3) {
@@ -329,7 +355,9 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network, const d
   return result;
 }
 
-std::vector<geometry::Contact> contacts_among(const Table& table, std::span<const std::shared_ptr<const geometry::CellBatch>> batches, unsigned threads) {
+std::vector<geometry::Contact> contacts_among(
+    const Table& table, std::span<const std::shared_ptr<const geometry::CellBatch>> batches,
+    unsigned threads) {
   RunOptions options;
   options.contacts = true;
   const FacetIndex index(table, batches);
@@ -340,8 +368,9 @@ std::vector<geometry::Contact> contacts_among(const Table& table, std::span<cons
   return match_all(table, index.size(), load, options, threads, [] {}).contacts;
 }
 
-#define BSP2_STAGE(D)                                                                                                                              \
-  template Resolution resolution<D>(Ranks&, const dataflow::Network<D>&, const dataflow::Partition<D>&, CellShare, const RunOptions&, unsigned);
+#define BSP2_STAGE(D)                                                                                   \
+  template Resolution resolution<D>(Ranks&, const dataflow::Network<D>&, const dataflow::Partition<D>&, \
+                                    CellShare, const RunOptions&, unsigned);
 BSP2_FOR_EACH_DIMENSION(BSP2_STAGE)
 #undef BSP2_STAGE
 

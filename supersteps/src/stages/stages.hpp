@@ -25,7 +25,9 @@ struct Source {
 };
 
 /// How many threads each rank computes with. Collective.
-inline unsigned threads_of(const RunOptions& options, Ranks& ranks) { return options.threads != 0 ? options.threads : ranks.cores_of_a_rank(); }
+inline unsigned threads_of(const RunOptions& options, Ranks& ranks) {
+  return options.threads != 0 ? options.threads : ranks.cores_of_a_rank();
+}
 
 /// What the text is called in messages: its path, which also says where the files are that it names.
 std::string source_name(const RunOptions& options);
@@ -35,24 +37,26 @@ std::string source_name(const RunOptions& options);
 /// Source: the paper, section 4.2, "Compilation".
 Source compilation(const Ranks& ranks, const RunOptions& options);
 
-/// Broadcast: the text reaches all ranks, so that none waits for another one to parse it. h = (p - 1) times its size.
-/// Source: the paper, section 4.2, "Broadcasting".
+/// Broadcast: the text reaches all ranks, so that none waits for another one to parse it. h = (p - 1) times
+/// its size. Source: the paper, section 4.2, "Broadcasting".
 void broadcasting(Ranks& ranks, Source& source);
 
-/// Compilation on every rank, first half: the text becomes a symbolic model. @param threads that look for meshes which overlap themselves.
+/// Compilation on every rank, first half: the text becomes a symbolic model. @param threads that look for
+/// meshes which overlap themselves.
 /// @throws bsp2::Error that names the place in the file; the same on all ranks.
 Source parsed(Source source, const RunOptions& options, unsigned threads);
 
-/// Compilation on every rank, second half: the symbolic model becomes a network with canonical hyperplanes and bounds. @param threads that
-/// place its primitives.
+/// Compilation on every rank, second half: the symbolic model becomes a network with canonical hyperplanes
+/// and bounds. @param threads that place its primitives.
 /// @throws bsp2::Error for lengths that are too large or too small.
 template <int D>
 dataflow::Network<D> translation(const Source& source, const RunOptions& options, unsigned threads = 1);
 
-/// What merging may have to do with a solid that came out empty, and what to do: to go on a sentence with; nothing if no hyperplanes
-/// that differ are one.
+/// What merging may have to do with a solid that came out empty, and what to do: to go on a sentence with;
+/// nothing if no hyperplanes that differ are one.
 /// @param hyperplanes that the network has.
-std::string lost_by_merging(const Source& source, const RunOptions& options, std::uint64_t hyperplanes, unsigned threads);
+std::string lost_by_merging(const Source& source, const RunOptions& options, std::uint64_t hyperplanes,
+                            unsigned threads);
 
 /// Round solids are refined without end, so something has to say where: a thousandth of the model unless
 /// the user does. A budget alone does not: depth first, it would be spent in one place.
@@ -73,16 +77,19 @@ struct Distribution {
 /// The region with the most work goes to the rank with the least, and so on. @return the rank of each region.
 std::vector<std::int32_t> assign_regions(const std::vector<double>& work, int ranks);
 
-/// Distribution: space is cut into regions of about equal work, which do not depend on who computes. Each rank makes its part of them, on
-/// `threads` threads, and learns the trees of the others; the master says who gets which, and regions go to their owners without their cells.
-/// @param for_ranks so many will share the regions, if more than these ranks: for many, work is estimated more closely.
-/// Source: the paper, section 4.2, "Distribution".
+/// Distribution: space is cut into regions of about equal work, which do not depend on who computes. Each
+/// rank makes its part of them, on `threads` threads, and learns the trees of the others; the master says who
+/// gets which, and regions go to their owners without their cells.
+/// @param for_ranks so many will share the regions, if more than these ranks: for many, work is estimated
+/// more closely. Source: the paper, section 4.2, "Distribution".
 template <int D>
-Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options, unsigned threads, unsigned for_ranks = 1);
+Distribution<D> distribution(Ranks& ranks, const dataflow::Network<D>& network, const RunOptions& options,
+                             unsigned threads, unsigned for_ranks = 1);
 
 /// What one rank does of it by itself. Not collective.
 template <int D>
-dataflow::PartitionPart<D> part_of_distribution(const dataflow::Network<D>& network, const RunOptions& options, dataflow::PartitionShare share,
+dataflow::PartitionPart<D> part_of_distribution(const dataflow::Network<D>& network,
+                                                const RunOptions& options, dataflow::PartitionShare share,
                                                 unsigned threads, unsigned for_ranks = 1);
 
 template <int D>
@@ -91,25 +98,31 @@ struct Computed {
   bool shall_move = false;  ///< it was ended since a rank has nothing left to do; the same on all ranks
 };
 
-/// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the consumers, what is left
-/// comes back as unfinished regions. The ranks stay in touch: a failure of one ends all, the cells of all are counted together,
-/// and a rank that has nothing left to do may end the step.
+/// Computation: the workers of each rank refine its regions up to the budget; decided cells go to the
+/// consumers, what is left comes back as unfinished regions. The ranks stay in touch: a failure of one ends
+/// all, the cells of all are counted together, and a rank that has nothing left to do may end the step.
 /// @param so_far what the new tree is numbered from.
-/// @param quota this rank stops at so many cells more than it has, undecided ones counted; options.cells is for all ranks together.
+/// @param quota this rank stops at so many cells more than it has, undecided ones counted; options.cells is
+/// for all ranks together.
 /// @param stream whose cells travel meanwhile; may be null.
 /// Source: the paper, section 4.2, "Computation".
 template <int D>
-Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network, std::vector<dataflow::Region<D>> regions, const RunOptions& options,
-                        unsigned threads, const Recorded& so_far, std::optional<std::uint64_t> quota, CellStream* stream,
+Computed<D> computation(Ranks& ranks, const dataflow::Network<D>& network,
+                        std::vector<dataflow::Region<D>> regions, const RunOptions& options, unsigned threads,
+                        const Recorded& so_far, std::optional<std::uint64_t> quota, CellStream* stream,
                         std::span<dataflow::Consumer* const> consumers);
 
-/// The picture of what is left, for the report and the outputs: FUZZY where it is undecided. Each rank draws its own regions.
+/// The picture of what is left, for the report and the outputs: FUZZY where it is undecided. Each rank draws
+/// its own regions.
 template <int D>
-dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network, std::span<const dataflow::Region<D>> regions, const RunOptions& options,
-                                  unsigned threads, const Recorded& so_far, std::span<dataflow::Consumer* const> consumers);
+dataflow::Evaluation<D> picturing(const dataflow::Network<D>& network,
+                                  std::span<const dataflow::Region<D>> regions, const RunOptions& options,
+                                  unsigned threads, const Recorded& so_far,
+                                  std::span<dataflow::Consumer* const> consumers);
 
-/// Collection: brings the cells of all ranks to the master, or leaves them where they are. Cost: h = bytes of all cells that
-/// the master receives, or of what the stream has not brought there before; with `tree`, half of them at a time.
+/// Collection: brings the cells of all ranks to the master, or leaves them where they are. Cost: h = bytes of
+/// all cells that the master receives, or of what the stream has not brought there before; with `tree`, half
+/// of them at a time.
 /// @param stream what it brought becomes the meshes'; may be null.
 /// @return whether the master has all cells; the other ranks then have none.
 /// Source: the paper, section 4.2, "Collection" and the hierarchical architecture.
@@ -123,39 +136,43 @@ bool receive(std::string_view message, RegionMesh& mesh);
 /// The cells that a rank glues: those of its own regions, whether they have been collected since or not.
 struct CellShare {
   std::vector<std::shared_ptr<const geometry::CellBatch>> batches;
-  std::vector<std::uint64_t> first_cell;  ///< number of the first cell of each batch, counted through all regions in their order
+  std::vector<std::uint64_t>
+      first_cell;  ///< number of the first cell of each batch, counted through all regions in their order
 };
 CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions);  ///< Collective.
 
 /// What the cells are to each other and to the space around them.
 struct Resolution {
-  std::vector<geometry::Contact> contacts;            ///< when asked for: those that this rank found, by cells
+  std::vector<geometry::Contact> contacts;  ///< when asked for: those that this rank found, by cells
   std::optional<geometry::TriangleSurface> boundary;  ///< when asked for: on the master
 };
 
-/// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not, their facets are
-/// matched hyperplane by hyperplane; what no other cell covers is the boundary. Each rank glues its own regions, and some of
-/// the cuts between regions. h = facets that lie on cuts between regions of different ranks, and then the outlines of the
-/// boundary, which the master triangulates.
-/// D = 3 only; nothing is found for other dimensions. Collective.
+/// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not,
+/// their facets are matched hyperplane by hyperplane; what no other cell covers is the boundary. Each rank
+/// glues its own regions, and some of the cuts between regions. h = facets that lie on cuts between regions
+/// of different ranks, and then the outlines of the boundary, which the master triangulates. D = 3 only;
+/// nothing is found for other dimensions. Collective.
 /// @param share is given up region by region: cells that nobody else holds are freed on the way.
 /// Source: the paper, section 4.2, "Resolution".
 template <int D>
-Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, CellShare share,
-                      const RunOptions& options, unsigned threads);
+Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
+                      const dataflow::Partition<D>& partition, CellShare share, const RunOptions& options,
+                      unsigned threads);
 
 /// The contacts among cells of any region, counted through the batches. Not collective.
-std::vector<geometry::Contact> contacts_among(const geometry::HyperplaneTable<3>& table,
-                                              std::span<const std::shared_ptr<const geometry::CellBatch>> batches, unsigned threads);
+std::vector<geometry::Contact> contacts_among(
+    const geometry::HyperplaneTable<3>& table,
+    std::span<const std::shared_ptr<const geometry::CellBatch>> batches, unsigned threads);
 
 /// Sums over all ranks, on the master: exact, so they do not depend on who computed what.
 template <int D>
-dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network, const dataflow::Totals<D>& totals);
+dataflow::Totals<D> sum_totals(Ranks& ranks, const dataflow::Network<D>& network,
+                               const dataflow::Totals<D>& totals);
 
 /// The partition's tree over trees of its regions.
 /// @param roots of the regions in `tree`, by number.
 template <int D>
-geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition, geometry::BspTree tree,
-                             const std::vector<std::int32_t>& roots);
+geometry::BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partition<D>& partition,
+                             geometry::BspTree tree, const std::vector<std::int32_t>& roots);
 
 }  // namespace bsp2::supersteps

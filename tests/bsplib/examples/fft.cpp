@@ -11,9 +11,7 @@
 using namespace bsp2::bsplib;
 using Complex = std::complex<double>;
 
-Complex root(double k, double n) {
-  return std::polar(1.0, -2 * std::numbers::pi * k / n);
-}
+Complex root(double k, double n) { return std::polar(1.0, -2 * std::numbers::pi * k / n); }
 
 /// Fourier transform of x[0], x[stride], ... into y, recursively; n is a power of 2.
 void fft(std::size_t n, const Complex* x, std::size_t stride, Complex* y) {

@@ -1,6 +1,7 @@
 #pragma once
 
-// What the tests of constructs of any dimension share: volumes as intervals, random solids, points asked of an oracle.
+// What the tests of constructs of any dimension share: volumes as intervals, random solids, points asked of
+// an oracle.
 
 #include <gtest/gtest.h>
 
@@ -10,8 +11,8 @@
 
 #include "bsp2/dataflow/regions/measure.hpp"
 #include "bsp2/model/builder/builder.hpp"
-#include "dataflow/oracle.hpp"
 #include "dataflow/intervals.hpp"
+#include "dataflow/oracle.hpp"
 
 namespace bsp2::dataflow {
 
@@ -29,12 +30,18 @@ inline Interval volume_interval(const Expression& e, double tolerance = 0) {
   EvaluateOptions how;
   if (tolerance > 0) how.tolerance = tolerance;
   switch (e.dimension()) {
-    case 1: return volume_in<1>(e, how);
-    case 2: return volume_in<2>(e, how);
-    case 3: return volume_in<3>(e, how);
-    case 4: return volume_in<4>(e, how);
-    case 5: return volume_in<5>(e, how);
-    default: return volume_in<6>(e, how);
+    case 1:
+      return volume_in<1>(e, how);
+    case 2:
+      return volume_in<2>(e, how);
+    case 3:
+      return volume_in<3>(e, how);
+    case 4:
+      return volume_in<4>(e, how);
+    case 5:
+      return volume_in<5>(e, how);
+    default:
+      return volume_in<6>(e, how);
   }
 }
 
@@ -118,8 +125,9 @@ void check_labels(const Expression& e, double tolerance, Random& random, Inside&
       for (Real& c : x) c /= sum;
       const Where truth = inside(x, 1e-8L);
       ASSERT_TRUE(truth.doubtful || truth.inside == (label == Label::in))
-          << "cell " << cell << " at level " << refinement->cells.level[cell] << ", volume " << refinement->cells.volume[cell] << ", at "
-          << static_cast<double>(x[0]) << ", " << static_cast<double>(x[1]) << ", doubtful within 1e-6: " << inside(x, 1e-6L).doubtful
+          << "cell " << cell << " at level " << refinement->cells.level[cell] << ", volume "
+          << refinement->cells.volume[cell] << ", at " << static_cast<double>(x[0]) << ", "
+          << static_cast<double>(x[1]) << ", doubtful within 1e-6: " << inside(x, 1e-6L).doubtful
           << ", 1e-3: " << inside(x, 1e-3L).doubtful;
       ++(label == Label::in ? in : out);
     }

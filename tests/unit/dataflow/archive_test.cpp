@@ -65,7 +65,8 @@ void expect_round_trips(Random& random) {
 
   Partition<D> parts = partition(network, 3);
   for (Region<D>& region : parts.regions) {
-    region.frontier.nodes = {{Frontier::Kind::split, geometry::Label::fuzzy, 0, -7}, {Frontier::Kind::held, geometry::Label::in, 0, 3}};
+    region.frontier.nodes = {{Frontier::Kind::split, geometry::Label::fuzzy, 0, -7},
+                             {Frontier::Kind::held, geometry::Label::in, 0, 3}};
     region.frontier.programs = region.program;
     Region<D> back;
     from_bytes(to_bytes(region), back);

@@ -1,5 +1,5 @@
-// What is made of plane solids, and what needs its operands evaluated first: against values worked out by hand, values
-// that OpenSCAD 2021.01 gives, and properties of random input.
+// What is made of plane solids, and what needs its operands evaluated first: against values worked out by
+// hand, values that OpenSCAD 2021.01 gives, and properties of random input.
 
 #include <gtest/gtest.h>
 
@@ -13,10 +13,10 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/csg.hpp"
-#include "dataflow/oracle.hpp"
 #include "constructs/outline.hpp"
-#include "support/temporary_folder.hpp"
+#include "dataflow/oracle.hpp"
 #include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -30,19 +30,13 @@ double content(const Expression& e) {
   return evaluate_all(network, 0, {}).evaluation.totals.in.value().volume();
 }
 
-double content(const Expression& e) {
-  return e.dimension() == 2 ? content<2>(e) : content<3>(e);
-}
+double content(const Expression& e) { return e.dimension() == 2 ? content<2>(e) : content<3>(e); }
 
-Expression read(const std::string& text) {
-  return model::parse_csg(text, "test.csg").expression;
-}
+Expression read(const std::string& text) { return model::parse_csg(text, "test.csg").expression; }
 
-double content(const std::string& text) {
-  return content(read(text));
-}
+double content(const std::string& text) { return content(read(text)); }
 
-// --- plane solids ---------------------------------------------------------------------------------------------
+// --- plane solids ---
 
 TEST(PlaneSolids, HaveTheAreasOfTheirFormulas) {
   EXPECT_DOUBLE_EQ(content("square(size = [3, 4], center = true);"), 12);
@@ -50,15 +44,24 @@ TEST(PlaneSolids, HaveTheAreasOfTheirFormulas) {
   EXPECT_NEAR(content("circle($fn = 7, r = 2);"), 3.5 * 4 * std::sin(2 * std::numbers::pi / 7), 1e-14);
   EXPECT_NEAR(content("circle(d = 2);"), 2.5 * std::sin(2 * std::numbers::pi / 5), 1e-14);
   EXPECT_DOUBLE_EQ(content("polygon(points = [[0, 0], [4, 0], [4, 3]], paths = undef);"), 6);
-  EXPECT_DOUBLE_EQ(content("polygon(points = [[0,0],[4,0],[4,4],[0,4],[2,2],[6,2],[6,6],[2,6]], paths = [[0,1,2,3],[4,5,6,7]]);"), 24);
+  EXPECT_DOUBLE_EQ(content("polygon(points = [[0,0],[4,0],[4,4],[0,4],[2,2],[6,2],[6,6],[2,6]], paths = "
+                           "[[0,1,2,3],[4,5,6,7]]);"),
+                   24);
   EXPECT_DOUBLE_EQ(content("polygon(points = [[0,0],[2,2],[2,0],[0,2]]);"), 2) << "crosses itself";
-  EXPECT_DOUBLE_EQ(content("polygon(points = [[0,0],[9,0],[9,9],[0,9],[1,1],[1,8],[8,8],[8,1]], paths = [[0,1,2,3],[4,5,6,7]]);"), 81 - 49);
-  EXPECT_DOUBLE_EQ(content("difference() { square(10); multmatrix([[1,0,0,2],[0,1,0,2],[0,0,1,7],[0,0,0,1]]) { square(3); } }"), 91);
-  EXPECT_DOUBLE_EQ(content("polygon(points = [[4,1],[4,2],[3,0],[4,3],[3,5],[0,5],[0,2],[1,2],[5,2]], paths = [[4,8,8,5,8,2,7],[4,1,8,7,1,0,6,5]]);"), 59 / 6.0)
+  EXPECT_DOUBLE_EQ(content("polygon(points = [[0,0],[9,0],[9,9],[0,9],[1,1],[1,8],[8,8],[8,1]], paths = "
+                           "[[0,1,2,3],[4,5,6,7]]);"),
+                   81 - 49);
+  EXPECT_DOUBLE_EQ(content("difference() { square(10); multmatrix([[1,0,0,2],[0,1,0,2],[0,0,1,7],[0,0,0,1]]) "
+                           "{ square(3); } }"),
+                   91);
+  EXPECT_DOUBLE_EQ(content("polygon(points = [[4,1],[4,2],[3,0],[4,3],[3,5],[0,5],[0,2],[1,2],[5,2]], paths "
+                           "= [[4,8,8,5,8,2,7],[4,1,8,7,1,0,6,5]]);"),
+                   59 / 6.0)
       << "a path that goes over its own points along a line";
   EXPECT_EQ(content("circle(r = -1);"), 0);
   EXPECT_EQ(content("polygon(points = [[0, 0], [1, 1], [2, 2]]);"), 0);
-  EXPECT_DOUBLE_EQ(content("multmatrix([[2,0,0,0],[0,2,0,0],[0,0,0,0],[0,0,0,1]]) { square(1); }"), 4) << "z plays no part";
+  EXPECT_DOUBLE_EQ(content("multmatrix([[2,0,0,0],[0,2,0,0],[0,0,0,0],[0,0,0,1]]) { square(1); }"), 4)
+      << "z plays no part";
 }
 
 TEST(PlaneSolids, TheFirstGeometryDecidesTheDimension) {
@@ -79,12 +82,14 @@ TEST(PlaneSolids, TheFirstGeometryDecidesTheDimension) {
 double even_odd_area(const Plane& points, const std::vector<std::vector<std::uint32_t>>& paths) {
   std::vector<std::array<std::array<double, 2>, 2>> edges;
   for (const auto& path : paths)
-    for (std::size_t i = 0; i < path.size(); ++i) edges.push_back({points[path[i]], points[path[(i + 1) % path.size()]]});
+    for (std::size_t i = 0; i < path.size(); ++i)
+      edges.push_back({points[path[i]], points[path[(i + 1) % path.size()]]});
   std::vector<double> heights;
   for (const auto& p : points) heights.push_back(p[1]);
   for (const auto& [a, b] : edges)
     for (const auto& [c, d] : edges) {
-      const double ux = b[0] - a[0], uy = b[1] - a[1], vx = d[0] - c[0], vy = d[1] - c[1], det = ux * vy - uy * vx;
+      const double ux = b[0] - a[0], uy = b[1] - a[1], vx = d[0] - c[0], vy = d[1] - c[1],
+                   det = ux * vy - uy * vx;
       if (det == 0) continue;
       const double t = ((c[0] - a[0]) * vy - (c[1] - a[1]) * vx) / det;
       if (t > 0 && t < 1) heights.push_back(a[1] + t * uy);
@@ -97,7 +102,8 @@ double even_odd_area(const Plane& points, const std::vector<std::vector<std::uin
     for (const auto& [a, b] : edges)
       if ((a[1] > y) != (b[1] > y)) x.push_back(a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]));
     std::sort(x.begin(), x.end());
-    for (std::size_t k = 0; k + 1 < x.size(); k += 2) area += (x[k + 1] - x[k]) * (heights[i] - heights[i - 1]);
+    for (std::size_t k = 0; k + 1 < x.size(); k += 2)
+      area += (x[k + 1] - x[k]) * (heights[i] - heights[i - 1]);
   }
   return area;
 }
@@ -118,7 +124,8 @@ RandomPolygon random_polygon(Random& random) {
   }
   for (int k = pick(random, 1, 3); k > 0; --k) {
     auto& path = polygon.paths.emplace_back();
-    for (int i = pick(random, 3, 8); i > 0; --i) path.push_back(static_cast<std::uint32_t>(pick(random, 0, count - 1)));
+    for (int i = pick(random, 3, 8); i > 0; --i)
+      path.push_back(static_cast<std::uint32_t>(pick(random, 0, count - 1)));
   }
   return polygon;
 }
@@ -142,8 +149,9 @@ TEST(PlaneSolids, OutlinesAreClosedAndHaveTheSolidOnTheirLeft) {
     std::vector<Expression> operands;
     for (int k = pick(random, 1, 4); k > 0; --k) {
       const RandomPolygon polygon = random_polygon(random);
-      operands.push_back(model::transform(chance(random, 0.5) ? grid_matrix(random, 2, 2) : free_matrix(random, 2, 2),
-                                          model::polygon(polygon.points, polygon.paths)));
+      operands.push_back(
+          model::transform(chance(random, 0.5) ? grid_matrix(random, 2, 2) : free_matrix(random, 2, 2),
+                           model::polygon(polygon.points, polygon.paths)));
     }
     const Expression solid = chance(random, 0.5) ? model::unite(operands) : model::subtract(operands);
     const Outline outline = outline_of(solid, {});
@@ -168,7 +176,9 @@ TEST(PlaneSolids, OutlinesAreClosedAndHaveTheSolidOnTheirLeft) {
 
 TEST(Text, HasTheMeasuresOfOpenScad) {
   // An em is 100/72 of the size. In Liberation Sans "H" is 1409/2048 em high, 'I' a bar of 190/2048 em.
-  const auto totals = [](const std::string& text) { return evaluate_all(compile<2>(read(text), {}), 0, {}).evaluation.totals; };
+  const auto totals = [](const std::string& text) {
+    return evaluate_all(compile<2>(read(text), {}), 0, {}).evaluation.totals;
+  };
   const auto model = model::parse_csg("text(text = \"I\", size = 10);", "test.csg");
   if (!model.warnings.empty()) GTEST_SKIP() << "Liberation Sans is not installed";
   const auto bar = totals("text(text = \"I\", size = 10);");
@@ -181,29 +191,39 @@ TEST(Text, HasTheMeasuresOfOpenScad) {
   EXPECT_NEAR(content("text(text = \"O\", $fn = 200);"), content("text(text = \"O\", $fn = 400);"), 1e-2);
   EXPECT_EQ(content("text(text = \"\");"), 0);
   EXPECT_EQ(content("text(text = \"x\", size = 0);"), 0);
-  EXPECT_NEAR(content("text(text = \"I\", size = -10);"), content("text(text = \"I\");"), 1e-9) << "seen from behind, as OpenSCAD has it";
+  EXPECT_NEAR(content("text(text = \"I\", size = -10);"), content("text(text = \"I\");"), 1e-9)
+      << "seen from behind, as OpenSCAD has it";
 }
 
-// --- imports --------------------------------------------------------------------------------------------------
+// --- imports ---
 
 class Import : public ::testing::Test {
  protected:
   bsp2::samples::TemporaryFolder folder_;
-  void write(const std::string& name, const std::string& text) { std::ofstream(folder_.path() / name) << text; }
-  double imported(const std::string& text) { return content(model::parse_csg(text, (folder_.path() / "test.csg").string()).expression); }
+  void write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_.path() / name) << text;
+  }
+  double imported(const std::string& text) {
+    return content(model::parse_csg(text, (folder_.path() / "test.csg").string()).expression);
+  }
 };
 
 TEST_F(Import, ReadsMeshes) {
-  const std::string corner = "solid t\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 2 0\nvertex 2 0 0\nendloop\nendfacet\n"
-                             "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 0 2\nendloop\nendfacet\n"
-                             "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 0 2\nvertex 0 2 0\nendloop\nendfacet\n";
-  const std::string last = "facet normal 0 0 0\nouter loop\nvertex 2 0 0\nvertex 0 2 0\nvertex 0 0 2\nendloop\nendfacet\n";
+  const std::string corner =
+      "solid t\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 2 0\nvertex 2 0 0\nendloop\nendfacet\n"
+      "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 0 2\nendloop\nendfacet\n"
+      "facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 0 2\nvertex 0 2 0\nendloop\nendfacet\n";
+  const std::string last =
+      "facet normal 0 0 0\nouter loop\nvertex 2 0 0\nvertex 0 2 0\nvertex 0 0 2\nendloop\nendfacet\n";
   write("closed.stl", corner + last + "endsolid t\n");
   write("open.stl", corner + "endsolid t\n");
-  write("cube.off", "OFF\n8 6 12\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n");
+  write("cube.off",
+        "OFF\n8 6 12\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n4 0 3 2 1\n4 4 5 6 7\n4 0 1 5 "
+        "4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n");
   EXPECT_NEAR(imported("import(file = \"closed.stl\");"), 8.0 / 6, 1e-12);
   EXPECT_NEAR(imported("import(file = \"cube.off\");"), 1, 1e-12);
-  EXPECT_NEAR(imported("import(file = \"open.stl\");"), 8.0 / 6, 1e-12) << "with a cap where a face is missing";
+  EXPECT_NEAR(imported("import(file = \"open.stl\");"), 8.0 / 6, 1e-12)
+      << "with a cap where a face is missing";
   EXPECT_THROW(imported("import(file = \"missing.stl\");"), Error);
   EXPECT_THROW(imported("import(file = \"test.xyz\");"), Error);
 }
@@ -213,7 +233,9 @@ TEST_F(Import, ReadsMeshesForTheBuilder) {
   write("tetrahedron.obj", "v 0 0 0\nv 2 0 0\nv 0 2 0\nv 0 0 2\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   write("open.off", "OFF\n4 3 0\n0 0 0\n2 0 0\n0 2 0\n0 0 2\n3 0 2 1\n3 0 1 3\n3 0 3 2\n");
   std::vector<std::string> said;
-  const auto read = [&](const char* name) { return model::imported(folder_.path() / name, [&](const std::string& text) { said.push_back(text); }); };
+  const auto read = [&](const char* name) {
+    return model::imported(folder_.path() / name, [&](const std::string& text) { said.push_back(text); });
+  };
   EXPECT_NEAR(content(read("tetrahedron.obj")), 8.0 / 6, 1e-12);
   EXPECT_TRUE(said.empty());
   const Expression corner = model::imported(folder_.path() / "tetrahedron.obj");
@@ -228,7 +250,8 @@ TEST_F(Import, ReadsMeshesForTheBuilder) {
 TEST_F(Import, ReadsHeights) {
   write("a.dat", "# heights\n0 1\n1 2\n");
   EXPECT_NEAR(imported("surface(file = \"a.dat\");"), 2, 1e-12);
-  write("b.dat", "5 5 5\n5 9 5\n5 5 5\n");  // four cells of mean 6, each a quarter of its corners' mean and of itself
+  write("b.dat",
+        "5 5 5\n5 9 5\n5 5 5\n");  // four cells of mean 6, each a quarter of its corners' mean and of itself
   EXPECT_NEAR(imported("surface(file = \"b.dat\", center = true);"), 4 * 6, 1e-12);
   write("e.dat", "0 1\n \f\v\n1 2\n");  // a line without a height
   EXPECT_NEAR(imported("surface(file = \"e.dat\");"), 2, 1e-12);
@@ -239,18 +262,23 @@ TEST_F(Import, ReadsHeights) {
   EXPECT_THROW(imported("surface(file = \"a.png\");"), Error);
 }
 
-/// Pictures of 2 x 2 pixels: one of 16 bits a pixel in grey, one in colours. Volumes as OpenSCAD 2021.01 gives them.
+/// Pictures of 2 x 2 pixels: one of 16 bits a pixel in grey, one in colours. Volumes as OpenSCAD 2021.01
+/// gives them.
 TEST_F(Import, ReadsPictures) {
   const std::string_view grey(
-        "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x02\x00\x00\x00\x02\x10\x00\x00\x00\x00\x07\x4d\x8e"
-        "\xbb\x00\x00\x00\x12\x49\x44\x41\x54\x78\xda\x63\x60\x98\xf9\x9f\x91\xa1\xe1\x9f\x03\x03\x00\x11\x4b\x03\x58\x3e\x2d\x39\x1a\x00"
-        "\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82",
-        75);
+      "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x02\x00\x00\x00\x02\x10"
+      "\x00\x00\x00\x00\x07\x4d\x8e"
+      "\xbb\x00\x00\x00\x12\x49\x44\x41\x54\x78\xda\x63\x60\x98\xf9\x9f\x91\xa1\xe1\x9f\x03\x03\x00\x11\x4b"
+      "\x03\x58\x3e\x2d\x39\x1a\x00"
+      "\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82",
+      75);
   const std::string_view colours(
-        "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x02\x00\x00\x00\x02\x08\x02\x00\x00\x00\xfd\xd4\x9a"
-        "\x73\x00\x00\x00\x15\x49\x44\x41\x54\x78\xda\x63\xe0\x12\x91\x3b\x91\x62\xc4\xf0\x9f\x01\x08\xfe\x03\x00\x16\xa7\x03\x99\x14\x5a"
-        "\x10\x2c\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82",
-        78);
+      "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x02\x00\x00\x00\x02\x08"
+      "\x02\x00\x00\x00\xfd\xd4\x9a"
+      "\x73\x00\x00\x00\x15\x49\x44\x41\x54\x78\xda\x63\xe0\x12\x91\x3b\x91\x62\xc4\xf0\x9f\x01\x08\xfe\x03"
+      "\x00\x16\xa7\x03\x99\x14\x5a"
+      "\x10\x2c\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82",
+      78);
   write("grey.png", std::string(grey));
   write("colours.png", std::string(colours));
   EXPECT_NEAR(imported("surface(file = \"grey.png\");"), 44.82352, 1e-4);
@@ -259,23 +287,32 @@ TEST_F(Import, ReadsPictures) {
   write("colours.png", std::string(colours.substr(0, 60)));
   EXPECT_THROW(imported("surface(file = \"colours.png\");"), Error) << "cut off";
   write("short.dat", "1 2 3\n5 6\n");
-  EXPECT_NEAR(imported("surface(file = \"short.dat\");"), 6.25, 1e-12) << "what is missing is 0 high, but does not lower the floor";
+  EXPECT_NEAR(imported("surface(file = \"short.dat\");"), 6.25, 1e-12)
+      << "what is missing is 0 high, but does not lower the floor";
 }
 
 TEST_F(Import, ReadsDrawings) {
   const auto line = [](const std::string& layer, double x0, double y0, double x1, double y1) {
     std::ostringstream text;
-    text << "0\nLINE\n8\n" << layer << "\n10\n" << x0 << "\n20\n" << y0 << "\n11\n" << x1 << "\n21\n" << y1 << "\n";
+    text << "0\nLINE\n8\n"
+         << layer << "\n10\n"
+         << x0 << "\n20\n"
+         << y0 << "\n11\n"
+         << x1 << "\n21\n"
+         << y1 << "\n";
     return text.str();
   };
-  write("a.dxf", "0\nSECTION\n2\nENTITIES\n" + line("square", 0, 0, 4, 0) + line("square", 4, 4, 4, 0) + line("square", 4, 4, 0, 4) +
-                     line("square", 0, 4, 0, 0) + "0\nCIRCLE\n8\nhole\n10\n2\n20\n2\n40\n1\n" + line("open", 10, 0, 13, 0) +
+  write("a.dxf", "0\nSECTION\n2\nENTITIES\n" + line("square", 0, 0, 4, 0) + line("square", 4, 4, 4, 0) +
+                     line("square", 4, 4, 0, 4) + line("square", 0, 4, 0, 0) +
+                     "0\nCIRCLE\n8\nhole\n10\n2\n20\n2\n40\n1\n" + line("open", 10, 0, 13, 0) +
                      line("open", 13, 0, 13, 4) + "0\nENDSEC\n0\nEOF\n");
   EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"square\");"), 16, 1e-12);
   EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"hole\", $fn = 4);"), 2, 1e-12);
-  EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"open\");"), 6, 1e-12) << "closed by a straight line";
+  EXPECT_NEAR(imported("import(file = \"a.dxf\", layer = \"open\");"), 6, 1e-12)
+      << "closed by a straight line";
   EXPECT_NEAR(imported("import(file = \"a.dxf\", $fn = 4);"), 16 - 2 + 6, 1e-12);
-  EXPECT_NEAR(imported("linear_extrude(height = 2, file = \"a.dxf\", layer = \"square\", origin = [1, 1]);"), 32, 1e-12);
+  EXPECT_NEAR(imported("linear_extrude(height = 2, file = \"a.dxf\", layer = \"square\", origin = [1, 1]);"),
+              32, 1e-12);
   EXPECT_EQ(imported("import(file = \"a.dxf\", layer = \"none\");"), 0);
   write("bad.dxf", "<svg>\n</svg>\n");
   EXPECT_THROW(imported("import(file = \"bad.dxf\");"), Error);
@@ -283,7 +320,8 @@ TEST_F(Import, ReadsDrawings) {
 
 TEST_F(Import, ReadsVectorGraphics) {
   const auto svg = [](const std::string& shapes) {
-    return "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='10mm' viewBox='0 0 40 20'>" + shapes + "</svg>";
+    return "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='10mm' viewBox='0 0 40 20'>" +
+           shapes + "</svg>";
   };
   const auto area = [&](const std::string& shapes, const std::string& more = "") {
     write("a.svg", svg(shapes));
@@ -292,22 +330,28 @@ TEST_F(Import, ReadsVectorGraphics) {
   EXPECT_NEAR(area("<rect x='1' y='1' width='4' height='2'/>"), 2, 1e-12) << "half a millimetre a unit";
   EXPECT_NEAR(area("<g transform='scale(2) translate(1, 1)'><rect width='4' height='2'/></g>"), 8, 1e-12);
   EXPECT_NEAR(area("<path d='M0 0h4v4H0zm1,1 2 0 0 2-2 0z'/>"), 3, 1e-12) << "a hole";
-  EXPECT_NEAR(area("<polygon points='0,0 4,0 4,4'/><circle cx='10' cy='10' r='2'/>", ", $fn = 4"), 2 + 20 * model::sine(9), 1e-12)
+  EXPECT_NEAR(area("<polygon points='0,0 4,0 4,4'/><circle cx='10' cy='10' r='2'/>", ", $fn = 4"),
+              2 + 20 * model::sine(9), 1e-12)
       << "40 sides, whatever $fn is";
   EXPECT_NEAR(area("<path d='M0 0 C 0 4 4 4 4 0 z'/>"), 9.6 / 4, 2e-2) << "the integral of y dx";
-  EXPECT_NEAR(area("<path d='M-4 0 A 4 4 0 0 1 4 0 z'/>"), 28 * std::sin(std::numbers::pi / 14), 1e-9) << "14 chords of half a circle of radius 2";
+  EXPECT_NEAR(area("<path d='M-4 0 A 4 4 0 0 1 4 0 z'/>"), 28 * std::sin(std::numbers::pi / 14), 1e-9)
+      << "14 chords of half a circle of radius 2";
   EXPECT_NEAR(area("<path d='M0 0 4 0 4 4'/>"), 2.25, 1e-12) << "a line 1 wide";
   write("bad.svg", "no drawing");
   EXPECT_THROW(imported("import(file = \"bad.svg\");"), Error);
   write("a.svg", svg("<rect x='0' y='0' width='40' height='2'/>"));
   const auto totals =
-      evaluate_all(compile<2>(model::parse_csg("import(file = \"a.svg\");", (folder_.path() / "t.csg").string()).expression, {}), 0, {})
+      evaluate_all(
+          compile<2>(
+              model::parse_csg("import(file = \"a.svg\");", (folder_.path() / "t.csg").string()).expression,
+              {}),
+          0, {})
           .evaluation.totals;
   EXPECT_NEAR(totals.lower[1], 9, 1e-12) << "y upwards from the lower edge";
   EXPECT_NEAR(totals.upper[0], 20, 1e-12);
 }
 
-// --- extrusions -----------------------------------------------------------------------------------------------
+// --- extrusions ---
 
 TEST(LinearExtrude, StraightIsAreaTimesHeight) {
   const std::uint64_t seed = new_seed();
@@ -315,11 +359,14 @@ TEST(LinearExtrude, StraightIsAreaTimesHeight) {
   Random random(seed);
   for (int round = 0; round < samples::rounds(40); ++round) {
     const RandomPolygon polygon = random_polygon(random);
-    const Expression solid = model::subtract({model::polygon(polygon.points, polygon.paths), model::transform(free_matrix(random, 2, 2), model::circle(1, 7))});
+    const Expression solid =
+        model::subtract({model::polygon(polygon.points, polygon.paths),
+                         model::transform(free_matrix(random, 2, 2), model::circle(1, 7))});
     model::LinearExtrusion extrusion;
     extrusion.direction = {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, 0.1, 5)};
     extrusion.center = chance(random, 0.5);
-    EXPECT_NEAR(content<3>(model::construct(extrusion, {solid})), content<2>(solid) * extrusion.direction[2], 1e-9);
+    EXPECT_NEAR(content<3>(model::construct(extrusion, {solid})), content<2>(solid) * extrusion.direction[2],
+                1e-9);
   }
 }
 
@@ -331,25 +378,30 @@ TEST(LinearExtrude, TaperedIsAFrustum) {
                              ") { difference() { square(4, center = true); circle($fn = 6, r = 1); } }";
     EXPECT_NEAR(content(text), 6 * area / 3 * (1 + s + s * s), 1e-9) << s;
   }
-  EXPECT_NEAR(content("linear_extrude(height = 6, scale = [0, 1], slices = 1) { square(2, center = true); }"), 12, 1e-9) << "a wedge";
+  EXPECT_NEAR(content("linear_extrude(height = 6, scale = [0, 1], slices = 1) { square(2, center = true); }"),
+              12, 1e-9)
+      << "a wedge";
 }
 
 TEST(LinearExtrude, TwistedSidesAreCutAlongTheShorterDiagonal) {
-  EXPECT_NEAR(content("linear_extrude(height = 10, twist = 90) { square(2); }"), 42.9966, 1e-3) << "as OpenSCAD 2021.01";
+  EXPECT_NEAR(content("linear_extrude(height = 10, twist = 90) { square(2); }"), 42.9966, 1e-3)
+      << "as OpenSCAD 2021.01";
   // The mirror image of a twist is the twist the other way round of the mirror image.
-  EXPECT_NEAR(
-      content("linear_extrude(height = 5, twist = -70, slices = 7) { square([3, 1]); }"),
-      content(
-          "linear_extrude(height = 5, twist = 70, slices = 7) { multmatrix([[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { square([3, 1]); } }"),
-      1e-9);
+  EXPECT_NEAR(content("linear_extrude(height = 5, twist = -70, slices = 7) { square([3, 1]); }"),
+              content("linear_extrude(height = 5, twist = 70, slices = 7) { "
+                      "multmatrix([[-1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { square([3, 1]); } }"),
+              1e-9);
   // Twice as many slices come twice as near to area times height.
   const auto excess = [](int slices) {
-    return content("linear_extrude(height = 5, twist = 70, slices = " + std::to_string(slices) + ") { square([3, 1]); }") - 15;
+    return content("linear_extrude(height = 5, twist = 70, slices = " + std::to_string(slices) +
+                   ") { square([3, 1]); }") -
+           15;
   };
   EXPECT_NEAR(excess(20) / excess(40), 2, 0.05);
 }
 
-/// The integral of 2 pi r over the area, with the perimeter of a polygon of n sides in the place of the circle's.
+/// The integral of 2 pi r over the area, with the perimeter of a polygon of n sides in the place of the
+/// circle's.
 double faceted_pappus(const Plane& path, double segments, double step) {
   double moment = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
@@ -377,7 +429,8 @@ TEST(RotateExtrude, HasTheVolumeOfPappusForItsFacets) {
     extrusion.resolution.fn = pick(random, 3, 12);
     extrusion.start = uniform(random, -180, 180);
     extrusion.angle = chance(random, 0.3) ? 360 : uniform(random, -359, 359);
-    const double segments = std::max(1.0, std::trunc(extrusion.resolution.fn * std::fabs(extrusion.angle) / 360));
+    const double segments =
+        std::max(1.0, std::trunc(extrusion.resolution.fn * std::fabs(extrusion.angle) / 360));
     const double step = std::fabs(extrusion.angle) / segments * std::numbers::pi / 180;
     if (step >= 3.1) continue;  // one segment of about half a turn or more
     const Expression solid = model::construct(extrusion, {model::polygon(path)});
@@ -405,7 +458,7 @@ TEST(RotateExtrude, AFullTurnBeginsAtMinusX) {
   EXPECT_NEAR(high0, 2, 1e-12);
 }
 
-// --- offset, resize, projection, fill -------------------------------------------------------------------------
+// --- offset, resize, projection, fill ---
 
 TEST(Offset, AgreesWithOpenScadAndWithSteiner) {
   EXPECT_NEAR(content("offset(r = 1, $fn = 16) { square(2); }"), 15.0615, 1e-4);
@@ -416,10 +469,11 @@ TEST(Offset, AgreesWithOpenScadAndWithSteiner) {
   EXPECT_NEAR(content("offset(r = -0.5) { square([4, 3]); }"), 6, 1e-9);
   EXPECT_EQ(content("offset(r = -2) { square([4, 3]); }"), 0);
   // Area of a convex polygon with rounded corners: A + P r + pi r^2, the arc's polygon from inside.
-  EXPECT_NEAR(content("offset(r = 2, $fn = 2000) { polygon(points = [[0,0],[3,0],[0,4]]); }"), 6 + 12 * 2 + std::numbers::pi * 4, 1e-3);
-  EXPECT_NEAR(
-      content("offset(delta = -1) { difference() { square(10); multmatrix([[1,0,0,4],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(2); } } }"),
-      64 - 16, 1e-9)
+  EXPECT_NEAR(content("offset(r = 2, $fn = 2000) { polygon(points = [[0,0],[3,0],[0,4]]); }"),
+              6 + 12 * 2 + std::numbers::pi * 4, 1e-3);
+  EXPECT_NEAR(content("offset(delta = -1) { difference() { square(10); "
+                      "multmatrix([[1,0,0,4],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(2); } } }"),
+              64 - 16, 1e-9)
       << "holes grow";
 }
 
@@ -431,30 +485,40 @@ TEST(Resize, ScalesAboutTheOrigin) {
 }
 
 TEST(Projection, IsTheShadowOrTheSection) {
-  EXPECT_NEAR(content("projection(cut = false) { cube([2, 3, 5]); multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,9],[0,0,0,1]]) { cube(3); } }"), 6 + 9 - 2, 1e-12);
+  EXPECT_NEAR(content("projection(cut = false) { cube([2, 3, 5]); "
+                      "multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,9],[0,0,0,1]]) { cube(3); } }"),
+              6 + 9 - 2, 1e-12);
   EXPECT_NEAR(content("projection(cut = true) { cube([2, 3, 5], center = true); }"), 6, 1e-12);
   EXPECT_NEAR(content("projection(cut = true) { cube([2, 3, 5]); }"), 6, 1e-12) << "a face at z = 0 counts";
-  EXPECT_EQ(content("projection(cut = true) { multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,9],[0,0,0,1]]) { cube(3); } }"), 0);
-  EXPECT_NEAR(content("projection(cut = true) { cylinder($fn = 4, h = 2, r1 = 2, r2 = 0, center = true); }"), 2, 1e-12);
-  EXPECT_NEAR(
+  EXPECT_EQ(
       content(
-          "projection(cut = true) { difference() { cube(4, center = true); cylinder($fn = 4, h = 9, r1 = 1, r2 = 1, center = true); } }"),
-      14, 1e-12);
+          "projection(cut = true) { multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,9],[0,0,0,1]]) { cube(3); } }"),
+      0);
+  EXPECT_NEAR(content("projection(cut = true) { cylinder($fn = 4, h = 2, r1 = 2, r2 = 0, center = true); }"),
+              2, 1e-12);
+  EXPECT_NEAR(content("projection(cut = true) { difference() { cube(4, center = true); cylinder($fn = 4, h = "
+                      "9, r1 = 1, r2 = 1, center = true); } }"),
+              14, 1e-12);
 }
 
 TEST(Fill, ClosesHoles) {
-  EXPECT_DOUBLE_EQ(content("fill() { difference() { square(10); multmatrix([[1,0,0,4],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(2); } } }"), 100);
+  EXPECT_DOUBLE_EQ(content("fill() { difference() { square(10); "
+                           "multmatrix([[1,0,0,4],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(2); } } }"),
+                   100);
 }
 
-// --- hulls and sums -------------------------------------------------------------------------------------------
+// --- hulls and sums ---
 
 const model::TriangleMesh& mesh_of(const Expression& e) {
   return std::get<model::TriangleMesh>(std::get<model::Primitive>(e.node().value));
 }
 
-Real determinant(const std::array<double, 3>& a, const std::array<double, 3>& b, const std::array<double, 3>& c, const std::array<double, 3>& d) {
+Real determinant(const std::array<double, 3>& a, const std::array<double, 3>& b,
+                 const std::array<double, 3>& c, const std::array<double, 3>& d) {
   std::array<std::array<Real, 3>, 3> m;
-  for (int i = 0; i < 3; ++i) m[0][i] = static_cast<Real>(b[i]) - a[i], m[1][i] = static_cast<Real>(c[i]) - a[i], m[2][i] = static_cast<Real>(d[i]) - a[i];
+  for (int i = 0; i < 3; ++i)
+    m[0][i] = static_cast<Real>(b[i]) - a[i], m[1][i] = static_cast<Real>(c[i]) - a[i],
+    m[2][i] = static_cast<Real>(d[i]) - a[i];
   return dot(m[0], cross(m[1], m[2]));
 }
 
@@ -482,7 +546,9 @@ TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
     Real volume = 0;
     for (const auto& [a, b, c] : mesh.triangles) {
-      for (const auto& p : points) ASSERT_LE(determinant(mesh.points[a], mesh.points[b], mesh.points[c], p), tolerance) << "round " << round;
+      for (const auto& p : points)
+        ASSERT_LE(determinant(mesh.points[a], mesh.points[b], mesh.points[c], p), tolerance)
+            << "round " << round;
       volume += determinant({0, 0, 0}, mesh.points[a], mesh.points[b], mesh.points[c]) / 6;
       ++edges[{a, b}], ++edges[{b, c}], ++edges[{c, a}];
     }
@@ -491,8 +557,9 @@ TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
       ASSERT_TRUE(edges.contains({edge.second, edge.first}));
     }
     for (const auto& corner : mesh.points)
-      ASSERT_TRUE(std::any_of(points.begin(), points.end(),
-                              [&](const auto& p) { return std::hypot(p[0] - corner[0], p[1] - corner[1], p[2] - corner[2]) < 1e-15; }));
+      ASSERT_TRUE(std::any_of(points.begin(), points.end(), [&](const auto& p) {
+        return std::hypot(p[0] - corner[0], p[1] - corner[1], p[2] - corner[2]) < 1e-15;
+      }));
     if (round % 4 == 0) {
       ASSERT_NEAR(content<3>(hull), static_cast<double>(volume), 1e-9) << "round " << round;
     }
@@ -500,18 +567,24 @@ TEST(ConvexHull, IsClosedConvexAndContainsAllPoints) {
 }
 
 TEST(ConvexHull, OfSolidsHasTheVolumeOfItsFormula) {
-  EXPECT_NEAR(content("hull() { cube(2); multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { cube(2); } }"), 28, 1e-12);
-  EXPECT_NEAR(content("hull() { difference() { cube(4); cube(2); } }"), 64 - 8.0 / 6, 1e-9) << "only the corner is cut off";
-  EXPECT_NEAR(content("hull() { color([1, 0, 0, 1]) multmatrix([[2,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { group(); cube(2); } }"), 16,
-              1e-12)
-      << "is its own hull";
-  EXPECT_NEAR(content("hull() { sphere(r = 1, $fn = 104); sphere(r = 1, $fn = 104); }"), content("sphere(r = 1, $fn = 104);"), 1e-12)
-      << "of more triangles than half-spaces are listed";
-  EXPECT_NEAR(content("hull() { square(1); multmatrix([[1,0,0,3],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(1); } }"), 1 + 3 + 4, 1e-12);
   EXPECT_NEAR(
-      content(
-          "hull() { cylinder($fn = 40, h = 1, r1 = 3, r2 = 3); cylinder($fn = 40, h = 9, r1 = 0.5, r2 = 0.25); cylinder($fn = 40, h = 2, r1 = 1, r2 = 1); }"),
-      20 * std::sin(2 * std::numbers::pi / 40) * (9 + 8 / 3.0 * (9 + 3 * 0.25 + 0.0625)), 1e-9)
+      content("hull() { cube(2); multmatrix([[1,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { cube(2); } }"), 28,
+      1e-12);
+  EXPECT_NEAR(content("hull() { difference() { cube(4); cube(2); } }"), 64 - 8.0 / 6, 1e-9)
+      << "only the corner is cut off";
+  EXPECT_NEAR(content("hull() { color([1, 0, 0, 1]) multmatrix([[2,0,0,5],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { "
+                      "group(); cube(2); } }"),
+              16, 1e-12)
+      << "is its own hull";
+  EXPECT_NEAR(content("hull() { sphere(r = 1, $fn = 104); sphere(r = 1, $fn = 104); }"),
+              content("sphere(r = 1, $fn = 104);"), 1e-12)
+      << "of more triangles than half-spaces are listed";
+  EXPECT_NEAR(
+      content("hull() { square(1); multmatrix([[1,0,0,3],[0,1,0,4],[0,0,1,0],[0,0,0,1]]) { square(1); } }"),
+      1 + 3 + 4, 1e-12);
+  EXPECT_NEAR(content("hull() { cylinder($fn = 40, h = 1, r1 = 3, r2 = 3); cylinder($fn = 40, h = 9, r1 = "
+                      "0.5, r2 = 0.25); cylinder($fn = 40, h = 2, r1 = 1, r2 = 1); }"),
+              20 * std::sin(2 * std::numbers::pi / 40) * (9 + 8 / 3.0 * (9 + 3 * 0.25 + 0.0625)), 1e-9)
       << "a cone on a disk";
   EXPECT_EQ(content("hull();"), 0);
 }
@@ -519,11 +592,13 @@ TEST(ConvexHull, OfSolidsHasTheVolumeOfItsFormula) {
 TEST(Minkowski, OfKnownSolids) {
   EXPECT_NEAR(content("minkowski() { cube([1, 2, 3]); cube([4, 5, 6]); }"), 5 * 7 * 9, 1e-12);
   EXPECT_NEAR(content("minkowski() { cube(1); cube(1); cube(1); group(); }"), 27, 1e-12);
-  EXPECT_NEAR(content("minkowski() { difference() { square(3); multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,0],[0,0,0,1]]) { square(3); } } square(1); }"), 12, 1e-12)
+  EXPECT_NEAR(content("minkowski() { difference() { square(3); "
+                      "multmatrix([[1,0,0,1],[0,1,0,1],[0,0,1,0],[0,0,0,1]]) { square(3); } } square(1); }"),
+              12, 1e-12)
       << "an L stays one";
   EXPECT_NEAR(
-      content(
-          "minkowski() { difference() { cube(6); multmatrix([[1,0,0,2],[0,1,0,2],[0,0,1,-1],[0,0,0,1]]) { cube([2, 2, 9]); } } cube(1); }"),
+      content("minkowski() { difference() { cube(6); multmatrix([[1,0,0,2],[0,1,0,2],[0,0,1,-1],[0,0,0,1]]) "
+              "{ cube([2, 2, 9]); } } cube(1); }"),
       7 * 7 * 7 - 7, 1e-9)
       << "the hole shrinks";
 }
@@ -540,8 +615,10 @@ TEST(Minkowski, OfAConvexPolygonAndABox) {
     const auto by_y = [](const auto& a, const auto& b) { return a[1] < b[1]; };
     const auto [low, high] = std::minmax_element(points.begin(), points.end(), by_y);
     const double w = uniform(random, 0.1, 3), h = uniform(random, 0.1, 3);
-    const double expected = content<2>(hull) + w * ((*high)[1] - (*low)[1]) + h * ((*right)[0] - (*left)[0]) + w * h;
-    EXPECT_NEAR(content<2>(model::construct(model::MinkowskiSum{}, {hull, model::cuboid({w, h})})), expected, 1e-10);
+    const double expected =
+        content<2>(hull) + w * ((*high)[1] - (*low)[1]) + h * ((*right)[0] - (*left)[0]) + w * h;
+    EXPECT_NEAR(content<2>(model::construct(model::MinkowskiSum{}, {hull, model::cuboid({w, h})})), expected,
+                1e-10);
   }
 }
 

@@ -1,7 +1,5 @@
 // How winding numbers change along a segment, against whole numbers.
 
-#include "shapes/facet_crossing.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "bsp2/dataflow/shapes/facet_tree.hpp"
 #include "dataflow/oracle.hpp"
+#include "shapes/facet_crossing.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
@@ -18,19 +17,26 @@ namespace {
 using Whole = std::array<std::int64_t, 3>;
 
 std::int64_t determinant(const Whole& u, const Whole& v, const Whole& w) {
-  return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+  return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) +
+         u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
 Whole minus(const Whole& a, const Whole& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
-/// 1 or -1 where the segment from p to q goes through the inside of abc, 0 where it has no point in common with the facet, else nothing.
-std::optional<int> exact_crossing(const Whole& p, const Whole& q, const Whole& a, const Whole& b, const Whole& c) {
-  const auto p_side = determinant(minus(a, p), minus(b, p), minus(c, p)), q_side = determinant(minus(a, q), minus(b, q), minus(c, q));
+/// 1 or -1 where the segment from p to q goes through the inside of abc, 0 where it has no point in common
+/// with the facet, else nothing.
+std::optional<int> exact_crossing(const Whole& p, const Whole& q, const Whole& a, const Whole& b,
+                                  const Whole& c) {
+  const auto p_side = determinant(minus(a, p), minus(b, p), minus(c, p)),
+             q_side = determinant(minus(a, q), minus(b, q), minus(c, q));
   if ((p_side > 0 && q_side > 0) || (p_side < 0 && q_side < 0)) return 0;
   const Whole along = minus(q, p);
-  const std::array<std::int64_t, 3> line{determinant(along, minus(a, p), minus(b, p)), determinant(along, minus(b, p), minus(c, p)),
+  const std::array<std::int64_t, 3> line{determinant(along, minus(a, p), minus(b, p)),
+                                         determinant(along, minus(b, p), minus(c, p)),
                                          determinant(along, minus(c, p), minus(a, p))};
-  const auto count = [&](int sign) { return std::count_if(line.begin(), line.end(), [&](std::int64_t x) { return x * sign > 0; }); };
+  const auto count = [&](int sign) {
+    return std::count_if(line.begin(), line.end(), [&](std::int64_t x) { return x * sign > 0; });
+  };
   if (count(1) > 0 && count(-1) > 0) return 0;
   if (p_side == 0 || q_side == 0 || count(1) + count(-1) < 3) return std::nullopt;
   return p_side < 0 ? 1 : -1;
@@ -51,7 +57,8 @@ TEST(Crossing, WhatIsCertainIsTrue) {
     for (std::size_t i = 0; i < 5; ++i)
       for (std::size_t k = 0; k < 3; ++k) {
         exact[i][k] = pick(random, -size, size);
-        known[i][k] = static_cast<double>(exact[i][k]) + uniform(random, -error / 2, error / 2);  // differences are off by `error`
+        known[i][k] = static_cast<double>(exact[i][k]) +
+                      uniform(random, -error / 2, error / 2);  // differences are off by `error`
       }
     const auto& [p, q, a, b, c] = known;
     const auto expected = exact_crossing(exact[0], exact[1], exact[2], exact[3], exact[4]);
@@ -69,7 +76,8 @@ TEST(Crossing, WhatIsCertainIsTrue) {
   EXPECT_GT(missed, none / 2);
 }
 
-/// Facets along a segment: a tree passes over none that does not certainly miss it, and over most of the others.
+/// Facets along a segment: a tree passes over none that does not certainly miss it, and over most of the
+/// others.
 TEST(Crossing, ATreeFindsTheFacetsAlongASegment) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -77,8 +85,11 @@ TEST(Crossing, ATreeFindsTheFacetsAlongASegment) {
   using Point = std::array<double, 3>;
   for (int round = 0; round < samples::rounds(60); ++round) {
     const auto count = static_cast<std::size_t>(pick(random, 0, 3000));
-    const double reach = uniform(random, 0.001, 0.3), error = pick(random, 0, 1) == 0 ? 0 : uniform(random, 0, 0.01);
-    const auto any_point = [&](double low, double high) { return Point{uniform(random, low, high), uniform(random, low, high), uniform(random, low, high)}; };
+    const double reach = uniform(random, 0.001, 0.3),
+                 error = pick(random, 0, 1) == 0 ? 0 : uniform(random, 0, 0.01);
+    const auto any_point = [&](double low, double high) {
+      return Point{uniform(random, low, high), uniform(random, low, high), uniform(random, low, high)};
+    };
     std::vector<std::array<Point, 3>> facets(count);
     std::vector<FacetTree::Box> boxes;
     for (auto& facet : facets) {
@@ -89,7 +100,8 @@ TEST(Crossing, ATreeFindsTheFacetsAlongASegment) {
       }
       FacetTree::Box box{facet[0], facet[0]};
       for (const Point& corner : facet)
-        for (std::size_t i = 0; i < 3; ++i) box.low[i] = std::min(box.low[i], corner[i]), box.high[i] = std::max(box.high[i], corner[i]);
+        for (std::size_t i = 0; i < 3; ++i)
+          box.low[i] = std::min(box.low[i], corner[i]), box.high[i] = std::max(box.high[i], corner[i]);
       boxes.push_back(box);
     }
     const FacetTree tree(boxes);
@@ -106,7 +118,8 @@ TEST(Crossing, ATreeFindsTheFacetsAlongASegment) {
                    return true;
                  });
       for (std::size_t i = 0; i < count; ++i)
-        ASSERT_TRUE(seen[i] || segment.misses(facets[i][0], facets[i][1], facets[i][2])) << "facet " << i << " of " << count;
+        ASSERT_TRUE(seen[i] || segment.misses(facets[i][0], facets[i][1], facets[i][2]))
+            << "facet " << i << " of " << count;
       if (reach < 0.02 && error < 0.01 && count > 1000) {
         EXPECT_LT(visited, count / 4);
       }

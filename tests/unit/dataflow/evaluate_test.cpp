@@ -114,7 +114,8 @@ class Onlooker : public Consumer {
 
 TEST(Evaluate, FindsTheSameWhetherCellsAreWrittenOrNot) {
   const auto pillar = model::cylinder(3, 5, 5, 150, false);  // a cell with 300 corners
-  for (const auto& [solid, most_corners] : {std::pair{grid_of_solids(3), std::size_t{16}}, {pillar, std::size_t{300}}}) {
+  for (const auto& [solid, most_corners] :
+       {std::pair{grid_of_solids(3), std::size_t{16}}, {pillar, std::size_t{300}}}) {
     const Network<3> network = compile<3>(solid, {});
     Keeper keeper;
     Onlooker onlooker;
@@ -123,7 +124,8 @@ TEST(Evaluate, FindsTheSameWhetherCellsAreWrittenOrNot) {
     EXPECT_GT(onlooker.batches, 0);  // what is written for one goes to all
     std::size_t largest = 0;
     for (const auto& refinement : keeper.refinements)
-      for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) largest = std::max(largest, refinement->cells.point_count(cell));
+      for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell)
+        largest = std::max(largest, refinement->cells.point_count(cell));
     EXPECT_GE(largest, most_corners);
     onlooker.batches = 0;
     const auto seen = evaluate(network, partition(network, 0).regions, keep_everything(2), one);
@@ -239,15 +241,18 @@ std::uint64_t cells_at_end(const Network<D>& network, EvaluateOptions options) {
   return totals.in_cells + totals.fuzzy_cells + totals.out_cells;
 }
 
-/// What is undecided counts as it would be seen. With one worker each split brings one cell more, or one cut along all of a convex solid as many as it has.
+/// What is undecided counts as it would be seen. With one worker each split brings one cell more, or one cut
+/// along all of a convex solid as many as it has.
 TEST(Evaluate, ALimitOfCellsHoldsWhateverIsUndecided) {
   const auto ball = model::ball(3, 1);
-  const Network<3> round = compile<3>(model::subtract({ball, model::torus(0.5, 0.2)}), {}), straight = compile<3>(grid_of_solids(8), {});
+  const Network<3> round = compile<3>(model::subtract({ball, model::torus(0.5, 0.2)}), {}),
+                   straight = compile<3>(grid_of_solids(8), {});
   for (const Network<3>* network : {&round, &straight})
     for (const Order order : {Order::depth, Order::priority})
       for (const bool keep_out : {false, true})
         for (const bool suspend : {false, true}) {
-          SCOPED_TRACE(testing::Message() << (network == &round) << static_cast<int>(order) << keep_out << suspend);
+          SCOPED_TRACE(testing::Message()
+                       << (network == &round) << static_cast<int>(order) << keep_out << suspend);
           EvaluateOptions options;
           options.order = order;
           options.keep_out = keep_out;
@@ -269,11 +274,13 @@ TEST(Evaluate, ALimitOfCellsIsTheSameForOneWorker) {
   options.tolerance = 0.001;
   options.cells = 300;
   std::set<std::string> digests;
-  for (int round = 0; round < 3; ++round) digests.insert(evaluate(network, partition(network, 0).regions, options, {}).totals.digest.hex());
+  for (int round = 0; round < 3; ++round)
+    digests.insert(evaluate(network, partition(network, 0).regions, options, {}).totals.digest.hex());
   EXPECT_EQ(digests.size(), 1U);
 }
 
-/// Corners that are small integers have moments that doubles hold, before they are divided: each is its formula, rounded once.
+/// Corners that are small integers have moments that doubles hold, before they are divided: each is its
+/// formula, rounded once.
 TEST(Evaluate, MomentsOfIntegerBoxesAreRoundedOnce) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(::testing::Message() << "BSP2_SEED=" << seed);
@@ -288,15 +295,18 @@ TEST(Evaluate, MomentsOfIntegerBoxesAreRoundedOnce) {
       m[4 * i + 3] = static_cast<double>(low[i]);
       size.push_back(static_cast<double>(high[i] - low[i]));
     }
-    const auto moments = evaluate_all(compile<3>(model::transform(m, model::cuboid(size)), {}), 0, {}).evaluation.totals.in.value();
+    const auto moments = evaluate_all(compile<3>(model::transform(m, model::cuboid(size)), {}), 0, {})
+                             .evaluation.totals.in.value();
     const std::int64_t volume = (high[0] - low[0]) * (high[1] - low[1]) * (high[2] - low[2]);
     using M = geometry::Moments<3>;
     ASSERT_EQ(moments.volume(), static_cast<double>(volume)) << "round " << round;
     for (std::size_t i = 0; i < 3; ++i) {
       const int at = static_cast<int>(i) + 1;
-      ASSERT_EQ(moments.integral[M::index(0, at)], static_cast<double>(volume * (low[i] + high[i])) / 2) << "round " << round;
+      ASSERT_EQ(moments.integral[M::index(0, at)], static_cast<double>(volume * (low[i] + high[i])) / 2)
+          << "round " << round;
       const std::int64_t square = low[i] * low[i] + low[i] * high[i] + high[i] * high[i];
-      ASSERT_EQ(moments.integral[M::index(at, at)], static_cast<double>(volume * square) / 3) << "round " << round;
+      ASSERT_EQ(moments.integral[M::index(at, at)], static_cast<double>(volume * square) / 3)
+          << "round " << round;
     }
   }
 }
@@ -323,7 +333,8 @@ TEST(Evaluate, CubesTurnedAboutOneAxisAreFewCells) {
     const Network<3> network = compile<3>(model::unite(cubes), {});
     const auto result = evaluate(network, partition(network, 0).regions, EvaluateOptions{}, {});
     EXPECT_LE(result.totals.in_cells, static_cast<std::uint64_t>(4 * count)) << count << " cubes";
-    EXPECT_NEAR(result.totals.in.value().volume(), 8 * count * (1 - std::tan(pi / 4 - pi / 4 / count)), 1e-11) << count << " cubes";
+    EXPECT_NEAR(result.totals.in.value().volume(), 8 * count * (1 - std::tan(pi / 4 - pi / 4 / count)), 1e-11)
+        << count << " cubes";
   }
 }
 
@@ -364,10 +375,14 @@ TEST(Evaluate, RecordsATreeThatLocatesPoints) {
       for (int axis = 0; axis < 3; ++axis)
         x[axis] = network.table.axis_value(
             axis, static_cast<std::uint32_t>(uniform(random, 0, 1) * network.table.axis_steps));
-      if (i >= 50 && !sorted.empty()) {  // where it is hard: a rounded corner of a cell, on or next to hyperplanes
-        const auto& some = sorted[static_cast<std::size_t>(pick(random, 0, static_cast<int>(sorted.size()) - 1))]->cells;
-        const auto corners = some.cell_points(static_cast<std::size_t>(pick(random, 0, static_cast<int>(some.size()) - 1)));
-        std::copy_n(corners.begin() + 3 * pick(random, 0, static_cast<int>(corners.size() / 3) - 1), 3, x.begin());
+      if (i >= 50 &&
+          !sorted.empty()) {  // where it is hard: a rounded corner of a cell, on or next to hyperplanes
+        const auto& some =
+            sorted[static_cast<std::size_t>(pick(random, 0, static_cast<int>(sorted.size()) - 1))]->cells;
+        const auto corners =
+            some.cell_points(static_cast<std::size_t>(pick(random, 0, static_cast<int>(some.size()) - 1)));
+        std::copy_n(corners.begin() + 3 * pick(random, 0, static_cast<int>(corners.size() / 3) - 1), 3,
+                    x.begin());
       }
       const std::int32_t exact = tree.locate<3>(network.table, x);
       if (exact != 0) {  // exactly inside the cell, or on its boundary
@@ -377,7 +392,8 @@ TEST(Evaluate, RecordsATreeThatLocatesPoints) {
         for (std::uint32_t facet = cells.facet_offset[cell]; facet < cells.facet_offset[cell + 1]; ++facet) {
           const std::int32_t code = cells.facet_hyperplane[facet];
           const auto id = static_cast<geometry::HyperplaneId>(code < 0 ? ~code : code);
-          if (std::find(tree.ids.begin(), tree.ids.end(), id) == tree.ids.end()) continue;  // a face of the root cell
+          if (std::find(tree.ids.begin(), tree.ids.end(), id) == tree.ids.end())
+            continue;  // a face of the root cell
           const int side = network.table.side(x, id);
           ASSERT_LE(code < 0 ? -side : side, 0);
         }

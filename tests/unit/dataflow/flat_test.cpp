@@ -1,4 +1,5 @@
-// Children that a matrix flattens: their points count in hulls, sums and shadows, and nowhere else, which is told.
+// Children that a matrix flattens: their points count in hulls, sums and shadows, and nowhere else, which is
+// told.
 
 #include <gtest/gtest.h>
 
@@ -28,13 +29,15 @@ template <int D>
 Outcome outcome_of(const model::Expression& solid) {
   const auto network = compile<D>(solid, {});
   Outcome outcome{0, network.warnings};
-  if (const auto total = evaluate_all(network, 0, {}).evaluation.totals.in.value(); !network.program.empty()) outcome.content = total.volume();
+  if (const auto total = evaluate_all(network, 0, {}).evaluation.totals.in.value(); !network.program.empty())
+    outcome.content = total.volume();
   return outcome;
 }
 
 Outcome outcome_of(const std::string& text) {
   const model::Model model = model::parse_csg(text, "test.csg");
-  Outcome outcome = model.expression.dimension() == 2 ? outcome_of<2>(model.expression) : outcome_of<3>(model.expression);
+  Outcome outcome =
+      model.expression.dimension() == 2 ? outcome_of<2>(model.expression) : outcome_of<3>(model.expression);
   outcome.warnings.insert(outcome.warnings.begin(), model.warnings.begin(), model.warnings.end());
   return outcome;
 }
@@ -83,7 +86,8 @@ template <int D>
 Child<D> mapped(const WholeMap& map, const Child<D>& child) {
   std::ostringstream text;
   text << "multmatrix([";
-  for (const auto& row : map) text << "[" << row[0] << ", " << row[1] << ", " << row[2] << ", " << row[3] << "], ";
+  for (const auto& row : map)
+    text << "[" << row[0] << ", " << row[1] << ", " << row[2] << ", " << row[3] << "], ";
   text << "]) { " << child.text << " } ";
   Child<D> image{text.str(), {}};
   for (const auto& corner : child.corners) {
@@ -122,7 +126,9 @@ Child<D> notched_box(const std::array<int, 3>& size) {
 }
 
 Child<3> cone(int sides, int height) {
-  Child<3> child{"cylinder(h = " + std::to_string(height) + ", r1 = 2, r2 = 1, $fn = " + std::to_string(sides) + "); ", {}};
+  Child<3> child{
+      "cylinder(h = " + std::to_string(height) + ", r1 = 2, r2 = 1, $fn = " + std::to_string(sides) + "); ",
+      {}};
   for (int k = 0; k < sides; ++k) {
     const double angle = 2 * std::numbers::pi * k / sides;
     child.corners.push_back({2 * std::cos(angle), 2 * std::sin(angle), 0});
@@ -133,7 +139,9 @@ Child<3> cone(int sides, int height) {
 
 Child<2> disk(int sides) {
   Child<2> child{"circle(r = 2, $fn = " + std::to_string(sides) + "); ", {}};
-  for (int k = 0; k < sides; ++k) child.corners.push_back({2 * std::cos(2 * std::numbers::pi * k / sides), 2 * std::sin(2 * std::numbers::pi * k / sides)});
+  for (int k = 0; k < sides; ++k)
+    child.corners.push_back(
+        {2 * std::cos(2 * std::numbers::pi * k / sides), 2 * std::sin(2 * std::numbers::pi * k / sides)});
   return child;
 }
 
@@ -152,7 +160,8 @@ template <int D>
 Child<D> random_flat_child(Random& random, bool convex) {
   Child<D> child = random_child<D>(random, convex);
   if (chance(random, 0.3)) child = mapped(random_map<D>(random, D), child);  // which is not always regular
-  child = mapped(chance(random, 0.5) ? usual_map<D>(random) : random_map<D>(random, pick(random, 0, D - 1)), child);
+  child = mapped(chance(random, 0.5) ? usual_map<D>(random) : random_map<D>(random, pick(random, 0, D - 1)),
+                 child);
   if (chance(random, 0.3)) child = mapped(random_map<D>(random, D), child);
   if (chance(random, 0.2)) child.text = "color([1, 0, 0, 1]) { " + child.text + "} ";
   if (chance(random, 0.2)) child.text = "group() { " + child.text + "} ";
@@ -179,8 +188,10 @@ void check_hulls(std::uint64_t seed, int rounds) {
     text += "}";
     const Outcome outcome = outcome_of(text);
     const double expected = hull_content<D>(corners);
-    EXPECT_NEAR(outcome.content, expected, 1e-9 * (1 + expected)) << text << " seed " << seed << " round " << round;
-    EXPECT_EQ(outcome.warnings.size(), expected > 1e-9 ? 0 : 1) << text << " seed " << seed << " round " << round;
+    EXPECT_NEAR(outcome.content, expected, 1e-9 * (1 + expected))
+        << text << " seed " << seed << " round " << round;
+    EXPECT_EQ(outcome.warnings.size(), expected > 1e-9 ? 0 : 1)
+        << text << " seed " << seed << " round " << round;
   }
 }
 
@@ -195,7 +206,9 @@ void check_sums(std::uint64_t seed, int rounds) {
   Random random(seed);
   for (int round = 0; round < rounds; ++round) {
     const bool is_first = chance(random, 0.5);
-    const Child<D> flat = random_flat_child<D>(random, true), other = chance(random, 0.5) ? random_flat_child<D>(random, true) : random_child<D>(random, true),
+    const Child<D> flat = random_flat_child<D>(random, true),
+                   other = chance(random, 0.5) ? random_flat_child<D>(random, true)
+                                               : random_child<D>(random, true),
                    third = random_flat_child<D>(random, true);
     Corners<D> sums{{}};
     for (const auto* operand : {&flat, &other, &third}) {
@@ -207,11 +220,14 @@ void check_sums(std::uint64_t seed, int rounds) {
         }
       sums = std::move(all);
     }
-    const std::string text = "minkowski() { " + (is_first ? flat.text + other.text : other.text + flat.text) + third.text + "}";
+    const std::string text =
+        "minkowski() { " + (is_first ? flat.text + other.text : other.text + flat.text) + third.text + "}";
     const Outcome outcome = outcome_of(text);
     const double expected = hull_content<D>(sums);
-    EXPECT_NEAR(outcome.content, expected, 1e-9 * (1 + expected)) << text << " seed " << seed << " round " << round;
-    EXPECT_EQ(outcome.warnings.size(), expected > 1e-9 ? 0 : 1) << text << " seed " << seed << " round " << round;
+    EXPECT_NEAR(outcome.content, expected, 1e-9 * (1 + expected))
+        << text << " seed " << seed << " round " << round;
+    EXPECT_EQ(outcome.warnings.size(), expected > 1e-9 ? 0 : 1)
+        << text << " seed " << seed << " round " << round;
   }
 }
 
@@ -229,7 +245,8 @@ TEST(Flattened, CastsItsShadow) {
     Corners<2> shadow;
     for (const auto& p : flat.corners) shadow.push_back({p[0], p[1]});
     const double expected = hull_content<2>(shadow);
-    EXPECT_NEAR(outcome_of("projection() { " + flat.text + "}").content, expected, 1e-9 * (1 + expected)) << flat.text << " seed " << seed;
+    EXPECT_NEAR(outcome_of("projection() { " + flat.text + "}").content, expected, 1e-9 * (1 + expected))
+        << flat.text << " seed " << seed;
   }
 }
 
@@ -239,19 +256,33 @@ const std::string raised_cube = "multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,5],[0,0,
 TEST(Flattened, IsWhatOpenScadMakesOfIt) {
   EXPECT_NEAR(outcome_of("hull() { " + sheet + raised_cube + "}").content, 14, 1e-12);
   EXPECT_NEAR(outcome_of("hull() { hull() { " + sheet + "} " + raised_cube + "}").content, 14, 1e-12);
-  EXPECT_NEAR(outcome_of("hull() { group() { " + sheet + "cube(1); } " + raised_cube + "}").content, 14, 1e-12);
-  EXPECT_NEAR(outcome_of("hull() { cube(1); multmatrix([[0,0,0,0],[0,0,0,0],[0,0,0,9],[0,0,0,1]]) { cube(2); } }").content, 11.0 / 3, 1e-12);
+  EXPECT_NEAR(outcome_of("hull() { group() { " + sheet + "cube(1); } " + raised_cube + "}").content, 14,
+              1e-12);
+  EXPECT_NEAR(
+      outcome_of("hull() { cube(1); multmatrix([[0,0,0,0],[0,0,0,0],[0,0,0,9],[0,0,0,1]]) { cube(2); } }")
+          .content,
+      11.0 / 3, 1e-12);
   EXPECT_NEAR(outcome_of("minkowski() { " + sheet + "cube(1); }").content, 9, 1e-12);
-  EXPECT_NEAR(outcome_of("minkowski() { " + sheet + "multmatrix([[0,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { cube(3); } }").content, 12, 1e-12);
+  EXPECT_NEAR(outcome_of("minkowski() { " + sheet +
+                         "multmatrix([[0,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { cube(3); } }")
+                  .content,
+              12, 1e-12);
   EXPECT_NEAR(outcome_of("projection() { " + sheet + "}").content, 4, 1e-12);
 }
 
 /// What is evaluated beside it, and what is truly round, leaves it its points.
 TEST(Flattened, KeepsItsPointsBesideOtherSolids) {
-  const std::string notched = "difference() { cube(1); multmatrix([[1,0,0,0.5],[0,1,0,0.5],[0,0,1,0.5],[0,0,0,1]]) { cube(1); } } ";
-  EXPECT_NEAR(outcome_of("hull() { " + notched + "multmatrix([[1,0,0,0],[0,1,0,0],[0,0,0,6],[0,0,0,1]]) { cube(1); } }").content, 6, 1e-12);
-  EXPECT_NEAR(outcome_of("minkowski() { group() { " + notched + sheet + "} cube(1); }").content, 7.875 + 9 - 4, 1e-12);
-  const model::Model round = model::parse_csg("hull() { ball(r = 1); multmatrix([[1,0,0,0],[0,1,0,0],[0,0,0,0],[0,0,0,1]]) { ball(r = 3); } }", "test.csg");
+  const std::string notched =
+      "difference() { cube(1); multmatrix([[1,0,0,0.5],[0,1,0,0.5],[0,0,1,0.5],[0,0,0,1]]) { cube(1); } } ";
+  EXPECT_NEAR(outcome_of("hull() { " + notched +
+                         "multmatrix([[1,0,0,0],[0,1,0,0],[0,0,0,6],[0,0,0,1]]) { cube(1); } }")
+                  .content,
+              6, 1e-12);
+  EXPECT_NEAR(outcome_of("minkowski() { group() { " + notched + sheet + "} cube(1); }").content,
+              7.875 + 9 - 4, 1e-12);
+  const model::Model round = model::parse_csg(
+      "hull() { ball(r = 1); multmatrix([[1,0,0,0],[0,1,0,0],[0,0,0,0],[0,0,0,1]]) { ball(r = 3); } }",
+      "test.csg");
   const auto network = compile<3>(round.expression, {});
   EXPECT_TRUE(network.warnings.empty());
   const auto totals = evaluate_all(network, 0, {}).evaluation.totals;
@@ -270,23 +301,34 @@ TEST(Flattened, IsToldWhereItIsLeftOut) {
   expect_told("resize([4, 4, 4]) { " + sheet + "}", 0, flattens);
   expect_told("projection(cut = true) { " + sheet + "}", 0, flattens);
   expect_told("hull() { cube(1); resize([4, 4, 4]) { " + sheet + "} }", 1, flattens);
-  expect_told("cube(1); hull() { " + sheet + sheet + "}", 1, "hull: all its points lie in one plane, so it encloses nothing and is left out");
-  expect_told("difference() { cube(1); hull() { " + sheet + "} }", 1, "hull: all its points lie in one plane");
-  expect_told("linear_extrude(1) { square(1); minkowski() { square(0.5); multmatrix([[0,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { square(1); } } "
-              "hull() { multmatrix([[1,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { square(1); } } }",
-              1, "hull: all its points lie on one line");
-  expect_told("difference() { cube(3, center = true); " + raised_cube + " minkowski() { " + sheet + sheet + "} }", 27,
-              "minkowski: all its points lie in one plane");
+  expect_told("cube(1); hull() { " + sheet + sheet + "}", 1,
+              "hull: all its points lie in one plane, so it encloses nothing and is left out");
+  expect_told("difference() { cube(1); hull() { " + sheet + "} }", 1,
+              "hull: all its points lie in one plane");
+  expect_told(
+      "linear_extrude(1) { square(1); minkowski() { square(0.5); "
+      "multmatrix([[0,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { square(1); } } "
+      "hull() { multmatrix([[1,0,0,0],[0,0,0,0],[0,0,1,0],[0,0,0,1]]) { square(1); } } }",
+      1, "hull: all its points lie on one line");
+  expect_told(
+      "difference() { cube(3, center = true); " + raised_cube + " minkowski() { " + sheet + sheet + "} }", 27,
+      "minkowski: all its points lie in one plane");
 }
 
-/// A construct is made of what comes out of its operands; what they lose is told as if it were in the model itself, once for each construct
-/// however often its operands are looked at.
+/// A construct is made of what comes out of its operands; what they lose is told as if it were in the model
+/// itself, once for each construct however often its operands are looked at.
 TEST(Nested, LossesAreTold) {
-  const std::string thin = "difference() { cube([2, 2, 2]); cube([1, 1, 1e-12]); } ", sound = "difference() { cube([2, 2, 2]); cube([1, 1, 0.5]); } ";
-  const std::string corner = "cube([0.5, 0.25, 0.125]); ", told = "a primitive is thinner than the tolerance, 1e-09 of what it is made of, and left out: between (";
+  const std::string thin = "difference() { cube([2, 2, 2]); cube([1, 1, 1e-12]); } ",
+                    sound = "difference() { cube([2, 2, 2]); cube([1, 1, 0.5]); } ";
+  const std::string
+      corner = "cube([0.5, 0.25, 0.125]); ",
+      told =
+          "a primitive is thinner than the tolerance, 1e-09 of what it is made of, and left out: between (";
   const auto made_of = [](const std::string& solid, const std::string& other) {
-    return std::vector<std::string>{"hull() { " + solid + other + "}", "minkowski() { " + solid + other + "}", "projection() { " + solid + "}",
-                                    "linear_extrude(height = 1) { projection(cut = false) { " + solid + "} }"};
+    return std::vector<std::string>{
+        "hull() { " + solid + other + "}", "minkowski() { " + solid + other + "}",
+        "projection() { " + solid + "}",
+        "linear_extrude(height = 1) { projection(cut = false) { " + solid + "} }"};
   };
   for (const std::string& text : made_of(thin, corner)) {
     const auto warnings = outcome_of(text).warnings;
@@ -294,8 +336,10 @@ TEST(Nested, LossesAreTold) {
     EXPECT_EQ(warnings[0].find(told), 0U) << warnings[0];
     EXPECT_EQ(warnings[0].find("part"), std::string::npos) << warnings[0];
   }
-  for (const std::string& text : made_of(sound, corner)) EXPECT_TRUE(outcome_of(text).warnings.empty()) << text;
-  const model::Model two = model::parse_csg("hull() { " + thin + "} minkowski() { " + thin + corner + "}", "test.csg");
+  for (const std::string& text : made_of(sound, corner))
+    EXPECT_TRUE(outcome_of(text).warnings.empty()) << text;
+  const model::Model two =
+      model::parse_csg("hull() { " + thin + "} minkowski() { " + thin + corner + "}", "test.csg");
   int places = 0;
   CompileOptions options;
   options.place_of = [&](const model::Node&) { return "place " + std::to_string(++places) + ": "; };

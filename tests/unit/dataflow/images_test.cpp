@@ -5,25 +5,31 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dataflow/any_dimension.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/bounds.hpp"
+#include "dataflow/any_dimension.hpp"
 
 namespace bsp2::dataflow {
 namespace {
 
-// --- products ----------------------------------------------------------------------------------------------------------------------
+// --- products ---
 
 TEST(AnyDimension, VolumesOfProductsMultiply) {
   Seeded s;
   const auto solid = [&](int d) -> Expression {
     const auto box = model::cuboid(random_lengths(s.random, d));
-    const auto other = model::transform(free_matrix(s.random, d, 0.3), chance(s.random, 0.5) || d > 3 ? model::simplex(d, 1) : random_polytope(s.random, d, 2));
+    const auto other = model::transform(free_matrix(s.random, d, 0.3), chance(s.random, 0.5) || d > 3
+                                                                           ? model::simplex(d, 1)
+                                                                           : random_polytope(s.random, d, 2));
     switch (pick(s.random, 0, 3)) {
-      case 0: return box;
-      case 1: return model::unite({box, other});
-      case 2: return model::subtract({box, other});
-      default: return other;
+      case 0:
+        return box;
+      case 1:
+        return model::unite({box, other});
+      case 2:
+        return model::subtract({box, other});
+      default:
+        return other;
     }
   };
   const std::pair<int, int> dimensions[] = {{1, 1}, {1, 2}, {2, 1}, {2, 2}, {3, 1}, {1, 3}, {3, 2}, {2, 3}};
@@ -34,7 +40,8 @@ TEST(AnyDimension, VolumesOfProductsMultiply) {
       EXPECT_NEAR(volume_of(model::product({a, b})), expected, 1e-9 * (1 + expected)) << d << " x " << e;
     }
   const Expression three[] = {solid(1), solid(2), solid(1)};
-  EXPECT_NEAR(volume_of(model::product({three[0], three[1], three[2]})), volume_of(three[0]) * volume_of(three[1]) * volume_of(three[2]), 1e-8);
+  EXPECT_NEAR(volume_of(model::product({three[0], three[1], three[2]})),
+              volume_of(three[0]) * volume_of(three[1]) * volume_of(three[2]), 1e-8);
 }
 
 TEST(AnyDimension, ProductsAskBothOperands) {
@@ -67,7 +74,7 @@ TEST(AnyDimension, EmbeddedSolidsAreThin) {
   EXPECT_NEAR(bounds.upper[2], 0.25, 1e-12);
 }
 
-// --- shadows and sections --------------------------------------------------------------------------------------------------------------
+// --- shadows and sections ---
 
 /// The shadow of a box is a zonotope: its content is the sum of |det| over all choices of its edges.
 double zonotope_content(const std::vector<std::vector<double>>& edges, std::size_t k) {
@@ -97,10 +104,14 @@ TEST(AnyDimension, ShadowsOfBoxesAreExact) {
       std::vector<std::vector<double>> edges;
       for (int j = 0; j < d; ++j) {
         auto& edge = edges.emplace_back();
-        for (const int i : axes) edge.push_back(matrix[static_cast<std::size_t>(i * (d + 1) + j)] * lengths[static_cast<std::size_t>(j)]);
+        for (const int i : axes)
+          edge.push_back(matrix[static_cast<std::size_t>(i * (d + 1) + j)] *
+                         lengths[static_cast<std::size_t>(j)]);
       }
       const double expected = zonotope_content(edges, axes.size());
-      EXPECT_NEAR(volume_of(model::project(model::transform(matrix, model::cuboid(lengths)), axes)), expected, 1e-9 * expected) << d << " to " << k;
+      EXPECT_NEAR(volume_of(model::project(model::transform(matrix, model::cuboid(lengths)), axes)), expected,
+                  1e-9 * expected)
+          << d << " to " << k;
     }
 }
 
@@ -120,10 +131,13 @@ TEST(AnyDimension, ShadowsAndSectionsOfEllipsoids) {
     for (int i = 0; i < 2; ++i)
       for (int j = 0; j < 2; ++j) {
         double sum = 0;
-        for (int k = 0; k < d; ++k) sum += matrix[static_cast<std::size_t>(i * (d + 1) + k)] * matrix[static_cast<std::size_t>(j * (d + 1) + k)];
+        for (int k = 0; k < d; ++k)
+          sum += matrix[static_cast<std::size_t>(i * (d + 1) + k)] *
+                 matrix[static_cast<std::size_t>(j * (d + 1) + k)];
         square.push_back(sum);
       }
-    expect_contains(volume_interval(model::project(ellipsoid, {0, 1}), 0.01), pi * 2.25 * std::sqrt(determinant(square)), 0.05);
+    expect_contains(volume_interval(model::project(ellipsoid, {0, 1}), 0.01),
+                    pi * 2.25 * std::sqrt(determinant(square)), 0.05);
   }
   const auto matrix = free_matrix(s.random, 4, 0.1);
   const auto ellipsoid = model::transform(matrix, model::ball(4, 1.5));
@@ -138,7 +152,9 @@ TEST(AnyDimension, SectionsOfCylinders) {
   const std::vector<double> shear{1, 0, 0.5, 1, 0, 1, 0, 0, 0, 0, 2, -1, 0, 0, 0, 1};
   const auto rod = model::transform(shear, model::round_cylinder(2, 1, {3}));
   expect_contains(volume_interval(model::section(rod, 2, 1), 0.01), pi, 0.05);
-  check_labels<2>(model::section(rod, 2, 1), 0.05, s.random, [&](const Point& x, Real margin) { return where(rod, {x[0], x[1], 1}, margin); });
+  check_labels<2>(model::section(rod, 2, 1), 0.05, s.random, [&](const Point& x, Real margin) {
+    return where(rod, {x[0], x[1], 1}, margin);
+  });
   EXPECT_NEAR(volume_of(model::section(model::round_cylinder(2, 1, {3}), 0, 0.6)), 1.6 * 3, 1e-10);
   expect_contains(volume_interval(model::section(model::cone(2, 1, 0), 2, 1), 0.01), pi / 4, 0.1);
 }
@@ -146,14 +162,20 @@ TEST(AnyDimension, SectionsOfCylinders) {
 TEST(AnyDimension, SectionsOfPolytopesAndBooleans) {
   Seeded s;
   for (int d = 2; d <= 5; ++d)
-    EXPECT_NEAR(volume_of(model::section(model::simplex(d, 2), d - 1, 0.5)), std::pow(1.5, d - 1) / std::tgamma(d), 1e-10) << d;
-  const auto solid = model::subtract({model::transform(free_matrix(s.random, 4, 0.1), model::cuboid({2, 2, 2, 2}, true)), random_polytope(s.random, 4, 3),
-                                      model::complement(model::cuboid({3, 3, 3, 3}, true))});
-  check_labels<3>(model::section(solid, 0, 0.1), 0, s.random, [&](const Point& x, Real margin) { return where(solid, {0.1, x[0], x[1], x[2]}, margin); });
+    EXPECT_NEAR(volume_of(model::section(model::simplex(d, 2), d - 1, 0.5)),
+                std::pow(1.5, d - 1) / std::tgamma(d), 1e-10)
+        << d;
+  const auto solid = model::subtract(
+      {model::transform(free_matrix(s.random, 4, 0.1), model::cuboid({2, 2, 2, 2}, true)),
+       random_polytope(s.random, 4, 3), model::complement(model::cuboid({3, 3, 3, 3}, true))});
+  check_labels<3>(model::section(solid, 0, 0.1), 0, s.random, [&](const Point& x, Real margin) {
+    return where(solid, {0.1, x[0], x[1], x[2]}, margin);
+  });
   EXPECT_NEAR(volume_of(model::section(l_shape(1, 2, 1), 2, 0.5)), 4, 1e-10);
 }
 
-/// Of hulls of many points only the edges are cut: as large as the hull of all segments from one side to the other.
+/// Of hulls of many points only the edges are cut: as large as the hull of all segments from one side to the
+/// other.
 TEST(AnyDimension, SectionsOfHullsOfManyPoints) {
   Seeded s;
   for (const auto& [d, count] : {std::pair<std::size_t, std::size_t>(3, 700), {4, 500}}) {
@@ -175,18 +197,21 @@ TEST(AnyDimension, SectionsOfHullsOfManyPoints) {
         const double low = points[p * d + axis] - at, high = points[q * d + axis] - at;
         if (!(low <= 0 && high > 0)) continue;
         for (std::size_t k = 0; k < d; ++k)
-          if (k != axis) cut.push_back(points[p * d + k] + low / (low - high) * (points[q * d + k] - points[p * d + k]));
+          if (k != axis)
+            cut.push_back(points[p * d + k] + low / (low - high) * (points[q * d + k] - points[p * d + k]));
       }
     const int dimension = static_cast<int>(d);
     const double truth = volume_of(model::convex_hull(dimension - 1, cut));
-    EXPECT_NEAR(volume_of(model::section(model::convex_hull(dimension, points), static_cast<int>(axis), at)), truth, 1e-9 * truth) << d;
+    EXPECT_NEAR(volume_of(model::section(model::convex_hull(dimension, points), static_cast<int>(axis), at)),
+                truth, 1e-9 * truth)
+        << d;
   }
 }
 
-// --- projective maps -------------------------------------------------------------------------------------------------------------------------
+// --- projective maps ---
 
-/// What a projective map of space takes to x: the inverse of the map is that of its 4 x 4 matrix M, so solve M (y, w) = (x, 1), as a linear map of four
-/// dimensions.
+/// What a projective map of space takes to x: the inverse of the map is that of its 4 x 4 matrix M, so solve
+/// M (y, w) = (x, 1), as a linear map of four dimensions.
 Point projective_preimage(const std::vector<double>& matrix, const Point& x) {
   std::vector<double> wide(25);
   for (std::size_t i = 0; i < 4; ++i)
@@ -200,9 +225,11 @@ TEST(AnyDimension, ProjectiveMapsTakePointsToTheirImages) {
   for (int round = 0; round < 4; ++round) {
     auto matrix = free_matrix(s.random, 3, 0.5);
     for (int j = 0; j < 3; ++j) matrix[static_cast<std::size_t>(12 + j)] = uniform(s.random, -0.15, 0.15);
-    const auto solid = model::subtract({model::ball(3, 1.5), model::cuboid({2, 2, 2}), random_polytope(s.random, 3, 4)});
-    check_labels<3>(model::projective(matrix, solid), 0.1, s.random,
-                    [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
+    const auto solid =
+        model::subtract({model::ball(3, 1.5), model::cuboid({2, 2, 2}), random_polytope(s.random, 3, 4)});
+    check_labels<3>(model::projective(matrix, solid), 0.1, s.random, [&](const Point& x, Real margin) {
+      return where(solid, projective_preimage(matrix, x), margin);
+    });
   }
 }
 
@@ -216,33 +243,48 @@ TEST(AnyDimension, ImagesOfFarAndThinBallsAreEnclosedToo) {
     for (std::size_t i = 0; i + 1 < n; ++i) away[i * n + n - 1] = far;
     scale.back() = 4;  // x / 4
     const double truth = ball_volume(d) * std::pow(r / 4, d);
-    expect_contains(volume_interval(model::projective(scale, model::transform(away, model::ball(d, r))), r * 1e-3), truth, 0.05);
-    // Where the denominator changes along the ball: 1 + a (x - far) around the middle, whose image is an ellipsoid around 0 after the shift.
+    expect_contains(
+        volume_interval(model::projective(scale, model::transform(away, model::ball(d, r))), r * 1e-3), truth,
+        0.05);
+    // Where the denominator changes along the ball: 1 + a (x - far) around the middle, whose image is an
+    // ellipsoid around 0 after the shift.
     auto slope = away;
     for (std::size_t i = 0; i + 1 < n; ++i) slope[i * n + n - 1] = -far;
     constexpr double a = 256;
     slope[n * n - n] = a, slope.back() = 1 - a * far;
-    const double across = 1 - a * a * r * r;  // r^d / across^((d+1)/2): the axes are r / across and d - 1 times r / sqrt(across)
-    expect_contains(volume_interval(model::projective(slope, model::transform(away, model::ball(d, r))), r * 1e-3),
-                    ball_volume(d) * std::pow(r, d) / std::pow(across, (d + 1) / 2.0), 0.05);
+    const double across =
+        1 -
+        a * a * r * r;  // r^d / across^((d+1)/2): the axes are r / across and d - 1 times r / sqrt(across)
+    expect_contains(
+        volume_interval(model::projective(slope, model::transform(away, model::ball(d, r))), r * 1e-3),
+        ball_volume(d) * std::pow(r, d) / std::pow(across, (d + 1) / 2.0), 0.05);
   }
   // An ellipse with axes 1 and 2^-30, turned; the third axis does not show.
   constexpr double thin = 0x1p-30;
   const std::vector<double> needle{0.6, -0.8 * thin, 0, 0, 0.8, 0.6 * thin, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  expect_contains(volume_interval(model::project(model::transform(needle, model::ball(3, 1)), {0, 1}), thin / 100), pi * thin * (0.36 + 0.64), 0.05);
+  expect_contains(
+      volume_interval(model::project(model::transform(needle, model::ball(3, 1)), {0, 1}), thin / 100),
+      pi * thin * (0.36 + 0.64), 0.05);
 }
 
-/// What has no image that is known lies between polytopes, each primitive by itself: also where it is taken away, or counts by turns.
+/// What has no image that is known lies between polytopes, each primitive by itself: also where it is taken
+/// away, or counts by turns.
 TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
   const double a = 0.3, r = 1, h = 2;
   const std::vector<double> along{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, a, 1};
-  const double cylinder = pi * r * r * (1 - std::pow(1 + a * h, -3)) / (3 * a);  // the Jacobian is (a z + 1)^-4
-  expect_contains(volume_interval(model::projective(along, model::round_cylinder(2, r, {h}))), cylinder, 0.01);
+  const double cylinder =
+      pi * r * r * (1 - std::pow(1 + a * h, -3)) / (3 * a);  // the Jacobian is (a z + 1)^-4
+  expect_contains(volume_interval(model::projective(along, model::round_cylinder(2, r, {h}))), cylinder,
+                  0.01);
   const double box = 16 * (1 - std::pow(1 + a * h, -3)) / (3 * a);
-  const auto around = model::transform(std::vector<double>{1, 0, 0, -2, 0, 1, 0, -2, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({4, 4, h}));
-  expect_contains(volume_interval(model::projective(along, model::subtract({around, model::round_cylinder(2, r, {h})}))), box - cylinder, 0.01);
+  const auto around = model::transform(std::vector<double>{1, 0, 0, -2, 0, 1, 0, -2, 0, 0, 1, 0, 0, 0, 0, 1},
+                                       model::cuboid({4, 4, h}));
+  expect_contains(
+      volume_interval(model::projective(along, model::subtract({around, model::round_cylinder(2, r, {h})}))),
+      box - cylinder, 0.01);
   expect_contains(volume_interval(model::projective(
-                      along, model::symmetric_difference({model::round_cylinder(2, 2 * r, {h}), model::round_cylinder(2, r, {h})}))),
+                      along, model::symmetric_difference(
+                                 {model::round_cylinder(2, 2 * r, {h}), model::round_cylinder(2, r, {h})}))),
                   3 * cylinder, 0.01);
   // What reaches beyond the plane at infinity may be cut off first.
   const std::vector<double> down{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -20, 0, 0, 0, 1};
@@ -254,30 +296,39 @@ TEST(AnyDimension, ProjectiveMapsEncloseCylindersConesAndTori) {
   for (int round = 0; round < 3; ++round) {
     auto matrix = free_matrix(s.random, 3, 0.5);
     for (int j = 0; j < 3; ++j) matrix[static_cast<std::size_t>(12 + j)] = uniform(s.random, -0.08, 0.08);
-    const auto placed = [&](const Expression& e) { return model::transform(free_matrix(s.random, 3, 0.3), e); };
-    const auto solid = model::subtract(
-        {model::symmetric_difference({placed(model::torus(1.5, 0.6, 12)), placed(model::cone(2, 1, 0.2, 16)), model::ball(3, 1)}),
-         placed(model::round_cylinder(2, 0.4, {1}))});
-    check_labels<3>(model::projective(matrix, solid), 0.2, s.random,
-                    [&](const Point& x, Real margin) { return where(solid, projective_preimage(matrix, x), margin); });
+    const auto placed = [&](const Expression& e) {
+      return model::transform(free_matrix(s.random, 3, 0.3), e);
+    };
+    const auto solid =
+        model::subtract({model::symmetric_difference({placed(model::torus(1.5, 0.6, 12)),
+                                                      placed(model::cone(2, 1, 0.2, 16)), model::ball(3, 1)}),
+                         placed(model::round_cylinder(2, 0.4, {1}))});
+    check_labels<3>(model::projective(matrix, solid), 0.2, s.random, [&](const Point& x, Real margin) {
+      return where(solid, projective_preimage(matrix, x), margin);
+    });
   }
 }
 
-/// Tori whose hole is a point, or hardly more. Under z / (1 + a z) the integral of sin^2 / (1 + a r cos)^4 is pi/2 (1 - a^2 r^2)^(-5/2).
+/// Tori whose hole is a point, or hardly more. Under z / (1 + a z) the integral of sin^2 / (1 + a r cos)^4 is
+/// pi/2 (1 - a^2 r^2)^(-5/2).
 TEST(AnyDimension, ToriWithoutAHoleAreEnclosedInConstructs) {
   const double a = 0.1;
   const std::vector<double> along{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, a, 1};
   for (const double r : {1.0, 0.9995, 0.9}) {
     const auto torus = model::torus(1, r);
-    expect_contains(volume_interval(model::projective(along, torus)), 2 * pi * pi * r * r * std::pow(1 - a * a * r * r, -2.5), 0.02);
-    expect_contains(volume_interval(model::project(torus, {0, 2})), 4 * r + pi * r * r, 0.01);  // a rectangle between two halves of a disk
+    expect_contains(volume_interval(model::projective(along, torus)),
+                    2 * pi * pi * r * r * std::pow(1 - a * a * r * r, -2.5), 0.02);
+    expect_contains(volume_interval(model::project(torus, {0, 2})), 4 * r + pi * r * r,
+                    0.01);  // a rectangle between two halves of a disk
   }
 }
 
 /// A matrix that is that of an affine map, or a multiple of one, makes no polytopes of what is round.
 TEST(AnyDimension, ProjectiveMapsThatAreAffineKeepTheRound) {
   const std::vector<double> matrix{1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2};
-  const auto finer = [&](double tolerance) { return volume_interval(model::projective(matrix, model::torus(2, 1)), tolerance); };
+  const auto finer = [&](double tolerance) {
+    return volume_interval(model::projective(matrix, model::torus(2, 1)), tolerance);
+  };
   expect_contains(finer(0.1), pi * pi, 0.2);
   EXPECT_LT(finer(0.02).fuzzy, 0.4 * finer(0.1).fuzzy);
 }
@@ -285,11 +336,14 @@ TEST(AnyDimension, ProjectiveMapsThatAreAffineKeepTheRound) {
 TEST(AnyDimension, ThePlaneAtInfinityMustNotMeetTheSolid) {
   const std::vector<double> perspective{1, 0, 0, 0, 1, 0, 0, 1, 1};  // y + 1 > 0
   EXPECT_NEAR(volume_of(model::projective(perspective, model::cuboid({1, 1}))), 0.5 * (1 + 0.5) * 0.5, 1e-12);
-  const auto moved = model::transform(std::vector<double>{1, 0, 0, 0, 1, -1.5, 0, 0, 1}, model::cuboid({1, 1}));
+  const auto moved =
+      model::transform(std::vector<double>{1, 0, 0, 0, 1, -1.5, 0, 0, 1}, model::cuboid({1, 1}));
   EXPECT_THROW(volume_of(model::projective(perspective, moved)), Error);
   EXPECT_THROW(volume_interval(model::projective(perspective, model::ball(2, 1.01)), 0.1), Error);
   // What reaches too far may be cut off first.
-  EXPECT_NEAR(volume_of(model::projective(perspective, model::intersect({model::cuboid({4, 4}, true), model::cuboid({1, 1})}))), 0.375, 1e-12);
+  EXPECT_NEAR(volume_of(model::projective(
+                  perspective, model::intersect({model::cuboid({4, 4}, true), model::cuboid({1, 1})}))),
+              0.375, 1e-12);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
-// Solids with curved surfaces: intervals that hold the truth, and cells that do not depend on threads and order.
+// Solids with curved surfaces: intervals that hold the truth, and cells that do not depend on threads and
+// order.
 
 #include <gtest/gtest.h>
 

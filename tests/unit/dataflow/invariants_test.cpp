@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "geometry/cell_samples.hpp"
 #include "dataflow/oracle.hpp"
+#include "geometry/cell_samples.hpp"
 #include "support/dimension_types.hpp"
 
 namespace bsp2::dataflow {
@@ -70,7 +70,8 @@ void check_cells(const model::Expression& e, const Network<D>& network, const Ev
         if (truth.doubtful) continue;
         ASSERT_EQ(label == Label::in, truth.inside) << "cell " << cell << " of level " << batch.level[cell];
         if (primitive >= 0) {
-          ASSERT_TRUE(where(primitives[static_cast<std::size_t>(primitive)], x, margin).inside) << "primitive " << primitive;
+          ASSERT_TRUE(where(primitives[static_cast<std::size_t>(primitive)], x, margin).inside)
+              << "primitive " << primitive;
         }
       }
     }
@@ -263,7 +264,8 @@ TYPED_TEST(Invariants, InclusionExclusionAndDeMorgan) {
     EXPECT_NEAR(volume<D>(inside(outside(model::unite({outside(a), outside(b)})))), both, slack);
     EXPECT_NEAR(volume<D>(inside(outside(outside(a)))), va, slack);
     const auto c = random_expression(random, D, Kind::solids, 0);
-    const auto distributed = model::unite({model::intersect({a, b}), model::intersect({a, c})}), joint = model::intersect({a, model::unite({b, c})});
+    const auto distributed = model::unite({model::intersect({a, b}), model::intersect({a, c})}),
+               joint = model::intersect({a, model::unite({b, c})});
     EXPECT_NEAR(volume<D>(inside(model::symmetric_difference({distributed, joint}))), 0, slack);
     EXPECT_EQ(volume<D>(model::subtract({a, a})), 0);
     EXPECT_EQ(volume<D>(model::symmetric_difference({a, b, a, b})), 0);

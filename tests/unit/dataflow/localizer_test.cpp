@@ -1,12 +1,13 @@
 // Producers and combiners one token at a time: lowering, answers, folding, and the stream of refinements.
 
+#include "bsp2/dataflow/evaluate/localizer.hpp"
+
 #include <gtest/gtest.h>
 
 #include <functional>
 
-#include "bsp2/dataflow/evaluate/localizer.hpp"
-#include "geometry/cell_samples.hpp"
 #include "dataflow/oracle.hpp"
+#include "geometry/cell_samples.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
@@ -20,9 +21,7 @@ using Net = Network<3>;
 model::Expression at(double x, double y, double z, const model::Expression& e) {
   return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}, e);
 }
-model::Expression cube(double size = 1) {
-  return model::cuboid({size, size, size});
-}
+model::Expression cube(double size = 1) { return model::cuboid({size, size, size}); }
 
 /// A program as text: +0 a leaf, -0 a complemented one, (u ...) (i ...) (d ...) combiners.
 std::string text(std::span<const Word> program) {
@@ -47,9 +46,7 @@ std::string text(std::span<const Word> program) {
   return out;
 }
 
-std::string lowered(const model::Expression& e) {
-  return text(compile<3>(e, {}).program);
-}
+std::string lowered(const model::Expression& e) { return text(compile<3>(e, {}).program); }
 
 TEST(Lowering, FlattensNestedCombinersAndPushesComplementsDown) {
   using namespace model;
@@ -148,7 +145,8 @@ Stream<D> refine(const model::Expression& e, Random& random, std::uint64_t most 
     splitter.split(token.cell, cut.hyperplane, &negative.cell, &positive.cell);
     const double whole = writer.measure(token.cell).volume();
     // Corners are rounded: coordinates of up to 16 move the faces of a cell, however thin it is, by 2^-50.
-    EXPECT_NEAR(writer.measure(negative.cell).volume() + writer.measure(positive.cell).volume(), whole, 1e-12 * whole + 1e-14);
+    EXPECT_NEAR(writer.measure(negative.cell).volume() + writer.measure(positive.cell).volume(), whole,
+                1e-12 * whole + 1e-14);
     // What is said to be OUT beforehand is OUT.
     Words unused;
     if (cut.negative_is_out) {

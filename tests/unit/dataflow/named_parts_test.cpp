@@ -11,8 +11,8 @@
 
 #include "bsp2/dataflow/regions/giving_back.hpp"
 #include "bsp2/model/expression/colour.hpp"
-#include "geometry/cell_samples.hpp"
 #include "dataflow/oracle.hpp"
+#include "geometry/cell_samples.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
@@ -222,13 +222,9 @@ void check_random(int rounds, int depth) {
   }
 }
 
-TEST(NamedParts, FollowTheRule) {
-  check_random<3>(60, 2);
-}
+TEST(NamedParts, FollowTheRule) { check_random<3>(60, 2); }
 
-TEST(NamedParts, FollowTheRuleInThePlane) {
-  check_random<2>(100, 3);
-}
+TEST(NamedParts, FollowTheRuleInThePlane) { check_random<2>(100, 3); }
 
 /// What is outside of a box and not in another belongs to nobody, also where a later operand has it.
 TEST(NamedParts, HaveNothingOfWhatIsInAComplement) {
@@ -238,8 +234,9 @@ TEST(NamedParts, HaveNothingOfWhatIsInAComplement) {
     return model::transform(matrix, model::cuboid({width, width}));
   };
   const Expression outside = model::complement(box(0, 0, 1)), other = box(3, 0, 1), later = box(2.5, 0, 1);
-  for (const Expression& first : {model::symmetric_difference({outside, other}), model::symmetric_difference({other, outside}),
-                                  model::unite({outside, other}), model::intersect({outside, model::complement(other)})})
+  for (const Expression& first :
+       {model::symmetric_difference({outside, other}), model::symmetric_difference({other, outside}),
+        model::unite({outside, other}), model::intersect({outside, model::complement(other)})})
     check<2>(model::intersect({model::complement(model::complement(box(-5, -5, 10))),
                                model::part("a", model::unite({first, later}))}),
              Parts::named, random);
@@ -303,8 +300,8 @@ TEST(Primitives, AreNotThoseThatAreCutAway) {
   }
 }
 
-/// The primitives of which one may be told to have a point, by the rule; of an intersection those of all operands,
-/// since it depends on the whole cell which of them says anything.
+/// The primitives of which one may be told to have a point, by the rule; of an intersection those of all
+/// operands, since it depends on the whole cell which of them says anything.
 struct Allowed {
   bool inside = false, doubtful = false;
   std::set<std::int32_t> primitives = {};
@@ -329,7 +326,8 @@ Allowed allowed(const Expression& e, const Point& x, std::int32_t& next) {
     all.doubtful = all.doubtful || child.doubtful;
     count += child.inside;
     if (i == 0) first_is_inside = child.inside;
-    const bool owns = boolean.operation == Operation::subtract ? i == 0 : boolean.operation != Operation::complement;
+    const bool owns =
+        boolean.operation == Operation::subtract ? i == 0 : boolean.operation != Operation::complement;
     if (child.inside && owns) all.primitives.insert(child.primitives.begin(), child.primitives.end());
   }
   switch (boolean.operation) {
@@ -364,7 +362,8 @@ void expect_allowed(const Expression& e, const Network<D>& network, Random& rand
         const Allowed truth = allowed(e, point_in(batch, cell, random), next);
         if (truth.doubtful) continue;
         ASSERT_TRUE(truth.inside);
-        ASSERT_TRUE(truth.primitives.contains(batch.primitive[cell])) << "primitive " << batch.primitive[cell];
+        ASSERT_TRUE(truth.primitives.contains(batch.primitive[cell]))
+            << "primitive " << batch.primitive[cell];
       }
     }
   }
@@ -376,7 +375,8 @@ void check_random_primitives(int rounds, int depth) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
-    const Expression plain = random_expression(random, D, round % 2 == 0 ? Kind::grid_boxes : Kind::solids, depth);
+    const Expression plain =
+        random_expression(random, D, round % 2 == 0 ? Kind::grid_boxes : Kind::solids, depth);
     const Expression coloured = model::colour({1, 0, 0, 1}, Namer(random, false)(plain));
     expect_allowed<D>(coloured, compile<D>(coloured, {}), random);
     expect_allowed<D>(coloured, compile<D>(coloured, {.parts = Parts::colours}), random);
@@ -397,7 +397,8 @@ TEST(NamedParts, FollowTheRuleInLongExpressions) {
     Random random(seed);
     std::vector<Expression> operands;
     for (int i = 0; i < 70; ++i)
-      operands.push_back(random_expression(random, 2, i % 2 == 0 ? Kind::grid_boxes : Kind::solids, i % 3 == 0 ? 1 : 0));
+      operands.push_back(
+          random_expression(random, 2, i % 2 == 0 ? Kind::grid_boxes : Kind::solids, i % 3 == 0 ? 1 : 0));
     const Expression named = Namer(random)(model::unite(operands));
     check<2>(named, round % 2 == 0 ? Parts::named : Parts::colours, random);
     const Expression coloured = Namer(random, false)(model::unite(operands));

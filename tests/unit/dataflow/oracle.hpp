@@ -34,9 +34,7 @@ inline double uniform(Random& random, double low, double high) {
 inline int pick(Random& random, int low, int high) {
   return std::uniform_int_distribution<int>(low, high)(random);
 }
-inline bool chance(Random& random, double share) {
-  return uniform(random, 0, 1) < share;
-}
+inline bool chance(Random& random, double share) { return uniform(random, 0, 1) < share; }
 
 // --- membership
 // --------------------------------------------------------------------------------------------------
@@ -79,7 +77,8 @@ inline Where where(const model::RegularPolygon& polygon, const Point& x, Real ma
   Real furthest = -std::numeric_limits<Real>::infinity();
   for (std::uint32_t k = 0; k < polygon.sides; ++k) {
     const Real angle = step * (k + Real{0.5});
-    furthest = std::max(furthest, x[0] * std::cos(angle) + x[1] * std::sin(angle) - polygon.radius * std::cos(step / 2));
+    furthest = std::max(
+        furthest, x[0] * std::cos(angle) + x[1] * std::sin(angle) - polygon.radius * std::cos(step / 2));
   }
   return {furthest < 0, std::fabs(furthest) < margin};
 }
@@ -100,8 +99,10 @@ inline Where where(const model::Round& round, const Point& x, Real margin) {
   const std::size_t axes = x.size() - round.lengths.size();
   Real square = 0, radius = round.bottom, furthest = -std::numeric_limits<Real>::infinity();
   for (std::size_t i = 0; i < axes; ++i) square += x[i] * x[i];
-  for (std::size_t i = axes; i < x.size(); ++i) furthest = std::max({furthest, -x[i], x[i] - static_cast<Real>(round.lengths[i - axes])});
-  if (round.bottom != round.top) radius += (static_cast<Real>(round.top) - round.bottom) * x[2] / round.lengths[0];
+  for (std::size_t i = axes; i < x.size(); ++i)
+    furthest = std::max({furthest, -x[i], x[i] - static_cast<Real>(round.lengths[i - axes])});
+  if (round.bottom != round.top)
+    radius += (static_cast<Real>(round.top) - round.bottom) * x[2] / round.lengths[0];
   furthest = std::max(furthest, std::sqrt(square) - radius);
   return {furthest < 0, std::fabs(furthest) < margin};
 }
@@ -112,9 +113,15 @@ inline Where where(const model::Torus& torus, const Point& x, Real margin) {
   return {distance < 0, std::fabs(distance) < margin};
 }
 
-inline Where where(const model::Spline&, const Point&, Real) { throw std::logic_error("splines have tests of their own"); }
-inline Where where(const model::Preimage&, const Point&, Real) { throw std::logic_error("sections and prisms are asked for what they are made of"); }
-inline Where where(const model::SubdivisionSurface&, const Point&, Real) { throw std::logic_error("subdivision surfaces have tests of their own"); }
+inline Where where(const model::Spline&, const Point&, Real) {
+  throw std::logic_error("splines have tests of their own");
+}
+inline Where where(const model::Preimage&, const Point&, Real) {
+  throw std::logic_error("sections and prisms are asked for what they are made of");
+}
+inline Where where(const model::SubdivisionSurface&, const Point&, Real) {
+  throw std::logic_error("subdivision surfaces have tests of their own");
+}
 
 inline Real dot(const std::array<Real, 3>& a, const std::array<Real, 3>& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -1,5 +1,5 @@
-// Constructs that trace the outline of what they are made of: they make the same of it whatever is merged, and tell of no clean profile that
-// anything of it is lost.
+// Constructs that trace the outline of what they are made of: they make the same of it whatever is merged,
+// and tell of no clean profile that anything of it is lost.
 
 #include <gtest/gtest.h>
 
@@ -40,19 +40,21 @@ Outcome outcome_of(const model::Model& model, double coincidence) {
 
 Outcome outcome_of(const std::string& text, double coincidence) {
   const model::Model model = model::parse_csg(text, "test.csg");
-  return model.expression.dimension() == 2 ? outcome_of<2>(model, coincidence) : outcome_of<3>(model, coincidence);
+  return model.expression.dimension() == 2 ? outcome_of<2>(model, coincidence)
+                                           : outcome_of<3>(model, coincidence);
 }
 
 std::string turned(double degrees, double x, double y, const std::string& child) {
   std::ostringstream text;
   text.precision(17);
   const double c = model::cosine(degrees), s = model::sine(degrees);
-  text << "multmatrix([[" << c << ", " << -s << ", 0, " << x << "], [" << s << ", " << c << ", 0, " << y << "], [0, 0, 1, 0], [0, 0, 0, 1]]) { " << child
-       << " } ";
+  text << "multmatrix([[" << c << ", " << -s << ", 0, " << x << "], [" << s << ", " << c << ", 0, " << y
+       << "], [0, 0, 1, 0], [0, 0, 0, 1]]) { " << child << " } ";
   return text.str();
 }
 
-/// Regular polygons turned so that edges fall upon edges, but for rounding; boxes and letters of boxes among them.
+/// Regular polygons turned so that edges fall upon edges, but for rounding; boxes and letters of boxes among
+/// them.
 std::string random_shape(Random& random) {
   const int sides = pick(random, 3, 8);
   const double step = 360.0 / sides;
@@ -64,15 +66,18 @@ std::string random_shape(Random& random) {
       text << polygon << turned(step * pick(random, 1, sides), 0, 0, polygon);
       break;
     case 1:  // the second one outside, edge to edge
-      text << polygon << turned(180 + step / 2 * pick(random, 0, 1), 20 * model::cosine(step / 2), 0, turned(step / 2, 0, 0, polygon));
+      text << polygon
+           << turned(180 + step / 2 * pick(random, 0, 1), 20 * model::cosine(step / 2), 0,
+                     turned(step / 2, 0, 0, polygon));
       break;
     case 2:
-      text << "difference() { group() { " << polygon << turned(step, 0, 0, polygon) << "} " << turned(2 * step, 0, 0, "circle($fn = " + std::to_string(sides) + ", r = 5);")
-           << "} ";
+      text << "difference() { group() { " << polygon << turned(step, 0, 0, polygon) << "} "
+           << turned(2 * step, 0, 0, "circle($fn = " + std::to_string(sides) + ", r = 5);") << "} ";
       break;
     default:  // letters: bars that overlap and touch
       for (int bar = 0; bar < 4; ++bar)
-        text << turned(pick(random, 0, 3) * 30, 0.1 * pick(random, -50, 50), 0.1 * pick(random, -50, 50), chance(random, 0.5) ? "square([1.7, 9.3]); " : "square([9.3, 1.7]); ");
+        text << turned(pick(random, 0, 3) * 30, 0.1 * pick(random, -50, 50), 0.1 * pick(random, -50, 50),
+                       chance(random, 0.5) ? "square([1.7, 9.3]); " : "square([9.3, 1.7]); ");
   }
   return turned(uniform(random, 0, 360), 0, 0, text.str());
 }
@@ -85,35 +90,39 @@ TEST(Outlines, DoNotDependOnWhatIsMerged) {
   Random random(seed);
   for (int round = 0; round < samples::rounds(12); ++round) {
     const std::string shape = random_shape(random);
-    const std::vector<std::string> models{"fill() { " + shape + "}",
-                                          "offset(r = 1.5, $fn = 8) { " + shape + "}",
-                                          "offset(delta = -0.4) { " + shape + "}",
-                                          "roof(method = \"straight\") { " + shape + "}",
-                                          "rotate_extrude($fn = 6) { " + profile(shape) + "}",
-                                          "rotate_extrude(angle = 100, $fn = 9) { " + profile(shape) + "}",
-                                          "linear_extrude(height = 5, twist = 60, slices = 3) { " + shape + "}",
-                                          "linear_extrude(height = 5, scale = [0.5, 1.2], slices = 2) { " + shape + "}",
-                                          "linear_extrude(height = 5, scale = 0.3) { " + shape + "}",
-                                          "linear_extrude(height = 7) { " + shape + "}",
-                                          "hull() { " + shape + "}",
-                                          "minkowski() { group() { " + shape + "} square(1); }"};
+    const std::vector<std::string> models{
+        "fill() { " + shape + "}",
+        "offset(r = 1.5, $fn = 8) { " + shape + "}",
+        "offset(delta = -0.4) { " + shape + "}",
+        "roof(method = \"straight\") { " + shape + "}",
+        "rotate_extrude($fn = 6) { " + profile(shape) + "}",
+        "rotate_extrude(angle = 100, $fn = 9) { " + profile(shape) + "}",
+        "linear_extrude(height = 5, twist = 60, slices = 3) { " + shape + "}",
+        "linear_extrude(height = 5, scale = [0.5, 1.2], slices = 2) { " + shape + "}",
+        "linear_extrude(height = 5, scale = 0.3) { " + shape + "}",
+        "linear_extrude(height = 7) { " + shape + "}",
+        "hull() { " + shape + "}",
+        "minkowski() { group() { " + shape + "} square(1); }"};
     for (const std::string& text : models) {
       const Outcome merged = outcome_of(text, 1e-9), exact = outcome_of(text, 0);
       ASSERT_GT(merged.content, 1) << text << " seed " << seed;
-      EXPECT_NEAR(exact.content, merged.content, 1e-9 * merged.content) << text << " seed " << seed << " round " << round;
+      EXPECT_NEAR(exact.content, merged.content, 1e-9 * merged.content)
+          << text << " seed " << seed << " round " << round;
       EXPECT_TRUE(merged.warnings.empty()) << merged.warnings.front() << "\n" << text << " seed " << seed;
       EXPECT_TRUE(exact.warnings.empty()) << exact.warnings.front() << "\n" << text << " seed " << seed;
     }
   }
 }
 
-/// A clean profile of decimal numbers: what is horizontal stays horizontal, though its corners are rounded each for itself.
+/// A clean profile of decimal numbers: what is horizontal stays horizontal, though its corners are rounded
+/// each for itself.
 TEST(Outlines, OfCleanLathesAreStraight) {
   const std::uint64_t seed = new_seed();
   Random random(seed);
   for (int round = 0; round < samples::rounds(60); ++round) {
     std::ostringstream text;
-    text << "rotate_extrude($fn = 5, angle = " << (chance(random, 0.5) ? 360 : 90) << ") { polygon(points = [";
+    text << "rotate_extrude($fn = 5, angle = " << (chance(random, 0.5) ? 360 : 90)
+         << ") { polygon(points = [";
     // Down along the axis or an inner wall, then steps outwards and inwards on the way up.
     const double inner = chance(random, 0.5) ? 0 : 0.1 * pick(random, 1, 99);
     double z = 0.1 * pick(random, -200, 0);
@@ -128,36 +137,48 @@ TEST(Outlines, OfCleanLathesAreStraight) {
     for (const double coincidence : {1e-9, 0.0}) {
       const Outcome outcome = outcome_of(text.str(), coincidence);
       EXPECT_GT(outcome.content, 0) << text.str() << " seed " << seed;
-      EXPECT_TRUE(outcome.warnings.empty()) << outcome.warnings.front() << "\n" << text.str() << " seed " << seed;
+      EXPECT_TRUE(outcome.warnings.empty()) << outcome.warnings.front() << "\n"
+                                            << text.str() << " seed " << seed;
     }
   }
 }
 
-/// Facets that fall upon each other but for rounding, slice after slice, as they do where a slice turns a regular polygon into itself.
+/// Facets that fall upon each other but for rounding, slice after slice, as they do where a slice turns a
+/// regular polygon into itself.
 TEST(Outlines, OfTwistedPolygonsTakeNoLongerWhereNothingIsMerged) {
   const std::string polygon = turned(0, 4, 0, "circle($fn = 20, r = 8);");
-  for (const std::string& text : {"linear_extrude(height = 30, twist = 360, scale = [0, 0], slices = 20) { " + polygon + "}",
-                                  "multmatrix([[1, 0, 0, 3], [0, 0.8, -0.6, 2], [0, 0.6, 0.8, 1], [0, 0, 0, 1]]) { linear_extrude(height = 30, twist = 360, slices = 20) { " +
-                                      polygon + "} }"}) {
+  for (const std::string& text :
+       {"linear_extrude(height = 30, twist = 360, scale = [0, 0], slices = 20) { " + polygon + "}",
+        "multmatrix([[1, 0, 0, 3], [0, 0.8, -0.6, 2], [0, 0.6, 0.8, 1], [0, 0, 0, 1]]) { "
+        "linear_extrude(height = 30, twist = 360, slices = 20) { " +
+            polygon + "} }"}) {
     const Outcome merged = outcome_of(text, 1e-9), exact = outcome_of(text, 0);
     EXPECT_NEAR(exact.content, merged.content, 1e-9 * merged.content) << text;
-    EXPECT_LE(exact.seconds, 3 * merged.seconds + 0.5) << "of processor time against " << merged.seconds << "; " << text;
+    EXPECT_LE(exact.seconds, 3 * merged.seconds + 0.5)
+        << "of processor time against " << merged.seconds << "; " << text;
   }
 }
 
-/// Where primitives are flat, the message does not speak of a tolerance that is 0, nor of an option that is given already.
+/// Where primitives are flat, the message does not speak of a tolerance that is 0, nor of an option that is
+/// given already.
 TEST(Outlines, TellOfWhatIsFlatWithoutContradiction) {
   const auto warnings = [](int count, double coincidence) {
     std::string text;
     for (int i = 0; i < count; ++i)
-      text += "multmatrix([[1, 0, 0, " + std::to_string(3 * i) + "], [0, 1, 0, 0], [0, 0, 1e-40, 0], [0, 0, 0, 1]]) { cube(1); } ";
-    return compile<3>(model::parse_csg("cube(10); " + text, "test.csg").expression, {.coincidence = coincidence}).warnings;
+      text += "multmatrix([[1, 0, 0, " + std::to_string(3 * i) +
+              "], [0, 1, 0, 0], [0, 0, 1e-40, 0], [0, 0, 0, 1]]) { cube(1); } ";
+    return compile<3>(model::parse_csg("cube(10); " + text, "test.csg").expression,
+                      {.coincidence = coincidence})
+        .warnings;
   };
   EXPECT_TRUE(warnings(0, 1e-9).empty());
   ASSERT_EQ(warnings(1, 1e-9).size(), 1);
-  EXPECT_NE(warnings(1, 1e-9)[0].find("a primitive is thinner than the tolerance, 1e-09 of the model, and left out: primitive 1, between"), std::string::npos)
+  EXPECT_NE(warnings(1, 1e-9)[0].find("a primitive is thinner than the tolerance, 1e-09 of the model, and "
+                                      "left out: primitive 1, between"),
+            std::string::npos)
       << warnings(1, 1e-9)[0];
-  EXPECT_NE(warnings(2, 1e-9)[0].find("2 primitives are thinner than the tolerance, 1e-09 of the model, and left out: the first one is primitive 1, between"),
+  EXPECT_NE(warnings(2, 1e-9)[0].find("2 primitives are thinner than the tolerance, 1e-09 of the model, and "
+                                      "left out: the first one is primitive 1, between"),
             std::string::npos)
       << warnings(2, 1e-9)[0];
   for (const int count : {1, 2})

@@ -30,11 +30,13 @@ std::vector<Stretch> random_stretches(Random& random) {
   std::vector<Stretch> stretches;
   for (int i = 0; i < count; ++i) {
     double lower = uniform(random, 0, 1), length = uniform(random, 0, 0.2);
-    if (kind == 1) lower = pick(random, 0, 9) / 10.0, length = 0.1;         // touching
-    if (kind == 2) lower = 0, length = 1;                                   // all of them everywhere
-    if (kind == 3) lower = std::pow(2.0, uniform(random, -40, 0)), length = lower / 4;  // closer and closer together
-    if (kind == 4) lower = length = 0;                                      // points
-    if (kind == 5) lower = i == 0 ? 1 : 0.3 + uniform(random, 0, 1e-3), length = 1e-5;  // a cluster, and one far away
+    if (kind == 1) lower = pick(random, 0, 9) / 10.0, length = 0.1;  // touching
+    if (kind == 2) lower = 0, length = 1;                            // all of them everywhere
+    if (kind == 3)
+      lower = std::pow(2.0, uniform(random, -40, 0)), length = lower / 4;  // closer and closer together
+    if (kind == 4) lower = length = 0;                                     // points
+    if (kind == 5)
+      lower = i == 0 ? 1 : 0.3 + uniform(random, 0, 1e-3), length = 1e-5;  // a cluster, and one far away
     stretches.push_back({origin + width * lower, origin + width * (lower + length)});
   }
   return stretches;
@@ -79,7 +81,8 @@ TEST(Parting, IsAsGoodAsItSaysAndAsTheBestOfManyPlaces) {
 TEST(Parting, FindsWhatIsFarFromAClusterAndPartsTheCluster) {
   std::vector<Stretch> stretches{{1e6, 1e6 + 1}};
   for (int i = 0; i < 1000; ++i) stretches.push_back({i * 1e-3, (i + 0.5) * 1e-3});
-  const Parting parting = best_parting(stretches);  // no place of sixty-four even ones lies within the cluster
+  const Parting parting =
+      best_parting(stretches);  // no place of sixty-four even ones lies within the cluster
   EXPECT_LT(parting.share, 0.51);
   EXPECT_NEAR(parting.place, 0.5, 0.01);
 }

@@ -11,8 +11,8 @@
 
 #include "bsp2/dataflow/regions/giving_back.hpp"
 #include "bsp2/model/builder/builder.hpp"
-#include "dataflow/oracle.hpp"
 #include "dataflow/in_regions.hpp"
+#include "dataflow/oracle.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
@@ -36,10 +36,11 @@ void expect_same_tree(const Partition<D>& a, const Partition<D>& b) {
   }
 }
 
-/// Another number of threads, and several that make their parts alone, make the same regions, also where the limit of the words ends the
-/// search. @return how many parts have no region.
+/// Another number of threads, and several that make their parts alone, make the same regions, also where the
+/// limit of the words ends the search. @return how many parts have no region.
 template <int D>
-int expect_same_partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits, unsigned threads, unsigned shares) {
+int expect_same_partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits,
+                          unsigned threads, unsigned shares) {
   const auto whole = partition(network, depth, limits), together = partition(network, depth, limits, threads);
   expect_same_tree(whole, together);
   std::vector<PartitionPart<D>> parts;
@@ -72,7 +73,9 @@ model::Expression many_cubes(Random& random, int count) {
   std::vector<model::Expression> cubes;
   for (int i = 0; i < count; ++i) {
     const auto at = [&] { return pick(random, 0, 400) / 8.0; };
-    cubes.push_back(model::transform(std::vector<double>{1, 0, 0, at(), 0, 1, 0, at(), 0, 0, 1, at(), 0, 0, 0, 1}, model::cuboid({2, 2, 2}, false)));
+    cubes.push_back(
+        model::transform(std::vector<double>{1, 0, 0, at(), 0, 1, 0, at(), 0, 0, 1, at(), 0, 0, 0, 1},
+                         model::cuboid({2, 2, 2}, false)));
   }
   return model::unite(cubes);
 }
@@ -90,7 +93,8 @@ TEST(Partition, IsTheSameOnAnyNumberOfThreadsAndInParts) {
     return limits;
   };
   for (int round = 0; round < samples::rounds(60) || (stopped == 0 && round < 1000); ++round) {
-    const auto threads = static_cast<unsigned>(pick(random, 2, 6)), depth = static_cast<unsigned>(pick(random, 1, 9)),
+    const auto threads = static_cast<unsigned>(pick(random, 2, 6)),
+               depth = static_cast<unsigned>(pick(random, 1, 9)),
                shares = static_cast<unsigned>(pick(random, 1, 7));
     const Network<3> network = compile<3>(random_expression(random, 3, Kind::solids, 2), {});
     const PartitionLimits limits = draw(network);
@@ -99,7 +103,10 @@ TEST(Partition, IsTheSameOnAnyNumberOfThreadsAndInParts) {
     shared += static_cast<int>(shares) - without_regions > 1 ? 1 : 0;
     PartitionLimits without = limits;
     without.words = PartitionLimits{}.words;
-    stopped += partition(network, depth, limits).regions.size() < partition(network, depth, without).regions.size() ? 1 : 0;
+    stopped +=
+        partition(network, depth, limits).regions.size() < partition(network, depth, without).regions.size()
+            ? 1
+            : 0;
     const Network<2> plane = compile<2>(random_expression(random, 2, Kind::solids, 2), {});
     expect_same_partition(plane, depth, draw(plane), threads, shares);
     if (testing::Test::HasFailure()) return;
@@ -108,11 +115,13 @@ TEST(Partition, IsTheSameOnAnyNumberOfThreadsAndInParts) {
   EXPECT_GT(idle, 0);
   EXPECT_GT(shared, 0);
   // So large that threads have something to share.
-  for (const std::size_t words : {PartitionLimits{}.words, std::size_t{40000}, std::size_t{150000}, std::size_t{1}}) {
+  for (const std::size_t words :
+       {PartitionLimits{}.words, std::size_t{40000}, std::size_t{150000}, std::size_t{1}}) {
     const Network<3> cubes = compile<3>(many_cubes(random, pick(random, 1000, 3000)), {});
     PartitionLimits limits;
     limits.words = words;
-    expect_same_partition(cubes, 8, limits, static_cast<unsigned>(pick(random, 2, 6)), static_cast<unsigned>(pick(random, 2, 40)));
+    expect_same_partition(cubes, 8, limits, static_cast<unsigned>(pick(random, 2, 6)),
+                          static_cast<unsigned>(pick(random, 2, 40)));
   }
   const Network<3> cube = compile<3>(model::cuboid({1, 1, 1}, false), {});
   for (const unsigned depth : {0U, 7U}) EXPECT_GT(expect_same_partition(cube, depth, {}, 3, 20), 0);
@@ -141,9 +150,11 @@ TEST(Partition, CellsAreMadeAgainFromTheTreeAlone) {
 TEST(Partition, CellsToWhichNoWayLeadsAreRefused) {
   const Network<3> network = compile<3>(model::cuboid({1, 1, 1}, false), {});
   using Table = geometry::HyperplaneTable<3>;
-  const auto x = Table::axis_hyperplane(0, Table::axis_steps / 2), y = Table::axis_hyperplane(1, Table::axis_steps / 2),
+  const auto x = Table::axis_hyperplane(0, Table::axis_steps / 2),
+             y = Table::axis_hyperplane(1, Table::axis_steps / 2),
              further = Table::axis_hyperplane(0, Table::axis_steps / 4 * 3);
-  const auto made = [&](std::int32_t root, std::vector<Partition<3>::Node> nodes, std::vector<std::uint32_t> numbers) {
+  const auto made = [&](std::int32_t root, std::vector<Partition<3>::Node> nodes,
+                        std::vector<std::uint32_t> numbers) {
     Partition<3> partition;
     partition.root = root;
     partition.nodes = std::move(nodes);
@@ -154,8 +165,9 @@ TEST(Partition, CellsToWhichNoWayLeadsAreRefused) {
   };
   made(0, {{x, ~0, 1}, {further, ~1, ~2}}, {2, 0, 1});
   EXPECT_THROW(made(0, {{x, ~0, 1}, {further, ~1, ~2}}, {1, 2, 1}), std::invalid_argument);
-  EXPECT_THROW(made(~0, {{x, ~0, ~1}}, {1}), std::out_of_range);          // the whole is one region
-  EXPECT_THROW(made(0, {{x, ~0, ~2}, {y, ~1, ~1}}, {1}), std::out_of_range);  // nobody leads to the second node
+  EXPECT_THROW(made(~0, {{x, ~0, ~1}}, {1}), std::out_of_range);  // the whole is one region
+  EXPECT_THROW(made(0, {{x, ~0, ~2}, {y, ~1, ~1}}, {1}),
+               std::out_of_range);  // nobody leads to the second node
   EXPECT_THROW(made(0, {{x, 0, 0}}, {0}), std::out_of_range);
   EXPECT_THROW(made(0, {{x, 0, ~0}}, {1}), std::out_of_range);
   made(~0, {{x, ~0, ~1}}, {0});
@@ -165,11 +177,15 @@ TEST(Partition, PartsThatDoNotFitTogetherAreRefused) {
   using Kind = PartitionNode::Kind;
   using Parts = std::vector<std::vector<PartitionNode>>;
   const PartitionNode split{Kind::split, 3, 0}, region{Kind::region, 0, 1}, elsewhere{};
-  EXPECT_EQ(join_parts<3>(Parts{{split, region, elsewhere}, {split, elsewhere, region}}).share_of_region, (std::vector<std::uint32_t>{0, 1}));
-  EXPECT_THROW(join_parts<3>(Parts{{split, region, elsewhere}, {split, elsewhere, elsewhere}}), std::invalid_argument);  // nobody has it
+  EXPECT_EQ(join_parts<3>(Parts{{split, region, elsewhere}, {split, elsewhere, region}}).share_of_region,
+            (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_THROW(join_parts<3>(Parts{{split, region, elsewhere}, {split, elsewhere, elsewhere}}),
+               std::invalid_argument);  // nobody has it
   EXPECT_THROW(join_parts<3>(Parts{{split, region}}), std::invalid_argument);
-  EXPECT_THROW(join_parts<3>(Parts{{split, region, region}, {split, elsewhere, region}}), std::invalid_argument);  // two have it
-  EXPECT_THROW(join_parts<3>(Parts{{split, region, region}, {{Kind::split, 4, 0}, elsewhere, elsewhere}}), std::invalid_argument);
+  EXPECT_THROW(join_parts<3>(Parts{{split, region, region}, {split, elsewhere, region}}),
+               std::invalid_argument);  // two have it
+  EXPECT_THROW(join_parts<3>(Parts{{split, region, region}, {{Kind::split, 4, 0}, elsewhere, elsewhere}}),
+               std::invalid_argument);
   EXPECT_THROW(join_parts<3>(Parts{{region, region}}), std::invalid_argument);
   EXPECT_THROW(join_parts<3>(Parts{}), std::invalid_argument);
 }
@@ -215,7 +231,8 @@ model::Expression wall() {
 
 /// @return by how many cells there would be more if nothing were given back across cuts.
 template <int D>
-std::uint64_t expect_the_same_in_regions(const model::Expression& e, const EvaluateOptions& options, Random& random) {
+std::uint64_t expect_the_same_in_regions(const model::Expression& e, const EvaluateOptions& options,
+                                         Random& random) {
   const Network<D> network = compile<D>(e, {});
   const auto whole = evaluate(network, partition(network, 0).regions, options, {}).totals;
   std::uint64_t given_back = 0;
@@ -234,8 +251,8 @@ std::uint64_t expect_the_same_in_regions(const model::Expression& e, const Evalu
   return given_back;
 }
 
-/// Regions are what the evaluation of the whole would cut, and what it would give back is given back across their cuts: the
-/// cells are the same byte for byte, in whatever order the regions are evaluated.
+/// Regions are what the evaluation of the whole would cut, and what it would give back is given back across
+/// their cuts: the cells are the same byte for byte, in whatever order the regions are evaluated.
 TEST(Partition, CutsChangeNoCell) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -250,7 +267,8 @@ TEST(Partition, CutsChangeNoCell) {
     const Kind kind = chance(random, 0.5) ? Kind::solids : Kind::grid_boxes;
     given_back += expect_the_same_in_regions<3>(random_expression(random, 3, kind, 2), options, random);
     given_back += expect_the_same_in_regions<2>(random_expression(random, 2, kind, 2), options, random);
-    if (round % 10 == 0) expect_the_same_in_regions<4>(random_expression(random, 4, kind, 1), options, random);
+    if (round % 10 == 0)
+      expect_the_same_in_regions<4>(random_expression(random, 4, kind, 1), options, random);
     if (testing::Test::HasFailure()) return;
   }
   EXPECT_GT(given_back, 0U);
@@ -262,19 +280,20 @@ TEST(Partition, WorkIsSharedOutInAboutEqualRegions) {
   const auto parts = partition(network, 4);
   ASSERT_EQ(parts.regions.size(), 16U);
   // The others wait for the one with the most.
-  EXPECT_LE(*std::max_element(parts.work.begin(), parts.work.end()), 2 * std::accumulate(parts.work.begin(), parts.work.end(), 0.0) / 16);
+  EXPECT_LE(*std::max_element(parts.work.begin(), parts.work.end()),
+            2 * std::accumulate(parts.work.begin(), parts.work.end(), 0.0) / 16);
 }
 
 TEST(Partition, SmallModelsAreOneRegion) {
   EXPECT_EQ(suggested_depth(compile<3>(model::cuboid({1, 1, 1}, false), {})), 0U);
   std::vector<model::Expression> many;
-  for (int i = 0; i < 2000; ++i)
-    many.push_back(moved(2.0 * i, 0, 0, model::cuboid({1, 1, 1}, false)));
+  for (int i = 0; i < 2000; ++i) many.push_back(moved(2.0 * i, 0, 0, model::cuboid({1, 1, 1}, false)));
   EXPECT_EQ(suggested_depth(compile<3>(model::unite(many), {})), 4U);  // 12,000 facets
 }
 
 /// How far a cell's facets across an axis are from each other at least, over the axes that have two.
-double thickness(const geometry::CellBatch& batch, std::size_t cell, const geometry::HyperplaneTable<3>& table) {
+double thickness(const geometry::CellBatch& batch, std::size_t cell,
+                 const geometry::HyperplaneTable<3>& table) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::vector<double> places;
@@ -288,8 +307,8 @@ double thickness(const geometry::CellBatch& batch, std::size_t cell, const geome
   return least;
 }
 
-/// Cuboids and square columns that stand on edge, on a coarse grid: where columns have edges, others have faces. No cut between
-/// operands leaves a slab beside a face.
+/// Cuboids and square columns that stand on edge, on a coarse grid: where columns have edges, others have
+/// faces. No cut between operands leaves a slab beside a face.
 TEST(Partition, NoCutIsNearlyAFaceOfTheModel) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -302,16 +321,18 @@ TEST(Partition, NoCutIsNearlyAFaceOfTheModel) {
       for (const int entry : {3, 7, 11}) matrix[static_cast<std::size_t>(entry)] = coordinate(16);
       const double size = pick(random, 1, 6) / 2.0, height = pick(random, 1, 6) / 2.0;
       const bool column = chance(random, 0.6);
-      if (column && chance(random, 0.5)) matrix = {0, 0, 1, matrix[3], 0, 1, 0, matrix[7], -1, 0, 0, matrix[11], 0, 0, 0, 1};
+      if (column && chance(random, 0.5))
+        matrix = {0, 0, 1, matrix[3], 0, 1, 0, matrix[7], -1, 0, 0, matrix[11], 0, 0, 0, 1};
       const double sizes[] = {size, height, size};
-      solids.push_back(model::transform(matrix, column ? model::cylinder(height, size, size, 4) : model::cuboid(sizes)));
+      solids.push_back(
+          model::transform(matrix, column ? model::cylinder(height, size, size, 4) : model::cuboid(sizes)));
     }
-    const auto e =
-        chance(random, 0.5)
-            ? model::unite(solids)
-            : model::subtract({model::unite({solids.begin(), solids.begin() + 20}), model::unite({solids.begin() + 20, solids.end()})});
+    const auto e = chance(random, 0.5) ? model::unite(solids)
+                                       : model::subtract({model::unite({solids.begin(), solids.begin() + 20}),
+                                                          model::unite({solids.begin() + 20, solids.end()})});
     const Network<3> network = compile<3>(e, {});
-    for (const auto& refinement : evaluate_all(network, static_cast<unsigned>(pick(random, 0, 4)), keep_everything()).refinements)
+    for (const auto& refinement :
+         evaluate_all(network, static_cast<unsigned>(pick(random, 0, 4)), keep_everything()).refinements)
       for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell)
         ASSERT_GT(thickness(refinement->cells, cell, network.table), 1e-4) << "round " << round;
   }

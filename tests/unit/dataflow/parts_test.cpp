@@ -4,8 +4,8 @@
 
 #include <map>
 
-#include "geometry/cell_samples.hpp"
 #include "dataflow/oracle.hpp"
+#include "geometry/cell_samples.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -16,18 +16,23 @@ using geometry::Label;
 constexpr Real margin = 1e-9L;
 using Polygon = std::vector<std::array<Real, 3>>;
 
-/// A primitive with all maps above it, as `occurrences` gives it: its own description, and the maps from the outermost on.
+/// A primitive with all maps above it, as `occurrences` gives it: its own description, and the maps from the
+/// outermost on.
 struct Placed {
   explicit Placed(const model::Expression& e) : at(&e) {
-    for (; const auto* transform = std::get_if<model::Transform>(&at->node().value); at = &transform->child) maps.push_back(&transform->matrix);
+    for (; const auto* transform = std::get_if<model::Transform>(&at->node().value); at = &transform->child)
+      maps.push_back(&transform->matrix);
   }
-  [[nodiscard]] const model::TriangleMesh* mesh() const { return std::get_if<model::TriangleMesh>(&std::get<model::Primitive>(at->node().value)); }
+  [[nodiscard]] const model::TriangleMesh* mesh() const {
+    return std::get_if<model::TriangleMesh>(&std::get<model::Primitive>(at->node().value));
+  }
   /// A point of the primitive's own frame in the world.
   [[nodiscard]] std::array<Real, 3> image(std::array<Real, 3> x) const {
     for (std::size_t k = maps.size(); k-- > 0;) {
       const auto& m = *maps[k];
       std::array<Real, 3> y{};
-      for (std::size_t i = 0; i < 3; ++i) y[i] = m[4 * i] * x[0] + m[4 * i + 1] * x[1] + m[4 * i + 2] * x[2] + m[4 * i + 3];
+      for (std::size_t i = 0; i < 3; ++i)
+        y[i] = m[4 * i] * x[0] + m[4 * i + 1] * x[1] + m[4 * i + 2] * x[2] + m[4 * i + 3];
       x = y;
     }
     return x;
@@ -38,7 +43,9 @@ struct Placed {
 
 /// What of a polygon is deeper than `margin` inside the cell's half-space.
 Polygon clipped(const Polygon& polygon, const geometry::Hyperplane<3>& h, Real sign) {
-  const auto value = [&](const std::array<Real, 3>& x) { return sign * (h.offset + h.normal[0] * x[0] + h.normal[1] * x[1] + h.normal[2] * x[2]) + margin; };
+  const auto value = [&](const std::array<Real, 3>& x) {
+    return sign * (h.offset + h.normal[0] * x[0] + h.normal[1] * x[1] + h.normal[2] * x[2]) + margin;
+  };
   Polygon left;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const auto &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
@@ -60,18 +67,23 @@ bool crosses(const Placed& placed, const Network<3>& network, const CellBatch& b
       const auto& p = placed.mesh()->points[corner];
       left.push_back(placed.image({p[0], p[1], p[2]}));
     }
-    for (std::uint32_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1] && !left.empty(); ++facet) {
+    for (std::uint32_t facet = batch.facet_offset[cell];
+         facet < batch.facet_offset[cell + 1] && !left.empty(); ++facet) {
       const std::int32_t code = batch.facet_hyperplane[facet];
-      left = clipped(left, network.table.rounded(static_cast<geometry::HyperplaneId>(code < 0 ? ~code : code)), code < 0 ? -1 : 1);
+      left =
+          clipped(left, network.table.rounded(static_cast<geometry::HyperplaneId>(code < 0 ? ~code : code)),
+                  code < 0 ? -1 : 1);
     }
     if (!left.empty()) return true;
   }
   return false;
 }
 
-/// The whole cell is in a convex primitive if its corners are, and in a mesh if a point of it is and no facet goes through it.
+/// The whole cell is in a convex primitive if its corners are, and in a mesh if a point of it is and no facet
+/// goes through it.
 template <int D>
-void expect_contained(const model::Expression& primitive, const Network<D>& network, const CellBatch& batch, std::size_t cell, Random& random) {
+void expect_contained(const model::Expression& primitive, const Network<D>& network, const CellBatch& batch,
+                      std::size_t cell, Random& random) {
   const Placed placed(primitive);
   const Where inner = where(primitive, point_in(batch, cell, random), margin);
   EXPECT_TRUE(inner.inside || inner.doubtful);
@@ -82,17 +94,21 @@ void expect_contained(const model::Expression& primitive, const Network<D>& netw
     }
   const auto corners = batch.cell_points(cell);
   for (std::size_t at = 0; at < corners.size(); at += D) {
-    const Where there = where(
-        primitive, Point(corners.begin() + static_cast<std::ptrdiff_t>(at), corners.begin() + static_cast<std::ptrdiff_t>(at + D)), 1e-8L);
+    const Where there = where(primitive,
+                              Point(corners.begin() + static_cast<std::ptrdiff_t>(at),
+                                    corners.begin() + static_cast<std::ptrdiff_t>(at + D)),
+                              1e-8L);
     EXPECT_TRUE(there.inside || there.doubtful) << "a corner is outside of the primitive";
   }
 }
 
 bool is_union(const model::Expression& e) {
-  if (const auto* transform = std::get_if<model::Transform>(&e.node().value)) return is_union(transform->child);
+  if (const auto* transform = std::get_if<model::Transform>(&e.node().value))
+    return is_union(transform->child);
   const auto* boolean = std::get_if<model::Boolean>(&e.node().value);
   if (boolean == nullptr) return true;
-  return boolean->operation == model::Operation::unite && std::all_of(boolean->children.begin(), boolean->children.end(), is_union);
+  return boolean->operation == model::Operation::unite &&
+         std::all_of(boolean->children.begin(), boolean->children.end(), is_union);
 }
 
 /// The primitive of each IN cell, by the coordinates of its corners.
@@ -102,7 +118,8 @@ std::map<std::vector<double>, std::int32_t> primitives_of(const Evaluated<D>& re
   for (const auto& refinement : result.refinements)
     for (std::size_t cell = 0; cell < refinement->cells.size(); ++cell) {
       const auto corners = refinement->cells.cell_points(cell);
-      primitives.emplace(std::vector<double>(corners.begin(), corners.end()), refinement->cells.primitive[cell]);
+      primitives.emplace(std::vector<double>(corners.begin(), corners.end()),
+                         refinement->cells.primitive[cell]);
     }
   return primitives;
 }
@@ -142,14 +159,13 @@ void check_random_primitives(int rounds, int depth) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
-    check_primitives<D>(random_expression(random, D, round % 3 == 0 ? Kind::grid_boxes : Kind::solids, depth), random);
+    check_primitives<D>(random_expression(random, D, round % 3 == 0 ? Kind::grid_boxes : Kind::solids, depth),
+                        random);
     if (testing::Test::HasFailure()) return;
   }
 }
 
-TEST(Primitives, ContainTheirWholeCells) {
-  check_random_primitives<3>(50, 2);
-}
+TEST(Primitives, ContainTheirWholeCells) { check_random_primitives<3>(50, 2); }
 
 TEST(Primitives, ContainTheirWholeCellsInOtherDimensions) {
   check_random_primitives<1>(20, 2);

@@ -1,26 +1,34 @@
-// What is left of a region may be divided into portions at any moment: evaluated apart and put together again they find
-// what an undivided evaluation finds.
+// What is left of a region may be divided into portions at any moment: evaluated apart and put together again
+// they find what an undivided evaluation finds.
+#include "bsp2/dataflow/regions/portion.hpp"
+
 #include <gtest/gtest.h>
 
 #include "bsp2/dataflow/regions/archive.hpp"
-#include "bsp2/dataflow/regions/portion.hpp"
 #include "dataflow/oracle.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
 namespace {
 
-constexpr Frontier::Node split{Frontier::Kind::split, geometry::Label::fuzzy, 0, 7}, elsewhere{Frontier::Kind::elsewhere},
-    emitted{Frontier::Kind::emitted, geometry::Label::out, 0, 3}, held{Frontier::Kind::held, geometry::Label::in, 0, 0};
-constexpr Frontier::Node token(std::int32_t words) { return {Frontier::Kind::token, geometry::Label::fuzzy, 0, words}; }
-constexpr Frontier::Node ended(std::int32_t words) { return {Frontier::Kind::token, geometry::Label::fuzzy, 1, words}; }
+constexpr Frontier::Node split{Frontier::Kind::split, geometry::Label::fuzzy, 0, 7},
+    elsewhere{Frontier::Kind::elsewhere}, emitted{Frontier::Kind::emitted, geometry::Label::out, 0, 3},
+    held{Frontier::Kind::held, geometry::Label::in, 0, 0};
+constexpr Frontier::Node token(std::int32_t words) {
+  return {Frontier::Kind::token, geometry::Label::fuzzy, 0, words};
+}
+constexpr Frontier::Node ended(std::int32_t words) {
+  return {Frontier::Kind::token, geometry::Label::fuzzy, 1, words};
+}
 
 TEST(Portion, IsDividedAtASubtreeOfAboutHalfTheWords) {
   const Frontier whole{{split, token(1), split, held, split, token(2), token(3)}, {10, 20, 21, 30, 31, 32}};
   const auto halves = divide(whole);
   ASSERT_TRUE(halves.has_value());
-  EXPECT_EQ((*halves)[0], (Frontier{{split, token(1), split, held, split, token(2), elsewhere}, {10, 20, 21}}));
-  EXPECT_EQ((*halves)[1], (Frontier{{split, elsewhere, split, elsewhere, split, elsewhere, token(3)}, {30, 31, 32}}));
+  EXPECT_EQ((*halves)[0],
+            (Frontier{{split, token(1), split, held, split, token(2), elsewhere}, {10, 20, 21}}));
+  EXPECT_EQ((*halves)[1],
+            (Frontier{{split, elsewhere, split, elsewhere, split, elsewhere, token(3)}, {30, 31, 32}}));
   EXPECT_EQ(overlay((*halves)[0], (*halves)[1]), whole);
   EXPECT_EQ(overlay((*halves)[1], (*halves)[0]), whole);
   const Remains remains = remains_of((*halves)[0]);
@@ -31,14 +39,19 @@ TEST(Portion, IsDividedAtASubtreeOfAboutHalfTheWords) {
 
 TEST(Portion, WhatIsEmittedIsSeparated) {
   constexpr Frontier::Node known{Frontier::Kind::elsewhere, geometry::Label::fuzzy, 0, 1};
-  const Frontier whole{{split, split, token(1), emitted, split, split, emitted, elsewhere, split, held, token(2)}, {10, 20, 21}};
+  const Frontier whole{
+      {split, split, token(1), emitted, split, split, emitted, elsewhere, split, held, token(2)},
+      {10, 20, 21}};
   const auto [done, pending] = separate_emitted(whole);
-  EXPECT_EQ(done, (Frontier{{split, split, elsewhere, emitted, split, split, emitted, elsewhere, elsewhere}, {}}));
-  EXPECT_EQ(pending, (Frontier{{split, split, token(1), known, split, known, split, held, token(2)}, {10, 20, 21}}));
+  EXPECT_EQ(done,
+            (Frontier{{split, split, elsewhere, emitted, split, split, emitted, elsewhere, elsewhere}, {}}));
+  EXPECT_EQ(pending,
+            (Frontier{{split, split, token(1), known, split, known, split, held, token(2)}, {10, 20, 21}}));
   EXPECT_EQ(overlay(done, pending), whole);
   EXPECT_EQ(separate_emitted(pending).pending, pending);
   EXPECT_EQ(separate_emitted(pending).emitted, (Frontier{{known}, {}}));
-  EXPECT_EQ(separate_emitted({{split, elsewhere, split, token(1), elsewhere}, {5}}).emitted, (Frontier{{elsewhere}, {}}));
+  EXPECT_EQ(separate_emitted({{split, elsewhere, split, token(1), elsewhere}, {5}}).emitted,
+            (Frontier{{elsewhere}, {}}));
   EXPECT_TRUE(separate_emitted({}).pending.empty());
 }
 
@@ -71,8 +84,10 @@ TEST(Portion, IsDividedByItsOpenTokens) {
 TEST(Portion, RefusesWhatIsNotOfOneFrontier) {
   const Frontier other{{{Frontier::Kind::split, geometry::Label::fuzzy, 0, 8}, elsewhere, elsewhere}, {}};
   EXPECT_THROW(overlay({{split, elsewhere, emitted}, {}}, other), std::invalid_argument);
-  EXPECT_THROW(overlay({{split, emitted, emitted}, {}}, {{split, emitted, elsewhere}, {}}), std::invalid_argument);
-  EXPECT_THROW(overlay({{split, token(1), elsewhere}, {5}}, {{split, token(1), elsewhere}, {5}}), std::invalid_argument);
+  EXPECT_THROW(overlay({{split, emitted, emitted}, {}}, {{split, emitted, elsewhere}, {}}),
+               std::invalid_argument);
+  EXPECT_THROW(overlay({{split, token(1), elsewhere}, {5}}, {{split, token(1), elsewhere}, {5}}),
+               std::invalid_argument);
   EXPECT_THROW(overlay({{split, elsewhere}, {}}, {{split, elsewhere, elsewhere}, {}}), std::invalid_argument);
 }
 
@@ -80,8 +95,13 @@ TEST(Portion, RefusesWhatIsNotOfOneFrontier) {
 template <int D>
 class Divider {
  public:
-  Divider(const Network<D>& network, const Partition<D>& parts, const EvaluateOptions& options, Random& random)
-      : totals(network.table.radius(), network.table.width()), network_(network), parts_(parts), options_(options), random_(random) {
+  Divider(const Network<D>& network, const Partition<D>& parts, const EvaluateOptions& options,
+          Random& random)
+      : totals(network.table.radius(), network.table.width()),
+        network_(network),
+        parts_(parts),
+        options_(options),
+        random_(random) {
     totals.reset_bounds();
     options_.suspend = true;
   }
@@ -96,7 +116,8 @@ class Divider {
       if (chance(random_, 0.5)) options.order = Order::priority;
       const bool stops = step < 12;
       if (stops) options.cells = static_cast<std::uint64_t>(pick(random_, 0, 8));
-      if (stops && !options.level && chance(random_, 0.5)) options.level = static_cast<unsigned>(pick(random_, 2, 12));
+      if (stops && !options.level && chance(random_, 0.5))
+        options.level = static_cast<unsigned>(pick(random_, 2, 12));
       std::vector<Region<D>> regions;
       regions.push_back(std::move(region));
       auto result = evaluate(network_, std::move(regions), options, {});
@@ -114,7 +135,8 @@ class Divider {
   }
 
   Totals<D> totals;
-  int divisions = 0, separations = 0;  // of a frontier into halves; where something had been emitted and stayed out of them
+  int divisions = 0,
+      separations = 0;  // of a frontier into halves; where something had been emitted and stayed out of them
 
  private:
   const Network<D>& network_;
@@ -141,14 +163,16 @@ class Divider {
     }
     EXPECT_EQ(overlay((*halves)[0], (*halves)[1]), left);
     const int first = pick(random_, 0, 1);  // the order does not matter
-    for (const int i : {first, 1 - first}) (*halves)[i] = evaluate_all(region_of(std::move((*halves)[i]), number, level));
+    for (const int i : {first, 1 - first})
+      (*halves)[i] = evaluate_all(region_of(std::move((*halves)[i]), number, level));
     return with_apart(overlay((*halves)[0], (*halves)[1]));
   }
 };
 
 template <int D>
 std::array<int, 2> expect_dividable(Random& random, bool with_level) {
-  const Network<D> network = compile<D>(random_expression(random, D, chance(random, 0.5) ? Kind::grid_boxes : Kind::solids, 3), {});
+  const Network<D> network =
+      compile<D>(random_expression(random, D, chance(random, 0.5) ? Kind::grid_boxes : Kind::solids, 3), {});
   EvaluateOptions options;
   options.keep_out = chance(random, 0.3);
   if (with_level) options.level = static_cast<unsigned>(pick(random, 2, 12));
@@ -184,15 +208,20 @@ TEST(Portion, ChangesNothing) {
     divisions += counts[0];
     separations += counts[1];
   };
-  for (int round = 0; (round < samples::rounds(12) || divisions < 80) && round < samples::rounds(300) && !testing::Test::HasFailure(); ++round)
+  for (int round = 0; (round < samples::rounds(12) || divisions < 80) && round < samples::rounds(300) &&
+                      !testing::Test::HasFailure();
+       ++round)
     count(expect_dividable<3>(random, round % 3 == 0));
-  for (int round = 0; round < samples::rounds(10) && !testing::Test::HasFailure(); ++round) count(expect_dividable<2>(random, round % 3 == 0));
-  for (int round = 0; round < 3 && !testing::Test::HasFailure(); ++round) count(expect_dividable<4>(random, false));
+  for (int round = 0; round < samples::rounds(10) && !testing::Test::HasFailure(); ++round)
+    count(expect_dividable<2>(random, round % 3 == 0));
+  for (int round = 0; round < 3 && !testing::Test::HasFailure(); ++round)
+    count(expect_dividable<4>(random, false));
   EXPECT_GE(divisions, 80);
   EXPECT_GT(separations, 0);
 }
 
-/// At the level of this one lies a cell that is out of the solid, and undecided to those who cut in haste between operands.
+/// At the level of this one lies a cell that is out of the solid, and undecided to those who cut in haste
+/// between operands.
 TEST(Portion, ChangesNothingOfWhatALevelLeavesOfManyOperands) {
   Random random(3308923189);
   EXPECT_GT(expect_dividable<3>(random, true)[0], 0);

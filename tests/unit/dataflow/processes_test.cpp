@@ -8,14 +8,14 @@
 #include <set>
 #include <string>
 
+#include "bsp2/dataflow/evaluate/localizer.hpp"
+#include "dataflow/oracle.hpp"
+#include "geometry/cell_samples.hpp"
 #include "process/combiner.hpp"
+#include "process/transformer.hpp"
 #include "producers/convex_producer.hpp"
 #include "producers/lathe_producer.hpp"
-#include "bsp2/dataflow/evaluate/localizer.hpp"
 #include "producers/mesh_producer.hpp"
-#include "process/transformer.hpp"
-#include "geometry/cell_samples.hpp"
-#include "dataflow/oracle.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
@@ -46,14 +46,19 @@ std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, 
     Words state;
   };
   std::vector<Undecided> stack;
-  stack.push_back({"", geometry::root_cell(network.table), {Program::kind_leaf | Program::whole, Program::header, 0}});
+  stack.push_back(
+      {"", geometry::root_cell(network.table), {Program::kind_leaf | Program::whole, Program::header, 0}});
   std::vector<Refinement> stream;
   while (!stack.empty() && stream.size() < 100000) {
     const Undecided at = std::move(stack.back());
     stack.pop_back();
     view.look_at(at.cell);
     Words left;
-    Refinement refinement{at.path, producer.ask(at.state.data(), view, left), {}, writer.measure(at.cell).volume(), point_in(at.cell, random)};
+    Refinement refinement{at.path,
+                          producer.ask(at.state.data(), view, left),
+                          {},
+                          writer.measure(at.cell).volume(),
+                          point_in(at.cell, random)};
     if (refinement.label == Label::fuzzy) {
       left[1] = static_cast<Word>(left.size());
       const std::size_t before = producer.undecided(at.state.data());
@@ -69,7 +74,8 @@ std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, 
       splitter.split(at.cell, advice.plane.id(), &negative.cell, &positive.cell);
       // What the advice promises.
       Words unused;
-      const Undecided &beyond = advice.plane.flipped() ? negative : positive, &behind = advice.plane.flipped() ? positive : negative;
+      const Undecided &beyond = advice.plane.flipped() ? negative : positive,
+                      &behind = advice.plane.flipped() ? positive : negative;
       if (advice.beyond_is_out) {
         view.look_at(beyond.cell);
         EXPECT_EQ(producer.ask(left.data(), view, unused), Label::out);
@@ -87,16 +93,20 @@ std::vector<Refinement> stream_of(const Network<D>& network, const P& producer, 
   return stream;
 }
 
-/// Each refinement replaces a cell that the stream has split before, nothing comes twice, and what is final fills the root.
+/// Each refinement replaces a cell that the stream has split before, nothing comes twice, and what is final
+/// fills the root.
 void expect_stream_of_refinements(const std::vector<Refinement>& stream) {
   std::map<std::string, const Refinement*> seen;
   double final_volume = 0;
   for (const Refinement& refinement : stream) {
-    ASSERT_TRUE(seen.emplace(refinement.path, &refinement).second) << "cell " << refinement.path << " is emitted twice";
+    ASSERT_TRUE(seen.emplace(refinement.path, &refinement).second)
+        << "cell " << refinement.path << " is emitted twice";
     if (!refinement.path.empty()) {
       const auto parent = seen.find(refinement.path.substr(0, refinement.path.size() - 1));
-      ASSERT_TRUE(parent != seen.end()) << "cell " << refinement.path << " comes before the one that it refines";
-      ASSERT_EQ(parent->second->label, Label::fuzzy) << "cell " << refinement.path << " refines a decided one";
+      ASSERT_TRUE(parent != seen.end())
+          << "cell " << refinement.path << " comes before the one that it refines";
+      ASSERT_EQ(parent->second->label, Label::fuzzy)
+          << "cell " << refinement.path << " refines a decided one";
       ASSERT_LE(refinement.volume, parent->second->volume * (1 + 1e-12));
     }
     if (refinement.label != Label::fuzzy) final_volume += refinement.volume;
@@ -170,10 +180,11 @@ TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
-    const auto e = model::transform(free_matrix(random, 3, 3),
-                                    chance(random, 0.5)
-                                        ? model::sphere(1, static_cast<std::uint32_t>(pick(random, 33, 60)))
-                                        : model::cylinder(1, 1, uniform(random, 0, 2), static_cast<std::uint32_t>(pick(random, 512, 900))));
+    const auto e = model::transform(
+        free_matrix(random, 3, 3), chance(random, 0.5)
+                                       ? model::sphere(1, static_cast<std::uint32_t>(pick(random, 33, 60)))
+                                       : model::cylinder(1, 1, uniform(random, 0, 2),
+                                                         static_cast<std::uint32_t>(pick(random, 512, 900))));
     const Network<3> network = compile<3>(e, {});
     if (network.producers.empty() || network.producers[0].lathe < 0) continue;
     const LatheProducer lathe(network, network.producers[0]);
@@ -187,7 +198,8 @@ TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
       for (int depth = 0; depth < 40; ++depth) {
         view.look_at(cell);
         Words left, plain_left;
-        const Label label = lathe.ask(state.data(), view, left), truth = convex.ask(plain.data(), view, plain_left);
+        const Label label = lathe.ask(state.data(), view, left),
+                    truth = convex.ask(plain.data(), view, plain_left);
         // A cell may be outside although no half-space alone keeps it there.
         const bool sharper = label == Label::out && truth == Label::fuzzy;
         ASSERT_TRUE(label == truth || label == Label::fuzzy || sharper) << "a wrong label at depth " << depth;
@@ -207,7 +219,8 @@ TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
         geometry::HyperplaneId id = lathe.advise(state.data(), view).plane.id();
         if (chance(random, 0.5)) {  // a cut that the lathe did not ask for
           const int axis = pick(random, 0, 2);
-          const double x = uniform(random, view.extent().lower[static_cast<std::size_t>(axis)], view.extent().upper[static_cast<std::size_t>(axis)]);
+          const double x = uniform(random, view.extent().lower[static_cast<std::size_t>(axis)],
+                                   view.extent().upper[static_cast<std::size_t>(axis)]);
           const auto other = network.table.axis_hyperplane(axis, network.table.axis_position(axis, x));
           if (view.crosses(other)) id = other;
         }
@@ -237,7 +250,9 @@ TEST(MeshProducer, IsExactInCellsThinnerThanDoublesResolve) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);
-    const auto mesh = model::transform(free_matrix(random, 3, 0.3), round % 2 == 0 ? star(pick(random, 5, 9), 2, 0.6, 1) : random_polycube(random, 5));
+    const auto mesh =
+        model::transform(free_matrix(random, 3, 0.3),
+                         round % 2 == 0 ? star(pick(random, 5, 9), 2, 0.6, 1) : random_polycube(random, 5));
     const auto slab_at = [&](double x) {
       auto m = identity_matrix(3);
       m[3] = x;
@@ -280,7 +295,8 @@ TEST(MeshProducer, MayBeModelledFarFromWhereItEndsUp) {
   back[3] = -far;
   std::vector<std::array<double, 3>> points;
   for (int i = 0; i < 8; ++i) points.push_back({far + (i & 1), double(i >> 1 & 1), double(i >> 2)});
-  const auto box = model::polyhedron(points, {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}});
+  const auto box = model::polyhedron(
+      points, {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}});
   EXPECT_NEAR(volume<3>(model::transform(back, box)), 1, 1e-12);
   EXPECT_NEAR(volume<3>(box), 1, 1e-6);
 }
@@ -303,7 +319,8 @@ TEST(Compile, WarnsOfWhatItLeavesOut) {
 TEST(Localizer, LooksCloselyAtWhatItWillNotCut) {
   Random random(7);
   std::vector<model::Expression> small;
-  for (int i = 0; i < 300; ++i) small.push_back(model::transform(free_matrix(random, 3, 3), model::cuboid({0.3, 0.3, 0.3})));
+  for (int i = 0; i < 300; ++i)
+    small.push_back(model::transform(free_matrix(random, 3, 3), model::cuboid({0.3, 0.3, 0.3})));
   const std::vector<double> turned{0.8, -0.6, 0, 0, 0.6, 0.8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   const auto box = model::transform(turned, model::cuboid({5, 5, 5}, true));
   const Network<3> network = compile<3>(model::intersect({box, model::unite(small)}), {});
@@ -313,7 +330,8 @@ TEST(Localizer, LooksCloselyAtWhatItWillNotCut) {
   for (const auto plane : network.planes_of(network.producers[0])) {
     Cell<3> root = geometry::root_cell(network.table), beyond;
     if (splitter.classify(root, plane.id()) != Position::crossing) continue;
-    splitter.split(root, plane.id(), plane.flipped() ? &beyond : nullptr, plane.flipped() ? nullptr : &beyond);
+    splitter.split(root, plane.id(), plane.flipped() ? &beyond : nullptr,
+                   plane.flipped() ? nullptr : &beyond);
     Words left;
     Localizer<3>::Cut cut;
     EXPECT_EQ(localizer.decide(network.program, beyond, left).label, Label::out);
@@ -322,8 +340,8 @@ TEST(Localizer, LooksCloselyAtWhatItWillNotCut) {
   EXPECT_GT(hasty, 0) << "no cell made a difference";
 }
 
-/// The stream of a transformed producer is the image of the producer's: the same refinements, each cell the image of a
-/// cell with the same label.
+/// The stream of a transformed producer is the image of the producer's: the same refinements, each cell the
+/// image of a cell with the same label.
 TEST(Transformer, MapsAStreamOfRefinementsToItsImage) {
   for (int round = 0; round < samples::rounds(50); ++round) {
     const std::uint64_t seed = new_seed();
@@ -332,10 +350,13 @@ TEST(Transformer, MapsAStreamOfRefinementsToItsImage) {
     std::vector<double> m = identity_matrix(3), identity = m;
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 4; ++j) m[4 * i + j] = uniform(random, -2, 2);
-    const auto minor = [&](std::size_t a, std::size_t b) { return m[4 + a] * m[8 + b] - m[4 + b] * m[8 + a]; };
+    const auto minor = [&](std::size_t a, std::size_t b) {
+      return m[4 + a] * m[8 + b] - m[4 + b] * m[8 + a];
+    };
     const double determinant = m[0] * minor(1, 2) - m[1] * minor(0, 2) + m[2] * minor(0, 1);
     if (std::fabs(determinant) < 0.3) continue;
-    const model::Expression primitive = chance(random, 0.5) ? model::cuboid({1, 2, 3}) : model::cylinder(1, 1, 0.5, 7);
+    const model::Expression primitive =
+        chance(random, 0.5) ? model::cuboid({1, 2, 3}) : model::cylinder(1, 1, 0.5, 7);
     const auto in = [&](const model::Expression& e) { return check_producer<3>(e, random); };
     const double before = in(primitive), after = in(model::transform(m, primitive));
     EXPECT_NEAR(after, before * std::fabs(determinant), 1e-11 * after);
@@ -345,9 +366,11 @@ TEST(Transformer, MapsAStreamOfRefinementsToItsImage) {
     const Transformer<3> transformer(m);
     const Box<3> bounds = transformer.image(Box<3>{box.lower, box.upper});
     double reach = 0;
-    for (std::size_t i = 0; i < 3; ++i) reach = std::max({reach, std::fabs(bounds.lower[i]), std::fabs(bounds.upper[i])});
+    for (std::size_t i = 0; i < 3; ++i)
+      reach = std::max({reach, std::fabs(bounds.lower[i]), std::fabs(bounds.upper[i])});
     geometry::HyperplaneTable<3> table(bounds.lower, bounds.upper, reach);
-    const std::uint32_t first = table.add_covectors(box.covectors), map = table.add_map(transformer.matrix(), bounds.lower, bounds.upper);
+    const std::uint32_t first = table.add_covectors(box.covectors),
+                        map = table.add_map(transformer.matrix(), bounds.lower, bounds.upper);
     ASSERT_NE(table.orientation(map), 0);
     table.add_occurrences(map, first, 6);
     const auto codes = table.merge(0);
@@ -355,7 +378,8 @@ TEST(Transformer, MapsAStreamOfRefinementsToItsImage) {
     for (int sample = 0; sample < 20; ++sample) {
       std::array<double, 3> x, image;
       for (double& coordinate : x) coordinate = uniform(random, -0.5, 1.5);
-      for (std::size_t i = 0; i < 3; ++i) image[i] = m[4 * i] * x[0] + m[4 * i + 1] * x[1] + m[4 * i + 2] * x[2] + m[4 * i + 3];
+      for (std::size_t i = 0; i < 3; ++i)
+        image[i] = m[4 * i] * x[0] + m[4 * i + 1] * x[1] + m[4 * i + 2] * x[2] + m[4 * i + 3];
       for (std::size_t k = 0; k < 6; ++k) {
         const auto& c = box.covectors[k].rounded;
         const double value = static_cast<double>(c[0] * x[0] + c[1] * x[1] + c[2] * x[2] + c[3]);
@@ -370,7 +394,8 @@ TEST(Transformer, MapsAStreamOfRefinementsToItsImage) {
 }
 
 TEST(Transformer, ComposesAndIsSingularWhereItsMatrixIs) {
-  const Transformer<2> scale(std::vector<double>{2, 0, 0, 0, 3, 0, 0, 0, 1}), shift(std::vector<double>{1, 0, 5, 0, 1, 7, 0, 0, 1});
+  const Transformer<2> scale(std::vector<double>{2, 0, 0, 0, 3, 0, 0, 0, 1}),
+      shift(std::vector<double>{1, 0, 5, 0, 1, 7, 0, 0, 1});
   const Box<2> unit{{0, 0}, {1, 1}};
   const Box<2> image = shift.after(scale).image(unit), other = scale.after(shift).image(unit);
   EXPECT_NEAR(image.upper[0], 7, 1e-12);
@@ -405,13 +430,15 @@ std::optional<bool> truth(Word kind, const std::vector<Label>& operands) {
       any |= in;
       odd ^= in;
     }
-    if (consistent) possible.insert(kind == Program::kind_unite ? any : kind == Program::kind_intersect ? all : odd);
+    if (consistent)
+      possible.insert(kind == Program::kind_unite ? any : kind == Program::kind_intersect ? all : odd);
   }
   return possible.size() == 1 ? std::optional(*possible.begin()) : std::nullopt;
 }
 
-/// The streams of the operands come in token by token: at each, some operands that were undecided are refined. What the
-/// combiner emits must be what all completions agree in, as soon as they do, and it must never take it back.
+/// The streams of the operands come in token by token: at each, some operands that were undecided are
+/// refined. What the combiner emits must be what all completions agree in, as soon as they do, and it must
+/// never take it back.
 TEST(Combiner, FoldsStreamsOfRefinementsIntoOne) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -443,10 +470,12 @@ TEST(Combiner, FoldsStreamsOfRefinementsIntoOne) {
       ASSERT_EQ(answer.has_value(), expected.has_value());
       if (answer) {
         ASSERT_EQ(answer->label == Label::in, *expected);
-        if (answer->label == Label::in && kind != Program::kind_unite) {  // the lowest owner of the operands that are IN
+        if (answer->label == Label::in &&
+            kind != Program::kind_unite) {  // the lowest owner of the operands that are IN
           std::int32_t lowest = no_owner;
           for (std::size_t i = 0; i < known.size(); ++i)
-            if (known[i] == Label::in && owner[i] >= 0 && (lowest < 0 || owner[i] < lowest)) lowest = owner[i];
+            if (known[i] == Label::in && owner[i] >= 0 && (lowest < 0 || owner[i] < lowest))
+              lowest = owner[i];
           ASSERT_EQ(answer->owner, lowest);
         }
         if (answer->label == Label::out) {
@@ -470,7 +499,8 @@ TEST(Combiner, FoldsStreamsOfRefinementsIntoOne) {
 
 /// Any number of consumers; the cells that they get are final: disjoint, none twice, together the solid.
 TEST(Consumer, GetsEveryDecidedCellOnce) {
-  const auto e = model::subtract({model::cuboid({4, 4, 4}), model::sphere(3, 20), model::cylinder(4, 1, 1, 12)});
+  const auto e =
+      model::subtract({model::cuboid({4, 4, 4}), model::sphere(3, 20), model::cylinder(4, 1, 1, 12)});
   const Network<3> network = compile<3>(e, {});
   struct Ledger : Consumer {
     std::set<std::vector<double>> cells;

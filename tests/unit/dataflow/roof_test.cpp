@@ -1,4 +1,5 @@
-// Roofs: against formulas, against a wavefront that Clipper moves step by step, and against distances from the outline.
+// Roofs: against formulas, against a wavefront that Clipper moves step by step, and against distances from
+// the outline.
 
 #include <gtest/gtest.h>
 
@@ -10,8 +11,8 @@
 
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/expression/csg.hpp"
-#include "dataflow/oracle.hpp"
 #include "constructs/outline.hpp"
+#include "dataflow/oracle.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
@@ -41,7 +42,8 @@ double area(const ClipperLib::Paths& paths) {
   return sum * unit * unit;
 }
 
-/// The integral over the height of the areas inside a wavefront that moves in small steps, each of which keeps sharp corners.
+/// The integral over the height of the areas inside a wavefront that moves in small steps, each of which
+/// keeps sharp corners.
 double wavefront_volume(const Outline& outline, double step) {
   ClipperLib::Paths front;
   for (const auto& path : outline) {
@@ -67,20 +69,24 @@ TEST(Roof, HasTheVolumeOfItsFormula) {
   EXPECT_NEAR(roof_volume("square(4);"), 64.0 / 6, 1e-12);
   EXPECT_NEAR(roof_volume("square(4);", ""), 64.0 / 6, 1e-12) << "both methods are alike for convex outlines";
   EXPECT_NEAR(roof_volume("square([5, 2]);"), 5 - 8.0 / 12, 1e-12);
-  EXPECT_NEAR(roof_volume("circle(r = 3, $fn = 7);"), 3.5 * 9 * std::sin(2 * std::numbers::pi / 7) * std::cos(std::numbers::pi / 7), 1e-11) << "a pyramid";
+  EXPECT_NEAR(roof_volume("circle(r = 3, $fn = 7);"),
+              3.5 * 9 * std::sin(2 * std::numbers::pi / 7) * std::cos(std::numbers::pi / 7), 1e-11)
+      << "a pyramid";
   const std::string ell = "polygon([[0,0],[4,0],[4,2],[2,2],[2,4],[0,4]]);";
   EXPECT_NEAR(roof_volume(ell), 12 - 8 + 4.0 / 3, 1e-12);
   // The frame between squares of 6 and 2: its wavefront is the frame between 6 - 2 t and 2 + 2 t.
   EXPECT_NEAR(roof_volume("difference() { square(6, center = true); square(2, center = true); }"), 16, 1e-12);
   // A plus of five unit squares: all its reflex corners meet in the middle.
-  EXPECT_NEAR(roof_volume("square([3, 1], center = true); square([1, 3], center = true);"), 5 * 0.5 - 12 * 0.125 + 4 / 24.0, 1e-12);
+  EXPECT_NEAR(roof_volume("square([3, 1], center = true); square([1, 3], center = true);"),
+              5 * 0.5 - 12 * 0.125 + 4 / 24.0, 1e-12);
   EXPECT_EQ(roof_volume("square(0);"), 0);
 }
 
 TEST(Roof, IsNamedByItsMethod) {
   const auto model = model::parse_csg("roof(method = \"flat\") { square(1); }", "test.csg");
   ASSERT_EQ(model.warnings.size(), 1U);
-  EXPECT_NE(model.warnings[0].find("test.csg:1:1: roof has no method 'flat'"), std::string::npos) << model.warnings[0];
+  EXPECT_NE(model.warnings[0].find("test.csg:1:1: roof has no method 'flat'"), std::string::npos)
+      << model.warnings[0];
   EXPECT_EQ(model.expression.dimension(), 3);
 }
 
@@ -118,7 +124,8 @@ Expression random_star(Random& random) {
     Plane points;
     const int n = pick(random, 3, 14);
     for (int i = 0; i < n; ++i) {
-      const double angle = 2 * std::numbers::pi * (i + uniform(random, 0, 0.6)) / n, radius = uniform(random, low, high);
+      const double angle = 2 * std::numbers::pi * (i + uniform(random, 0, 0.6)) / n,
+                   radius = uniform(random, low, high);
       points.push_back({radius * std::cos(angle), radius * std::sin(angle)});
     }
     return model::polygon(points);
@@ -147,9 +154,11 @@ TEST(Roof, OverARegularStarIsAPyramid) {
         const double angle = std::numbers::pi * i / points + 0.37, radius = i % 2 == 0 ? 10 : 10 * inner;
         star.push_back({radius * std::cos(angle), radius * std::sin(angle)});
       }
-      const double height = std::fabs(star[0][0] * star[1][1] - star[0][1] * star[1][0]) / std::hypot(star[1][0] - star[0][0], star[1][1] - star[0][1]);
+      const double height = std::fabs(star[0][0] * star[1][1] - star[0][1] * star[1][0]) /
+                            std::hypot(star[1][0] - star[0][0], star[1][1] - star[0][1]);
       const double volume = std::fabs(signed_area(star)) * height / 3;
-      EXPECT_NEAR(content<3>(straight_roof(model::polygon(star))), volume, 1e-9 * volume) << points << " points, inner radius " << inner;
+      EXPECT_NEAR(content<3>(straight_roof(model::polygon(star))), volume, 1e-9 * volume)
+          << points << " points, inner radius " << inner;
     }
 }
 
@@ -161,7 +170,9 @@ TEST(Roof, StandsOnItsPlaneSolid) {
     const Expression star = random_star(random);
     for (const auto method : {model::Roof::Method::straight, model::Roof::Method::voronoi}) {
       const Expression roof = model::construct(model::Roof{.method = method}, {star});
-      EXPECT_NEAR(content<2>(model::construct(model::Projection{.cut = true}, {roof})), content<2>(star), 1e-7 * content<2>(star)) << round;
+      EXPECT_NEAR(content<2>(model::construct(model::Projection{.cut = true}, {roof})), content<2>(star),
+                  1e-7 * content<2>(star))
+          << round;
     }
   }
 }

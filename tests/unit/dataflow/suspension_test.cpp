@@ -1,4 +1,5 @@
-// An evaluation that is suspended and gone on with, any number of times, finds what an uninterrupted one finds.
+// An evaluation that is suspended and gone on with, any number of times, finds what an uninterrupted one
+// finds.
 
 #include <gtest/gtest.h>
 
@@ -17,7 +18,9 @@ using Refinements = std::vector<std::shared_ptr<const Refinement>>;
 
 /// The cells of several evaluations in the order in which their trees count them.
 void append_sorted(Refinements& all, Refinements more) {
-  std::sort(more.begin(), more.end(), [](const auto& a, const auto& b) { return std::pair(a->worker, a->first) < std::pair(b->worker, b->first); });
+  std::sort(more.begin(), more.end(), [](const auto& a, const auto& b) {
+    return std::pair(a->worker, a->first) < std::pair(b->worker, b->first);
+  });
   all.insert(all.end(), more.begin(), more.end());
 }
 
@@ -91,13 +94,15 @@ struct Run {
   [[nodiscard]] std::tuple<int, std::int32_t, double> locate(const std::array<double, D>& x) const {
     BspTree whole = tree;
     const auto child = [&](std::int32_t code) {
-      return code >= 0 ? static_cast<std::int32_t>(tree.nodes.size()) + code : roots[static_cast<std::size_t>(~code)];
+      return code >= 0 ? static_cast<std::int32_t>(tree.nodes.size()) + code
+                       : roots[static_cast<std::size_t>(~code)];
     };
     BspTree top;
     top.dimension = D;
     for (const auto& node : parts.nodes) {
       const auto h = network.table.rounded(node.hyperplane);
-      top.nodes.push_back({static_cast<std::uint32_t>(top.nodes.size()), child(node.negative), child(node.positive)});
+      top.nodes.push_back(
+          {static_cast<std::uint32_t>(top.nodes.size()), child(node.negative), child(node.positive)});
       top.hyperplanes.push_back(h.offset);
       top.hyperplanes.insert(top.hyperplanes.end(), h.normal.begin(), h.normal.end());
     }
@@ -137,10 +142,14 @@ EvaluateOptions random_options(Random& random, bool keep_out) {
 /// @return how often the evaluation was interrupted.
 template <int D>
 int expect_suspendable(Random& random, bool with_level) {
-  const Network<D> network = compile<D>(random_expression(random, D, chance(random, 0.5) ? Kind::grid_boxes : Kind::solids, D == 3 && !with_level ? 3 : 2), {});
+  const Network<D> network =
+      compile<D>(random_expression(random, D, chance(random, 0.5) ? Kind::grid_boxes : Kind::solids,
+                                   D == 3 && !with_level ? 3 : 2),
+                 {});
   const bool keep_out = chance(random, 0.3);
   const auto depth = static_cast<unsigned>(pick(random, 0, 3));
-  const std::optional<unsigned> level = with_level ? std::optional(static_cast<unsigned>(pick(random, 2, 12))) : std::nullopt;
+  const std::optional<unsigned> level =
+      with_level ? std::optional(static_cast<unsigned>(pick(random, 2, 12))) : std::nullopt;
 
   EvaluateOptions plain;
   plain.keep_out = keep_out;
@@ -154,7 +163,8 @@ int expect_suspendable(Random& random, bool with_level) {
     for (const auto& region : uninterrupted.regions) numbers.push_back(region.number);
     uninterrupted.add(evaluate(network, std::move(uninterrupted.regions), plain, consumers), numbers, keeper);
   }
-  const double truth = uninterrupted.totals.in.value().volume(), fuzzy = uninterrupted.totals.fuzzy.value().volume();
+  const double truth = uninterrupted.totals.in.value().volume(),
+               fuzzy = uninterrupted.totals.fuzzy.value().volume();
 
   Run<D> run(network, depth);
   int interruptions = 0;
@@ -169,7 +179,8 @@ int expect_suspendable(Random& random, bool with_level) {
     const bool last = interruptions > 40;
     if (!last) {  // random points: by cells, by level, before the first token
       options.cells = static_cast<std::uint64_t>(pick(random, 1, 12));
-      if (chance(random, 0.3)) options.level = static_cast<unsigned>(pick(random, 0, level ? static_cast<int>(*level) : 20));
+      if (chance(random, 0.3))
+        options.level = static_cast<unsigned>(pick(random, 0, level ? static_cast<int>(*level) : 20));
       if (chance(random, 0.05)) options.cells = 0, options.interrupted = [] { return true; };
     }
     options.same_limits = interruptions > 0 && options.level == level_before;
@@ -193,7 +204,8 @@ int expect_suspendable(Random& random, bool with_level) {
   for (int i = 0; i < 5; ++i) {
     std::array<double, D> x;
     for (int axis = 0; axis < D; ++axis)
-      x[axis] = network.table.axis_value(axis, static_cast<std::uint32_t>(uniform(random, 0, 1) * network.table.axis_steps));
+      x[axis] = network.table.axis_value(
+          axis, static_cast<std::uint32_t>(uniform(random, 0, 1) * network.table.axis_steps));
     EXPECT_EQ(run.locate(x), uninterrupted.locate(x));
   }
   return interruptions;
@@ -204,9 +216,12 @@ TEST(Suspension, ChangesNothing) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   int interruptions = 0;
-  for (int round = 0; round < samples::rounds(60) && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<3>(random, false);
-  for (int round = 0; round < samples::rounds(15) && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<2>(random, false);
-  for (int round = 0; round < samples::rounds(5) && !testing::Test::HasFailure(); ++round) interruptions += expect_suspendable<4>(random, false);
+  for (int round = 0; round < samples::rounds(60) && !testing::Test::HasFailure(); ++round)
+    interruptions += expect_suspendable<3>(random, false);
+  for (int round = 0; round < samples::rounds(15) && !testing::Test::HasFailure(); ++round)
+    interruptions += expect_suspendable<2>(random, false);
+  for (int round = 0; round < samples::rounds(5) && !testing::Test::HasFailure(); ++round)
+    interruptions += expect_suspendable<4>(random, false);
   EXPECT_GT(interruptions, 100);
 }
 
@@ -214,13 +229,16 @@ TEST(Suspension, ChangesNothingAtALevel) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  for (int round = 0; round < samples::rounds(50) && !testing::Test::HasFailure(); ++round) expect_suspendable<3>(random, true);
-  for (int round = 0; round < samples::rounds(10) && !testing::Test::HasFailure(); ++round) expect_suspendable<2>(random, true);
+  for (int round = 0; round < samples::rounds(50) && !testing::Test::HasFailure(); ++round)
+    expect_suspendable<3>(random, true);
+  for (int round = 0; round < samples::rounds(10) && !testing::Test::HasFailure(); ++round)
+    expect_suspendable<2>(random, true);
 }
 
 /// However short a step is, it does something new, and looks at nothing twice that stays FUZZY.
 TEST(Suspension, ShortStepsComeToAnEnd) {
-  const Network<3> network = compile<3>(model::subtract({model::ball(3, 1), model::cuboid({1, 1, 1}, true)}), {});
+  const Network<3> network =
+      compile<3>(model::subtract({model::ball(3, 1), model::cuboid({1, 1, 1}, true)}), {});
   for (const Order order : {Order::depth, Order::priority}) {
     EvaluateOptions options;
     options.order = order;
@@ -267,7 +285,8 @@ TEST(Suspension, LeavesNothingOnceAllIsDone) {
   const auto result = evaluate(network, partition(network, 2).regions, options, {});
   EXPECT_TRUE(result.unfinished.empty());
   EXPECT_FALSE(result.stopped);
-  const Network<3> hollow = compile<3>(model::subtract({model::sphere(1, 8), model::cuboid({0.5, 0.5, 0.5}, true)}), {});
+  const Network<3> hollow =
+      compile<3>(model::subtract({model::sphere(1, 8), model::cuboid({0.5, 0.5, 0.5}, true)}), {});
   options.cells = 1;  // more than there are regions
   const auto stopped = evaluate(hollow, partition(hollow, 2).regions, options, {});
   EXPECT_TRUE(stopped.stopped);
@@ -278,8 +297,10 @@ TEST(Suspension, LeavesNothingOnceAllIsDone) {
 TEST(Suspension, RefusesFrontiersThatAreNoTree) {
   const Network<3> network = compile<3>(model::sphere(1, 8), {});
   using Node = Frontier::Node;
-  const Node split{Frontier::Kind::split, geometry::Label::fuzzy, 0, 0}, token{Frontier::Kind::token, geometry::Label::fuzzy, 0, 1};
-  for (const Frontier& bad : {Frontier{{split}, {}}, Frontier{{token}, {}}, Frontier{{split, token}, {0}}, Frontier{{token, token}, {0, 0}},
+  const Node split{Frontier::Kind::split, geometry::Label::fuzzy, 0, 0},
+      token{Frontier::Kind::token, geometry::Label::fuzzy, 0, 1};
+  for (const Frontier& bad : {Frontier{{split}, {}}, Frontier{{token}, {}}, Frontier{{split, token}, {0}},
+                              Frontier{{token, token}, {0, 0}},
                               Frontier{{{Frontier::Kind::token, geometry::Label::fuzzy, 0, -1}}, {}}}) {
     auto regions = partition(network, 0).regions;
     regions[0].frontier = bad;

@@ -1,11 +1,12 @@
 #include "bsp2/geometry/cells/bsp_tree.hpp"
-#include "support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <random>
+
+#include "support/rounds.hpp"
 
 namespace bsp2::geometry {
 namespace {
@@ -14,7 +15,8 @@ namespace {
 BspTree random_line_tree(std::mt19937& random, const std::vector<double>& cuts) {
   BspTree tree;
   tree.dimension = 1;
-  const std::function<std::int32_t(std::size_t, std::size_t)> build = [&](std::size_t first, std::size_t last) -> std::int32_t {
+  const std::function<std::int32_t(std::size_t, std::size_t)> build = [&](std::size_t first,
+                                                                          std::size_t last) -> std::int32_t {
     if (first == last) return ~static_cast<std::int32_t>(first + 1);
     const std::size_t cut = std::uniform_int_distribution<std::size_t>(first, last - 1)(random);
     const auto node = static_cast<std::int32_t>(tree.nodes.size());
@@ -45,11 +47,13 @@ TEST(BspTree, LocatesPointsAndVisitsLeavesBackToFront) {
       EXPECT_EQ(tree.locate(point), expected);
     }
     std::vector<std::int32_t> seen;
-    tree.visit_back_to_front(std::array<double, 1>{2.0}, false, [&](std::int32_t leaf) { seen.push_back(leaf); });
+    tree.visit_back_to_front(std::array<double, 1>{2.0}, false,
+                             [&](std::int32_t leaf) { seen.push_back(leaf); });
     ASSERT_EQ(seen.size(), cuts.size() + 1);
     EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));  // the nearest to 2 is the last
     std::vector<std::int32_t> along;
-    tree.visit_back_to_front(std::array<double, 1>{1.0}, true, [&](std::int32_t leaf) { along.push_back(leaf); });
+    tree.visit_back_to_front(std::array<double, 1>{1.0}, true,
+                             [&](std::int32_t leaf) { along.push_back(leaf); });
     EXPECT_TRUE(std::is_sorted(along.rbegin(), along.rend()));  // looking along +x, the nearest is the lowest
   }
 }

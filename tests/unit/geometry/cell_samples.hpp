@@ -28,13 +28,15 @@ Point random_mix(std::size_t count, std::size_t dimension, Random& random, Coord
 template <int D>
 Point point_in(const geometry::Cell<D>& cell, Random& random) {
   const auto vertices = cell.vertices();
-  return random_mix(vertices.size(), D, random, [&](std::size_t k, std::size_t i) { return vertices[k].x[i]; });
+  return random_mix(vertices.size(), D, random,
+                    [&](std::size_t k, std::size_t i) { return vertices[k].x[i]; });
 }
 
 inline Point point_in(const geometry::CellBatch& batch, std::size_t cell, Random& random) {
   const auto corners = batch.cell_points(cell);
   const auto d = static_cast<std::size_t>(batch.dimension);
-  return random_mix(corners.size() / d, d, random, [&](std::size_t k, std::size_t i) { return corners[k * d + i]; });
+  return random_mix(corners.size() / d, d, random,
+                    [&](std::size_t k, std::size_t i) { return corners[k * d + i]; });
 }
 
 }  // namespace bsp2::dataflow

@@ -43,7 +43,8 @@ int clip_and_compare(const Model<D>& model, const std::vector<OrientedHyperplane
     Cell<D> rest;
     const Position found = clipper.cut(plane, cuts % 3 == 2 ? nullptr : &rest);
     if (where != Position::crossing) {
-      EXPECT_EQ(found, (where == Position::negative) != plane.flipped() ? Position::negative : Position::positive);
+      EXPECT_EQ(found,
+                (where == Position::negative) != plane.flipped() ? Position::negative : Position::positive);
       continue;
     }
     EXPECT_EQ(found, Position::crossing);
@@ -83,7 +84,8 @@ TYPED_TEST(Clip, GivesTheCellsOfSplitsWhereHyperplanesMeetVerticesAndEdges) {
     lower.fill(-2);
     upper.fill(2);
     std::vector<typename Model<D>::Placed> boxes;
-    for (int k = 0; k < 4; ++k) {  // normals with entries -1, 0, 1 through grid points, and some in general position
+    for (int k = 0; k < 4;
+         ++k) {  // normals with entries -1, 0, 1 through grid points, and some in general position
       Matrix<D> m = identity<D>();
       for (int i = 0; i < D; ++i) {
         for (int j = i + 1; j < D; ++j) m[i][j] = k == 3 ? uniform(random, -1, 1) : pick(random, -1, 1);
@@ -93,7 +95,8 @@ TYPED_TEST(Clip, GivesTheCellsOfSplitsWhereHyperplanesMeetVerticesAndEdges) {
     }
     const Model<D> model(lower, upper, 8 * D, boxes, 0);
     std::vector<OrientedHyperplane> planes;
-    for (HyperplaneId id = 0; id < model.table.size(); ++id) planes.push_back(oriented(id, pick(random, 0, 1) == 1));
+    for (HyperplaneId id = 0; id < model.table.size(); ++id)
+      planes.push_back(oriented(id, pick(random, 0, 1) == 1));
     std::shuffle(planes.begin(), planes.end(), random);
     cuts += clip_and_compare(model, planes);
     if (testing::Test::HasFailure()) return;
@@ -107,7 +110,10 @@ Model<3> lathes(Random& random, std::uint32_t sides) {
   const std::array<double, 2> cone{1, 0}, cone_z{0, 1};
   Matrix<3> turned = rotation<3>(0, 2, uniform(random, 0, 6));
   turned[0][3] = uniform(random, -0.3, 0.3);
-  return Model<3>({-2, -2, -2}, {2, 2, 2}, 24, {{turned, lathe(sides, ball, ball_z).covectors}, {identity<3>(), lathe(sides, cone, cone_z).covectors}}, 0);
+  return Model<3>(
+      {-2, -2, -2}, {2, 2, 2}, 24,
+      {{turned, lathe(sides, ball, ball_z).covectors}, {identity<3>(), lathe(sides, cone, cone_z).covectors}},
+      0);
 }
 
 TEST(Clipper, CutsALatheOutOfARoomAsSplitsDo) {
@@ -134,7 +140,9 @@ TEST(Predicate, AgreesWithRationalsOnFourPlanesOfOneLathe) {
     Splitter<3> splitter(model.table);
     for (int k = 0; k < 150; ++k) {
       const auto& own = model.codes_of[k % 5 == 0 ? 0 : 1];
-      const auto any = [&] { return own[static_cast<std::size_t>(pick(random, 0, static_cast<int>(own.size()) - 1))].id(); };
+      const auto any = [&] {
+        return own[static_cast<std::size_t>(pick(random, 0, static_cast<int>(own.size()) - 1))].id();
+      };
       const std::array<HyperplaneId, 3> ids{any(), any(), any()};
       const auto point = model.vertex(ids);
       if (!point) continue;

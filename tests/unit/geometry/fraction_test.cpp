@@ -1,10 +1,11 @@
 // The kernel's fractions against integers of any size.
 
+#include "bsp2/geometry/exact/fraction.hpp"
+
 #include <gtest/gtest.h>
 
 #include <boost/multiprecision/cpp_int.hpp>
 
-#include "bsp2/geometry/exact/fraction.hpp"
 #include "geometry/oracle.hpp"
 #include "support/rounds.hpp"
 
@@ -68,7 +69,9 @@ TEST(Fractions, AreMultipliedUpToAHalfOfEitherSign) {
   sizes.push_back((ExactInteger<3>(1) << 191) - 1);
   std::vector<Sample> samples{{Fraction::scaled(ExactInteger<3>(-1), -1), cpp_int(-1) << 191}};  // -1/2
   for (const auto& size : sizes)
-    for (const int sign : {1, -1}) samples.push_back({Fraction::scaled(ExactInteger<3>(sign * size), -Fraction::bits), sign * cpp_int(size)});
+    for (const int sign : {1, -1})
+      samples.push_back(
+          {Fraction::scaled(ExactInteger<3>(sign * size), -Fraction::bits), sign * cpp_int(size)});
   for (const Sample& a : samples)
     for (const Sample& b : samples) {
       const cpp_int error = cpp_int(units_of(a.fraction * b.fraction) << Fraction::bits) - a.units * b.units;

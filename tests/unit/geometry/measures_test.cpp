@@ -1,5 +1,7 @@
 // Sums that do not depend on their order, and the memory of cells.
 
+#include "bsp2/geometry/cells/measures.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include <thread>
 
 #include "bsp2/geometry/cells/block.hpp"
-#include "bsp2/geometry/cells/measures.hpp"
 #include "geometry/oracle.hpp"
 #include "support/rounds.hpp"
 
@@ -91,7 +92,8 @@ void expect_rounded_sums(MomentSum<D> sum, Random& random) {
     sum.add(moments);
     const auto words = sum.state().words;
     for (std::size_t i = 0; i < size; ++i) {
-      const mp::cpp_int found = (mp::cpp_int(static_cast<std::int64_t>(words[2 * i + 1])) << 64) + words[2 * i];
+      const mp::cpp_int found =
+          (mp::cpp_int(static_cast<std::int64_t>(words[2 * i + 1])) << 64) + words[2 * i];
       ASSERT_EQ(found, expected[i]) << "moment " << i << ", round " << round;
     }
   }

@@ -132,13 +132,16 @@ struct Bounded {
   std::array<double, D> centre, half;
 };
 
-/// What HyperplaneTable::merge promises, with all pairs compared. @return the codes, and how many of them there are.
+/// What HyperplaneTable::merge promises, with all pairs compared. @return the codes, and how many of them
+/// there are.
 template <int D>
-std::pair<std::vector<OrientedHyperplane>, std::size_t> merged_by_pairs(const std::vector<Bounded<D>>& all, double distance_limit) {
+std::pair<std::vector<OrientedHyperplane>, std::size_t> merged_by_pairs(const std::vector<Bounded<D>>& all,
+                                                                        double distance_limit) {
   std::vector<std::size_t> order(all.size()), representatives;
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto size = [&](std::size_t i) { return *std::max_element(all[i].half.begin(), all[i].half.end()); };
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
   std::vector<OrientedHyperplane> codes(all.size());
   for (const std::size_t i : order) {
     const auto& [h, centre, half] = all[i];
@@ -196,17 +199,21 @@ TYPED_TEST(Merge, EqualsTheComparisonOfAllPairs) {
     for (int k = 0; k < 700; ++k) {
       Matrix<D> m = directions[static_cast<std::size_t>(pick(random, 0, 2))];
       if constexpr (D > 1)
-        if (pick(random, 0, 2) == 0) m = product<D>(rotation<D>(0, 1, std::pow(10.0L, -uniform(random, 2, 17))), m);
+        if (pick(random, 0, 2) == 0)
+          m = product<D>(rotation<D>(0, 1, std::pow(10.0L, -uniform(random, 2, 17))), m);
       const int facet = pick(random, 0, 2) == 0 ? pick(random, 0, 2 * D - 1) : 0;
-      const double place = places[static_cast<std::size_t>(pick(random, 0, 79))] + pick(random, -6, 6) * 0.4 * tolerance * size;
-      for (auto& row : m) row[D] = away + place * static_cast<double>(row[0]);  // along the normal of the first two facets
+      const double place = places[static_cast<std::size_t>(pick(random, 0, 79))] +
+                           pick(random, -6, 6) * 0.4 * tolerance * size;
+      for (auto& row : m)
+        row[D] = away + place * static_cast<double>(row[0]);  // along the normal of the first two facets
       if (pick(random, 0, 3) == 0)
         for (auto& row : m) row[0] = -row[0];  // turns them around
       Bounded<D> one;
       const bool is_thin = pick(random, 0, 3) == 0;
       std::array<double, D> low, high;
       for (int i = 0; i < D; ++i) {
-        const double half = size * (is_thin ? std::pow(10.0, -uniform(random, 1, 12)) : uniform(random, 0.01, 0.3));
+        const double half =
+            size * (is_thin ? std::pow(10.0, -uniform(random, 1, 12)) : uniform(random, 0.01, 0.3));
         const double centre = away + uniform(random, -0.5, 0.5) * size;
         low[i] = centre - half;
         high[i] = centre + half;
@@ -222,7 +229,8 @@ TYPED_TEST(Merge, EqualsTheComparisonOfAllPairs) {
     const auto [expected, count] = merged_by_pairs<D>(all, tolerance * extent);
     const auto codes = table.merge(tolerance);
     ASSERT_EQ(table.size(), count);
-    for (std::size_t i = 0; i < codes.size(); ++i) ASSERT_EQ(codes[i], expected[i]) << "occurrence " << i << " of round " << round;
+    for (std::size_t i = 0; i < codes.size(); ++i)
+      ASSERT_EQ(codes[i], expected[i]) << "occurrence " << i << " of round " << round;
     merged += codes.size() - count;
     kept += count;
   }
@@ -245,12 +253,14 @@ TYPED_TEST(Merge, WithoutToleranceTellsManyOfOneDirectionApart) {
   for (int k = 0; k < count; ++k) {
     places.emplace_back(pick(random, -1000, 1000), pick(random, 0, 1));
     Matrix<D> m = identity<D>();
-    m[0][D] = static_cast<Quad>(std::ldexp(places.back().first, -10)) + static_cast<Quad>(std::ldexp(places.back().second, -70));
+    m[0][D] = static_cast<Quad>(std::ldexp(places.back().first, -10)) +
+              static_cast<Quad>(std::ldexp(places.back().second, -70));
     table.add_occurrence(table.add_map(m), first);
   }
   const auto codes = table.merge(0);
   std::map<std::pair<int, int>, OrientedHyperplane> code_of;
-  for (std::size_t i = 0; i < places.size(); ++i) ASSERT_EQ(code_of.try_emplace(places[i], codes[i]).first->second, codes[i]);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    ASSERT_EQ(code_of.try_emplace(places[i], codes[i]).first->second, codes[i]);
   EXPECT_EQ(table.size(), code_of.size());
 }
 

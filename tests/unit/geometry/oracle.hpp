@@ -18,9 +18,7 @@ using Rational = boost::multiprecision::cpp_rational;
 using BigInteger = boost::multiprecision::cpp_int;
 using Real = boost::multiprecision::cpp_bin_float_100;
 
-inline Rational rational(double x) {
-  return Rational(x);
-}
+inline Rational rational(double x) { return Rational(x); }
 
 inline Rational rational(Quad x) {
   Rational sum = 0;
@@ -32,9 +30,7 @@ inline Rational rational(Quad x) {
   return sum;
 }
 
-inline Rational rational(const LocalInteger& x) {
-  return Rational(BigInteger(x));
-}
+inline Rational rational(const LocalInteger& x) { return Rational(BigInteger(x)); }
 
 inline Rational power_of_two(int exponent) {
   const BigInteger power = BigInteger(1) << std::abs(exponent);
@@ -134,9 +130,7 @@ std::array<Rational, D> point(const std::array<double, D>& x) {
   return p;
 }
 
-inline Real real(const Rational& x) {
-  return Real(numerator(x)) / Real(denominator(x));
-}
+inline Real real(const Rational& x) { return Real(numerator(x)) / Real(denominator(x)); }
 
 }  // namespace bsp2::geometry::oracle
 

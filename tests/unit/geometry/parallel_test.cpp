@@ -1,3 +1,5 @@
+#include "bsp2/geometry/support/parallel.hpp"
+
 #include <gtest/gtest.h>
 #include <pthread.h>
 #include <sched.h>
@@ -18,7 +20,6 @@
 #include <vector>
 
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
-#include "bsp2/geometry/support/parallel.hpp"
 #include "bsp2/geometry/support/threads.hpp"
 #include "support/rounds.hpp"
 
@@ -38,7 +39,8 @@ TEST(ForEachRange, CoversEveryNumberOnce) {
       for (std::size_t i = first; i < end; ++i) ++seen[i];
     });
     EXPECT_FALSE(too_long);
-    EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(count)) << "grain " << grain;
+    EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(count))
+        << "grain " << grain;
   }
 }
 
@@ -91,12 +93,14 @@ TEST(MadeAhead, PassesOnWhatIsThrownWhereverThatIs) {
         throw_at(i);
         item = i;
       };
-      EXPECT_THROW(MadeAhead<std::size_t>::run(30, threads, bad_make, [](std::size_t) {}), std::runtime_error) << bad;
+      EXPECT_THROW(MadeAhead<std::size_t>::run(30, threads, bad_make, [](std::size_t) {}), std::runtime_error)
+          << bad;
       EXPECT_THROW(MadeAhead<std::size_t>::run(30, threads, make, throw_at), std::runtime_error) << bad;
     }
 }
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // which need more address space than is left here
+#if !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)  // which need more address space than is left here
 
 /// Room for one stack more, not for two.
 void leave_room_for_one_thread() {
@@ -126,12 +130,16 @@ template <typename Run>
 }
 
 TEST(MadeAhead, EndsWhereASecondThreadCannotBeStarted) {
-  const auto run = [] { MadeAhead<std::size_t>::run(1000, 4, [](std::size_t i, std::size_t& item) { item = i; }, [](std::size_t) {}); };
+  const auto run = [] {
+    MadeAhead<std::size_t>::run(
+        1000, 4, [](std::size_t i, std::size_t& item) { item = i; }, [](std::size_t) {});
+  };
   EXPECT_EXIT(exit_after(run), testing::ExitedWithCode(0), "");
 }
 
 TEST(ForEachRange, EndsWhereASecondThreadCannotBeStarted) {
-  EXPECT_EXIT(exit_after([] { for_each_range(1000, 1, 4, [](std::size_t, std::size_t) {}); }), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(exit_after([] { for_each_range(1000, 1, 4, [](std::size_t, std::size_t) {}); }),
+              testing::ExitedWithCode(0), "");
 }
 
 #endif
@@ -211,7 +219,8 @@ TEST(Threads, TellWhenTheSystemHasNoRoomForAStack) {
   threads.join();
 }
 
-/// Occurrences of boxes and of prisms with many sides under random maps. Half of the maps are translates of earlier ones, or mirrored.
+/// Occurrences of boxes and of prisms with many sides under random maps. Half of the maps are translates of
+/// earlier ones, or mirrored.
 struct Occurrences {
   HyperplaneTable<3> table{{-4, -4, -4}, {4, 4, 4}, 8};
   struct Place {

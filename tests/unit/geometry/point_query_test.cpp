@@ -1,5 +1,4 @@
 #include "bsp2/geometry/cells/point_query.hpp"
-#include "support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,11 +7,14 @@
 #include <optional>
 #include <random>
 
+#include "support/rounds.hpp"
+
 namespace bsp2::geometry {
 namespace {
 
 template <int D>
-std::vector<HalfSpace<D>> random_half_spaces(std::mt19937& random, int count, const std::array<double, D>& inside) {
+std::vector<HalfSpace<D>> random_half_spaces(std::mt19937& random, int count,
+                                             const std::array<double, D>& inside) {
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> room(0, 1);
   std::vector<HalfSpace<D>> half_spaces(static_cast<std::size_t>(count));
@@ -33,13 +35,15 @@ double dot(const std::array<double, D>& a, const std::array<double, D>& b) {
 }
 
 template <int D>
-bool contains(const std::vector<HalfSpace<D>>& half_spaces, const std::array<double, D>& point, double slack) {
+bool contains(const std::vector<HalfSpace<D>>& half_spaces, const std::array<double, D>& point,
+              double slack) {
   for (const auto& h : half_spaces)
     if (h.offset + dot<D>(h.normal, point) > slack) return false;
   return true;
 }
 
-/// The point nearest to the origin in which some hyperplanes meet, by Gauss' elimination of their Gram matrix.
+/// The point nearest to the origin in which some hyperplanes meet, by Gauss' elimination of their Gram
+/// matrix.
 template <int D>
 std::optional<std::array<double, D>> corner_of(const std::vector<HalfSpace<D>>& chosen) {
   const std::size_t n = chosen.size();
@@ -73,7 +77,8 @@ double nearest_of_all(const std::vector<HalfSpace<D>>& half_spaces) {
       if (subset >> i & 1) chosen.push_back(half_spaces[i]);
     if (chosen.size() > D) continue;
     const auto point = corner_of<D>(chosen);
-    if (point && contains<D>(half_spaces, *point, 1e-9)) nearest = std::min(nearest, std::sqrt(dot<D>(*point, *point)));
+    if (point && contains<D>(half_spaces, *point, 1e-9))
+      nearest = std::min(nearest, std::sqrt(dot<D>(*point, *point)));
   }
   return nearest;
 }
@@ -137,7 +142,8 @@ void measure_a_cube() {
       (x == 1 ? low : high)[axis] = table.axis_value(axis, position);
       const auto h = table.rounded(id);
       const auto next = static_cast<std::int32_t>(tree.nodes.size()) + 1;
-      tree.nodes.push_back({static_cast<std::uint32_t>(next - 1), x == 1 ? BspTree::empty_leaf : next, x == 1 ? next : BspTree::empty_leaf});
+      tree.nodes.push_back({static_cast<std::uint32_t>(next - 1), x == 1 ? BspTree::empty_leaf : next,
+                            x == 1 ? next : BspTree::empty_leaf});
       tree.ids.push_back(id);
       tree.hyperplanes.push_back(h.offset);
       tree.hyperplanes.insert(tree.hyperplanes.end(), h.normal.begin(), h.normal.end());

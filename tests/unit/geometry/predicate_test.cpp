@@ -19,10 +19,12 @@ namespace {
 
 /// What a round has seen, so that a test can show that it has tested something.
 struct Seen {
-  std::uint64_t sides = 0, exact = 0, exact_off = 0, on = 0, exact_vertices = 0;  // exact_off: exact ones that are not on
+  std::uint64_t sides = 0, exact = 0, exact_off = 0, on = 0,
+                exact_vertices = 0;  // exact_off: exact ones that are not on
 };
 
-/// All vertices of a hyperplane at once are those that are made one by one, bit for bit. @param edges of earlier ones.
+/// All vertices of a hyperplane at once are those that are made one by one, bit for bit. @param edges of
+/// earlier ones.
 template <int D>
 void check_together(const Model<D>& model, const Vertex<D>& vertex, std::vector<EdgeHyperplanes<D>>& edges) {
   const HyperplaneId id = vertex.hyperplanes[D - 1];
@@ -212,16 +214,20 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnHyperplanesThroughTheEdgesOfOthers) {
     Random random(seed);
     Seen seen;
     for (int round = 0; round < (D <= 3 ? 40 : 20); ++round) {
-      // Boxes with an edge (of D - 2 dimensions) in common, about which they are turned; one of them is a step of the grid beside it.
+      // Boxes with an edge (of D - 2 dimensions) in common, about which they are turned; one of them is a
+      // step of the grid beside it.
       std::array<double, D> lower, upper;
       lower.fill(-2);
       upper.fill(2);
       std::vector<typename Model<D>::Placed> boxes;
       for (int k = 0; k < 6; ++k) {
-        const long double angle = round % 2 == 0 ? uniform(random, 0, 6) : std::pow(10.0L, -pick(random, 3, 30));
+        const long double angle =
+            round % 2 == 0 ? uniform(random, 0, 6) : std::pow(10.0L, -pick(random, 3, 30));
         Matrix<D> m = rotation<D>(0, 1, angle);
         for (int i = 2; i < D; ++i) m[i][D] = uniform(random, -1, 1);
-        if (k == 5) m[0][D] = static_cast<Quad>(std::ldexp(1.0L, HyperplaneTable<D>(lower, upper, 4 * D).grid_exponent()));
+        if (k == 5)
+          m[0][D] =
+              static_cast<Quad>(std::ldexp(1.0L, HyperplaneTable<D>(lower, upper, 4 * D).grid_exponent()));
         boxes.push_back({m, unit_box<D>().covectors});
       }
       boxes.push_back(random_box<D>(random, 1));
@@ -283,7 +289,8 @@ TYPED_TEST(Predicate, ManyHalfSpacesAreToldApartAsOneByOne) {
       for (int n = pick(random, 1, k % 2 == 0 ? 10 : 150); n > 0; --n) {  // few go in other groups than many
         const auto id = static_cast<HyperplaneId>(pick(random, 0, static_cast<int>(model.table.size()) - 1));
         const Position where = splitter.position(cell, id, model.table.rounded(id));
-        const bool behind = k % 3 == 0 ? pick(random, 0, 1) == 1 : where != Position::positive;  // seldom outside of any
+        const bool behind =
+            k % 3 == 0 ? pick(random, 0, 1) == 1 : where != Position::positive;  // seldom outside of any
         planes.push_back(oriented(id, !behind));
       }
       Buffer<std::uint32_t> expected{7, 8, 9}, found = expected;  // appended to what is there
@@ -315,7 +322,9 @@ TYPED_TEST(Predicate, TheFurthestHalfSpaceIsTheFirstWithTheLargestValue) {
     const Model<D> model = boxes_on_a_grid<D>(random);
     std::vector<OrientedHyperplane> planes;
     for (int n = pick(random, 1, 60); n > 0; --n)  // some twice: they are equally far
-      planes.push_back(oriented(static_cast<HyperplaneId>(pick(random, 0, static_cast<int>(model.table.size()) - 1)), pick(random, 0, 1) == 1));
+      planes.push_back(
+          oriented(static_cast<HyperplaneId>(pick(random, 0, static_cast<int>(model.table.size()) - 1)),
+                   pick(random, 0, 1) == 1));
     HalfspaceColumns<D> columns;
     columns.assign(model.table, planes);
     std::vector<bool> left(planes.size(), true);
@@ -332,7 +341,10 @@ TYPED_TEST(Predicate, TheFurthestHalfSpaceIsTheFirstWithTheLargestValue) {
         most = value;
       }
       ASSERT_EQ(columns.furthest(point), expected);
-      const auto gone = pick(random, 0, 1) == 0 ? expected : static_cast<std::size_t>(std::find(left.begin(), left.end(), true) - left.begin());
+      const auto gone =
+          pick(random, 0, 1) == 0
+              ? expected
+              : static_cast<std::size_t>(std::find(left.begin(), left.end(), true) - left.begin());
       left[gone] = false;
       columns.remove(gone);
     }
@@ -368,7 +380,9 @@ TEST(TriangleColumns, SidesAreThoseOfTheCorners) {
       unsigned expected = 0;
       for (const auto& corner : corners[i]) {
         const double value = plane.at(corner);
-        expected |= value < low ? TriangleColumns::below : value > high ? TriangleColumns::above : TriangleColumns::between;
+        expected |= value < low    ? TriangleColumns::below
+                    : value > high ? TriangleColumns::above
+                                   : TriangleColumns::between;
       }
       ASSERT_EQ(sides[i], expected) << i;
       ++seen[expected];
@@ -377,7 +391,8 @@ TEST(TriangleColumns, SidesAreThoseOfTheCorners) {
   for (unsigned sides = 1; sides < 8; ++sides) EXPECT_GT(seen[sides], 0U) << sides;
 }
 
-/// Points that no filter tells apart, each held first against each other one: a cache that takes nothing for an answer is found out.
+/// Points that no filter tells apart, each held first against each other one: a cache that takes nothing for
+/// an answer is found out.
 TEST(PredicateOnALine, TellsNeighboursApart) {
   std::vector<Model<1>::Placed> boxes;
   for (const double x : {0.3, 0.1 + 0.2, 0.7, 0.1 + 0.6}) {
@@ -393,7 +408,8 @@ TEST(PredicateOnALine, TellsNeighboursApart) {
       std::uint64_t exact = 0;
       const Vertex<1> vertex = make_vertex<1>(model.table, {a}, exact);
       EXPECT_LE(vertex.error, largest_vertex_error * model.table.radius());
-      EXPECT_EQ(splitter.side(vertex, b, model.table.rounded(b)), model.plane(b).side(*model.vertex({a}))) << a << " against " << b;
+      EXPECT_EQ(splitter.side(vertex, b, model.table.rounded(b)), model.plane(b).side(*model.vertex({a})))
+          << a << " against " << b;
     }
 }
 
@@ -421,7 +437,8 @@ TYPED_TEST(Predicate, AgreesWithRationalsOnRandomBoxesOfAllSizes) {
 }
 
 std::int64_t coordinate(Random& random, int bits) {
-  return std::uniform_int_distribution<std::int64_t>(-(std::int64_t{1} << bits), std::int64_t{1} << bits)(random);
+  return std::uniform_int_distribution<std::int64_t>(-(std::int64_t{1} << bits),
+                                                     std::int64_t{1} << bits)(random);
 }
 
 TEST(PredicateInSpace, IsZeroForAllFacetsAroundAMeshVertexUnderAnyMap) {
@@ -431,7 +448,8 @@ TEST(PredicateInSpace, IsZeroForAllFacetsAroundAMeshVertexUnderAnyMap) {
   Seen seen;
   for (int round = 0; round < samples::rounds(100); ++round) {
     // A fan of triangles around one corner, all its coordinates arbitrary 53-bit numbers.
-    const std::array<std::int64_t, 3> apex{coordinate(random, 53), coordinate(random, 53), coordinate(random, 53)};
+    const std::array<std::int64_t, 3> apex{coordinate(random, 53), coordinate(random, 53),
+                                           coordinate(random, 53)};
     const int narrow = pick(random, 1, 40);  // fans from wide open to almost degenerate
     std::vector<std::array<std::int64_t, 3>> rim;
     for (int k = 0; k < 7; ++k) {
@@ -443,7 +461,8 @@ TEST(PredicateInSpace, IsZeroForAllFacetsAroundAMeshVertexUnderAnyMap) {
     std::vector<Covector<3>> covectors;
     for (int k = 0; k < 7; ++k) {
       auto plane = triangle_covector({apex, rim[k], rim[(k + 1) % 7]});
-      if (round % 2 == 0) plane.points = {1, static_cast<std::uint32_t>(k + 2), static_cast<std::uint32_t>((k + 1) % 7 + 2)};
+      if (round % 2 == 0)
+        plane.points = {1, static_cast<std::uint32_t>(k + 2), static_cast<std::uint32_t>((k + 1) % 7 + 2)};
       if (!plane.exact[0].is_zero() || !plane.exact[1].is_zero() || !plane.exact[2].is_zero())
         covectors.push_back(plane);
     }
@@ -467,7 +486,8 @@ TEST(PredicateInSpace, IsZeroForAllFacetsAroundAMeshVertexUnderAnyMap) {
   EXPECT_GT(seen.exact, 1000U);
 }
 
-/// Facets whose corners are numbered, some with one in common and some with none, of meshes so small that no filter tells their points apart.
+/// Facets whose corners are numbered, some with one in common and some with none, of meshes so small that no
+/// filter tells their points apart.
 TEST(PredicateInSpace, AgreesWithRationalsWhereCornersAreKnown) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -476,7 +496,8 @@ TEST(PredicateInSpace, AgreesWithRationalsWhereCornersAreKnown) {
   for (int round = 0; round < samples::rounds(40); ++round) {
     // An octahedron of a few steps of the grid, or of more of them.
     const int size = pick(random, 4, 50);
-    const std::array<std::int64_t, 3> centre{coordinate(random, 52), coordinate(random, 52), coordinate(random, 52)};
+    const std::array<std::int64_t, 3> centre{coordinate(random, 52), coordinate(random, 52),
+                                             coordinate(random, 52)};
     std::vector<std::array<std::int64_t, 3>> corners;
     for (std::size_t k = 0; k < 6; ++k) {
       auto& corner = corners.emplace_back(centre);
@@ -486,7 +507,8 @@ TEST(PredicateInSpace, AgreesWithRationalsWhereCornersAreKnown) {
     std::vector<Covector<3>> covectors;
     for (std::uint32_t facet = 0; facet < 8; ++facet) {
       std::array<std::uint32_t, 3> own{facet & 1, 2 + (facet >> 1 & 1), 4 + (facet >> 2 & 1)};
-      auto& plane = covectors.emplace_back(triangle_covector({corners[own[0]], corners[own[1]], corners[own[2]]}));
+      auto& plane =
+          covectors.emplace_back(triangle_covector({corners[own[0]], corners[own[1]], corners[own[2]]}));
       for (std::size_t k = 0; k < 3; ++k) plane.points[k] = own[k] + 1;
     }
     const Matrix<3> m = product<3>(rotation<3>(0, 1, uniform(random, 0, 6)), random_box<3>(random, 1).matrix);

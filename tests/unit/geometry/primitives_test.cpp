@@ -19,8 +19,8 @@ TEST(CornerDirection, IsTheRoundedCosineAndSine) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   for (int round = 0; round < samples::rounds(20000); ++round) {
-    const auto count =
-        static_cast<std::uint32_t>(round < samples::rounds(10000) ? pick(random, 3, 400) : pick(random, 3, 1000000));
+    const auto count = static_cast<std::uint32_t>(round < samples::rounds(10000) ? pick(random, 3, 400)
+                                                                                 : pick(random, 3, 1000000));
     const auto index = static_cast<std::uint32_t>(pick(random, 0, static_cast<int>(count) - 1));
     const auto [c, s] = corner_direction(index, count);
     const long double angle = 2 * std::numbers::pi_v<long double> * index / count;

@@ -1,3 +1,5 @@
+#include "bsp2/geometry/support/quad.hpp"
+
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -6,7 +8,6 @@
 #include <limits>
 #include <random>
 
-#include "bsp2/geometry/support/quad.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::geometry {
@@ -38,7 +39,8 @@ TEST(Quad, IsMadeFromDoublesOfEveryKind) {
     if (!std::isnan(x)) check(x);
   }
   using Limits = std::numeric_limits<double>;
-  for (const double x : {0.0, 1.0, Limits::max(), Limits::min(), Limits::denorm_min(), std::nextafter(Limits::min(), 0.0), Limits::infinity()})
+  for (const double x : {0.0, 1.0, Limits::max(), Limits::min(), Limits::denorm_min(),
+                         std::nextafter(Limits::min(), 0.0), Limits::infinity()})
     for (const double sign : {1.0, -1.0}) check(sign * x);
 }
 
@@ -49,9 +51,15 @@ TEST(Quad, IsRoundedToLongDoubleAsTheLibraryDoes) {
   for (int round = 0; round < samples::rounds(200000); ++round) {
     Bits bits = Bits{random()} << 64 | random();
     switch (round % 4) {
-      case 1: bits = bits >> 49 << 49; break;                     // nothing to round
-      case 2: bits = (bits >> 49 << 49) | Bits{1} << 48; break;   // half-way
-      case 3: bits |= ((Bits{1} << 63) - 1) << 49; break;         // a carry through the whole fraction, or none
+      case 1:
+        bits = bits >> 49 << 49;
+        break;  // nothing to round
+      case 2:
+        bits = (bits >> 49 << 49) | Bits{1} << 48;
+        break;  // half-way
+      case 3:
+        bits |= ((Bits{1} << 63) - 1) << 49;
+        break;  // a carry through the whole fraction, or none
     }
     expect_same_long_double(std::bit_cast<Quad>(bits));
   }
@@ -62,7 +70,8 @@ TEST(Quad, IsRoundedToLongDoubleAsTheLibraryDoes) {
     for (int round = 0; round < samples::rounds(100); ++round) {
       const Bits fraction = (Bits{random()} << 64 | random()) >> 16;
       expect_same_long_double(std::bit_cast<Quad>(Bits{static_cast<unsigned>(field)} << 112 | fraction));
-      expect_same_long_double(std::bit_cast<Quad>(Bits{static_cast<unsigned>(field)} << 112 | ((Bits{1} << 112) - 1)));
+      expect_same_long_double(
+          std::bit_cast<Quad>(Bits{static_cast<unsigned>(field)} << 112 | ((Bits{1} << 112) - 1)));
     }
 }
 

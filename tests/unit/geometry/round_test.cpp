@@ -1,4 +1,5 @@
-// The hyperplanes of round solids: what lies on which side of them, by long double arithmetic on random points.
+// The hyperplanes of round solids: what lies on which side of them, by long double arithmetic on random
+// points.
 
 #include <gtest/gtest.h>
 
@@ -25,18 +26,21 @@ typename RoundFamily<D>::Wedge random_wedge(const RoundFamily<D>& family, Random
   typename RoundFamily<D>::Wedge wedge;
   wedge.face = static_cast<std::uint32_t>(random() % static_cast<unsigned>(2 * family.axes()));
   wedge.level = static_cast<std::uint32_t>(random() % (family.levels() + 1));
-  for (int j = 0; j + 1 < family.axes(); ++j) wedge.at[static_cast<std::size_t>(j)] = static_cast<std::uint32_t>(random() & ((1U << wedge.level) - 1));
+  for (int j = 0; j + 1 < family.axes(); ++j)
+    wedge.at[static_cast<std::size_t>(j)] = static_cast<std::uint32_t>(random() & ((1U << wedge.level) - 1));
   return wedge;
 }
 
 /// A random point of the wedge, on the unit sphere of the round axes.
 template <int D>
-std::array<long double, D> direction_in(const RoundFamily<D>& family, const typename RoundFamily<D>::Wedge& wedge, Random& random) {
+std::array<long double, D> direction_in(const RoundFamily<D>& family,
+                                        const typename RoundFamily<D>::Wedge& wedge, Random& random) {
   std::uniform_real_distribution<long double> share(0, 1);
   std::array<long double, D> x{};
   const long double n = std::ldexp(1.0L, static_cast<int>(wedge.level));
   x[wedge.axis()] = wedge.sign();
-  for (int j = 0; j + 1 < family.axes(); ++j) x[family.axis_at(wedge, j)] = 2 * (wedge.at[static_cast<std::size_t>(j)] + share(random)) / n - 1;
+  for (int j = 0; j + 1 < family.axes(); ++j)
+    x[family.axis_at(wedge, j)] = 2 * (wedge.at[static_cast<std::size_t>(j)] + share(random)) / n - 1;
   long double square = 0;
   for (const long double c : x) square += c * c;
   for (long double& c : x) c /= std::sqrt(square);
@@ -76,16 +80,22 @@ void check_family(int axes, std::uint64_t seed) {
         if (wedge.level == family.levels()) continue;
         const auto halving = family.halving(wedge, j);
         const long double at = x[family.axis_at(wedge, j)] / std::fabs(x[wedge.axis()]),
-                          middle = (2 * static_cast<long double>(wedge.at[static_cast<std::size_t>(j)]) + 1) / n - 1;
+                          middle =
+                              (2 * static_cast<long double>(wedge.at[static_cast<std::size_t>(j)]) + 1) / n -
+                              1;
         const long double v = value<D>(family.rounded(halving.number), x) * (halving.flipped ? -1 : 1);
-        if (std::fabs(at - middle) > 0x1p-40L) { EXPECT_EQ(v > 0, at > middle); }
+        if (std::fabs(at - middle) > 0x1p-40L) {
+          EXPECT_EQ(v > 0, at > middle);
+        }
       }
     }
     // Exact and rounded coefficients are the same hyperplane.
-    for (const std::uint32_t number : {family.tangent(wedge), family.chord(wedge), family.bound(wedge, 0, 1).number}) {
+    for (const std::uint32_t number :
+         {family.tangent(wedge), family.chord(wedge), family.bound(wedge, 0, 1).number}) {
       const auto exact = family.exact(number);
       const auto rounded = family.rounded(number);
-      for (int i = 0; i <= D; ++i) EXPECT_EQ(static_cast<long double>(static_cast<std::int64_t>(exact[i])), rounded[i]);
+      for (int i = 0; i <= D; ++i)
+        EXPECT_EQ(static_cast<long double>(static_cast<std::int64_t>(exact[i])), rounded[i]);
     }
   }
 }
@@ -112,7 +122,8 @@ TEST(RoundFamily, GivesEveryHyperplaneOneNumber) {
         const RoundFamily<3>::Wedge wedge{face, level, {at & ((1U << level) - 1), at >> level}};
         const auto& tangent = seen.at(family.tangent(wedge));
         const auto d = family.direction(wedge);
-        for (int i = 0; i < 3; ++i) EXPECT_EQ(static_cast<double>(static_cast<std::int64_t>(tangent[i])), std::ldexp(d[i], 40));
+        for (int i = 0; i < 3; ++i)
+          EXPECT_EQ(static_cast<double>(static_cast<std::int64_t>(tangent[i])), std::ldexp(d[i], 40));
         ++tangents;
       }
   EXPECT_EQ(tangents, 6U * ((std::size_t{1} << (2 * (family.levels() + 1))) - 1) / 3);

@@ -151,13 +151,18 @@ struct Checks {
   std::uint64_t splits = 0, cells = 0;
 };
 
-/// The faces of a half, one by one in their order, from those of the whole: what is kept, then what the hyperplane's cuts of the faces one
-/// dimension up are. Written for any dimension, by names instead of numbers.
+/// The faces of a half, one by one in their order, from those of the whole: what is kept, then what the
+/// hyperplane's cuts of the faces one dimension up are. Written for any dimension, by names instead of
+/// numbers.
 template <int D>
 class ExpectedHalf {
  public:
   ExpectedHalf(const Cell<D>& cell, HyperplaneId id, bool is_positive, Splitter<D>& splitter)
-      : cell_(cell), id_(id), positive_(is_positive), other_(is_positive ? below : above), splitter_(splitter) {
+      : cell_(cell),
+        id_(id),
+        positive_(is_positive),
+        other_(is_positive ? below : above),
+        splitter_(splitter) {
     const auto rounded = splitter.table().rounded(id);
     for (const auto& vertex : cell.vertices()) {
       const int side = splitter.side(vertex, id, rounded);
@@ -197,15 +202,18 @@ class ExpectedHalf {
       if (k + 1 == D) continue;
       for (const auto& [face, number] : common_[k]) {
         std::vector<std::uint32_t> ids;
-        for (const std::uint32_t code : cell_.hyperplanes(k + 1, face)) ids.push_back(k + 2 == D ? code >> 1 : code);
+        for (const std::uint32_t code : cell_.hyperplanes(k + 1, face))
+          ids.push_back(k + 2 == D ? code >> 1 : code);
         ids.push_back(id_);
         const auto subfaces = cell_.subfaces(k + 1, face);
         check_face(half, k, number, common_subfaces(k, {subfaces.begin(), subfaces.end()}), ids);
       }
     }
     std::vector<std::uint16_t> facets;
-    for (std::size_t facet = 0; facet < cell_.facet_count(); ++facet) facets.push_back(static_cast<std::uint16_t>(facet));
-    check_face(half, D - 1, count_[D - 1] - 1, common_subfaces(D - 1, facets), {oriented(id_, positive_).code});
+    for (std::size_t facet = 0; facet < cell_.facet_count(); ++facet)
+      facets.push_back(static_cast<std::uint16_t>(facet));
+    check_face(half, D - 1, count_[D - 1] - 1, common_subfaces(D - 1, facets),
+               {oriented(id_, positive_).code});
   }
 
  private:
@@ -248,7 +256,8 @@ class ExpectedHalf {
     ASSERT_EQ(vertex.error, expected.error);
     ASSERT_EQ(vertex.hyperplanes, expected.hyperplanes);
   }
-  static void check_face(const Cell<D>& half, int k, std::size_t face, const std::vector<std::uint16_t>& subfaces,
+  static void check_face(const Cell<D>& half, int k, std::size_t face,
+                         const std::vector<std::uint16_t>& subfaces,
                          const std::vector<std::uint32_t>& hyperplanes) {
     const auto own = half.subfaces(k, face);
     ASSERT_EQ(std::vector<std::uint16_t>(own.begin(), own.end()), subfaces) << k << "-face " << face;

@@ -1,3 +1,5 @@
+#include "bsp2/io/files/file.hpp"
+
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -9,7 +11,6 @@
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/io/files/file.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -121,7 +122,8 @@ TEST_F(File, TemporaryDirectoryVanishesWithItsContent) {
   EXPECT_THROW(TemporaryDirectory(folder.path() / "missing"), Error);
 }
 
-/// What a process left that was killed goes with the next one; what belongs to a living one, or is not ours, stays.
+/// What a process left that was killed goes with the next one; what belongs to a living one, or is not ours,
+/// stays.
 TEST_F(File, TemporaryDirectoriesOfTheDeadAreRemoved) {
   const auto long_ago = fs::file_time_type::clock::now() - std::chrono::hours(1);
   const TemporaryDirectory alive(folder.path());

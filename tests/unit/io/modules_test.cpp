@@ -1,4 +1,7 @@
-// VTK and HDF5 come when they are asked for; what keeps them from coming is told; exceptions come back from them.
+// VTK and HDF5 come when they are asked for; what keeps them from coming is told; exceptions come back from
+// them.
+
+#include "outputs/modules.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +13,6 @@
 #include <vector>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "outputs/modules.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -53,12 +55,16 @@ TEST_F(Modules, AreOneForAllThreads) {
 TEST_F(Modules, AreTakenFromTheFolderThatIsNamed) {
   EXPECT_EQ(load_module("bsp2-vtk", module_folder(), module_layout), &vtk_module());
   file("bsp2-vtk.so", "no library");
-  EXPECT_NE(refusal([&] { load_module("bsp2-vtk", folder_.path(), module_layout); }).find(folder_.path().string()), std::string::npos);
+  EXPECT_NE(
+      refusal([&] { load_module("bsp2-vtk", folder_.path(), module_layout); }).find(folder_.path().string()),
+      std::string::npos);
 }
 
 TEST_F(Modules, ThatAreMissingAreNamedWithThePlaceToLookAt) {
   const std::string message = refusal([&] { load_module("bsp2-vtk", folder_.path(), module_layout); });
-  EXPECT_TRUE(message.starts_with("cannot load bsp2-vtk.so: it is not in '" + folder_.path().string() + "'; ")) << message;
+  EXPECT_TRUE(
+      message.starts_with("cannot load bsp2-vtk.so: it is not in '" + folder_.path().string() + "'; "))
+      << message;
 }
 
 TEST_F(Modules, OfAnotherBuildAreRefused) {
@@ -73,12 +79,15 @@ TEST_F(Modules, ThatAreCutOffAreRefused) {
   const fs::path path = folder_.path() / "bsp2-vtk.so";
   fs::copy_file(module_folder() / "bsp2-vtk.so", path);
   const auto whole = fs::file_size(path);
-  for (const auto length : {whole - 1, whole / 2, std::uintmax_t{5000}, std::uintmax_t{100}, std::uintmax_t{10}, std::uintmax_t{0}}) {
+  for (const auto length : {whole - 1, whole / 2, std::uintmax_t{5000}, std::uintmax_t{100},
+                            std::uintmax_t{10}, std::uintmax_t{0}}) {
     fs::resize_file(path, length);
     const std::string message = refusal([&] { load_module("bsp2-vtk", folder_.path(), module_layout); });
     EXPECT_TRUE(message.starts_with("cannot load '" + path.string() + "': ")) << length << ": " << message;
     if (length >= 100) {
-      EXPECT_NE(message.find("cut off: " + std::to_string(length) + " bytes of " + std::to_string(whole)), std::string::npos) << message;
+      EXPECT_NE(message.find("cut off: " + std::to_string(length) + " bytes of " + std::to_string(whole)),
+                std::string::npos)
+          << message;
     }
   }
 }
@@ -88,7 +97,10 @@ TEST_F(Modules, ThrowErrorsThatAreCaughtAsSuch) {
   EXPECT_NE(refusal([&] { read_snapshot(damaged); }).find("damaged.h5"), std::string::npos);
   EXPECT_NE(refusal([&] { write_snapshot("/proc/none/a.h5", {}); }), "");
   // A full device is noticed by the module.
-  EXPECT_NE(refusal([&] { vtk_module().write_piece({"/dev/full", "solid.pvtu"}, {}, false, {}); }).find("solid.pvtu"), std::string::npos);
+  EXPECT_NE(refusal([&] {
+              vtk_module().write_piece({"/dev/full", "solid.pvtu"}, {}, false, {});
+            }).find("solid.pvtu"),
+            std::string::npos);
 }
 
 /// A type that no module knows.
@@ -105,12 +117,15 @@ TEST_F(Modules, LetExceptionsOfTheirCallersThrough) {
   const fs::path path = folder_.path() / "a.h5";
   write_snapshot(path, snapshot);
   try {
-    read_snapshot(path, SnapshotPart::all, [](std::uint32_t region) -> bool { throw OwnFailure{{1, 2, static_cast<int>(region)}}; });
+    read_snapshot(path, SnapshotPart::all, [](std::uint32_t region) -> bool {
+      throw OwnFailure{{1, 2, static_cast<int>(region)}};
+    });
     FAIL() << "nothing was thrown";
   } catch (const OwnFailure& failure) {
     EXPECT_EQ(failure.numbers, (std::vector{1, 2, 3}));
   }
-  EXPECT_EQ(read_snapshot(path).frontier_archive, snapshot.frontier_archive);  // and HDF5 is as good as before
+  EXPECT_EQ(read_snapshot(path).frontier_archive,
+            snapshot.frontier_archive);  // and HDF5 is as good as before
 }
 
 }  // namespace

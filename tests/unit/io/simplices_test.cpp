@@ -10,9 +10,9 @@
 #include <random>
 
 #include "bsp2/io/outputs/vtu.hpp"
+#include "support/rounds.hpp"
 #include "support/sample_mesh.hpp"
 #include "support/temporary_folder.hpp"
-#include "support/rounds.hpp"
 
 namespace bsp2::io {
 namespace {
@@ -21,18 +21,22 @@ namespace fs = std::filesystem;
 using Rational = boost::multiprecision::cpp_rational;
 using samples::Point;
 
-/// Six times the volume of a tetrahedron whose first three points go counter-clockwise seen from the fourth. Exact.
+/// Six times the volume of a tetrahedron whose first three points go counter-clockwise seen from the fourth.
+/// Exact.
 Rational six_volumes(const std::array<Point, 4>& p) {
   std::array<std::array<Rational, 3>, 3> m;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k) m[i][k] = Rational(p[i + 1][k]) - Rational(p[0][k]);
   Rational sum = 0;
-  for (std::size_t k = 0; k < 3; ++k) sum += m[0][k] * (m[1][(k + 1) % 3] * m[2][(k + 2) % 3] - m[1][(k + 2) % 3] * m[2][(k + 1) % 3]);
+  for (std::size_t k = 0; k < 3; ++k)
+    sum += m[0][k] * (m[1][(k + 1) % 3] * m[2][(k + 2) % 3] - m[1][(k + 2) % 3] * m[2][(k + 1) % 3]);
   return sum;
 }
 
 double smallest_dihedral(const std::array<Point, 4>& p) {
-  const auto minus = [](const Point& a, const Point& b) { return Point{a[0] - b[0], a[1] - b[1], a[2] - b[2]}; };
+  const auto minus = [](const Point& a, const Point& b) {
+    return Point{a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  };
   const auto cross = [](const Point& a, const Point& b) {
     return Point{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   };
@@ -44,7 +48,9 @@ double smallest_dihedral(const std::array<Point, 4>& p) {
         const std::size_t m = 6 - i - k - l;
         if (i >= k || l == i || l == k || m >= l) continue;
         const Point e = minus(p[k], p[i]), u = cross(e, minus(p[l], p[i])), v = cross(e, minus(p[m], p[i]));
-        least = std::min(least, std::acos(std::clamp(dot(u, v) / std::sqrt(dot(u, u) * dot(v, v)), -1.0, 1.0)) * 180 / 3.14159265358979);
+        least =
+            std::min(least, std::acos(std::clamp(dot(u, v) / std::sqrt(dot(u, u) * dot(v, v)), -1.0, 1.0)) *
+                                180 / 3.14159265358979);
       }
   return least;
 }
@@ -90,7 +96,8 @@ TEST(Simplices, AreNeverFlatOrInverted) {
       vtkNew<vtkIdList> corners;
       grid->GetCellPoints(cell, corners);
       std::array<Point, 4> p;
-      for (vtkIdType i = 0; i < 4; ++i) grid->GetPoint(corners->GetId(i), p[static_cast<std::size_t>(i)].data());
+      for (vtkIdType i = 0; i < 4; ++i)
+        grid->GetPoint(corners->GetId(i), p[static_cast<std::size_t>(i)].data());
       const Rational six = six_volumes(p);
       bad += six <= 0;
       filled += static_cast<double>(six) / 6;

@@ -11,8 +11,8 @@
 #include <random>
 
 #include "bsp2/io/outputs/surface.hpp"
-#include "support/temporary_folder.hpp"
 #include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
 namespace {
@@ -31,7 +31,8 @@ std::vector<Facet> read_stl(const fs::path& path) {
   std::memcpy(&count, bytes.data() + 80, sizeof count);
   EXPECT_EQ(bytes.size(), 84 + 50 * std::size_t{count});
   std::vector<Facet> facets(count);
-  for (std::size_t i = 0; i < count; ++i) std::memcpy(&facets[i], bytes.data() + 84 + 50 * i + 12, sizeof(Facet));
+  for (std::size_t i = 0; i < count; ++i)
+    std::memcpy(&facets[i], bytes.data() + 84 + 50 * i + 12, sizeof(Facet));
   return facets;
 }
 
@@ -40,7 +41,8 @@ boost::multiprecision::cpp_int whole(float x) {
   int exponent = 0;
   const float fraction = std::frexp(x, &exponent);
   boost::multiprecision::cpp_int number(static_cast<std::int64_t>(std::ldexp(fraction, 24)));
-  return exponent + 125 >= 0 ? boost::multiprecision::cpp_int(number << (exponent + 125)) : boost::multiprecision::cpp_int(number >> -(exponent + 125));
+  return exponent + 125 >= 0 ? boost::multiprecision::cpp_int(number << (exponent + 125))
+                             : boost::multiprecision::cpp_int(number >> -(exponent + 125));
 }
 
 bool has_area(const Facet& facet) {
@@ -60,7 +62,8 @@ double volume_of(const std::vector<Facet>& facets) {
     std::array<std::array<long double, 3>, 3> v;
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t k = 0; k < 3; ++k) v[i][k] = static_cast<long double>(f[i][k]) - facets[0][0][k];
-    for (std::size_t k = 0; k < 3; ++k) six += v[0][k] * (v[1][(k + 1) % 3] * v[2][(k + 2) % 3] - v[1][(k + 2) % 3] * v[2][(k + 1) % 3]);
+    for (std::size_t k = 0; k < 3; ++k)
+      six += v[0][k] * (v[1][(k + 1) % 3] * v[2][(k + 2) % 3] - v[1][(k + 2) % 3] * v[2][(k + 1) % 3]);
   }
   return static_cast<double>(six / 6);
 }
@@ -72,22 +75,29 @@ void expect_sound(const std::vector<Facet>& facets) {
     flat += !has_area(facet);
     for (std::size_t k = 0; k < 3; ++k) {
       const Corner &a = facet[k], &b = facet[(k + 1) % 3];
-      if (a < b) ++uses[{a, b}];
-      else --uses[{b, a}];
+      if (a < b)
+        ++uses[{a, b}];
+      else
+        --uses[{b, a}];
     }
   }
   EXPECT_EQ(flat, 0U) << "of " << facets.size();
-  for (const auto& [edge, difference] : uses) ASSERT_EQ(difference, 0) << "an edge is not used equally often in both directions";
+  for (const auto& [edge, difference] : uses)
+    ASSERT_EQ(difference, 0) << "an edge is not used equally often in both directions";
 }
 
-/// A closed grid of n x m quadrangles, each two triangles, bent around a ring; `place` says where each point is.
-void add_ring(TriangleSurface& surface, std::uint32_t n, std::uint32_t m, const std::function<Point(double, double)>& place) {
+/// A closed grid of n x m quadrangles, each two triangles, bent around a ring; `place` says where each point
+/// is.
+void add_ring(TriangleSurface& surface, std::uint32_t n, std::uint32_t m,
+              const std::function<Point(double, double)>& place) {
   const auto first = static_cast<std::uint32_t>(surface.points.size());
   for (std::uint32_t i = 0; i < n; ++i)
-    for (std::uint32_t j = 0; j < m; ++j) surface.points.push_back(place(static_cast<double>(i) / n, static_cast<double>(j) / m));
+    for (std::uint32_t j = 0; j < m; ++j)
+      surface.points.push_back(place(static_cast<double>(i) / n, static_cast<double>(j) / m));
   for (std::uint32_t i = 0; i < n; ++i)
     for (std::uint32_t j = 0; j < m; ++j) {
-      const std::uint32_t a = first + i * m + j, b = first + (i + 1) % n * m + j, c = first + (i + 1) % n * m + (j + 1) % m, d = first + i * m + (j + 1) % m;
+      const std::uint32_t a = first + i * m + j, b = first + (i + 1) % n * m + j,
+                          c = first + (i + 1) % n * m + (j + 1) % m, d = first + i * m + (j + 1) % m;
       surface.triangles.insert(surface.triangles.end(), {{a, b, c}, {a, c, d}});
       surface.owner.insert(surface.owner.end(), {0, 0});
     }
@@ -98,7 +108,9 @@ void add_box(TriangleSurface& surface, int n, const Point& low, const Point& siz
   std::map<std::array<int, 3>, std::uint32_t> numbers;
   const auto point = [&](const std::array<int, 3>& at) {
     const auto [found, is_new] = numbers.try_emplace(at, static_cast<std::uint32_t>(surface.points.size()));
-    if (is_new) surface.points.push_back({low[0] + size[0] * at[0] / n, low[1] + size[1] * at[1] / n, low[2] + size[2] * at[2] / n});
+    if (is_new)
+      surface.points.push_back(
+          {low[0] + size[0] * at[0] / n, low[1] + size[1] * at[1] / n, low[2] + size[2] * at[2] / n});
     return found->second;
   };
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -113,7 +125,8 @@ void add_box(TriangleSurface& surface, int n, const Point& low, const Point& siz
             at[(axis + 2) % 3] = j + (corner >= 2);
             around[side == 0 ? 3 - corner : corner] = point(at);
           }
-          surface.triangles.insert(surface.triangles.end(), {{around[0], around[1], around[2]}, {around[0], around[2], around[3]}});
+          surface.triangles.insert(surface.triangles.end(),
+                                   {{around[0], around[1], around[2]}, {around[0], around[2], around[3]}});
           surface.owner.insert(surface.owner.end(), {0, 0});
         }
 }
@@ -131,21 +144,26 @@ class SinglePrecision : public ::testing::Test {
   }
 };
 
-/// What all formats promise, however much of it single precision spoils: closed by the coordinates, no triangle without area, and around
-/// the volume that the rounded corners have.
+/// What all formats promise, however much of it single precision spoils: closed by the coordinates, no
+/// triangle without area, and around the volume that the rounded corners have.
 TEST_F(SinglePrecision, RandomSurfacesStayClosedWithoutFlatTriangles) {
   const auto seed = std::random_device{}();
   SCOPED_TRACE("seed " + std::to_string(seed));
   std::mt19937 random(seed);
-  const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
-  const auto whole_number = [&](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
+  const auto number = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto whole_number = [&](int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(random);
+  };
   int spoiled = 0;
   for (int round = 0; round < samples::rounds(300); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
     TriangleSurface surface;
     for (int part = whole_number(1, 3); part > 0; --part) {
       const double size = std::pow(10, number(-3, 3));
-      const Point thickness{std::pow(10, -number(0, 7) * whole_number(0, 1)), std::pow(10, -number(0, 7) * whole_number(0, 1)), 1};
+      const Point thickness{std::pow(10, -number(0, 7) * whole_number(0, 1)),
+                            std::pow(10, -number(0, 7) * whole_number(0, 1)), 1};
       Point middle;
       for (double& x : middle) x = size * number(-1, 1) * std::pow(10, number(0, 9) * whole_number(0, 1));
       if (whole_number(0, 1) == 0) {
@@ -153,12 +171,16 @@ TEST_F(SinglePrecision, RandomSurfacesStayClosedWithoutFlatTriangles) {
         continue;
       }
       const double bore = number(0.1, 0.9), turn = number(0, 6.3);
-      add_ring(surface, static_cast<std::uint32_t>(whole_number(3, 40)), static_cast<std::uint32_t>(whole_number(3, 20)), [&](double u, double v) -> Point {
-        const double a = 2 * std::numbers::pi * u, b = 2 * std::numbers::pi * v, r = 1 + bore * std::cos(b);
-        const Point p{r * std::cos(a) * thickness[0], r * std::sin(a) * thickness[1], bore * std::sin(b)};
-        return {middle[0] + size * (std::cos(turn) * p[0] - std::sin(turn) * p[2]), middle[1] + size * p[1],
-                middle[2] + size * (std::sin(turn) * p[0] + std::cos(turn) * p[2])};
-      });
+      add_ring(
+          surface, static_cast<std::uint32_t>(whole_number(3, 40)),
+          static_cast<std::uint32_t>(whole_number(3, 20)), [&](double u, double v) -> Point {
+            const double a = 2 * std::numbers::pi * u, b = 2 * std::numbers::pi * v,
+                         r = 1 + bore * std::cos(b);
+            const Point p{r * std::cos(a) * thickness[0], r * std::sin(a) * thickness[1], bore * std::sin(b)};
+            return {middle[0] + size * (std::cos(turn) * p[0] - std::sin(turn) * p[2]),
+                    middle[1] + size * p[1],
+                    middle[2] + size * (std::sin(turn) * p[0] + std::cos(turn) * p[2])};
+          });
     }
     const std::vector<Facet> facets = written(surface);
     expect_sound(facets);
@@ -171,7 +193,8 @@ TEST_F(SinglePrecision, RandomSurfacesStayClosedWithoutFlatTriangles) {
     }
     double reach = 0, span = 0;  // what rounding errors of the sum are relative to
     for (const Facet& f : rounded)
-      for (std::size_t k = 0; k < 3; ++k) span = std::max(span, std::fabs(static_cast<double>(f[0][k]) - rounded[0][0][k]));
+      for (std::size_t k = 0; k < 3; ++k)
+        span = std::max(span, std::fabs(static_cast<double>(f[0][k]) - rounded[0][0][k]));
     reach = span * span * span * static_cast<double>(rounded.size());
     EXPECT_NEAR(facets.empty() ? 0 : volume_of(facets), volume_of(rounded), 1e-16 * reach);
   }

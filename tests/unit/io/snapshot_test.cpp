@@ -32,7 +32,8 @@ std::shared_ptr<const CellBatch> random_batch(std::mt19937& random, std::size_t 
       for (int axis = 0; axis < 3; ++axis) batch->points.push_back(static_cast<double>(random()) / 7);
     batch->point_offset.push_back(static_cast<std::uint32_t>(batch->points.size() / 3));
     for (int facet = 4 + number(4); facet > 0; --facet) {
-      for (int i = 3 + number(4); i > 0; --i) batch->facet_vertices.push_back(static_cast<std::uint16_t>(random()));
+      for (int i = 3 + number(4); i > 0; --i)
+        batch->facet_vertices.push_back(static_cast<std::uint16_t>(random()));
       batch->facet_vertex_offset.push_back(static_cast<std::uint32_t>(batch->facet_vertices.size()));
       batch->facet_hyperplane.push_back(static_cast<std::int32_t>(random()));
     }
@@ -100,14 +101,16 @@ Snapshot random_snapshot(std::mt19937& random, std::size_t cells) {
 template <typename T>
 std::vector<T> all(const Snapshot& s, std::vector<T> CellBatch::*member) {
   std::vector<T> values;
-  for (const auto& batch : s.cells) values.insert(values.end(), ((*batch).*member).begin(), ((*batch).*member).end());
+  for (const auto& batch : s.cells)
+    values.insert(values.end(), ((*batch).*member).begin(), ((*batch).*member).end());
   return values;
 }
 /// Sizes of the parts of all cells, from offsets that begin anew in each batch.
 std::vector<std::uint32_t> sizes(const Snapshot& s, std::vector<std::uint32_t> CellBatch::*member) {
   std::vector<std::uint32_t> values;
   for (const auto& batch : s.cells)
-    for (std::size_t i = 1; i < ((*batch).*member).size(); ++i) values.push_back(((*batch).*member)[i] - ((*batch).*member)[i - 1]);
+    for (std::size_t i = 1; i < ((*batch).*member).size(); ++i)
+      values.push_back(((*batch).*member)[i] - ((*batch).*member)[i - 1]);
   return values;
 }
 
@@ -216,7 +219,8 @@ Snapshot some_regions(const Snapshot& whole, const std::function<bool(std::uint3
       some.tree.nodes.push_back(whole.tree.nodes[k]);
       some.tree.ids.push_back(whole.tree.ids[k]);
     }
-    some.tree.hyperplanes.insert(some.tree.hyperplanes.end(), &whole.tree.hyperplanes[8 * i], &whole.tree.hyperplanes[8 * i] + 8);
+    some.tree.hyperplanes.insert(some.tree.hyperplanes.end(), &whole.tree.hyperplanes[8 * i],
+                                 &whole.tree.hyperplanes[8 * i] + 8);
   }
   std::erase_if(some.cells, [&](const auto& batch) { return !wanted(batch->region[0]); });
   return some;
@@ -270,7 +274,8 @@ TEST_F(SnapshotFile, RefusesWhatIsNoSnapshot) {
 
 TEST_F(SnapshotFile, RefusesAnotherVersion) {
   write_snapshot(path_, random_snapshot(random_, 2));
-  const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), attribute = H5Aopen(file, "version", H5P_DEFAULT);
+  const hid_t file = H5Fopen(path_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT),
+              attribute = H5Aopen(file, "version", H5P_DEFAULT);
   const std::int32_t next = 99;
   H5Awrite(attribute, H5T_NATIVE_INT32, &next);
   H5Aclose(attribute);
@@ -333,7 +338,8 @@ TEST_F(SnapshotFile, IsCopiedAsAWhole) {
   for (const rlim_t bytes : {0U, 40000U}) {
     const FullDisk disk(bytes);
     const std::string message = refusal([&] { copy_snapshot(path_, copy); });
-    EXPECT_NE(message.find("cannot write the snapshot '" + copy.string() + "'"), std::string::npos) << bytes << " " << message;
+    EXPECT_NE(message.find("cannot write the snapshot '" + copy.string() + "'"), std::string::npos)
+        << bytes << " " << message;
     EXPECT_EQ(files(), 2U);
     expect_equal(read_snapshot(copy), old);
   }
@@ -353,11 +359,14 @@ TEST_F(SnapshotFile, IsCopiedOnlyWhereThereIsRoom) {
   if (too_large) GTEST_SKIP() << "no file can be that large here";
   const FullDisk disk(100000);  // whoever copies it nevertheless shall not fill the disk
   const std::string message = refusal([&] { copy_snapshot(path_, copy); });
-  EXPECT_NE(message.find("cannot write the snapshot '" + copy.string() + "': No space left on device: "), std::string::npos) << message;
+  EXPECT_NE(message.find("cannot write the snapshot '" + copy.string() + "': No space left on device: "),
+            std::string::npos)
+      << message;
   EXPECT_EQ(files(), 1U);
 }
 
-/// Linux has nothing to sync in a device that keeps nothing, and says so as a file system does that cannot sync.
+/// Linux has nothing to sync in a device that keeps nothing, and says so as a file system does that cannot
+/// sync.
 TEST(Replacing, IsContentWhereNothingCanBeSynced) {
   const int descriptor = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   EXPECT_EQ(::fsync(descriptor), -1);

@@ -1,8 +1,10 @@
 // What is written as a surface, read back by VTK's own readers.
+#include "bsp2/io/outputs/surface.hpp"
+
 #include <gtest/gtest.h>
 #include <vtkCellData.h>
-#include <vtkFieldData.h>
 #include <vtkDataArray.h>
+#include <vtkFieldData.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
 #include <vtkOBJReader.h>
@@ -20,7 +22,6 @@
 #include <random>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/io/outputs/surface.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace bsp2::io {
@@ -66,7 +67,8 @@ class Surface : public ::testing::Test {
       for (vtkIdType k = 0; k < 3; ++k) {
         const double* x = read->GetPoint(corners->GetId(k));
         const auto& expected = surface.points[surface.triangles[i][static_cast<std::size_t>(k)]];
-        for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(x[axis], expected[axis], precision * std::fabs(expected[axis]));
+        for (int axis = 0; axis < 3; ++axis)
+          EXPECT_NEAR(x[axis], expected[axis], precision * std::fabs(expected[axis]));
       }
     }
   }
@@ -83,8 +85,10 @@ TEST_F(Surface, VtpHoldsAllDigitsAndPrimitivesOrParts) {
     expect_same(read, 0);
     vtkDataArray* owner = read->GetCellData()->GetArray(named ? "part" : "primitive");
     ASSERT_NE(owner, nullptr);
-    for (std::size_t i = 0; i < surface.owner.size(); ++i) EXPECT_EQ(owner->GetComponent(static_cast<vtkIdType>(i), 0), surface.owner[i]);
-    auto* const all_names = vtkStringArray::SafeDownCast(read->GetFieldData()->GetAbstractArray("part_names"));
+    for (std::size_t i = 0; i < surface.owner.size(); ++i)
+      EXPECT_EQ(owner->GetComponent(static_cast<vtkIdType>(i), 0), surface.owner[i]);
+    auto* const all_names =
+        vtkStringArray::SafeDownCast(read->GetFieldData()->GetAbstractArray("part_names"));
     ASSERT_EQ(all_names != nullptr, named);
     if (named) {
       EXPECT_EQ(all_names->GetValue(7), "a b");
@@ -101,7 +105,8 @@ TEST_F(Surface, StlLeavesOutWhatSinglePrecisionCollapses) {
   surface.owner.assign(6, 0);
   surface.points[1] = {0, 1e-3, 1e-60};
   surface.points[2] = {0, 1e-3, 0};
-  // Two triangles have two corners in one; two others come to lie on each other, back to back. Three are left with one that is gone.
+  // Two triangles have two corners in one; two others come to lie on each other, back to back. Three are left
+  // with one that is gone.
   const auto read = write_and_read<vtkSTLReader>("a.stl");
   EXPECT_EQ(read->GetNumberOfCells(), 4);
   EXPECT_EQ(read->GetNumberOfPoints(), 4);
@@ -121,7 +126,8 @@ TEST_F(Surface, WhatSinglePrecisionSpoilsIsTold) {
   EXPECT_FALSE(fs::exists(folder.path() / "large.stl"));
 }
 
-// Readers compare the two. Slivers are turned over by rounding, so the normal has to be that of what is written.
+// Readers compare the two. Slivers are turned over by rounding, so the normal has to be that of what is
+// written.
 TEST_F(Surface, NormalsOfStlAreThoseOfTheCornersWritten) {
   const auto seed = std::random_device{}();
   SCOPED_TRACE("seed " + std::to_string(seed));
@@ -129,7 +135,8 @@ TEST_F(Surface, NormalsOfStlAreThoseOfTheCornersWritten) {
   std::uniform_real_distribution<double> number(-1, 1);
   surface = {};
   for (std::uint32_t i = 0; i < 1000; ++i) {
-    const std::array<double, 3> a{number(random), number(random), number(random)}, b{number(random), number(random), number(random)};
+    const std::array<double, 3> a{number(random), number(random), number(random)},
+        b{number(random), number(random), number(random)};
     std::array<double, 3> c;
     for (int k = 0; k < 3; ++k) c[k] = (a[k] + b[k]) / 2 + 1e-8 * number(random);
     surface.points.insert(surface.points.end(), {a, b, c});
@@ -146,7 +153,9 @@ TEST_F(Surface, NormalsOfStlAreThoseOfTheCornersWritten) {
     double along = 0;
     for (int k = 0; k < 3; ++k) {
       const int l = (k + 1) % 3, m = (k + 2) % 3;
-      const auto edge = [&](int corner, int axis) { return static_cast<double>(t[corner][axis]) - t[1][axis]; };
+      const auto edge = [&](int corner, int axis) {
+        return static_cast<double>(t[corner][axis]) - t[1][axis];
+      };
       along += t[0][k] * (edge(2, l) * edge(3, m) - edge(2, m) * edge(3, l));
     }
     EXPECT_GE(along, 0) << i;
@@ -172,16 +181,20 @@ TEST_F(Surface, PlyIsReadAsWritten) {
 }
 
 TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPrimitiveOrPart) {
-  surface.triangles = {surface.triangles[1], surface.triangles[0], surface.triangles[3], surface.triangles[2]};  // as they are written: by owner
+  surface.triangles = {surface.triangles[1], surface.triangles[0], surface.triangles[3],
+                       surface.triangles[2]};  // as they are written: by owner
   surface.owner = {geometry::no_primitive, 5, 5, 7};
   expect_same(write_and_read<vtkOBJReader>("a.obj"), 1e-7);
   const std::string all = text("a.obj");
   EXPECT_NE(all.find("v 0.001 0 1234567.890123\n"), std::string::npos);
-  EXPECT_NE(all.find("g no_primitive\nf 1 2 4\ng primitive_5\nf 1 3 2\nf 3 1 4\ng primitive_7\nf 2 3 4\n"), std::string::npos);
+  EXPECT_NE(all.find("g no_primitive\nf 1 2 4\ng primitive_5\nf 1 3 2\nf 3 1 4\ng primitive_7\nf 2 3 4\n"),
+            std::string::npos);
   surface.owner = {geometry::no_part, 0, 1, 2};
   names = {"left leg", "left_leg", ""};
   expect_same(write_and_read<vtkOBJReader>("b.obj"), 1e-7);
-  EXPECT_NE(text("b.obj").find("g no_part\nf 1 2 4\ng left_leg\nf 1 3 2\ng left_leg_1\nf 3 1 4\ng _2\nf 2 3 4\n"), std::string::npos);
+  EXPECT_NE(
+      text("b.obj").find("g no_part\nf 1 2 4\ng left_leg\nf 1 3 2\ng left_leg_1\nf 3 1 4\ng _2\nf 2 3 4\n"),
+      std::string::npos);
   names = {"no_part", "a", "b"};
   expect_same(write_and_read<vtkOBJReader>("c.obj"), 1e-7);
   EXPECT_NE(text("c.obj").find("g no_part\nf 1 2 4\ng no_part_0\nf 1 3 2\ng a\n"), std::string::npos);
@@ -201,7 +214,8 @@ TEST_F(Surface, OtherEndingsAndMissingFoldersAreErrors) {
   EXPECT_FALSE(is_surface_file("stl"));
   EXPECT_TRUE(is_surface_file("x/a.PLY"));
   EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "a.off", surface)), Error);
-  for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp"}) EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "none" / name, surface)), Error);
+  for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp"})
+    EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "none" / name, surface)), Error);
 }
 
 }  // namespace

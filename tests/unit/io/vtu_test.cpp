@@ -1,3 +1,5 @@
+#include "bsp2/io/outputs/vtu.hpp"
+
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <vtkCell.h>
@@ -18,7 +20,6 @@
 #include <sstream>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/io/outputs/vtu.hpp"
 #include "support/sample_mesh.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -253,7 +254,8 @@ TEST_F(Vtu, WritesTheColourOfEachPrimitive) {
   for (vtkIdType i = 0; i < grid->GetNumberOfCells(); ++i) {
     const int primitive = static_cast<int>(value(grid, "primitive", i));
     const bool has_one = primitive >= 0 && value(grid, "label", i) == 1;
-    const std::array<std::uint8_t, 4> expected = has_one ? options.colour_of_primitive[static_cast<std::size_t>(primitive)] : options.other_colour;
+    const std::array<std::uint8_t, 4> expected =
+        has_one ? options.colour_of_primitive[static_cast<std::size_t>(primitive)] : options.other_colour;
     for (int k = 0; k < 4; ++k) EXPECT_EQ(colours->GetComponent(i, k), expected[static_cast<std::size_t>(k)]);
   }
   EXPECT_EQ(write_and_read(3, {batch})->GetCellData()->GetArray("color"), nullptr);

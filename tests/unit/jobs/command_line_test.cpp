@@ -1,12 +1,13 @@
+#include "options/command_line.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <sstream>
 
-#include "bsp2/geometry/support/error.hpp"
-#include "options/command_line.hpp"
-#include "options/picture_options.hpp"
 #include "answers/point_query.hpp"
+#include "bsp2/geometry/support/error.hpp"
+#include "options/picture_options.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -50,8 +51,11 @@ TEST(CommandLine, ABoundaryNeedsInCellsAndAKnownEnding) {
   EXPECT_EQ(command.boundary, "b.ply");
   EXPECT_TRUE(command.options.boundary && command.options.collect_cells);
   EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj"}).boundary, "b.obj");
-  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"}).find("'b.vtu' must end in .stl, .ply, .obj or .vtp"), std::string::npos);
-  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.stl", "--keep", "out"}).find("--keep in"), std::string::npos);
+  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"})
+                .find("'b.vtu' must end in .stl, .ply, .obj or .vtp"),
+            std::string::npos);
+  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.stl", "--keep", "out"}).find("--keep in"),
+            std::string::npos);
   EXPECT_FALSE(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundary);
 }
 
@@ -65,16 +69,29 @@ TEST(CommandLine, CurvedAndToleranceReachTheRun) {
 }
 
 TEST(CommandLine, FilesHaveNames) {
-  for (const char* option : {"-o", "--snapshot", "--boundary", "--picture", "--frames", "--series", "--report", "--table"}) {
+  for (const char* option :
+       {"-o", "--snapshot", "--boundary", "--picture", "--frames", "--series", "--report", "--table"}) {
     SCOPED_TRACE(option);
-    EXPECT_NE(message_for({"run", "a.csg", option, ""}).find("needs a name"), std::string::npos) << message_for({"run", "a.csg", option, ""});
+    EXPECT_NE(message_for({"run", "a.csg", option, ""}).find("needs a name"), std::string::npos)
+        << message_for({"run", "a.csg", option, ""});
   }
-  for (const std::vector<std::string>& inputs : std::vector<std::vector<std::string>>{
-           {"run", ""}, {"tables", ""}, {"resume", ""}, {"info", ""}, {"export", "", "-o", "a.stl"}, {"render", "", "-o", "a.png"},
-           {"query", "", "--points", "p"}, {"jobs", "split", "", "q"}, {"jobs", "split", "a.csg", ""}, {"jobs", "run", ""},
-           {"jobs", "merge", ""}, {"jobs", "status", ""}})
-    EXPECT_NE(message_for(inputs).find(": needs a name, not an empty text (see 'bsp2 "), std::string::npos) << inputs[0] << ": " << message_for(inputs);
-  for (const char* command : {"export", "render"}) EXPECT_NE(message_for({command, "a.h5", "-o", ""}).find("needs a name"), std::string::npos) << command;
+  for (const std::vector<std::string>& inputs :
+       std::vector<std::vector<std::string>>{{"run", ""},
+                                             {"tables", ""},
+                                             {"resume", ""},
+                                             {"info", ""},
+                                             {"export", "", "-o", "a.stl"},
+                                             {"render", "", "-o", "a.png"},
+                                             {"query", "", "--points", "p"},
+                                             {"jobs", "split", "", "q"},
+                                             {"jobs", "split", "a.csg", ""},
+                                             {"jobs", "run", ""},
+                                             {"jobs", "merge", ""},
+                                             {"jobs", "status", ""}})
+    EXPECT_NE(message_for(inputs).find(": needs a name, not an empty text (see 'bsp2 "), std::string::npos)
+        << inputs[0] << ": " << message_for(inputs);
+  for (const char* command : {"export", "render"})
+    EXPECT_NE(message_for({command, "a.h5", "-o", ""}).find("needs a name"), std::string::npos) << command;
 }
 
 TEST(CommandLine, AFolderIsNoSurface) {
@@ -103,19 +120,25 @@ TEST(CommandLine, AnglesNeedAnEye) {
   const auto options = parsed({"run", "a.csg", "--angle", "0.5", "--eye", "1,2,3,4"}).options;
   EXPECT_EQ(options.angle, 0.5);
   EXPECT_EQ(options.eye, (std::vector<double>{1, 2, 3, 4}));
-  EXPECT_EQ(parsed({"run", "a.csg", "--order", "view", "--eye", "1,2"}).options.eye, (std::vector<double>{1, 2}));
+  EXPECT_EQ(parsed({"run", "a.csg", "--order", "view", "--eye", "1,2"}).options.eye,
+            (std::vector<double>{1, 2}));
   EXPECT_NE(message_for({"run", "a.csg", "--angle", "0.5"}).find("add --eye"), std::string::npos);
-  EXPECT_NE(message_for({"run", "a.csg", "--eye", "1,2,3"}).find("needs --angle or --order view"), std::string::npos);
-  EXPECT_NE(message_for({"run", "a.csg", "--angle", "0.5", "--eye", "1,x"}).find("no point"), std::string::npos);
-  for (const char* bad : {"0", "90", "-1", "nan"}) EXPECT_NE(message_for({"run", "a.csg", "--eye", "1,2,3", "--angle", bad}), "") << bad;
+  EXPECT_NE(message_for({"run", "a.csg", "--eye", "1,2,3"}).find("needs --angle or --order view"),
+            std::string::npos);
+  EXPECT_NE(message_for({"run", "a.csg", "--angle", "0.5", "--eye", "1,x"}).find("no point"),
+            std::string::npos);
+  for (const char* bad : {"0", "90", "-1", "nan"})
+    EXPECT_NE(message_for({"run", "a.csg", "--eye", "1,2,3", "--angle", bad}), "") << bad;
 }
 
 TEST(CommandLine, PicturesHaveOneSetOfOptions) {
-  for (const std::vector<std::string>& start : std::vector<std::vector<std::string>>{
-           {"run", "a.csg", "--picture", "p.svg"}, {"resume", "a.h5", "--picture", "p.svg"}, {"render", "a.h5", "-o", "p.svg"}}) {
+  for (const std::vector<std::string>& start :
+       std::vector<std::vector<std::string>>{{"run", "a.csg", "--picture", "p.svg"},
+                                             {"resume", "a.h5", "--picture", "p.svg"},
+                                             {"render", "a.h5", "-o", "p.svg"}}) {
     std::vector<std::string> arguments = start;
-    for (const char* more :
-         {"--eye", "1,-2.5,3e1", "--look=0,0,1", "--explode", "0.5", "--edges", "--shade", "region", "--size", "640x480"})
+    for (const char* more : {"--eye", "1,-2.5,3e1", "--look=0,0,1", "--explode", "0.5", "--edges", "--shade",
+                             "region", "--size", "640x480"})
       arguments.emplace_back(more);
     const RunCommand command = parsed(arguments);
     EXPECT_EQ(command.picture, "p.svg");
@@ -129,11 +152,14 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
     EXPECT_EQ(command.view.height, 480);
   }
   EXPECT_EQ(parsed({"render", "a.h5", "-o", "p.png"}).options.steps, 0U);
-  EXPECT_NE(message_for({"render", "a.h5", "-o", "p.gif"}).find("'p.gif' must end in .png, .svg or .pdf"), std::string::npos);
-  EXPECT_NE(message_for({"render", "a.h5", "-o", "p.png", "--shade", "rank"}).find("does not tell who computed"), std::string::npos);
+  EXPECT_NE(message_for({"render", "a.h5", "-o", "p.gif"}).find("'p.gif' must end in .png, .svg or .pdf"),
+            std::string::npos);
+  EXPECT_NE(
+      message_for({"render", "a.h5", "-o", "p.png", "--shade", "rank"}).find("does not tell who computed"),
+      std::string::npos);
   EXPECT_NE(message_for({"run", "a", "--edges"}).find("--picture"), std::string::npos);
-  for (const char* bad : {"--eye=1,2", "--eye=1,2,x", "--eye=1,2,nan", "--look=,,", "--size=10", "--size=0x5", "--size=9999x9999",
-                          "--size=1.5x2", "--explode=-1", "--shade=pink"})
+  for (const char* bad : {"--eye=1,2", "--eye=1,2,x", "--eye=1,2,nan", "--look=,,", "--size=10", "--size=0x5",
+                          "--size=9999x9999", "--size=1.5x2", "--explode=-1", "--shade=pink"})
     EXPECT_NE(message_for({"run", "a", "--picture", "p.png", bad}), "") << bad;
   EXPECT_NE(message_for({"run", "a", "--picture", "p.png", "--eye", "1,2,3", "--look", "1,2,3"}), "");
 }
@@ -177,15 +203,23 @@ TEST(CommandLine, QueriesReadPointsOfTheDimension) {
     read_points(far, "p", 3);
     FAIL() << "the distance would be infinite";
   } catch (const Error& error) {
-    EXPECT_STREQ(error.what(), "p:2: '1 -1e155 0' is too far away: coordinates have to be between -1e+150 and 1e+150");
+    EXPECT_STREQ(error.what(),
+                 "p:2: '1 -1e155 0' is too far away: coordinates have to be between -1e+150 and 1e+150");
   }
   std::ostringstream out;
   const double points[] = {0.5, 0.25, 4, 1};
-  print_answers(out, points, {{geometry::Label::in, 7, 0, 0.1, {0.5, 0.15}}, {geometry::Label::out, -1, -1, 3, {1, 1}}}, 2, false);
-  EXPECT_EQ(out.str(), "x\ty\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\n0.5\t0.25\tIN\t7\t0\t-0.1\t0.5\t0.15\n4\t1\tOUT\t-1\t-1\t3\t1\t1\n");
+  print_answers(out, points,
+                {{geometry::Label::in, 7, 0, 0.1, {0.5, 0.15}}, {geometry::Label::out, -1, -1, 3, {1, 1}}}, 2,
+                false);
+  EXPECT_EQ(out.str(),
+            "x\ty\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\n0.5\t0.25\tIN\t7\t0\t-0.1\t0.5\t0."
+            "15\n4\t1\tOUT\t-1\t-1\t3\t1\t1\n");
   std::ostringstream named;
-  print_answers(named, std::span(points, 2), {{geometry::Label::in, 7, 1, 0.1, {0.5, 0.15}}}, 2, false, {"base", "a post"});
-  EXPECT_EQ(named.str(), "x\ty\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\tname\n0.5\t0.25\tIN\t7\t1\t-0.1\t0.5\t0.15\ta post\n");
+  print_answers(named, std::span(points, 2), {{geometry::Label::in, 7, 1, 0.1, {0.5, 0.15}}}, 2, false,
+                {"base", "a post"});
+  EXPECT_EQ(named.str(),
+            "x\ty\tlabel\tprimitive\tpart\tdistance\tnearest_x\tnearest_y\tname\n0.5\t0.25\tIN\t7\t1\t-0."
+            "1\t0.5\t0.15\ta post\n");
   std::ostringstream json;
   print_answers(json, {}, {}, 2, true);
   EXPECT_EQ(json.str(), "[]\n");
@@ -193,15 +227,16 @@ TEST(CommandLine, QueriesReadPointsOfTheDimension) {
 
 TEST(CommandLine, TablesHaveNodesAndLevels) {
   EXPECT_EQ(parsed({"tables", "a.csg"}).tables, (std::vector<unsigned>{1, 2, 4, 8, 16}));
-  const RunCommand command = parsed({"tables", "a.csg", "--regions", "1,3", "--levels", "8,12", "--threads", "1"});
+  const RunCommand command =
+      parsed({"tables", "a.csg", "--regions", "1,3", "--levels", "8,12", "--threads", "1"});
   EXPECT_EQ(command.tables, (std::vector<unsigned>{1, 3}));
   EXPECT_EQ(command.levels, (std::vector<unsigned>{8, 12}));
   EXPECT_TRUE(parsed({"run", "a.csg"}).tables.empty());
 }
 
 TEST(CommandLine, WorkersOfAQueueCanBeQuiet) {
-  for (const std::vector<std::string>& ask :
-       std::vector<std::vector<std::string>>{{"jobs", "split", "a.csg", "q"}, {"jobs", "run", "q"}, {"jobs", "merge", "q"}}) {
+  for (const std::vector<std::string>& ask : std::vector<std::vector<std::string>>{
+           {"jobs", "split", "a.csg", "q"}, {"jobs", "run", "q"}, {"jobs", "merge", "q"}}) {
     std::vector<std::string> quiet = ask;
     quiet.emplace_back("--quiet");
     EXPECT_FALSE(parsed(ask).quiet);
@@ -214,7 +249,8 @@ TEST(CommandLine, MistakesAreExplainedWithAHint) {
             "unknown option or argument '--frobnicate' (see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"run", "-x"}), "unknown option or argument '-x' (see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"run"}), "MODEL is required (see 'bsp2 run --help')");
-  EXPECT_EQ(message_for({"jobs"}), "'bsp2 jobs' needs a command: split, run, merge or status (see 'bsp2 jobs --help')");
+  EXPECT_EQ(message_for({"jobs"}),
+            "'bsp2 jobs' needs a command: split, run, merge or status (see 'bsp2 jobs --help')");
   EXPECT_EQ(message_for({"jobs", "fly"}), "unknown command 'bsp2 jobs fly' (see 'bsp2 jobs --help')");
   EXPECT_EQ(message_for({"jobs", "--all"}), "unknown option or argument '--all' (see 'bsp2 jobs --help')");
   EXPECT_EQ(message_for({"fly"}), "unknown command 'fly' (see 'bsp2 --help')");
@@ -236,16 +272,23 @@ TEST(CommandLine, MistakesAreExplainedWithAHint) {
 }
 
 TEST(CommandLine, WhatIsMistypedIsSuggested) {
-  EXPECT_EQ(message_for({"run", "a.csg", "--egde"}), "unknown option or argument '--egde'; did you mean '--edges'? (see 'bsp2 run --help')");
-  EXPECT_EQ(message_for({"run", "a.csg", "--tolerence=0.1"}),
-            "unknown option or argument '--tolerence=0.1'; did you mean '--tolerance'? (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a.csg", "--egde"}),
+            "unknown option or argument '--egde'; did you mean '--edges'? (see 'bsp2 run --help')");
+  EXPECT_EQ(
+      message_for({"run", "a.csg", "--tolerence=0.1"}),
+      "unknown option or argument '--tolerence=0.1'; did you mean '--tolerance'? (see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"rnu", "a.csg"}), "unknown command 'rnu'; did you mean 'run'? (see 'bsp2 --help')");
-  EXPECT_EQ(message_for({"jobs", "mege", "q"}), "unknown command 'bsp2 jobs mege'; did you mean 'merge'? (see 'bsp2 jobs --help')");
+  EXPECT_EQ(message_for({"jobs", "mege", "q"}),
+            "unknown command 'bsp2 jobs mege'; did you mean 'merge'? (see 'bsp2 jobs --help')");
   EXPECT_EQ(message_for({"run", "a.csg", "--picture", "p.png", "--shade", "parts"}),
-            "--shade: must be part, rank, region, label, colour or color, not 'parts'; did you mean 'part'? (see 'bsp2 run --help')");
-  EXPECT_EQ(message_for({"run", "a.csg", "--keep", "inn"}), "--keep: must be in, fuzzy or out, not 'inn'; did you mean 'in'? (see 'bsp2 run --help')");
-  EXPECT_EQ(message_for({"run", "a.csg", "--order", "wild"}), "--order: must be depth, priority or view, not 'wild' (see 'bsp2 run --help')");
-  EXPECT_EQ(message_for({"a.csg"}), "unknown command 'a.csg' (did you mean 'bsp2 run a.csg'? See 'bsp2 --help')");
+            "--shade: must be part, rank, region, label, colour or color, not 'parts'; did you mean 'part'? "
+            "(see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a.csg", "--keep", "inn"}),
+            "--keep: must be in, fuzzy or out, not 'inn'; did you mean 'in'? (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a.csg", "--order", "wild"}),
+            "--order: must be depth, priority or view, not 'wild' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"a.csg"}),
+            "unknown command 'a.csg' (did you mean 'bsp2 run a.csg'? See 'bsp2 --help')");
 }
 
 std::string printed(const std::vector<std::string>& arguments) {
@@ -256,8 +299,15 @@ std::string printed(const std::vector<std::string>& arguments) {
 
 /// A terminal has 24 lines, of which the prompt takes one.
 TEST(CommandLine, HelpFitsAScreenAndHelpAllHasEverything) {
-  for (const std::vector<std::string>& command :
-       std::vector<std::vector<std::string>>{{}, {"run"}, {"resume"}, {"export"}, {"render"}, {"query"}, {"info"}, {"tables"}, {"completion"}}) {
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{},
+                                                                                       {"run"},
+                                                                                       {"resume"},
+                                                                                       {"export"},
+                                                                                       {"render"},
+                                                                                       {"query"},
+                                                                                       {"info"},
+                                                                                       {"tables"},
+                                                                                       {"completion"}}) {
     std::vector<std::string> ask = command;
     ask.emplace_back("--help");
     const std::string text = printed(ask);
@@ -266,47 +316,60 @@ TEST(CommandLine, HelpFitsAScreenAndHelpAllHasEverything) {
   const std::string few = printed({"run", "--help"}), all = printed({"run", "--help-all"});
   EXPECT_NE(few.find("bsp2 run --help-all"), std::string::npos);
   EXPECT_EQ(few.find("--collect"), std::string::npos);
-  for (const char* option : {"--output", "--collect", "--coincidence", "--shade", "--quiet", "What is written"}) EXPECT_NE(all.find(option), std::string::npos);
+  for (const char* option :
+       {"--output", "--collect", "--coincidence", "--shade", "--quiet", "What is written"})
+    EXPECT_NE(all.find(option), std::string::npos);
 }
 
 TEST(CommandLine, ShellsCompleteCommandsOptionsAndValues) {
   EXPECT_EQ(printed({"__complete", "qu"}), "query\tTell where points are, and how far from the surface\n");
-  EXPECT_EQ(printed({"__complete", "run", "--sh"}), "--shade\twhat colours tell: part, rank, region, label, or\n");
+  EXPECT_EQ(printed({"__complete", "run", "--sh"}),
+            "--shade\twhat colours tell: part, rank, region, label, or\n");
   EXPECT_EQ(printed({"__complete", "run", "a.csg", "--collect", "t"}), "tree\t\n");
   EXPECT_EQ(printed({"__complete", "run", "--collect", "=", "m"}), "master\t\n");
   EXPECT_EQ(printed({"__complete", "run", "--collect", "="}), "master\t\ntree\t\nfile\t\n");
   EXPECT_EQ(printed({"__complete", "run", ""}), ":files\n");
   EXPECT_EQ(printed({"__complete", "run", "a.csg", "-o", ""}), ":files\n");
   EXPECT_EQ(printed({"__complete", "run", "a.csg", "--level", ""}), "");
-  EXPECT_EQ(printed({"__complete", "jobs", "s"}), "split\tMake a queue: a job a region\nstatus\tTell how far the jobs are\n");
+  EXPECT_EQ(printed({"__complete", "jobs", "s"}),
+            "split\tMake a queue: a job a region\nstatus\tTell how far the jobs are\n");
   EXPECT_EQ(printed({"__complete", "completion", "f"}), "fish\t\n");
   EXPECT_EQ(printed({"__complete"}), "");
-  for (const char* shell : {"bash", "zsh", "fish"}) EXPECT_NE(printed({"completion", shell}).find("__complete"), std::string::npos);
+  for (const char* shell : {"bash", "zsh", "fish"})
+    EXPECT_NE(printed({"completion", shell}).find("__complete"), std::string::npos);
 }
 
 /// Every option of every command is in the manual.
 TEST(CommandLine, TheManualHasEveryOption) {
   const std::string page = printed({"manual"});
   EXPECT_TRUE(page.starts_with(".TH BSP2 1"));
-  for (const char* text : {"\\-\\-boundary", "\\-\\-coincidence", ".SS bsp2 jobs split", "\\-\\-lease", ".SH EXIT STATUS"})
+  for (const char* text :
+       {"\\-\\-boundary", "\\-\\-coincidence", ".SS bsp2 jobs split", "\\-\\-lease", ".SH EXIT STATUS"})
     EXPECT_NE(page.find(text), std::string::npos) << text;
 }
 
 TEST(CommandLine, TheVersionNamesTheLibraries) {
   const std::string text = printed({"--version"});
   EXPECT_TRUE(text.starts_with("bsp2 "));
-  for (const char* library : {"MPI", "Boost 1.", "HDF5 1.", "VTK 9.", "cairo 1."}) EXPECT_NE(text.find(library), std::string::npos) << text;
+  for (const char* library : {"MPI", "Boost 1.", "HDF5 1.", "VTK 9.", "cairo 1."})
+    EXPECT_NE(text.find(library), std::string::npos) << text;
 }
 
 TEST(CommandLine, NumbersOutOfTheirRangeAreNamedWithIt) {
-  EXPECT_EQ(message_for({"run", "a", "--level", "-1"}), "--level: must be a whole number, 0 .. 65535, not '-1' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a", "--level", "-1"}),
+            "--level: must be a whole number, 0 .. 65535, not '-1' (see 'bsp2 run --help')");
   EXPECT_EQ(message_for({"jobs", "split", "a", "q", "--level", "65536"}),
             "--level: must be a whole number, 0 .. 65535, not '65536' (see 'bsp2 jobs split --help')");
-  EXPECT_EQ(message_for({"jobs", "run", "q", "--job", "-1"}), "--job: must be a whole number, 0 or more, not '-1' (see 'bsp2 jobs run --help')");
-  EXPECT_EQ(message_for({"run", "a", "--cells", "0"}), "--cells: must be a whole number, 1 or more, not '0' (see 'bsp2 run --help')");
-  EXPECT_EQ(message_for({"run", "a", "--picture", "p.png", "--explode", "-1"}), "--explode: must be a number, 0 .. 100, not '-1' (see 'bsp2 run --help')");
-  EXPECT_EQ(message_for({"tables", "a", "--regions", "1,x"}), "--regions: must be a whole number, 1 .. 4096, not 'x' (see 'bsp2 tables --help')");
-  EXPECT_EQ(parsed({"run", "a", "--level", "65535", "--explode", "100", "--picture", "p.png"}).options.level, 65535U);
+  EXPECT_EQ(message_for({"jobs", "run", "q", "--job", "-1"}),
+            "--job: must be a whole number, 0 or more, not '-1' (see 'bsp2 jobs run --help')");
+  EXPECT_EQ(message_for({"run", "a", "--cells", "0"}),
+            "--cells: must be a whole number, 1 or more, not '0' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"run", "a", "--picture", "p.png", "--explode", "-1"}),
+            "--explode: must be a number, 0 .. 100, not '-1' (see 'bsp2 run --help')");
+  EXPECT_EQ(message_for({"tables", "a", "--regions", "1,x"}),
+            "--regions: must be a whole number, 1 .. 4096, not 'x' (see 'bsp2 tables --help')");
+  EXPECT_EQ(parsed({"run", "a", "--level", "65535", "--explode", "100", "--picture", "p.png"}).options.level,
+            65535U);
 }
 
 TEST(CommandLine, TimesHaveUnits) {
@@ -319,10 +382,19 @@ TEST(CommandLine, TimesHaveUnits) {
 }
 
 TEST(CommandLine, HelpAndVersionArePrinted) {
-  for (const std::vector<std::string>& ask : std::vector<std::vector<std::string>>{
-           {"--help"}, {"run", "--help"}, {"resume", "--help"}, {"render", "--help"}, {"query", "--help"}, {"export", "--help"},
-           {"tables", "--help"}, {"jobs", "--help"}, {"jobs", "split", "--help"}, {"jobs", "run", "--help"}, {"jobs", "merge", "--help"},
-           {"--version"}}) {
+  for (const std::vector<std::string>& ask :
+       std::vector<std::vector<std::string>>{{"--help"},
+                                             {"run", "--help"},
+                                             {"resume", "--help"},
+                                             {"render", "--help"},
+                                             {"query", "--help"},
+                                             {"export", "--help"},
+                                             {"tables", "--help"},
+                                             {"jobs", "--help"},
+                                             {"jobs", "split", "--help"},
+                                             {"jobs", "run", "--help"},
+                                             {"jobs", "merge", "--help"},
+                                             {"--version"}}) {
     std::ostringstream out;
     EXPECT_FALSE(parse_command_line(ask, out));
     EXPECT_NE(out.str().find("bsp2"), std::string::npos);

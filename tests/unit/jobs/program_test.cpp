@@ -1,3 +1,5 @@
+#include "program/program.hpp"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -6,14 +8,13 @@
 #include <set>
 #include <sstream>
 
-#include "bsp2/geometry/support/error.hpp"
-#include "tables/node_tables.hpp"
-#include "program/program.hpp"
 #include "answers/progress_bar.hpp"
 #include "answers/report_json.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/geometry/support/error.hpp"
 #include "support/sample_mesh.hpp"
 #include "support/temporary_folder.hpp"
+#include "tables/node_tables.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -34,7 +35,8 @@ supersteps::RunReport sample_report() {
   report.lower = {-1e9, 0, 0};
   report.upper = {1.0 / 7, 1, 1};
   report.digest = "00ff";
-  report.supersteps = {{"computation", 3, {0.5, 0.25}, {0.4, 0.2}, {0.125, 0}, {1, 2}, {3, 4}, {5, 6}, {1, 0}, 0.75}};
+  report.supersteps = {
+      {"computation", 3, {0.5, 0.25}, {0.4, 0.2}, {0.125, 0}, {1, 2}, {3, 4}, {5, 6}, {1, 0}, 0.75}};
   report.predicates = 1000;
   report.exact_fallbacks = 5;
   report.seconds = 2;
@@ -51,7 +53,9 @@ RunResult sample_result(const RunOptions& options, supersteps::Ranks&) {
   result.mesh = {3, sample.batches};
   result.tree = sample.tree;
   if (options.boundary) {
-    result.boundary = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, {0, 0, 0, 0}};
+    result.boundary = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                       {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}},
+                       {0, 0, 0, 0}};
     result.report.boundary = {4, 2.366, true};
   }
   return result;
@@ -62,11 +66,29 @@ TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
   const auto json = nlohmann::ordered_json::parse(to_json(report));
   std::vector<std::string> keys;
   for (const auto& item : json.items()) keys.push_back(item.key());
-  EXPECT_EQ(keys, (std::vector<std::string>{
-                      "model",       "dimension",      "ranks",   "threads",    "regions",  "level",
-                      "primitives",  "hyperplanes",    "cells",   "volume",     "centroid", "inertia",
-                      "bounds",      "boundary",       "digest",  "supersteps", "stats",    "seconds",
-                      "cpu_seconds", "peak_rss_bytes", "warnings", "notes", "overlapping_meshes"}));
+  EXPECT_EQ(keys, (std::vector<std::string>{"model",
+                                            "dimension",
+                                            "ranks",
+                                            "threads",
+                                            "regions",
+                                            "level",
+                                            "primitives",
+                                            "hyperplanes",
+                                            "cells",
+                                            "volume",
+                                            "centroid",
+                                            "inertia",
+                                            "bounds",
+                                            "boundary",
+                                            "digest",
+                                            "supersteps",
+                                            "stats",
+                                            "seconds",
+                                            "cpu_seconds",
+                                            "peak_rss_bytes",
+                                            "warnings",
+                                            "notes",
+                                            "overlapping_meshes"}));
   EXPECT_EQ(json["volume"]["in"].get<double>(), 0.1 + 0.2);
   EXPECT_EQ(json["centroid"][0].get<double>(), 1.0 / 3);
   EXPECT_EQ(json["bounds"][1][0].get<double>(), 1.0 / 7);
@@ -105,7 +127,8 @@ std::set<std::string> documented_fields() {
   for (std::string line; std::getline(page, line);) {
     if (!line.starts_with("| `")) continue;
     const std::string column = line.substr(0, line.find(" | "));
-    for (std::size_t from = column.find('`'), to = 0; from != std::string::npos; from = column.find('`', to + 1)) {
+    for (std::size_t from = column.find('`'), to = 0; from != std::string::npos;
+         from = column.find('`', to + 1)) {
       to = column.find('`', from + 1);
       EXPECT_TRUE(fields.insert(column.substr(from + 1, to - from - 1)).second) << line;
     }
@@ -132,10 +155,14 @@ TEST(ReportJson, IsDocumentedFieldByField) {
 
 TEST(ReportJson, ListsPartsWithColourAndVolume) {
   auto report = sample_report();
-  report.named_parts = {{0, "knob", supersteps::Rgba{255, 0, 16, 128}, 0.5}, {1, "red", supersteps::Rgba{255, 0, 0, 255}, 2}, {2, "rest", {}, 0}};
+  report.named_parts = {{0, "knob", supersteps::Rgba{255, 0, 16, 128}, 0.5},
+                        {1, "red", supersteps::Rgba{255, 0, 0, 255}, 2},
+                        {2, "rest", {}, 0}};
   const auto json = nlohmann::json::parse(to_json(report))["parts"];
-  EXPECT_EQ(json.dump(), R"([{"color":"#ff001080","name":"knob","part":0,"volume":0.5},{"color":"#ff0000","name":"red","part":1,"volume":2.0},)"
-                         R"({"name":"rest","part":2,"volume":0.0}])");
+  EXPECT_EQ(
+      json.dump(),
+      R"([{"color":"#ff001080","name":"knob","part":0,"volume":0.5},{"color":"#ff0000","name":"red","part":1,"volume":2.0},)"
+      R"({"name":"rest","part":2,"volume":0.0}])");
 }
 
 TEST(ReportJson, ListsOverlappingMeshes) {
@@ -145,7 +172,8 @@ TEST(ReportJson, ListsOverlappingMeshes) {
   ASSERT_EQ(json.size(), 2U);
   EXPECT_EQ(json[0]["volume_by_faces"].get<double>(), 1 / 3.0);
   EXPECT_EQ(json[0]["file"], nullptr);
-  EXPECT_EQ(json[1].dump(), R"({"file":"b.stl","place":"a.csg:4:1","primitive":3,"triangles":12,"volume_by_faces":null})");
+  EXPECT_EQ(json[1].dump(),
+            R"({"file":"b.stl","place":"a.csg:4:1","primitive":3,"triangles":12,"volume_by_faces":null})");
 }
 
 TEST(Summary, FitsATerminalAndGroupsDigits) {
@@ -155,8 +183,11 @@ TEST(Summary, FitsATerminalAndGroupsDigits) {
   print_summary(out, report, true);
   print_stats(out, report);
   EXPECT_NE(out.str().find("123,456,789 cells"), std::string::npos);
-  EXPECT_NE(out.str().find("communicated 0.125 s while workers computed, and waited 0.150 s"), std::string::npos) << out.str();
-  EXPECT_NE(out.str().find("of all h, 4 B, 25 % was hidden behind their work"), std::string::npos) << out.str();
+  EXPECT_NE(out.str().find("communicated 0.125 s while workers computed, and waited 0.150 s"),
+            std::string::npos)
+      << out.str();
+  EXPECT_NE(out.str().find("of all h, 4 B, 25 % was hidden behind their work"), std::string::npos)
+      << out.str();
   EXPECT_NE(out.str().find("(0.5000 % of the predicates)"), std::string::npos);
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
@@ -166,32 +197,39 @@ TEST(Tables, FitATerminalAndAddUp) {
   std::vector<supersteps::Resolved> measured;
   for (const auto level : {std::optional(12U), std::optional(100U), std::optional<unsigned>()}) {
     supersteps::Resolved resolved{level, 128, {}, {1.5, 1, 0.5, 0.25, 0.125}};
-    for (const std::size_t nodes : {1U, 2U, 4U, 8U, 16U}) resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{123456, 65432, 1000, 5000000, 12.5});
+    for (const std::size_t nodes : {1U, 2U, 4U, 8U, 16U})
+      resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{123456, 65432, 1000, 5000000, 12.5});
     resolved.nodes.back().back().splits = 4000;
     measured.push_back(resolved);
   }
   std::ostringstream out;
   print_tables(out, measured);
-  EXPECT_NE(out.str().find("Table 6: model resolution and run times, number of nodes n = 16"), std::string::npos);
+  EXPECT_NE(out.str().find("Table 6: model resolution and run times, number of nodes n = 16"),
+            std::string::npos);
   EXPECT_NE(out.str().find("246,912"), std::string::npos);  // of two nodes
   // The last node of 16 makes four times as many splits as the others.
   EXPECT_NE(out.str().find("10^3 splits        1.0       2.0       4.0       8.0      19.0\n"
                            "  max/mean         1.000     1.000     1.000     1.000     3.368"),
             std::string::npos)
       << out.str();
-  EXPECT_NE(out.str().find("efficiency       1.000     0.500     0.250     0.125     0.062"), std::string::npos) << out.str();
-  EXPECT_NE(out.str().find("distribution    1.5000    1.0000    0.5000    0.2500    0.1250"), std::string::npos) << out.str();
+  EXPECT_NE(out.str().find("efficiency       1.000     0.500     0.250     0.125     0.062"),
+            std::string::npos)
+      << out.str();
+  EXPECT_NE(out.str().find("distribution    1.5000    1.0000    0.5000    0.2500    0.1250"),
+            std::string::npos)
+      << out.str();
   std::istringstream lines(out.str());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }
 
 TEST(Tables, LeaveSpaceBetweenLargeNumbersAndEndEarlyIfBrief) {
   supersteps::Resolved resolved{{}, 8192, {}, {1, 1}};
-  for (const std::size_t nodes : {2U, 1024U}) resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{1, 0, 8'000'000'000, 90'000'000'000, 700.5});
+  for (const std::size_t nodes : {2U, 1024U})
+    resolved.nodes.emplace_back(nodes, supersteps::NodeFigures{1, 0, 8'000'000'000, 90'000'000'000, 700.5});
   std::ostringstream out;
   print_tables(out, {resolved}, true);
   EXPECT_NE(out.str().find(" 1401.0000 717312.0000"), std::string::npos) << out.str();  // the sums
-  EXPECT_EQ(out.str().find("efficiency"), std::string::npos) << out.str();               // of one node is nothing known
+  EXPECT_EQ(out.str().find("efficiency"), std::string::npos) << out.str();  // of one node is nothing known
   EXPECT_EQ(out.str().find("Table 2"), std::string::npos) << out.str();
 }
 
@@ -242,7 +280,8 @@ TEST(Program, AnOutputThatFailsTakesNothingElseAlong) {
       return sample_result(options, ranks);
     };
     EXPECT_EQ(start({"run", "x", "-o", dir.string()}, out, run), 2);
-    for (const char* name : {"report.json", "solid.pvtu", "view.png", "boundary.stl"}) EXPECT_EQ(fs::is_regular_file(dir / name), name != failing) << name;
+    for (const char* name : {"report.json", "solid.pvtu", "view.png", "boundary.stl"})
+      EXPECT_EQ(fs::is_regular_file(dir / name), name != failing) << name;
     if (failing == "report.json") continue;
     std::ifstream report(dir / "report.json");
     const auto failed = nlohmann::json::parse(report)["failed"];
@@ -266,9 +305,11 @@ TEST(Program, AnErrorOfOursInOneOutputIsToldWithTheOthersWritten) {
   std::ostringstream out;
   ::testing::internal::CaptureStderr();
   EXPECT_EQ(start({"run", "x", "-o", dir.string()}, out, run), 1);
-  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "bsp2: warning: odd\nbsp2: the boundary: internal error: a bug\n");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(),
+            "bsp2: warning: odd\nbsp2: the boundary: internal error: a bug\n");
   EXPECT_FALSE(fs::exists(dir / "boundary.stl")) << "it would pass for this run's";
-  for (const char* name : {"report.json", "solid.pvtu", "view.png"}) EXPECT_TRUE(fs::exists(dir / name)) << name;
+  for (const char* name : {"report.json", "solid.pvtu", "view.png"})
+    EXPECT_TRUE(fs::exists(dir / name)) << name;
   EXPECT_EQ(out.str().find("boundary.stl"), std::string::npos) << out.str();
 }
 
@@ -294,34 +335,48 @@ TEST(Program, ExitCodesTellWhoseMistakeItIs) {
   std::ofstream(file) << "x";
   std::ostringstream out;
   bool has_run = false;
-  const auto spy = [&](const RunOptions& options, supersteps::Ranks& ranks) { return has_run = true, sample_result(options, ranks); };
+  const auto spy = [&](const RunOptions& options, supersteps::Ranks& ranks) {
+    return has_run = true, sample_result(options, ranks);
+  };
   EXPECT_EQ(start({"run", "x", "--nonsense"}, out, spy), 2);
   EXPECT_EQ(start({"run", "x", "-o", file}, out, spy), 2);
   EXPECT_EQ(start({"run", "x", "--report", folder.path().string()}, out, spy), 2);
   EXPECT_FALSE(has_run) << "bad outputs are noticed before the work";
-  EXPECT_EQ(start({"run", "x"}, out, [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw Error("bad model"); }), 2);
-  EXPECT_EQ(start({"run", "x"}, out, [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw std::logic_error("bug"); }),
+  EXPECT_EQ(start({"run", "x"}, out,
+                  [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw Error("bad model"); }),
+            2);
+  EXPECT_EQ(start({"run", "x"}, out,
+                  [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw std::logic_error("bug"); }),
             1);
-  EXPECT_EQ(start({"run", "x"}, out, [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw std::bad_alloc(); }), 1);
+  EXPECT_EQ(start({"run", "x"}, out,
+                  [](const RunOptions&, supersteps::Ranks&) -> RunResult { throw std::bad_alloc(); }),
+            1);
   EXPECT_EQ(out.str(), "");
   EXPECT_EQ(start({"run", "x", "--quiet"}, out, spy), 0);
   EXPECT_EQ(out.str(), "");
 }
 
 TEST(ProgressBar, FitsItsTerminal) {
-  const ProgressState state{.what = "computation", .share = 0.434, .cells = 123456, .seconds = 75, .seconds_of_this = 30};
-  EXPECT_EQ(progress_line(state, 120), "computation  [#############.................]   43 %  1:15  123,456 cells  about 0:39 left");
-  EXPECT_EQ(progress_line(state, 80), "computation  [########...........]   43 %  1:15  123,456 cells  about 0:39 left");
+  const ProgressState state{
+      .what = "computation", .share = 0.434, .cells = 123456, .seconds = 75, .seconds_of_this = 30};
+  EXPECT_EQ(progress_line(state, 120),
+            "computation  [#############.................]   43 %  1:15  123,456 cells  about 0:39 left");
+  EXPECT_EQ(progress_line(state, 80),
+            "computation  [########...........]   43 %  1:15  123,456 cells  about 0:39 left");
   EXPECT_EQ(progress_line(state, 40), "computation   43 %  1:15  123,456 cells");
   EXPECT_EQ(progress_line(state, 24), "computation   43 %");
-  for (std::size_t columns = 1; columns < 200; ++columns) EXPECT_LT(progress_line(state, columns).size(), std::max<std::size_t>(columns, 2)) << columns;
+  for (std::size_t columns = 1; columns < 200; ++columns)
+    EXPECT_LT(progress_line(state, columns).size(), std::max<std::size_t>(columns, 2)) << columns;
 }
 
 TEST(ProgressBar, TellsWhatIsKnown) {
-  EXPECT_EQ(progress_line({.what = "writing solid.pvtu", .seconds = 3725}, 80), "writing solid.pvtu  1:02:05");
-  EXPECT_EQ(progress_line({.what = "resolution", .share = 1.5, .cells = 1, .seconds = 0.9}, 50), "resolution  [##############]  100 %  0:00  1 cell");
+  EXPECT_EQ(progress_line({.what = "writing solid.pvtu", .seconds = 3725}, 80),
+            "writing solid.pvtu  1:02:05");
+  EXPECT_EQ(progress_line({.what = "resolution", .share = 1.5, .cells = 1, .seconds = 0.9}, 50),
+            "resolution  [##############]  100 %  0:00  1 cell");
   // Too early for an estimate.
-  EXPECT_EQ(progress_line({.what = "computation", .share = 0.5, .seconds_of_this = 0.5}, 120).find("left"), std::string::npos);
+  EXPECT_EQ(progress_line({.what = "computation", .share = 0.5, .seconds_of_this = 0.5}, 120).find("left"),
+            std::string::npos);
 }
 
 TEST(ProgressBar, IsForTerminals) {

@@ -41,7 +41,8 @@ TEST(AnyDimension, TheDimensionComesFromTheArguments) {
 }
 
 TEST(AnyDimension, TheTextGivesWhatTheBuilderGives) {
-  const Model model = parse_t("section(axis = 2, at = 0.5) sweep(path = [[0, 0, 0], [1, 2, 3]]) simplex(3, size = 2);");
+  const Model model =
+      parse_t("section(axis = 2, at = 0.5) sweep(path = [[0, 0, 0], [1, 2, 3]]) simplex(3, size = 2);");
   const Expression built = section(sweep(simplex(3, 2), {{0, 0, 0}, {1, 2, 3}}), 1, 0.5);
   const auto& a = std::get<Construction>(model.expression.node().value);
   const auto& b = std::get<Construction>(built.node().value);
@@ -59,7 +60,9 @@ TEST(AnyDimension, EqualSubtreesAreOneNode) {
 }
 
 TEST(AnyDimension, MatricesHaveOneRowMoreThanDimensions) {
-  const Model model = parse_t("multmatrix([[2, 0, 0, 0, 1], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 2]]) ball(4);");
+  const Model model = parse_t(
+      "multmatrix([[2, 0, 0, 0, 1], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 2]]) "
+      "ball(4);");
   const auto& map = std::get<Transform>(model.expression.node().value);
   EXPECT_EQ(map.matrix[0], 1);  // divided by the last entry
   EXPECT_EQ(map.matrix[4], 0.5);
@@ -67,7 +70,10 @@ TEST(AnyDimension, MatricesHaveOneRowMoreThanDimensions) {
   EXPECT_NE(error_of("multmatrix([[1, 0], [0, 1]]) ball(4);")
                 .find("t.csg:1:1: multmatrix: its children have 4 dimensions, so its matrix has to be 5 x 5"),
             std::string::npos);
-  EXPECT_EQ(parse_t("multmatrix([[0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 1]]) ball(4);").warnings.size(), 1U);
+  EXPECT_EQ(parse_t("multmatrix([[0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, 0, 0, 0], [0, 0, "
+                    "0, 0, 1]]) ball(4);")
+                .warnings.size(),
+            1U);
 }
 
 TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
@@ -86,7 +92,8 @@ TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
       {"simplex(points = [[0, 0], [1, 0]]);", "in 2 dimensions it has 3 corners"},
       {"polytope(points = [[0, 0], [1]]);", "lists of finite numbers, all of the same length"},
       {"torus(R = 1, r = 2);", "t.csg:1:1: torus: its tube would cross the axis: r is larger than R"},
-      {"subdivision([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]);", "is open at the edge from point 0 to point 1; it takes meshes without a border"},
+      {"subdivision([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]);",
+       "is open at the edge from point 0 to point 1; it takes meshes without a border"},
       {"d_cylinder(2, h = [1, 2]);", "one axis at least"},
       {"extrude(h = -1) ball(2);", "'h' is a length above 0"},
       {"group() {\n extrude(h = 1)\n  ball(6); }", "t.csg:2:2: product: 7 dimensions; the limit is 6"},
@@ -102,11 +109,16 @@ TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
       {"sweep(path = [[0, 0]]) ball(2);", "fewer than two points"},
       {"sweep(path = [[0, 0], [1, 1]]) ball(3);", "coordinates, the solid has 3 dimensions"},
       {"part() ball(3);", "needs a name"},
-      {"union() { ball(3); ball(4); }", "t.csg:1:1: 'union' has children of 3 and 4 dimensions; extrude, embed and project"},
-      {"group() {\n offset(delta = 0.5) cuboid([1, 2, 3, 4]); }", "t.csg:2:2: 'offset' takes children of 2 dimensions, not of 4; grow and shrink"},
-      {"offset(r = 1) cuboid([1, 2, 3]);", "t.csg:1:1: 'offset' takes children of 2 dimensions, not of 3; grow and shrink"},
-      {"offset(r = 1) { square(1); intersection() { cube(1); ball(3); } }", "t.csg:1:1: 'offset' takes children of 2 dimensions, not of 3; grow and shrink"},
-      {"linear_extrude(1) ball(4);", "'linear_extrude' takes children of 2 dimensions, not of 4; extrude takes any"},
+      {"union() { ball(3); ball(4); }",
+       "t.csg:1:1: 'union' has children of 3 and 4 dimensions; extrude, embed and project"},
+      {"group() {\n offset(delta = 0.5) cuboid([1, 2, 3, 4]); }",
+       "t.csg:2:2: 'offset' takes children of 2 dimensions, not of 4; grow and shrink"},
+      {"offset(r = 1) cuboid([1, 2, 3]);",
+       "t.csg:1:1: 'offset' takes children of 2 dimensions, not of 3; grow and shrink"},
+      {"offset(r = 1) { square(1); intersection() { cube(1); ball(3); } }",
+       "t.csg:1:1: 'offset' takes children of 2 dimensions, not of 3; grow and shrink"},
+      {"linear_extrude(1) ball(4);",
+       "'linear_extrude' takes children of 2 dimensions, not of 4; extrude takes any"},
       {"projection() ball(4);", "'projection' takes children of 3 dimensions, not of 4; project and section"},
       {"nurbs(degree = 3, points = [[0, 0], [1, 1]]);", "t.csg:1:1: nurbs: 2 points"},
       {"nurbs(points = [[1], [2]]);", "nurbs: points of 1 coordinates; it takes 2 to 6"},
@@ -114,7 +126,8 @@ TEST(AnyDimension, MistakesHaveAPlaceAndAHint) {
       {"bspline(closed = 1, points = [[0, 0], [1, 1]]);", "bspline: 'closed' is true or false"},
       {"product(1) { ball(3); }", "takes at most 0 arguments; it takes none"},
   };
-  for (const auto& [text, expected] : mistakes) EXPECT_NE(error_of(text).find(expected), std::string::npos) << text << "\n" << error_of(text);
+  for (const auto& [text, expected] : mistakes)
+    EXPECT_NE(error_of(text).find(expected), std::string::npos) << text << "\n" << error_of(text);
 }
 
 TEST(AnyDimension, TheComplementOfNothingIsEverything) {
@@ -131,11 +144,16 @@ TEST(AnyDimension, NothingStaysNothing) {
   EXPECT_EQ(parse_t("product() { cuboid([0, 1]); ball(2); }").primitive_count, 0U);
   EXPECT_EQ(parse_t("product() { cuboid([0, 1]); ball(2); }").expression.dimension(), 4);
   EXPECT_EQ(parse_t("part(\"a\") ball(r = 0);").primitive_count, 0U);
-  EXPECT_EQ(parse_t("extrude(1) group();").expression.dimension(), 3);  // nothing of no dimension: the empty model
+  EXPECT_EQ(parse_t("extrude(1) group();").expression.dimension(),
+            3);  // nothing of no dimension: the empty model
   EXPECT_EQ(parse_t("extrude(1) ball(4, r = 0);").expression.dimension(), 5);
   EXPECT_EQ(parse_t("intersection() { ball(4); cuboid([1, 1, 1, 0]); }").primitive_count, 0U);
-  EXPECT_EQ(parse_t("bezier([[1, 2], [1, 2]], weights = [1, 3]); cuboid([1, 1]);").primitive_count, 1U);  // a single point
-  EXPECT_EQ(parse_t("subdivision([[1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3]], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]);").primitive_count, 0U);
+  EXPECT_EQ(parse_t("bezier([[1, 2], [1, 2]], weights = [1, 3]); cuboid([1, 1]);").primitive_count,
+            1U);  // a single point
+  EXPECT_EQ(parse_t("subdivision([[1, 2, 3], [1, 2, 3], [1, 2, 3], [1, 2, 3]], [[0, 1, 2], [0, 3, 1], [0, 2, "
+                    "3], [1, 3, 2]]);")
+                .primitive_count,
+            0U);
   EXPECT_EQ(parse_t("bezier([[1, 2], [1, 2.5]]);").primitive_count, 1U);
 }
 
@@ -145,7 +163,10 @@ TEST(AnyDimension, TheOldLanguageIsUntouched) {
   EXPECT_EQ(parse_t("offset(r = 1) cube(1);").primitive_count, 0U);
   EXPECT_EQ(parse_t("offset(r = 1) cube(1);").warnings.size(), 1U);
   EXPECT_EQ(parse_t("cuboid([1, 1]); offset(r = 1) { square(1); cube(1); }").primitive_count, 2U);
-  EXPECT_EQ(parse_t("multmatrix([[1, 0, 0, 0, 7], [0, 1, 0, 0, 7], [0, 0, 1, 0, 7], [0, 0, 0, 1, 7], [0, 0, 0, 0, 1]]) cube(1);").primitive_count, 1U);
+  EXPECT_EQ(parse_t("multmatrix([[1, 0, 0, 0, 7], [0, 1, 0, 0, 7], [0, 0, 1, 0, 7], [0, 0, 0, 1, 7], [0, 0, "
+                    "0, 0, 1]]) cube(1);")
+                .primitive_count,
+            1U);
   EXPECT_EQ(parse_t("linear_extrude(1) square(1);").expression.dimension(), 3);
 }
 

@@ -10,7 +10,8 @@
 namespace bsp2::model {
 namespace {
 
-void expect_box(const Expression& e, const std::vector<double>& lower, const std::vector<double>& upper, bool exact = true) {
+void expect_box(const Expression& e, const std::vector<double>& lower, const std::vector<double>& upper,
+                bool exact = true) {
   const Bounds box = bounds(e);
   ASSERT_EQ(box.lower.size(), lower.size());
   EXPECT_EQ(box.exact, exact);
@@ -42,7 +43,8 @@ TEST(Bounds, OfPrimitivesUnderMaps) {
   expect_box(transform(turn, transform(turn, cuboid({1, 1, 1}))), {-1, 0, 10}, {0, 1, 11});
   expect_box(transform(turn, torus(2, 1)), {-3, -3, 4}, {3, 3, 6});
   // A map of a union is that of its box.
-  expect_box(transform(turn, unite({cuboid({1, 1, 1}), cuboid({2, 1, 1})})), {-s, 0, 5}, {2 * s, 3 * s, 6}, false);
+  expect_box(transform(turn, unite({cuboid({1, 1, 1}), cuboid({2, 1, 1})})), {-s, 0, 5}, {2 * s, 3 * s, 6},
+             false);
 }
 
 TEST(Bounds, OfBooleans) {
@@ -68,8 +70,10 @@ TEST(Bounds, OfConstructs) {
   expect_box(grow(cuboid({1, 2}), 0.5), {-0.5, -0.5}, {1.5, 2.5});
   expect_box(grow(cuboid({1, 2}), -0.25), {0.25, 0.25}, {0.75, 1.75}, false);
   expect_box(construct(Hull{}, {unite({cuboid({1, 1, 1}), ball(3, 2)})}), {-2, -2, -2}, {2, 2, 2});
-  expect_box(construct(Resize{.size = {10, 0, 0}, .automatic = {false, true, false}}, {cuboid({2, 3})}), {0, 0}, {10, 15});
-  EXPECT_FALSE(bounds(construct(Resize{.size = {10, 10, 0}}, {subtract({cuboid({2, 3}), cuboid({1, 1})})})).is_finite());
+  expect_box(construct(Resize{.size = {10, 0, 0}, .automatic = {false, true, false}}, {cuboid({2, 3})}),
+             {0, 0}, {10, 15});
+  EXPECT_FALSE(bounds(construct(Resize{.size = {10, 10, 0}}, {subtract({cuboid({2, 3}), cuboid({1, 1})})}))
+                   .is_finite());
 }
 
 TEST(Bounds, OfProjectiveMaps) {

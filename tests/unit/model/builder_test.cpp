@@ -1,3 +1,5 @@
+#include "bsp2/model/builder/builder.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,7 +8,6 @@
 #include <random>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/expression/tessellation.hpp"
 #include "model/helpers.hpp"
 #include "support/rounds.hpp"

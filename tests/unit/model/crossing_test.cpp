@@ -18,8 +18,10 @@ namespace {
 
 TriangleMesh box(const Point3& low, const Point3& high) {
   TriangleMesh mesh;
-  for (unsigned i = 0; i < 8; ++i) mesh.points.push_back({i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1], i & 4 ? high[2] : low[2]});
-  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  for (unsigned i = 0; i < 8; ++i)
+    mesh.points.push_back({i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1], i & 4 ? high[2] : low[2]});
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   return mesh;
 }
 
@@ -31,14 +33,17 @@ TriangleMesh both(TriangleMesh mesh, const TriangleMesh& other) {
 }
 
 double determinant(const Point3& u, const Point3& v, const Point3& w) {
-  return u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+  return u[0] * (v[1] * w[2] - v[2] * w[1]) - u[1] * (v[0] * w[2] - v[2] * w[0]) +
+         u[2] * (v[0] * w[1] - v[1] * w[0]);
 }
 
 /// By Cramer's rule: p + t (q - p) = a + x (b - a) + y (c - a).
 bool goes_through(const Point3& p, const Point3& q, const Point3& a, const Point3& b, const Point3& c) {
   Point3 d, u, v, r;
-  for (std::size_t k = 0; k < 3; ++k) d[k] = p[k] - q[k], u[k] = b[k] - a[k], v[k] = c[k] - a[k], r[k] = p[k] - a[k];
-  const double all = determinant(d, u, v), t = determinant(r, u, v) / all, x = determinant(d, r, v) / all, y = determinant(d, u, r) / all;
+  for (std::size_t k = 0; k < 3; ++k)
+    d[k] = p[k] - q[k], u[k] = b[k] - a[k], v[k] = c[k] - a[k], r[k] = p[k] - a[k];
+  const double all = determinant(d, u, v), t = determinant(r, u, v) / all, x = determinant(d, r, v) / all,
+               y = determinant(d, u, r) / all;
   return t > 0 && t < 1 && x > 0 && y > 0 && x + y < 1;
 }
 
@@ -51,7 +56,9 @@ TEST(Crossing, IsFoundWhereAnEdgeGoesThroughATriangle) {
   for (int round = 0; round < samples::rounds(2000); ++round) {
     TriangleMesh mesh;  // two tetrahedra
     for (std::uint32_t first : {0U, 4U}) {
-      for (int i = 0; i < 4; ++i) mesh.points.push_back({coordinate(random) + (first == 0 ? 0 : 0.4), coordinate(random), coordinate(random)});
+      for (int i = 0; i < 4; ++i)
+        mesh.points.push_back(
+            {coordinate(random) + (first == 0 ? 0 : 0.4), coordinate(random), coordinate(random)});
       for (const auto& [a, b, c] : {std::array{0U, 2U, 1U}, {0U, 1U, 3U}, {0U, 3U, 2U}, {1U, 2U, 3U}})
         mesh.triangles.push_back({first + a, first + b, first + c});
     }
@@ -61,12 +68,15 @@ TEST(Crossing, IsFoundWhereAnEdgeGoesThroughATriangle) {
         for (std::size_t k = 0; k < 3 && (s < 4) != (t < 4); ++k) {
           const auto& own = mesh.triangles[s];
           const auto& [a, b, c] = mesh.triangles[t];
-          expected |= goes_through(mesh.points[own[k]], mesh.points[own[(k + 1) % 3]], mesh.points[a], mesh.points[b], mesh.points[c]);
+          expected |= goes_through(mesh.points[own[k]], mesh.points[own[(k + 1) % 3]], mesh.points[a],
+                                   mesh.points[b], mesh.points[c]);
         }
     const auto found = self_crossing(mesh);
     ASSERT_EQ(found.has_value(), expected) << "round " << round;
     if (found) {
-      EXPECT_TRUE(found->other.size() == 2 && goes_through(found->other[0], found->other[1], found->triangle[0], found->triangle[1], found->triangle[2]));
+      EXPECT_TRUE(found->other.size() == 2 &&
+                  goes_through(found->other[0], found->other[1], found->triangle[0], found->triangle[1],
+                               found->triangle[2]));
     }
     crossing += expected;
   }
@@ -150,11 +160,15 @@ TEST(Crossing, TouchingIsNone) {
   const TriangleMesh unit = box({0, 0, 0}, {2, 2, 2});
   EXPECT_FALSE(self_crossing({}));
   EXPECT_FALSE(self_crossing(unit));
-  for (const Point3& at : {Point3{2, 0, 0}, {2, 1, 1}, {2, 2, 0}, {2, 2, 1}, {2, 2, 2}, {5, 0, 0}, {0.5, 0.5, 0.5}})
-    EXPECT_FALSE(self_crossing(both(unit, box(at, {at[0] + 1, at[1] + 1, at[2] + 1})))) << at[0] << ' ' << at[1] << ' ' << at[2];
+  for (const Point3& at :
+       {Point3{2, 0, 0}, {2, 1, 1}, {2, 2, 0}, {2, 2, 1}, {2, 2, 2}, {5, 0, 0}, {0.5, 0.5, 0.5}})
+    EXPECT_FALSE(self_crossing(both(unit, box(at, {at[0] + 1, at[1] + 1, at[2] + 1}))))
+        << at[0] << ' ' << at[1] << ' ' << at[2];
   // Two tents whose ridges touch crosswise.
-  const TriangleMesh lower{{{0, -1, -1}, {0, 1, -1}, {-1, 0, 0}, {1, 0, 0}}, {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}};
-  const TriangleMesh upper{{{-1, 0, 1}, {1, 0, 1}, {0, -1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}};
+  const TriangleMesh lower{{{0, -1, -1}, {0, 1, -1}, {-1, 0, 0}, {1, 0, 0}},
+                           {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}};
+  const TriangleMesh upper{{{-1, 0, 1}, {1, 0, 1}, {0, -1, 0}, {0, 1, 0}},
+                           {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}};
   EXPECT_FALSE(self_crossing(both(lower, upper)));
   TriangleMesh sunk = upper;
   for (Point3& p : sunk.points) p[2] -= 1e-9;

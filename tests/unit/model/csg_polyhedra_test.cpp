@@ -15,9 +15,11 @@ namespace bsp2::model {
 namespace {
 
 TEST(CsgPolyhedra, OpenOnesAreLeftOutWithAWarning) {
-  const std::string open = "polyhedron(points = [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], faces = [[0,1,2],[0,3,1],[0,2,3]]);";
+  const std::string open =
+      "polyhedron(points = [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], faces = [[0,1,2],[0,3,1],[0,2,3]]);";
   const std::string where =
-      "this polyhedron is not closed: the edge from point 1 (1, 0, 0) to point 2 (0, 1, 0) has no matching face on its other side; 2 more "
+      "this polyhedron is not closed: the edge from point 1 (1, 0, 0) to point 2 (0, 1, 0) has no matching "
+      "face on its other side; 2 more "
       "edges are open. It encloses no volume and is left out";
   const Model beside = parse("cube(9);\n " + open);
   ASSERT_EQ(beside.warnings.size(), 1U);
@@ -36,7 +38,8 @@ TEST(CsgPolyhedra, OpenOnesAreLeftOutWithAWarning) {
 /// The warnings that tell of it are not printed with an error.
 TEST(CsgPolyhedra, OpenOnesAloneAreRefusedWithWhatMayBeTheCause) {
   const auto polyhedron = [](const std::string& faces) {
-    return "polyhedron(points = [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], faces = [[0,1,2],[0,3,1],[1,3,2]," + faces + "]);";
+    return "polyhedron(points = [[0,0,0],[1,0,0],[0,1,0],[0,0,1]], faces = [[0,1,2],[0,3,1],[1,3,2]," +
+           faces + "]);";
   };
   const auto odd = [](int face, int point) {
     return "; face " + std::to_string(face) + " of this polyhedron names point " + std::to_string(point) +
@@ -49,7 +52,8 @@ TEST(CsgPolyhedra, OpenOnesAloneAreRefusedWithWhatMayBeTheCause) {
   const std::string many = message(polyhedron("[5,6,7],[8,9,2]"));
   EXPECT_TRUE(many.ends_with(left + odd(3, 5) + odd(3, 6) + odd(3, 7) + "; and 2 more warnings")) << many;
   // What is odd about something else is not the cause.
-  const std::string other = message("multmatrix([[1,0,0,inf],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube(1); " + polyhedron("[2,3]"));
+  const std::string other =
+      message("multmatrix([[1,0,0,inf],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube(1); " + polyhedron("[2,3]"));
   EXPECT_TRUE(other.ends_with(left)) << other;
   EXPECT_EQ(parse("cube(9); " + polyhedron("[2,3,99]")).warnings.size(), 2U);
 }
@@ -60,28 +64,36 @@ TEST(CsgPolyhedra, ThoseThatCrossThemselvesAreToldOf) {
     std::string points, faces;
     for (int i = 0; i < 16; ++i) {
       const double at = i < 8 ? 0 : x;
-      for (int k = 0; k < 3; ++k) points += (k == 0 ? "[" : "") + std::to_string(at + (i >> k & 1) * 2) + (k == 2 ? "]," : ",");
+      for (int k = 0; k < 3; ++k)
+        points += (k == 0 ? "[" : "") + std::to_string(at + (i >> k & 1) * 2) + (k == 2 ? "]," : ",");
     }
     for (int first : {0, 8})
-      for (const auto& [a, b, c, d] : {std::array{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}})
-        faces += "[" + std::to_string(first + a) + "," + std::to_string(first + b) + "," + std::to_string(first + c) + "," + std::to_string(first + d) + "],";
+      for (const auto& [a, b, c, d] :
+           {std::array{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}})
+        faces += "[" + std::to_string(first + a) + "," + std::to_string(first + b) + "," +
+                 std::to_string(first + c) + "," + std::to_string(first + d) + "],";
     return "polyhedron(points = [" + points + "], faces = [" + faces + "]);";
   };
-  const auto warnings = [](const std::string& text) { return overlaps_of(parse(text), text, "test.csg").warnings; };
+  const auto warnings = [](const std::string& text) {
+    return overlaps_of(parse(text), text, "test.csg").warnings;
+  };
   const std::vector<std::string> told = warnings("cube(); \n " + two(1) + two(1));
   ASSERT_EQ(told.size(), 1U) << "equal ones once";
-  EXPECT_TRUE(told[0].starts_with("test.csg:2:2: this polyhedron crosses itself: the edge from (")) << told[0];
+  EXPECT_TRUE(told[0].starts_with("test.csg:2:2: this polyhedron crosses itself: the edge from ("))
+      << told[0];
   EXPECT_NE(told[0].find("the volume that the faces sum up to, 16,"), std::string::npos) << told[0];
   EXPECT_EQ(warnings(two(1) + two(1.5)).size(), 2U);
   EXPECT_TRUE(warnings(two(3) + two(2)).empty()) << "apart, and touching";
-  EXPECT_TRUE(warnings("hull() { " + two(1) + " } %" + two(1) + " *" + two(1)).empty()) << "none of them is a solid by itself";
+  EXPECT_TRUE(warnings("hull() { " + two(1) + " } %" + two(1) + " *" + two(1)).empty())
+      << "none of them is a solid by itself";
   EXPECT_TRUE(warnings(two(1) + " !cube();").empty());
 }
 
 /// A hull takes the points of what is no solid, like OpenSCAD: also those of a plane polygon.
 TEST(CsgPolyhedra, OnlyThePointsOfAHollowOneCountUnderAHull) {
   const std::string square = "polyhedron(points = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]], faces = [[0,1,2,3]]);";
-  const std::string lifted = "multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]) { color([1,0,0]) { " + square + " } }";
+  const std::string lifted =
+      "multmatrix([[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]) { color([1,0,0]) { " + square + " } }";
   for (const std::string construct : {"hull() {", "minkowski() { cube(1); group() {"}) {
     const Model model = parse(construct + lifted + " }" + (construct.size() > 10 ? "}" : ""));
     ASSERT_EQ(model.warnings.size(), 1U) << construct;
@@ -93,7 +105,8 @@ TEST(CsgPolyhedra, OnlyThePointsOfAHollowOneCountUnderAHull) {
   EXPECT_NE(between.warnings[0].find("is left out"), std::string::npos) << "a difference takes solids";
 }
 
-/// As OpenSCAD does: a point that no face names is no corner, and an index that names no point is passed over.
+/// As OpenSCAD does: a point that no face names is no corner, and an index that names no point is passed
+/// over.
 TEST(CsgPolyhedra, HoldWhatTheirFacesName) {
   const std::string tetrahedron = "polyhedron([[0,0,0],[1,0,0],[0,1,0],[0,0,1]], [[0,1,2],[0,3,1],[0,2,3],";
   EXPECT_TRUE(parse(tetrahedron + "[1,3,2]]);").warnings.empty());
@@ -102,7 +115,8 @@ TEST(CsgPolyhedra, HoldWhatTheirFacesName) {
     EXPECT_NE(model.warnings[0].find(text), std::string::npos) << model.warnings[0];
     EXPECT_TRUE(std::holds_alternative<Primitive>(model.expression.node().value));
   };
-  one_warning(parse(tetrahedron + "[1,3,2,9]]);"), "face 3 of this polyhedron names point 9, but there are 4 points");
+  one_warning(parse(tetrahedron + "[1,3,2,9]]);"),
+              "face 3 of this polyhedron names point 9, but there are 4 points");
   one_warning(parse(tetrahedron + "[1,3,2,-1]]);"), "face 3 of this polyhedron names point -1");
   one_warning(parse(tetrahedron + "[1,3,2],7]);"), "face 4 of this polyhedron is no vector");
   EXPECT_EQ(message(tetrahedron + "[1,3,9]]);").find("test.csg:1:1: this polyhedron is not closed"), 0U);
@@ -123,7 +137,8 @@ TEST(CsgPolyhedra, ThoseThatAreWrittenAgainAreTheSame) {
       const std::string size = std::to_string(1 + random() % 3);
       std::string text = "polyhedron(";
       text += comment();
-      text += "points = [[0,0,0],[" + size + ",0,0],[0,1,0],[0,0,1]]," + comment() + "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2";
+      text += "points = [[0,0,0],[" + size + ",0,0],[0,1,0],[0,0,1]]," + comment() +
+              "faces = [[0,1,2],[0,3,1],[0,2,3],[1,3,2";
       if (random() % 4 == 0) text += ",9";  // is warned of
       different.push_back(text + "]]" + comment() + ");");
     }
@@ -133,7 +148,8 @@ TEST(CsgPolyhedra, ThoseThatAreWrittenAgainAreTheSame) {
     for (int i = 0; i < 20; ++i) {
       written.push_back(different[random() % different.size()]);
       // Moved apart, as equal operands might be one.
-      all += "\nmultmatrix([[1,0,0," + std::to_string(10 * i) + "],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) " + written.back();
+      all += "\nmultmatrix([[1,0,0," + std::to_string(10 * i) + "],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) " +
+             written.back();
       warnings += parse(written.back()).warnings.size();
     }
     const Model model = parse(all);

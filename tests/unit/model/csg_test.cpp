@@ -1,3 +1,5 @@
+#include "bsp2/model/expression/csg.hpp"
+
 #include <gtest/gtest.h>
 
 #include <charconv>
@@ -11,7 +13,6 @@
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/model/expression/csg.hpp"
 #include "csg/csg_nodes.hpp"
 #include "model/csg_helpers.hpp"
 #include "model/helpers.hpp"
@@ -74,9 +75,13 @@ void print(const Round& round, std::ostream& out) {
   out << "round(" << number(round.bottom) << ", " << number(round.top) << ");\n";
 }
 
-void print(const Torus& torus, std::ostream& out) { out << "torus(" << number(torus.major) << ", " << number(torus.minor) << ");\n"; }
+void print(const Torus& torus, std::ostream& out) {
+  out << "torus(" << number(torus.major) << ", " << number(torus.minor) << ");\n";
+}
 
-void print(const Polytope& polytope, std::ostream& out) { out << "polytope of " << polytope.corners.size() << " coordinates;\n"; }
+void print(const Polytope& polytope, std::ostream& out) {
+  out << "polytope of " << polytope.corners.size() << " coordinates;\n";
+}
 
 void print(const Primitive& primitive, std::ostream& out) {
   std::visit([&](const auto& shape) { print(shape, out); }, primitive);
@@ -112,7 +117,8 @@ void print(const Named& named, std::ostream& out) {
 }
 
 void print(const Construction& construction, std::ostream& out) {
-  const char* names[] = {"linear_extrude", "rotate_extrude", "offset", "hull", "minkowski", "projection", "resize", "fill"};
+  const char* names[] = {"linear_extrude", "rotate_extrude", "offset", "hull",
+                         "minkowski",      "projection",     "resize", "fill"};
   out << names[construction.construct.index()] << "() {\n";
   for (const Expression& operand : construction.operands) print(operand, out);
   out << "}\n";
@@ -254,7 +260,8 @@ TEST(Csg, ArgumentsHaveOpenScadsDefaults) {
   EXPECT_EQ(meaning("sphere(r = -nan);"), "empty");
   EXPECT_EQ(meaning("cylinder(h = 1, r1 = 1, r2 = -1);"), "empty");
   EXPECT_EQ(meaning("color(\"Red\") cube();"), meaning("color([1, 0, 0, 1]) cube();"));
-  EXPECT_EQ(meaning("color(\"yellowgreen\", 0.5) cube();"), meaning("color(\"#9acd32\", alpha = 0.5) cube();"));
+  EXPECT_EQ(meaning("color(\"yellowgreen\", 0.5) cube();"),
+            meaning("color(\"#9acd32\", alpha = 0.5) cube();"));
   EXPECT_EQ(meaning("color(\"#f08\") cube();"), meaning("color(\"#FF0088\") cube();"));
   EXPECT_EQ(meaning("color(\"#f083\") cube();"), meaning("color(\"#ff008833\") cube();"));
   EXPECT_EQ(meaning("color(\"transparent\") cube();"), meaning("color([0, 0, 0, 0]) cube();"));
@@ -273,7 +280,8 @@ TEST(Csg, ArgumentsHaveOpenScadsDefaults) {
     EXPECT_EQ(parse(given).warnings.size(), 1U) << given;
   }
   EXPECT_EQ(parse(" square([2, true]);").warnings,
-            (std::vector<std::string>{"test.csg:1:2: the size of this square is neither a number nor a vector of two numbers; it is taken to be [1, 1]"}));
+            (std::vector<std::string>{"test.csg:1:2: the size of this square is neither a number nor a "
+                                      "vector of two numbers; it is taken to be [1, 1]"}));
   EXPECT_EQ(parse("sphere(r = -1);").warnings,
             (std::vector<std::string>{"test.csg:1:1: this sphere is empty: its radius is -1"}));
 }
@@ -306,23 +314,28 @@ TEST(Csg, ReadsNumbersToTheNearestDouble) {
 
 TEST(Csg, ErrorsSayWhere) {
   const std::string source(source_hint);
-  EXPECT_EQ(message("cube();\n\n  warp(size = [1, 1]);"),
-            "test.csg:3:3: there is no node 'warp'");
+  EXPECT_EQ(message("cube();\n\n  warp(size = [1, 1]);"), "test.csg:3:3: there is no node 'warp'");
   EXPECT_EQ(message("group() {\n\tcubee(); }"),
             "test.csg:2:2: there is no node 'cubee'; did you mean 'cube'?");
   EXPECT_EQ(message("cube() sphere();"),
             "test.csg:1:8: expected ';' or '{' after 'cube(...)', found 'sphere'");
   EXPECT_EQ(message("cube(text = \"\xC3\xA4\xC3\xB6\") x"),
             "test.csg:1:19: expected ';' or '{' after 'cube(...)', found 'x'");
-  EXPECT_EQ(
-      message("translate([1, 2, 3]) {}"),
-      "test.csg:1:1: 'translate' is no node of a .csg file" + source);
-  EXPECT_EQ(message("module a() { cube(); }"), "test.csg:1:8: expected '(' after the name of a node, found 'a'" + source);
-  EXPECT_EQ(message("for (i = [0:3]) cube();"), "test.csg:1:12: expected ',' or ']' in a vector, found ':'" + source);
-  EXPECT_EQ(message("x = 5; cube(x);"), "test.csg:1:3: expected '(' after the name of a node, found '='" + source);
-  EXPECT_EQ(message("cube(2 / 3);"), "test.csg:1:8: expected ',' or ')' in the arguments, found '/'" + source);
-  EXPECT_EQ(message("translate([1, 2, 3]) cube();"), "test.csg:1:22: expected ';' or '{' after 'translate(...)', found 'cube'" + source);
-  EXPECT_EQ(message("\xFF\xFE" "c\1u\1"), "test.csg:1:1: this text is UTF-16; save it as UTF-8");
+  EXPECT_EQ(message("translate([1, 2, 3]) {}"),
+            "test.csg:1:1: 'translate' is no node of a .csg file" + source);
+  EXPECT_EQ(message("module a() { cube(); }"),
+            "test.csg:1:8: expected '(' after the name of a node, found 'a'" + source);
+  EXPECT_EQ(message("for (i = [0:3]) cube();"),
+            "test.csg:1:12: expected ',' or ']' in a vector, found ':'" + source);
+  EXPECT_EQ(message("x = 5; cube(x);"),
+            "test.csg:1:3: expected '(' after the name of a node, found '='" + source);
+  EXPECT_EQ(message("cube(2 / 3);"),
+            "test.csg:1:8: expected ',' or ')' in the arguments, found '/'" + source);
+  EXPECT_EQ(message("translate([1, 2, 3]) cube();"),
+            "test.csg:1:22: expected ';' or '{' after 'translate(...)', found 'cube'" + source);
+  EXPECT_EQ(message("\xFF\xFE"
+                    "c\1u\1"),
+            "test.csg:1:1: this text is UTF-16; save it as UTF-8");
   EXPECT_EQ(message("union() {\n group() {\n"),
             "test.csg:3:1: the text ends inside 'group' of 2:2; a '}' is missing, or the file is cut off");
   EXPECT_EQ(message("cube(); }"), "test.csg:1:9: this '}' closes nothing");
@@ -357,9 +370,12 @@ TEST(Csg, PolygonsTakePairsAndAnEmptyListOfPathsIsNone) {
   EXPECT_EQ(parse("polygon([[0,0,1],[4,0,1],[4,4,1]]);").primitive_count, 0U);
 }
 
-/// OpenSCAD 2021.01 passes over empty solids everywhere, over empty areas only if the first child and one more are something.
+/// OpenSCAD 2021.01 passes over empty solids everywhere, over empty areas only if the first child and one
+/// more are something.
 TEST(Csg, PlaneMinkowskiSumsOfNothingAreEmpty) {
-  const auto count = [](const std::string& children) { return parse("minkowski() { " + children + " }").primitive_count; };
+  const auto count = [](const std::string& children) {
+    return parse("minkowski() { " + children + " }").primitive_count;
+  };
   EXPECT_EQ(count("square(2); circle(0);"), 0U);
   EXPECT_EQ(count("circle(0); square(2); circle(1);"), 0U);
   EXPECT_EQ(count("square(2); group();"), 0U);
@@ -372,7 +388,8 @@ TEST(Csg, PlaneMinkowskiSumsOfNothingAreEmpty) {
 
 TEST(Csg, PartsAreThePrimitivesOfTheSource) {
   const Model model = parse(
-      "square(1);\n%circle(1);\ngroup() { circle(0); polygon([[0,0],[2,0],[2,2],[1,1],[0,2]]); cube(1); }\n  hull() { square(2); circle(3); }");
+      "square(1);\n%circle(1);\ngroup() { circle(0); polygon([[0,0],[2,0],[2,2],[1,1],[0,2]]); cube(1); }\n  "
+      "hull() { square(2); circle(3); }");
   ASSERT_EQ(model.primitive_count, 4U);
   EXPECT_EQ(model.expression.node().parts, 4U);
   const auto all = [&](const std::string& text) {
@@ -383,9 +400,13 @@ TEST(Csg, PartsAreThePrimitivesOfTheSource) {
     return places;
   };
   EXPECT_EQ(all("cube(1);\n sphere(0);\n  sphere(1);"), "a:1:1 a:3:3 ") << "what is empty is no part";
-  EXPECT_EQ(all("cube(1);\n group() { square(1); }\n !group() { cube(1); %cube(2); cube(3); }\n cube(9);"), "a:3:13 a:3:32 ");
-  EXPECT_EQ(all("cube(1);\n square(1); union() { cube(2); cube(3); } difference() { sphere(0); cube(4); } cube(5);"), "a:1:1 a:2:23 a:2:32 a:2:80 ");
-  EXPECT_EQ(all("group() { polygon([[0,0],[2,0],[2,2],[1,1],[0,2]]);\n square(9); }"), "a:1:11 a:2:2 ") << "in several pieces";
+  EXPECT_EQ(all("cube(1);\n group() { square(1); }\n !group() { cube(1); %cube(2); cube(3); }\n cube(9);"),
+            "a:3:13 a:3:32 ");
+  EXPECT_EQ(all("cube(1);\n square(1); union() { cube(2); cube(3); } difference() { sphere(0); cube(4); } "
+                "cube(5);"),
+            "a:1:1 a:2:23 a:2:32 a:2:80 ");
+  EXPECT_EQ(all("group() { polygon([[0,0],[2,0],[2,2],[1,1],[0,2]]);\n square(9); }"), "a:1:11 a:2:2 ")
+      << "in several pieces";
 }
 
 TEST(Csg, WhatTakesNoPartNeedNotBeSupported) {

@@ -55,11 +55,13 @@ class DrawingFile {
   [[nodiscard]] Remarks remarks() {
     warnings.clear();
     notes.clear();
-    return {[this](const std::string& text) { warnings.push_back(without_path(text)); }, [this](const std::string& text) { notes.push_back(without_path(text)); }};
+    return {[this](const std::string& text) { warnings.push_back(without_path(text)); },
+            [this](const std::string& text) { notes.push_back(without_path(text)); }};
   }
   /// With "FILE" in the place of its path.
   [[nodiscard]] std::string without_path(std::string text) const {
-    for (std::size_t at = 0; (at = text.find(path_.string())) != std::string::npos;) text.replace(at, path_.string().size(), "FILE");
+    for (std::size_t at = 0; (at = text.find(path_.string())) != std::string::npos;)
+      text.replace(at, path_.string().size(), "FILE");
     return text;
   }
 

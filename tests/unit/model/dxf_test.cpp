@@ -39,7 +39,9 @@ class Pairs {
   Pairs& operator()(int code, double value) { return (*this)(code, digits(value)); }
   Pairs& operator()(int code, int value) { return (*this)(code, std::to_string(value)); }
   Pairs& point(int code, double x, double y) { return (*this)(code, x)(code + 10, y); }
-  Pairs& entity(const std::string& type, const std::string& layer = "0") { return (*this)(0, type)(8, layer); }
+  Pairs& entity(const std::string& type, const std::string& layer = "0") {
+    return (*this)(0, type)(8, layer);
+  }
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:
@@ -47,8 +49,10 @@ class Pairs {
 };
 
 /// A whole file. @param blocks of BLOCK ... ENDBLK.
-std::string file_of(const std::string& entities, const std::string& blocks = "", const std::string& after = "") {
-  return "0\nSECTION\n2\nBLOCKS\n" + blocks + "0\nENDSEC\n0\nSECTION\n2\nENTITIES\n" + entities + "0\nENDSEC\n" + after + "0\nEOF\n";
+std::string file_of(const std::string& entities, const std::string& blocks = "",
+                    const std::string& after = "") {
+  return "0\nSECTION\n2\nBLOCKS\n" + blocks + "0\nENDSEC\n0\nSECTION\n2\nENTITIES\n" + entities +
+         "0\nENDSEC\n" + after + "0\nEOF\n";
 }
 
 std::string block(const std::string& name, const std::string& entities, double x = 0, double y = 0) {
@@ -59,11 +63,14 @@ class DxfDrawing : public ::testing::Test {
  protected:
   DrawingFile file_{"drawing.dxf"};
 
-  PlaneDrawing read(const std::string& text, const Resolution& resolution = {}, const std::string& layer = "", const DrawingFrame& frame = {}) {
+  PlaneDrawing read(const std::string& text, const Resolution& resolution = {}, const std::string& layer = "",
+                    const DrawingFrame& frame = {}) {
     file_.write(text);
     return import_dxf(file_.path(), layer, frame, resolution, file_.remarks());
   }
-  double area(const std::string& text, const Resolution& resolution = {}) { return area_of(read(text, resolution)); }
+  double area(const std::string& text, const Resolution& resolution = {}) {
+    return area_of(read(text, resolution));
+  }
   std::string fault(const std::string& text, const Resolution& resolution = {}) {
     try {
       read(text, resolution);
@@ -102,11 +109,15 @@ double segment(double radius, double angle, double chords) {
 /// What stands in other sections is no part of the last entity, whatever it is.
 TEST_F(DxfDrawing, EntitiesEndWithTheirSection) {
   const std::vector<std::string> entities{
-      light_polyline({{0, 0, 0}, {50, 0, 0}, {50, 50, 0}}), old_polyline({{0, 0, 0}, {50, 0, 0}, {50, 50, 1}}),
-      Pairs().entity("CIRCLE").point(10, 3, 4)(40, 20.0).text(), Pairs().entity("ARC").point(10, 3, 4)(40, 20.0)(50, 10.0)(51, 200.0).text(),
+      light_polyline({{0, 0, 0}, {50, 0, 0}, {50, 50, 0}}),
+      old_polyline({{0, 0, 0}, {50, 0, 0}, {50, 50, 1}}),
+      Pairs().entity("CIRCLE").point(10, 3, 4)(40, 20.0).text(),
+      Pairs().entity("ARC").point(10, 3, 4)(40, 20.0)(50, 10.0)(51, 200.0).text(),
       Pairs().entity("ELLIPSE").point(10, 3, 4).point(11, 30, 0)(40, 0.5)(41, 0.0)(42, 6.0).text(),
-      Pairs().entity("SOLID").point(10, 0, 0).point(11, 10, 0).point(12, 0, 10).text(), Pairs().entity("INSERT")(2, "B").point(10, 1, 2).text(),
-      Pairs().entity("SPLINE")(71, 1).text() + "40\n0\n40\n0\n40\n1\n40\n2\n40\n2\n" + Pairs().point(10, 0, 0).point(10, 9, 0).point(10, 9, 9).text()};
+      Pairs().entity("SOLID").point(10, 0, 0).point(11, 10, 0).point(12, 0, 10).text(),
+      Pairs().entity("INSERT")(2, "B").point(10, 1, 2).text(),
+      Pairs().entity("SPLINE")(71, 1).text() + "40\n0\n40\n0\n40\n1\n40\n2\n40\n2\n" +
+          Pairs().point(10, 0, 0).point(10, 9, 0).point(10, 9, 9).text()};
   const std::string blocks = block("B", light_polyline({{0, 0, 0}, {4, 0, 0}, {4, 4, 0}}));
   std::string objects = "0\nSECTION\n2\nOBJECTS\n0\nDICTIONARY\n0\nPLOTSETTINGS\n";
   for (int code = 10; code < 80; ++code) objects += std::to_string(code) + "\n7\n";
@@ -128,7 +139,8 @@ TEST_F(DxfDrawing, Cases) {
   EXPECT_NEAR(case_area("dxf-polyline-then-objects.dxf", {}), 1250, 1e-9);
   EXPECT_NEAR(case_area("dxf-insert-scaled.dxf", {}), 0.5, 1e-9);
   EXPECT_NEAR(case_area("dxf-old-polyline.dxf", {}), 50, 1e-12);
-  EXPECT_NEAR(case_area("dxf-bulge.dxf", {}), 176 + 2 * segment(4, pi, 7), 0.05) << "13 sides of a circle are 7 of a half";
+  EXPECT_NEAR(case_area("dxf-bulge.dxf", {}), 176 + 2 * segment(4, pi, 7), 0.05)
+      << "13 sides of a circle are 7 of a half";
   EXPECT_NEAR(case_area("dxf-bulge.dxf", {.fn = 1000}), 176 + 16 * pi, 0.05);
 }
 
@@ -137,7 +149,9 @@ TEST_F(DxfDrawing, BulgesAreArcs) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto number = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
   for (int round = 0; round < samples::rounds(100); ++round) {
     const int sides = 3 + static_cast<int>(random() % 6), fn = 8 + static_cast<int>(random() % 100);
     std::vector<std::array<double, 3>> corners;
@@ -151,10 +165,12 @@ TEST_F(DxfDrawing, BulgesAreArcs) {
     expected = twice_area(polygon) / 2;
     for (int i = 0; i < sides; ++i) {
       const PlanePoint &p = polygon[i], &q = polygon[(i + 1) % sides];
-      const double chord = std::hypot(q[0] - p[0], q[1] - p[1]), bulge = corners[i][2], angle = 4 * std::atan(std::fabs(bulge));
+      const double chord = std::hypot(q[0] - p[0], q[1] - p[1]), bulge = corners[i][2],
+                   angle = 4 * std::atan(std::fabs(bulge));
       length += chord * 2;
       if (bulge == 0) continue;
-      const double part = segment(chord / 2 / std::sin(angle / 2), angle, std::ceil(fn * angle / (2 * pi) - 1e-3));
+      const double part =
+          segment(chord / 2 / std::sin(angle / 2), angle, std::ceil(fn * angle / (2 * pi) - 1e-3));
       expected += bulge > 0 ? part : -part;
     }
     const double grid = length * 0x1p-10;
@@ -162,21 +178,25 @@ TEST_F(DxfDrawing, BulgesAreArcs) {
     const PlaneDrawing light = read(file_of(light_polyline(corners)), {.fn = static_cast<double>(fn)});
     const PlaneDrawing old = read(file_of(old_polyline(corners)), {.fn = static_cast<double>(fn)});
     EXPECT_EQ(light.points, old.points);
-    std::reverse(corners.begin(), corners.end());  // the other way round: bulges belong to the corner that they begin at, and change their signs
+    std::reverse(corners.begin(), corners.end());  // the other way round: bulges belong to the corner that
+                                                   // they begin at, and change their signs
     std::vector<std::array<double, 3>> back;
-    for (int i = 0; i < sides; ++i) back.push_back({corners[i][0], corners[i][1], -corners[(i + 1) % sides][2]});
+    for (int i = 0; i < sides; ++i)
+      back.push_back({corners[i][0], corners[i][1], -corners[(i + 1) % sides][2]});
     EXPECT_NEAR(area(file_of(old_polyline(back)), {.fn = static_cast<double>(fn)}), expected, grid);
   }
   // Two half circles.
   EXPECT_NEAR(area(file_of(light_polyline({{0, 0, 1}, {10, 0, 1}})), {.fn = 400}), 25 * pi, 0.05);
   // Nearly all of a circle, and nothing of one.
   EXPECT_NEAR(area(file_of(light_polyline({{0, 0, 1e3}, {0.1, 0, 0}})), {.fn = 1000}), 625 * pi, 5);
-  for (const double bulge : {1e-300, 1e300, -1e-17}) EXPECT_LE(area(file_of(light_polyline({{0, 0, bulge}, {1, 0, 0}, {1, 1, 0}}))), 0.51) << bulge;
+  for (const double bulge : {1e-300, 1e300, -1e-17})
+    EXPECT_LE(area(file_of(light_polyline({{0, 0, bulge}, {1, 0, 0}, {1, 1, 0}}))), 0.51) << bulge;
 }
 
 /// An open path is closed by a line, with what its arcs enclose.
 TEST_F(DxfDrawing, OpenPolylinesAreClosedByALine) {
-  EXPECT_NEAR(area(file_of(light_polyline({{0, 0, 1}, {10, 0, 0}}, false)), {.fn = 100}), segment(5, pi, 50), 0.05);
+  EXPECT_NEAR(area(file_of(light_polyline({{0, 0, 1}, {10, 0, 0}}, false)), {.fn = 100}), segment(5, pi, 50),
+              0.05);
   EXPECT_NEAR(area(file_of(old_polyline({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}}, false))), 50, 1e-9);
 }
 
@@ -184,17 +204,22 @@ TEST_F(DxfDrawing, PolylinesHaveOnlyTheCornersOfTheirCurve) {
   // Spline-fitted: the control points of the frame (16) stand beside the corners of the curve (8).
   Pairs pairs;
   pairs.entity("POLYLINE")(66, 1)(70, 1 + 4);
-  const std::vector<std::array<double, 3>> corners{{0, 0, 16}, {0, 0, 8}, {4, 0, 8}, {99, 0, 16}, {4, 4, 8}, {0, 4, 8}, {0, 99, 16}};
+  const std::vector<std::array<double, 3>> corners{{0, 0, 16}, {0, 0, 8}, {4, 0, 8},  {99, 0, 16},
+                                                   {4, 4, 8},  {0, 4, 8}, {0, 99, 16}};
   for (const auto& [x, y, flag] : corners) pairs.entity("VERTEX").point(10, x, y)(70, static_cast<int>(flag));
   EXPECT_NEAR(area(file_of(pairs.text() + "0\nSEQEND\n")), 16, 1e-9);
   // A mesh of faces is no outline.
-  EXPECT_EQ(area(file_of(Pairs().entity("POLYLINE")(70, 64).entity("VERTEX").point(10, 9, 9).entity("SEQEND").text())), 0);
+  EXPECT_EQ(area(file_of(
+                Pairs().entity("POLYLINE")(70, 64).entity("VERTEX").point(10, 9, 9).entity("SEQEND").text())),
+            0);
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0], "1 thing in FILE is not read: 1 POLYLINE that is a mesh. The result lacks it; convert it to lines, arcs or splines in the "
-                               "program that made the file, or delete it there");
+  EXPECT_EQ(file_.warnings[0],
+            "1 thing in FILE is not read: 1 POLYLINE that is a mesh. The result lacks it; convert it to "
+            "lines, arcs or splines in the "
+            "program that made the file, or delete it there");
 }
 
-// --- splines ---------------------------------------------------------------------------------------------------------
+// --- splines ---
 
 /// The basis functions as Cox and de Boor define them.
 double basis(const std::vector<double>& knots, std::size_t i, int degree, double u) {
@@ -259,9 +284,12 @@ double distance_to_path(const PlanePoint& p, const std::vector<PlanePoint>& path
   return least;
 }
 
-/// Control points around a circle, so that the curve does not cross itself: clamped, or closed with knots that go on.
+/// Control points around a circle, so that the curve does not cross itself: clamped, or closed with knots
+/// that go on.
 Spline random_spline(std::mt19937& random, bool is_closed) {
-  const auto number = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto number = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
   Spline spline{1 + static_cast<int>(random() % 5), {}, {}, {}};
   const auto p = static_cast<std::size_t>(spline.degree), n = p + 2 + random() % 8;
   for (std::size_t i = 0; i < n; ++i) {
@@ -270,7 +298,8 @@ Spline random_spline(std::mt19937& random, bool is_closed) {
     spline.weights.push_back(random() % 2 == 0 ? 1 : number(0.5, 2));
   }
   if (is_closed) {
-    for (std::size_t i = 0; i < p; ++i) spline.points.push_back(spline.points[i]), spline.weights.push_back(spline.weights[i]);
+    for (std::size_t i = 0; i < p; ++i)
+      spline.points.push_back(spline.points[i]), spline.weights.push_back(spline.weights[i]);
     for (std::size_t i = 0; i < n + 2 * p + 1; ++i) spline.knots.push_back(static_cast<double>(i));
     return spline;
   }
@@ -278,7 +307,9 @@ Spline random_spline(std::mt19937& random, bool is_closed) {
   double u = 0;
   while (spline.knots.size() < n) {
     u += number(0.3, 2);
-    for (std::size_t times = 1 + (random() % 4 == 0 ? random() % p : 0); times > 0 && spline.knots.size() < n; --times) spline.knots.push_back(u);
+    for (std::size_t times = 1 + (random() % 4 == 0 ? random() % p : 0); times > 0 && spline.knots.size() < n;
+         --times)
+      spline.knots.push_back(u);
   }
   spline.knots.insert(spline.knots.end(), p + 1, u + 1);
   return spline;
@@ -296,8 +327,10 @@ TEST_F(DxfDrawing, SplinesAreWhatTheirBasisFunctionsSay) {
     const PlaneDrawing drawing = read(file_of(spline.text(4 | (is_closed ? 1 : 0))), {.fn = 720});
     ASSERT_EQ(drawing.paths.size(), 1U) << spline.text(4);
     EXPECT_NEAR(area_of(drawing), expected, 5e-4 * expected) << spline.text(4);
-    const std::vector<PlanePoint> path = paths_of(drawing)[0];  // far fewer points than the dense ones, of which some are looked at
-    for (std::size_t i = 0; i < path.size(); i += 1 + path.size() / 40) EXPECT_LT(distance_to_path(path[i], dense), 0.01);
+    const std::vector<PlanePoint> path =
+        paths_of(drawing)[0];  // far fewer points than the dense ones, of which some are looked at
+    for (std::size_t i = 0; i < path.size(); i += 1 + path.size() / 40)
+      EXPECT_LT(distance_to_path(path[i], dense), 0.01);
     EXPECT_LT(drawing.points.size(), 4000U) << "as many as the turn takes";
   }
 }
@@ -305,10 +338,11 @@ TEST_F(DxfDrawing, SplinesAreWhatTheirBasisFunctionsSay) {
 /// A circle of four quarters, of degree 2 and of weights, is one of $fn sides.
 TEST_F(DxfDrawing, ARationalSplineIsACircle) {
   const double s = std::sqrt(0.5);
-  const Spline circle{2,
-                      {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4},
-                      {1, s, 1, s, 1, s, 1, s, 1},
-                      {{10, 0}, {10, 10}, {0, 10}, {-10, 10}, {-10, 0}, {-10, -10}, {0, -10}, {10, -10}, {10, 0}}};
+  const Spline circle{
+      2,
+      {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4},
+      {1, s, 1, s, 1, s, 1, s, 1},
+      {{10, 0}, {10, 10}, {0, 10}, {-10, 10}, {-10, 0}, {-10, -10}, {0, -10}, {10, -10}, {10, 0}}};
   for (const int fn : {8, 36, 100, 360}) {
     const PlaneDrawing drawing = read(file_of(circle.text(4)), {.fn = static_cast<double>(fn)});
     EXPECT_EQ(drawing.points.size(), static_cast<std::size_t>(fn));
@@ -340,12 +374,22 @@ TEST_F(DxfDrawing, SplinesGoThroughTheirFitPoints) {
     const auto path = paths_of(drawing)[0];
     for (const PlanePoint& p : through) EXPECT_LT(distance_to_path(p, path), 2e-3);
     if (!is_closed) continue;
-    for (const PlanePoint& p : path) EXPECT_NEAR(std::hypot(p[0], p[1]), 100, 0.01 + 5e4 / std::pow(n, 4)) << n << " points are nearly on a circle";
+    for (const PlanePoint& p : path)
+      EXPECT_NEAR(std::hypot(p[0], p[1]), 100, 0.01 + 5e4 / std::pow(n, 4))
+          << n << " points are nearly on a circle";
   }
   // Two points are a line, whatever its ends say; the tangents bend it.
   EXPECT_EQ(area(file_of(Pairs().entity("SPLINE")(71, 3).point(11, 0, 0).point(11, 10, 0).text())), 0);
-  const double bent = area(file_of(Pairs().entity("SPLINE")(71, 3).point(12, 0, 1).point(13, 0, -1).point(11, 0, 0).point(11, 10, 0).text()), {.fn = 200});
-  EXPECT_NEAR(bent, 20, 0.05) << "Hermite's cubic: the integral of y = 10 s (1 - s) along x = 10 (3 - 2 s) s^2";
+  const double bent = area(file_of(Pairs()
+                                       .entity("SPLINE")(71, 3)
+                                       .point(12, 0, 1)
+                                       .point(13, 0, -1)
+                                       .point(11, 0, 0)
+                                       .point(11, 10, 0)
+                                       .text()),
+                           {.fn = 200});
+  EXPECT_NEAR(bent, 20, 0.05)
+      << "Hermite's cubic: the integral of y = 10 s (1 - s) along x = 10 (3 - 2 s) s^2";
 }
 
 TEST_F(DxfDrawing, DamagedSplinesAreErrors) {
@@ -360,17 +404,20 @@ TEST_F(DxfDrawing, DamagedSplinesAreErrors) {
   EXPECT_EQ(fault(file_of(odd.text(4))), "import: FILE: SPLINE has a weight that is not positive");
   odd = sound, odd.degree = 1'000'000'000;
   EXPECT_EQ(fault(file_of(odd.text(4))), "import: FILE: SPLINE has the degree 1000; 1 to 25 are read");
-  EXPECT_EQ(fault(file_of(sound.text(4)), {.fn = 1e9}), "import: a spline of a drawing gets more than 1000000 sides ($fn, $fa, $fs)");
+  EXPECT_EQ(fault(file_of(sound.text(4)), {.fn = 1e9}),
+            "import: a spline of a drawing gets more than 1000000 sides ($fn, $fa, $fs)");
   EXPECT_EQ(fault(file_of(Pairs().entity("LINE").point(10, 1, 2)(11, "1,5")(21, 4.0).text())),
             "import: FILE:20: '1,5' is no finite number, as the value of group code 11 of LINE");
 }
 
-// --- blocks ----------------------------------------------------------------------------------------------------------
+// --- blocks ---
 
 /// x -> a x + b y + e, y -> c x + d y + f.
 struct Affine {
   double a = 1, b = 0, c = 0, d = 1, e = 0, f = 0;
-  [[nodiscard]] PlanePoint operator()(const PlanePoint& p) const { return {a * p[0] + b * p[1] + e, c * p[0] + d * p[1] + f}; }
+  [[nodiscard]] PlanePoint operator()(const PlanePoint& p) const {
+    return {a * p[0] + b * p[1] + e, c * p[0] + d * p[1] + f};
+  }
   [[nodiscard]] Affine after(const Affine& m) const {
     const PlanePoint to = (*this)({m.e, m.f});
     return {a * m.a + b * m.c, a * m.b + b * m.d, c * m.a + d * m.c, c * m.b + d * m.d, to[0], to[1]};
@@ -396,7 +443,8 @@ class Blocks {
     }
     polygons.push_back(polygon);
     std::string entities = random_() % 2 == 0 ? light_polyline(corners) : old_polyline(corners);
-    for (int i = depth > 0 ? 1 + static_cast<int>(random_() % 2) : 0; i > 0; --i) entities += insert(depth - 1, polygons);
+    for (int i = depth > 0 ? 1 + static_cast<int>(random_() % 2) : 0; i > 0; --i)
+      entities += insert(depth - 1, polygons);
     for (auto& each : polygons)
       for (PlanePoint& p : each) p = {p[0] - base_x, p[1] - base_y};
     text += block(name, entities, base_x, base_y);
@@ -407,13 +455,17 @@ class Blocks {
   std::string insert(int depth, std::vector<std::vector<PlanePoint>>& polygons) {
     std::vector<std::vector<PlanePoint>> inner;
     std::string name = make(depth, inner);
-    if (random_() % 3 == 0) std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-    const double x = number(-99, 99), y = number(-99, 99), sx = number(0.5, 2) * sign(), sy = number(0.5, 2) * sign(), turn = number(-400, 400);
+    if (random_() % 3 == 0)
+      std::transform(name.begin(), name.end(), name.begin(),
+                     [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    const double x = number(-99, 99), y = number(-99, 99), sx = number(0.5, 2) * sign(),
+                 sy = number(0.5, 2) * sign(), turn = number(-400, 400);
     const int columns = 1 + static_cast<int>(random_() % 3), rows = 1 + static_cast<int>(random_() % 2);
     const double column = number(40, 80), row = number(40, 80);
     const bool is_mirrored = random_() % 3 == 0;
     Pairs pairs;
-    pairs.entity("INSERT")(2, name).point(10, x, y)(41, sx)(42, sy)(43, 1.0)(50, turn)(70, columns)(71, rows)(44, column)(45, row);
+    pairs.entity("INSERT")(2, name).point(10, x, y)(41, sx)(42, sy)(43, 1.0)(50, turn)(70, columns)(71, rows)(
+        44, column)(45, row);
     if (is_mirrored) pairs(210, 0.0)(220, 0.0)(230, -1.0);
     const double c = std::cos(turn * pi / 180), s = std::sin(turn * pi / 180);
     for (int i = 0; i < rows; ++i)
@@ -434,7 +486,9 @@ class Blocks {
  private:
   std::mt19937 random_;
   int count_ = 0;
-  double number(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  double number(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
   double sign() { return random_() % 2 == 0 ? 1 : -1; }
 };
 
@@ -453,13 +507,15 @@ TEST_F(DxfDrawing, BlocksAreInserted) {
     EXPECT_LE(drawing.points.size(), expected.size());
     EXPECT_GE(drawing.points.size() + 2, expected.size());
     for (const PlanePoint& p : expected) {
-      const bool is_there = std::any_of(drawing.points.begin(), drawing.points.end(), [&](const PlanePoint& q) { return distance(p, q) < 3e-3; });
+      const bool is_there = std::any_of(drawing.points.begin(), drawing.points.end(),
+                                        [&](const PlanePoint& q) { return distance(p, q) < 3e-3; });
       EXPECT_TRUE(is_there) << p[0] << " " << p[1];
     }
     double area = 0, perimeter = 0;
     for (const auto& polygon : polygons) {
       area += std::fabs(twice_area(polygon)) / 2;
-      for (std::size_t i = 0; i < polygon.size(); ++i) perimeter += distance(polygon[i], polygon[(i + 1) % polygon.size()]);
+      for (std::size_t i = 0; i < polygon.size(); ++i)
+        perimeter += distance(polygon[i], polygon[(i + 1) % polygon.size()]);
     }
     if (drawing.points.size() == expected.size()) {
       EXPECT_NEAR(area_of(drawing), area, perimeter * 2e-3);
@@ -471,11 +527,19 @@ TEST_F(DxfDrawing, BlocksAreInserted) {
 TEST_F(DxfDrawing, CurvesInBlocksAreAsRoundAsOthers) {
   const std::string circle = Pairs().entity("CIRCLE").point(10, 0, 0)(40, 1.0).text();
   const std::string blocks = block("B", circle);
-  const auto inserted = [&](double sx, double sy) { return file_of(Pairs().entity("INSERT")(2, "B").point(10, 7, 7)(41, sx)(42, sy).text(), blocks); };
+  const auto inserted = [&](double sx, double sy) {
+    return file_of(Pairs().entity("INSERT")(2, "B").point(10, 7, 7)(41, sx)(42, sy).text(), blocks);
+  };
   EXPECT_EQ(read(inserted(10, 10)).points.size(), 30U);
-  EXPECT_NEAR(area(inserted(10, 10)), area(file_of(Pairs().entity("CIRCLE").point(10, 0, 0)(40, 10.0).text())), 0.1);
+  EXPECT_NEAR(area(inserted(10, 10)),
+              area(file_of(Pairs().entity("CIRCLE").point(10, 0, 0)(40, 10.0).text())), 0.1);
   EXPECT_NEAR(area(inserted(20, -10), {.fn = 100}), 50 * 200 * std::sin(pi / 50), 0.2);
-  EXPECT_NEAR(area(file_of(Pairs().entity("ELLIPSE").point(10, 1, 1).point(11, 12, 16)(40, 0.5)(41, 0.0)(42, 2 * pi).text()), {.fn = 100}),
+  EXPECT_NEAR(area(file_of(Pairs()
+                               .entity("ELLIPSE")
+                               .point(10, 1, 1)
+                               .point(11, 12, 16)(40, 0.5)(41, 0.0)(42, 2 * pi)
+                               .text()),
+                   {.fn = 100}),
               50 * 200 * std::sin(pi / 50), 0.2);
 }
 
@@ -483,35 +547,60 @@ TEST_F(DxfDrawing, CurvesInBlocksAreAsRoundAsOthers) {
 TEST_F(DxfDrawing, PlanesThatLookDownAreMirrored) {
   const std::string down = Pairs()(210, 0.0)(220, 0.0)(230, -1.0).text();
   const std::vector<std::pair<std::string, std::string>> mirrored{
-      {Pairs().entity("CIRCLE").point(10, 30, 4)(40, 20.0).text(), Pairs().entity("CIRCLE").point(10, -30, 4)(40, 20.0).text()},
-      {Pairs().entity("ARC").point(10, 30, 4)(40, 20.0)(50, 0.0)(51, 90.0).text(), Pairs().entity("ARC").point(10, -30, 4)(40, 20.0)(50, 90.0)(51, 180.0).text()},
-      {light_polyline({{1, 0, 0.5}, {9, 0, 0}, {9, 9, 0}}), light_polyline({{-1, 0, -0.5}, {-9, 0, 0}, {-9, 9, 0}})},
+      {Pairs().entity("CIRCLE").point(10, 30, 4)(40, 20.0).text(),
+       Pairs().entity("CIRCLE").point(10, -30, 4)(40, 20.0).text()},
+      {Pairs().entity("ARC").point(10, 30, 4)(40, 20.0)(50, 0.0)(51, 90.0).text(),
+       Pairs().entity("ARC").point(10, -30, 4)(40, 20.0)(50, 90.0)(51, 180.0).text()},
+      {light_polyline({{1, 0, 0.5}, {9, 0, 0}, {9, 9, 0}}),
+       light_polyline({{-1, 0, -0.5}, {-9, 0, 0}, {-9, 9, 0}})},
       {Pairs().entity("SOLID").point(10, 1, 0).point(11, 9, 0).point(12, 1, 3).point(13, 9, 5).text(),
        Pairs().entity("SOLID").point(10, -1, 0).point(11, -9, 0).point(12, -1, 3).point(13, -9, 5).text()},
       // The axes of an ellipse stand in the drawing itself; it only goes the other way round.
       {Pairs().entity("ELLIPSE").point(10, 1, 1).point(11, 30, 0)(40, 0.5)(41, 0.0)(42, 2.0).text(),
-       Pairs().entity("ELLIPSE").point(10, 1, 1).point(11, 30, 0)(40, 0.5)(41, 2 * pi - 2.0)(42, 2 * pi).text()}};
+       Pairs()
+           .entity("ELLIPSE")
+           .point(10, 1, 1)
+           .point(11, 30, 0)(40, 0.5)(41, 2 * pi - 2.0)(42, 2 * pi)
+           .text()}};
   for (const auto& [entity, upright] : mirrored) {
-    auto points = read(file_of(entity + down), {.fn = 36}).points, expected = read(file_of(upright), {.fn = 36}).points;
+    auto points = read(file_of(entity + down), {.fn = 36}).points,
+         expected = read(file_of(upright), {.fn = 36}).points;
     ASSERT_EQ(points.size(), expected.size()) << entity;
     for (const PlanePoint& p : points)
-      EXPECT_TRUE(std::any_of(expected.begin(), expected.end(), [&](const PlanePoint& q) { return distance(p, q) < 2e-3; })) << entity << p[0] << " " << p[1];
+      EXPECT_TRUE(std::any_of(expected.begin(), expected.end(),
+                              [&](const PlanePoint& q) { return distance(p, q) < 2e-3; }))
+          << entity << p[0] << " " << p[1];
   }
   // A plane on edge has no area, and one that leans is seen smaller.
   const double circle = area(file_of(Pairs().entity("CIRCLE").point(10, 0, 0)(40, 20.0).text()), {.fn = 36});
-  EXPECT_NEAR(area(file_of(Pairs().entity("CIRCLE").point(10, 0, 0)(40, 20.0)(210, 1.0)(220, 0.0)(230, 0.0).text()), {.fn = 36}), 0, 1e-6);
-  EXPECT_NEAR(area(file_of(Pairs().entity("CIRCLE").point(10, 0, 0)(40, 20.0)(210, 0.0)(220, 0.6)(230, 0.8).text()), {.fn = 36}), 0.8 * circle, 0.1);
+  EXPECT_NEAR(
+      area(file_of(Pairs().entity("CIRCLE").point(10, 0, 0)(40, 20.0)(210, 1.0)(220, 0.0)(230, 0.0).text()),
+           {.fn = 36}),
+      0, 1e-6);
+  EXPECT_NEAR(
+      area(file_of(Pairs().entity("CIRCLE").point(10, 0, 0)(40, 20.0)(210, 0.0)(220, 0.6)(230, 0.8).text()),
+           {.fn = 36}),
+      0.8 * circle, 0.1);
 }
 
 TEST_F(DxfDrawing, SolidsHaveTheirLastCornersSwapped) {
-  EXPECT_NEAR(area(file_of(Pairs().entity("SOLID").point(10, 0, 0).point(11, 4, 0).point(12, 0, 3).point(13, 4, 3).text())), 12, 1e-9);
-  EXPECT_NEAR(area(file_of(Pairs().entity("TRACE").point(10, 0, 0).point(11, 4, 0).point(12, 0, 3).point(13, 0, 3).text())), 6, 1e-9);
-  EXPECT_NEAR(area(file_of(Pairs().entity("SOLID").point(10, 0, 0).point(11, 4, 0).point(12, 0, 3).text())), 6, 1e-9);
+  EXPECT_NEAR(
+      area(file_of(
+          Pairs().entity("SOLID").point(10, 0, 0).point(11, 4, 0).point(12, 0, 3).point(13, 4, 3).text())),
+      12, 1e-9);
+  EXPECT_NEAR(
+      area(file_of(
+          Pairs().entity("TRACE").point(10, 0, 0).point(11, 4, 0).point(12, 0, 3).point(13, 0, 3).text())),
+      6, 1e-9);
+  EXPECT_NEAR(area(file_of(Pairs().entity("SOLID").point(10, 0, 0).point(11, 4, 0).point(12, 0, 3).text())),
+              6, 1e-9);
 }
 
 TEST_F(DxfDrawing, LayersAreThoseOfEntitiesAndInsertions) {
-  const std::string square = "0\nSOLID\n8\nin\n" + Pairs().point(10, 0, 0).point(11, 2, 0).point(12, 0, 2).point(13, 2, 2).text();
-  const std::string text = file_of(Pairs().entity("INSERT", "cut")(2, "B").text() + Pairs().entity("CIRCLE", "other").point(10, 50, 0)(40, 5.0).text() +
+  const std::string square =
+      "0\nSOLID\n8\nin\n" + Pairs().point(10, 0, 0).point(11, 2, 0).point(12, 0, 2).point(13, 2, 2).text();
+  const std::string text = file_of(Pairs().entity("INSERT", "cut")(2, "B").text() +
+                                       Pairs().entity("CIRCLE", "other").point(10, 50, 0)(40, 5.0).text() +
                                        Pairs().entity("TEXT", "other").text(),
                                    block("B", square));
   EXPECT_NEAR(area_of(read(text, {}, "cut")), 4, 1e-9);
@@ -521,74 +610,110 @@ TEST_F(DxfDrawing, LayersAreThoseOfEntitiesAndInsertions) {
   EXPECT_EQ(file_.warnings.size(), 1U);
 }
 
-// --- what is told ----------------------------------------------------------------------------------------------------
+// --- what is told ---
 
 TEST_F(DxfDrawing, WhatIsNotReadIsOneWarning) {
   const std::string square = light_polyline({{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}});
   std::string odd;
-  for (const char* type : {"HATCH", "TEXT", "MTEXT", "TEXT", "IMAGE", "DIMENSION", "HATCH", "TEXT"}) odd += Pairs().entity(type).point(10, 5, 5).text();
+  for (const char* type : {"HATCH", "TEXT", "MTEXT", "TEXT", "IMAGE", "DIMENSION", "HATCH", "TEXT"})
+    odd += Pairs().entity(type).point(10, 5, 5).text();
   EXPECT_NEAR(area(file_of(square + odd)), 4, 1e-9);
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0], "8 things in FILE are not read: 1 DIMENSION, 2 HATCH, 1 IMAGE, 1 MTEXT, 3 TEXT. The result lacks them; convert them to lines, "
-                               "arcs or splines in the program that made the file, or delete them there");
+  EXPECT_EQ(file_.warnings[0],
+            "8 things in FILE are not read: 1 DIMENSION, 2 HATCH, 1 IMAGE, 1 MTEXT, 3 TEXT. The result lacks "
+            "them; convert them to lines, "
+            "arcs or splines in the program that made the file, or delete them there");
   // In a block each counts once, and only if the block is inserted.
   const std::string insert = Pairs().entity("INSERT")(2, "B").point(10, 0, 0)(70, 3)(44, 10.0).text();
-  EXPECT_NEAR(area(file_of(insert, block("B", square + Pairs().entity("MTEXT").text()) + block("C", odd))), 12, 1e-9);
+  EXPECT_NEAR(area(file_of(insert, block("B", square + Pairs().entity("MTEXT").text()) + block("C", odd))),
+              12, 1e-9);
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 MTEXT. The result lacks it; convert it"), 0U) << file_.warnings[0];
+  EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 MTEXT. The result lacks it; convert it"),
+            0U)
+      << file_.warnings[0];
   area(file_of(Pairs().entity("INSERT")(2, "X").text()));
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_NE(file_.warnings[0].find("1 INSERT of a block 'X' that is not there."), std::string::npos) << file_.warnings[0];
+  EXPECT_NE(file_.warnings[0].find("1 INSERT of a block 'X' that is not there."), std::string::npos)
+      << file_.warnings[0];
   // Widths are no outlines.
   area(file_of(Pairs().entity("LWPOLYLINE")(43, 2.0).point(10, 0, 0).point(10, 1, 0).text()));
   ASSERT_EQ(file_.warnings.size(), 1U);
   EXPECT_NE(file_.warnings[0].find("1 LWPOLYLINE (its width only)."), std::string::npos) << file_.warnings[0];
   // What is invisible is not there, nor windows of the paper; what is on paper is told of.
-  EXPECT_NEAR(area(file_of(square + Pairs().entity("TEXT")(60, 1).entity("CIRCLE")(60, 1)(40, 9.0).entity("VIEWPORT")(67, 1).text())), 4, 1e-9);
+  EXPECT_NEAR(
+      area(file_of(
+          square +
+          Pairs().entity("TEXT")(60, 1).entity("CIRCLE")(60, 1)(40, 9.0).entity("VIEWPORT")(67, 1).text())),
+      4, 1e-9);
   EXPECT_TRUE(file_.warnings.empty());
-  EXPECT_NEAR(area(file_of(square + Pairs().entity("CIRCLE")(67, 1).point(10, 50, 0)(40, 9.0).text())), 4, 1e-9);
+  EXPECT_NEAR(area(file_of(square + Pairs().entity("CIRCLE")(67, 1).point(10, 50, 0)(40, 9.0).text())), 4,
+              1e-9);
   ASSERT_EQ(file_.warnings.size(), 1U);
   EXPECT_NE(file_.warnings[0].find("1 CIRCLE in paper space."), std::string::npos) << file_.warnings[0];
   // Too far away for anybody.
   area(file_of(Pairs().entity("LINE").point(10, 1e13, 0).point(11, 0, 0).text()));
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_NE(file_.warnings[0].find("1 line with a coordinate beyond 1e12."), std::string::npos) << file_.warnings[0];
+  EXPECT_NE(file_.warnings[0].find("1 line with a coordinate beyond 1e12."), std::string::npos)
+      << file_.warnings[0];
 }
 
 TEST_F(DxfDrawing, UnitsAreToldAndNothingIsScaled) {
   const auto in_units = [](const std::string& units) {
-    return "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1015\n9\n$INSUNITS\n70\n" + units + "\n9\n$OTHER\n70\n7\n0\nENDSEC\n" +
-           file_of(Pairs().entity("SOLID").point(10, 0, 0).point(11, 4, 0).point(12, 0, 3).point(13, 4, 3).text());
+    return "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1015\n9\n$INSUNITS\n70\n" + units +
+           "\n9\n$OTHER\n70\n7\n0\nENDSEC\n" +
+           file_of(Pairs()
+                       .entity("SOLID")
+                       .point(10, 0, 0)
+                       .point(11, 4, 0)
+                       .point(12, 0, 3)
+                       .point(13, 4, 3)
+                       .text());
   };
   EXPECT_NEAR(area(in_units("1")), 12, 1e-9);
   ASSERT_EQ(file_.notes.size(), 1U);
-  EXPECT_EQ(file_.notes[0], "FILE is drawn in inches ($INSUNITS); nothing is scaled, one of them is one unit of the model; scale = 25.4 in the import makes "
-                            "millimetres of them");
+  EXPECT_EQ(file_.notes[0],
+            "FILE is drawn in inches ($INSUNITS); nothing is scaled, one of them is one unit of the model; "
+            "scale = 25.4 in the import makes "
+            "millimetres of them");
   EXPECT_TRUE(file_.warnings.empty());
   area(in_units("4"));
   ASSERT_EQ(file_.notes.size(), 1U);
-  EXPECT_EQ(file_.notes[0], "FILE is drawn in millimetres ($INSUNITS); nothing is scaled, one of them is one unit of the model");
+  EXPECT_EQ(
+      file_.notes[0],
+      "FILE is drawn in millimetres ($INSUNITS); nothing is scaled, one of them is one unit of the model");
   area(in_units("0"));
   EXPECT_TRUE(file_.notes.empty());
   EXPECT_NEAR(area_of(read(in_units("1"), {}, "", {.scale = 25.4})), 12 * 25.4 * 25.4, 0.5);
   ASSERT_EQ(file_.notes.size(), 1U);
-  EXPECT_EQ(file_.notes[0], "FILE is drawn in inches ($INSUNITS); its lengths are multiplied by the scale of the import alone");
+  EXPECT_EQ(
+      file_.notes[0],
+      "FILE is drawn in inches ($INSUNITS); its lengths are multiplied by the scale of the import alone");
   area(in_units("999999999999999999"));
 }
 
-// --- what files may say ----------------------------------------------------------------------------------------------
+// --- what files may say ---
 
 TEST_F(DxfDrawing, WhatIsTooSmallForTheGridIsTold) {
   const std::string square = light_polyline({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}});
-  const auto line = [](double length) { return Pairs().entity("LINE").point(10, 5, 5).point(11, 5 + length, 5).text(); };
-  const auto arc = [](double from, double to) { return Pairs().entity("ARC")(10, 7)(20, 7)(40, 1)(50, from)(51, to).text(); };
-  EXPECT_NEAR(area(file_of(square + line(1e-4) + line(2e-4) + arc(30, 30) + Pairs().entity("CIRCLE")(10, 9)(20, 9)(40, 1e-5).text())), 1, 1e-9);
+  const auto line = [](double length) {
+    return Pairs().entity("LINE").point(10, 5, 5).point(11, 5 + length, 5).text();
+  };
+  const auto arc = [](double from, double to) {
+    return Pairs().entity("ARC")(10, 7)(20, 7)(40, 1)(50, from)(51, to).text();
+  };
+  EXPECT_NEAR(area(file_of(square + line(1e-4) + line(2e-4) + arc(30, 30) +
+                           Pairs().entity("CIRCLE")(10, 9)(20, 9)(40, 1e-5).text())),
+              1, 1e-9);
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0].find("4 things in FILE are not read: 1 ARC of angle 0, 1 CIRCLE too small for the grid of 1/1024 on which drawings lie, "
-                                   "2 LINE too small for the grid of 1/1024 on which drawings lie. The result lacks them"), 0U)
+  EXPECT_EQ(file_.warnings[0].find(
+                "4 things in FILE are not read: 1 ARC of angle 0, 1 CIRCLE too small for the grid of 1/1024 "
+                "on which drawings lie, "
+                "2 LINE too small for the grid of 1/1024 on which drawings lie. The result lacks them"),
+            0U)
       << file_.warnings[0];
   // A point that is drawn as a line lacks nothing; nor does a curve with a chord that is too short.
-  area(file_of(square + line(0) + arc(30, 31) + line(0.01) + light_polyline({{2, 2, 0}, {3, 2, 0}, {3, 3, 0}, {3, 3.0001, 0}})));
+  area(file_of(square + line(0) + arc(30, 31) + line(0.01) +
+               light_polyline({{2, 2, 0}, {3, 2, 0}, {3, 3, 0}, {3, 3.0001, 0}})));
   EXPECT_TRUE(file_.warnings.empty()) << file_.warnings[0];
   area(file_of(square + Pairs().entity("INSERT")(2, "B")(41, 1e-3)(42, 1e-3).text(), block("B", line(0.1))));
   ASSERT_EQ(file_.warnings.size(), 1U) << "small in the drawing, not in its block";
@@ -603,20 +728,33 @@ TEST_F(DxfDrawing, BombsAreRefusedAtOnce) {
   };
   EXPECT_EQ(fault(file_of(insert("A"), block("A", insert("B")) + block("B", line + insert("a")))),
             "import: FILE: a block inserts itself: 'A', which inserts 'B', which inserts 'a'");
-  EXPECT_EQ(fault(file_of(insert("A"), block("A", insert("A")))), "import: FILE: a block inserts itself: 'A', which inserts 'A'");
+  EXPECT_EQ(fault(file_of(insert("A"), block("A", insert("A")))),
+            "import: FILE: a block inserts itself: 'A', which inserts 'A'");
   EXPECT_EQ(fault(file_of(line, block("A", insert("A")))), "") << "nobody inserts it";
   std::string deep, wide;
-  for (int i = 0; i < 1000; ++i) deep += block("D" + std::to_string(i), insert("D" + std::to_string(i + 1)) + line);
-  EXPECT_EQ(fault(file_of(insert("D0"), deep)), "import: FILE: blocks are inserted in each other more than 100 deep");
-  for (int i = 0; i < 50; ++i) wide += block("W" + std::to_string(i), insert("W" + std::to_string(i + 1), 10));
-  EXPECT_NE(fault(file_of(insert("W0"), wide + block("W50", line))).find("FILE is too large: blocks inserted again and again"), std::string::npos);
-  EXPECT_NE(fault(file_of(insert("B", 1e9, 1e9), block("B", Pairs().entity("TEXT").text()))).find("is too large"), std::string::npos);
+  for (int i = 0; i < 1000; ++i)
+    deep += block("D" + std::to_string(i), insert("D" + std::to_string(i + 1)) + line);
+  EXPECT_EQ(fault(file_of(insert("D0"), deep)),
+            "import: FILE: blocks are inserted in each other more than 100 deep");
+  for (int i = 0; i < 50; ++i)
+    wide += block("W" + std::to_string(i), insert("W" + std::to_string(i + 1), 10));
+  EXPECT_NE(fault(file_of(insert("W0"), wide + block("W50", line)))
+                .find("FILE is too large: blocks inserted again and again"),
+            std::string::npos);
+  EXPECT_NE(
+      fault(file_of(insert("B", 1e9, 1e9), block("B", Pairs().entity("TEXT").text()))).find("is too large"),
+      std::string::npos);
   EXPECT_EQ(fault(file_of(insert("B", 1e9, 1e9), block("B", ""))), "");
   EXPECT_NE(fault(file_of(insert("B", 1e9, 1e9), block("B", line))).find("is too large"), std::string::npos);
-  EXPECT_EQ(fault(file_of(insert("B", 1e9, 1e9), block("B", light_polyline({{0, 0, 1}, {10, 0, 1}}))), {.fn = 100}), "import: a DXF drawing of more than a million lines");
-  for (const std::string& round : {Pairs().entity("CIRCLE")(40, 1e9).text(), light_polyline({{0, 0, 1}, {10, 0, 1}}),
-                                   Pairs().entity("ELLIPSE").point(11, 30, 0)(40, 0.5).text()})
-    EXPECT_EQ(fault(file_of(round), {.fn = 1e9}), "import: a circle, an arc or an ellipse of a DXF drawing gets more than 1000000 sides ($fn, $fa, $fs)");
+  EXPECT_EQ(
+      fault(file_of(insert("B", 1e9, 1e9), block("B", light_polyline({{0, 0, 1}, {10, 0, 1}}))), {.fn = 100}),
+      "import: a DXF drawing of more than a million lines");
+  for (const std::string& round :
+       {Pairs().entity("CIRCLE")(40, 1e9).text(), light_polyline({{0, 0, 1}, {10, 0, 1}}),
+        Pairs().entity("ELLIPSE").point(11, 30, 0)(40, 0.5).text()})
+    EXPECT_EQ(fault(file_of(round), {.fn = 1e9}),
+              "import: a circle, an arc or an ellipse of a DXF drawing gets more than 1000000 sides ($fn, "
+              "$fa, $fs)");
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 60) << "seconds";
 }
 
@@ -631,12 +769,16 @@ TEST_F(DxfDrawing, DamagedDrawingsAreErrorsOrDrawings) {
   fitted.entity("SPLINE")(70, 1)(71, 3);
   for (int i = 0; i < 5; ++i) fitted.point(11, std::cos(i) * 9, std::sin(i) * 9);
   for (const std::string& each :
-       {light_polyline({{0, 0, 0.5}, {5, 0, 0}, {5, 5, -0.2}}), old_polyline({{0, 0, 0}, {5, 0, 1}, {5, 5, 0}}), spline.text(4), fitted.text(),
+       {light_polyline({{0, 0, 0.5}, {5, 0, 0}, {5, 5, -0.2}}),
+        old_polyline({{0, 0, 0}, {5, 0, 1}, {5, 5, 0}}), spline.text(4), fitted.text(),
         Pairs().entity("CIRCLE").point(10, 3, 4)(40, 2.0)(210, 0.0)(220, 0.0)(230, -1.0).text(),
-        Pairs().entity("ELLIPSE").point(10, 3, 4).point(11, 30, 0)(40, 0.5)(41, 0.0)(42, 6.0).text(), Pairs().entity("SOLID").point(10, 0, 0).point(11, 10, 0).point(12, 0, 10).text(),
-        Pairs().entity("INSERT")(2, "B").point(10, 1, 2)(41, 2.0)(70, 2)(71, 2)(44, 9.0)(45, 9.0).text(), Pairs().entity("HATCH").text()})
+        Pairs().entity("ELLIPSE").point(10, 3, 4).point(11, 30, 0)(40, 0.5)(41, 0.0)(42, 6.0).text(),
+        Pairs().entity("SOLID").point(10, 0, 0).point(11, 10, 0).point(12, 0, 10).text(),
+        Pairs().entity("INSERT")(2, "B").point(10, 1, 2)(41, 2.0)(70, 2)(71, 2)(44, 9.0)(45, 9.0).text(),
+        Pairs().entity("HATCH").text()})
     entities += each;
-  const std::string sound = file_of(entities, block("C", light_polyline({{0, 0, 0}, {4, 0, 0}, {4, 4, 0}})) + block("B", Pairs().entity("INSERT")(2, "C").text()));
+  const std::string sound = file_of(entities, block("C", light_polyline({{0, 0, 0}, {4, 0, 0}, {4, 4, 0}})) +
+                                                  block("B", Pairs().entity("INSERT")(2, "C").text()));
   ASSERT_EQ(fault(sound), "");
   int errors = 0;
   for (int round = 0; round < samples::rounds(2000); ++round) {
@@ -644,10 +786,17 @@ TEST_F(DxfDrawing, DamagedDrawingsAreErrorsOrDrawings) {
     for (int i = static_cast<int>(random() % 4); i >= 0; --i) {
       const std::size_t at = random() % damaged.size();
       switch (random() % 4) {
-        case 0: damaged[at] = static_cast<char>(random()); break;
-        case 1: damaged[at] = static_cast<char>('0' + random() % 10); break;
-        case 2: damaged.erase(at, 1 + random() % 20); break;
-        default: damaged.insert(at, std::array{"1e308", "-", "\n", "999999999", "0\nINSERT\n2\nB\n"}[random() % 5]);
+        case 0:
+          damaged[at] = static_cast<char>(random());
+          break;
+        case 1:
+          damaged[at] = static_cast<char>('0' + random() % 10);
+          break;
+        case 2:
+          damaged.erase(at, 1 + random() % 20);
+          break;
+        default:
+          damaged.insert(at, std::array{"1e308", "-", "\n", "999999999", "0\nINSERT\n2\nB\n"}[random() % 5]);
       }
     }
     errors += fault(damaged, {.fn = 12}).empty() ? 0 : 1;
@@ -657,7 +806,8 @@ TEST_F(DxfDrawing, DamagedDrawingsAreErrorsOrDrawings) {
 }
 
 TEST_F(DxfDrawing, BinaryFilesAreToldOf) {
-  EXPECT_EQ(fault(std::string("AutoCAD Binary DXF\r\n\x1a\0xyz", 26)), "import: FILE is a binary DXF file; save it as a text (ASCII) DXF file");
+  EXPECT_EQ(fault(std::string("AutoCAD Binary DXF\r\n\x1a\0xyz", 26)),
+            "import: FILE is a binary DXF file; save it as a text (ASCII) DXF file");
   EXPECT_EQ(fault("\xEF\xBB\xBF" + file_of("")), "") << "a byte order mark";
 }
 

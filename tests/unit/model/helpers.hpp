@@ -52,7 +52,8 @@ inline double volume(const Cuboid& cuboid) {
 }
 
 inline double volume(const RegularPolygon& polygon) {
-  return polygon.sides / 2.0 * std::sin(2 * std::numbers::pi / polygon.sides) * polygon.radius * polygon.radius;
+  return polygon.sides / 2.0 * std::sin(2 * std::numbers::pi / polygon.sides) * polygon.radius *
+         polygon.radius;
 }
 
 /// Its area; also the volume of the prism of height 1.
@@ -72,12 +73,16 @@ inline double volume(const Round& round) {
   return std::numbers::pi / 3 * (r * r + r * s + s * s) * round.lengths[0];
 }
 
-inline double volume(const Torus& torus) { return 2 * std::numbers::pi * std::numbers::pi * torus.major * torus.minor * torus.minor; }
+inline double volume(const Torus& torus) {
+  return 2 * std::numbers::pi * std::numbers::pi * torus.major * torus.minor * torus.minor;
+}
 
 inline double volume(const Polytope& polytope) { return polytope.content; }
 inline double volume(const Spline&) { throw std::logic_error("no volume of a spline is known"); }
 inline double volume(const Preimage&) { throw std::logic_error("no volume of a preimage is known"); }
-inline double volume(const SubdivisionSurface&) { throw std::logic_error("no volume of a subdivision surface is known"); }
+inline double volume(const SubdivisionSurface&) {
+  throw std::logic_error("no volume of a subdivision surface is known");
+}
 
 /// Of a primitive, or of nothing.
 inline double volume(const Expression& e) {

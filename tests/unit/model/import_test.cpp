@@ -20,7 +20,8 @@ namespace {
 double svg_area(const std::string& elements) {
   const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.svg";
-  std::ofstream(path) << "<svg width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" << elements << "</svg>";
+  std::ofstream(path) << "<svg width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" << elements
+                      << "</svg>";
   double sum = 0;
   const auto drawings = import_svg(path, 72, false);
   for (const PlaneDrawing& drawing : *drawings) sum += area_of(drawing);
@@ -33,11 +34,13 @@ using PlaneBox = std::array<double, 4>;
 PlaneBox page_box(const std::string& attributes, double dpi = 72, bool center = false) {
   const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.svg";
-  std::ofstream(path) << "<svg " << attributes << "><rect x=\"10\" y=\"20\" width=\"30\" height=\"40\"/></svg>";
+  std::ofstream(path) << "<svg " << attributes
+                      << "><rect x=\"10\" y=\"20\" width=\"30\" height=\"40\"/></svg>";
   PlaneBox box{1e9, 1e9, -1e9, -1e9};
   const auto drawings = import_svg(path, dpi, center);
   for (const PlaneDrawing& drawing : *drawings)
-    for (const auto& p : drawing.points) box = {std::min(box[0], p[0]), std::min(box[1], p[1]), std::max(box[2], p[0]), std::max(box[3], p[1])};
+    for (const auto& p : drawing.points)
+      box = {std::min(box[0], p[0]), std::min(box[1], p[1]), std::max(box[2], p[0]), std::max(box[3], p[1])};
   return box;
 }
 
@@ -50,21 +53,33 @@ TEST(Svg, PageIsThatOfOpenScad) {
   expect_box(page_box("width=\"100mm\" height=\"50mm\""), {10, -10, 40, 30});
   expect_box(page_box(""), {10, -60, 40, -20});
   expect_box(page_box("viewBox=\"5 7 200 100\""), {1.76389, 11.6417, 12.3472, 25.7528});
-  expect_box(page_box("width=\"100\" height=\"50\" viewBox=\"0 0 200 200\""), {9.70139, 12.3472, 12.3472, 15.875});
+  expect_box(page_box("width=\"100\" height=\"50\" viewBox=\"0 0 200 200\""),
+             {9.70139, 12.3472, 12.3472, 15.875});
   expect_box(page_box("width=\"50%\" height=\"25%\" viewBox=\"5 7 200 100\""), {5, 33, 35, 73});
-  expect_box(page_box("width=\"10cm\" height=\"5pc\" viewBox=\"5 7 200 100\""), {29.8917, 6.98504, 36.2417, 15.4517});
-  expect_box(page_box("width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"xMaxYMax\""), {2.5, 16.5, 17.5, 36.5});
-  expect_box(page_box("width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"xMidYMin slice\""), {-45, 33, -15, 73});
-  expect_box(page_box("width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"none\""), {2.5, 33, 17.5, 73});
+  expect_box(page_box("width=\"10cm\" height=\"5pc\" viewBox=\"5 7 200 100\""),
+             {29.8917, 6.98504, 36.2417, 15.4517});
+  expect_box(
+      page_box("width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"xMaxYMax\""),
+      {2.5, 16.5, 17.5, 36.5});
+  expect_box(
+      page_box(
+          "width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"xMidYMin slice\""),
+      {-45, 33, -15, 73});
+  expect_box(
+      page_box("width=\"100mm\" height=\"100mm\" viewBox=\"5 7 200 100\" preserveAspectRatio=\"none\""),
+      {2.5, 33, 17.5, 73});
   expect_box(page_box("viewBox=\"0 0 200 100\"", 300), {0.846667, 3.38667, 3.38667, 6.77333});
-  expect_box(page_box("width=\"100px\" height=\"50px\" viewBox=\"0 0 200 100\"", 300), {1.32292, 5.29167, 5.29167, 10.5833});
-  expect_box(page_box("width=\"100mm\" height=\"50mm\" viewBox=\"0 0 200 100\"", 72, true), {-7.5, -10, 7.5, 10});
+  expect_box(page_box("width=\"100px\" height=\"50px\" viewBox=\"0 0 200 100\"", 300),
+             {1.32292, 5.29167, 5.29167, 10.5833});
+  expect_box(page_box("width=\"100mm\" height=\"50mm\" viewBox=\"0 0 200 100\"", 72, true),
+             {-7.5, -10, 7.5, 10});
 }
 
 TEST(Svg, RoundShapesHaveTheSidesOfOpenScad) {
   EXPECT_NEAR(svg_area("<circle cx=\"50\" cy=\"50\" r=\"20\"/>"), 20 * 400 * sine(9), 1e-9);
   EXPECT_NEAR(svg_area("<ellipse cx=\"50\" cy=\"50\" rx=\"20\" ry=\"10\"/>"), 20 * 200 * sine(9), 1e-9);
-  const double quarter = 1 - 4.5 * sine(10);  // what nine chords leave of the unit square outside of a quarter circle
+  const double quarter =
+      1 - 4.5 * sine(10);  // what nine chords leave of the unit square outside of a quarter circle
   const std::string rect = "<rect x=\"10\" y=\"20\" width=\"30\" height=\"40\" ";
   EXPECT_NEAR(svg_area(rect + "rx=\"5\" ry=\"8\"/>"), 1200 - 4 * 40 * quarter, 1e-9);
   EXPECT_NEAR(svg_area(rect + "rx=\"5\"/>"), 1200 - 4 * 25 * quarter, 1e-9);
@@ -87,15 +102,19 @@ TEST(Svg, ArcsOfAnyRadiusEndAtTheirChord) {
 }
 
 TEST(Svg, LinesAreAsWideAsTheirStrokes) {
-  const std::string line = "<line x1=\"10\" y1=\"10\" x2=\"30\" y2=\"10\" ", path = "<path d=\"M10 10 L30 10 L30 30\" ";
+  const std::string line = "<line x1=\"10\" y1=\"10\" x2=\"30\" y2=\"10\" ",
+                    path = "<path d=\"M10 10 L30 10 L30 30\" ";
   EXPECT_NEAR(svg_area(line + "stroke-width=\"2\"/>"), 44, 1e-9) << "with square caps";
   EXPECT_NEAR(svg_area(path + "stroke-width=\"2\" fill=\"none\"/>"), 84, 1e-9) << "and a mitre";
   EXPECT_NEAR(svg_area(path + "/>"), 41, 1e-9) << "1 wide if nothing is said";
   EXPECT_NEAR(svg_area(path + "style=\"stroke-width:2;stroke-linecap:butt\"/>"), 80, 1e-9);
-  EXPECT_NEAR(svg_area(path + "style=\"stroke-width:2;stroke-linecap:round;stroke-linejoin:round\"/>"), 82.92688, 1e-4);
+  EXPECT_NEAR(svg_area(path + "style=\"stroke-width:2;stroke-linecap:round;stroke-linejoin:round\"/>"),
+              82.92688, 1e-4);
   EXPECT_NEAR(svg_area("<g transform=\"scale(2)\">" + line + "stroke-width=\"2\"/></g>"), 176, 1e-9);
   EXPECT_NEAR(svg_area("<g stroke-width=\"2\">" + line + "/></g>"), 21, 1e-9) << "not inherited";
-  EXPECT_NEAR(svg_area("<path d=\"M10 10 L30 10 L30 30 Z\" style=\"stroke-width:2\" fill=\"none\"/>"), 200, 1e-9) << "an area has no stroke";
+  EXPECT_NEAR(svg_area("<path d=\"M10 10 L30 10 L30 30 Z\" style=\"stroke-width:2\" fill=\"none\"/>"), 200,
+              1e-9)
+      << "an area has no stroke";
   EXPECT_EQ(svg_area("<defs><rect id=\"a\" width=\"3\" height=\"2\"/></defs>"), 0);
 }
 
@@ -123,7 +142,9 @@ TEST(Svg, ElementsAndLayersAreSelected) {
       double area;
     };
     std::vector<Rect> rects;
-    const auto attribute = [](const std::string& name, const std::string& value) { return value.empty() ? "" : " " + name + "=\"" + value + "\""; };
+    const auto attribute = [](const std::string& name, const std::string& value) {
+      return value.empty() ? "" : " " + name + "=\"" + value + "\"";
+    };
     for (int i = 0; i < 25; ++i) {
       if (random() % 3 == 0 && !groups.empty()) {
         groups.pop_back();
@@ -132,24 +153,28 @@ TEST(Svg, ElementsAndLayersAreSelected) {
         const Group group{names[random() % 5], names[random() % 5], random() % 2 == 0};
         groups.push_back(group);
         any_label |= group.is_layer && group.label == wanted.layer;
-        text += "<g" + attribute("id", group.id) + attribute("inkscape:label", group.label) + (group.is_layer ? " inkscape:groupmode=\"layer\">" : ">");
+        text += "<g" + attribute("id", group.id) + attribute("inkscape:label", group.label) +
+                (group.is_layer ? " inkscape:groupmode=\"layer\">" : ">");
       } else {
         const double width = 1 + static_cast<double>(random() % 1000);
         rects.push_back({groups, names[random() % 5], width});
-        text += "<rect" + attribute("id", rects.back().id) + " width=\"" + std::to_string(static_cast<int>(width)) + "\" height=\"1\"/>";
+        text += "<rect" + attribute("id", rects.back().id) + " width=\"" +
+                std::to_string(static_cast<int>(width)) + "\" height=\"1\"/>";
       }
     }
     for (; !groups.empty(); groups.pop_back()) text += "</g>";
-    std::ofstream(path)
-        << "<svg xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">"
-        << text << "</svg>";
+    std::ofstream(path) << "<svg xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" "
+                           "width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">"
+                        << text << "</svg>";
 
     const auto is_layer = [&](const Group& group) {
-      return any_label ? group.is_layer && group.label == wanted.layer : group.is_group && group.id == wanted.layer;
+      return any_label ? group.is_layer && group.label == wanted.layer
+                       : group.is_group && group.id == wanted.layer;
     };
     double expected = 0;
     bool is_there = wanted.id.empty() && wanted.layer.empty();
-    const auto look = [&](const std::vector<Group>& chain, double area) {  // whether one in the chain is named and in a layer
+    const auto look = [&](const std::vector<Group>& chain,
+                          double area) {  // whether one in the chain is named and in a layer
       bool in_layer = wanted.layer.empty(), is_wanted = in_layer && wanted.id.empty();
       for (const Group& group : chain) {
         in_layer |= is_layer(group);
@@ -187,10 +212,13 @@ TEST(Svg, FaultsAreToldWithTheirLine) {
     }
     return "";
   };
-  EXPECT_EQ(fault_of("<svg>\n<g>\n<rect width=\"1\"").find("import: " + path.string() + ":3: this is no XML: "), 0u);
+  EXPECT_EQ(
+      fault_of("<svg>\n<g>\n<rect width=\"1\"").find("import: " + path.string() + ":3: this is no XML: "),
+      0u);
   EXPECT_EQ(fault_of("<svg>\n<g>\n\n</svg>").find("import: " + path.string() + ":4: this is no XML: "), 0u);
   EXPECT_EQ(fault_of("").find("import: " + path.string() + ":1: this is no XML: "), 0u);
-  EXPECT_EQ(fault_of("<html/>"), "import: " + path.string() + " is no SVG file: its outermost element is not 'svg'");
+  EXPECT_EQ(fault_of("<html/>"),
+            "import: " + path.string() + " is no SVG file: its outermost element is not 'svg'");
   EXPECT_EQ(fault_of("<svg/>"), "");
   std::filesystem::remove(path);
   try {
@@ -205,7 +233,8 @@ TEST(Svg, FaultsAreToldWithTheirLine) {
 TEST(Dxf, ADrawingThatIsCutOffIsAnError) {
   const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";
-  const std::string sections = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n3\n20\n4\n40\n5\n0\nENDSEC\n", end = "0\nEOF\n";
+  const std::string sections = "0\nSECTION\n2\nENTITIES\n0\nCIRCLE\n8\n0\n10\n3\n20\n4\n40\n5\n0\nENDSEC\n",
+                    end = "0\nEOF\n";
   const auto whole = [&](const std::string& text) {
     std::ofstream(path) << text;
     return area_of(import_dxf(path, "", {}, {}));
@@ -227,7 +256,8 @@ TEST(Dxf, ArcsGoAroundOnceAtMost) {
   const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";
   const auto area_to = [&](const char* last_angle) {
-    std::ofstream(path) << "0\nSECTION\n2\nENTITIES\n0\nARC\n8\n0\n10\n25\n20\n0\n40\n2.5\n50\n5\n51\n" << last_angle << "\n0\nENDSEC\n0\nEOF\n";
+    std::ofstream(path) << "0\nSECTION\n2\nENTITIES\n0\nARC\n8\n0\n10\n25\n20\n0\n40\n2.5\n50\n5\n51\n"
+                        << last_angle << "\n0\nENDSEC\n0\nEOF\n";
     const PlaneDrawing drawing = import_dxf(path, "", {}, {.fn = 64});
     EXPECT_LE(drawing.points.size(), 65U);
     return area_of(drawing);
@@ -238,7 +268,8 @@ TEST(Dxf, ArcsGoAroundOnceAtMost) {
   EXPECT_THROW(import_dxf(path, "", {}, {.fn = 1e9}), Error);
 }
 
-/// All lines of a star meet in one point: each path takes the next of them that is left. Looking through all of them each time takes minutes.
+/// All lines of a star meet in one point: each path takes the next of them that is left. Looking through all
+/// of them each time takes minutes.
 TEST(Dxf, StarsOfManyLinesAreJoined) {
   const samples::TemporaryFolder folder;
   const auto path = folder.path() / "drawing.dxf";
@@ -246,7 +277,8 @@ TEST(Dxf, StarsOfManyLinesAreJoined) {
   {
     std::ofstream file(path);
     file << "0\nSECTION\n2\nENTITIES\n";
-    for (int i = 0; i < lines; ++i) file << "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n" << 1 + i % 500 << "\n21\n" << 1 + i / 500 << '\n';
+    for (int i = 0; i < lines; ++i)
+      file << "0\nLINE\n8\n0\n10\n0\n20\n0\n11\n" << 1 + i % 500 << "\n21\n" << 1 + i / 500 << '\n';
     file << "0\nENDSEC\n0\nEOF\n";
   }
   const PlaneDrawing drawing = import_dxf(path, "", {}, {});
@@ -261,17 +293,23 @@ TEST(Dxf, BlocksAreInserted) {
     std::ofstream file(path);
     for (const char* line : lines) file << line << '\n';
   };
-  write({"0", "SECTION", "2", "BLOCKS", "0", "BLOCK", "8", "0", "2", "B1", "10", "0", "20", "0",                                       //
-         "0", "LWPOLYLINE", "8", "0", "70", "1", "10", "0", "20", "0", "10", "2", "20", "0", "10", "2", "20", "1", "10", "0", "20", "1",  //
-         "0", "ENDBLK", "0", "ENDSEC", "0", "SECTION", "2", "ENTITIES",                                                                 //
-         "0", "INSERT", "8", "0", "2", "B1", "10", "10", "20", "5", "41", "2", "42", "3", "50", "30",                                     //
-         "0", "INSERT", "8", "0", "2", "B1", "10", "-10", "20", "5",                                                                    //
-         "0", "ELLIPSE", "8", "0", "10", "0", "20", "-20", "11", "4", "21", "3", "40", "0.5", "41", "0", "42", "6.283185307",               //
-         "0", "ENDSEC", "0", "EOF"});
-  // OpenSCAD gives 52.819, since the points of a block lie on its grid of 2^-10 before it is scaled; the exact area is 52.823.
+  write({"0", "SECTION",    "2",   "BLOCKS", "0",  "BLOCK",   "8",           "0",        "2",  "B1", "10",
+         "0", "20",         "0",  //
+         "0", "LWPOLYLINE", "8",   "0",      "70", "1",       "10",          "0",        "20", "0",  "10",
+         "2", "20",         "0",   "10",     "2",  "20",      "1",           "10",       "0",  "20", "1",  //
+         "0", "ENDBLK",     "0",   "ENDSEC", "0",  "SECTION", "2",           "ENTITIES",                   //
+         "0", "INSERT",     "8",   "0",      "2",  "B1",      "10",          "10",       "20", "5",  "41",
+         "2", "42",         "3",   "50",     "30",                                                   //
+         "0", "INSERT",     "8",   "0",      "2",  "B1",      "10",          "-10",      "20", "5",  //
+         "0", "ELLIPSE",    "8",   "0",      "10", "0",       "20",          "-20",      "11", "4",  "21",
+         "3", "40",         "0.5", "41",     "0",  "42",      "6.283185307",  //
+         "0", "ENDSEC",     "0",   "EOF"});
+  // OpenSCAD gives 52.819, since the points of a block lie on its grid of 2^-10 before it is scaled; the
+  // exact area is 52.823.
   EXPECT_NEAR(area_of(import_dxf(path, "", {}, {.fn = 24})), 52.823, 5e-3);
   // An arc whose angles are far apart ends all the same.
-  write({"0", "SECTION", "2", "ENTITIES", "0", "ARC", "10", "0", "20", "0", "40", "1", "50", "1e300", "51", "0", "0", "ENDSEC", "0", "EOF"});
+  write({"0",  "SECTION", "2",  "ENTITIES", "0",  "ARC", "10", "0",      "20", "0",
+         "40", "1",       "50", "1e300",    "51", "0",   "0",  "ENDSEC", "0",  "EOF"});
   EXPECT_EQ(import_dxf(path, "", {}, {}).paths.size(), 0U);
 }
 
@@ -283,7 +321,8 @@ TEST(Dxf, ScaleAndOriginComeBeforeFacetsAndGrid) {
   EXPECT_NEAR(area_of(import_dxf(path, "", {}, {})), 76.52706, 1e-4);
   EXPECT_NEAR(area_of(import_dxf(path, "", {.scale = 10}, {})), 7796.744, 0.02);
   EXPECT_NEAR(area_of(import_dxf(path, "", {.scale = 0.1}, {})), 0.5942673, 1e-6);
-  EXPECT_NEAR(area_of(import_dxf(path, "", {.origin = {1.23456, 2}, .scale = 10}, {.fa = 1, .fs = 1})), 7853.4517, 0.01);
+  EXPECT_NEAR(area_of(import_dxf(path, "", {.origin = {1.23456, 2}, .scale = 10}, {.fa = 1, .fs = 1})),
+              7853.4517, 0.01);
 }
 
 }  // namespace

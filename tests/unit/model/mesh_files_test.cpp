@@ -14,26 +14,30 @@
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
 #include "model/helpers.hpp"
-#include "builder/polyhedron.hpp"
-#include "support/temporary_folder.hpp"
 #include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::model {
 namespace {
 
 using Triangles = std::vector<std::array<std::uint32_t, 3>>;
 
-/// A tetrahedron with three faces replaced by tents again and again: closed, counter-clockwise from outside, coordinates that floats hold.
+/// A tetrahedron with three faces replaced by tents again and again: closed, counter-clockwise from outside,
+/// coordinates that floats hold.
 TriangleMesh random_mesh(std::mt19937& random, int tents) {
-  TriangleMesh mesh{{{0, 0, 0}, {64, 0, 0}, {0, 64, 0}, {0, 0, 64}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  TriangleMesh mesh{{{0, 0, 0}, {64, 0, 0}, {0, 64, 0}, {0, 0, 64}},
+                    {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   for (int i = 0; i < tents; ++i) {
     const std::size_t which = random() % mesh.triangles.size();
     const auto [a, b, c] = mesh.triangles[which];
     Point3 apex;
     for (std::size_t k = 0; k < 3; ++k)
-      apex[k] = std::round(1024 * ((mesh.points[a][k] + mesh.points[b][k] + mesh.points[c][k]) / 3 + static_cast<double>(random() % 2048) / 1024 - 1)) / 1024;
+      apex[k] = std::round(1024 * ((mesh.points[a][k] + mesh.points[b][k] + mesh.points[c][k]) / 3 +
+                                   static_cast<double>(random() % 2048) / 1024 - 1)) /
+                1024;
     const auto d = static_cast<std::uint32_t>(mesh.points.size());
     mesh.points.push_back(apex);
     mesh.triangles[which] = {a, b, d};
@@ -56,7 +60,9 @@ std::string stl_text(const TriangleMesh& mesh) {
   out << "solid a name\n";
   for (const auto& triangle : mesh.triangles) {
     out << " facet normal nan -nan(ind) 0\n  OUTER loop\n";
-    for (const std::uint32_t i : triangle) out << "   vertex " << mesh.points[i][0] << '\t' << mesh.points[i][1] << " +" << mesh.points[i][2] + 100 << "e0\r\n";
+    for (const std::uint32_t i : triangle)
+      out << "   vertex " << mesh.points[i][0] << '\t' << mesh.points[i][1] << " +" << mesh.points[i][2] + 100
+          << "e0\r\n";
     out << "  endloop\n endfacet\n";
   }
   out << "endsolid a name\n";
@@ -80,7 +86,8 @@ std::string off(const TriangleMesh& mesh) {
   std::ostringstream out;
   out.precision(17);
   out << "COFF # with colours\n\n" << mesh.points.size() << " " << mesh.triangles.size() << " 0\n";
-  for (const auto& p : mesh.points) out << p[0] << ' ' << p[1] << ' ' << p[2] << " 0.1 0.2 0.3 1\n# between\n";
+  for (const auto& p : mesh.points)
+    out << p[0] << ' ' << p[1] << ' ' << p[2] << " 0.1 0.2 0.3 1\n# between\n";
   for (const auto& t : mesh.triangles) out << "3 " << t[0] << ' ' << t[1] << ' ' << t[2] << " 255 0 0\n";
   return out.str();
 }
@@ -105,10 +112,12 @@ std::string obj(const TriangleMesh& mesh) {
 
 std::string ply_header(const TriangleMesh& mesh, const char* format) {
   return std::string("ply\nformat ") + format +
-         " 1.0\ncomment no comment\nelement thing 2\nproperty list uchar short numbers\nproperty double more\nelement vertex " +
+         " 1.0\ncomment no comment\nelement thing 2\nproperty list uchar short numbers\nproperty double "
+         "more\nelement vertex " +
          std::to_string(mesh.points.size()) +
          "\nproperty uchar red\nproperty double x\nproperty float y\nproperty double z\nelement face " +
-         std::to_string(mesh.triangles.size()) + "\nproperty list uchar int vertex_indices\nproperty uint flags\nend_header\n";
+         std::to_string(mesh.triangles.size()) +
+         "\nproperty list uchar int vertex_indices\nproperty uint flags\nend_header\n";
 }
 
 std::string ply_text(const TriangleMesh& mesh) {
@@ -142,19 +151,25 @@ std::string ply_binary(const TriangleMesh& mesh, bool is_big) {
 std::string amf(const TriangleMesh& mesh) {
   std::ostringstream out;
   out.precision(17);
-  out << "<?xml version=\"1.0\"?>\n<amf unit=\"inch\"><metadata type=\"x\">y</metadata><object id=\"0\"><mesh><vertices>\n";
-  for (const auto& p : mesh.points) out << "<vertex><coordinates><x>" << p[0] << "</x><y> " << p[1] << "</y><z>" << p[2] << "</z></coordinates></vertex>\n";
+  out << "<?xml version=\"1.0\"?>\n<amf unit=\"inch\"><metadata type=\"x\">y</metadata><object "
+         "id=\"0\"><mesh><vertices>\n";
+  for (const auto& p : mesh.points)
+    out << "<vertex><coordinates><x>" << p[0] << "</x><y> " << p[1] << "</y><z>" << p[2]
+        << "</z></coordinates></vertex>\n";
   out << "<edge><v1>999</v1><dx1>1</dx1><v2>99</v2></edge></vertices><volume>";
-  for (const auto& t : mesh.triangles) out << "<triangle><v1>" << t[0] << "</v1><v2>" << t[1] << "</v2><v3>" << t[2] << "</v3></triangle>\n";
+  for (const auto& t : mesh.triangles)
+    out << "<triangle><v1>" << t[0] << "</v1><v2>" << t[1] << "</v2><v3>" << t[2] << "</v3></triangle>\n";
   out << "</volume></mesh></object></amf>\n";
   return out.str();
 }
 
 /// A zip file of these entries.
-std::string zipped(const std::filesystem::path& folder, const std::vector<std::pair<std::string, std::string>>& entries) {
+std::string zipped(const std::filesystem::path& folder,
+                   const std::vector<std::pair<std::string, std::string>>& entries) {
   const std::string path = folder / "made.zip";
   zip_t* archive = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, nullptr);
-  for (const auto& [name, text] : entries) zip_file_add(archive, name.c_str(), zip_source_buffer(archive, text.data(), text.size(), 0), 0);
+  for (const auto& [name, text] : entries)
+    zip_file_add(archive, name.c_str(), zip_source_buffer(archive, text.data(), text.size(), 0), 0);
   zip_close(archive);
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
@@ -164,21 +179,27 @@ std::string object_3mf(const TriangleMesh& mesh, int id) {
   std::ostringstream out;
   out.precision(17);
   out << "<object id=\"" << id << "\" type=\"model\"><mesh><vertices>\n";
-  for (const auto& p : mesh.points) out << "<vertex x=\"" << p[0] << "\" y=\"" << p[1] << "\" z=\"" << p[2] << "\"/>\n";
+  for (const auto& p : mesh.points)
+    out << "<vertex x=\"" << p[0] << "\" y=\"" << p[1] << "\" z=\"" << p[2] << "\"/>\n";
   out << "</vertices><triangles>";
-  for (const auto& t : mesh.triangles) out << "<triangle v1=\"" << t[0] << "\" v2=\"" << t[1] << "\" v3=\"" << t[2] << "\" pid=\"1\"/>\n";
+  for (const auto& t : mesh.triangles)
+    out << "<triangle v1=\"" << t[0] << "\" v2=\"" << t[1] << "\" v3=\"" << t[2] << "\" pid=\"1\"/>\n";
   out << "</triangles></mesh></object>";
   return out.str();
 }
 
 std::string model_3mf(const std::string& resources, const std::string& build) {
-  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" "
+  return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"millimeter\" "
+         "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" "
          "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\">\n<resources>" +
          resources + "</resources><build>" + build + "</build></model>\n";
 }
 
-const std::string relations = "<?xml version=\"1.0\"?><Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
-                              "Target=\"/3D/other.model\" Id=\"r\" Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>";
+const std::string relations =
+    "<?xml version=\"1.0\"?><Relationships "
+    "xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship "
+    "Target=\"/3D/other.model\" Id=\"r\" "
+    "Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>";
 
 class MeshFile : public ::testing::Test {
  protected:
@@ -231,12 +252,16 @@ TEST_F(MeshFile, EveryFormatIsReadBack) {
 }
 
 TEST_F(MeshFile, CoordinatesAreDoublesWhereTheFormatHasThem) {
-  const TriangleMesh mesh{{{0, 0, 0}, {0.1, 0, 0}, {0, 1e-200, 0}, {0, 0, 1.0 / 3}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  const TriangleMesh mesh{{{0, 0, 0}, {0.1, 0, 0}, {0, 1e-200, 0}, {0, 0, 1.0 / 3}},
+                          {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   for (const auto& [name, bytes] : all_formats(mesh)) {
     if (name == "B.STL") continue;
     ASSERT_EQ(message(name, bytes), "no error") << name;
     const ImportedMesh read = import_mesh(folder_.path() / name);
-    EXPECT_NE(std::find_if(read.points.begin(), read.points.end(), [](const Point3& p) { return p[0] == 0.1; }), read.points.end()) << name;
+    EXPECT_NE(
+        std::find_if(read.points.begin(), read.points.end(), [](const Point3& p) { return p[0] == 0.1; }),
+        read.points.end())
+        << name;
   }
 }
 
@@ -249,11 +274,13 @@ TEST_F(MeshFile, DamagedFilesAreErrors) {
   for (const auto& [name, bytes] : all_formats(mesh)) {
     for (int round = 0; round < samples::rounds(100); ++round) {
       std::string damaged = bytes;
-      for (int i = static_cast<int>(random() % 4); i >= 0; --i) damaged[random() % damaged.size()] = static_cast<char>(random());
+      for (int i = static_cast<int>(random() % 4); i >= 0; --i)
+        damaged[random() % damaged.size()] = static_cast<char>(random());
       if (round % 3 == 0) damaged.resize(random() % damaged.size());
       const std::string text = message(name, damaged);
       if (text == "no error" || damaged.empty()) continue;
-      const bool has_place = text.size() > 1 && text[0] == ':' && (std::isdigit(static_cast<unsigned char>(text[1])) || text.starts_with(": "));
+      const bool has_place = text.size() > 1 && text[0] == ':' &&
+                             (std::isdigit(static_cast<unsigned char>(text[1])) || text.starts_with(": "));
       EXPECT_TRUE(has_place) << name << ": " << text;
     }
   }
@@ -268,7 +295,8 @@ TEST_F(MeshFile, WhatIsCutOffIsNeverHalfAMesh) {
     const std::size_t step = 1 + bytes.size() / 50;
     for (std::size_t size = 1; size < bytes.size(); size += step) {
       const std::string text = message(name, bytes.substr(0, size));
-      const bool has_whole_facets = name == "B.STL" && size > 84 && (size - 84) % 50 == 0;  // its header may be wrong: read, with a warning
+      const bool has_whole_facets = name == "B.STL" && size > 84 &&
+                                    (size - 84) % 50 == 0;  // its header may be wrong: read, with a warning
       if (text == "no error" && !(has_whole_facets && !import_mesh(folder_.path() / name).warnings.empty())) {
         EXPECT_GT(size + 20, bytes.size()) << name << " cut at " << size << " of " << bytes.size();
       }
@@ -277,48 +305,71 @@ TEST_F(MeshFile, WhatIsCutOffIsNeverHalfAMesh) {
 }
 
 TEST_F(MeshFile, ErrorsSayWhere) {
-  EXPECT_EQ(message("m.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2 three\n"), ":4: expected a coordinate, found 'three'");
-  EXPECT_EQ(message("m.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2\n"), ":4: expected a coordinate, found the end of the line");
-  EXPECT_EQ(message("m.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2 inf\n"), ":4: the coordinate inf is not finite or too large");
-  EXPECT_EQ(message("m.stl", "solid x\nfacet\nouter loop\nvertex 1 2 3\nvertex 1 2 4\nendloop\n"), ":6: a facet of fewer than three corners");
-  EXPECT_EQ(message("m.stl", "solid x\n"), ":2: expected 'facet' or 'endsolid', found the end of the file; it is cut off");
+  EXPECT_EQ(message("m.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2 three\n"),
+            ":4: expected a coordinate, found 'three'");
+  EXPECT_EQ(message("m.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2\n"),
+            ":4: expected a coordinate, found the end of the line");
+  EXPECT_EQ(message("m.stl", "solid x\nfacet normal 0 0 1\nouter loop\nvertex 1 2 inf\n"),
+            ":4: the coordinate inf is not finite or too large");
+  EXPECT_EQ(message("m.stl", "solid x\nfacet\nouter loop\nvertex 1 2 3\nvertex 1 2 4\nendloop\n"),
+            ":6: a facet of fewer than three corners");
+  EXPECT_EQ(message("m.stl", "solid x\n"),
+            ":2: expected 'facet' or 'endsolid', found the end of the file; it is cut off");
   std::string binary = stl_binary({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}});
   EXPECT_EQ(message("m.stl", binary.substr(0, 130)),
-            ": byte 80: the number of facets is 1, which takes 134 bytes in all, but the file has 130; it is cut off, or no STL file");
+            ": byte 80: the number of facets is 1, which takes 134 bytes in all, but the file has 130; it is "
+            "cut off, or no STL file");
   binary[84 + 12 + 4 + 2] = '\x80', binary[84 + 12 + 4 + 3] = '\x7F';
   EXPECT_EQ(message("m.stl", binary), ": byte 100: a coordinate of facet 0 is not finite");
-  EXPECT_EQ(message("m.stl", "PK"), ": neither an STL text, which begins with 'solid', nor long enough for a binary STL file, which has a header of 84 bytes");
-  EXPECT_EQ(message("m.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n"), ":4: face 0 names point 1, but there are 1, the first being 0");
-  EXPECT_EQ(message("m.off", "OFF\n1000000000 1 0\n0 0 0\n"),
-            ":3: the numbers of points and faces are 1000000000 and 1, more than the file holds; it is cut off");
+  EXPECT_EQ(message("m.stl", "PK"),
+            ": neither an STL text, which begins with 'solid', nor long enough for a binary STL file, which "
+            "has a header of 84 bytes");
+  EXPECT_EQ(message("m.off", "OFF\n1 1 0\n0 0 0\n3 0 1 2\n"),
+            ":4: face 0 names point 1, but there are 1, the first being 0");
+  EXPECT_EQ(
+      message("m.off", "OFF\n1000000000 1 0\n0 0 0\n"),
+      ":3: the numbers of points and faces are 1000000000 and 1, more than the file holds; it is cut off");
   EXPECT_EQ(message("m.off", "4OFF\n1 1 0\n"), ":1: '4OFF' is not a mesh in three dimensions");
-  EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 2 3\n"), ":2: a face names point 2, but there are 1 so far, the first being 1");
-  EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 -2 3\n"), ":2: a face names point -2, but there are 1 so far, the first being 1");
+  EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 2 3\n"),
+            ":2: a face names point 2, but there are 1 so far, the first being 1");
+  EXPECT_EQ(message("m.obj", "v 0 0 0\nf 1 -2 3\n"),
+            ":2: a face names point -2, but there are 1 so far, the first being 1");
   EXPECT_EQ(message("m.obj", "v 0 0\n"), ":1: expected a coordinate, found the end of the line");
-  EXPECT_EQ(message("m.ply", "ply\nformat binary 1.0\n"), ":2: expected 'ascii', 'binary_little_endian' or 'binary_big_endian', found 'binary'");
-  EXPECT_EQ(message("m.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n"),
-            ":6: 4000000000 elements 'vertex' are more than the file holds; it is cut off");
-  EXPECT_EQ(message("m.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n"),
-            ":7: a coordinate of point 0 is missing, not finite or too large");
-  EXPECT_EQ(message("m.amf", "<amf>\n<object><mesh><vertices><vertex><coordinates><x>1</x>\n</coordinates>"), ":3: a vertex without all of its coordinates");
+  EXPECT_EQ(message("m.ply", "ply\nformat binary 1.0\n"),
+            ":2: expected 'ascii', 'binary_little_endian' or 'binary_big_endian', found 'binary'");
+  EXPECT_EQ(
+      message("m.ply", "ply\nformat ascii 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n"),
+      ":6: 4000000000 elements 'vertex' are more than the file holds; it is cut off");
+  EXPECT_EQ(
+      message(
+          "m.ply",
+          "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n1 2\n"),
+      ":7: a coordinate of point 0 is missing, not finite or too large");
+  EXPECT_EQ(message("m.amf", "<amf>\n<object><mesh><vertices><vertex><coordinates><x>1</x>\n</coordinates>"),
+            ":3: a vertex without all of its coordinates");
   EXPECT_EQ(message("m.amf", "<svg/>"), ":1: expected the element 'amf'");
   EXPECT_EQ(message("m.3mf", "no zip"), ": is no zip file, or a damaged one: Not a zip archive");
-  EXPECT_EQ(message("m.3mf", package("<object id=\"1\"/>", "<item objectid=\"2\"/>")), ": there is no object 2 in 3D/3dmodel.model");
-  EXPECT_EQ(message("m.3mf", zipped(folder_.path(), {{"a", "b"}})), ": there is no 3D/3dmodel.model in this 3MF file");
+  EXPECT_EQ(message("m.3mf", package("<object id=\"1\"/>", "<item objectid=\"2\"/>")),
+            ": there is no object 2 in 3D/3dmodel.model");
+  EXPECT_EQ(message("m.3mf", zipped(folder_.path(), {{"a", "b"}})),
+            ": there is no 3D/3dmodel.model in this 3MF file");
   EXPECT_NE(message("nothing.xyz", "x").find("*.xyz"), std::string::npos);
   EXPECT_THROW(import_mesh(folder_.path()), Error);
   EXPECT_THROW(import_mesh(folder_.path() / "missing.stl"), Error);
 }
 
 TEST_F(MeshFile, PackagesPutObjectsTogether) {
-  const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                          {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   const std::string pair =
-      "<object id=\"2\"><components><component objectid=\"1\"/><component objectid=\"1\" transform=\"2 0 0 0 1 0 0 0 1 10 0 0\"/></components></object>";
-  const std::string root =
-      model_3mf(object_3mf(unit, 1) + pair,
-                "<item objectid=\"2\" transform=\"0 1 0 -1 0 0 0 0 3 0 0 5\"/><item objectid=\"4\" p:path=\"/3D/more.model\"/>");
+      "<object id=\"2\"><components><component objectid=\"1\"/><component objectid=\"1\" transform=\"2 0 0 0 "
+      "1 0 0 0 1 10 0 0\"/></components></object>";
+  const std::string root = model_3mf(object_3mf(unit, 1) + pair,
+                                     "<item objectid=\"2\" transform=\"0 1 0 -1 0 0 0 0 3 0 0 5\"/><item "
+                                     "objectid=\"4\" p:path=\"/3D/more.model\"/>");
   const std::string more = model_3mf(object_3mf(unit, 4), "");
-  const std::string bytes = zipped(folder_.path(), {{"_rels/.rels", relations}, {"3D/other.model", root}, {"3D/more.model", more}});
+  const std::string bytes =
+      zipped(folder_.path(), {{"_rels/.rels", relations}, {"3D/other.model", root}, {"3D/more.model", more}});
   ASSERT_EQ(message("a.3mf", bytes), "no error");
   const ImportedMesh mesh = import_mesh(folder_.path() / "a.3mf");
   EXPECT_EQ(mesh.faces.size(), 12U);
@@ -329,13 +380,16 @@ TEST_F(MeshFile, PackagesPutObjectsTogether) {
 }
 
 TEST_F(MeshFile, MirrorImagesInPackagesAreNotInsideOut) {
-  const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                          {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   const std::string items =
-      "<item objectid=\"1\" transform=\"-2 0 0 0 1 0 0 0 1 10 0 0\"/><item objectid=\"1\" transform=\"0 1 0 1 0 0 0 0 1 20 0 0\"/><item objectid=\"1\"/>";
+      "<item objectid=\"1\" transform=\"-2 0 0 0 1 0 0 0 1 10 0 0\"/><item objectid=\"1\" transform=\"0 1 0 "
+      "1 0 0 0 0 1 20 0 0\"/><item objectid=\"1\"/>";
   ASSERT_EQ(message("a.3mf", package(object_3mf(unit, 1), items)), "no error");
   const ImportedMesh mesh = import_mesh(folder_.path() / "a.3mf");
   std::vector<std::string> warnings;
-  const auto repaired = repaired_mesh(mesh.points, mesh.faces, Holes::cap, [&](const std::string& text) { warnings.push_back(text); });
+  const auto repaired = repaired_mesh(mesh.points, mesh.faces, Holes::cap,
+                                      [&](const std::string& text) { warnings.push_back(text); });
   ASSERT_TRUE(repaired.has_value());
   EXPECT_TRUE(warnings.empty()) << warnings[0];
   EXPECT_NEAR(volume(*repaired), 4 / 6.0, 1e-12);
@@ -343,14 +397,20 @@ TEST_F(MeshFile, MirrorImagesInPackagesAreNotInsideOut) {
 
 /// Objects of two objects each, 40 times over: 2^40 of them.
 TEST_F(MeshFile, PackagesCannotFillTheMemory) {
-  std::string resources = object_3mf({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}}, 1);
+  std::string resources = object_3mf(
+      {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}}, 1);
   for (int id = 2; id < 42; ++id) {
     const std::string component = "<component objectid=\"" + std::to_string(id - 1) + "\"/>";
-    resources += "<object id=\"" + std::to_string(id) + "\"><components>" + component + component + "</components></object>";
+    resources += "<object id=\"" + std::to_string(id) + "\"><components>" + component + component +
+                 "</components></object>";
   }
-  EXPECT_NE(message("a.3mf", package(resources, "<item objectid=\"41\"/>")).find("more than 1000000 components"), std::string::npos);
+  EXPECT_NE(
+      message("a.3mf", package(resources, "<item objectid=\"41\"/>")).find("more than 1000000 components"),
+      std::string::npos);
   const std::string itself = "<object id=\"1\"><components><component objectid=\"1\"/></components></object>";
-  EXPECT_NE(message("a.3mf", package(itself, "<item objectid=\"1\"/>")).find("names object 1, which has not been told of"), std::string::npos);
+  EXPECT_NE(message("a.3mf", package(itself, "<item objectid=\"1\"/>"))
+                .find("names object 1, which has not been told of"),
+            std::string::npos);
 }
 
 }  // namespace

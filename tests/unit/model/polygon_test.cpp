@@ -1,5 +1,4 @@
 #include "builder/polygon.hpp"
-#include "support/rounds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+
+#include "support/rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -30,7 +31,8 @@ double area_of(const std::vector<PlanePoint>& cycle) {
 }
 
 double area_of(const PolygonPieces& polygon) {
-  return std::accumulate(polygon.pieces.begin(), polygon.pieces.end(), 0.0, [](double sum, const ConvexPolygon& piece) { return sum + area_of(piece.points); });
+  return std::accumulate(polygon.pieces.begin(), polygon.pieces.end(), 0.0,
+                         [](double sum, const ConvexPolygon& piece) { return sum + area_of(piece.points); });
 }
 
 /// Of small integers: exact.
@@ -40,7 +42,8 @@ int turn(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c) {
 }
 
 bool is_between(const PlanePoint& a, const PlanePoint& b, const PlanePoint& p) {
-  return turn(a, b, p) == 0 && std::min(a[0], b[0]) <= p[0] && p[0] <= std::max(a[0], b[0]) && std::min(a[1], b[1]) <= p[1] && p[1] <= std::max(a[1], b[1]);
+  return turn(a, b, p) == 0 && std::min(a[0], b[0]) <= p[0] && p[0] <= std::max(a[0], b[0]) &&
+         std::min(a[1], b[1]) <= p[1] && p[1] <= std::max(a[1], b[1]);
 }
 
 bool touch(const PlanePoint& a, const PlanePoint& b, const PlanePoint& c, const PlanePoint& d) {
@@ -68,7 +71,8 @@ TEST(Polygon, PiecesAreDisjointIfItsEdgesOnlyMeetAtCorners) {
     std::shuffle(grid.begin(), grid.end(), random);
     cycle.assign(grid.begin(), grid.begin() + static_cast<std::ptrdiff_t>(n));
     bool is_straight = false;
-    for (std::size_t i = 0; i < n; ++i) is_straight |= turn(cycle[i], cycle[(i + 1) % n], cycle[(i + 2) % n]) == 0;
+    for (std::size_t i = 0; i < n; ++i)
+      is_straight |= turn(cycle[i], cycle[(i + 1) % n], cycle[(i + 2) % n]) == 0;
     if (is_straight) continue;
     const PolygonPieces polygon = convex_pieces(cycle, cycle_of(n));
     const bool expected = is_simple(cycle);

@@ -1,3 +1,5 @@
+#include "builder/polyhedron.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +15,6 @@
 #include "bsp2/model/builder/flat.hpp"
 #include "mesh/mesh_repair.hpp"
 #include "model/helpers.hpp"
-#include "builder/polyhedron.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::model {
@@ -167,20 +168,26 @@ TEST(Polyhedron, NonConvexFacesKeepTheVolume) {
   }
 }
 
-/// Volumes by OpenSCAD 2021.01: one corner of the top, then of a side, of a box 2 x 2 x 2 is moved out by 1; a regular hexagonal prism with
-/// one corner raised by 1/2. The corners of these faces lie on a circle, so no diagonal is Delaunay's choice.
+/// Volumes by OpenSCAD 2021.01: one corner of the top, then of a side, of a box 2 x 2 x 2 is moved out by 1;
+/// a regular hexagonal prism with one corner raised by 1/2. The corners of these faces lie on a circle, so no
+/// diagonal is Delaunay's choice.
 TEST(Polyhedron, UnevenFacesAreCutAsByOpenScad) {
   const auto moved = [](Faces faces, std::size_t corner, int axis, double by) {
     faces.points[corner][static_cast<std::size_t>(axis)] += by;
     return std::fabs(volume(mesh_of(faces.solid())));
   };
   const Faces cube = prism({{0, 0}, {2, 0}, {2, 2}, {0, 2}}, 2);
-  const std::array<std::array<double, 2>, 4> top{{{4, 26.0 / 3}, {5, 28.0 / 3}, {6, 26.0 / 3}, {7, 28.0 / 3}}};
-  for (const auto& [corner, expected] : top) EXPECT_NEAR(moved(cube, static_cast<std::size_t>(corner), 2, 1), expected, 1e-12) << corner;
-  const std::array<std::array<double, 2>, 4> side{{{1, 26.0 / 3}, {2, 28.0 / 3}, {5, 28.0 / 3}, {6, 26.0 / 3}}};
-  for (const auto& [corner, expected] : side) EXPECT_NEAR(moved(cube, static_cast<std::size_t>(corner), 0, 1), expected, 1e-12) << corner;
+  const std::array<std::array<double, 2>, 4> top{
+      {{4, 26.0 / 3}, {5, 28.0 / 3}, {6, 26.0 / 3}, {7, 28.0 / 3}}};
+  for (const auto& [corner, expected] : top)
+    EXPECT_NEAR(moved(cube, static_cast<std::size_t>(corner), 2, 1), expected, 1e-12) << corner;
+  const std::array<std::array<double, 2>, 4> side{
+      {{1, 26.0 / 3}, {2, 28.0 / 3}, {5, 28.0 / 3}, {6, 26.0 / 3}}};
+  for (const auto& [corner, expected] : side)
+    EXPECT_NEAR(moved(cube, static_cast<std::size_t>(corner), 0, 1), expected, 1e-12) << corner;
   std::vector<std::array<double, 2>> hexagon;
-  for (int i = 0; i < 6; ++i) hexagon.push_back({std::cos(std::numbers::pi * i / 3), std::sin(std::numbers::pi * i / 3)});
+  for (int i = 0; i < 6; ++i)
+    hexagon.push_back({std::cos(std::numbers::pi * i / 3), std::sin(std::numbers::pi * i / 3)});
   EXPECT_NEAR(moved(prism(hexagon, 2), 7, 2, 0.5), 5.412658773652743, 1e-6);
 }
 
@@ -194,9 +201,12 @@ TEST(Polyhedron, UnevenFacesDoNotDependOnWhereTheyStart) {
     std::vector<std::array<double, 2>> polygon;
     const int n = 4 + static_cast<int>(random() % 9);
     const double turn = round % 3 == 0 ? 0 : unit(random), stretch = round % 2 == 0 ? 1 : 1 + unit(random);
-    for (int i = 0; i < n; ++i) polygon.push_back({stretch * std::cos(turn + 2 * std::numbers::pi * i / n), std::sin(turn + 2 * std::numbers::pi * i / n)});
+    for (int i = 0; i < n; ++i)
+      polygon.push_back({stretch * std::cos(turn + 2 * std::numbers::pi * i / n),
+                         std::sin(turn + 2 * std::numbers::pi * i / n)});
     Faces faces = prism(polygon, 2);
-    for (int i = 0; i < n; ++i) faces.points[static_cast<std::size_t>(n + i)][2] += 0.25 * static_cast<double>(random() % 4);
+    for (int i = 0; i < n; ++i)
+      faces.points[static_cast<std::size_t>(n + i)][2] += 0.25 * static_cast<double>(random() % 4);
     const double first = volume(mesh_of(faces.solid()));
     for (int start = 1; start < n; ++start) {
       std::rotate(faces.faces.back().begin(), faces.faces.back().begin() + 1, faces.faces.back().end());
@@ -452,7 +462,7 @@ TEST(Polyhedron, AnyFacesAreAClosedMeshOrAnError) {
   EXPECT_GT(solids, 0);
 }
 
-// --- faces that bound no solid ----------------------------------------------------------------------------------
+// --- faces that bound no solid ---
 
 struct Repaired {
   std::optional<TriangleMesh> mesh;
@@ -466,7 +476,8 @@ Repaired repaired(const Faces& faces, Holes holes = Holes::cap) {
     cycles.end_face();
   }
   Repaired result;
-  result.mesh = repaired_mesh(faces.points, cycles, holes, [&](const std::string& text) { result.warnings.push_back(text); });
+  result.mesh = repaired_mesh(faces.points, cycles, holes,
+                              [&](const std::string& text) { result.warnings.push_back(text); });
   return result;
 }
 
@@ -476,7 +487,8 @@ TEST(Repair, LeavesSolidsAlone) {
   EXPECT_EQ(volume(*box_again.mesh), 6);
 }
 
-/// Prisms over stars with a face too many, too few, or the wrong way round are the prisms again: every face is flat.
+/// Prisms over stars with a face too many, too few, or the wrong way round are the prisms again: every face
+/// is flat.
 TEST(Repair, MakesAPrismAgain) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
@@ -501,7 +513,8 @@ TEST(Repair, MakesAPrismAgain) {
     }
     const Repaired result = repaired(faces);
     ASSERT_EQ(result.warnings.size(), 1U) << repair;
-    EXPECT_NE(result.warnings[0].find("not closed: the edge from point"), std::string::npos) << result.warnings[0];
+    EXPECT_NE(result.warnings[0].find("not closed: the edge from point"), std::string::npos)
+        << result.warnings[0];
     EXPECT_NE(result.warnings[0].find(repair), std::string::npos) << result.warnings[0];
     ASSERT_TRUE(result.mesh.has_value());
     EXPECT_TRUE(is_closed(*result.mesh));
@@ -563,7 +576,8 @@ TEST(Repair, WhatPointsSpanHasTheirHull) {
     return std::get<Polytope>(flat).corners;
   };
   using Numbers = std::vector<double>;
-  EXPECT_EQ(corners({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {0.5, 0.5, 1}, {0, 0, 1}}), (Numbers{0, 0, 1, 0, 1, 1, 1, 0, 1, 1, 1, 1}));
+  EXPECT_EQ(corners({{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {0.5, 0.5, 1}, {0, 0, 1}}),
+            (Numbers{0, 0, 1, 0, 1, 1, 1, 0, 1, 1, 1, 1}));
   EXPECT_EQ(corners({{0, 0, 0}, {3, 3, 3}, {1, 1, 1}}), (Numbers{0, 0, 0, 3, 3, 3}));
   EXPECT_EQ(corners({{2, 0, 1}, {2, 0, 1}}), (Numbers{2, 0, 1}));
 }
@@ -571,9 +585,11 @@ TEST(Repair, WhatPointsSpanHasTheirHull) {
 TEST(Repair, LeavesSheetsOut) {
   Faces sheet;
   for (int y = 0; y < 5; ++y)
-    for (int x = 0; x < 5; ++x) sheet.points.push_back({1.0 * x, 1.0 * y, std::sin(1.5 * x) * std::cos(1.1 * y)});
+    for (int x = 0; x < 5; ++x)
+      sheet.points.push_back({1.0 * x, 1.0 * y, std::sin(1.5 * x) * std::cos(1.1 * y)});
   for (std::uint32_t y = 0; y < 4; ++y)
-    for (std::uint32_t x = 0; x < 4; ++x) sheet.faces.push_back({5 * y + x, 5 * y + x + 1, 5 * y + x + 6, 5 * y + x + 5});
+    for (std::uint32_t x = 0; x < 4; ++x)
+      sheet.faces.push_back({5 * y + x, 5 * y + x + 1, 5 * y + x + 6, 5 * y + x + 5});
   const Repaired alone = repaired(sheet);
   EXPECT_FALSE(alone.mesh.has_value());
   ASSERT_EQ(alone.warnings.size(), 1U);
@@ -588,7 +604,9 @@ TEST(Repair, WindingNumbersAreSharesOfTheSphere) {
   EXPECT_NEAR(winding_number(cube.mesh->points, cube.mesh->triangles, {0.3, -0.2, 0.5}), 1, 1e-14);
   EXPECT_NEAR(winding_number(cube.mesh->points, cube.mesh->triangles, {1.3, -0.2, 0.5}), 0, 1e-14);
   std::vector<Triangle> open = cube.mesh->triangles;
-  std::erase_if(open, [&](const Triangle& t) { return std::all_of(t.begin(), t.end(), [&](std::uint32_t i) { return cube.mesh->points[i][2] == 1; }); });
+  std::erase_if(open, [&](const Triangle& t) {
+    return std::all_of(t.begin(), t.end(), [&](std::uint32_t i) { return cube.mesh->points[i][2] == 1; });
+  });
   EXPECT_NEAR(winding_number(cube.mesh->points, open, {0, 0, 0}), 5.0 / 6, 1e-14);
 }
 

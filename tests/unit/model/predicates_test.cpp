@@ -1,3 +1,5 @@
+#include "mesh/predicates.hpp"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -6,7 +8,6 @@
 #include <cstdint>
 #include <random>
 
-#include "mesh/predicates.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::model {
@@ -61,7 +62,8 @@ TEST(Predicates, OrientationIsExactNearPlanes) {
   std::mt19937 random(seed);
   int in_plane = 0;
   for (int round = 0; round < 20'000; ++round) {
-    const int bits = 2 + static_cast<int>(random() % 16);  // 2 to 17: differences below 2^19, so the sum fits in 64 bits
+    const int bits =
+        2 + static_cast<int>(random() % 16);  // 2 to 17: differences below 2^19, so the sum fits in 64 bits
     const auto coordinate = [&] { return static_cast<std::int64_t>(random() % (1U << bits)); };
     std::array<std::array<std::int64_t, 3>, 4> p;
     for (auto& point : p)
@@ -72,7 +74,8 @@ TEST(Predicates, OrientationIsExactNearPlanes) {
     std::int64_t sum = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
-      sum += (p[0][k] - p[3][k]) * ((p[1][l] - p[3][l]) * (p[2][m] - p[3][m]) - (p[1][m] - p[3][m]) * (p[2][l] - p[3][l]));
+      sum += (p[0][k] - p[3][k]) *
+             ((p[1][l] - p[3][l]) * (p[2][m] - p[3][m]) - (p[1][m] - p[3][m]) * (p[2][l] - p[3][l]));
     }
     const double unit = std::ldexp(1.0, static_cast<int>(random() % 400) - 200);
     std::array<Point3, 4> q;
@@ -86,11 +89,13 @@ TEST(Predicates, OrientationIsExactNearPlanes) {
   // A difference that is too small beside the others for integers.
   const double tiny = 1e-200;
   EXPECT_EQ(orientation(Point3{0, 0, 0}, Point3{1e200, 0, 0}, Point3{0, 1, 0}, Point3{0, 0, tiny}), 1);
-  EXPECT_EQ(orientation(Point3{0, 0, 0}, Point3{1e200, 0, 0}, Point3{0, 1e-200, 0}, Point3{0, 0, -1e-250}), -1);
+  EXPECT_EQ(orientation(Point3{0, 0, 0}, Point3{1e200, 0, 0}, Point3{0, 1e-200, 0}, Point3{0, 0, -1e-250}),
+            -1);
   EXPECT_EQ(orientation(Point3{0, 0, 0}, Point3{1e200, 0, 0}, Point3{0, 1e-200, 0}, Point3{5, 7e-200, 0}), 0);
 }
 
-/// Quadrilaterals whose corners are rounded to doubles, in units far from each other along the axes: beside rationals.
+/// Quadrilaterals whose corners are rounded to doubles, in units far from each other along the axes: beside
+/// rationals.
 TEST(Predicates, OrientationIsExactOfAnyDoubles) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
@@ -105,13 +110,15 @@ TEST(Predicates, OrientationIsExactOfAnyDoubles) {
       for (std::size_t k = 0; k < 3; ++k) p[i][k] = round % 8 < 4 && k == 2 ? p[0][2] : unit(random);
     for (std::size_t k = 0; k < 3; ++k) p[3][k] = p[1][k] + p[2][k] - p[0][k];
     for (std::size_t k = 0; k < 3; ++k) {
-      const double scale = std::ldexp(1.0, static_cast<int>(random() % static_cast<unsigned>(spread)) - spread / 2);
+      const double scale =
+          std::ldexp(1.0, static_cast<int>(random() % static_cast<unsigned>(spread)) - spread / 2);
       for (auto& point : p) point[k] *= scale;
     }
     std::array<std::array<Rational, 3>, 3> e;
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t k = 0; k < 3; ++k) e[i][k] = Rational(p[i][k]) - Rational(p[3][k]);
-    const Rational determinant = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) + e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
+    const Rational determinant = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) +
+                                 e[0][1] * (e[1][2] * e[2][0] - e[1][0] * e[2][2]) +
                                  e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
     const int expected = -determinant.sign();
     ASSERT_EQ(orientation(p[0], p[1], p[2], p[3]), expected) << "round " << round;

@@ -13,10 +13,10 @@
 #include <string>
 #include <utility>
 
+#include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
 #include "mesh/mesh_closing.hpp"
 #include "mesh/mesh_triangulation.hpp"
-#include "builder/polyhedron.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::model {
@@ -24,10 +24,13 @@ namespace {
 
 using Random = std::mt19937;
 
-double uniform(Random& random, double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); }
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
 
 std::uint32_t new_seed() {
-  if (const char* given = std::getenv("BSP2_SEED")) return static_cast<std::uint32_t>(std::strtoul(given, nullptr, 10));
+  if (const char* given = std::getenv("BSP2_SEED"))
+    return static_cast<std::uint32_t>(std::strtoul(given, nullptr, 10));
   return std::random_device{}();
 }
 
@@ -36,14 +39,17 @@ struct Surface {
   std::vector<Point3> points;
   std::vector<Triangle> triangles;
 
-  void quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) { triangles.insert(triangles.end(), {{a, b, c}, {a, c, d}}); }
+  void quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    triangles.insert(triangles.end(), {{a, b, c}, {a, c, d}});
+  }
 };
 
 double area(const std::vector<Point3>& points, const std::vector<Triangle>& triangles) {
   double sum = 0;
   for (const Triangle& t : triangles) {
     Point3 u, v;
-    for (std::size_t k = 0; k < 3; ++k) u[k] = points[t[1]][k] - points[t[0]][k], v[k] = points[t[2]][k] - points[t[0]][k];
+    for (std::size_t k = 0; k < 3; ++k)
+      u[k] = points[t[1]][k] - points[t[0]][k], v[k] = points[t[2]][k] - points[t[0]][k];
     sum += std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
   }
   return sum;
@@ -60,7 +66,8 @@ bool is_closed(const std::vector<Triangle>& triangles) {
 }
 
 Surface sphere(std::size_t facets) {
-  const auto rings = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(facets) / 4)) + 1, sides = 2 * rings;
+  const auto rings = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(facets) / 4)) + 1,
+             sides = 2 * rings;
   Surface s;
   s.points = {{0, 0, -10}, {0, 0, 10}};
   for (std::uint32_t i = 1; i < rings; ++i)
@@ -72,13 +79,16 @@ Surface sphere(std::size_t facets) {
   for (std::uint32_t j = 0; j < sides; ++j) {
     s.triangles.push_back({0, at(1, j + 1), at(1, j)});
     s.triangles.push_back({1, at(rings - 1, j), at(rings - 1, j + 1)});
-    for (std::uint32_t i = 1; i + 1 < rings; ++i) s.quad(at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j));
+    for (std::uint32_t i = 1; i + 1 < rings; ++i)
+      s.quad(at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j));
   }
   return s;
 }
 
-/// What stands over a plane outline with a hole (both counter-clockwise), in layers; its ends are triangulated as faces, so they are of long slivers.
-Surface prism(const std::vector<std::array<double, 2>>& outline, const std::vector<std::array<double, 2>>& hole, double height, std::uint32_t layers) {
+/// What stands over a plane outline with a hole (both counter-clockwise), in layers; its ends are
+/// triangulated as faces, so they are of long slivers.
+Surface prism(const std::vector<std::array<double, 2>>& outline,
+              const std::vector<std::array<double, 2>>& hole, double height, std::uint32_t layers) {
   Surface s;
   const auto n = static_cast<std::uint32_t>(outline.size()), m = static_cast<std::uint32_t>(hole.size());
   for (std::uint32_t i = 0; i <= layers; ++i) {
@@ -88,11 +98,15 @@ Surface prism(const std::vector<std::array<double, 2>>& outline, const std::vect
   for (std::uint32_t i = 0; i < layers; ++i) {
     const std::uint32_t low = i * (n + m), high = low + n + m;
     for (std::uint32_t j = 0; j < n; ++j) s.quad(low + j, low + (j + 1) % n, high + (j + 1) % n, high + j);
-    for (std::uint32_t j = 0; j < m; ++j) s.quad(low + n + (j + 1) % m, low + n + j, high + n + j, high + n + (j + 1) % m);
+    for (std::uint32_t j = 0; j < m; ++j)
+      s.quad(low + n + (j + 1) % m, low + n + j, high + n + j, high + n + (j + 1) % m);
   }
-  // The end from above: around the outline, along a bridge to the nearest corner of the hole, around that one, and back.
+  // The end from above: around the outline, along a bridge to the nearest corner of the hole, around that
+  // one, and back.
   std::uint32_t nearest = 0;
-  const auto distance = [&](std::uint32_t j) { return std::hypot(hole[j][0] - outline[0][0], hole[j][1] - outline[0][1]); };
+  const auto distance = [&](std::uint32_t j) {
+    return std::hypot(hole[j][0] - outline[0][0], hole[j][1] - outline[0][1]);
+  };
   for (std::uint32_t j = 1; j < m; ++j)
     if (distance(j) < distance(nearest)) nearest = j;
   std::vector<std::uint32_t> cycle;
@@ -131,7 +145,8 @@ Surface bracket(std::size_t facets) {
     }
   }
   const auto hole = circle(3, 3, 2, 3 * step);
-  const auto layers = static_cast<std::uint32_t>(std::max<std::size_t>(1, facets / (2 * (outline.size() + hole.size()))));
+  const auto layers =
+      static_cast<std::uint32_t>(std::max<std::size_t>(1, facets / (2 * (outline.size() + hole.size()))));
   return prism(outline, hole, 9, layers);
 }
 
@@ -144,17 +159,21 @@ Surface gear(std::size_t facets) {
       outline.push_back({r * std::cos(t), r * std::sin(t)});
     }
   const auto hole = circle(0, 0, 3, 2 * teeth);
-  const auto layers = static_cast<std::uint32_t>(std::max<std::size_t>(1, facets / (2 * (outline.size() + hole.size()))));
+  const auto layers =
+      static_cast<std::uint32_t>(std::max<std::size_t>(1, facets / (2 * (outline.size() + hole.size()))));
   return prism(outline, hole, 5, layers);
 }
 
 Surface height_field(std::size_t facets) {
   const auto n = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(facets) / 4)) + 1;
   Surface s;
-  const auto height = [&](std::uint32_t x, std::uint32_t y) { return 3 + std::sin(9.0 * x / n) * std::cos(7.0 * y / n); };
+  const auto height = [&](std::uint32_t x, std::uint32_t y) {
+    return 3 + std::sin(9.0 * x / n) * std::cos(7.0 * y / n);
+  };
   for (const bool top : {false, true})
     for (std::uint32_t y = 0; y <= n; ++y)
-      for (std::uint32_t x = 0; x <= n; ++x) s.points.push_back({20.0 * x / n, 20.0 * y / n, top ? height(x, y) : 0});
+      for (std::uint32_t x = 0; x <= n; ++x)
+        s.points.push_back({20.0 * x / n, 20.0 * y / n, top ? height(x, y) : 0});
   const std::uint32_t up = (n + 1) * (n + 1);
   const auto at = [&](std::uint32_t x, std::uint32_t y) { return y * (n + 1) + x; };
   for (std::uint32_t i = 0; i < n; ++i) {
@@ -182,7 +201,8 @@ struct Damage {
   double missing = 0.01, turned = 0.01, doubled = 0.01;
 };
 
-/// The facets as an STL file has them, each with corners of its own. The faces are clockwise, as repaired_mesh takes them.
+/// The facets as an STL file has them, each with corners of its own. The faces are clockwise, as
+/// repaired_mesh takes them.
 struct Soup {
   std::vector<Point3> points;
   FaceCycles faces;
@@ -209,19 +229,24 @@ Soup damaged(const Surface& s, const Damage& damage, Random& random) {
 }
 
 using Make = Surface (*)(std::size_t);
-constexpr std::pair<const char*, Make> makers[] = {{"sphere", sphere}, {"bracket", bracket}, {"gear", gear}, {"height field", height_field}};
+constexpr std::pair<const char*, Make> makers[] = {
+    {"sphere", sphere}, {"bracket", bracket}, {"gear", gear}, {"height field", height_field}};
 
 /// What comes out is the flawless part, whatever is wrong with it and with all of it wrong at once.
-void expect_the_same_part(const char* name, Make make, std::size_t facets, const Damage& damage, Random& random) {
+void expect_the_same_part(const char* name, Make make, std::size_t facets, const Damage& damage,
+                          Random& random) {
   const Surface flawless = make(facets);
   ASSERT_TRUE(is_closed(flawless.triangles));
   const Soup soup = damaged(flawless, damage, random);
   std::vector<std::string> warnings;
-  const auto mesh = repaired_mesh(soup.points, soup.faces, Holes::cap, [&](const std::string& text) { warnings.push_back(text); });
-  SCOPED_TRACE(testing::Message() << name << " of " << flawless.triangles.size() << " facets; " << (warnings.empty() ? "" : warnings[0]));
+  const auto mesh = repaired_mesh(soup.points, soup.faces, Holes::cap,
+                                  [&](const std::string& text) { warnings.push_back(text); });
+  SCOPED_TRACE(testing::Message() << name << " of " << flawless.triangles.size() << " facets; "
+                                  << (warnings.empty() ? "" : warnings[0]));
   ASSERT_TRUE(mesh.has_value());
   EXPECT_TRUE(is_closed(mesh->triangles));
-  const double volume = signed_volume(flawless.points, flawless.triangles), surface = area(flawless.points, flawless.triangles);
+  const double volume = signed_volume(flawless.points, flawless.triangles),
+               surface = area(flawless.points, flawless.triangles);
   EXPECT_NEAR(signed_volume(mesh->points, mesh->triangles), volume, 0.01 * volume);
   EXPECT_NEAR(area(mesh->points, mesh->triangles), surface, 0.01 * surface);
 }
@@ -234,9 +259,15 @@ TEST(Repair, IsTheSamePartWhateverIsWrong) {
   if (const char* given = std::getenv("BSP2_MOST_FACETS")) most = std::strtoul(given, nullptr, 10);
   for (int round = 0; round < samples::rounds(1); ++round)
     for (const auto& [name, make] : makers) {
-      const auto facets = static_cast<std::size_t>(1000 * std::pow(static_cast<double>(most) / 1000, uniform(random, 0, 1)));
+      const auto facets =
+          static_cast<std::size_t>(1000 * std::pow(static_cast<double>(most) / 1000, uniform(random, 0, 1)));
       expect_the_same_part(name, make, facets, {}, random);
-      for (const Damage& alone : {Damage{1e-4, 0, 0, 0}, {0, 0.01, 0, 0}, {0, 0, 0.01, 0}, {0, 0, 0, 0.01}, {1e-4, 0.003, 0, 0}, {0, 0.01, 0.01, 0.01}})
+      for (const Damage& alone : {Damage{1e-4, 0, 0, 0},
+                                  {0, 0.01, 0, 0},
+                                  {0, 0, 0.01, 0},
+                                  {0, 0, 0, 0.01},
+                                  {1e-4, 0.003, 0, 0},
+                                  {0, 0.01, 0.01, 0.01}})
         expect_the_same_part(name, make, 1000, alone, random);
     }
 }
@@ -256,7 +287,9 @@ TEST(Repair, AnEdgeGoesOnThroughAHole) {
     for (std::size_t i = 0; i < box.triangles.size(); ++i) {
       const std::size_t at = (start + i) % box.triangles.size();
       const Triangle &t = box.triangles[at], &u = box.triangles[first];
-      const auto shared = std::count_if(t.begin(), t.end(), [&](std::uint32_t corner) { return std::find(u.begin(), u.end(), corner) != u.end(); });
+      const auto shared = std::count_if(t.begin(), t.end(), [&](std::uint32_t corner) {
+        return std::find(u.begin(), u.end(), corner) != u.end();
+      });
       if (at == first || (shared == 2 && !is_second_out)) {
         is_second_out |= at != first;
         continue;
@@ -272,7 +305,8 @@ TEST(Repair, AnEdgeGoesOnThroughAHole) {
   }
 }
 
-/// Of whatever triangles, in a heap or far apart, with corners on a grid or not, a closed mesh is made, or nothing.
+/// Of whatever triangles, in a heap or far apart, with corners on a grid or not, a closed mesh is made, or
+/// nothing.
 TEST(Repair, AHeapOfTrianglesIsClosedOrLeftOut) {
   const std::uint32_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
@@ -280,7 +314,8 @@ TEST(Repair, AHeapOfTrianglesIsClosedOrLeftOut) {
   const std::clock_t start = std::clock();
   for (int round = 0; round < samples::rounds(80); ++round) {
     Soup soup;
-    const double reach = std::pow(10, uniform(random, -5, 1)), grid = random() % 2 == 0 ? 0 : uniform(random, 2, 30), far = random() % 5 == 0 ? 1e30 : 1;
+    const double reach = std::pow(10, uniform(random, -5, 1)),
+                 grid = random() % 2 == 0 ? 0 : uniform(random, 2, 30), far = random() % 5 == 0 ? 1e30 : 1;
     const std::size_t count = 1 + random() % 200;
     for (std::size_t f = 0; f < count; ++f) {
       const Point3 centre{uniform(random, 0, 1), uniform(random, 0, 1), uniform(random, 0, 1)};
@@ -297,24 +332,30 @@ TEST(Repair, AHeapOfTrianglesIsClosedOrLeftOut) {
       soup.faces.end_face();
     }
     std::string warning;
-    const auto mesh = repaired_mesh(soup.points, soup.faces, Holes::cap, [&](const std::string& text) { warning = text; });
+    const auto mesh =
+        repaired_mesh(soup.points, soup.faces, Holes::cap, [&](const std::string& text) { warning = text; });
     if (mesh) {
       EXPECT_FALSE(warning.empty()) << "no heap is closed by itself";
       EXPECT_TRUE(is_closed(mesh->triangles)) << warning;
     }
   }
-  EXPECT_LT(std::clock() - start, 60 * CLOCKS_PER_SEC) << "of the processor; 2 s are right, and corners at 1e30 once multiplied without end";
+  EXPECT_LT(std::clock() - start, 60 * CLOCKS_PER_SEC)
+      << "of the processor; 2 s are right, and corners at 1e30 once multiplied without end";
 }
 
-ImportedMesh case_file(const std::string& name) { return import_mesh(std::filesystem::path(BSP2_SOURCE_DIR) / "tests" / "cases" / name); }
+ImportedMesh case_file(const std::string& name) {
+  return import_mesh(std::filesystem::path(BSP2_SOURCE_DIR) / "tests" / "cases" / name);
+}
 
 TEST(Repair, ASphereOfLooseCornersWithAHoleIsThatSphere) {
   const ImportedMesh file = case_file("sphere-jitter-hole.stl");
   std::vector<std::string> warnings;
-  const auto mesh = repaired_mesh(file.points, file.faces, Holes::cap, [&](const std::string& text) { warnings.push_back(text); });
+  const auto mesh = repaired_mesh(file.points, file.faces, Holes::cap,
+                                  [&](const std::string& text) { warnings.push_back(text); });
   ASSERT_TRUE(mesh.has_value());
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("Repaired: 362 corners that are up to 1.73e-05 apart from others are merged with these. 3 open edges are closed by caps"),
+  EXPECT_NE(warnings[0].find("Repaired: 362 corners that are up to 1.73e-05 apart from others are merged "
+                             "with these. 3 open edges are closed by caps"),
             std::string::npos)
       << warnings[0];
   EXPECT_TRUE(is_closed(mesh->triangles));

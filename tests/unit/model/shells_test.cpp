@@ -9,8 +9,8 @@
 #include <random>
 #include <vector>
 
-#include "mesh/mesh_crossing.hpp"
 #include "builder/mesh_shells.hpp"
+#include "mesh/mesh_crossing.hpp"
 #include "model/helpers.hpp"
 #include "support/rounds.hpp"
 
@@ -24,7 +24,8 @@ struct Block {
 };
 
 void turn(TriangleMesh& mesh, std::size_t from) {
-  for (std::size_t i = from; i < mesh.triangles.size(); ++i) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
+  for (std::size_t i = from; i < mesh.triangles.size(); ++i)
+    std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
 }
 
 void add(TriangleMesh& mesh, const Block& block, bool is_inward) {
@@ -34,9 +35,18 @@ void add(TriangleMesh& mesh, const Block& block, bool is_inward) {
     for (std::size_t k = 0; k < 3; ++k) p[k] = (i >> k & 1 ? block.high : block.low)[k];
   }
   const std::size_t from = mesh.triangles.size();
-  for (const auto& [a, b, c] : std::to_array<std::array<std::uint32_t, 3>>({
-           {0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5},
-           {3, 7, 5}}))
+  for (const auto& [a, b, c] : std::to_array<std::array<std::uint32_t, 3>>({{0, 2, 1},
+                                                                            {1, 2, 3},
+                                                                            {4, 5, 6},
+                                                                            {5, 7, 6},
+                                                                            {0, 1, 4},
+                                                                            {1, 5, 4},
+                                                                            {2, 6, 3},
+                                                                            {3, 6, 7},
+                                                                            {0, 4, 2},
+                                                                            {2, 4, 6},
+                                                                            {1, 3, 5},
+                                                                            {3, 7, 5}}))
     mesh.triangles.push_back({first + a, first + b, first + c});
   if (is_inward) turn(mesh, from);
 }
@@ -61,7 +71,8 @@ struct Nest {
     parents.push_back(parent == none ? shell : parent);
     add(mesh, block, is_inward);
     for (const Block& part : parts_of(block))
-      if (random() % 2 == 0 && (part.low != block.low || part.high != block.high)) fill(part, !is_inward, shell);
+      if (random() % 2 == 0 && (part.low != block.low || part.high != block.high))
+        fill(part, !is_inward, shell);
   }
 
   /// Cut at random places, up to three times.
@@ -73,7 +84,8 @@ struct Nest {
       const int length = part.high[k] - part.low[k];
       if (length < 2) continue;
       Block rest = part;
-      part.high[k] = rest.low[k] = part.low[k] + 1 + static_cast<int>(random() % static_cast<unsigned>(length - 1));
+      part.high[k] = rest.low[k] =
+          part.low[k] + 1 + static_cast<int>(random() % static_cast<unsigned>(length - 1));
       parts.push_back(rest);
     }
     return parts;
@@ -109,7 +121,8 @@ TEST(Shells, GoodNestsStayAsTheyAreAndTurnedOnesAreTurnedBack) {
       const std::size_t parent = nest.parents[shell];
       is_inward.push_back(parent != shell && !is_inward[parent]);
       turned.push_back(random() % 3 == 0 && (!is_inward[shell] || turned[parent]));
-      for (std::size_t i = 12 * shell; i < 12 * shell + 12 && turned[shell]; ++i) std::swap(bad.triangles[i][1], bad.triangles[i][2]);
+      for (std::size_t i = 12 * shell; i < 12 * shell + 12 && turned[shell]; ++i)
+        std::swap(bad.triangles[i][1], bad.triangles[i][2]);
     }
     const ShellFaults faults = turn_shells(bad);
     const auto expected = static_cast<std::uint32_t>(std::count(turned.begin(), turned.end(), true));
@@ -122,7 +135,8 @@ TEST(Shells, GoodNestsStayAsTheyAreAndTurnedOnesAreTurnedBack) {
   EXPECT_GT(all_turned, 50U);
 }
 
-/// Two boxes as one mesh, beside intervals: they cross unless they are apart, touch, or one lies strictly in the other.
+/// Two boxes as one mesh, beside intervals: they cross unless they are apart, touch, or one lies strictly in
+/// the other.
 TEST(Shells, BoxesThatShareSpaceCrossOrAreNested) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
@@ -139,9 +153,13 @@ TEST(Shells, BoxesThatShareSpaceCrossOrAreNested) {
       for (std::size_t k = 0; k < 3; ++k) blocks[0].low[k] -= 2, blocks[0].high[k] += 3;
     const auto all = [&](const std::function<bool(std::size_t)>& is) { return is(0) && is(1) && is(2); };
     const auto in = [&](const Block& a, const Block& b, bool strictly) {
-      return all([&](std::size_t k) { return a.low[k] >= b.low[k] + strictly && a.high[k] <= b.high[k] - strictly; });
+      return all([&](std::size_t k) {
+        return a.low[k] >= b.low[k] + strictly && a.high[k] <= b.high[k] - strictly;
+      });
     };
-    const bool share = all([&](std::size_t k) { return blocks[0].low[k] < blocks[1].high[k] && blocks[1].low[k] < blocks[0].high[k]; });
+    const bool share = all([&](std::size_t k) {
+      return blocks[0].low[k] < blocks[1].high[k] && blocks[1].low[k] < blocks[0].high[k];
+    });
     const bool is_deep = in(blocks[0], blocks[1], true) || in(blocks[1], blocks[0], true);
     const bool is_inside = in(blocks[0], blocks[1], false) || in(blocks[1], blocks[0], false);
     TriangleMesh mesh;
@@ -174,7 +192,8 @@ TEST(Shells, SolidsThatShareAnEdgeOrAVertexAreTwo) {
   add(mesh, {{1, 1, 0}, {2, 2, 1}}, true);
   for (auto& triangle : mesh.triangles)  // equal points are one, as after an import
     for (std::uint32_t& corner : triangle)
-      corner = static_cast<std::uint32_t>(std::find(mesh.points.begin(), mesh.points.end(), mesh.points[corner]) - mesh.points.begin());
+      corner = static_cast<std::uint32_t>(
+          std::find(mesh.points.begin(), mesh.points.end(), mesh.points[corner]) - mesh.points.begin());
   EXPECT_EQ(shells_of(mesh).count, 2U);
   const ShellFaults faults = turn_shells(mesh);
   EXPECT_EQ(faults.turned, 1U);
@@ -187,7 +206,8 @@ void add_column(TriangleMesh& mesh, const Corner& low, std::uint32_t rings, std:
   const auto first = static_cast<std::uint32_t>(mesh.points.size());
   for (std::uint32_t ring = 0; ring <= rings; ++ring)
     for (const auto& [x, y] : std::to_array<std::array<int, 2>>({{0, 0}, {2, 0}, {2, 2}, {0, 2}})) {
-      const Point3 p{static_cast<double>(low[0] + x), static_cast<double>(low[1] + y), low[2] + 10.0 * ring / rings};
+      const Point3 p{static_cast<double>(low[0] + x), static_cast<double>(low[1] + y),
+                     low[2] + 10.0 * ring / rings};
       mesh.points.push_back({p[(3 - axis) % 3], p[(4 - axis) % 3], p[(5 - axis) % 3]});
     }
   for (std::uint32_t a = first; a < first + 4 * rings; a += 4)
@@ -197,7 +217,10 @@ void add_column(TriangleMesh& mesh, const Corner& low, std::uint32_t rings, std:
       mesh.triangles.push_back({a + i, a + 4 + j, a + 4 + i});
     }
   const std::uint32_t top = first + 4 * rings;
-  mesh.triangles.insert(mesh.triangles.end(), {{first, first + 2, first + 1}, {first, first + 3, first + 2}, {top, top + 1, top + 2}, {top, top + 2, top + 3}});
+  mesh.triangles.insert(mesh.triangles.end(), {{first, first + 2, first + 1},
+                                               {first, first + 3, first + 2},
+                                               {top, top + 1, top + 2},
+                                               {top, top + 2, top + 3}});
 }
 
 TEST(Shells, AreTurnedHoweverTheirWallsAreCut) {
@@ -240,7 +263,8 @@ TEST(Shells, ADeepNestIsToldApart) {
 }
 
 TEST(Shells, AShellIsTurnedByItselfHoweverThinItIs) {
-  TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25, 0.25, 1e-300}}, {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}};
+  TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25, 0.25, 1e-300}},
+                    {{0, 1, 2}, {0, 3, 1}, {1, 3, 2}, {2, 3, 0}}};
   add(mesh, {{3, 3, 3}, {4, 4, 4}}, false);
   const TriangleMesh before = mesh;
   const ShellFaults faults = turn_shells(mesh);

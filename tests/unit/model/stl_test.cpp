@@ -13,8 +13,8 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "import/imports.hpp"
-#include "support/temporary_folder.hpp"
 #include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -32,7 +32,9 @@ std::string tetrahedra(std::uint32_t count, std::uint32_t told, const std::strin
     for (const auto& facet : {std::array{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
       bytes.append(12, '\0');
       for (const int corner : facet)
-        for (int k = 0; k < 3; ++k) put(bytes, std::bit_cast<std::uint32_t>((corner == k + 1 ? 1.0F : 0.0F) + (k == 0 ? 2.0F * static_cast<float>(t) : 0)));
+        for (int k = 0; k < 3; ++k)
+          put(bytes, std::bit_cast<std::uint32_t>((corner == k + 1 ? 1.0F : 0.0F) +
+                                                  (k == 0 ? 2.0F * static_cast<float>(t) : 0)));
       bytes.append(2, '\0');
     }
   return bytes;
@@ -55,9 +57,11 @@ TEST(StlCount, IsAsTheLengthSays) {
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(200); ++round) {
     const auto count = static_cast<std::uint32_t>(1 + random() % 20), facets = 4 * count;
-    const auto other = static_cast<std::uint32_t>(round % 2 == 0 ? random() % facets : facets + 1 + random() % 1'000'000'000);
+    const auto other = static_cast<std::uint32_t>(round % 2 == 0 ? random() % facets
+                                                                 : facets + 1 + random() % 1'000'000'000);
     const std::uint32_t told = round % 4 == 0 ? facets : round % 4 == 1 ? 0 : other;
-    const ImportedMesh mesh = read(tetrahedra(count, told, round % 3 == 0 ? "binary" : "solid facet of some program"));
+    const ImportedMesh mesh =
+        read(tetrahedra(count, told, round % 3 == 0 ? "binary" : "solid facet of some program"));
     EXPECT_EQ(mesh.faces.size(), facets) << told;
     EXPECT_EQ(mesh.warnings.size(), told == facets ? 0U : 1U) << told;
   }
@@ -65,11 +69,14 @@ TEST(StlCount, IsAsTheLengthSays) {
 
 TEST(StlCount, IsTold) {
   EXPECT_EQ(read(tetrahedra(1, 0)).warnings[0],
-            "the header says 0 facets, but by its length the file holds 4; all of them are read. Write the file again with the right number to be sure");
+            "the header says 0 facets, but by its length the file holds 4; all of them are read. Write the "
+            "file again with the right number to be sure");
   EXPECT_EQ(read(tetrahedra(1, 1)).warnings[0],
-            "the header says 1 facet, but by its length the file holds 4; all of them are read. Write the file again with the right number to be sure");
+            "the header says 1 facet, but by its length the file holds 4; all of them are read. Write the "
+            "file again with the right number to be sure");
   EXPECT_EQ(read(tetrahedra(1, 0xFFFFFFFF)).warnings[0],
-            "the header says 4294967295 facets, but the file ends after 4; these are read. If the file is cut off, the rest is missing: get it again");
+            "the header says 4294967295 facets, but the file ends after 4; these are read. If the file is "
+            "cut off, the rest is missing: get it again");
 }
 
 TEST(StlCount, IsRightWhereTheRestIsNoFacet) {
@@ -97,7 +104,9 @@ TEST(StlCount, WhatIsCutOffIsAnError) {
 }
 
 TEST(StlCount, TextsStayTexts) {
-  const std::string text = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid x\n";
+  const std::string text =
+      "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 "
+      "0\nendloop\nendfacet\nendsolid x\n";
   EXPECT_EQ(read(text).faces.size(), 1U);
   EXPECT_TRUE(read(text).warnings.empty());
   EXPECT_EQ(read("SOLID " + std::string(300, 'x') + text.substr(7)).faces.size(), 1U);
@@ -106,11 +115,15 @@ TEST(StlCount, TextsStayTexts) {
 
 TEST(StlCount, TheCaseIsASolid) {
   std::vector<std::string> warnings;
-  const auto mesh = mesh_of_file(BSP2_SOURCE_DIR "/tests/cases/stl-count-0.stl", [&](const std::string& text) { warnings.push_back(text); });
+  const auto mesh = mesh_of_file(BSP2_SOURCE_DIR "/tests/cases/stl-count-0.stl",
+                                 [&](const std::string& text) { warnings.push_back(text); });
   ASSERT_TRUE(mesh);
   EXPECT_EQ(mesh->triangles.size(), 12U);
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("stl-count-0.stl: the header says 0 facets, but by its length the file holds 12;"), std::string::npos) << warnings[0];
+  EXPECT_NE(
+      warnings[0].find("stl-count-0.stl: the header says 0 facets, but by its length the file holds 12;"),
+      std::string::npos)
+      << warnings[0];
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
+#include "bsp2/model/expression/suggestion.hpp"
+
 #include <gtest/gtest.h>
 
 #include <random>
-
-#include "bsp2/model/expression/suggestion.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -33,9 +33,14 @@ TEST(Suggestion, DistanceCountsSlips) {
     for (std::size_t slip = 0; slip < slips; ++slip) {
       const std::size_t at = random() % (changed.size() - 1);
       switch (random() % 3) {
-        case 0: changed[at] = letter(); break;
-        case 1: changed.insert(at, 1, letter()); break;
-        default: changed.erase(at, 1);
+        case 0:
+          changed[at] = letter();
+          break;
+        case 1:
+          changed.insert(at, 1, letter());
+          break;
+        default:
+          changed.erase(at, 1);
       }
     }
     EXPECT_LE(edit_distance(word, changed), slips) << word << ' ' << changed;

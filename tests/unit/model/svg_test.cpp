@@ -22,8 +22,11 @@ class SvgDrawing : public ::testing::Test {
 
   /// @param elements in units of the page, which are millimetres.
   std::vector<PlaneDrawing> read(const std::string& elements, const SvgSelection& selection = {}) {
-    file_.write("<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" "
-                "width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" + elements + "</svg>");
+    file_.write(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" "
+        "xmlns:inkscape=\"http://www.inkscape.org/namespaces/inkscape\" "
+        "width=\"100mm\" height=\"100mm\" viewBox=\"0 0 100 100\">" +
+        elements + "</svg>");
     const auto drawings = import_svg(file_.path(), 72, false, selection, file_.remarks());
     is_there_ = drawings.has_value();
     return drawings.value_or(std::vector<PlaneDrawing>());
@@ -45,7 +48,9 @@ class SvgDrawing : public ::testing::Test {
   std::array<double, 4> box(const std::string& elements) {
     std::array<double, 4> box{1e9, 1e9, -1e9, -1e9};
     for (const PlaneDrawing& drawing : read(elements))
-      for (const auto& [x, y] : drawing.points) box = {std::min(box[0], x), std::min(box[1], 100 - y), std::max(box[2], x), std::max(box[3], 100 - y)};
+      for (const auto& [x, y] : drawing.points)
+        box = {std::min(box[0], x), std::min(box[1], 100 - y), std::max(box[2], x),
+               std::max(box[3], 100 - y)};
     return box;
   }
   void expect_box(const std::string& elements, const std::array<double, 4>& expected) {
@@ -56,22 +61,29 @@ class SvgDrawing : public ::testing::Test {
 };
 
 std::string square(double size, const std::string& more = "") {
-  return "<rect width=\"" + std::to_string(size) + "\" height=\"" + std::to_string(size) + "\" " + more + "/>";
+  return "<rect width=\"" + std::to_string(size) + "\" height=\"" + std::to_string(size) + "\" " + more +
+         "/>";
 }
 
 TEST_F(SvgDrawing, WhatIsHiddenIsLeftOut) {
   const std::string shown = square(1);
-  for (const char* hides : {"display=\"none\"", "style=\"fill:red; display : none\"", "style=\"display:none !important\"", "visibility=\"hidden\"",
-                            "visibility=\"collapse\"", "style=\"visibility:hidden\""}) {
+  for (const char* hides :
+       {"display=\"none\"", "style=\"fill:red; display : none\"", "style=\"display:none !important\"",
+        "visibility=\"hidden\"", "visibility=\"collapse\"", "style=\"visibility:hidden\""}) {
     EXPECT_NEAR(area(shown + square(3, hides)), 1, 1e-9) << hides;
     EXPECT_NEAR(area(shown + "<g " + hides + "><g>" + square(3) + "</g></g>"), 1, 1e-9) << hides;
   }
-  EXPECT_NEAR(area("<g inkscape:groupmode=\"layer\" inkscape:label=\"a\" style=\"display:none\">" + square(3) + "</g>" + shown), 1, 1e-9);
+  EXPECT_NEAR(area("<g inkscape:groupmode=\"layer\" inkscape:label=\"a\" style=\"display:none\">" +
+                   square(3) + "</g>" + shown),
+              1, 1e-9);
   EXPECT_NEAR(area("<g style=\"display:inline\">" + square(3) + "</g>" + shown), 10, 1e-9);
   // A child of what is not displayed is not either; one of what is invisible may be visible.
   EXPECT_NEAR(area("<g display=\"none\">" + square(3, "display=\"inline\"") + "</g>" + shown), 1, 1e-9);
-  EXPECT_NEAR(area("<g visibility=\"hidden\">" + square(3) + square(2, "visibility=\"visible\"") + "</g>"), 4, 1e-9);
-  EXPECT_NEAR(area("<g visibility=\"hidden\"><g style=\"visibility:visible\">" + square(3, "visibility=\"inherit\"") + "</g></g>"), 9, 1e-9);
+  EXPECT_NEAR(area("<g visibility=\"hidden\">" + square(3) + square(2, "visibility=\"visible\"") + "</g>"), 4,
+              1e-9);
+  EXPECT_NEAR(area("<g visibility=\"hidden\"><g style=\"visibility:visible\">" +
+                   square(3, "visibility=\"inherit\"") + "</g></g>"),
+              9, 1e-9);
   // A style goes before an attribute.
   EXPECT_NEAR(area(square(3, "display=\"none\" style=\"display:block\"")), 9, 1e-9);
   EXPECT_TRUE(file_.warnings.empty());
@@ -93,7 +105,8 @@ TEST_F(SvgDrawing, VisibilityIsInherited) {
         if (display == 1) attributes += "display=\"inline\" ";
         if (visibility == 0) attributes += "style=\"visibility:hidden\" ";
         if (visibility == 1) attributes += "visibility=\"visible\" ";
-        const bool visible = visibility == 1 || (visibility != 0 && is_visible), displayed = is_displayed && display != 0;
+        const bool visible = visibility == 1 || (visibility != 0 && is_visible),
+                   displayed = is_displayed && display != 0;
         if (depth > 0 && random() % 2 == 0) {
           text += "<g " + attributes + ">";
           self(self, depth - 1, visible, displayed);
@@ -111,7 +124,9 @@ TEST_F(SvgDrawing, VisibilityIsInherited) {
 }
 
 TEST_F(SvgDrawing, StyleSheetsHide) {
-  const auto styled = [&](const std::string& sheet, const std::string& attributes) { return area("<style>" + sheet + "</style>" + square(3, attributes)); };
+  const auto styled = [&](const std::string& sheet, const std::string& attributes) {
+    return area("<style>" + sheet + "</style>" + square(3, attributes));
+  };
   EXPECT_EQ(styled(".a { fill: red; display: none }", "class=\"b a\""), 0);
   EXPECT_NEAR(styled(".a { display: none }", "class=\"aa\""), 9, 1e-9);
   EXPECT_EQ(styled("/* .a{} */ rect.a, #x { visibility: hidden; }", "class=\"a\""), 0);
@@ -119,25 +134,36 @@ TEST_F(SvgDrawing, StyleSheetsHide) {
   EXPECT_EQ(styled("rect { display: none }", ""), 0);
   EXPECT_EQ(styled("* { visibility: hidden }", ""), 0);
   EXPECT_NEAR(styled("circle.a { display: none }", "class=\"a\""), 9, 1e-9);
-  EXPECT_NEAR(styled("g .a { display: none }", "class=\"a\""), 9, 1e-9) << "no element around it is asked for";
+  EXPECT_NEAR(styled("g .a { display: none }", "class=\"a\""), 9, 1e-9)
+      << "no element around it is asked for";
   EXPECT_NEAR(styled("@media print { .a { display: none } } @import url(x); .b { }", "class=\"a\""), 9, 1e-9);
-  // The one that asks for more counts, then the later one; a style of its own goes before, what is important before that.
+  // The one that asks for more counts, then the later one; a style of its own goes before, what is important
+  // before that.
   EXPECT_NEAR(styled("rect.a { display: inline } .a { display: none }", "class=\"a\""), 9, 1e-9);
   EXPECT_EQ(styled(".a { display: inline } .b { display: none }", "class=\"b a\""), 0);
   EXPECT_NEAR(styled(".a { display: none }", "class=\"a\" style=\"display:inline\""), 9, 1e-9);
   EXPECT_EQ(styled(".a { display: none !important }", "class=\"a\" style=\"display:inline\""), 0);
-  EXPECT_NEAR(styled(".a { display: inline }", "class=\"a\" display=\"none\""), 9, 1e-9) << "a sheet goes before an attribute";
-  for (const char* odd : {"", "{", "}", "a{", ".a", ".a{display", "/*", ".{display:none}", "#{display:none}", "{display:none}", ",{display:none}", "@", "@a{{}", ";"})
+  EXPECT_NEAR(styled(".a { display: inline }", "class=\"a\" display=\"none\""), 9, 1e-9)
+      << "a sheet goes before an attribute";
+  for (const char* odd : {"", "{", "}", "a{", ".a", ".a{display", "/*", ".{display:none}", "#{display:none}",
+                          "{display:none}", ",{display:none}", "@", "@a{{}", ";"})
     EXPECT_NEAR(styled(odd, "class=\"a\""), 9, 1e-9) << odd;
-  EXPECT_NEAR(area("<style>.s{stroke-width:4;stroke-linecap:butt}</style><path class=\"s\" d=\"M10 10 L30 10\"/>"), 80, 1e-9) << "strokes, too";
+  EXPECT_NEAR(
+      area("<style>.s{stroke-width:4;stroke-linecap:butt}</style><path class=\"s\" d=\"M10 10 L30 10\"/>"),
+      80, 1e-9)
+      << "strokes, too";
 }
 
 TEST_F(SvgDrawing, WhatIsHiddenIsNotThereByNameEither) {
-  const std::string layer = "<g inkscape:groupmode=\"layer\" inkscape:label=\"cut\" id=\"c\" style=\"display:none\">" + square(3) + "</g>" + square(1);
+  const std::string layer =
+      "<g inkscape:groupmode=\"layer\" inkscape:label=\"cut\" id=\"c\" style=\"display:none\">" + square(3) +
+      "</g>" + square(1);
   EXPECT_EQ(area(layer, {"", "cut"}), 0);
   EXPECT_TRUE(is_there_);
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0], "this import is empty: the layer 'cut' is hidden in FILE; make it visible in the program that made the file");
+  EXPECT_EQ(file_.warnings[0],
+            "this import is empty: the layer 'cut' is hidden in FILE; make it visible in the program that "
+            "made the file");
   EXPECT_EQ(area(layer, {"nobody", ""}), 0);
   EXPECT_FALSE(is_there_);
 }
@@ -148,7 +174,8 @@ TEST_F(SvgDrawing, UsesAreFollowed) {
   expect_box(defined + "<use href=\"#a\" x=\"10\" y=\"20\"/>", {10, 20, 13, 23});
   expect_box(defined + "<use xlink:href=\"#a\" x=\"10\"/>", {10, 0, 13, 3});
   expect_box(defined + "<use href=\"#a\" x=\"10\" y=\"20\" transform=\"scale(2)\"/>", {20, 40, 26, 46});
-  expect_box("<defs><g id=\"b\" transform=\"translate(1,1)\"><use href=\"#a\" x=\"5\"/></g></defs>" + defined + "<g transform=\"scale(3)\"><use href=\"#b\" y=\"1\"/></g>",
+  expect_box("<defs><g id=\"b\" transform=\"translate(1,1)\"><use href=\"#a\" x=\"5\"/></g></defs>" +
+                 defined + "<g transform=\"scale(3)\"><use href=\"#b\" y=\"1\"/></g>",
              {18, 6, 27, 15});
   // What is drawn where it stands as well.
   EXPECT_NEAR(area(square(3, "id=\"a\"") + "<use href=\"#a\" x=\"10\"/>"), 18, 1e-9);
@@ -166,18 +193,29 @@ TEST_F(SvgDrawing, SymbolsHaveViewports) {
   const std::string box = "viewBox=\"0 0 10 10\"";
   EXPECT_EQ(area("<symbol id=\"s\">" + square(3) + "</symbol>"), 0);
   expect_box("<symbol id=\"s\">" + square(3) + "</symbol><use href=\"#s\" x=\"7\"/>", {7, 0, 10, 3});
-  expect_box("<symbol id=\"s\" " + box + ">" + square(10) + "</symbol><use href=\"#s\" x=\"7\" y=\"1\" width=\"20\" height=\"20\"/>", {7, 1, 27, 21});
-  expect_box("<symbol id=\"s\" " + box + ">" + square(10) + "</symbol><use href=\"#s\" width=\"20\" height=\"40\"/>", {0, 10, 20, 30});
-  expect_box("<symbol id=\"s\" " + box + " preserveAspectRatio=\"none\">" + square(10) + "</symbol><use href=\"#s\" width=\"20\" height=\"40\"/>", {0, 0, 20, 40});
+  expect_box("<symbol id=\"s\" " + box + ">" + square(10) +
+                 "</symbol><use href=\"#s\" x=\"7\" y=\"1\" width=\"20\" height=\"20\"/>",
+             {7, 1, 27, 21});
+  expect_box(
+      "<symbol id=\"s\" " + box + ">" + square(10) + "</symbol><use href=\"#s\" width=\"20\" height=\"40\"/>",
+      {0, 10, 20, 30});
+  expect_box("<symbol id=\"s\" " + box + " preserveAspectRatio=\"none\">" + square(10) +
+                 "</symbol><use href=\"#s\" width=\"20\" height=\"40\"/>",
+             {0, 0, 20, 40});
   expect_box("<symbol id=\"s\" " + box + ">" + square(10) + "</symbol><use href=\"#s\"/>", {0, 0, 100, 100});
-  expect_box("<symbol id=\"s\" " + box + ">" + square(10) + "</symbol><use href=\"#s\" width=\"50%\" height=\"50%\"/>", {0, 0, 50, 50});
-  expect_box("<defs><svg id=\"s\" viewBox=\"5 5 10 10\" width=\"30\" height=\"30\">" + square(10) + "</svg></defs><use href=\"#s\"/>", {-15, -15, 15, 15});
+  expect_box("<symbol id=\"s\" " + box + ">" + square(10) +
+                 "</symbol><use href=\"#s\" width=\"50%\" height=\"50%\"/>",
+             {0, 0, 50, 50});
+  expect_box("<defs><svg id=\"s\" viewBox=\"5 5 10 10\" width=\"30\" height=\"30\">" + square(10) +
+                 "</svg></defs><use href=\"#s\"/>",
+             {-15, -15, 15, 15});
 }
 
 TEST_F(SvgDrawing, UsesAreBounded) {
   const auto start = std::chrono::steady_clock::now();
   EXPECT_EQ(fault("<g id=\"a\"><use href=\"#a\"/></g>"), "import: FILE: a <use> of '#a' is in what it uses");
-  EXPECT_EQ(fault("<defs><g id=\"a\"><use href=\"#b\"/></g><g id=\"b\"><use href=\"#a\"/></g></defs><use href=\"#a\"/>"),
+  EXPECT_EQ(fault("<defs><g id=\"a\"><use href=\"#b\"/></g><g id=\"b\"><use href=\"#a\"/></g></defs><use "
+                  "href=\"#a\"/>"),
             "import: FILE: a <use> of '#a' is in what it uses");
   EXPECT_EQ(fault("<use id=\"a\" href=\"#a\"/>"), "import: FILE: a <use> of '#a' is in what it uses");
   std::string wide = "<defs>" + square(1, "id=\"w0\""), deep = "<defs>" + square(1, "id=\"d0\"");
@@ -186,9 +224,12 @@ TEST_F(SvgDrawing, UsesAreBounded) {
     for (int k = 0; k < 10; ++k) wide += "<use href=\"#w" + std::to_string(i - 1) + "\"/>";
     wide += "</g>";
   }
-  for (int i = 1; i < 3000; ++i) deep += "<use id=\"d" + std::to_string(i) + "\" href=\"#d" + std::to_string(i - 1) + "\"/>";
-  EXPECT_EQ(fault(wide + "</defs><use href=\"#w29\"/>"), "import: FILE: its <use> elements draw more than 1000000 elements");
-  EXPECT_EQ(fault(deep + "</defs><use href=\"#d2999\"/>"), "import: FILE: <use> elements use each other more than 100 deep");
+  for (int i = 1; i < 3000; ++i)
+    deep += "<use id=\"d" + std::to_string(i) + "\" href=\"#d" + std::to_string(i - 1) + "\"/>";
+  EXPECT_EQ(fault(wide + "</defs><use href=\"#w29\"/>"),
+            "import: FILE: its <use> elements draw more than 1000000 elements");
+  EXPECT_EQ(fault(deep + "</defs><use href=\"#d2999\"/>"),
+            "import: FILE: <use> elements use each other more than 100 deep");
   std::string transforms = "<g transform=\"";
   for (int i = 0; i < 300'000; ++i) transforms += "scale(1) ";
   EXPECT_EQ(fault(transforms + "\">" + square(1) + "</g>"), "");
@@ -196,32 +237,53 @@ TEST_F(SvgDrawing, UsesAreBounded) {
 }
 
 TEST_F(SvgDrawing, WhatDrawsNothingIsNotDrawn) {
-  for (const char* name : {"defs", "clipPath", "mask", "pattern", "marker", "symbol", "linearGradient", "metadata", "title", "filter"})
-    EXPECT_NEAR(area("<" + std::string(name) + ">" + square(3) + "</" + name + ">" + square(1)), 1, 1e-9) << name;
+  for (const char* name : {"defs", "clipPath", "mask", "pattern", "marker", "symbol", "linearGradient",
+                           "metadata", "title", "filter"})
+    EXPECT_NEAR(area("<" + std::string(name) + ">" + square(3) + "</" + name + ">" + square(1)), 1, 1e-9)
+        << name;
   EXPECT_TRUE(file_.warnings.empty());
-  EXPECT_NEAR(area("<inkscape:path-effect>" + square(3) + "</inkscape:path-effect><a>" + square(1) + "</a>"), 1, 1e-9);
-  EXPECT_NEAR(area("<switch><foreignObject requiredExtensions=\"x\"/><g>" + square(2) + "</g>" + square(9) + "</switch>"), 4, 1e-9) << "the first that can be";
+  EXPECT_NEAR(area("<inkscape:path-effect>" + square(3) + "</inkscape:path-effect><a>" + square(1) + "</a>"),
+              1, 1e-9);
+  EXPECT_NEAR(area("<switch><foreignObject requiredExtensions=\"x\"/><g>" + square(2) + "</g>" + square(9) +
+                   "</switch>"),
+              4, 1e-9)
+      << "the first that can be";
   EXPECT_TRUE(file_.warnings.empty());
 }
 
 TEST_F(SvgDrawing, WhatIsNotReadIsOneWarning) {
-  EXPECT_NEAR(area(square(1) + "<text>a<tspan>b</tspan></text><image/><text>c</text><flowRoot><flowRegion>" + square(9) + "</flowRegion></flowRoot>"), 1, 1e-9);
+  EXPECT_NEAR(area(square(1) + "<text>a<tspan>b</tspan></text><image/><text>c</text><flowRoot><flowRegion>" +
+                   square(9) + "</flowRegion></flowRoot>"),
+              1, 1e-9);
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0], "4 things in FILE are not read: 1 flowRoot, 1 image, 2 text. The result lacks them; convert them to paths in the program that "
-                               "made the file, or delete them there");
-  area("<text display=\"none\">a</text><g visibility=\"hidden\"><text>b</text></g><defs><text>c</text></defs>" + square(1));
+  EXPECT_EQ(file_.warnings[0],
+            "4 things in FILE are not read: 1 flowRoot, 1 image, 2 text. The result lacks them; convert them "
+            "to paths in the program that "
+            "made the file, or delete them there");
+  area(
+      "<text display=\"none\">a</text><g "
+      "visibility=\"hidden\"><text>b</text></g><defs><text>c</text></defs>" +
+      square(1));
   EXPECT_TRUE(file_.warnings.empty());
-  area("<defs><text id=\"t\">c</text></defs><use href=\"#t\"/><use href=\"#t\"/><use href=\"#x\"/><use href=\"y.svg#z\"/>");
+  area(
+      "<defs><text id=\"t\">c</text></defs><use href=\"#t\"/><use href=\"#t\"/><use href=\"#x\"/><use "
+      "href=\"y.svg#z\"/>");
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0].find("3 things in FILE are not read: 1 text, 1 use of an element that is not there, 1 use of another file. The result"), 0U)
+  EXPECT_EQ(file_.warnings[0].find("3 things in FILE are not read: 1 text, 1 use of an element that is not "
+                                   "there, 1 use of another file. The result"),
+            0U)
       << file_.warnings[0];
-  EXPECT_NEAR(area("<g clip-path=\"url(#c)\">" + square(2) + "</g>" + square(1, "style=\"mask:none\"")), 5, 1e-9);
+  EXPECT_NEAR(area("<g clip-path=\"url(#c)\">" + square(2) + "</g>" + square(1, "style=\"mask:none\"")), 5,
+              1e-9);
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 clip-path (nothing is cut off). The result lacks it; convert it to paths"), 0U)
+  EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 clip-path (nothing is cut off). The "
+                                   "result lacks it; convert it to paths"),
+            0U)
       << file_.warnings[0];
   area("<path d=\"M0 0L9 9\" style=\"marker-end:url(#m)\"/>");
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 marker of a line."), 0U) << file_.warnings[0];
+  EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 marker of a line."), 0U)
+      << file_.warnings[0];
 }
 
 /// Shares of the viewport as SVG 1.1 (7.10) has them: of its width, its height, or their quadratic mean.
@@ -230,13 +292,19 @@ TEST_F(SvgDrawing, PercentagesAreSharesOfTheViewport) {
   expect_box("<circle cx=\"50%\" cy=\"50%\" r=\"10%\"/>", {40, 40, 60, 60});
   expect_box("<g id=\"a\">" + square(1) + "</g><use href=\"#a\" x=\"30%\" y=\"40%\"/>", {0, 0, 31, 41});
   // In a symbol they are shares of its view box: half of 10 units there, 4 times as large here.
-  expect_box("<symbol id=\"s\" viewBox=\"0 0 10 20\" preserveAspectRatio=\"none\"><rect width=\"50%\" height=\"50%\"/></symbol>"
-             "<use href=\"#s\" width=\"40\" height=\"40%\"/>", {0, 0, 20, 20});
-  file_.write("<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"30mm\" height=\"40mm\" viewBox=\"0 0 30 40\"><circle r=\"10%\"/></svg>");
+  expect_box(
+      "<symbol id=\"s\" viewBox=\"0 0 10 20\" preserveAspectRatio=\"none\"><rect width=\"50%\" "
+      "height=\"50%\"/></symbol>"
+      "<use href=\"#s\" width=\"40\" height=\"40%\"/>",
+      {0, 0, 20, 20});
+  file_.write(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"30mm\" height=\"40mm\" viewBox=\"0 0 30 "
+      "40\"><circle r=\"10%\"/></svg>");
   const double radius = 0.1 * std::hypot(30.0, 40.0) / std::sqrt(2.0);
   const auto drawings = import_svg(file_.path(), 72, false, {}, file_.remarks());
   EXPECT_NEAR(area_of(drawings->at(0)), 20 * radius * radius * std::sin(2 * std::acos(-1.0) / 40), 1e-9);
-  EXPECT_NEAR(area("<polyline points=\"0,5 50,5\" style=\"stroke-width:2%;stroke-linecap:butt\"/>"), 100, 1e-3);
+  EXPECT_NEAR(area("<polyline points=\"0,5 50,5\" style=\"stroke-width:2%;stroke-linecap:butt\"/>"), 100,
+              1e-3);
   EXPECT_TRUE(file_.warnings.empty());
 }
 
@@ -245,7 +313,8 @@ TEST_F(SvgDrawing, LengthsAndPathsThatAreNotReadAreTold) {
   const auto told = [&](const std::string& elements, double drawn, const std::string& kind) {
     EXPECT_NEAR(area(elements + square(1)), 1 + drawn, 1e-9) << elements;
     ASSERT_EQ(file_.warnings.size(), 1U) << elements;
-    EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 " + kind + ". The result lacks it"), 0U) << file_.warnings[0];
+    EXPECT_EQ(file_.warnings[0].find("1 thing in FILE is not read: 1 " + kind + ". The result lacks it"), 0U)
+        << file_.warnings[0];
   };
   told("<rect width=\"2em\" height=\"3\"/>", 0, "rect with a length in 'em'");
   told("<rect x=\"wide\" width=\"2\" height=\"3\"/>", 0, "rect with a length that is none");
@@ -259,8 +328,11 @@ TEST_F(SvgDrawing, LengthsAndPathsThatAreNotReadAreTold) {
   told("<g id=\"a\"/><use href=\"#a\" x=\"2em\"/>", 0, "use with a length in 'em'");
   area("<polyline points=\"0,5 50,5\" stroke-width=\"1em\"/>");
   ASSERT_EQ(file_.warnings.size(), 1U);
-  EXPECT_NE(file_.warnings[0].find("1 polyline with a stroke-width that is not read (drawn 1 wide)."), std::string::npos) << file_.warnings[0];
-  for (const char* sound : {"<path d=\"M0 0H3V3z \n\"/>", "<path d=\"\"/>", "<path d=\"none\"/>", "<path/>", "<rect rx=\"auto\" width=\"1\" height=\"0\"/>",
+  EXPECT_NE(file_.warnings[0].find("1 polyline with a stroke-width that is not read (drawn 1 wide)."),
+            std::string::npos)
+      << file_.warnings[0];
+  for (const char* sound : {"<path d=\"M0 0H3V3z \n\"/>", "<path d=\"\"/>", "<path d=\"none\"/>", "<path/>",
+                            "<rect rx=\"auto\" width=\"1\" height=\"0\"/>",
                             "<polygon points=\" 0,0 2,0,2,2 \"/>", "<circle r=\"0\"/>"}) {
     area(sound);
     EXPECT_TRUE(file_.warnings.empty()) << sound << ": " << file_.warnings[0];
@@ -272,9 +344,15 @@ TEST_F(SvgDrawing, DamagedDrawingsAreErrorsOrDrawings) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
-  const std::string sound = "<style>.a{display:none}rect.b,#c{visibility:hidden}</style><defs><symbol id=\"s\" viewBox=\"0 0 9 9\">" + square(3, "class=\"a\"") +
-                            "</symbol><g id=\"g\"><use href=\"#s\" width=\"5\"/></g></defs><use href=\"#g\" x=\"1\" transform=\"rotate(30) scale(2)\"/>"
-                            "<path d=\"M1 1L5 1C6 2 7 3 5 5A2 2 0 0 1 3 5Z\"/><text>a</text><g clip-path=\"url(#c)\" style=\"display:inline\">" + square(1) + "</g>";
+  const std::string sound =
+      "<style>.a{display:none}rect.b,#c{visibility:hidden}</style><defs><symbol id=\"s\" viewBox=\"0 0 9 "
+      "9\">" +
+      square(3, "class=\"a\"") +
+      "</symbol><g id=\"g\"><use href=\"#s\" width=\"5\"/></g></defs><use href=\"#g\" x=\"1\" "
+      "transform=\"rotate(30) scale(2)\"/>"
+      "<path d=\"M1 1L5 1C6 2 7 3 5 5A2 2 0 0 1 3 5Z\"/><text>a</text><g clip-path=\"url(#c)\" "
+      "style=\"display:inline\">" +
+      square(1) + "</g>";
   ASSERT_EQ(fault(sound), "");
   int errors = 0;
   for (int round = 0; round < samples::rounds(2000); ++round) {
@@ -282,10 +360,17 @@ TEST_F(SvgDrawing, DamagedDrawingsAreErrorsOrDrawings) {
     for (int i = static_cast<int>(random() % 3); i >= 0; --i) {
       const std::size_t at = random() % damaged.size();
       switch (random() % 4) {
-        case 0: damaged[at] = static_cast<char>(random()); break;
-        case 1: damaged[at] = std::array{'0', '9', 'e', '-', '#', 's', 'g', ':', '{', '}'}[random() % 10]; break;
-        case 2: damaged.erase(at, 1 + random() % 3); break;
-        default: damaged.insert(at, std::array{"1e308", "-", "#g", "999999999", "%"}[random() % 5]);
+        case 0:
+          damaged[at] = static_cast<char>(random());
+          break;
+        case 1:
+          damaged[at] = std::array{'0', '9', 'e', '-', '#', 's', 'g', ':', '{', '}'}[random() % 10];
+          break;
+        case 2:
+          damaged.erase(at, 1 + random() % 3);
+          break;
+        default:
+          damaged.insert(at, std::array{"1e308", "-", "#g", "999999999", "%"}[random() % 5]);
       }
     }
     errors += fault(damaged).empty() ? 0 : 1;

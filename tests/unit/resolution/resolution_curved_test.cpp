@@ -29,7 +29,8 @@ EvaluateOptions to_tolerance(double tolerance, unsigned threads = 1) {
 }
 
 /// Closed, around the volume of the cells. @return the number of triangles.
-std::size_t expect_right(const Expression& e, double tolerance, unsigned depth = 0, double coincidence = 1e-9) {
+std::size_t expect_right(const Expression& e, double tolerance, unsigned depth = 0,
+                         double coincidence = 1e-9) {
   try {
     const Resolved r = resolved(e, to_tolerance(tolerance), depth, coincidence);
     EXPECT_TRUE(r.surface.is_closed());
@@ -56,15 +57,9 @@ Expression around_z(double c, double s, const Expression& e) {
   return model::transform(std::vector<double>{c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, e);
 }
 /// Through the middle of the origin.
-Expression tube(double r, double h) {
-  return moved(0, 0, -h / 2, model::round_cylinder(2, r, {h}));
-}
-Expression cube(double size) {
-  return model::cuboid({size, size, size}, true);
-}
-Expression ball(double r) {
-  return model::ball(3, r);
-}
+Expression tube(double r, double h) { return moved(0, 0, -h / 2, model::round_cylinder(2, r, {h})); }
+Expression cube(double size) { return model::cuboid({size, size, size}, true); }
+Expression ball(double r) { return model::ball(3, r); }
 
 /// x goes to an axis, y to another one, and each may be turned round.
 Expression turned_along_axes(Random& random, const Expression& e) {

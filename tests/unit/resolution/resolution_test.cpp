@@ -10,10 +10,10 @@
 #include <set>
 
 #include "dataflow/oracle.hpp"
-#include "surface/edge_chain.hpp"
-#include "surface/exact_points.hpp"
 #include "resolution/resolved.hpp"
 #include "support/rounds.hpp"
+#include "surface/edge_chain.hpp"
+#include "surface/exact_points.hpp"
 
 namespace bsp2::dataflow {
 namespace {
@@ -23,7 +23,8 @@ using geometry::Contact;
 using geometry::Skin;
 using geometry::TriangleSurface;
 
-Resolved resolve(const model::Expression& e, unsigned depth = 0, unsigned threads = 1, double coincidence = 1e-9) {
+Resolved resolve(const model::Expression& e, unsigned depth = 0, unsigned threads = 1,
+                 double coincidence = 1e-9) {
   EvaluateOptions options;
   options.threads = threads;
   return resolved(e, options, depth, coincidence);
@@ -36,7 +37,9 @@ double polygon_area(const CellBatch& batch, std::size_t cell, std::size_t facet)
   for (std::size_t i = 1; i + 1 < loop.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
-      const auto at = [&](std::size_t corner, std::size_t axis) { return p[3 * loop[corner] + axis] - p[3 * loop[0] + axis]; };
+      const auto at = [&](std::size_t corner, std::size_t axis) {
+        return p[3 * loop[corner] + axis] - p[3 * loop[0] + axis];
+      };
       sum[k] += at(i, l) * at(i + 1, m) - at(i, m) * at(i + 1, l);
     }
   return std::sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / 2;
@@ -52,12 +55,15 @@ void check_contacts(const Resolved& r) {
   for (std::uint64_t i = 0; i < cells.size(); ++i) {
     const auto& [batch, cell] = cells[i];
     for (std::uint32_t facet = batch->facet_offset[cell]; facet < batch->facet_offset[cell + 1]; ++facet)
-      facets += left[{i, static_cast<std::uint16_t>(facet - batch->facet_offset[cell])}] = polygon_area(*batch, cell, facet);
+      facets += left[{i, static_cast<std::uint16_t>(facet - batch->facet_offset[cell])}] =
+          polygon_area(*batch, cell, facet);
   }
   std::set<std::pair<std::uint64_t, std::uint64_t>> pairs;
   for (const Contact& contact : r.contacts) {
     ASSERT_NE(contact.cell[0], contact.cell[1]);
-    ASSERT_TRUE(pairs.emplace(std::min(contact.cell[0], contact.cell[1]), std::max(contact.cell[0], contact.cell[1])).second);
+    ASSERT_TRUE(
+        pairs.emplace(std::min(contact.cell[0], contact.cell[1]), std::max(contact.cell[0], contact.cell[1]))
+            .second);
     ASSERT_GE(contact.area, 0);
     touching += contact.area;
     for (std::size_t side = 0; side < 2; ++side) {
@@ -76,15 +82,19 @@ void check_contacts(const Resolved& r) {
   EXPECT_NEAR(facets - 2 * touching, r.surface.area(), 1e-9 * (1 + facets));
 }
 
-
-std::array<double, 3> minus(const std::array<double, 3>& a, const std::array<double, 3>& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+std::array<double, 3> minus(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
 std::array<double, 3> cross_product(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-double scalar(const std::array<double, 3>& a, const std::array<double, 3>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double scalar(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 double length(const std::array<double, 3>& a) { return std::sqrt(scalar(a, a)); }
 
-/// Closed; encloses the volume of the cells; each primitive shows as much area as its cells have that touch no other cell.
+/// Closed; encloses the volume of the cells; each primitive shows as much area as its cells have that touch
+/// no other cell.
 void check_surface(const Resolved& r) {
   const TriangleSurface& surface = r.surface;
   ASSERT_TRUE(surface.is_closed());
@@ -111,7 +121,8 @@ void check_surface(const Resolved& r) {
     area[surface.owner[i]] -= length(cross_product(minus(p[b], p[a]), minus(p[c], p[a]))) / 2;
   }
   EXPECT_EQ(used.size(), surface.points.size());
-  for (const auto& [primitive, rest] : area) EXPECT_NEAR(rest, 0, 1e-9 * radius * radius) << "primitive " << primitive;
+  for (const auto& [primitive, rest] : area)
+    EXPECT_NEAR(rest, 0, 1e-9 * radius * radius) << "primitive " << primitive;
 }
 
 /// No vertex lies inside an edge, no triangle is a line, and no two points are one: in integer arithmetic.
@@ -128,13 +139,16 @@ void check_round_surface(const TriangleSurface& surface) {
     }
   }
   EXPECT_EQ(std::set<IntegerPoint>(points.begin(), points.end()).size(), points.size());
-  const auto difference = [](const IntegerPoint& a, const IntegerPoint& b) { return IntegerPoint{a[0] - b[0], a[1] - b[1], a[2] - b[2]}; };
+  const auto difference = [](const IntegerPoint& a, const IntegerPoint& b) {
+    return IntegerPoint{a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  };
   const auto are_parallel = [](const IntegerPoint& a, const IntegerPoint& b) {
     return a[1] * b[2] == a[2] * b[1] && a[2] * b[0] == a[0] * b[2] && a[0] * b[1] == a[1] * b[0];
   };
   for (const auto& triangle : surface.triangles)
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto &a = points[triangle[k]], &b = points[triangle[(k + 1) % 3]], &c = points[triangle[(k + 2) % 3]];
+      const auto &a = points[triangle[k]], &b = points[triangle[(k + 1) % 3]],
+                 &c = points[triangle[(k + 2) % 3]];
       const IntegerPoint along = difference(b, a);
       ASSERT_FALSE(are_parallel(along, difference(c, a)));
       for (const auto& p : points) {
@@ -145,10 +159,13 @@ void check_round_surface(const TriangleSurface& surface) {
     }
 }
 
-/// How often the way from one point to another leaves the surface, less how often it enters it; nothing where it comes too close to an edge.
+/// How often the way from one point to another leaves the surface, less how often it enters it; nothing where
+/// it comes too close to an edge.
 std::optional<int> exits(const TriangleSurface& surface, const Point& from, const Point& to) {
   using Vector = std::array<Real, 3>;
-  const auto determinant = [](const Vector& a, const Vector& b, const Vector& c) { return dot(a, cross(b, c)); };
+  const auto determinant = [](const Vector& a, const Vector& b, const Vector& c) {
+    return dot(a, cross(b, c));
+  };
   const Vector way{to[0] - from[0], to[1] - from[1], to[2] - from[2]};
   const Real clear = 1e-11L * std::sqrt(dot(way, way));
   int count = 0;
@@ -165,8 +182,10 @@ std::optional<int> exits(const TriangleSurface& surface, const Point& from, cons
       left += turn > clear;
       right += turn < -clear;
     }
-    const Real start = determinant(before[0], before[1], before[2]), end = determinant(after[0], after[1], after[2]);
-    const bool passes = (left > 0 && right > 0) || (start > 1e-16L && end > 1e-16L) || (start < -1e-16L && end < -1e-16L);
+    const Real start = determinant(before[0], before[1], before[2]),
+               end = determinant(after[0], after[1], after[2]);
+    const bool passes =
+        (left > 0 && right > 0) || (start > 1e-16L && end > 1e-16L) || (start < -1e-16L && end < -1e-16L);
     if (passes) continue;
     if (left + right < 3 || std::fabs(start) < 1e-16L || std::fabs(end) < 1e-16L) return {};
     count += start > 0 ? 1 : -1;
@@ -174,21 +193,25 @@ std::optional<int> exits(const TriangleSurface& surface, const Point& from, cons
   return count;
 }
 
-/// A way through a triangle leaves the solid as often as the surface says. (Mostly once. Nearly coincident planes are all real if they are
-/// not taken for one: what is between them is thinner than any step.) The point is anywhere: through the middle, models on a grid may have
-/// an edge that only touches the triangle. The number of ways that could be told.
+/// A way through a triangle leaves the solid as often as the surface says. (Mostly once. Nearly coincident
+/// planes are all real if they are not taken for one: what is between them is thinner than any step.) The
+/// point is anywhere: through the middle, models on a grid may have an edge that only touches the triangle.
+/// The number of ways that could be told.
 std::size_t check_sides(const model::Expression& e, const TriangleSurface& surface, Random& random) {
   constexpr double step = 1e-5;
   std::size_t told = 0;
   for (int sample = 0; sample < 10 && !surface.triangles.empty(); ++sample) {
-    const auto& triangle = surface.triangles[static_cast<std::size_t>(pick(random, 0, static_cast<int>(surface.triangles.size()) - 1))];
-    const auto &a = surface.points[triangle[0]], &b = surface.points[triangle[1]], &c = surface.points[triangle[2]];
+    const auto& triangle = surface.triangles[static_cast<std::size_t>(
+        pick(random, 0, static_cast<int>(surface.triangles.size()) - 1))];
+    const auto &a = surface.points[triangle[0]], &b = surface.points[triangle[1]],
+               &c = surface.points[triangle[2]];
     const auto normal = cross_product(minus(b, a), minus(c, a));
     if (length(normal) < 1e-3) continue;
     const double to_b = uniform(random, 0.2, 0.4), to_c = uniform(random, 0.2, 0.4);
     Point inside, outside;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Real at = static_cast<Real>(a[k]) + to_b * (static_cast<Real>(b[k]) - a[k]) + to_c * (static_cast<Real>(c[k]) - a[k]),
+      const Real at = static_cast<Real>(a[k]) + to_b * (static_cast<Real>(b[k]) - a[k]) +
+                      to_c * (static_cast<Real>(c[k]) - a[k]),
                  out = step * normal[k] / length(normal);
       inside.push_back(at - out);
       outside.push_back(at + out);
@@ -205,7 +228,9 @@ std::size_t check_sides(const model::Expression& e, const TriangleSurface& surfa
 class RandomResolution : public testing::TestWithParam<Kind> {};
 
 INSTANTIATE_TEST_SUITE_P(Of, RandomResolution, testing::Values(Kind::grid_boxes, Kind::solids),
-                         [](const auto& parameter) { return parameter.param == Kind::grid_boxes ? "Boxes" : "Solids"; });
+                         [](const auto& parameter) {
+                           return parameter.param == Kind::grid_boxes ? "Boxes" : "Solids";
+                         });
 
 TEST_P(RandomResolution, ContactsAndBoundaryCoverAllFacets) {
   std::size_t told = 0;
@@ -238,8 +263,10 @@ TEST_P(RandomResolution, DividedEdgesHaveNoVertexInside) {
     geometry::ExactPoints exact(r.network.table);
     geometry::PointSet points;
     for (std::size_t i = 0; i < skin.vertices.size(); ++i)
-      points.add(geometry::canonical_vertex(r.network.table, skin.vertices[i]),
-                 std::span(skin.incident).subspan(skin.incident_offset[i], skin.incident_offset[i + 1] - skin.incident_offset[i]));
+      points.add(
+          geometry::canonical_vertex(r.network.table, skin.vertices[i]),
+          std::span(skin.incident)
+              .subspan(skin.incident_offset[i], skin.incident_offset[i + 1] - skin.incident_offset[i]));
     const auto map = exact.unify(points);
     for (auto& edge : skin.edges) {
       edge.from = map[edge.from];
@@ -256,7 +283,9 @@ TEST_P(RandomResolution, DividedEdgesHaveNoVertexInside) {
     };
     for (const auto& edge : skin.edges)
       for (const std::uint32_t point : ends) {
-        if (point == edge.from || point == edge.to || !is_on(point, skin.faces[edge.face].outward.id()) || !is_on(point, edge.across)) continue;
+        if (point == edge.from || point == edge.to || !is_on(point, skin.faces[edge.face].outward.id()) ||
+            !is_on(point, edge.across))
+          continue;
         ASSERT_FALSE(exact.is_between(points, edge.from, point, edge.to));
       }
     if (testing::Test::HasFailure()) return;
@@ -287,7 +316,8 @@ TEST_P(RandomResolution, BoundaryIsTheSameForAnyPartitionAndAnyThreads) {
 }
 
 model::Expression cube_at(double x, double y, double z, double size = 1) {
-  return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1}, model::cuboid({size, size, size}, false));
+  return model::transform(std::vector<double>{1, 0, 0, x, 0, 1, 0, y, 0, 0, 1, z, 0, 0, 0, 1},
+                          model::cuboid({size, size, size}, false));
 }
 
 struct Expected {
@@ -308,10 +338,12 @@ void expect_surface(const model::Expression& e, const Expected& expected) {
 
 TEST(Resolution, OfCubesThatTouch) {
   expect_surface(cube_at(0, 0, 0), {6, 8, 12, 0});
-  expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 1, 1)}), {12, 15, 24, 0});        // in a vertex
-  expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 1, 0)}), {12, 14, 24, 0});        // in an edge
-  expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 0, 0)}), {10, 12, 20, 1});        // in a face; two parts
-  expect_surface(model::unite({cube_at(0, 0, 0, 2), cube_at(2, 1, 1, 2)}), {46, 18, 32, 1});  // in a part of a face
+  expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 1, 1)}), {12, 15, 24, 0});  // in a vertex
+  expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 1, 0)}), {12, 14, 24, 0});  // in an edge
+  expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 0, 0)}),
+                 {10, 12, 20, 1});  // in a face; two parts
+  expect_surface(model::unite({cube_at(0, 0, 0, 2), cube_at(2, 1, 1, 2)}),
+                 {46, 18, 32, 1});  // in a part of a face
   // An edge of the small one lies on one of the large one: its ends are vertices of the large one too.
   const auto r = resolve(model::unite({cube_at(0, 0, 0, 3), cube_at(3, 3, 1)}));
   check_surface(r);
@@ -320,7 +352,8 @@ TEST(Resolution, OfCubesThatTouch) {
 }
 
 TEST(Resolution, OfASolidMinusItselfIsEmpty) {
-  const auto e = model::transform(std::vector<double>{0.8, -0.6, 0, 1, 0.6, 0.8, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1}, model::sphere(2, 12));
+  const auto e = model::transform(
+      std::vector<double>{0.8, -0.6, 0, 1, 0.6, 0.8, 0, 2, 0, 0, 1, 3, 0, 0, 0, 1}, model::sphere(2, 12));
   const auto r = resolve(model::subtract({e, e}));
   EXPECT_TRUE(r.surface.triangles.empty());
   EXPECT_TRUE(r.surface.is_closed());
@@ -328,13 +361,15 @@ TEST(Resolution, OfASolidMinusItselfIsEmpty) {
 }
 
 TEST(Resolution, OfNearlyCoincidentCubes) {
-  // Turned by so little that corners are closer than they can be rounded; without a tolerance every one is real.
+  // Turned by so little that corners are closer than they can be rounded; without a tolerance every one is
+  // real.
   for (const double angle : {1e-3, 1e-6, 1e-9, 1e-12, 1e-15}) {
     SCOPED_TRACE(angle);
     std::vector<model::Expression> cubes;
     for (int i = 0; i < 4; ++i) {
       const double c = std::cos(i * angle), s = std::sin(i * angle);
-      cubes.push_back(model::transform(std::vector<double>{c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::cuboid({2, 2, 2}, true)));
+      cubes.push_back(model::transform(std::vector<double>{c, -s, 0, 0, s, c, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+                                       model::cuboid({2, 2, 2}, true)));
     }
     for (const double coincidence : {0.0, 1e-9}) {
       const auto r = resolve(model::unite(cubes), 0, 1, coincidence);
@@ -351,7 +386,8 @@ model::Expression sponge(int level, double x, double y, double z) {
   std::vector<model::Expression> cubes;
   for (int i = 0; i < 27; ++i) {
     const int a = i % 3, b = i / 3 % 3, c = i / 9;
-    if ((a == 1) + (b == 1) + (c == 1) < 2) cubes.push_back(sponge(level - 1, x + a * size, y + b * size, z + c * size));
+    if ((a == 1) + (b == 1) + (c == 1) < 2)
+      cubes.push_back(sponge(level - 1, x + a * size, y + b * size, z + c * size));
   }
   return model::unite(cubes);
 }

@@ -19,7 +19,9 @@ using Vector = std::array<double, 3>;
 Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 double length(const Vector& a) { return std::sqrt(dot(a, a)); }
-Vector cross(const Vector& a, const Vector& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
+Vector cross(const Vector& a, const Vector& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
 
 double distance_to_segment(const Vector& p, const Vector& a, const Vector& b) {
   const Vector along = b - a, to = p - a;
@@ -30,7 +32,8 @@ double distance_to_segment(const Vector& p, const Vector& a, const Vector& b) {
 double distance_to_triangle(const Vector& p, const Vector& a, const Vector& b, const Vector& c) {
   const Vector normal = cross(b - a, c - a);
   const auto inside = [&](const Vector& u, const Vector& v) { return dot(cross(v - u, p - u), normal) >= 0; };
-  if (length(normal) > 0 && inside(a, b) && inside(b, c) && inside(c, a)) return std::fabs(dot(p - a, normal)) / length(normal);
+  if (length(normal) > 0 && inside(a, b) && inside(b, c) && inside(c, a))
+    return std::fabs(dot(p - a, normal)) / length(normal);
   return std::min({distance_to_segment(p, a, b), distance_to_segment(p, b, c), distance_to_segment(p, c, a)});
 }
 
@@ -61,7 +64,8 @@ void compare_with_the_boundary(const fs::path& model, unsigned seed) {
   for (int i = 15; i < 60; ++i)
     for (int axis = 0; axis < 3; ++axis) {
       const double room = 0.3 * (size.upper[axis] - size.lower[axis]);
-      options.points.push_back(std::uniform_real_distribution<double>(size.lower[axis] - room, size.upper[axis] + room)(random));
+      options.points.push_back(
+          std::uniform_real_distribution<double>(size.lower[axis] - room, size.upper[axis] + room)(random));
     }
   const RunResult result = run(options);
   ASSERT_EQ(result.answers.size(), 60U);
@@ -80,7 +84,8 @@ void compare_with_the_boundary(const fs::path& model, unsigned seed) {
           << p[0] << ' ' << p[1] << ' ' << p[2] << ", distance " << expected << ", angle " << angle;
     }
     EXPECT_NEAR(answer.distance, expected, 1e-9 * (1 + expected));
-    EXPECT_NEAR(length(Vector{answer.nearest[0], answer.nearest[1], answer.nearest[2]} - p), answer.distance, 1e-9 * (1 + expected));
+    EXPECT_NEAR(length(Vector{answer.nearest[0], answer.nearest[1], answer.nearest[2]} - p), answer.distance,
+                1e-9 * (1 + expected));
     EXPECT_EQ(answer.part, answer.label == geometry::Label::in ? 0 : geometry::no_part);
     EXPECT_TRUE(answer.primitive < 0 || answer.label == geometry::Label::in);
     inside += answer.label == geometry::Label::in ? 1 : 0;
@@ -101,11 +106,13 @@ TEST(Query, AgreesWithTheBoundaryOfARandomModel) {
   const samples::TemporaryFolder folder;
   const fs::path model = folder.path() / "model.csg";
   std::ofstream text(model);
-  const auto number = [&](double low, double high) { return std::to_string(std::uniform_real_distribution<double>(low, high)(random)); };
+  const auto number = [&](double low, double high) {
+    return std::to_string(std::uniform_real_distribution<double>(low, high)(random));
+  };
   for (int i = 0; i < 20; ++i) {
     const std::string c = number(0.2, 0.9), s = number(0.2, 0.9);  // turned and sheared
-    text << "multmatrix([[" << c << ",-" << s << ",0," << number(0, 5) << "],[" << s << "," << c << ",0.1," << number(0, 5) << "],[0,0,1,"
-         << number(0, 5) << "],[0,0,0,1]])"
+    text << "multmatrix([[" << c << ",-" << s << ",0," << number(0, 5) << "],[" << s << "," << c << ",0.1,"
+         << number(0, 5) << "],[0,0,1," << number(0, 5) << "],[0,0,0,1]])"
          << " difference() { cube(size=[2,1.5,1]); sphere($fn=7,r=" << number(0.5, 1.4) << "); }\n";
   }
   text.close();
@@ -120,15 +127,19 @@ TEST(Query, FuzzyCellsOnlyShortenDistances) {
   const RunReport size = run(options).report;
   std::mt19937 random(5);
   for (int i = 0; i < 200; ++i)
-    for (int axis = 0; axis < 3; ++axis) options.points.push_back(std::uniform_real_distribution<double>(size.lower[axis], size.upper[axis])(random));
+    for (int axis = 0; axis < 3; ++axis)
+      options.points.push_back(
+          std::uniform_real_distribution<double>(size.lower[axis], size.upper[axis])(random));
   const auto exact = run(options).answers;
   options.level = 14;
   const auto coarse = run(options).answers;
   int fuzzy = 0;
   for (std::size_t i = 0; i < exact.size(); ++i) {
     EXPECT_LE(coarse[i].distance, exact[i].distance * (1 + 1e-12));
-    if (coarse[i].label == geometry::Label::fuzzy) ++fuzzy;
-    else EXPECT_EQ(coarse[i].label, exact[i].label);
+    if (coarse[i].label == geometry::Label::fuzzy)
+      ++fuzzy;
+    else
+      EXPECT_EQ(coarse[i].label, exact[i].label);
   }
   EXPECT_GT(fuzzy, 0);
   EXPECT_LT(fuzzy, 200);
@@ -140,9 +151,11 @@ TEST(Colours, ReachThePrimitivesOfARun) {
   RunOptions options;
   options.model = folder.path() / "model.csg";
   options.collect_cells = true;
-  std::ofstream(options.model) << "color([1,0,0,1]) cube(size=[1,1,1]);\n"
-                                  "color([0,1,0,0.5]) group() { multmatrix([[1,0,0,2],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) color([0,0,1,1]) cube(size=[1,1,1]); }\n"
-                                  "multmatrix([[1,0,0,4],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) color([-1,-1,-1,1]) cube(size=[1,1,1]);\n";
+  std::ofstream(options.model)
+      << "color([1,0,0,1]) cube(size=[1,1,1]);\n"
+         "color([0,1,0,0.5]) group() { multmatrix([[1,0,0,2],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) "
+         "color([0,0,1,1]) cube(size=[1,1,1]); }\n"
+         "multmatrix([[1,0,0,4],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) color([-1,-1,-1,1]) cube(size=[1,1,1]);\n";
   const auto colours = run(options).colour_of_primitive;
   ASSERT_EQ(colours.size(), 3U);
   EXPECT_EQ(colours[0], (Rgba{255, 0, 0, 255}));

@@ -1,3 +1,5 @@
+#include "bsp2/supersteps/render/rendering.hpp"
+
 #include <cairo.h>
 #include <gtest/gtest.h>
 
@@ -6,7 +8,6 @@
 #include <cstring>
 
 #include "bsp2/geometry/support/error.hpp"
-#include "bsp2/supersteps/render/rendering.hpp"
 #include "support/sample_mesh.hpp"
 
 namespace bsp2::supersteps {
@@ -61,7 +62,8 @@ std::pair<SolidMesh, geometry::BspTree> box_of_cells(std::size_t cells) {
 TEST(Rendering, CutsInsideASolidAreNotSeen) {
   const auto [whole, leaf] = box_of_cells(1);
   const auto [cells, tree] = box_of_cells(500);
-  const Image expected = decode(render(whole, leaf, {.width = 300, .height = 300})), seen = decode(render(cells, tree, {.width = 300, .height = 300}));
+  const Image expected = decode(render(whole, leaf, {.width = 300, .height = 300})),
+              seen = decode(render(cells, tree, {.width = 300, .height = 300}));
   ASSERT_EQ(seen.width, 300);
   int different = 0;
   for (std::size_t i = 0; i < seen.pixels.size(); ++i) different += seen.pixels[i] != expected.pixels[i];
@@ -88,7 +90,8 @@ TEST(Rendering, DrawsThePlaneAndOnlyInCells) {
   batch->label[2] = geometry::Label::out;
   batch->primitive[1] = 1;
   SolidMesh mesh{2, {batch}};
-  const geometry::BspTree tree{2, 0, {{0, 1, ~3}, {1, ~1, ~2}}, {}, {-2, 0, 1, -2, 1, 0}};  // y = 2, below it x = 2
+  const geometry::BspTree tree{
+      2, 0, {{0, 1, ~3}, {1, ~1, ~2}}, {}, {-2, 0, 1, -2, 1, 0}};  // y = 2, below it x = 2
   const Image image = decode(render(mesh, tree, {.width = 100, .height = 100}));
   EXPECT_NE(image.at(25, 50), image.at(0, 0));
   EXPECT_NE(image.at(75, 50), image.at(25, 50));
@@ -107,14 +110,18 @@ RunResult two_cubes() {
   for (const std::uint32_t region : {0U, 1U}) {
     const double x = region;
     for (int corner = 0; corner < 8; ++corner)
-      batch->points.insert(batch->points.end(), {x + (corner & 1), static_cast<double>(corner >> 1 & 1), static_cast<double>(corner >> 2)});
-    for (const auto& facet : std::vector<std::vector<std::uint16_t>>{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}) {
+      batch->points.insert(batch->points.end(), {x + (corner & 1), static_cast<double>(corner >> 1 & 1),
+                                                 static_cast<double>(corner >> 2)});
+    for (const auto& facet : std::vector<std::vector<std::uint16_t>>{
+             {0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}) {
       batch->facet_vertices.insert(batch->facet_vertices.end(), facet.begin(), facet.end());
       batch->facet_vertex_offset.push_back(static_cast<std::uint32_t>(batch->facet_vertices.size()));
     }
     // The facet between them is on hyperplane 100, from both sides.
     const auto own = static_cast<std::int32_t>(10 * region);
-    batch->facet_hyperplane.insert(batch->facet_hyperplane.end(), {region == 1 ? ~100 : own, region == 0 ? 100 : own + 1, own + 2, own + 3, own + 4, own + 5});
+    batch->facet_hyperplane.insert(
+        batch->facet_hyperplane.end(),
+        {region == 1 ? ~100 : own, region == 0 ? 100 : own + 1, own + 2, own + 3, own + 4, own + 5});
     batch->point_offset.push_back(8 * (region + 1));
     batch->facet_offset.push_back(6 * (region + 1));
     batch->label.push_back(geometry::Label::in);

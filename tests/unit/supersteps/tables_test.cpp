@@ -15,7 +15,8 @@ std::uint64_t sum(const std::vector<NodeFigures>& nodes, std::uint64_t NodeFigur
   return total;
 }
 
-/// The nodes share the cells of the run; their boundaries are that of the solid and the interfaces, seen from both sides.
+/// The nodes share the cells of the run; their boundaries are that of the solid and the interfaces, seen from
+/// both sides.
 TEST(Tables, NodesShareTheCellsOfARun) {
   const samples::TemporaryFolder folder;
   RunOptions options;
@@ -44,8 +45,9 @@ TEST(Tables, NodesShareTheCellsOfARun) {
   EXPECT_EQ(measured[1].distribution_seconds.size(), 4U);
   EXPECT_GT(measured[1].distribution_seconds.front(), 0);
   EXPECT_EQ(report.in_cells, 8U);
-  EXPECT_EQ(sum(finest[0], &NodeFigures::facets), 8U * 5 + 1);  // a row of eight boxes: one side of each is covered, but for the last
-  EXPECT_EQ(sum(finest[3], &NodeFigures::facets), 8U * 6);      // a box a node
+  EXPECT_EQ(sum(finest[0], &NodeFigures::facets),
+            8U * 5 + 1);  // a row of eight boxes: one side of each is covered, but for the last
+  EXPECT_EQ(sum(finest[3], &NodeFigures::facets), 8U * 6);  // a box a node
   for (const NodeFigures& node : finest[3]) EXPECT_EQ(node.cells, 1U);
 }
 
@@ -59,7 +61,8 @@ TEST(Tables, EndForRoundSolids) {
   std::ofstream(options.model) << "ball(r = 1);";
   const auto measured = measure_tables(options, {1, 2}, {2U, std::nullopt});
   const RunReport report = run(options).report;
-  for (const auto& nodes : measured.at(1).nodes) EXPECT_EQ(sum(nodes, &NodeFigures::cells), report.in_cells + report.fuzzy_cells);
+  for (const auto& nodes : measured.at(1).nodes)
+    EXPECT_EQ(sum(nodes, &NodeFigures::cells), report.in_cells + report.fuzzy_cells);
   EXPECT_GT(report.fuzzy_cells, 1000U);
 }
 

@@ -4,8 +4,9 @@
 
 namespace bsp2::samples {
 
-/// How many rounds a test on random input makes: `usual`, a fifth of them under a sanitizer, which makes each many times slower and looks for
-/// what is wrong wherever the program comes along. BSP2_ROUNDS=n in the environment: n times as many.
+/// How many rounds a test on random input makes: `usual`, a fifth of them under a sanitizer, which makes each
+/// many times slower and looks for what is wrong wherever the program comes along. BSP2_ROUNDS=n in the
+/// environment: n times as many.
 inline int rounds(int usual) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   usual = (usual + 4) / 5;

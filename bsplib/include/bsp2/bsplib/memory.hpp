@@ -102,8 +102,8 @@ class Registered : public Distributed<T> {
 /// zero bytes.
 ///
 /// Construction is collective and takes effect at once. Where ranks share a node, hpput writes into this
-/// memory and hpget reads from it without a transfer. The memory lives until the sync after the destruction, also where the world
-/// ends before the array.
+/// memory and hpget reads from it without a transfer. The memory lives until the sync after the destruction,
+/// also where the world ends before the array.
 template <class T>
 class Array : public Distributed<T> {
   static_assert(alignof(T) <= World::memory_alignment);

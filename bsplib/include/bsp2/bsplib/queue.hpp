@@ -18,7 +18,8 @@
 namespace bsp2::bsplib {
 
 /// Types that can be messages: those whose bytes are their value, and objects that Boost.Serialization
-/// archives (also those of the first kind that have a public `serialize`). Pointers, references and arrays are refused, they would arrive as something else.
+/// archives (also those of the first kind that have a public `serialize`). Pointers, references and arrays
+/// are refused, they would arrive as something else.
 template <class T>
 concept Sendable = Travels<T> ||(std::is_class_v<T> && !std::is_const_v<T> && std::default_initializable<T> &&
                                  std::movable<T> && !detail::HoldsPointer<T>::value);
@@ -43,7 +44,9 @@ struct MustBeSendable {
 
 /// A class that says itself how it is archived: its bytes are not its value.
 template <class T>
-concept ArchivesItself = requires(T& value, boost::archive::binary_oarchive& archive) { value.serialize(archive, 0U); };
+concept ArchivesItself = requires(T& value, boost::archive::binary_oarchive& archive) {
+  value.serialize(archive, 0U);
+};
 template <class T>
 concept TravelsAsBytes = Travels<T> && !ArchivesItself<T>;
 
@@ -92,8 +95,8 @@ class Collectives;
 /// A queue of messages of one type. Messages sent in a superstep are there after its sync, and only until the
 /// next.
 ///
-/// Construction and destruction are collective. A queue can be moved, but not copied. Thread rule and errors: as
-/// World.
+/// Construction and destruction are collective. A queue can be moved, but not copied. Thread rule and errors:
+/// as World.
 template <class T>
 class Queue {
   static_assert(sizeof(detail::MustBeSendable<T>) > 0);

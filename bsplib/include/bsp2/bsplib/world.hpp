@@ -139,8 +139,8 @@ std::uint64_t type_hash() {
 
 class Engine;
 
-/// The runs of a world, for calls that may continue one: these return whether they did. They live as long as its
-/// engine.
+/// The runs of a world, for calls that may continue one: these return whether they did. They live as long as
+/// its engine.
 class Runs {
  public:
   Runs() = default;
@@ -255,8 +255,8 @@ class World {
   void pop_reg(const void* address);
   void pop_slot(Slot slot);
   /// New zeroed memory, registered at once, which ranks of the same node write without a transfer; it begins
-  /// at a multiple of `memory_alignment`. Collective. It is freed at the sync after its pop; what nobody popped,
-  /// when this object and all that belongs to the world are gone.
+  /// at a multiple of `memory_alignment`. Collective. It is freed at the sync after its pop; what nobody
+  /// popped, when this object and all that belongs to the world are gone.
   std::pair<Slot, std::byte*> allocate(std::size_t bytes);
   std::size_t size_of(Slot slot, int pid) const;  ///< bytes that a rank registered
   /// The newest registration of an address that is in effect. @throws Error if there is none.
@@ -318,8 +318,8 @@ class World {
   World(Alias, const World& other)
       : runs_(other.runs_), engine_(other.engine_), owns_(false), last_pid_(other.last_pid_) {}
   detail::Engine& engine() const;
-  /// For destructors: as pop_slot and close_queue, but does nothing in a world that is dead or over. In an open
-  /// superstep it counts for the next one.
+  /// For destructors: as pop_slot and close_queue, but does nothing in a world that is dead or over. In an
+  /// open superstep it counts for the next one.
   void give_back_slot(Slot slot) noexcept;
   void give_back_queue(std::uint32_t queue) noexcept;
   void declare_type(std::uint64_t hash);

@@ -7,13 +7,13 @@
 #include <numbers>
 
 #include "bsp2/dataflow/evaluate/localizer.hpp"
-#include "producers/round_producer.hpp"
-#include "producers/torus_producer.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/csg.hpp"
-#include "dataflow/oracle.hpp"
 #include "dataflow/intervals.hpp"
+#include "dataflow/oracle.hpp"
 #include "dataflow/producer_stream.hpp"
+#include "producers/round_producer.hpp"
+#include "producers/torus_producer.hpp"
 #include "support/rounds.hpp"
 
 namespace bsp2::dataflow {
@@ -25,7 +25,8 @@ double ball_volume(int d) { return std::pow(std::numbers::pi, d / 2.0) / std::tg
 
 /// At each level of the BSP tree the interval holds the truth, and lies in that of the level before.
 template <int D>
-void check_levels(const model::Expression& e, double truth, std::initializer_list<unsigned> levels, double last_share = 1) {
+void check_levels(const model::Expression& e, double truth, std::initializer_list<unsigned> levels,
+                  double last_share = 1) {
   SCOPED_TRACE(testing::Message() << "D=" << D);
   Interval last{0, 1e300, 0};
   for (const unsigned level : levels) {
@@ -51,7 +52,8 @@ TEST(Curved, BallsOfAnyDimensionLieInTheirIntervals) {
 /// The promise of docs/curved.md: at level l of the fan, layers are 1 - 1 / sqrt(1 + (d - 1) / 4^l) thick.
 double layer(int d, int level) { return 1 - 1 / std::sqrt(1 + (d - 1) * std::pow(0.25, level)); }
 
-/// @param part of the unit ball: one of so many that are alike. @param factor by which its layer gets thinner with each level, at least.
+/// @param part of the unit ball: one of so many that are alike. @param factor by which its layer gets thinner
+/// with each level, at least.
 template <int D>
 void check_rate_of(const model::Expression& part, double parts, int first, int last, double factor) {
   SCOPED_TRACE(testing::Message() << "D=" << D);
@@ -62,7 +64,9 @@ void check_rate_of(const model::Expression& part, double parts, int first, int l
     const Interval now = volume_interval<D>(part, thinner_than(thickness * 1.0001));
     expect_contains(now, ball_volume(D) / parts);
     EXPECT_LE(now.fuzzy * parts, surface * thickness * std::pow(1 + thickness, D)) << "level " << level;
-    if (level > first) { EXPECT_LT(now.fuzzy, before * factor) << "level " << level; }
+    if (level > first) {
+      EXPECT_LT(now.fuzzy, before * factor) << "level " << level;
+    }
     before = now.fuzzy;
   }
 }
@@ -78,13 +82,15 @@ TEST(Curved, TheFuzzyLayerShrinksFourfoldALevel) {
   check_rate<4>(1, 2);
 }
 
-/// x1 >= x2 >= ... >= xD >= 0, as a simplex far larger than the ball. Images of it under signs and permutations of the axes fill
-/// the space 2^D D! times over, and map the ball to itself: each holds the same share of it.
+/// x1 >= x2 >= ... >= xD >= 0, as a simplex far larger than the ball. Images of it under signs and
+/// permutations of the axes fill the space 2^D D! times over, and map the ball to itself: each holds the same
+/// share of it.
 template <int D>
 model::Expression chamber() {
   std::vector<double> matrix((D + 1) * (D + 1), 0.0);
   for (int row = 0; row < D; ++row)
-    for (int column = row; column < D; ++column) matrix[static_cast<std::size_t>(row * (D + 1) + column)] = 16;
+    for (int column = row; column < D; ++column)
+      matrix[static_cast<std::size_t>(row * (D + 1) + column)] = 16;
   matrix.back() = 1;
   return model::transform(matrix, model::simplex(D, 1));
 }
@@ -92,7 +98,8 @@ model::Expression chamber() {
 /// In one of the chambers, where few cells of many levels are.
 template <int D>
 void check_rate_in_chamber(int first, int last) {
-  check_rate_of<D>(model::intersect({model::ball(D, 1), chamber<D>()}), std::pow(2, D) * std::tgamma(D + 1), first, last, 0.32);
+  check_rate_of<D>(model::intersect({model::ball(D, 1), chamber<D>()}), std::pow(2, D) * std::tgamma(D + 1),
+                   first, last, 0.32);
 }
 
 TEST(Curved, TheFuzzyLayerShrinksFourfoldALevelInChambers) {
@@ -154,14 +161,17 @@ TEST(Curved, EllipsoidsAreEnclosedToo) {
   }
 }
 
-/// A small, flat, far one: coordinates lose up to 10 of 16 digits there, so tests in doubles cannot tell, exact ones do.
+/// A small, flat, far one: coordinates lose up to 10 of 16 digits there, so tests in doubles cannot tell,
+/// exact ones do.
 TEST(Curved, SmallBallsFarAwayAreEnclosedToo) {
   for (const double size : {1e-3, 1e-6, 1e-8}) {
     SCOPED_TRACE(size);
-    const std::vector<double> matrix{size, 0, 0, 1000, 0, size, 0, -700, 0, 0.3 * size, size / 16, 300, 0, 0, 0, 1};
+    const std::vector<double> matrix{size, 0,          0,         1000, 0, size, 0, -700,
+                                     0,    0.3 * size, size / 16, 300,  0, 0,    0, 1};
     const double truth = ball_volume(3) * size * size * size / 16;
     const Interval far = volume_interval<3>(model::transform(matrix, model::ball(3, 1)), down_to(16));
-    EXPECT_LE(far.in, truth * (1 + 1e-9 / size * 1e-3));  // the volumes of the cells are rounded at this distance
+    EXPECT_LE(far.in,
+              truth * (1 + 1e-9 / size * 1e-3));  // the volumes of the cells are rounded at this distance
     EXPECT_GE(far.high(), truth * (1 - 1e-9 / size * 1e-3));
     EXPECT_GT(far.in, 0.3 * truth);
     EXPECT_LT(far.fuzzy, truth);
@@ -185,8 +195,11 @@ TEST(Curved, ToriLieInTheirIntervalsByPappus) {
   }
   Random random(new_seed());
   const auto matrix = free_matrix(random, 3, 5);
-  expect_contains(volume_interval<3>(model::transform(matrix, model::torus(2, 1)), thinner_than(0.1)), 4 * pi * pi * determinant(matrix, 3));
-  expect_contains(volume_interval<3>(model::subtract({model::torus(2, 1), model::cuboid({3, 3, 1})}), thinner_than(0.05)), 4 * pi * pi * 7 / 8);
+  expect_contains(volume_interval<3>(model::transform(matrix, model::torus(2, 1)), thinner_than(0.1)),
+                  4 * pi * pi * determinant(matrix, 3));
+  expect_contains(
+      volume_interval<3>(model::subtract({model::torus(2, 1), model::cuboid({3, 3, 1})}), thinner_than(0.05)),
+      4 * pi * pi * 7 / 8);
 }
 
 /// Second moments about the origin: of the ball r^(d+2) V_d / (d + 2), moved by a vector m: plus m_i m_j V_d.
@@ -202,11 +215,12 @@ TEST(Curved, MomentsLieInTheirIntervals) {
     double widest = 0;
     for (int i = 0; i <= 3; ++i)
       for (int j = i; j <= 3; ++j) {
-        const double truth =
-            (i == 0 ? 1 : m[static_cast<std::size_t>(i - 1)]) * (j == 0 ? 1 : m[static_cast<std::size_t>(j - 1)]) * volume +
-            (i == j && i > 0 ? volume / 5 : 0);
+        const double truth = (i == 0 ? 1 : m[static_cast<std::size_t>(i - 1)]) *
+                                 (j == 0 ? 1 : m[static_cast<std::size_t>(j - 1)]) * volume +
+                             (i == j && i > 0 ? volume / 5 : 0);
         const auto at = static_cast<std::size_t>(geometry::Moments<3>::index(i, j));
-        const double least = in.integral[at] + below.integral[at], most = in.integral[at] + fuzzy.integral[at] - below.integral[at];
+        const double least = in.integral[at] + below.integral[at],
+                     most = in.integral[at] + fuzzy.integral[at] - below.integral[at];
         EXPECT_LE(least, truth + 1e-12) << i << j;
         EXPECT_GE(most, truth - 1e-12) << i << j;
         widest = std::max(widest, most - least);
@@ -226,23 +240,28 @@ TEST(Curved, BooleansWithPolyhedraKeepTheInterval) {
     expect_contains(volume_interval<3>(model::subtract({ball, octant}), down_to(level)), 7 * eighth);
     expect_contains(volume_interval<3>(model::subtract({octant, ball}), down_to(level)), 125 - eighth);
     expect_contains(volume_interval<3>(model::unite({octant, ball}), down_to(level)), 125 + 7 * eighth);
-    expect_contains(volume_interval<3>(model::symmetric_difference({octant, ball}), down_to(level)), 125 + 6 * eighth);
+    expect_contains(volume_interval<3>(model::symmetric_difference({octant, ball}), down_to(level)),
+                    125 + 6 * eighth);
   }
   for (const double tolerance : {0.3, 0.1, 0.03}) {  // thin cells that a polyhedron and a round solid share
     expect_contains(volume_interval<3>(model::intersect({ball, octant}), thinner_than(tolerance)), eighth);
     expect_contains(volume_interval<3>(model::subtract({ball, octant}), thinner_than(tolerance)), 7 * eighth);
-    expect_contains(volume_interval<3>(model::unite({octant, ball}), thinner_than(tolerance)), 125 + 7 * eighth);
+    expect_contains(volume_interval<3>(model::unite({octant, ball}), thinner_than(tolerance)),
+                    125 + 7 * eighth);
   }
   Random random(new_seed());
-  for (int round = 0; round < samples::rounds(5); ++round) {  // in truth half the ball each, whatever the plane
+  for (int round = 0; round < samples::rounds(5);
+       ++round) {  // in truth half the ball each, whatever the plane
     auto turn = free_matrix(random, 3, 0);
     const auto half = model::transform(
-        turn, model::transform(std::vector<double>{20, 0, 0, 0, 0, 20, 0, -10, 0, 0, 20, -10, 0, 0, 0, 1}, model::cuboid({1, 1, 1})));
+        turn, model::transform(std::vector<double>{20, 0, 0, 0, 0, 20, 0, -10, 0, 0, 20, -10, 0, 0, 0, 1},
+                               model::cuboid({1, 1, 1})));
     expect_contains(volume_interval<3>(model::intersect({ball, half}), thinner_than(0.1)), 4 * eighth);
     expect_contains(volume_interval<3>(model::subtract({ball, half}), thinner_than(0.1)), 4 * eighth);
   }
   // Steinmetz: two cylinders across each other.
-  const std::vector<double> upright{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2, 0, 0, 0, 1}, lying{0, 0, 1, -2, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 0, 1};
+  const std::vector<double> upright{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, -2, 0, 0, 0, 1},
+      lying{0, 0, 1, -2, 0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 0, 1};
   const auto rod = model::round_cylinder(2, 1, {4});
   const auto a = model::transform(upright, rod), b = model::transform(lying, rod);
   for (const double tolerance : {0.1, 0.01}) {
@@ -255,8 +274,10 @@ TEST(Curved, BooleansWithPolyhedraKeepTheInterval) {
 
 /// What ends by itself is decided to its end, however thin the cells are.
 TEST(Curved, ToleranceLeavesNoPolyhedronUndecided) {
-  const auto apart = model::unite(
-      {model::ball(3, 1), model::transform(std::vector<double>{1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, model::sphere(1, 24))});
+  const auto apart =
+      model::unite({model::ball(3, 1),
+                    model::transform(std::vector<double>{1, 0, 0, 3, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+                                     model::sphere(1, 24))});
   const Network<3> network = compile<3>(apart, {});
   const auto result = evaluate_all(network, 0, thinner_than(0.5));
   for (const auto& refinement : result.refinements)
@@ -271,7 +292,8 @@ TEST(Curved, CellsDoNotDependOnThreadsAndOrder) {
   const std::uint64_t seed = new_seed();
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
-  const auto solid = model::subtract({model::transform(free_matrix(random, 3, 1), model::ball(3, 2)), model::cuboid({1, 2, 3}), model::cone(3, 1, 0)});
+  const auto solid = model::subtract({model::transform(free_matrix(random, 3, 1), model::ball(3, 2)),
+                                      model::cuboid({1, 2, 3}), model::cone(3, 1, 0)});
   expect_same_digest<3>(solid, down_to(12), 0);
   expect_same_digest<3>(solid, down_to(14), 3);
   expect_same_digest<3>(solid, thinner_than(0.05), 2);
@@ -283,7 +305,9 @@ template <int D>
 void check_stream(const model::Expression& e, unsigned deepest, Random& random) {
   const Network<D> network = compile<D>(e, {});
   if constexpr (D == 3)
-    if (!network.tori.empty()) return check_stream_of<D>(network, TorusProducer(network, network.producers[0]), deepest, truth_of(e), random);
+    if (!network.tori.empty())
+      return check_stream_of<D>(network, TorusProducer(network, network.producers[0]), deepest, truth_of(e),
+                                random);
   ASSERT_EQ(network.rounds.size(), 1U);
   check_stream_of<D>(network, RoundProducer<D>(network, network.producers[0]), deepest, truth_of(e), random);
 }
@@ -311,7 +335,9 @@ TEST(RoundProducer, EmitsAStreamOfRefinements) {
 
 TEST(Curved, CsgIsReadRoundOnDemand) {
   const double pi = std::numbers::pi;
-  const auto read = [](const char* text) { return model::parse_csg(text, "test.csg", {.curved = true}).expression; };
+  const auto read = [](const char* text) {
+    return model::parse_csg(text, "test.csg", {.curved = true}).expression;
+  };
   const auto check = [&](const char* text, double truth, double tolerance) {
     SCOPED_TRACE(text);
     const Interval now = volume_interval<3>(read(text), thinner_than(tolerance));

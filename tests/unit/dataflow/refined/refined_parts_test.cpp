@@ -1,4 +1,5 @@
-// What hulls, sums and shadows make of splines, subdivision surfaces, and prisms and sections of what is curved.
+// What hulls, sums and shadows make of splines, subdivision surfaces, and prisms and sections of what is
+// curved.
 
 #include "bsp2/geometry/support/error.hpp"
 #include "dataflow/refined/spline_samples.hpp"
@@ -27,16 +28,22 @@ TEST_F(RefinedParts, ConstructsOfADiskHaveTheAreasOfTheirFormulas) {
   const Expression square = model::cuboid({1, 1}, true);
   expect_narrow(interval_of<2>(model::minkowski(disk(), square)), pi + 4 + 1, 0.1);
   expect_narrow(interval_of<2>(model::construct(
-                    model::Hull{}, {model::unite({disk(), model::transform(std::vector<double>{1, 0, 2, 0, 1, 0, 0, 0, 1}, disk())})})),
+                    model::Hull{},
+                    {model::unite({disk(), model::transform(std::vector<double>{1, 0, 2, 0, 1, 0, 0, 0, 1},
+                                                            disk())})})),
                 pi + 4, 0.1);
   expect_narrow(interval_of<2>(model::sweep(disk(), {{0, 0}, {2, 0}})), pi + 4, 0.1);
   expect_narrow(interval_of<2>(model::grow(disk(), 0.5)), pi + 4 + 1, 0.1);
   // The square without a disk: complements exchange the sides.
   const Expression frame = model::subtract({model::cuboid({4, 4}, true), disk()});
-  const double common = 2 * (std::asin(std::sqrt(15.0) / 4) - std::asin(0.25)) - std::sqrt(15.0) / 4 + 0.25;  // of unit disks around (+-1/4, +-1/4)
-  expect_narrow(interval_of<2>(model::minkowski(frame, model::cuboid({0.5, 0.5}, true))), 4.5 * 4.5 - common, 0.1);
+  const double common = 2 * (std::asin(std::sqrt(15.0) / 4) - std::asin(0.25)) - std::sqrt(15.0) / 4 +
+                        0.25;  // of unit disks around (+-1/4, +-1/4)
+  expect_narrow(interval_of<2>(model::minkowski(frame, model::cuboid({0.5, 0.5}, true))), 4.5 * 4.5 - common,
+                0.1);
   expect_narrow(interval_of<2>(model::grow(disk(), -0.25)), common, 0.1);
-  expect_narrow(interval_of<2>(model::construct(model::Hull{}, {model::symmetric_difference({disk(), model::cuboid({1, 1}, true)})})), pi, 0.1);
+  expect_narrow(interval_of<2>(model::construct(
+                    model::Hull{}, {model::symmetric_difference({disk(), model::cuboid({1, 1}, true)})})),
+                pi, 0.1);
 }
 
 TEST_F(RefinedParts, ConstructsInSpaceHaveTheVolumesOfTheirFormulas) {
@@ -46,7 +53,8 @@ TEST_F(RefinedParts, ConstructsInSpaceHaveTheVolumesOfTheirFormulas) {
   const Expression prism = model::extrude(disk(), {1});  // is its own hull
   expect_narrow(interval_of<3>(model::construct(model::Hull{}, {prism})), pi, 0.6);
   // A slice of a torus is a ring between radii 1 and 3; its hull fills the hole.
-  expect_narrow(interval_of<2>(model::construct(model::Hull{}, {model::section(model::torus(2, 1), 2, 0)})), 9 * pi, 0.1);
+  expect_narrow(interval_of<2>(model::construct(model::Hull{}, {model::section(model::torus(2, 1), 2, 0)})),
+                9 * pi, 0.1);
 }
 
 /// Their cells have many corners on common hyperplanes, in rounded coordinates.
@@ -67,7 +75,8 @@ TEST_F(RefinedParts, SumsOfThinSetsHoldTheSumsOfTheirPoints) {
     options.record_tree = true;
     auto [evaluation, refinements] = evaluate_all(network, 0, options);
     std::vector<Label> labels;
-    for (const auto& refinement : refinements) labels.insert(labels.end(), refinement->cells.label.begin(), refinement->cells.label.end());
+    for (const auto& refinement : refinements)
+      labels.insert(labels.end(), refinement->cells.label.begin(), refinement->cells.label.end());
     evaluation.tree.root = evaluation.region_roots[0];
     const geometry::PointQuery<2> query(network.table, evaluation.tree, labels);
     EXPECT_EQ(evaluation.totals.in_cells, 0U);
@@ -81,7 +90,8 @@ TEST_F(RefinedParts, SumsOfThinSetsHoldTheSumsOfTheirPoints) {
 
 /// An L is not convex: its IN cells are several, and nothing is between them.
 TEST_F(RefinedParts, AreShrunkAsAWhole) {
-  const Piece outline{{1}, {{0, 0, 1, 2, 3, 4, 5, 6, 6}}, {0, 0, 1, 2, 0, 1, 2, 1, 1, 1, 1, 1, 1, 2, 1, 0, 2, 1, 0, 0, 1}};
+  const Piece outline{
+      {1}, {{0, 0, 1, 2, 3, 4, 5, 6, 6}}, {0, 0, 1, 2, 0, 1, 2, 1, 1, 1, 1, 1, 1, 2, 1, 0, 2, 1, 0, 0, 1}};
   expect_narrow(interval_of<2>(model::grow(model::spline(2, {outline}), -0.25)), 1.25, 0.2);
 }
 
@@ -90,7 +100,9 @@ TEST_F(RefinedParts, SumsOfTooManyCellsAreRefused) {
   EXPECT_THROW(static_cast<void>(compile<3>(model::minkowski(sphere, sphere), {})), Error);
 }
 
-TEST_F(RefinedParts, AreTheSameInEveryRun) { expect_same_digest<2>(model::minkowski(disk(), model::cuboid({1, 1})), {}, 0); }
+TEST_F(RefinedParts, AreTheSameInEveryRun) {
+  expect_same_digest<2>(model::minkowski(disk(), model::cuboid({1, 1})), {}, 0);
+}
 
 TEST_F(RefinedParts, AreNoCornersForConstructsThatAreNotMonotone) {
   const auto compiled = [](const Expression& e) { static_cast<void>(compile<2>(e, {})); };

@@ -1,5 +1,7 @@
 // The producer of splines alone: streams that refine, of random curves, surfaces and solids.
 
+#include "producers/spline_producer.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include <limits>
 #include <vector>
 
-#include "producers/spline_producer.hpp"
 #include "dataflow/producer_stream.hpp"
 #include "dataflow/refined/spline_samples.hpp"
 #include "support/rounds.hpp"
@@ -22,10 +23,12 @@ using Truth = std::function<Where(const Point&)>;
 const Truth nowhere = [](const Point&) { return Where{false, false}; };
 
 template <int D>
-void check_stream(const Expression& e, unsigned deepest, const Truth& truth, Random& random, std::vector<std::array<double, D>> on_surface = {}) {
+void check_stream(const Expression& e, unsigned deepest, const Truth& truth, Random& random,
+                  std::vector<std::array<double, D>> on_surface = {}) {
   const Network<D> network = compile<D>(e, {});
   ASSERT_EQ(network.splines.size(), 1U);
-  check_stream_of<D>(network, SplineProducer<D>(network, network.producers[0]), deepest, truth, random, false, std::move(on_surface));
+  check_stream_of<D>(network, SplineProducer<D>(network, network.producers[0]), deepest, truth, random, false,
+                     std::move(on_surface));
 }
 
 TEST_F(SplineProducers, EmitAStreamOfRefinementsOfRoundSolids) {
@@ -34,11 +37,14 @@ TEST_F(SplineProducers, EmitAStreamOfRefinementsOfRoundSolids) {
     for (const Real c : x) square += c * c;
     return Where{square < 1, std::fabs(square - 1) < 1e-12L};
   };
-  check_stream<2>(model::spline(2, {nurbs_circle(1)}), 14, of_ball, random, points_of<2>(nurbs_circle(1), 2000, random));
-  check_stream<3>(model::spline(3, {nurbs_sphere(1)}), 12, of_ball, random, points_of<3>(nurbs_sphere(1), 2000, random));
+  check_stream<2>(model::spline(2, {nurbs_circle(1)}), 14, of_ball, random,
+                  points_of<2>(nurbs_circle(1), 2000, random));
+  check_stream<3>(model::spline(3, {nurbs_sphere(1)}), 12, of_ball, random,
+                  points_of<3>(nurbs_sphere(1), 2000, random));
 }
 
-/// Of fewer parameters than a boundary has, of as many but open, and in more dimensions than have an inside: nothing is IN.
+/// Of fewer parameters than a boundary has, of as many but open, and in more dimensions than have an inside:
+/// nothing is IN.
 template <int D>
 void check_thin_streams(Random& random, std::size_t parameters, int rounds, unsigned deepest) {
   for (int round = 0; round < rounds; ++round) {
@@ -49,7 +55,8 @@ void check_thin_streams(Random& random, std::size_t parameters, int rounds, unsi
       counts.push_back(degrees[j] + static_cast<std::size_t>(pick(random, 1, parameters < 3 ? 4 : 2)));
     }
     const bool rational = chance(random, 0.5);
-    const Piece piece = chance(random, 0.5) ? random_piece<D>(random, degrees, counts, rational) : waved_piece<D>(random, degrees, counts, rational);
+    const Piece piece = chance(random, 0.5) ? random_piece<D>(random, degrees, counts, rational)
+                                            : waved_piece<D>(random, degrees, counts, rational);
     SCOPED_TRACE(testing::Message() << "D=" << D << ", " << parameters << " parameters, round " << round);
     check_stream<D>(model::spline(D, {piece}), deepest, nowhere, random, points_of<D>(piece, 2000, random));
   }
@@ -71,14 +78,16 @@ TEST_F(SplineProducers, EmitStreamsOfRefinementsOfThickSplinesInFourDimensions) 
   check_thin_streams<4>(random, 4, 3, 9);
 }
 
-// --- solids: the winding number of a polygon or polyhedron between points of the faces is an oracle at some distance from them ---------------------------
+// --- solids: the winding number of a polygon or polyhedron between points of the faces is an oracle at some
+// distance from them ---------------------------
 
 /// The faces of the domain at (n + 1)^(D-1) parameters each, index by index; the last parameter runs fastest.
 template <int D>
 std::vector<std::array<double, D>> face_of(const Piece& piece, std::size_t axis, bool at_end, int n) {
   std::vector<std::array<double, D>> points;
   const auto end = [&](std::size_t j, double share) {
-    const double low = piece.knots[j][piece.degrees[j]], high = piece.knots[j][piece.knots[j].size() - piece.degrees[j] - 1];
+    const double low = piece.knots[j][piece.degrees[j]],
+                 high = piece.knots[j][piece.knots[j].size() - piece.degrees[j] - 1];
     return share >= 1 ? high : low + share * (high - low);
   };
   const int count = D == 2 ? n + 1 : (n + 1) * (n + 1);
@@ -98,15 +107,18 @@ double angle(const std::array<double, 2>& x, const std::array<double, 2>& a, con
   const double ax = a[0] - x[0], ay = a[1] - x[1], bx = b[0] - x[0], by = b[1] - x[1];
   return std::atan2(ax * by - ay * bx, ax * bx + ay * by);
 }
-double angle(const std::array<double, 3>& x, std::array<double, 3> a, std::array<double, 3> b, std::array<double, 3> c) {
+double angle(const std::array<double, 3>& x, std::array<double, 3> a, std::array<double, 3> b,
+             std::array<double, 3> c) {
   for (std::size_t i = 0; i < 3; ++i) a[i] -= x[i], b[i] -= x[i], c[i] -= x[i];
   const auto dot = [](const auto& p, const auto& q) { return p[0] * q[0] + p[1] * q[1] + p[2] * q[2]; };
   const double la = std::sqrt(dot(a, a)), lb = std::sqrt(dot(b, b)), lc = std::sqrt(dot(c, c));
-  const double volume = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+  const double volume = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                        a[2] * (b[0] * c[1] - b[1] * c[0]);
   return 2 * std::atan2(volume, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb);
 }
 
-/// Where points are about a solid spline. In doubt where they are nearer to a face's points than these are to each other.
+/// Where points are about a solid spline. In doubt where they are nearer to a face's points than these are to
+/// each other.
 template <int D>
 Truth winding_around(const Piece& piece, int n) {
   struct Face {
@@ -117,8 +129,10 @@ Truth winding_around(const Piece& piece, int n) {
   double step = 0;
   for (std::size_t axis = 0; axis < D; ++axis)
     for (const bool at_end : {false, true}) {
-      // Faces across axis k, with the others in cyclic order, are oriented by the end; in the plane by the axis too.
-      faces.push_back({face_of<D>(piece, axis, at_end, n), (at_end ? 1.0 : -1.0) * (D == 2 && axis == 1 ? -1 : 1)});
+      // Faces across axis k, with the others in cyclic order, are oriented by the end; in the plane by the
+      // axis too.
+      faces.push_back(
+          {face_of<D>(piece, axis, at_end, n), (at_end ? 1.0 : -1.0) * (D == 2 && axis == 1 ? -1 : 1)});
       const auto& points = faces.back().points;
       const std::size_t width = static_cast<std::size_t>(n) + 1;
       for (const std::size_t next : {std::size_t{1}, width})
@@ -145,7 +159,8 @@ Truth winding_around(const Piece& piece, int n) {
       } else {
         for (std::size_t i = 0; i + 1 < width; ++i)
           for (std::size_t j = 0; j + 1 < width; ++j) {
-            const auto &a = points[i * width + j], &b = points[(i + 1) * width + j], &c = points[(i + 1) * width + j + 1], &d = points[i * width + j + 1];
+            const auto &a = points[i * width + j], &b = points[(i + 1) * width + j],
+                       &c = points[(i + 1) * width + j + 1], &d = points[i * width + j + 1];
             sum += sign * (angle(x, a, b, c) + angle(x, a, c, d));
           }
       }
@@ -157,7 +172,8 @@ Truth winding_around(const Piece& piece, int n) {
 template <int D>
 void check_solid_streams(Random& random, int rounds, unsigned deepest, int n) {
   int surely_inside = 0;  // of thin pieces nothing is
-  for (int round = 0; round < rounds || (surely_inside == 0 && round < samples::rounds(10) * rounds); ++round) {
+  for (int round = 0; round < rounds || (surely_inside == 0 && round < samples::rounds(10) * rounds);
+       ++round) {
     SCOPED_TRACE(testing::Message() << "D=" << D << ", round " << round);
     std::vector<std::uint32_t> degrees;
     std::vector<std::size_t> counts;
@@ -182,9 +198,13 @@ void check_solid_streams(Random& random, int rounds, unsigned deepest, int n) {
   EXPECT_GT(surely_inside, 0);
 }
 
-TEST_F(SplineProducers, EmitStreamsOfRefinementsOfSolidsInThePlane) { check_solid_streams<2>(random, 15, 16, 60); }
+TEST_F(SplineProducers, EmitStreamsOfRefinementsOfSolidsInThePlane) {
+  check_solid_streams<2>(random, 15, 16, 60);
+}
 
-TEST_F(SplineProducers, EmitStreamsOfRefinementsOfSolidsInSpace) { check_solid_streams<3>(random, 4, 22, 20); }
+TEST_F(SplineProducers, EmitStreamsOfRefinementsOfSolidsInSpace) {
+  check_solid_streams<3>(random, 4, 22, 20);
+}
 
 }  // namespace
 }  // namespace bsp2::dataflow

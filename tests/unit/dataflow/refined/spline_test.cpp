@@ -17,7 +17,8 @@ namespace {
 using Splines = Seeded;
 
 TEST_F(Splines, HoldAllPointsOfCurves) {
-  const Piece plane = random_piece<2>(random, {3}, {9}, false), space = random_piece<3>(random, {4}, {8}, true), flat = random_piece<2>(random, {2}, {6}, true);
+  const Piece plane = random_piece<2>(random, {3}, {9}, false),
+              space = random_piece<3>(random, {4}, {8}, true), flat = random_piece<2>(random, {2}, {6}, true);
   check_points<2>(model::spline(2, {plane}), points_of<2>(plane, 100'000, random), thinner_than(0.01));
   check_points<2>(model::spline(2, {flat}), points_of<2>(flat, 100'000, random), down_to(14));
   check_points<3>(model::spline(3, {space}), points_of<3>(space, 100'000, random), thinner_than(0.05));
@@ -34,18 +35,20 @@ TEST_F(Splines, HoldAllPointsOfRationalSurfaces) {
 }
 
 TEST_F(Splines, HoldAllPointsOfSolidsBoundaries) {
-  const Piece solid = waved_piece<3>(random, {2, 2, 2}, {3, 3, 3}, false), plate = waved_piece<2>(random, {3, 3}, {5, 4}, true);
+  const Piece solid = waved_piece<3>(random, {2, 2, 2}, {3, 3, 3}, false),
+              plate = waved_piece<2>(random, {3, 3}, {5, 4}, true);
   check_points<3>(model::spline(3, {solid}), points_of<3>(solid, 100'000, random), thinner_than(0.1));
   check_points<2>(model::spline(2, {plate}), points_of<2>(plate, 100'000, random), thinner_than(0.01));
 }
 
 TEST_F(Splines, HoldAllPointsInMoreDimensions) {
-  const Piece curve = random_piece<4>(random, {3}, {4}, false), surface = waved_piece<4>(random, {2, 2}, {3, 3}, false);
+  const Piece curve = random_piece<4>(random, {3}, {4}, false),
+              surface = waved_piece<4>(random, {2, 2}, {3, 3}, false);
   check_points<4>(model::spline(4, {curve}), points_of<4>(curve, 100'000, random), down_to(14));
   check_points<4>(model::spline(4, {surface}), points_of<4>(surface, 100'000, random), down_to(12));
 }
 
-// --- exact areas and volumes -------------------------------------------------------------------------------------------
+// --- exact areas and volumes ---
 
 TEST(Nurbs, CirclesHaveTheirExactArea) {
   const Expression circle = model::spline(2, {nurbs_circle(2)});
@@ -65,7 +68,8 @@ TEST(Nurbs, CirclesHaveTheirExactArea) {
 
 TEST(Nurbs, SpheresHaveTheirExactVolume) {
   const Expression sphere = model::spline(3, {nurbs_sphere(1)});
-  for (const unsigned level : {0U, 6U, 12U}) expect_contains(volume_interval<3>(sphere, down_to(level)), 4 * pi / 3);
+  for (const unsigned level : {0U, 6U, 12U})
+    expect_contains(volume_interval<3>(sphere, down_to(level)), 4 * pi / 3);
   double last = 1e300;
   for (const double tolerance : {0.2, 0.1, 0.05}) {
     const Interval now = volume_interval<3>(sphere, thinner_than(tolerance));
@@ -76,7 +80,8 @@ TEST(Nurbs, SpheresHaveTheirExactVolume) {
   }
 }
 
-/// Of the disk: x^2 pi r^4 / 4; the interval shrinks with the shell, whose area is at most about the tolerance times the length of the curve.
+/// Of the disk: x^2 pi r^4 / 4; the interval shrinks with the shell, whose area is at most about the
+/// tolerance times the length of the curve.
 TEST(Nurbs, MomentsOfCirclesShrinkWithTheirShell) {
   double before = 1e300;
   for (const double tolerance : {0.16, 0.01, 0.01 / 16}) {
@@ -100,8 +105,12 @@ TEST_F(Splines, PlacedSolidsHaveTheirVolume) {
   const auto matrix = free_matrix(random, 3, 5);
   double determinant = 0;
   const auto at = [&](std::size_t i, std::size_t j) { return matrix[4 * i + j]; };
-  for (std::size_t i = 0; i < 3; ++i) determinant += at(0, i) * (at(1, (i + 1) % 3) * at(2, (i + 2) % 3) - at(1, (i + 2) % 3) * at(2, (i + 1) % 3));
-  expect_contains(volume_interval<3>(model::transform(matrix, model::spline(3, {nurbs_sphere(1)})), down_to(12)), 4 * pi / 3 * std::fabs(determinant));
+  for (std::size_t i = 0; i < 3; ++i)
+    determinant +=
+        at(0, i) * (at(1, (i + 1) % 3) * at(2, (i + 2) % 3) - at(1, (i + 2) % 3) * at(2, (i + 1) % 3));
+  expect_contains(
+      volume_interval<3>(model::transform(matrix, model::spline(3, {nurbs_sphere(1)})), down_to(12)),
+      4 * pi / 3 * std::fabs(determinant));
   // Pappus; the tube is closed in both parameters, and there is a hole.
   const Expression torus = model::spline(3, {turned(circle_points(), circle_knots(), 2, 0.5)});
   const Interval now = volume_interval<3>(torus, thinner_than(0.1));
@@ -109,13 +118,15 @@ TEST_F(Splines, PlacedSolidsHaveTheirVolume) {
   EXPECT_GT(now.in, pi);
   // Far from the origin coordinates are coarser. Six cuts are for the ends of the region.
   const std::vector<double> far{1e-3, 0, 0, 1e4, 0, 1e-3, 0, -2e4, 0, 0, 1e-3, 3e4, 0, 0, 0, 1};
-  const Interval small = volume_interval<3>(model::transform(far, model::spline(3, {nurbs_sphere(1)})), down_to(15));
+  const Interval small =
+      volume_interval<3>(model::transform(far, model::spline(3, {nurbs_sphere(1)})), down_to(15));
   EXPECT_LE(small.in, 4e-9 * pi / 3 * (1 + 1e-6));
   EXPECT_GE(small.high(), 4e-9 * pi / 3 * (1 - 1e-6));
   EXPECT_GT(small.in, 0);
 }
 
-/// Green's formula over Bezier spans, exactly: the area inside a closed polynomial curve, by Gauss points enough.
+/// Green's formula over Bezier spans, exactly: the area inside a closed polynomial curve, by Gauss points
+/// enough.
 double area_inside(const Piece& curve) {
   constexpr double x[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
   constexpr double w[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
@@ -124,9 +135,11 @@ double area_inside(const Piece& curve) {
   for (std::size_t s = curve.degrees[0]; s + curve.degrees[0] + 1 < knots.size(); ++s)
     for (const double sign : {1.0, -1.0})
       for (std::size_t i = 0; i < 4; ++i) {
-        const double half = (knots[s + 1] - knots[s]) / 2, t = (knots[s] + knots[s + 1]) / 2 + sign * half * x[i], h = half * 1e-3;
-        const auto p = value_at<2>(curve, {t}), a = value_at<2>(curve, {t - h}), b = value_at<2>(curve, {t + h}),
-                   c = value_at<2>(curve, {t - 2 * h}), d = value_at<2>(curve, {t + 2 * h});
+        const double half = (knots[s + 1] - knots[s]) / 2,
+                     t = (knots[s] + knots[s + 1]) / 2 + sign * half * x[i], h = half * 1e-3;
+        const auto p = value_at<2>(curve, {t}), a = value_at<2>(curve, {t - h}),
+                   b = value_at<2>(curve, {t + h}), c = value_at<2>(curve, {t - 2 * h}),
+                   d = value_at<2>(curve, {t + 2 * h});
         // The derivative of a quartic by four points is exact.
         const auto slope = [&](std::size_t j) { return (8 * (b[j] - a[j]) - (d[j] - c[j])) / (12 * h); };
         area += w[i] * half * (p[0] * slope(1) - p[1] * slope(0)) / 2;
@@ -143,7 +156,8 @@ TEST_F(Splines, ClosedCurvesBoundTheirArea) {
       const double angle = 2 * pi * static_cast<double>(i) / count, r = uniform(random, 0.6, 1.5);
       corners.push_back({r * std::cos(angle), r * std::sin(angle)});
     }
-    for (std::size_t i = 0; i < count + degree; ++i) curve.points.insert(curve.points.end(), {corners[i % count][0], corners[i % count][1], 1});
+    for (std::size_t i = 0; i < count + degree; ++i)
+      curve.points.insert(curve.points.end(), {corners[i % count][0], corners[i % count][1], 1});
     for (std::size_t i = 0; i < count + 2 * degree + 1; ++i) curve.knots[0].push_back(static_cast<double>(i));
     const double area = area_inside(curve);
     for (const double tolerance : {0.1, 0.01, 0.001}) {
@@ -155,7 +169,8 @@ TEST_F(Splines, ClosedCurvesBoundTheirArea) {
   }
 }
 
-/// Six Bezier squares, some of them seen from inside: turned so that they bound a cube. And a cube as the image of three parameters.
+/// Six Bezier squares, some of them seen from inside: turned so that they bound a cube. And a cube as the
+/// image of three parameters.
 TEST(SplineSolids, PiecesThatFitTogetherBoundASolid) {
   std::vector<Piece> faces;
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -185,7 +200,8 @@ TEST(SplineSolids, PiecesThatFitTogetherBoundASolid) {
   EXPECT_LT(cube.fuzzy, 24 * 0.05);
   faces.pop_back();
   EXPECT_EQ(volume_interval<3>(model::spline(3, faces), down_to(9)).in, 0) << "an open box has no inside";
-  const Expression solid = model::bezier(3, {1, 1, 1}, {0, 0, 0, 1, 0, 0, 1, 1, 0, 2, 0, 1, 0, 2, 1, 1, 3, 0, 0, 1, 3, 0, 1, 1, 3, 2, 0, 1, 3, 2, 1, 1});
+  const Expression solid = model::bezier(3, {1, 1, 1}, {0, 0, 0, 1, 0, 0, 1, 1, 0, 2, 0, 1, 0, 2, 1, 1,
+                                                        3, 0, 0, 1, 3, 0, 1, 1, 3, 2, 0, 1, 3, 2, 1, 1});
   const Interval box = volume_interval<3>(solid, thinner_than(0.05));
   expect_contains(box, 6);
   EXPECT_LT(box.fuzzy, 22 * 0.05);
@@ -199,10 +215,12 @@ TEST(SplineSolids, BooleansKeepTheInterval) {
     expect_contains(volume_interval<3>(model::subtract({sphere, octant}), down_to(level)), 7 * eighth);
     expect_contains(volume_interval<3>(model::subtract({octant, sphere}), down_to(level)), 8 - eighth);
     expect_contains(volume_interval<3>(model::unite({octant, sphere}), down_to(level)), 8 + 7 * eighth);
-    expect_contains(volume_interval<3>(model::symmetric_difference({octant, sphere}), down_to(level)), 8 + 6 * eighth);
+    expect_contains(volume_interval<3>(model::symmetric_difference({octant, sphere}), down_to(level)),
+                    8 + 6 * eighth);
   }
   // A thin surface takes nothing away, and adds nothing.
-  const Expression sheet = model::bezier(3, {1, 1}, {-1, -1, 0.3, 1, -1, 3, 1, 1, 3, -1, 1.2, 1, 3, 3, 0.7, 1});
+  const Expression sheet =
+      model::bezier(3, {1, 1}, {-1, -1, 0.3, 1, -1, 3, 1, 1, 3, -1, 1.2, 1, 3, 3, 0.7, 1});
   const Interval less = volume_interval<3>(model::subtract({octant, sheet}), thinner_than(0.05));
   expect_contains(less, 8);
   EXPECT_GT(less.in, 7);
@@ -218,43 +236,60 @@ TEST(SplineSolids, CellsDoNotDependOnThreadsAndOrder) {
 TEST(SplineSolids, CsgHasNodesForThem) {
   const auto read = [](const char* text) { return model::parse_csg(text, "test.csg", {}).expression; };
   const Interval box = volume_interval<3>(
-      read("bezier(points = [[[[0,0,0],[0,0,1]],[[0,2,0],[0,2,1]]],[[[3,0,0],[3,0,1]],[[3,2,0],[3,2,1]]]]);"), thinner_than(0.1));
+      read("bezier(points = [[[[0,0,0],[0,0,1]],[[0,2,0],[0,2,1]]],[[[3,0,0],[3,0,1]],[[3,2,0],[3,2,1]]]]);"),
+      thinner_than(0.1));
   expect_contains(box, 6);
   const Interval disk = volume_interval<2>(
-      read("nurbs(degree = 2, points = [[1,0],[1,1],[0,1],[-1,1],[-1,0],[-1,-1],[0,-1],[1,-1],[1,0]], knots = [0,0,0,1,1,2,2,3,3,4,4,4], "
-           "weights = [1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1]);"),
+      read("nurbs(degree = 2, points = [[1,0],[1,1],[0,1],[-1,1],[-1,0],[-1,-1],[0,-1],[1,-1],[1,0]], knots "
+           "= [0,0,0,1,1,2,2,3,3,4,4,4], "
+           "weights = "
+           "[1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1,0.70710678118654757,1]);"),
       thinner_than(0.01));
   expect_contains(disk, pi);
   EXPECT_GT(disk.in, 3);
-  // Closed cubic B-splines of four points around a square: 1/6 of each neighbour and 2/3 of the middle one at the knots.
-  EXPECT_GT(volume_interval<2>(read("bspline(points = [[0,0],[3,0],[3,3],[0,3]], closed = true);"), thinner_than(0.05)).in, 2);
-  const Interval blob = volume_interval<3>(read("subdivision(points = [[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,0,1],[1,0,1],[1,1,1],[0,1,1]], "
-                                                "faces = [[0,1,2,3],[7,6,5,4],[4,5,1,0],[5,6,2,1],[6,7,3,2],[7,4,0,3]]);"),
-                                           thinner_than(0.1));
+  // Closed cubic B-splines of four points around a square: 1/6 of each neighbour and 2/3 of the middle one at
+  // the knots.
+  EXPECT_GT(volume_interval<2>(read("bspline(points = [[0,0],[3,0],[3,3],[0,3]], closed = true);"),
+                               thinner_than(0.05))
+                .in,
+            2);
+  const Interval blob = volume_interval<3>(
+      read("subdivision(points = [[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,0,1],[1,0,1],[1,1,1],[0,1,1]], "
+           "faces = [[0,1,2,3],[7,6,5,4],[4,5,1,0],[5,6,2,1],[6,7,3,2],[7,4,0,3]]);"),
+      thinner_than(0.1));
   EXPECT_GT(blob.in, 0.1);
   EXPECT_LT(blob.in, 0.6);
-  const auto file = [](const char* name) { return model::read_csg(std::string(BSP2_SOURCE_DIR) + "/examples/expressions/" + name).expression; };
+  const auto file = [](const char* name) {
+    return model::read_csg(std::string(BSP2_SOURCE_DIR) + "/examples/expressions/" + name).expression;
+  };
   expect_contains(volume_interval<3>(file("nurbs_solid.csg"), thinner_than(0.1)), 1.5 * pi);
   expect_contains(volume_interval<3>(file("subdivision.csg"), thinner_than(0.2)), 6 * 61.0 / 45 * 61 / 45);
   for (const char* text :
        {"bezier(points = [[0,0],[1]]);", "bspline(degree = 3, points = [[0,0],[1,1]]);",
         "bspline(points = [[0,0],[1,1],[2,0],[1,0]], knots = [1,2]);", "bezier(point = [[0,0],[1,1]]);",
-        "bezier(points = [[0,0],[1,1]], weights = [1,-1]);", "subdivision(points = [[0,0,0],[1,0,0],[0,1,0]], faces = [[0,1,2]]);"})
+        "bezier(points = [[0,0],[1,1]], weights = [1,-1]);",
+        "subdivision(points = [[0,0,0],[1,0,0],[0,1,0]], faces = [[0,1,2]]);"})
     EXPECT_THROW(static_cast<void>(read(text)), Error) << text;
 }
 
-/// A surface whose control points lie so far out that doubles know it less well than the model's hyperplanes is refused; before it was halved
-/// for ever. As the whole model it is as large as the model, and anything goes.
+/// A surface whose control points lie so far out that doubles know it less well than the model's hyperplanes
+/// is refused; before it was halved for ever. As the whole model it is as large as the model, and anything
+/// goes.
 TEST_F(Splines, ThatReachTooFarAreRefused) {
   const auto bezier_to = [](const std::string& far) {
-    return "bezier(points = [[[0,0,1.5],[0,1,0.5],[0,2,1.5]],[[1,0," + far + "],[1,1,0.5],[1,2,1.5]],[[2,0,0.5],[2,1,1.5],[2,2,0.5]]]);";
+    return "bezier(points = [[[0,0,1.5],[0,1,0.5],[0,2,1.5]],[[1,0," + far +
+           "],[1,1,0.5],[1,2,1.5]],[[2,0,0.5],[2,1,1.5],[2,2,0.5]]]);";
   };
   const auto solid_to = [](const std::string& far) {
-    return "bezier(points = [[[[0,0,0],[0,0,1]],[[0,1,0],[0,1,1]]],[[[1,0,0],[1,0,1]],[[1,1,0],[" + far + ",1,1]]]]);";
+    return "bezier(points = [[[[0,0,0],[0,0,1]],[[0,1,0],[0,1,1]]],[[[1,0,0],[1,0,1]],[[1,1,0],[" + far +
+           ",1,1]]]]);";
   };
-  const auto curve_to = [](const std::string& far) { return "bspline(points = [[0,0],[1,2],[2," + far + "],[3,0],[1,-1]], closed = true);"; };
+  const auto curve_to = [](const std::string& far) {
+    return "bspline(points = [[0,0],[1,2],[2," + far + "],[3,0],[1,-1]], closed = true);";
+  };
   const auto cage_to = [](const std::string& far) {
-    return "subdivision(points = [[0,0,0],[1,0,0],[0,1,0],[0,0," + far + "]], faces = [[0,1,2],[0,3,1],[1,3,2],[2,3,0]]);";
+    return "subdivision(points = [[0,0,0],[1,0,0],[0,1,0],[0,0," + far +
+           "]], faces = [[0,1,2],[0,3,1],[1,3,2],[2,3,0]]);";
   };
   const auto fault = [](const std::string& text) -> std::string {
     try {
@@ -270,10 +305,16 @@ TEST_F(Splines, ThatReachTooFarAreRefused) {
   };
   const auto check = [&](const auto& to, const std::string& small) {
     for (const char* far : {"1e7", "1e10", "-1e13", "1e15"})
-      EXPECT_EQ(fault("intersection() { " + small + " " + to(far) + " }").find("the control points of a spline or subdivision surface reach"), 0U) << to(far);
+      EXPECT_EQ(fault("intersection() { " + small + " " + to(far) + " }")
+                    .find("the control points of a spline or subdivision surface reach"),
+                0U)
+          << to(far);
     EXPECT_EQ(fault("intersection() { " + small + " " + to("1e4") + " }"), "");
     EXPECT_EQ(fault(to("1e13")), "") << "which is the whole model";
-    EXPECT_EQ(fault("intersection() { " + small + " multmatrix([[1e-9,0,0,0],[0,1e-9,0,0],[0,0,1e-9,0],[0,0,0,1]]) { " + to("1e10") + " } }"), "")
+    EXPECT_EQ(
+        fault("intersection() { " + small +
+              " multmatrix([[1e-9,0,0,0],[0,1e-9,0,0],[0,0,1e-9,0],[0,0,0,1]]) { " + to("1e10") + " } }"),
+        "")
         << "is made small";
   };
   check(bezier_to, "cube(2);");
@@ -288,7 +329,8 @@ std::string text_of(const Piece& piece) {
   std::ostringstream text;
   text.precision(17);
   std::vector<std::size_t> counts;
-  for (std::size_t j = 0; j < piece.degrees.size(); ++j) counts.push_back(piece.knots[j].size() - piece.degrees[j] - 1);
+  for (std::size_t j = 0; j < piece.degrees.size(); ++j)
+    counts.push_back(piece.knots[j].size() - piece.degrees[j] - 1);
   const auto list = [&](const auto& values) {
     for (std::size_t i = 0; i < values.size(); ++i) text << (i == 0 ? "[" : ",") << values[i];
     text << "]";
@@ -333,9 +375,13 @@ TEST_F(Splines, OfTheTextHoldAllPointsOfCurvesInFourAndFiveDimensions) {
   check_text<5>(random_piece<5>(random, {2}, {4}, false), random, 0.5);
 }
 
-TEST_F(Splines, OfTheTextHoldAllPointsOfSurfacesInFourDimensions) { check_text<4>(waved_piece<4>(random, {2, 2}, {4, 3}, true), random, 0.5); }
+TEST_F(Splines, OfTheTextHoldAllPointsOfSurfacesInFourDimensions) {
+  check_text<4>(waved_piece<4>(random, {2, 2}, {4, 3}, true), random, 0.5);
+}
 
-TEST_F(Splines, OfTheTextHoldAllPointsOfSolidsInFourDimensions) { check_text<4>(waved_piece<4>(random, {2, 1, 2}, {3, 2, 3}, false), random, 0.5); }
+TEST_F(Splines, OfTheTextHoldAllPointsOfSolidsInFourDimensions) {
+  check_text<4>(waved_piece<4>(random, {2, 1, 2}, {3, 2, 3}, false), random, 0.5);
+}
 
 }  // namespace
 }  // namespace bsp2::dataflow

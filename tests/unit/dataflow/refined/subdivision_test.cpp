@@ -30,7 +30,8 @@ std::array<double, 3> sum(std::initializer_list<std::pair<double, std::array<dou
   return total;
 }
 
-/// One step of either scheme over the whole mesh, and points of the limit, by the published masks: another way than the producer's.
+/// One step of either scheme over the whole mesh, and points of the limit, by the published masks: another
+/// way than the producer's.
 class Subdivider {
  public:
   explicit Subdivider(ControlNet net) : net_(std::move(net)) { connect(); }
@@ -41,7 +42,8 @@ class Subdivider {
       const double n = static_cast<double>(faces_of_[v].size());
       std::array<double, 3> q{}, r{};
       for (const auto f : faces_of_[v]) q = sum({{1, q}, {1 / n, centre(f)}});
-      for (const auto w : neighbours_[v]) r = sum({{1, r}, {0.5 / n, net_.points[v]}, {0.5 / n, net_.points[w]}});
+      for (const auto w : neighbours_[v])
+        r = sum({{1, r}, {0.5 / n, net_.points[v]}, {0.5 / n, net_.points[w]}});
       fine.points.push_back(sum({{1 / n, q}, {2 / n, r}, {(n - 3) / n, net_.points[v]}}));
     }
     for (std::size_t e = 0; e < edges_.size(); e += 2)
@@ -50,11 +52,13 @@ class Subdivider {
                                  {0.25, centre(edges_[e].face)},
                                  {0.25, centre(edges_[e + 1].face)}}));
     for (std::size_t f = 0; f < net_.faces.size(); ++f) fine.points.push_back(centre(f));
-    const auto base = static_cast<std::uint32_t>(net_.points.size()), faces = base + static_cast<std::uint32_t>(edges_.size() / 2);
+    const auto base = static_cast<std::uint32_t>(net_.points.size()),
+               faces = base + static_cast<std::uint32_t>(edges_.size() / 2);
     for (std::size_t f = 0; f < net_.faces.size(); ++f) {
       const auto& face = net_.faces[f];
       for (std::size_t i = 0; i < face.size(); ++i)
-        fine.faces.push_back({face[i], base + number(face[i], face[(i + 1) % face.size()]), faces + static_cast<std::uint32_t>(f),
+        fine.faces.push_back({face[i], base + number(face[i], face[(i + 1) % face.size()]),
+                              faces + static_cast<std::uint32_t>(f),
                               base + number(face[(i + face.size() - 1) % face.size()], face[i])});
     }
     net_ = std::move(fine);
@@ -63,7 +67,8 @@ class Subdivider {
 
   void loop() {
     ControlNet fine;
-    for (std::size_t v = 0; v < net_.points.size(); ++v) fine.points.push_back(weighted(v, beta(neighbours_[v].size())));
+    for (std::size_t v = 0; v < net_.points.size(); ++v)
+      fine.points.push_back(weighted(v, beta(neighbours_[v].size())));
     for (std::size_t e = 0; e < edges_.size(); e += 2)
       fine.points.push_back(sum({{0.375, net_.points[edges_[e].ends.first]},
                                  {0.375, net_.points[edges_[e].ends.second]},
@@ -71,7 +76,8 @@ class Subdivider {
                                  {0.125, net_.points[edges_[e + 1].third]}}));
     const auto base = static_cast<std::uint32_t>(net_.points.size());
     for (const auto& face : net_.faces) {
-      const std::uint32_t a = base + number(face[0], face[1]), b = base + number(face[1], face[2]), c = base + number(face[2], face[0]);
+      const std::uint32_t a = base + number(face[0], face[1]), b = base + number(face[1], face[2]),
+                          c = base + number(face[2], face[0]);
       fine.faces.insert(fine.faces.end(), {{face[0], a, c}, {face[1], b, a}, {face[2], c, b}, {a, b, c}});
     }
     net_ = std::move(fine);
@@ -107,7 +113,8 @@ class Subdivider {
     for (const auto& face : net_.faces)
       for (std::size_t i = 1; i + 1 < face.size(); ++i) {
         const auto &a = at[face[0]], &b = at[face[i]], &c = at[face[i + 1]];
-        six += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+        six += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+               a[2] * (b[0] * c[1] - b[1] * c[0]);
       }
     return std::fabs(six) / 6;
   }
@@ -140,13 +147,15 @@ class Subdivider {
   }
   [[nodiscard]] std::uint32_t number(std::uint32_t a, std::uint32_t b) const {
     const std::pair<std::uint32_t, std::uint32_t> ends = std::minmax(a, b);
-    const auto at = std::lower_bound(edges_.begin(), edges_.end(), ends,
-                                     [](const Side& side, const std::pair<std::uint32_t, std::uint32_t>& e) { return side.ends < e; });
+    const auto at = std::lower_bound(
+        edges_.begin(), edges_.end(), ends,
+        [](const Side& side, const std::pair<std::uint32_t, std::uint32_t>& e) { return side.ends < e; });
     return static_cast<std::uint32_t>(at - edges_.begin()) / 2;
   }
   [[nodiscard]] std::array<double, 3> centre(std::size_t f) const {
     std::array<double, 3> mean{};
-    for (const auto v : net_.faces[f]) mean = sum({{1, mean}, {1.0 / static_cast<double>(net_.faces[f].size()), net_.points[v]}});
+    for (const auto v : net_.faces[f])
+      mean = sum({{1, mean}, {1.0 / static_cast<double>(net_.faces[f].size()), net_.points[v]}});
     return mean;
   }
   static double beta(std::size_t n) {
@@ -162,7 +171,16 @@ class Subdivider {
 
 /// A house, of squares and pentagons, with corners of three and four edges; its corners moved about.
 ControlNet house(Random& random) {
-  ControlNet net{{{0, 0, 0}, {2, 0, 0}, {2, 0, 2}, {1, 0, 3}, {0, 0, 2}, {0, 3, 0}, {2, 3, 0}, {2, 3, 2}, {1, 3, 3}, {0, 3, 2}},
+  ControlNet net{{{0, 0, 0},
+                  {2, 0, 0},
+                  {2, 0, 2},
+                  {1, 0, 3},
+                  {0, 0, 2},
+                  {0, 3, 0},
+                  {2, 3, 0},
+                  {2, 3, 2},
+                  {1, 3, 3},
+                  {0, 3, 2}},
                  {{0, 1, 2, 3, 4}, {9, 8, 7, 6, 5}}};
   for (std::uint32_t i = 0; i < 5; ++i) net.faces.push_back({(i + 1) % 5, i, i + 5, (i + 1) % 5 + 5});
   for (auto& p : net.points)
@@ -175,15 +193,18 @@ ControlNet double_pyramid(Random& random, std::uint32_t sides) {
   ControlNet net{{{0, 0, 1.5}, {0, 0, -1.5}}, {}};
   for (std::uint32_t i = 0; i < sides; ++i) {
     const double angle = 2 * pi * i / sides;
-    net.points.push_back({std::cos(angle) + uniform(random, -0.1, 0.1), std::sin(angle), uniform(random, -0.2, 0.2)});
+    net.points.push_back(
+        {std::cos(angle) + uniform(random, -0.1, 0.1), std::sin(angle), uniform(random, -0.2, 0.2)});
     net.faces.push_back({0, 2 + i, 2 + (i + 1) % sides});
     net.faces.push_back({1, 2 + (i + 1) % sides, 2 + i});
   }
   return net;
 }
 
-/// @param fine the net, refined many times. @param limits the limit points of its vertices. @param share of the volume that is certain.
-void check_surface(const Expression& surface, Subdivider& fine, const std::vector<std::array<double, 3>>& limits, double tolerance, double share) {
+/// @param fine the net, refined many times. @param limits the limit points of its vertices. @param share of
+/// the volume that is certain.
+void check_surface(const Expression& surface, Subdivider& fine,
+                   const std::vector<std::array<double, 3>>& limits, double tolerance, double share) {
   const double volume = fine.volume(limits);
   const Interval now = check_points<3>(surface, limits, thinner_than(tolerance));
   EXPECT_LE(now.in, volume * (1 + 1e-3));  // the mesh of limit points is inside of what is convex, a little
@@ -195,7 +216,8 @@ TEST_F(Subdivision, CatmullClarkSurfacesHoldTheirPointsAndBoundTheirVolume) {
   const ControlNet net = house(random);
   Subdivider fine(net);
   for (int step = 0; step < 7; ++step) fine.catmull_clark();
-  check_surface(net.surface(SubdivisionSurface::Scheme::catmull_clark), fine, fine.catmull_clark_limits(), 0.2, 1.0 / 2);
+  check_surface(net.surface(SubdivisionSurface::Scheme::catmull_clark), fine, fine.catmull_clark_limits(),
+                0.2, 1.0 / 2);
 }
 
 TEST_F(Subdivision, LoopSurfacesHoldTheirPointsAndBoundTheirVolume) {

@@ -10,18 +10,20 @@ namespace bsp2::dataflow {
 
 /// What is left to do in a region: the pending part of its BSP tree, in flat arrays.
 ///
-/// Cells are not stored: a split is deterministic, so all of them come back by splitting the region's cell along the tree.
-/// Shape: `nodes` in prefix order, a split before its negative and its positive subtree; `programs` holds the words of the
-/// tokens one after the other, in the order of the nodes. Without nodes: nothing is left.
-/// Source: the paper, section 4.2 (the FUZZY cells of a region).
+/// Cells are not stored: a split is deterministic, so all of them come back by splitting the region's cell
+/// along the tree. Shape: `nodes` in prefix order, a split before its negative and its positive subtree;
+/// `programs` holds the words of the tokens one after the other, in the order of the nodes. Without nodes:
+/// nothing is left. Source: the paper, section 4.2 (the FUZZY cells of a region).
 struct Frontier {
   enum class Kind : std::uint8_t {
-    split,   ///< value: the hyperplane's id; two subtrees follow
-    token,   ///< a FUZZY cell; value: how many words its localized expression has
-    held,    ///< a decided cell that is not emitted yet, since its parent may be given back whole; value: its owner (see alike.hpp)
-    emitted,   ///< a subtree whose cells have been emitted; value: its root in the recorded tree, as BspTree has children
-    elsewhere  ///< a subtree that belongs to another portion of the frontier; value: whether cells of it are known to have been
-               ///< emitted. See portion.hpp
+    split,  ///< value: the hyperplane's id; two subtrees follow
+    token,  ///< a FUZZY cell; value: how many words its localized expression has
+    held,   ///< a decided cell that is not emitted yet, since its parent may be given back whole; value: its
+            ///< owner (see alike.hpp)
+    emitted,   ///< a subtree whose cells have been emitted; value: its root in the recorded tree, as BspTree
+               ///< has children
+    elsewhere  ///< a subtree that belongs to another portion of the frontier; value: whether cells of it are
+               ///< known to have been emitted. See portion.hpp
   };
   struct Node {
     Kind kind = Kind::token;

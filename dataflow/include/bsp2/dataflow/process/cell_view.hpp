@@ -30,11 +30,14 @@ struct CellExtent : Box<D> {
     double reach = h.error;
     for (int i = 0; i < D; ++i) reach += std::fabs(h.normal[i]) * half[i];
     reach *= 1 + 0x1p-40;
-    return value > reach ? geometry::Position::positive : value < -reach ? geometry::Position::negative : geometry::Position::crossing;
+    return value > reach    ? geometry::Position::positive
+           : value < -reach ? geometry::Position::negative
+                            : geometry::Position::crossing;
   }
 };
 
-/// The cell that the producers are asked about, with what makes asking cheap: its box, its vertices by column.
+/// The cell that the producers are asked about, with what makes asking cheap: its box, its vertices by
+/// column.
 ///
 /// Thread rule: one thread at a time. The cell must outlive the questions about it.
 template <int D>
@@ -68,10 +71,12 @@ class CellView {
     return where == Position::negative ? Position::positive : Position::negative;
   }
   /// Splitter::find_crossing for this cell. Exact.
-  bool find_crossing(std::span<const geometry::OrientedHyperplane> planes, geometry::Buffer<std::uint32_t>& crossing) {
+  bool find_crossing(std::span<const geometry::OrientedHyperplane> planes,
+                     geometry::Buffer<std::uint32_t>& crossing) {
     return splitter_->find_crossing(*cell_, columns_, planes, crossing);
   }
-  /// The least extent of the cell across one of its facets, not less than its width by any rounding. D = 1: its length.
+  /// The least extent of the cell across one of its facets, not less than its width by any rounding. D = 1:
+  /// its length.
   [[nodiscard]] double thickness() const;
   /// Whether the hyperplane crosses the cell. Exact.
   bool crosses(geometry::HyperplaneId id) {

@@ -16,9 +16,9 @@ struct Refinement {
 
 /// A process with one input stream and no output stream; any number of them may listen to one result.
 ///
-/// Thread rule: all calls come from the thread that called `evaluate`, one at a time. A consumer may keep the batch: it
-/// is shared by all consumers and never changes. An exception ends the evaluation and leaves `evaluate`.
-/// Source: the paper, section 4.1, "Consumers".
+/// Thread rule: all calls come from the thread that called `evaluate`, one at a time. A consumer may keep the
+/// batch: it is shared by all consumers and never changes. An exception ends the evaluation and leaves
+/// `evaluate`. Source: the paper, section 4.1, "Consumers".
 class Consumer {
  public:
   Consumer() = default;
@@ -26,9 +26,11 @@ class Consumer {
   Consumer& operator=(const Consumer&) = delete;
   virtual ~Consumer() = default;
   virtual void consume(const std::shared_ptr<const Refinement>& refinement) = 0;
-  /// Whether it is there for cells, and not only to see the progress. Cells that nobody takes are measured and not written. Does not change.
+  /// Whether it is there for cells, and not only to see the progress. Cells that nobody takes are measured
+  /// and not written. Does not change.
   [[nodiscard]] virtual bool takes_cells() const { return true; }
-  /// Called about ten times a second. @param done share of the space that is decided, 0 to 1. @param cells that are decided.
+  /// Called about ten times a second. @param done share of the space that is decided, 0 to 1. @param cells
+  /// that are decided.
   /// @param grown with a limit of cells: by so many the cells, decided or not, have become more.
   virtual void progress(double done, std::uint64_t cells, std::int64_t grown) {
     static_cast<void>(done);

@@ -25,22 +25,25 @@
 #include "bsp2/dataflow/evaluate/evaluate.hpp"
 #include "bsp2/dataflow/regions/partition.hpp"
 
-/// Boost.Serialization of what travels between ranks and is stored in snapshots: flat arrays, no class headers, no
-/// tracking. Works with Boost's binary archives and with those of Boost.MPI.
+/// Boost.Serialization of what travels between ranks and is stored in snapshots: flat arrays, no class
+/// headers, no tracking. Works with Boost's binary archives and with those of Boost.MPI.
 ///
-/// Totals must be loaded into an object that was made for the same network. Of a region everything is stored but its cell:
-/// `make_cells` or `add_regions` give it back, or take the cell that another copy of the partition holds.
+/// Totals must be loaded into an object that was made for the same network. Of a region everything is stored
+/// but its cell: `make_cells` or `add_regions` give it back, or take the cell that another copy of the
+/// partition holds.
 namespace boost::serialization {
 
 template <class Archive, int D>
 void save(Archive& archive, const bsp2::geometry::MomentSum<D>& sum, unsigned) {
   const auto state = sum.state();
-  archive << make_array(state.exponent.data(), state.exponent.size()) << make_array(state.words.data(), state.words.size());
+  archive << make_array(state.exponent.data(), state.exponent.size())
+          << make_array(state.words.data(), state.words.size());
 }
 template <class Archive, int D>
 void load(Archive& archive, bsp2::geometry::MomentSum<D>& sum, unsigned) {
   auto state = sum.state();
-  archive >> make_array(state.exponent.data(), state.exponent.size()) >> make_array(state.words.data(), state.words.size());
+  archive >> make_array(state.exponent.data(), state.exponent.size()) >>
+      make_array(state.words.data(), state.words.size());
   sum.set_state(state);
 }
 template <class Archive, int D>
@@ -50,35 +53,38 @@ void serialize(Archive& archive, bsp2::geometry::MomentSum<D>& sum, unsigned ver
 
 template <class Archive>
 void serialize(Archive& archive, bsp2::dataflow::Digest& digest, unsigned) {
-  archive & make_array(digest.words.data(), digest.words.size());
+  archive& make_array(digest.words.data(), digest.words.size());
 }
 
 template <class Archive>
 void serialize(Archive& archive, bsp2::geometry::KernelCounts& counts, unsigned) {
-  archive & counts.splits & counts.predicates & counts.exact_predicates & counts.vertices & counts.exact_vertices;
+  archive& counts.splits& counts.predicates& counts.exact_predicates& counts.vertices& counts.exact_vertices;
 }
 
 template <class Archive, int D>
 void serialize(Archive& archive, bsp2::dataflow::Totals<D>& totals, unsigned) {
-  archive & totals.in & totals.fuzzy & totals.fuzzy_below & totals.in_cells & totals.fuzzy_cells & totals.out_cells;
-  archive & make_array(totals.lower.data(), totals.lower.size()) & make_array(totals.upper.data(), totals.upper.size());
-  archive & totals.level & totals.digest & totals.counts & totals.parts;
+  archive& totals.in& totals.fuzzy& totals.fuzzy_below& totals.in_cells& totals.fuzzy_cells& totals.out_cells;
+  archive& make_array(totals.lower.data(), totals.lower.size()) &
+      make_array(totals.upper.data(), totals.upper.size());
+  archive& totals.level& totals.digest& totals.counts& totals.parts;
 }
 
 template <class Archive>
 void serialize(Archive& archive, bsp2::geometry::CellBatch& batch, unsigned) {
-  archive & batch.dimension & batch.points & batch.point_offset & batch.facet_offset & batch.facet_vertex_offset & batch.facet_vertices;
-  archive & batch.facet_hyperplane & batch.label & batch.primitive & batch.part & batch.region & batch.level & batch.volume;
+  archive& batch.dimension& batch.points& batch.point_offset& batch.facet_offset& batch
+      .facet_vertex_offset& batch.facet_vertices;
+  archive& batch.facet_hyperplane& batch.label& batch.primitive& batch.part& batch.region& batch.level& batch
+      .volume;
 }
 
 template <class Archive>
 void serialize(Archive& archive, bsp2::dataflow::Frontier& frontier, unsigned) {
-  archive & frontier.nodes & frontier.programs;
+  archive& frontier.nodes& frontier.programs;
 }
 
 template <class Archive, int D>
 void serialize(Archive& archive, bsp2::dataflow::Region<D>& region, unsigned) {
-  archive & region.number & region.level & region.program & region.frontier;
+  archive& region.number& region.level& region.program& region.frontier;
 }
 
 // Plain values whose bytes are their contents: vectors of them are stored as one array.
@@ -116,12 +122,15 @@ BOOST_CLASS_TRACKING(bsp2::dataflow::Frontier, boost::serialization::track_never
 
 namespace bsp2::dataflow {
 
-/// Boost's binary archive, but no length in it may be larger than what is left of the bytes: a damaged one would fill the memory.
+/// Boost's binary archive, but no length in it may be larger than what is left of the bytes: a damaged one
+/// would fill the memory.
 class InputArchive : public boost::archive::binary_iarchive_impl<InputArchive, char, std::char_traits<char>> {
   using Base = boost::archive::binary_iarchive_impl<InputArchive, char, std::char_traits<char>>;
 
  public:
-  explicit InputArchive(std::streambuf& bytes) : Base(bytes, boost::archive::no_header) { init(boost::archive::no_header); }
+  explicit InputArchive(std::streambuf& bytes) : Base(bytes, boost::archive::no_header) {
+    init(boost::archive::no_header);
+  }
 
   // The names are those that Boost looks for.
   template <class T>
@@ -143,7 +152,8 @@ class InputArchive : public boost::archive::binary_iarchive_impl<InputArchive, c
  private:
   void check(std::size_t length) {
     const auto left = m_sb.in_avail();
-    if (left < 0 || length > static_cast<std::size_t>(left)) throw boost::archive::archive_exception(boost::archive::archive_exception::input_stream_error);
+    if (left < 0 || length > static_cast<std::size_t>(left))
+      throw boost::archive::archive_exception(boost::archive::archive_exception::input_stream_error);
   }
 };
 

@@ -26,17 +26,18 @@ struct Partition {
   std::vector<Region<D>> regions;
 };
 
-/// Where an evaluation leaves cells undecided, as its options say: no cut is made there. And how much is looked at.
+/// Where an evaluation leaves cells undecided, as its options say: no cut is made there. And how much is
+/// looked at.
 struct PartitionLimits {
   unsigned level = std::numeric_limits<std::uint16_t>::max();
   double tolerance = 0;
   std::vector<double> eye;
   double angle = 0;
-  /// The work on a region is estimated so many cuts below it, which are looked at for that alone; 0: by what is undecided in itself.
-  /// The regions are the same.
+  /// The work on a region is estimated so many cuts below it, which are looked at for that alone; 0: by what
+  /// is undecided in itself. The regions are the same.
   unsigned sampled_levels = 3;
-  /// Of all localized programs, each piece by the regions that it is to have. Operands that go through the whole model stay in most pieces:
-  /// then there are fewer regions.
+  /// Of all localized programs, each piece by the regions that it is to have. Operands that go through the
+  /// whole model stay in most pieces: then there are fewer regions.
   std::size_t words = std::size_t{1} << 25;
 };
 
@@ -44,20 +45,23 @@ struct PartitionLimits {
 template <int D>
 unsigned suggested_depth(const Network<D>& network);
 
-/// Parts the root cell into at most 2^depth regions in which about as much is undecided, by the hyperplanes that its evaluation would
-/// choose: so the regions are tokens of the evaluation of the whole, and their cuts add no cells. What turns out to be whole on both
-/// sides of a cut is still to be given back, see giving_back.hpp. A region in which nothing is undecided is not cut further.
-/// The result depends on the network, the depth and the limits alone.
+/// Parts the root cell into at most 2^depth regions in which about as much is undecided, by the hyperplanes
+/// that its evaluation would choose: so the regions are tokens of the evaluation of the whole, and their cuts
+/// add no cells. What turns out to be whole on both sides of a cut is still to be given back, see
+/// giving_back.hpp. A region in which nothing is undecided is not cut further. The result depends on the
+/// network, the depth and the limits alone.
 /// @param threads look at what is cut.
 template <int D>
-Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits = {}, unsigned threads = 1);
+Partition<D> partition(const Network<D>& network, unsigned depth, const PartitionLimits& limits = {},
+                       unsigned threads = 1);
 
 /// Who of several makes a partition together with others: the `index`-th of `count`.
 struct PartitionShare {
   unsigned index = 0, count = 1;
 };
 
-/// A node of a part of a partition, as it travels: in prefix order, a split before its negative and its positive side.
+/// A node of a part of a partition, as it travels: in prefix order, a split before its negative and its
+/// positive side.
 struct PartitionNode {
   enum class Kind : std::uint32_t {
     split,
@@ -77,15 +81,17 @@ struct PartitionPart {
   std::vector<Region<D>> regions;  ///< numbered within the part
 };
 
-/// One's part of what `partition` makes. Nothing is said to the others, and what they make is looked at no more than the way to one's own
-/// part asks for.
+/// One's part of what `partition` makes. Nothing is said to the others, and what they make is looked at no
+/// more than the way to one's own part asks for.
 template <int D>
-PartitionPart<D> part_of_partition(const Network<D>& network, unsigned depth, PartitionShare share, const PartitionLimits& limits = {}, unsigned threads = 1);
+PartitionPart<D> part_of_partition(const Network<D>& network, unsigned depth, PartitionShare share,
+                                   const PartitionLimits& limits = {}, unsigned threads = 1);
 
 template <int D>
 struct JoinedPartition {
-  Partition<D> partition;                      ///< without regions
-  std::vector<std::uint32_t> share_of_region;  ///< who has made each; its number within the part is how many of that one came before
+  Partition<D> partition;  ///< without regions
+  std::vector<std::uint32_t>
+      share_of_region;  ///< who has made each; its number within the part is how many of that one came before
 };
 
 /// The whole, of all parts in the order of their shares.
@@ -93,19 +99,22 @@ struct JoinedPartition {
 template <int D>
 JoinedPartition<D> join_parts(std::span<const std::vector<PartitionNode>> parts);
 
-/// Gives regions that have come from elsewhere their cells, by splitting along the nodes of the partition: one walk to all of them.
+/// Gives regions that have come from elsewhere their cells, by splitting along the nodes of the partition:
+/// one walk to all of them.
 /// @throws std::out_of_range if no way leads to a region, std::invalid_argument if one is given twice.
 template <int D>
 void make_cells(const Network<D>& network, const Partition<D>& partition, std::span<Region<D>> regions);
 
-/// Adds regions that have come from elsewhere without their cells to those of the partition, in the order of their numbers.
+/// Adds regions that have come from elsewhere without their cells to those of the partition, in the order of
+/// their numbers.
 /// @throws as `make_cells`.
 template <int D>
 void add_regions(const Network<D>& network, Partition<D>& partition, std::vector<Region<D>> regions);
 
 /// The cell of one region.
 template <int D>
-geometry::Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition, std::uint32_t number) {
+geometry::Cell<D> region_cell(const Network<D>& network, const Partition<D>& partition,
+                              std::uint32_t number) {
   Region<D> region{.number = number};
   make_cells<D>(network, partition, std::span(&region, 1));
   return std::move(region.cell);

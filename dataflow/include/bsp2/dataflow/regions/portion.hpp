@@ -6,13 +6,13 @@
 
 #include "bsp2/dataflow/evaluate/frontier.hpp"
 
-/// Portions of what is left of a region: it can be divided, the portions go on separately, each by an evaluation of its
-/// own, and what has become of them is put together again.
+/// Portions of what is left of a region: it can be divided, the portions go on separately, each by an
+/// evaluation of its own, and what has become of them is put together again.
 ///
-/// In each portion what belongs to others is `Frontier::Kind::elsewhere`: it stays undecided there, so that no split above
-/// is finished before all portions are together. Hence cells, joins and digest are those of an evaluation that was never
-/// divided. Every node that emits something belongs to exactly one portion.
-/// Source: the paper, section 4.2 (portions that outnumber the nodes; a job that is too big splits itself).
+/// In each portion what belongs to others is `Frontier::Kind::elsewhere`: it stays undecided there, so that
+/// no split above is finished before all portions are together. Hence cells, joins and digest are those of an
+/// evaluation that was never divided. Every node that emits something belongs to exactly one portion. Source:
+/// the paper, section 4.2 (portions that outnumber the nodes; a job that is too big splits itself).
 namespace bsp2::dataflow {
 
 /// How much is left in a frontier.
@@ -24,16 +24,17 @@ struct Remains {
 };
 Remains remains_of(const Frontier& frontier);
 
-/// What of a frontier has been emitted, and what has not, as two portions of it. The second knows no roots of recorded trees,
-/// so an evaluation of it counts nodes and cells for itself.
+/// What of a frontier has been emitted, and what has not, as two portions of it. The second knows no roots of
+/// recorded trees, so an evaluation of it counts nodes and cells for itself.
 /// @throws std::invalid_argument if the frontier is no tree.
 struct Separated {
   Frontier emitted, pending;
 };
 Separated separate_emitted(const Frontier& frontier);
 
-/// Two portions of a frontier with about equally much to do, by the length of the open tokens' expressions: between a third and two thirds
-/// where no single token has more. Each has an open token. Depends on the frontier alone.
+/// Two portions of a frontier with about equally much to do, by the length of the open tokens' expressions:
+/// between a third and two thirds where no single token has more. Each has an open token. Depends on the
+/// frontier alone.
 /// @return nothing if there are not two open tokens to divide.
 /// @throws std::invalid_argument if the frontier is no tree.
 std::optional<std::array<Frontier, 2>> divide(const Frontier& frontier);

@@ -8,7 +8,8 @@
 
 namespace bsp2::dataflow {
 
-/// A tree over boxes of facets, halved at the median along the longest axis, to find the few that a segment may cross.
+/// A tree over boxes of facets, halved at the median along the longest axis, to find the few that a segment
+/// may cross.
 class FacetTree {
  public:
   using Point = std::array<double, 3>;

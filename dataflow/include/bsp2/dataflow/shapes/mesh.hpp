@@ -13,24 +13,27 @@ namespace bsp2::dataflow {
 
 /// A placed triangle mesh: a producer that is not convex.
 ///
-/// Inside are the points around which the mesh winds a non-zero number of times. Coordinates are rounded, good to
-/// `error`; they only ever rule facets out of a cell. What decides is exact: the facets' hyperplanes, and the exact places of
-/// the points where a winding number is asked for that rounding leaves open.
+/// Inside are the points around which the mesh winds a non-zero number of times. Coordinates are rounded,
+/// good to `error`; they only ever rule facets out of a cell. What decides is exact: the facets' hyperplanes,
+/// and the exact places of the points where a winding number is asked for that rounding leaves open.
 struct Mesh {
   struct Facet {
     std::array<std::uint32_t, 3> corners;
     geometry::OrientedHyperplane plane;
   };
-  std::vector<std::array<std::int64_t, 3>> frame_points;  ///< the points in the mesh's own frame, times 2^53, exactly
-  geometry::AffineMap<3> map;                             ///< places them in the model
+  std::vector<std::array<std::int64_t, 3>>
+      frame_points;            ///< the points in the mesh's own frame, times 2^53, exactly
+  geometry::AffineMap<3> map;  ///< places them in the model
   int grid_exponent = 0;
   std::vector<std::array<double, 3>> points;  ///< in the model, rounded
-  double error = 0;  ///< bound of the coordinates' error
+  double error = 0;                           ///< bound of the coordinates' error
   std::vector<Facet> facets;
-  /// Hyperplanes of the facets around each point, sorted: point i has [incident_offset[i], incident_offset[i + 1]).
+  /// Hyperplanes of the facets around each point, sorted: point i has [incident_offset[i], incident_offset[i
+  /// + 1]).
   std::vector<std::uint32_t> incident_offset;
   std::vector<geometry::HyperplaneId> incident;
-  std::shared_ptr<LazyFacetTree> tree = std::make_shared<LazyFacetTree>();  ///< of `facets`; shared by copies, which have the same ones
+  std::shared_ptr<LazyFacetTree> tree =
+      std::make_shared<LazyFacetTree>();  ///< of `facets`; shared by copies, which have the same ones
 };
 
 }  // namespace bsp2::dataflow

@@ -13,9 +13,10 @@
 
 namespace bsp2::dataflow {
 
-/// The patches of a spline or subdivision surface of k parameters in E^D, halved again and again in all parameters at once: as
-/// deep as somebody asks. Each has a number, a box that holds it, and 2 (D - k) hyperplanes between which it lies, across its
-/// mean tangents. All of them enclose it for certain: they allow for all rounding.
+/// The patches of a spline or subdivision surface of k parameters in E^D, halved again and again in all
+/// parameters at once: as deep as somebody asks. Each has a number, a box that holds it, and 2 (D - k)
+/// hyperplanes between which it lies, across its mean tangents. All of them enclose it for certain: they
+/// allow for all rounding.
 ///
 /// In the tree's frame coordinates are at most 1 in size; x = scale y + origin places it in the model.
 /// Nodes are made when they are first asked for; what they are does not depend on when, nor on who asks.
@@ -29,10 +30,13 @@ class PatchTree final : public geometry::ComputedFamily<D> {
     double scale = 1;  ///< a power of two
     Point origin{};
   };
-  /// @param roots patches of one k < D each, in the frame. @param error bounds how far their coordinates are off.
-  /// @param weight_ratio the largest weight by the smallest. @param limit at most so many hyperplanes get a number.
+  /// @param roots patches of one k < D each, in the frame. @param error bounds how far their coordinates are
+  /// off.
+  /// @param weight_ratio the largest weight by the smallest. @param limit at most so many hyperplanes get a
+  /// number.
   /// @param closed whether the patches together have no boundary; k = D - 1, D = 2 or 3.
-  PatchTree(std::vector<Patch<D>> roots, const Placement& placement, double error, double weight_ratio, bool closed, std::uint64_t limit);
+  PatchTree(std::vector<Patch<D>> roots, const Placement& placement, double error, double weight_ratio,
+            bool closed, std::uint64_t limit);
   ~PatchTree() override;
 
   /// A patch, by its number: those of level 0 are 0 ... roots() - 1.
@@ -41,7 +45,9 @@ class PatchTree final : public geometry::ComputedFamily<D> {
    public:
     [[nodiscard]] const Box<D>& box() const { return box_; }
     [[nodiscard]] double size() const { return size_; }  ///< the longest side of the box
-    [[nodiscard]] const std::vector<std::array<std::int64_t, D + 1>>& hyperplanes() const { return hyperplanes_; }
+    [[nodiscard]] const std::vector<std::array<std::int64_t, D + 1>>& hyperplanes() const {
+      return hyperplanes_;
+    }
     /// On which sides of a hyperplane points are, for certain, whose coordinates are off by at most `error`.
     struct Sides {
       bool all_positive, some_negative;
@@ -79,7 +85,8 @@ class PatchTree final : public geometry::ComputedFamily<D> {
     return node(number / hyperplanes()).hyperplanes_[number % hyperplanes()];
   }
 
-  /// How often the closed surface winds around a point in the frame, whose coordinates are off by at most `error`.
+  /// How often the closed surface winds around a point in the frame, whose coordinates are off by at most
+  /// `error`.
   /// @return nothing where the patches are not small enough to tell, or the point is too near to them.
   [[nodiscard]] std::optional<int> winding(const Point& point, double error) const;
 
@@ -97,9 +104,11 @@ class PatchTree final : public geometry::ComputedFamily<D> {
   void finish(Node& node, std::uint32_t level) const;
   void add_hyperplanes(Node& node, const std::vector<Point>& points, double error) const;
   static void release(Node* nodes, std::size_t count, std::size_t halves);
-  [[nodiscard]] std::optional<std::uint32_t> level_around(const Node& node, std::uint32_t level, const Point& point, double error) const;
+  [[nodiscard]] std::optional<std::uint32_t> level_around(const Node& node, std::uint32_t level,
+                                                          const Point& point, double error) const;
   struct Segment;
-  [[nodiscard]] bool count_crossings(const Node& node, std::uint32_t level, const Segment& segment, int& winding) const;
+  [[nodiscard]] bool count_crossings(const Node& node, std::uint32_t level, const Segment& segment,
+                                     int& winding) const;
 };
 
 }  // namespace bsp2::dataflow

@@ -9,8 +9,8 @@
 
 namespace bsp2::dataflow {
 
-/// A placed round solid (model::Round). In its own frame the largest radius is 1 and the box is [0, 1] along each axis that
-/// is not round.
+/// A placed round solid (model::Round). In its own frame the largest radius is 1 and the box is [0, 1] along
+/// each axis that is not round.
 template <int D>
 struct Round {
   geometry::RoundFamily<D> family;
@@ -18,8 +18,11 @@ struct Round {
   typename geometry::AffineMap<D>::Inverse to_frame;
 
   /// The hyperplane of this number, inside negative where it has an inside.
-  [[nodiscard]] geometry::OrientedHyperplane plane(std::uint32_t number) const { return geometry::oriented(first + number); }
-  [[nodiscard]] geometry::OrientedHyperplane plane(const typename geometry::RoundFamily<D>::Radial& radial) const {
+  [[nodiscard]] geometry::OrientedHyperplane plane(std::uint32_t number) const {
+    return geometry::oriented(first + number);
+  }
+  [[nodiscard]] geometry::OrientedHyperplane plane(
+      const typename geometry::RoundFamily<D>::Radial& radial) const {
     return geometry::oriented(first + radial.number, radial.flipped);
   }
 };
@@ -33,7 +36,9 @@ struct Torus {
   geometry::AffineMap<3>::Inverse to_frame;
 
   [[nodiscard]] std::uint32_t levels() const { return std::min(fan.levels(), family.levels()); }
-  [[nodiscard]] geometry::OrientedHyperplane plane(std::uint32_t number) const { return geometry::oriented(first + number); }
+  [[nodiscard]] geometry::OrientedHyperplane plane(std::uint32_t number) const {
+    return geometry::oriented(first + number);
+  }
   [[nodiscard]] geometry::OrientedHyperplane radial(const geometry::RoundFamily<3>::Radial& radial) const {
     return geometry::oriented(first_of_fan + radial.number, radial.flipped);
   }

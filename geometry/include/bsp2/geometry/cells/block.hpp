@@ -5,13 +5,15 @@
 
 namespace bsp2::geometry {
 
-/// An owned piece of raw memory, aligned for any scalar, that comes from and returns to a cache of the calling thread:
-/// in the steady state of splitting and dropping cells nothing is allocated. May be released on another thread.
+/// An owned piece of raw memory, aligned for any scalar, that comes from and returns to a cache of the
+/// calling thread: in the steady state of splitting and dropping cells nothing is allocated. May be released
+/// on another thread.
 class Block {
  public:
   Block() = default;
   explicit Block(std::size_t size);
-  Block(Block&& other) noexcept : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  Block(Block&& other) noexcept
+      : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
   Block& operator=(Block&& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(size_, other.size_);

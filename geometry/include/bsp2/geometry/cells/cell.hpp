@@ -25,10 +25,10 @@ struct Vertex {
 
 /// A convex D-polytope as a Hasse diagram: all k-faces, 0 <= k < D, with the cover relation.
 ///
-/// A k-face, k >= 1, knows its (k-1)-faces by index and the D-k independent hyperplanes whose intersection carries it;
-/// those of facets (k = D-1) are oriented, the cell on the negative side. The D-face covers all facets and is not stored.
-/// A value in one flat block: it shares nothing, moves for free, and can be copied to disk as it stands.
-/// Source: the paper, section 3.1.
+/// A k-face, k >= 1, knows its (k-1)-faces by index and the D-k independent hyperplanes whose intersection
+/// carries it; those of facets (k = D-1) are oriented, the cell on the negative side. The D-face covers all
+/// facets and is not stored. A value in one flat block: it shares nothing, moves for free, and can be copied
+/// to disk as it stands. Source: the paper, section 3.1.
 template <int D>
 class Cell {
  public:
@@ -38,7 +38,9 @@ class Cell {
   [[nodiscard]] Cell copy() const;
 
   [[nodiscard]] bool empty() const { return vertex_count_ == 0; }
-  [[nodiscard]] std::span<const Vertex<D>> vertices() const { return {block_.template at<Vertex<D>>(0), vertex_count_}; }
+  [[nodiscard]] std::span<const Vertex<D>> vertices() const {
+    return {block_.template at<Vertex<D>>(0), vertex_count_};
+  }
   /// Number of k-faces.
   [[nodiscard]] std::size_t face_count(int k) const { return k == 0 ? vertex_count_ : levels_[k - 1].faces; }
   [[nodiscard]] std::size_t facet_count() const { return face_count(D - 1); }
@@ -53,10 +55,13 @@ class Cell {
   }
   /// Codes of the D-k hyperplanes of k-face `face`, 1 <= k <= D-1: ids, oriented codes for facets.
   [[nodiscard]] std::span<const std::uint32_t> hyperplanes(int k, std::size_t face) const {
-    return {block_.template at<std::uint32_t>(levels_[k - 1].hyperplanes_at) + face * (D - k), static_cast<std::size_t>(D - k)};
+    return {block_.template at<std::uint32_t>(levels_[k - 1].hyperplanes_at) + face * (D - k),
+            static_cast<std::size_t>(D - k)};
   }
   /// The hyperplane of a facet, the cell on its negative side. D >= 2.
-  [[nodiscard]] OrientedHyperplane facet_hyperplane(std::size_t facet) const { return {hyperplanes(D - 1, facet)[0]}; }
+  [[nodiscard]] OrientedHyperplane facet_hyperplane(std::size_t facet) const {
+    return {hyperplanes(D - 1, facet)[0]};
+  }
   [[nodiscard]] std::size_t bytes() const { return block_.size(); }
 
  private:
@@ -81,7 +86,8 @@ struct VertexRange {
 template <int D>
 VertexRange<D> vertex_range(const Cell<D>& cell);
 
-/// The vertices of a facet, in ascending order. Takes memory: in space the ends of the facet's edges tell the same.
+/// The vertices of a facet, in ascending order. Takes memory: in space the ends of the facet's edges tell the
+/// same.
 template <int D>
 std::vector<std::uint16_t> facet_vertices(const Cell<D>& cell, std::size_t facet);
 
@@ -89,13 +95,17 @@ std::vector<std::uint16_t> facet_vertices(const Cell<D>& cell, std::size_t facet
 template <int D>
 Cell<D> root_cell(const HyperplaneTable<D>& table);
 
-/// No vertex's error bound exceeds so much of the table's radius: it keeps the filter sharp and volumes accurate.
+/// No vertex's error bound exceeds so much of the table's radius: it keeps the filter sharp and volumes
+/// accurate.
 inline constexpr double largest_vertex_error = 0x1p-40;
 
-/// The vertex in which D hyperplanes meet; one that is conditioned worse than `largest_vertex_error` allows is computed exactly and rounded.
-/// @param exact_evaluations is increased where the rounded solution is too ill-conditioned and the exact one is taken.
+/// The vertex in which D hyperplanes meet; one that is conditioned worse than `largest_vertex_error` allows
+/// is computed exactly and rounded.
+/// @param exact_evaluations is increased where the rounded solution is too ill-conditioned and the exact one
+/// is taken.
 template <int D>
-Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& hyperplanes, std::uint64_t& exact_evaluations);
+Vertex<D> make_vertex(const HyperplaneTable<D>& table, const std::array<HyperplaneId, D>& hyperplanes,
+                      std::uint64_t& exact_evaluations);
 
 /// The hyperplanes in which an edge lies.
 template <int D>
@@ -103,7 +113,7 @@ using EdgeHyperplanes = std::array<HyperplaneId, D - 1>;
 
 /// The same for all edges that one hyperplane cuts. @param vertices one an edge, to be written.
 template <int D>
-void make_vertices(const HyperplaneTable<D>& table, std::span<const EdgeHyperplanes<D>> edges, HyperplaneId id, Vertex<D>* vertices,
-                   std::uint64_t& exact_evaluations);
+void make_vertices(const HyperplaneTable<D>& table, std::span<const EdgeHyperplanes<D>> edges,
+                   HyperplaneId id, Vertex<D>* vertices, std::uint64_t& exact_evaluations);
 
 }  // namespace bsp2::geometry

@@ -3,23 +3,24 @@
 #include <array>
 #include <cstdint>
 
-#include "bsp2/geometry/support/buffer.hpp"
 #include "bsp2/geometry/cells/cell.hpp"
 #include "bsp2/geometry/cells/splitter.hpp"
+#include "bsp2/geometry/support/buffer.hpp"
 
 namespace bsp2::geometry {
 
 /// Cuts one cell by many hyperplanes, one after the other, and keeps what lies behind all of them.
 ///
-/// The same cells as from `Splitter::split`, face by face in the same order; but what stays is changed in place, so a cut
-/// costs what it changes and one look at each vertex and edge.
-/// Thread rule: that of the splitter, whose predicate it uses and whose counts it continues.
+/// The same cells as from `Splitter::split`, face by face in the same order; but what stays is changed in
+/// place, so a cut costs what it changes and one look at each vertex and edge. Thread rule: that of the
+/// splitter, whose predicate it uses and whose counts it continues.
 template <int D>
 class Clipper {
  public:
   explicit Clipper(Splitter<D>& splitter) : splitter_(&splitter) {}
   void load(const Cell<D>& cell) { cell_ = cell.copy(); }
-  /// Keeps what is on the negative side of the plane if the plane crosses the cell, else the cell stays as it is.
+  /// Keeps what is on the negative side of the plane if the plane crosses the cell, else the cell stays as it
+  /// is.
   /// @param rest if not null and the plane crosses: the other half. @return where the cell lay.
   Position cut(OrientedHyperplane plane, Cell<D>* rest);
   /// The mean of the vertices.
@@ -31,7 +32,8 @@ class Clipper {
   Cell<D> cell_;
 };
 
-/// In three dimensions every edge lies in exactly two facets: so what a cut changes is found from the edges alone.
+/// In three dimensions every edge lies in exactly two facets: so what a cut changes is found from the edges
+/// alone.
 template <>
 class Clipper<3> {
  public:
@@ -57,28 +59,28 @@ class Clipper<3> {
   Splitter<3>* splitter_;
   // What was cut away leaves holes until `close_up`. New faces come last, as in `Splitter::split`.
   Buffer<Vertex<3>> vertices_;
-  std::array<Buffer<double>, 3> x_;         // the vertices' coordinates by axis
+  std::array<Buffer<double>, 3> x_;                 // the vertices' coordinates by axis
   Buffer<std::uint8_t> vertex_lives_, edge_lives_;  // 0, or all bits
   Buffer<Edge> edges_;
   Buffer<Facet> facets_;
   Buffer<Index> lists_, lists_copy_;
   static constexpr std::size_t none = 0xffff;
   std::size_t living_vertices_ = 0, witness_ = none;  // of the living, where the dead are
-  double error_ = 0;  // the largest of the vertices'
+  double error_ = 0;                                  // the largest of the vertices'
   // Of the cut at hand.
   Buffer<double> values_;
   Buffer<std::uint8_t> vertex_mask_, edge_mask_;
-  Buffer<std::uint8_t> facet_mask_;  // 0 where nothing goes
-  bool is_touched_ = false;    // some vertex lies on the plane
+  Buffer<std::uint8_t> facet_mask_;             // 0 where nothing goes
+  bool is_touched_ = false;                     // some vertex lies on the plane
   Buffer<Index> going_vertices_, going_edges_;  // with vertices on the side that goes, in part or as a whole
-  Buffer<Index> cut_vertex_;   // of each crossing edge
-  Buffer<EdgeHyperplanes<3>> crossing_;  // edges
+  Buffer<Index> cut_vertex_;                    // of each crossing edge
+  Buffer<EdgeHyperplanes<3>> crossing_;         // edges
   Buffer<Index> crossing_facets_;
-  Buffer<Index> common_edge_;                    // of each crossing facet
-  Buffer<std::array<Index, 2>> common_ends_;     // likewise: where the new edge ends
-  Buffer<std::uint8_t> ends_found_;              // likewise: how many of these
-  Buffer<Index> common_list_;  // edges of the common facet
-  Buffer<Index> renumbered_, packed_;   // of vertices or edges
+  Buffer<Index> common_edge_;                 // of each crossing facet
+  Buffer<std::array<Index, 2>> common_ends_;  // likewise: where the new edge ends
+  Buffer<std::uint8_t> ends_found_;           // likewise: how many of these
+  Buffer<Index> common_list_;                 // edges of the common facet
+  Buffer<Index> renumbered_, packed_;         // of vertices or edges
 
   std::uint8_t find_sides(HyperplaneId id);
   void add_vertex(const Vertex<3>& vertex);

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <span>
 
-#include "bsp2/geometry/support/buffer.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
+#include "bsp2/geometry/support/buffer.hpp"
 
 namespace bsp2::geometry {
 
@@ -16,7 +16,8 @@ class HalfspaceColumns {
   void assign(const HyperplaneTable<D>& table, std::span<const OrientedHyperplane> halfspaces);
   /// How many are left.
   [[nodiscard]] std::size_t size() const { return left_; }
-  /// The index of the one that the point is furthest outside of, the first of equals; the same on every processor. @pre size() > 0.
+  /// The index of the one that the point is furthest outside of, the first of equals; the same on every
+  /// processor. @pre size() > 0.
   [[nodiscard]] std::size_t furthest(const std::array<double, D>& point) const;
   /// It is not asked any more.
   void remove(std::size_t index);

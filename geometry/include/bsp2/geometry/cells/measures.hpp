@@ -10,19 +10,23 @@
 
 namespace bsp2::geometry {
 
-/// Integrals of x_i x_j over a set, with x_0 = 1: volume, first and second moments; the paper's 4 x 4 inertia tensor.
+/// Integrals of x_i x_j over a set, with x_0 = 1: volume, first and second moments; the paper's 4 x 4 inertia
+/// tensor.
 ///
-/// Symmetric, stored by rows of the upper triangle: (0,0), (0,1) ... (0,D), (1,1) ... In model units, about the origin.
+/// Symmetric, stored by rows of the upper triangle: (0,0), (0,1) ... (0,D), (1,1) ... In model units, about
+/// the origin.
 template <int D>
 struct Moments {
   static constexpr int size = (D + 1) * (D + 2) / 2;
   std::array<double, size> integral{};
   [[nodiscard]] double volume() const { return integral[0]; }
-  static constexpr int index(int i, int j) { return i <= j ? i * (2 * (D + 1) - i - 1) / 2 + j : index(j, i); }
+  static constexpr int index(int i, int j) {
+    return i <= j ? i * (2 * (D + 1) - i - 1) / 2 + j : index(j, i);
+  }
 };
 
-/// Sums moments so that the result depends neither on the order of the summands nor on their grouping: each is rounded
-/// to a multiple of 2^-96 of what the root cell's own moment may be, and added as an integer.
+/// Sums moments so that the result depends neither on the order of the summands nor on their grouping: each
+/// is rounded to a multiple of 2^-96 of what the root cell's own moment may be, and added as an integer.
 /// Thread rule: one thread at a time; sums of several threads are merged by `+=`.
 template <int D>
 class MomentSum {
@@ -61,18 +65,20 @@ class CellWriter {
   explicit CellWriter(const HyperplaneTable<D>& table) : table_(&table) {}
   /// Volume and moments of a cell.
   Moments<D> measure(const Cell<D>& cell);
-  /// Appends the cell with its geometry and volume; the caller fills label, primitive, part, region and level.
+  /// Appends the cell with its geometry and volume; the caller fills label, primitive, part, region and
+  /// level.
   /// @return its moments.
   Moments<D> append(const Cell<D>& cell, CellBatch& batch);
 
  private:
   const HyperplaneTable<D>* table_;
-  std::vector<std::uint16_t> neighbours_;         // of each vertex along the facet at hand: both, by exclusive or
-  std::vector<std::uint16_t> loops_;                      // ordered vertices of all facets (D = 3)
+  std::vector<std::uint16_t> neighbours_;  // of each vertex along the facet at hand: both, by exclusive or
+  std::vector<std::uint16_t> loops_;       // ordered vertices of all facets (D = 3)
   std::vector<std::uint32_t> loop_ends_;
-  std::vector<std::uint16_t> doubtful_;           // facets too thin to tell which way round they are
+  std::vector<std::uint16_t> doubtful_;                 // facets too thin to tell which way round they are
   std::vector<std::array<double, 3>> seen_from_first_;  // the vertices, seen from the first one (D = 3)
-  std::vector<Triangle> triangles_;                     // of the facets that miss the first vertex; there may be more memory than triangles
+  std::vector<Triangle>
+      triangles_;  // of the facets that miss the first vertex; there may be more memory than triangles
   std::size_t triangle_count_ = 0;
 
   void cut_into_triangles(const Cell<D>& cell);

@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "bsp2/geometry/support/buffer.hpp"
 #include "bsp2/geometry/cells/cell.hpp"
 #include "bsp2/geometry/exact/fraction.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
+#include "bsp2/geometry/support/buffer.hpp"
 
 namespace bsp2::geometry {
 
@@ -44,7 +44,9 @@ class CellScratch {
     return index;
   }
   void add_subface(int k, std::uint16_t subface) { levels_[k - 1].subfaces.push(subface); }
-  void close_face(int k) { levels_[k - 1].ends.push(static_cast<std::uint32_t>(levels_[k - 1].subfaces.size())); }
+  void close_face(int k) {
+    levels_[k - 1].ends.push(static_cast<std::uint32_t>(levels_[k - 1].subfaces.size()));
+  }
   /// Puts the ends of the edge that was added last in ascending order.
   void order_last_edge() {
     auto& ends = levels_[0].subfaces;
@@ -69,13 +71,13 @@ class CellScratch {
   }
 };
 
-/// The coordinates of a cell's vertices by axis, so that one hyperplane is held against all of them at a time. The last
-/// vertex is repeated to fill the last block.
+/// The coordinates of a cell's vertices by axis, so that one hyperplane is held against all of them at a
+/// time. The last vertex is repeated to fill the last block.
 template <int D>
 struct VertexColumns {
   static constexpr std::size_t block = 4;
-  std::size_t count = 0;  ///< of vertices
-  std::size_t padded = 0; ///< a multiple of the block
+  std::size_t count = 0;   ///< of vertices
+  std::size_t padded = 0;  ///< a multiple of the block
   std::array<Buffer<double>, D> x;
   double error = 0;  ///< the largest of the vertices' error bounds
   void load(const Cell<D>& cell);
@@ -83,9 +85,9 @@ struct VertexColumns {
 
 /// The kernel's two operations on cells, with the buffers and counts of one thread.
 ///
-/// `side` is the one predicate: a floating-point filter with a proven bound answers almost always, exact integer
-/// arithmetic the rest. Everything else is combinatorics on its answers, so a split never yields an invalid cell.
-/// Thread rule: one thread at a time; the table is shared and only read.
+/// `side` is the one predicate: a floating-point filter with a proven bound answers almost always, exact
+/// integer arithmetic the rest. Everything else is combinatorics on its answers, so a split never yields an
+/// invalid cell. Thread rule: one thread at a time; the table is shared and only read.
 template <int D>
 class Splitter {
  public:
@@ -94,22 +96,25 @@ class Splitter {
   /// -1, 0, +1: the side of the hyperplane on which the vertex is. Exact.
   int side(const Vertex<D>& vertex, HyperplaneId id, const Hyperplane<D>& rounded);
 
-  /// Where the cell lies; remembers the vertices' sides for `split`. A cell with no vertex strictly on one side is on the
-  /// other one.
+  /// Where the cell lies; remembers the vertices' sides for `split`. A cell with no vertex strictly on one
+  /// side is on the other one.
   Position classify(const Cell<D>& cell, HyperplaneId id);
 
   /// Where the cell lies, stopping as soon as that is known; remembers nothing.
   Position position(const Cell<D>& cell, HyperplaneId id, const Hyperplane<D>& rounded);
   /// The same, faster, with the cell's columns.
-  Position position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id, const Hyperplane<D>& rounded);
+  Position position(const Cell<D>& cell, const VertexColumns<D>& columns, HyperplaneId id,
+                    const Hyperplane<D>& rounded);
 
-  /// Which of these half-spaces, all of primitives, cross the cell: their codes are appended to `crossing`, in the same order.
+  /// Which of these half-spaces, all of primitives, cross the cell: their codes are appended to `crossing`,
+  /// in the same order.
   /// @return false as soon as one is met that the cell is outside of; then what was appended means nothing.
-  bool find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns, std::span<const OrientedHyperplane> planes, Buffer<std::uint32_t>& crossing);
+  bool find_crossing(const Cell<D>& cell, const VertexColumns<D>& columns,
+                     std::span<const OrientedHyperplane> planes, Buffer<std::uint32_t>& crossing);
 
-  /// Splits the cell that was classified last, and crosses the hyperplane, into its two halves and their common facet.
-  /// A null pointer leaves that half unbuilt. Linear in the faces of the cell.
-  /// Source: Bajaj and Pascucci 1996; the paper, figure 4.
+  /// Splits the cell that was classified last, and crosses the hyperplane, into its two halves and their
+  /// common facet. A null pointer leaves that half unbuilt. Linear in the faces of the cell. Source: Bajaj
+  /// and Pascucci 1996; the paper, figure 4.
   void split(const Cell<D>& cell, HyperplaneId id, Cell<D>* negative, Cell<D>* positive);
 
   [[nodiscard]] const HyperplaneTable<D>& table() const { return *table_; }
@@ -119,8 +124,9 @@ class Splitter {
   friend class Clipper<D>;
   struct Half {
     CellScratch<D> scratch;
-    std::array<Buffer<std::uint16_t>, D> index;   // of each k-face in this half, where it is there
-    std::array<Buffer<std::uint16_t>, D> common;  // [k-1]: of the (k-1)-face in which a crossing k-face meets h
+    std::array<Buffer<std::uint16_t>, D> index;  // of each k-face in this half, where it is there
+    std::array<Buffer<std::uint16_t>, D>
+        common;  // [k-1]: of the (k-1)-face in which a crossing k-face meets h
     bool wanted = false;
   };
   static constexpr std::uint8_t has_negative = 1, has_positive = 2, crosses = 3;
@@ -128,13 +134,13 @@ class Splitter {
   const HyperplaneTable<D>* table_;
   long reach_bits_;  // coordinates in the model are below 2^reach_bits_ steps of the grid
   KernelCounts counts_;
-  std::array<Buffer<std::uint8_t>, D> mask_;  // of each k-face: on which sides it has vertices
-  Buffer<EdgeHyperplanes<D>> crossing_;  // edges
-  Buffer<Vertex<D>> cuts_;               // of each of them
-  Buffer<std::uint16_t> cut_number_;     // of each crossing edge
-  std::array<Half, 2> halves_;  // D != 3
-  Buffer<std::array<std::uint32_t, 2>> common_edges_;  // D = 3: their ends
-  Buffer<std::uint32_t> common_outline_;               // D = 3: edges
+  std::array<Buffer<std::uint8_t>, D> mask_;            // of each k-face: on which sides it has vertices
+  Buffer<EdgeHyperplanes<D>> crossing_;                 // edges
+  Buffer<Vertex<D>> cuts_;                              // of each of them
+  Buffer<std::uint16_t> cut_number_;                    // of each crossing edge
+  std::array<Half, 2> halves_;                          // D != 3
+  Buffer<std::array<std::uint32_t, 2>> common_edges_;   // D = 3: their ends
+  Buffer<std::uint32_t> common_outline_;                // D = 3: edges
   std::array<Buffer<std::uint16_t>, 3> number_, kept_;  // D = 3: of the faces of a half
 
   template <typename Covector>
@@ -154,22 +160,26 @@ class Splitter {
     Covector point;  // homogeneous, the weight last
   };
   using FractionCovector = std::array<Fraction, D + 1>;
-  std::vector<CachedCovector<ExactCovector<D>>> exact_cache_;  // of the hyperplanes that exact predicates asked for last
+  std::vector<CachedCovector<ExactCovector<D>>>
+      exact_cache_;  // of the hyperplanes that exact predicates asked for last
   std::vector<CachedCovector<FractionCovector>> fraction_cache_;
-  std::vector<CachedPoint<ExactCovector<D>>> point_cache_;  // what one hyperplane leaves open at a vertex, its neighbours often do, too
+  std::vector<CachedPoint<ExactCovector<D>>>
+      point_cache_;  // what one hyperplane leaves open at a vertex, its neighbours often do, too
   std::vector<CachedPoint<FractionCovector>> fraction_point_cache_;
   struct CachedPencil {
     std::array<HyperplaneId, D> ids = no_ids();
   };
   std::vector<CachedPencil> pencil_cache_;  // hyperplanes that meet in more than a point
 
-  /// What was asked: the vertex's hyperplanes, or their covectors, in ascending order, then the one that it is held against.
+  /// What was asked: the vertex's hyperplanes, or their covectors, in ascending order, then the one that it
+  /// is held against.
   struct CachedSide {
     std::array<std::uint32_t, D + 1> key{};  // no vertex lies on one hyperplane alone
     std::int8_t side = 0;
   };
   std::vector<CachedSide> side_cache_;   // cells that share a vertex ask the same again
-  std::vector<CachedSide> frame_cache_;  // within a frame, by covectors: what one primitive asked, the next of its shape asks again
+  std::vector<CachedSide> frame_cache_;  // within a frame, by covectors: what one primitive asked, the next
+                                         // of its shape asks again
 
   struct QuickSide {
     std::uint8_t mask;
@@ -181,7 +191,8 @@ class Splitter {
   int compute_exact_side(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
   std::optional<int> side_in_frame(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
   [[nodiscard]] int compute_side_in_frame(const std::array<std::uint32_t, D + 1>& covectors) const;
-  [[nodiscard]] std::optional<int> side_in_fractions(const std::array<HyperplaneId, D>& vertex, HyperplaneId id);
+  [[nodiscard]] std::optional<int> side_in_fractions(const std::array<HyperplaneId, D>& vertex,
+                                                     HyperplaneId id);
   bool is_known_pencil(const std::array<HyperplaneId, D>& ids);
   bool is_pencil(const std::array<HyperplaneId, D>& ids);
   const FractionCovector& in_fractions(HyperplaneId id);
@@ -196,11 +207,13 @@ class Splitter {
   void split_body(const Cell<D>& cell, HyperplaneId id);
   void copy_face(const Cell<D>& cell, int k, std::size_t face, Half& half);
   template <typename Facets>
-  std::uint16_t add_common(const Cell<D>& cell, int k, const Facets& subfaces, const std::uint32_t* hyperplanes, Half& half);
+  std::uint16_t add_common(const Cell<D>& cell, int k, const Facets& subfaces,
+                           const std::uint32_t* hyperplanes, Half& half);
   // D = 3, in space_split.cpp
   void find_common_edges(const Cell<D>& cell);
   void find_touched_edges(const Cell<D>& cell);
-  [[nodiscard]] std::array<std::uint32_t, 2> find_common_edge(const Cell<D>& cell, std::span<const std::uint16_t> outline) const;
+  [[nodiscard]] std::array<std::uint32_t, 2> find_common_edge(const Cell<D>& cell,
+                                                              std::span<const std::uint16_t> outline) const;
   std::size_t number_kept(int k, std::size_t count, std::uint8_t other);
   Cell<D> half_of(const Cell<D>& cell, HyperplaneId id, std::uint8_t side);
 };

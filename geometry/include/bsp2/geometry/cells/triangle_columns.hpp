@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <span>
 
-#include "bsp2/geometry/support/buffer.hpp"
 #include "bsp2/geometry/exact/hyperplane.hpp"
+#include "bsp2/geometry/support/buffer.hpp"
 
 namespace bsp2::geometry {
 
@@ -21,10 +21,12 @@ class TriangleColumns {
   /// What was in it is gone. @post the corners of `count` triangles are to be set.
   void resize(std::size_t count);
   void set(std::size_t triangle, std::size_t corner, const std::array<double, 3>& point) {
-    for (std::size_t axis = 0; axis < 3; ++axis) coordinates_[(3 * corner + axis) * padded_ + triangle] = point[axis];
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      coordinates_[(3 * corner + axis) * padded_ + triangle] = point[axis];
   }
-  /// For each triangle the `Sides` of its corners: where the plane's value is below `low`, above `high`, or between. Values are those of
-  /// Hyperplane::at, on every processor. Valid until the next call. @pre low <= high
+  /// For each triangle the `Sides` of its corners: where the plane's value is below `low`, above `high`, or
+  /// between. Values are those of Hyperplane::at, on every processor. Valid until the next call. @pre low <=
+  /// high
   [[nodiscard]] std::span<const std::uint8_t> sides(const Hyperplane<3>& plane, double low, double high);
 
  private:

@@ -11,7 +11,8 @@
 
 namespace bsp2::geometry {
 
-/// An affine map from a primitive's frame to the model, as a D x (D+1) matrix, translation last, in model units.
+/// An affine map from a primitive's frame to the model, as a D x (D+1) matrix, translation last, in model
+/// units.
 template <int D>
 using Matrix = std::array<std::array<Quad, D + 1>, D>;
 
@@ -21,13 +22,14 @@ using MinorInteger = FixedInteger<D <= 3 ? 384 : 768>;
 
 /// The affine map on the model's grid: the same matrix as integers, in units of 2^grid_exponent.
 ///
-/// The grid is 2^-100 of the largest coordinate: every map is rounded to it once, and all that follows is exact.
-/// Maps covectors by the product with the adjugate matrix (paper, section 4.1: transformers).
+/// The grid is 2^-100 of the largest coordinate: every map is rounded to it once, and all that follows is
+/// exact. Maps covectors by the product with the adjugate matrix (paper, section 4.1: transformers).
 template <int D>
 class AffineMap {
  public:
-  /// The map in long double: enough for all rounded images, and more than twice as large as the map itself. Magnitudes are the sums of the
-  /// sizes of the terms of something, for the bound of its error: doubles are enough.
+  /// The map in long double: enough for all rounded images, and more than twice as large as the map itself.
+  /// Magnitudes are the sums of the sizes of the terms of something, for the bound of its error: doubles are
+  /// enough.
   struct Rounding {
     std::array<std::array<long double, D>, D> adjugate;
     std::array<std::array<double, D>, D> magnitude;  ///< of the adjugate
@@ -37,7 +39,8 @@ class AffineMap {
   };
 
   AffineMap() = default;  ///< none yet
-  /// @pre no entry exceeds 2^(grid_exponent + 122): a primitive may be modelled a million times its reach away from its place.
+  /// @pre no entry exceeds 2^(grid_exponent + 122): a primitive may be modelled a million times its reach
+  /// away from its place.
   AffineMap(const Matrix<D>& matrix, int grid_exponent);
   [[nodiscard]] Rounding rounding() const;
 
@@ -74,19 +77,23 @@ class AffineMap {
     std::array<double, D + 1> error;
   };
   /// @param rounding of this map.
-  [[nodiscard]] Rounded map_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const;
+  [[nodiscard]] Rounded map_rounded(const std::array<long double, D + 1>& local,
+                                    const Rounding& rounding) const;
   /// The same in two steps: the normal first, which all translates of this map give a covector.
   struct RoundedNormal {
     std::array<long double, D> value;
     std::array<double, D> error, magnitude;
   };
-  [[nodiscard]] RoundedNormal map_normal_rounded(const std::array<long double, D + 1>& local, const Rounding& rounding) const;
+  [[nodiscard]] RoundedNormal map_normal_rounded(const std::array<long double, D + 1>& local,
+                                                 const Rounding& rounding) const;
   struct RoundedConstant {
     long double value;
     double error;
   };
   /// @param rounding of this map, or that of a translate with this map's `translation`.
-  [[nodiscard]] RoundedConstant map_constant_rounded(const std::array<long double, D + 1>& local, const RoundedNormal& normal, const Rounding& rounding) const {
+  [[nodiscard]] RoundedConstant map_constant_rounded(const std::array<long double, D + 1>& local,
+                                                     const RoundedNormal& normal,
+                                                     const Rounding& rounding) const {
     long double value = (orientation_ < 0 ? -rounding.determinant : rounding.determinant) * local[D];
     double magnitude = rounding.determinant_magnitude * std::fabs(static_cast<double>(local[D]));
     for (int j = 0; j < D; ++j) {
@@ -106,7 +113,8 @@ class AffineMap {
   struct Inverse {
     std::array<std::array<double, D>, D> matrix;
     std::array<double, D> origin;
-    double error = 0;  ///< of each coordinate of y as computed in doubles, where |x_i| <= radius; infinite if the map is too flat
+    double error = 0;  ///< of each coordinate of y as computed in doubles, where |x_i| <= radius; infinite if
+                       ///< the map is too flat
     double scale = 0;  ///< distances in the frame are at most so many times those in the model
     [[nodiscard]] std::array<double, D> image(const std::array<double, D>& x) const {
       std::array<double, D> y{};
@@ -118,7 +126,8 @@ class AffineMap {
   [[nodiscard]] Inverse inverse(double radius) const;
 
  private:
-  /// Of coefficients in long double: up to 40 operations, in D = 6, take 0.63 of it, magnitudes in doubles much less than the rest.
+  /// Of coefficients in long double: up to 40 operations, in D = 6, take 0.63 of it, magnitudes in doubles
+  /// much less than the rest.
   static constexpr double unit_roundoff = 0x1p-58;
 
   int grid_exponent_;

@@ -7,11 +7,11 @@
 
 namespace bsp2::geometry {
 
-/// A multiple of 2^-192 between -1/2 and 1/2. Sums are exact; what is made a fraction loses less than 2^-192, a product less than
-/// 6 * 2^-192.
+/// A multiple of 2^-192 between -1/2 and 1/2. Sums are exact; what is made a fraction loses less than 2^-192,
+/// a product less than 6 * 2^-192.
 ///
-/// Most signs that doubles leave open are those of values far above what this resolves, and three words are many times faster than the
-/// exact numbers.
+/// Most signs that doubles leave open are those of values far above what this resolves, and three words are
+/// many times faster than the exact numbers.
 class Fraction {
  public:
   static constexpr int bits = 192;
@@ -22,7 +22,9 @@ class Fraction {
   static Fraction scaled(const Integer& value, long exponent) {
     const auto& limbs = value.backend();
     static_assert(sizeof(*limbs.limbs()) == sizeof(Word));
-    const auto limb = [&](long i) { return i >= 0 && i < static_cast<long>(limbs.size()) ? limbs.limbs()[i] : 0; };
+    const auto limb = [&](long i) {
+      return i >= 0 && i < static_cast<long>(limbs.size()) ? limbs.limbs()[i] : 0;
+    };
     Fraction result;
     for (int k = 0; k < 3; ++k) {
       const long bit = 64 * k - exponent - bits;  // of the value, which becomes the first one of the word
@@ -55,7 +57,8 @@ class Fraction {
     const auto high = [](Double x) { return static_cast<Word>(x >> 64); };
     // What is below 2^-192 is left out, and so are the carries that come from there.
     const Double p12 = product(1, 2), p21 = product(2, 1), p22 = product(2, 2);
-    const Double lowest = Double{high(product(0, 2))} + high(product(1, 1)) + high(product(2, 0)) + low(p12) + low(p21);
+    const Double lowest =
+        Double{high(product(0, 2))} + high(product(1, 1)) + high(product(2, 0)) + low(p12) + low(p21);
     const Double middle = Double{high(lowest)} + high(p12) + high(p21) + low(p22);
     Fraction result;
     result.word_ = {low(lowest), low(middle), high(p22) + high(middle)};

@@ -9,7 +9,8 @@ namespace bsp2::geometry {
 /// Names an unoriented hyperplane of a table; the same on all ranks and threads.
 using HyperplaneId = std::uint32_t;
 
-/// A hyperplane id and an orientation: the value is 2 id, plus 1 where the hyperplane is taken with the opposite sign.
+/// A hyperplane id and an orientation: the value is 2 id, plus 1 where the hyperplane is taken with the
+/// opposite sign.
 struct OrientedHyperplane {
   std::uint32_t code = 0;
   [[nodiscard]] HyperplaneId id() const { return code >> 1; }
@@ -17,12 +18,14 @@ struct OrientedHyperplane {
   [[nodiscard]] OrientedHyperplane opposite() const { return {code ^ 1u}; }
   friend bool operator==(OrientedHyperplane, OrientedHyperplane) = default;
 };
-inline OrientedHyperplane oriented(HyperplaneId id, bool flipped = false) { return {id << 1 | (flipped ? 1u : 0u)}; }
+inline OrientedHyperplane oriented(HyperplaneId id, bool flipped = false) {
+  return {id << 1 | (flipped ? 1u : 0u)};
+}
 
 /// The rounded copy of a hyperplane normal . x + offset = 0, for filters: the negative side is inside.
 ///
-/// Invariant: for every point x within the table's bounds, `at(x)` differs from the exact hyperplane's value at x,
-/// divided by the length of its exact normal, by at most `error`.
+/// Invariant: for every point x within the table's bounds, `at(x)` differs from the exact hyperplane's value
+/// at x, divided by the length of its exact normal, by at most `error`.
 template <int D>
 struct Hyperplane {
   std::array<double, D> normal;  ///< of unit length, rounded

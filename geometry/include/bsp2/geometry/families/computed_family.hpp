@@ -10,8 +10,8 @@
 
 namespace bsp2::geometry {
 
-/// Hyperplanes that another room computes when asked for, each under a number: the same whenever and wherever it is asked.
-/// Thread rule: any number of threads may ask at once.
+/// Hyperplanes that another room computes when asked for, each under a number: the same whenever and wherever
+/// it is asked. Thread rule: any number of threads may ask at once.
 template <int D>
 class ComputedFamily {
  public:
@@ -30,8 +30,12 @@ class SharedFamily {
  public:
   explicit SharedFamily(std::shared_ptr<const ComputedFamily<D>> family) : family_(std::move(family)) {}
   [[nodiscard]] std::uint32_t count() const { return family_->count(); }
-  [[nodiscard]] std::array<LocalInteger, D + 1> exact(std::uint32_t number) const { return converted<LocalInteger>(number); }
-  [[nodiscard]] std::array<long double, D + 1> rounded(std::uint32_t number) const { return converted<long double>(number); }
+  [[nodiscard]] std::array<LocalInteger, D + 1> exact(std::uint32_t number) const {
+    return converted<LocalInteger>(number);
+  }
+  [[nodiscard]] std::array<long double, D + 1> rounded(std::uint32_t number) const {
+    return converted<long double>(number);
+  }
 
  private:
   std::shared_ptr<const ComputedFamily<D>> family_;  // shared: its producer has it too

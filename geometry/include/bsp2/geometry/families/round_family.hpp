@@ -11,14 +11,14 @@ namespace bsp2::geometry {
 
 /// The hyperplanes that enclose a round solid level by level, each under a number, computed when asked for.
 ///
-/// The solid, in its frame: |(x_1 .. x_axes)| <= radius, which is 1, or for a cone goes linearly from `bottom` to `top` where
-/// x_(axes+1) goes from 0 to 1. The directions around it are divided like the faces of a cube, and each face into a
-/// grid of 2^level wedges along each of its axes.
+/// The solid, in its frame: |(x_1 .. x_axes)| <= radius, which is 1, or for a cone goes linearly from
+/// `bottom` to `top` where x_(axes+1) goes from 0 to 1. The directions around it are divided like the faces
+/// of a cube, and each face into a grid of 2^level wedges along each of its axes.
 ///
-/// A wedge w has a direction d of integers. Its *tangent* d.x = T radius has the whole solid on its negative side. Before its
-/// *chord* d.x = C radius, inside the wedge, is only solid. *Radial* hyperplanes x_i = t x_a bound and halve wedges.
-/// T and C are rounded to multiples of 2^-40, outward and inward.
-/// Source: the paper, section 4.1 and figure 5; docs/curved.md has the proof.
+/// A wedge w has a direction d of integers. Its *tangent* d.x = T radius has the whole solid on its negative
+/// side. Before its *chord* d.x = C radius, inside the wedge, is only solid. *Radial* hyperplanes x_i = t x_a
+/// bound and halve wedges. T and C are rounded to multiples of 2^-40, outward and inward. Source: the paper,
+/// section 4.1 and figure 5; docs/curved.md has the proof.
 template <int D>
 class RoundFamily {
  public:
@@ -26,8 +26,8 @@ class RoundFamily {
   /// @pre bottom, top in [0, 1], not both 0; both 1 if axes = D.
   RoundFamily(int axes, double bottom, double top, std::uint64_t limit);
 
-  /// A wedge: the face of the cube (2 axis, plus 1 on the negative side), and its place in the grid of this level, along the
-  /// other round axes in their order.
+  /// A wedge: the face of the cube (2 axis, plus 1 on the negative side), and its place in the grid of this
+  /// level, along the other round axes in their order.
   struct Wedge {
     std::uint32_t face = 0, level = 0;
     std::array<std::uint32_t, D> at{};
@@ -49,7 +49,9 @@ class RoundFamily {
   [[nodiscard]] std::uint32_t count() const { return count_; }
 
   /// The round axis that coordinate `place` of a wedge goes along.
-  [[nodiscard]] static int axis_at(const Wedge& wedge, int place) { return place < wedge.axis() ? place : place + 1; }
+  [[nodiscard]] static int axis_at(const Wedge& wedge, int place) {
+    return place < wedge.axis() ? place : place + 1;
+  }
   /// d: D entries, 0 on the axes that are not round. Exact.
   [[nodiscard]] std::array<double, D> direction(const Wedge& wedge) const;
   [[nodiscard]] std::uint32_t tangent(const Wedge& wedge) const { return number_of(wedge); }
@@ -59,7 +61,8 @@ class RoundFamily {
   /// What bounds the wedge along a coordinate, below (-1) or above (+1).
   [[nodiscard]] Radial bound(const Wedge& wedge, int place, int side) const;
 
-  /// The covector in the solid's frame, inside negative: exactly, and each entry with a relative error below 2^-62.
+  /// The covector in the solid's frame, inside negative: exactly, and each entry with a relative error below
+  /// 2^-62.
   [[nodiscard]] std::array<LocalInteger, D + 1> exact(std::uint32_t number) const;
   [[nodiscard]] std::array<long double, D + 1> rounded(std::uint32_t number) const;
 

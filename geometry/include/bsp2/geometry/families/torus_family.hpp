@@ -9,12 +9,12 @@ namespace bsp2::geometry {
 
 /// The hyperplanes that enclose a torus level by level, each under a number, computed when asked for. D = 3.
 ///
-/// The torus, in its frame: (rho - 1)^2 + z^2 <= minor^2, rho = |(x, y)|. Around the axis it is divided into the wedges of a
-/// RoundFamily with two axes. For the points of a wedge with direction d,
+/// The torus, in its frame: (rho - 1)^2 + z^2 <= minor^2, rho = |(x, y)|. Around the axis it is divided into
+/// the wedges of a RoundFamily with two axes. For the points of a wedge with direction d,
 ///   least d.x <= rho <= most d.x      (`Span`)
-/// so a half-plane of (rho, z) is held between two half-spaces of the wedge. Across the tube, directions (*arcs*) are divided
-/// like the wedges are. An arc has an *outer* plane, which has all of the torus in this wedge on its negative side, and an
-/// *inner* one, which cuts off as much as the chord of the arc does.
+/// so a half-plane of (rho, z) is held between two half-spaces of the wedge. Across the tube, directions
+/// (*arcs*) are divided like the wedges are. An arc has an *outer* plane, which has all of the torus in this
+/// wedge on its negative side, and an *inner* one, which cuts off as much as the chord of the arc does.
 /// Rounded to multiples of 2^-44, by a margin of 2^-38 to the safe side. docs/curved.md.
 class TorusFamily {
  public:
@@ -43,7 +43,9 @@ class TorusFamily {
   /// Its middle direction, of unit length but for rounding.
   [[nodiscard]] std::array<double, 2> middle(std::uint32_t wedge_level, const Arc& arc) const;
   [[nodiscard]] std::uint32_t outer(const Wedge& wedge, const Arc& arc) const;
-  [[nodiscard]] std::uint32_t inner(const Wedge& wedge, const Arc& arc) const { return outer(wedge, arc) + 1; }
+  [[nodiscard]] std::uint32_t inner(const Wedge& wedge, const Arc& arc) const {
+    return outer(wedge, arc) + 1;
+  }
 
   [[nodiscard]] std::array<LocalInteger, 4> exact(std::uint32_t number) const;
   [[nodiscard]] std::array<long double, 4> rounded(std::uint32_t number) const;
@@ -55,7 +57,9 @@ class TorusFamily {
   std::array<std::uint32_t, most_levels + 2> first_of_level_{};
 
   /// Arcs of a small tube are as wide as the wedges' curvature is worth.
-  [[nodiscard]] std::uint32_t arc_level(std::uint32_t wedge_level) const { return wedge_level > lag_ + 1 ? wedge_level - lag_ : 1; }
+  [[nodiscard]] std::uint32_t arc_level(std::uint32_t wedge_level) const {
+    return wedge_level > lag_ + 1 ? wedge_level - lag_ : 1;
+  }
   [[nodiscard]] std::array<std::int64_t, 4> plane(std::uint32_t number) const;
 };
 

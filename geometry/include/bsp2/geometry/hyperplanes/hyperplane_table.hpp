@@ -10,23 +10,24 @@
 #include <vector>
 
 #include "bsp2/geometry/exact/affine_map.hpp"
-#include "bsp2/geometry/support/buffer.hpp"
-#include "bsp2/geometry/families/computed_family.hpp"
 #include "bsp2/geometry/exact/covector.hpp"
 #include "bsp2/geometry/exact/hyperplane.hpp"
+#include "bsp2/geometry/families/computed_family.hpp"
 #include "bsp2/geometry/families/round_family.hpp"
 #include "bsp2/geometry/families/torus_family.hpp"
+#include "bsp2/geometry/support/buffer.hpp"
 
 namespace bsp2::geometry {
 
 /// All hyperplanes of a model, each under one id.
 ///
-/// Three kinds: the hyperplanes of primitives (a covector of the primitive's frame and the affine map that places it: the
-/// exact coefficients are their product, computed when asked for), axis-parallel cuts x_axis = position on a regular
-/// grid of 2^27 steps over the model's bounds, and the families of curved solids; the latter two need no storage here.
+/// Three kinds: the hyperplanes of primitives (a covector of the primitive's frame and the affine map that
+/// places it: the exact coefficients are their product, computed when asked for), axis-parallel cuts x_axis =
+/// position on a regular grid of 2^27 steps over the model's bounds, and the families of curved solids; the
+/// latter two need no storage here.
 ///
-/// Life: bounds, then maps and covectors and occurrences are added, then `merge` decides coincidence once, then families are
-/// added, then any number of threads may read.
+/// Life: bounds, then maps and covectors and occurrences are added, then `merge` decides coincidence once,
+/// then families are added, then any number of threads may read.
 template <int D>
 class HyperplaneTable {
  public:
@@ -36,13 +37,15 @@ class HyperplaneTable {
 
   /// Makes room for so many maps and their occurrences; more may come.
   void reserve(std::size_t maps);
-  /// Numbers for maps, each of which `set_map` has to make before anything else is asked of it, and before `merge`; different threads may
-  /// make different ones. @return the first number.
+  /// Numbers for maps, each of which `set_map` has to make before anything else is asked of it, and before
+  /// `merge`; different threads may make different ones. @return the first number.
   [[nodiscard]] std::uint32_t add_maps(std::size_t count);
   /// The map that places a primitive, and bounds of the placed primitive.
-  void set_map(std::uint32_t map, const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
+  void set_map(std::uint32_t map, const Matrix<D>& matrix, const std::array<double, D>& lower,
+               const std::array<double, D>& upper);
   /// `add_maps(1)` and `set_map`.
-  std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower, const std::array<double, D>& upper);
+  std::uint32_t add_map(const Matrix<D>& matrix, const std::array<double, D>& lower,
+                        const std::array<double, D>& upper);
   /// The same for a primitive that may be anywhere in the model.
   std::uint32_t add_map(const Matrix<D>& matrix);
   /// @return index of the first one.
@@ -50,19 +53,26 @@ class HyperplaneTable {
   /// The same; the first ones are not copied.
   std::uint32_t add_covectors(std::vector<Covector<D>>&& covectors);
   [[nodiscard]] int orientation(std::uint32_t map) const { return maps_[map].orientation(); }
-  /// Adds the hyperplanes of `count` covectors from `covector` on, placed by `map`. @return the number of the first of these occurrences.
+  /// Adds the hyperplanes of `count` covectors from `covector` on, placed by `map`. @return the number of the
+  /// first of these occurrences.
   std::uint32_t add_occurrences(std::uint32_t map, std::uint32_t covector, std::uint32_t count);
-  std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector) { return add_occurrences(map, covector, 1); }
+  std::uint32_t add_occurrence(std::uint32_t map, std::uint32_t covector) {
+    return add_occurrences(map, covector, 1);
+  }
 
-  /// Decides which occurrences are the same hyperplane and gives ids. An occurrence is represented by another one that
-  /// equals it, or (tolerance > 0) that differs from it by at most `tolerance` times the size of the model anywhere within
-  /// the bounds of its own primitive: so no primitive's face moves by more. Large primitives represent small ones.
+  /// Decides which occurrences are the same hyperplane and gives ids. An occurrence is represented by another
+  /// one that equals it, or (tolerance > 0) that differs from it by at most `tolerance` times the size of the
+  /// model anywhere within the bounds of its own primitive: so no primitive's face moves by more. Large
+  /// primitives represent small ones.
   /// @param threads that round hyperplanes; the result is the same for any number.
-  /// @return the oriented hyperplane of each occurrence. @throws Error if there are more hyperplanes than ids.
+  /// @return the oriented hyperplane of each occurrence. @throws Error if there are more hyperplanes than
+  /// ids.
   std::vector<OrientedHyperplane> merge(double tolerance, unsigned threads = 1);
 
-  /// Gives ids to the hyperplanes of a family, placed by `map`. After `merge`. @return the first id: add the number.
-  using AnyFamily = std::conditional_t<D == 3, std::variant<RoundFamily<D>, SharedFamily<D>, TorusFamily>, std::variant<RoundFamily<D>, SharedFamily<D>>>;
+  /// Gives ids to the hyperplanes of a family, placed by `map`. After `merge`. @return the first id: add the
+  /// number.
+  using AnyFamily = std::conditional_t<D == 3, std::variant<RoundFamily<D>, SharedFamily<D>, TorusFamily>,
+                                       std::variant<RoundFamily<D>, SharedFamily<D>>>;
   HyperplaneId add_family(std::uint32_t map, const AnyFamily& family);
   /// How many ids are left for families.
   [[nodiscard]] std::uint32_t free_ids() const { return first_axis_id - end_of_families(); }
@@ -77,7 +87,8 @@ class HyperplaneTable {
   }
   /// The rounded hyperplanes of primitives, by id.
   [[nodiscard]] std::span<const Hyperplane<D>> rounded() const { return hyperplanes_; }
-  /// A hyperplane of a primitive or across an axis with up to eleven bits more, for where it meets others that are nearly parallel.
+  /// A hyperplane of a primitive or across an axis with up to eleven bits more, for where it meets others
+  /// that are nearly parallel.
   struct Refined {
     std::array<long double, D> normal;
     long double offset, error;  ///< error: as that of Hyperplane, where values are computed in long double
@@ -90,13 +101,16 @@ class HyperplaneTable {
   /// Nothing for hyperplanes of families, and where coefficients cancelled too much.
   [[nodiscard]] std::optional<Refined> refined(HyperplaneId id, LastMap& last) const;
   [[nodiscard]] ExactCovector<D> exact(HyperplaneId id) const;
-  /// Where a hyperplane comes from: the covector in a primitive's frame, which primitives of one shape share, and the map that places it.
-  /// Hyperplanes of one map lie in the model as their covectors do in the frame: maps keep sides and meeting points.
+  /// Where a hyperplane comes from: the covector in a primitive's frame, which primitives of one shape share,
+  /// and the map that places it. Hyperplanes of one map lie in the model as their covectors do in the frame:
+  /// maps keep sides and meeting points.
   struct Source {
     std::uint32_t map, covector;
   };
   /// Null for hyperplanes of families and axis-parallel cuts.
-  [[nodiscard]] const Source* source(HyperplaneId id) const { return id < sources_.size() ? &sources_[id] : nullptr; }
+  [[nodiscard]] const Source* source(HyperplaneId id) const {
+    return id < sources_.size() ? &sources_[id] : nullptr;
+  }
   [[nodiscard]] const Covector<D>& covector(std::uint32_t index) const { return covectors_[index]; }
   /// -1, 0, +1: the side of the hyperplane on which a point given in doubles is, anywhere in space. Exact.
   [[nodiscard]] int side(const std::array<double, D>& point, HyperplaneId id) const;
@@ -105,7 +119,9 @@ class HyperplaneTable {
   [[nodiscard]] static HyperplaneId axis_hyperplane(int axis, std::uint32_t position) {
     return first_axis_id + (static_cast<std::uint32_t>(axis) << axis_bits) + position;
   }
-  [[nodiscard]] double axis_value(int axis, std::uint32_t position) const { return origin_[axis] + position * step_[axis]; }
+  [[nodiscard]] double axis_value(int axis, std::uint32_t position) const {
+    return origin_[axis] + position * step_[axis];
+  }
   /// The last position whose value is <= x.
   [[nodiscard]] std::uint32_t axis_position(int axis, double x) const;
   static constexpr std::uint32_t axis_steps = (1u << 27) - 1;
@@ -121,7 +137,8 @@ class HyperplaneTable {
 
  private:
   static constexpr unsigned axis_bits = 27;
-  static constexpr HyperplaneId first_axis_id = 1u << 30;  // leaves a bit for the orientation: 7 axes would fit
+  static constexpr HyperplaneId first_axis_id = 1u
+                                                << 30;  // leaves a bit for the orientation: 7 axes would fit
 
   std::array<double, D> origin_, step_;
   double radius_ = 0, size_ = 0;
@@ -138,11 +155,12 @@ class HyperplaneTable {
   struct Stretch {
     static constexpr std::uint32_t none = ~std::uint32_t{0};
     std::uint32_t map, covector, first, count;
-    std::uint32_t next = none;  ///< the next one in this window that is alike: of the same covectors, placed by a translate of the map
+    std::uint32_t next = none;  ///< the next one in this window that is alike: of the same covectors, placed
+                                ///< by a translate of the map
     std::uint32_t place = 0;    ///< in the chain that these make; the first one leads
     std::uint64_t hash = 0;     ///< the same for all that are alike
   };
-  std::vector<Stretch> occurrences_;  // until merge
+  std::vector<Stretch> occurrences_;        // until merge
   std::vector<Hyperplane<D>> hyperplanes_;  // from merge on, by id, and where they come from
   std::vector<Source> sources_;
   struct Family {
@@ -154,7 +172,8 @@ class HyperplaneTable {
   std::vector<Family> families_;  // by id
 
   [[nodiscard]] HyperplaneId end_of_families() const {
-    return families_.empty() ? static_cast<HyperplaneId>(hyperplanes_.size()) : families_.back().first + families_.back().count;
+    return families_.empty() ? static_cast<HyperplaneId>(hyperplanes_.size())
+                             : families_.back().first + families_.back().count;
   }
   [[nodiscard]] const Family& family_of(HyperplaneId id) const;
   Hyperplane<D> family_rounded(HyperplaneId id) const;
@@ -172,16 +191,20 @@ class HyperplaneTable {
   [[nodiscard]] std::vector<Stretch> by_size(unsigned threads) const;
   void round(Window& window, unsigned threads) const;
   void chain_alike(Window& window) const;
-  void round_alike(Window& window, std::size_t leader, std::vector<std::optional<Direction>>& directions) const;
-  [[nodiscard]] std::optional<Direction> direction_of(const typename AffineMap<D>::RoundedNormal& normal) const;
-  [[nodiscard]] std::optional<Hyperplane<D>> at_distance(const Direction& direction, const typename AffineMap<D>::RoundedConstant& constant) const;
+  void round_alike(Window& window, std::size_t leader,
+                   std::vector<std::optional<Direction>>& directions) const;
+  [[nodiscard]] std::optional<Direction> direction_of(
+      const typename AffineMap<D>::RoundedNormal& normal) const;
+  [[nodiscard]] std::optional<Hyperplane<D>> at_distance(
+      const Direction& direction, const typename AffineMap<D>::RoundedConstant& constant) const;
   Hyperplane<D> round_exactly(const ExactCovector<D>& world) const;
   [[nodiscard]] bool equal(const Source& a, const Source& b, bool opposite) const;
   struct Occurrence {
     const Hyperplane<D>* hyperplane;
     Source source;
   };
-  [[nodiscard]] bool coincide(const Occurrence& a, const Occurrence& representative, double tolerance, double& distance, bool& opposite) const;
+  [[nodiscard]] bool coincide(const Occurrence& a, const Occurrence& representative, double tolerance,
+                              double& distance, bool& opposite) const;
   [[nodiscard]] double window(const Extent& extent, double tolerance) const;
   [[nodiscard]] double bucket(double tolerance) const;
   [[nodiscard]] static double reach_of_errors(std::span<const Hyperplane<D>> hyperplanes);

@@ -10,8 +10,8 @@
 
 namespace bsp2::geometry {
 
-/// A growing array of plain values for the innermost loops: it keeps its memory when it is cleared, `resize` leaves new
-/// values as they are, and `push` is a store and a test that almost never fails.
+/// A growing array of plain values for the innermost loops: it keeps its memory when it is cleared, `resize`
+/// leaves new values as they are, and `push` is a store and a test that almost never fails.
 template <typename T>
 class Buffer {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -36,7 +36,9 @@ class Buffer {
     std::swap(size_, other.size_);
     std::swap(capacity_, other.capacity_);
   }
-  friend bool operator==(const Buffer& a, const Buffer& b) { return std::equal(a.begin(), a.end(), b.begin(), b.end()); }
+  friend bool operator==(const Buffer& a, const Buffer& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end());
+  }
 
   [[nodiscard]] bool empty() const { return size_ == 0; }
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -52,7 +54,8 @@ class Buffer {
   void reserve(std::size_t capacity) {
     if (capacity > capacity_) grow(capacity);
   }
-  /// One value or several. They are stored one by one: a list of them would be stored first, and read again in other pieces.
+  /// One value or several. They are stored one by one: a list of them would be stored first, and read again
+  /// in other pieces.
   template <typename... Values>
   [[gnu::always_inline]] void push(const T& first, const Values&... others) {
     constexpr std::size_t count = 1 + sizeof...(others);

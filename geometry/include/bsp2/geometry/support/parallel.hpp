@@ -11,27 +11,31 @@
 
 namespace bsp2::geometry {
 
-/// Parts 0 ... count - 1 into ranges of `grain`, which threads take one after the other, and calls `work(first, end)` for each. One of the
-/// threads is the one that calls; it waits for the others, and passes on what one throws.
+/// Parts 0 ... count - 1 into ranges of `grain`, which threads take one after the other, and calls
+/// `work(first, end)` for each. One of the threads is the one that calls; it waits for the others, and passes
+/// on what one throws.
 template <typename Work>
 void for_each_range(std::size_t count, std::size_t grain, unsigned threads, const Work& work) {
   std::atomic<std::size_t> next = 0;
   const auto take_ranges = [&] {
-    for (std::size_t first; (first = next.fetch_add(grain, std::memory_order_relaxed)) < count;) work(first, std::min(first + grain, count));
+    for (std::size_t first; (first = next.fetch_add(grain, std::memory_order_relaxed)) < count;)
+      work(first, std::min(first + grain, count));
   };
   const std::size_t ranges = (count + grain - 1) / grain;
   Threads others;
-  for (std::size_t i = 1; i < std::min<std::size_t>(threads, ranges); ++i) others.start(take_ranges, Threads::Begin::elsewhere);
+  for (std::size_t i = 1; i < std::min<std::size_t>(threads, ranges); ++i)
+    others.start(take_ranges, Threads::Begin::elsewhere);
   take_ranges();
   others.join();
 }
 
-/// Items 0 ... count - 1 that some threads make ahead, while the one that calls uses them in their order. Few are held at a time.
+/// Items 0 ... count - 1 that some threads make ahead, while the one that calls uses them in their order. Few
+/// are held at a time.
 template <typename Item>
 class MadeAhead {
  public:
-  /// Calls `make(i, item)` and then `use(item)` for each, with items that were used before. One thread makes and uses them in turns. Passes
-  /// on what is thrown, when all threads have ended.
+  /// Calls `make(i, item)` and then `use(item)` for each, with items that were used before. One thread makes
+  /// and uses them in turns. Passes on what is thrown, when all threads have ended.
   template <typename Make, typename Use>
   static void run(std::size_t count, unsigned threads, const Make& make, const Use& use) {
     MadeAhead ahead(count, threads);
@@ -56,7 +60,8 @@ class MadeAhead {
   std::size_t taken_ = 0, used_ = 0;  // items that somebody makes or has made, and that were used
   bool failed_ = false;
 
-  MadeAhead(std::size_t count, unsigned threads) : count_(count), slots_(std::min<std::size_t>(count, threads <= 1 ? 1 : 2 * std::size_t{threads})) {}
+  MadeAhead(std::size_t count, unsigned threads)
+      : count_(count), slots_(std::min<std::size_t>(count, threads <= 1 ? 1 : 2 * std::size_t{threads})) {}
 
   [[nodiscard]] Slot& slot(std::size_t i) { return slots_[i % slots_.size()]; }
 

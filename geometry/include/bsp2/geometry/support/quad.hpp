@@ -6,8 +6,8 @@
 
 namespace bsp2::geometry {
 
-/// Numbers with 113 bits: products of a few matrices of doubles lose nothing that the doubles express. Their arithmetic is slow, as no
-/// processor has it: what can be told from the bits is.
+/// Numbers with 113 bits: products of a few matrices of doubles lose nothing that the doubles express. Their
+/// arithmetic is slow, as no processor has it: what can be told from the bits is.
 __extension__ using Quad = __float128;
 
 /// Sign, exponent and fraction as IEEE 754 has them in binary128.
@@ -18,21 +18,27 @@ struct QuadBits {
 
   explicit QuadBits(Quad x) : bits(std::bit_cast<Bits>(x)) {}
   [[nodiscard]] bool is_negative() const { return bits >> 127 != 0; }
-  [[nodiscard]] int exponent_field() const { return static_cast<int>(bits >> fraction_size & 0x7fff); }  ///< 0: below 2^-16382; 0x7fff: not finite
+  [[nodiscard]] int exponent_field() const {
+    return static_cast<int>(bits >> fraction_size & 0x7fff);
+  }  ///< 0: below 2^-16382; 0x7fff: not finite
   [[nodiscard]] Bits fraction() const { return bits & ((Bits{1} << fraction_size) - 1); }
 };
 
 inline bool is_zero(Quad x) { return QuadBits(x).bits << 1 == 0; }
-inline bool is_one(Quad x) { return QuadBits(x).bits == QuadBits::Bits{QuadBits::bias} << QuadBits::fraction_size; }
+inline bool is_one(Quad x) {
+  return QuadBits(x).bits == QuadBits::Bits{QuadBits::bias} << QuadBits::fraction_size;
+}
 
 /// The same number: static_cast without a call.
 inline Quad to_quad(double x) {
   using Bits = QuadBits::Bits;
   const auto bits = std::bit_cast<std::uint64_t>(x);
   const std::uint64_t field = bits >> 52 & 0x7ff;
-  if (field == 0x7ff || (field == 0 && bits << 1 != 0)) return static_cast<Quad>(x);  // not finite, or subnormal
+  if (field == 0x7ff || (field == 0 && bits << 1 != 0))
+    return static_cast<Quad>(x);  // not finite, or subnormal
   const Bits exponent = field == 0 ? 0 : field + (QuadBits::bias - 1023);
-  return std::bit_cast<Quad>(Bits{bits >> 63} << 127 | exponent << QuadBits::fraction_size | Bits{bits & ((std::uint64_t{1} << 52) - 1)} << 60);
+  return std::bit_cast<Quad>(Bits{bits >> 63} << 127 | exponent << QuadBits::fraction_size |
+                             Bits{bits & ((std::uint64_t{1} << 52) - 1)} << 60);
 }
 
 /// The nearest number, halves to even: static_cast without a call.
@@ -42,7 +48,8 @@ inline long double to_long_double(Quad x) {
     const QuadBits quad(x);
     const int field = quad.exponent_field();
     if (field != 0 && field < 0x7ffe) {
-      // The fraction loses 49 bits, and an explicit first bit comes before it; a carry out of it makes the exponent one more.
+      // The fraction loses 49 bits, and an explicit first bit comes before it; a carry out of it makes the
+      // exponent one more.
       const Bits whole = (Bits{static_cast<unsigned>(field)} << QuadBits::fraction_size | quad.fraction());
       const Bits rounded = (whole + ((Bits{1} << 48) - 1) + (whole >> 49 & 1)) >> 49;
       const Bits mantissa = (rounded & ((Bits{1} << 63) - 1)) | Bits{1} << 63;

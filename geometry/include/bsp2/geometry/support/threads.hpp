@@ -13,8 +13,9 @@ namespace bsp2::geometry {
 
 /// Threads that are started by one, and waited for together.
 ///
-/// Linux leaves a new thread on the processor of the one that starts it now and then, also where others are idle, and if that one goes on
-/// working nothing moves it for up to 3.5 milliseconds as measured. So each begins where it should, and may go anywhere from then on.
+/// Linux leaves a new thread on the processor of the one that starts it now and then, also where others are
+/// idle, and if that one goes on working nothing moves it for up to 3.5 milliseconds as measured. So each
+/// begins where it should, and may go anywhere from then on.
 class Threads {
  public:
   enum class Begin {

@@ -4,16 +4,16 @@
 #include <cstdint>
 #include <vector>
 
-#include "bsp2/geometry/surface/contact.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
+#include "bsp2/geometry/surface/contact.hpp"
 
 namespace bsp2::geometry {
 
 /// The boundary of a solid: triangles, counter-clockwise seen from outside.
 struct TriangleSurface {
-  std::vector<std::array<double, 3>> points;             ///< rounded; model units
-  std::vector<std::array<std::uint32_t, 3>> triangles;   ///< indices of points
-  std::vector<std::int32_t> owner;                       ///< one a triangle: of the cell behind it, as FacetGrouping::by_part says
+  std::vector<std::array<double, 3>> points;            ///< rounded; model units
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of points
+  std::vector<std::int32_t> owner;  ///< one a triangle: of the cell behind it, as FacetGrouping::by_part says
 
   [[nodiscard]] double area() const;
   /// Volume inside, by the divergence theorem.
@@ -24,10 +24,11 @@ struct TriangleSurface {
 
 /// Triangulates a skin.
 ///
-/// The result is closed if the skin is that of a whole solid. It has no T-vertices: no vertex lies inside an edge, not
-/// even where two parts of the surface merely touch. Vertices in the middle of a straight edge are dropped, none is added.
-/// The result depends on the set of cells alone, not on their order. All decisions are exact; the points are rounded last.
-/// Source of the triangulation: Hertel, Mehlhorn, "Fast triangulation of the plane with respect to simple polygons" (1985).
+/// The result is closed if the skin is that of a whole solid. It has no T-vertices: no vertex lies inside an
+/// edge, not even where two parts of the surface merely touch. Vertices in the middle of a straight edge are
+/// dropped, none is added. The result depends on the set of cells alone, not on their order. All decisions
+/// are exact; the points are rounded last. Source of the triangulation: Hertel, Mehlhorn, "Fast triangulation
+/// of the plane with respect to simple polygons" (1985).
 TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin);
 
 }  // namespace bsp2::geometry

@@ -9,27 +9,28 @@
 #include <vector>
 
 #include "bsp2/geometry/cells/cell_batch.hpp"
+#include "bsp2/geometry/cells/splitter.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
 #include "bsp2/geometry/surface/plane_names.hpp"
-#include "bsp2/geometry/cells/splitter.hpp"
 
 namespace bsp2::geometry {
 
 /// Two cells that touch in more than a lower-dimensional face: an edge of the adjacency graph.
 ///
-/// cell[0] is on the negative side of the hyperplane, cell[1] on the positive one. Two cells touch in one contact at
-/// most, since they are convex and disjoint.
+/// cell[0] is on the negative side of the hyperplane, cell[1] on the positive one. Two cells touch in one
+/// contact at most, since they are convex and disjoint.
 struct Contact {
-  std::array<std::uint64_t, 2> cell;    ///< counted through the batches, or as the facets say
-  std::array<std::uint16_t, 2> facet;   ///< of each cell, from 0
+  std::array<std::uint64_t, 2> cell;   ///< counted through the batches, or as the facets say
+  std::array<std::uint16_t, 2> facet;  ///< of each cell, from 0
   HyperplaneId hyperplane;
-  double area;                          ///< (D-1)-dimensional content, in model units
+  double area;  ///< (D-1)-dimensional content, in model units
 };
 
-/// The facets of some cells that lie on one hyperplane: what has to travel where a hyperplane parts two ranks.
+/// The facets of some cells that lie on one hyperplane: what has to travel where a hyperplane parts two
+/// ranks.
 ///
-/// A facet is a convex polygon, counter-clockwise seen from outside its cell. Its corners are known exactly: corner i is
-/// where the facet's hyperplane meets `across` of corner i - 1 and of corner i.
+/// A facet is a convex polygon, counter-clockwise seen from outside its cell. Its corners are known exactly:
+/// corner i is where the facet's hyperplane meets `across` of corner i - 1 and of corner i.
 struct FacetSet {
   struct Facet {
     std::uint64_t cell;    ///< number of the cell in the mesh
@@ -40,7 +41,8 @@ struct FacetSet {
   };
   struct Corner {
     std::array<double, 3> x;    ///< rounded
-    OrientedHyperplane across;  ///< carries the edge from this corner to the next one, and the cell's facet beyond it; the cell negative
+    OrientedHyperplane across;  ///< carries the edge from this corner to the next one, and the cell's facet
+                                ///< beyond it; the cell negative
   };
   HyperplaneId hyperplane = 0;
   std::vector<Facet> facets;
@@ -56,8 +58,10 @@ struct FacetSet {
 
 /// How the facets of a mesh are told apart beyond their hyperplanes, and how its cells are numbered.
 struct FacetGrouping {
-  std::vector<std::uint64_t> first_cell;  ///< number of the first cell of each batch, in contacts; empty: they follow each other
-  /// The group of a facet of a cell of a region, by its hyperplane as the cell has it, or `left_out`; none: all are one group.
+  std::vector<std::uint64_t>
+      first_cell;  ///< number of the first cell of each batch, in contacts; empty: they follow each other
+  /// The group of a facet of a cell of a region, by its hyperplane as the cell has it, or `left_out`; none:
+  /// all are one group.
   std::function<std::uint32_t(std::uint32_t region, HyperplaneId)> group;
   static constexpr std::uint32_t left_out = ~0U;
   /// Shared by all indices of a mesh; null: the names that the planes of these batches have alone.
@@ -65,17 +69,20 @@ struct FacetGrouping {
   bool by_part = false;  ///< the owner of a facet is its cell's part; else its primitive
 };
 
-/// Finds the facets of the IN cells of a mesh by group and hyperplane. Holds 32 bytes a facet and 4 a corner; the table and the batches must
-/// outlive it. Once made, any number of threads may read it. Of a plane's names one is taken here, for all that
-/// follows (PlaneNames).
+/// Finds the facets of the IN cells of a mesh by group and hyperplane. Holds 32 bytes a facet and 4 a corner;
+/// the table and the batches must outlive it. Once made, any number of threads may read it. Of a plane's
+/// names one is taken here, for all that follows (PlaneNames).
 class FacetIndex {
  public:
   /// @param batches of dimension 3.
-  FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches, FacetGrouping grouping = {});
+  FacetIndex(const HyperplaneTable<3>& table, std::span<const std::shared_ptr<const CellBatch>> batches,
+             FacetGrouping grouping = {});
 
   /// Number of pairs of a group and a hyperplane that carry facets, in ascending order.
   [[nodiscard]] std::size_t size() const { return begin_.size() - 1; }
-  [[nodiscard]] HyperplaneId hyperplane(std::size_t index) const { return entries_[begin_[index]].hyperplane; }
+  [[nodiscard]] HyperplaneId hyperplane(std::size_t index) const {
+    return entries_[begin_[index]].hyperplane;
+  }
   [[nodiscard]] std::uint32_t group(std::size_t index) const { return entries_[begin_[index]].group; }
   /// How many facets the index-th pair has.
   [[nodiscard]] std::size_t count(std::size_t index) const { return begin_[index + 1] - begin_[index]; }
@@ -91,24 +98,25 @@ class FacetIndex {
   };
   std::span<const std::shared_ptr<const CellBatch>> batches_;
   std::shared_ptr<const PlaneNames> names_;
-  HyperplaneId first_unnamed_;  // those below it, of primitives, are names
+  HyperplaneId first_unnamed_;                                  // those below it, of primitives, are names
   std::unordered_map<HyperplaneId, OrientedHyperplane> known_;  // names of the others here
   bool by_part_;
   std::vector<std::uint64_t> first_cell_;  // of each batch
   std::vector<Entry> entries_;             // by group and hyperplane
-  std::vector<std::int32_t> across_;       // for each corner of a facet, the cell's facet beyond the edge that begins there, as the batch names it
+  std::vector<std::int32_t> across_;  // for each corner of a facet, the cell's facet beyond the edge that
+                                      // begins there, as the batch names it
   std::vector<std::size_t> begin_;
 
   HyperplaneId add(HyperplaneId id);
   [[nodiscard]] OrientedHyperplane canonical(OrientedHyperplane hyperplane) const;
 };
 
-/// The part of the boundary on some hyperplanes, before it is triangulated: directed edges with the solid's skin on
-/// their left, seen from outside.
+/// The part of the boundary on some hyperplanes, before it is triangulated: directed edges with the solid's
+/// skin on their left, seen from outside.
 ///
-/// A face is all skin on one side of one hyperplane in cells of one owner. Vertices are named by the hyperplanes that are
-/// known to meet there, at least three of which are independent. Edges of one face that run along each other in
-/// opposite directions have cancelled: coplanar fragments are merged.
+/// A face is all skin on one side of one hyperplane in cells of one owner. Vertices are named by the
+/// hyperplanes that are known to meet there, at least three of which are independent. Edges of one face that
+/// run along each other in opposite directions have cancelled: coplanar fragments are merged.
 struct Skin {
   struct Face {
     OrientedHyperplane outward;  ///< the solid is on its negative side
@@ -119,21 +127,24 @@ struct Skin {
     HyperplaneId across;  ///< the edge is on it and on the face's hyperplane
   };
   std::vector<std::array<HyperplaneId, 3>> vertices;  ///< ascending ids of three independent hyperplanes
-  std::vector<std::uint32_t> incident_offset{0};      ///< vertex i is known to lie on incident [offset[i], offset[i + 1])
-  std::vector<HyperplaneId> incident;                 ///< ascending for each vertex
+  std::vector<std::uint32_t> incident_offset{
+      0};                              ///< vertex i is known to lie on incident [offset[i], offset[i + 1])
+  std::vector<HyperplaneId> incident;  ///< ascending for each vertex
   std::vector<Face> faces;
   std::vector<Edge> edges;
 
   /// Takes in the skin on other hyperplanes.
   void append(const Skin& other);
-  /// Makes one of vertices that have the same name: each hyperplane through a corner of the solid has named it for itself.
+  /// Makes one of vertices that have the same name: each hyperplane through a corner of the solid has named
+  /// it for itself.
   void unite_names();
 };
 
 /// Matches the facets on a hyperplane: where cells touch, and what of their facets is left for the boundary.
 ///
-/// Exact: no tolerance, every decision is the kernel's predicate. Facets that are equal are recognized by their corners;
-/// the others are clipped against each other. Thread rule: one thread at a time; the table is shared and only read.
+/// Exact: no tolerance, every decision is the kernel's predicate. Facets that are equal are recognized by
+/// their corners; the others are clipped against each other. Thread rule: one thread at a time; the table is
+/// shared and only read.
 class FacetMatcher {
  public:
   explicit FacetMatcher(const HyperplaneTable<3>& table);
@@ -142,7 +153,8 @@ class FacetMatcher {
   FacetMatcher& operator=(const FacetMatcher&) = delete;
 
   /// @param facets all facets of the mesh on this hyperplane.
-  /// @param contacts gets the contacts, if not null. @param skin gets the faces on this hyperplane, if not null.
+  /// @param contacts gets the contacts, if not null. @param skin gets the faces on this hyperplane, if not
+  /// null.
   void match(const FacetSet& facets, std::vector<Contact>* contacts, Skin* skin);
 
  private:

@@ -27,8 +27,9 @@ void check_folder(const std::filesystem::path& path);
 
 /// A new, hidden folder in `parent` that is removed with what is left in it at the end of its life.
 ///
-/// Files that belong together are written here and then moved to the parent, which is a rename. If the process is killed the folder stays, and
-/// a later one on this machine that makes a folder in the same place removes it, from a minute on: it is locked while its owner lives.
+/// Files that belong together are written here and then moved to the parent, which is a rename. If the
+/// process is killed the folder stays, and a later one on this machine that makes a folder in the same place
+/// removes it, from a minute on: it is locked while its owner lives.
 class TemporaryDirectory {
  public:
   /// @throws bsp2::Error if `parent` is no folder in which one can write.

@@ -27,15 +27,17 @@ struct SnapshotHead {
   double angle = 0;                    ///< likewise, as seen from `eye`, in degrees
   std::vector<double> eye;             ///< D coordinates, or none
   bool keep_in = true, keep_fuzzy = true, keep_out = false;
-  std::string hyperplanes;   ///< a digest of the compiled hyperplanes, to notice a program that compiles differently
-  std::uint32_t steps = 0;   ///< computation supersteps so far
-  bool complete = false;     ///< nothing is left but what `level` leaves
+  std::string
+      hyperplanes;  ///< a digest of the compiled hyperplanes, to notice a program that compiles differently
+  std::uint32_t steps = 0;  ///< computation supersteps so far
+  bool complete = false;    ///< nothing is left but what `level` leaves
   std::uint64_t in_cells = 0, out_cells = 0;
-  double in_volume = 0;      ///< of the finished cells
-  std::string digest;        ///< likewise
-  std::string totals;        ///< all sums, archived
-  bool is_portion = false;   ///< it holds a part of a run: only with the other parts can one go on from it
-  // The partition: node i cuts by hyperplane[i], its children are children[2 i] and [2 i + 1] as Partition has them.
+  double in_volume = 0;     ///< of the finished cells
+  std::string digest;       ///< likewise
+  std::string totals;       ///< all sums, archived
+  bool is_portion = false;  ///< it holds a part of a run: only with the other parts can one go on from it
+  // The partition: node i cuts by hyperplane[i], its children are children[2 i] and [2 i + 1] as Partition
+  // has them.
   std::int32_t partition_root = -1;
   std::vector<std::uint32_t> partition_hyperplane;
   std::vector<std::int32_t> partition_children;
@@ -46,7 +48,8 @@ struct SnapshotHead {
   std::vector<std::uint64_t> superstep_bytes_sent, superstep_bytes_received, superstep_cells;
 };
 
-/// What has been finished of one region: how much of the arrays is its own, which are divided region by region.
+/// What has been finished of one region: how much of the arrays is its own, which are divided region by
+/// region.
 struct SnapshotRegion {
   std::uint32_t number = 0;
   std::int32_t root = -1;  ///< in the region's tree; an empty leaf if the region is unfinished
@@ -59,18 +62,21 @@ struct SnapshotRegion {
 /// When several processes write, each has its own regions and all that belongs to them.
 struct Snapshot {
   SnapshotHead head;
-  // Unfinished regions: number, undecided tokens, how many of them have not ended, and the region as an archive.
+  // Unfinished regions: number, undecided tokens, how many of them have not ended, and the region as an
+  // archive.
   std::vector<std::uint32_t> frontier_region;
   std::vector<std::uint64_t> frontier_tokens, frontier_open;
   std::vector<std::string> frontier_archive;
-  // Finished cells, and the BSP trees above them: for each of these regions its own, one after the other. A batch has cells
-  // of one region; nodes, leaves and hyperplanes of a tree count within the region. The tree's own root is not used.
+  // Finished cells, and the BSP trees above them: for each of these regions its own, one after the other. A
+  // batch has cells of one region; nodes, leaves and hyperplanes of a tree count within the region. The
+  // tree's own root is not used.
   std::vector<SnapshotRegion> regions;
   std::vector<std::shared_ptr<const geometry::CellBatch>> cells;  // shared: consumers hold the same batches
   geometry::BspTree tree;
 };
 
-/// The processes that write one snapshot together: all that MPI has started, or by default this one alone, which needs no MPI.
+/// The processes that write one snapshot together: all that MPI has started, or by default this one alone,
+/// which needs no MPI.
 struct SnapshotWriters {
   int rank = 0, count = 1;
   /// Everybody's numbers in the order of the ranks. Collective.
@@ -83,21 +89,27 @@ class RefusedSnapshot : public Error {
   using Error::Error;
 };
 
-/// Writes a snapshot as HDF5: under another name (`.NAME.part`) in the same folder, to the disk, and then renamed, so that
-/// whenever the machine stops there is a whole snapshot, the old or the new one. Makes the folder if it is missing.
-/// Collective: all writers call it; data are written collectively, each process its own.
-/// @throws bsp2::Error on all writers if the file cannot be written; the old one is untouched, nothing else is left. It is a RefusedSnapshot
-/// unless several writers were stopped in the middle of HDF5, where some may wait for ever.
-void write_snapshot(const std::filesystem::path& path, const Snapshot& snapshot, const SnapshotWriters& writers = {});
+/// Writes a snapshot as HDF5: under another name (`.NAME.part`) in the same folder, to the disk, and then
+/// renamed, so that whenever the machine stops there is a whole snapshot, the old or the new one. Makes the
+/// folder if it is missing. Collective: all writers call it; data are written collectively, each process its
+/// own.
+/// @throws bsp2::Error on all writers if the file cannot be written; the old one is untouched, nothing else
+/// is left. It is a RefusedSnapshot unless several writers were stopped in the middle of HDF5, where some may
+/// wait for ever.
+void write_snapshot(const std::filesystem::path& path, const Snapshot& snapshot,
+                    const SnapshotWriters& writers = {});
 
 /// Could `write_snapshot` succeed? Asked before a long run; makes nothing. @throws bsp2::Error if not.
 void check_snapshot_path(const std::filesystem::path& path);
 
-/// Copies a snapshot as `write_snapshot` writes one: under another name, to the disk, and then renamed. Nothing if both are one file.
-/// @throws bsp2::Error if the copy cannot be written; an old file in its place is untouched, nothing else is left.
+/// Copies a snapshot as `write_snapshot` writes one: under another name, to the disk, and then renamed.
+/// Nothing if both are one file.
+/// @throws bsp2::Error if the copy cannot be written; an old file in its place is untouched, nothing else is
+/// left.
 void copy_snapshot(const std::filesystem::path& from, const std::filesystem::path& to);
 
-/// Is there a file to read? It need not be a snapshot. @throws bsp2::Error if not, which tells what there is instead.
+/// Is there a file to read? It need not be a snapshot. @throws bsp2::Error if not, which tells what there is
+/// instead.
 void check_snapshot_is_readable(const std::filesystem::path& path);
 
 enum class SnapshotPart : std::uint8_t {
@@ -108,8 +120,8 @@ enum class SnapshotPart : std::uint8_t {
 
 /// Reads a snapshot, up to a part. Not collective: each process reads what it wants.
 /// @param wanted regions; none: all. The lists hold the others neither.
-/// @throws bsp2::Error if there is no such file, it is no snapshot of bsp2, of another version of the format, truncated or
-/// damaged (all data have checksums).
+/// @throws bsp2::Error if there is no such file, it is no snapshot of bsp2, of another version of the format,
+/// truncated or damaged (all data have checksums).
 Snapshot read_snapshot(const std::filesystem::path& path, SnapshotPart part = SnapshotPart::all,
                        const std::function<bool(std::uint32_t region)>& wanted = {});
 

@@ -9,12 +9,13 @@
 
 namespace bsp2::model {
 
-/// Gives every node of a graph an image, made from those of its children: each node once, without recursion, since a graph may
-/// be nested ten thousand deep. Keeps the images, so several roots may share their nodes.
+/// Gives every node of a graph an image, made from those of its children: each node once, without recursion,
+/// since a graph may be nested ten thousand deep. Keeps the images, so several roots may share their nodes.
 template <typename Image>
 class BottomUp {
  public:
-  /// @param known optional<Image>(const Expression&): the image of a node whose children need not be looked at.
+  /// @param known optional<Image>(const Expression&): the image of a node whose children need not be looked
+  /// at.
   /// @param make Image(const Node&, std::vector<Image>&&): the image of any other one.
   template <typename Known, typename Make>
   Image run(const Expression& root, Known known, Make make) {
@@ -47,7 +48,8 @@ class BottomUp {
   }
 
  private:
-  std::unordered_map<const Node*, std::pair<Expression, Image>> images_;  // the node is kept, so its address stays its own
+  std::unordered_map<const Node*, std::pair<Expression, Image>>
+      images_;  // the node is kept, so its address stays its own
 };
 
 }  // namespace bsp2::model

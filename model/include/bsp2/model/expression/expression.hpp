@@ -19,11 +19,12 @@ struct Cuboid {
   friend bool operator==(const Cuboid&, const Cuboid&) = default;
 };
 
-/// The convex solid between regular polygons ("rings") stacked along +z: prisms, cones, and OpenSCAD's spheres.
+/// The convex solid between regular polygons ("rings") stacked along +z: prisms, cones, and OpenSCAD's
+/// spheres.
 ///
-/// Vertex j of ring i is (radius_i * cos(360 j / sides), radius_i * sin(360 j / sides), z_i), degrees. The caller
-/// guarantees that the rings ascend in z and that the stack is convex. A ring of radius 0 (an apex) may be the first
-/// or the last one.
+/// Vertex j of ring i is (radius_i * cos(360 j / sides), radius_i * sin(360 j / sides), z_i), degrees. The
+/// caller guarantees that the rings ascend in z and that the stack is convex. A ring of radius 0 (an apex)
+/// may be the first or the last one.
 struct Lathe {
   struct Ring {
     double radius, z;
@@ -34,14 +35,16 @@ struct Lathe {
   friend bool operator==(const Lathe&, const Lathe&) = default;
 };
 
-/// The regular polygon with the corners (radius * cos(360 j / sides), radius * sin(360 j / sides)), degrees. D = 2.
+/// The regular polygon with the corners (radius * cos(360 j / sides), radius * sin(360 j / sides)), degrees.
+/// D = 2.
 struct RegularPolygon {
   std::uint32_t sides = 3;  ///< >= 3
   double radius = 1;        ///< > 0
   friend bool operator==(const RegularPolygon&, const RegularPolygon&) = default;
 };
 
-/// The convex polygon with these corners, counter-clockwise; in a node of dimension 3, its prism over z in [0, 1].
+/// The convex polygon with these corners, counter-clockwise; in a node of dimension 3, its prism over z in
+/// [0, 1].
 ///
 /// The pieces of one larger polygon have the same `scale`, so that they fit together exactly.
 struct ConvexPolygon {
@@ -50,10 +53,11 @@ struct ConvexPolygon {
   friend bool operator==(const ConvexPolygon&, const ConvexPolygon&) = default;
 };
 
-/// The solid enclosed by a closed triangle mesh: the points around which the mesh winds a non-zero number of times.
+/// The solid enclosed by a closed triangle mesh: the points around which the mesh winds a non-zero number of
+/// times.
 ///
-/// Triangles are counter-clockwise seen from outside; every edge is used equally often in both directions. Built by
-/// `polyhedron()`, which repairs and checks its input.
+/// Triangles are counter-clockwise seen from outside; every edge is used equally often in both directions.
+/// Built by `polyhedron()`, which repairs and checks its input.
 struct TriangleMesh {
   std::vector<std::array<double, 3>> points;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -61,15 +65,18 @@ struct TriangleMesh {
   friend bool operator==(const TriangleMesh&, const TriangleMesh&) = default;
 };
 
-/// A truly round solid: |(x_1 .. x_K)| <= radius times the box [0, length] of each other axis, K = D - lengths.size().
+/// A truly round solid: |(x_1 .. x_K)| <= radius times the box [0, length] of each other axis, K = D -
+/// lengths.size().
 ///
-/// A ball (K = D), a cylinder, or a cone times a box: its radius goes linearly from `bottom` to `top` along the axis after the
-/// round ones.
+/// A ball (K = D), a cylinder, or a cone times a box: its radius goes linearly from `bottom` to `top` along
+/// the axis after the round ones.
 struct Round {
   double bottom = 1, top = 1;   ///< >= 0, not both 0; equal but for cones
   std::vector<double> lengths;  ///< > 0; at most D - 2
-  std::uint32_t sides = 0;      ///< of the polygons that take its place where a construct needs corners; 0: none can, it is enclosed
-  std::uint32_t fineness = 0;   ///< of the polytopes in it and around it that enclose it there: corners of a circle; 0: what is usual
+  std::uint32_t sides = 0;  ///< of the polygons that take its place where a construct needs corners; 0: none
+                            ///< can, it is enclosed
+  std::uint32_t fineness = 0;  ///< of the polytopes in it and around it that enclose it there: corners of a
+                               ///< circle; 0: what is usual
   friend bool operator==(const Round&, const Round&) = default;
 };
 
@@ -82,60 +89,69 @@ struct Torus {
 
 /// A convex polytope of any dimension, both as the hull of its corners and as an intersection of half-spaces.
 ///
-/// The half-spaces are what is evaluated; the corners are within rounding of theirs. Built by `convex_hull` and `simplex`.
+/// The half-spaces are what is evaluated; the corners are within rounding of theirs. Built by `convex_hull`
+/// and `simplex`.
 struct Polytope {
-  std::vector<double> corners;      ///< D coordinates each
-  std::vector<double> half_spaces;  ///< D + 1 numbers each: normal . x + constant <= 0 inside, the constant last
-  double content = 0;               ///< its D-dimensional volume, within rounding
-  bool undecided = false;           ///< only what is outside is known: cells inside stay FUZZY
+  std::vector<double> corners;  ///< D coordinates each
+  std::vector<double>
+      half_spaces;         ///< D + 1 numbers each: normal . x + constant <= 0 inside, the constant last
+  double content = 0;      ///< its D-dimensional volume, within rounding
+  bool undecided = false;  ///< only what is outside is known: cells inside stay FUZZY
   friend bool operator==(const Polytope&, const Polytope&) = default;
 };
 
-/// The image of a box of parameters under tensor-product B-splines of k parameters, k < D: a curve, a surface, ... Or the
-/// image of a box of D parameters: a solid, as far as its boundary winds around it.
+/// The image of a box of parameters under tensor-product B-splines of k parameters, k < D: a curve, a
+/// surface, ... Or the image of a box of D parameters: a solid, as far as its boundary winds around it.
 ///
-/// Where pieces of D - 1 parameters, D = 2 or 3, together have no boundary they bound a solid: the points around which they wind
-/// a non-zero number of times. Otherwise the set has no inside. Built by `spline()` and `bezier()`, which check their input.
+/// Where pieces of D - 1 parameters, D = 2 or 3, together have no boundary they bound a solid: the points
+/// around which they wind a non-zero number of times. Otherwise the set has no inside. Built by `spline()`
+/// and `bezier()`, which check their input.
 struct Spline {
   struct Piece {
     std::vector<std::uint32_t> degrees;      ///< >= 1, of each parameter
     std::vector<std::vector<double>> knots;  ///< of each parameter, ascending
-    std::vector<double> points;              ///< D coordinates and a weight > 0 each; the last parameter's are next to each other
+    std::vector<double>
+        points;  ///< D coordinates and a weight > 0 each; the last parameter's are next to each other
     friend bool operator==(const Piece&, const Piece&) = default;
   };
   std::vector<Piece> pieces;  ///< of one number of parameters
   friend bool operator==(const Spline&, const Spline&) = default;
 };
 
-/// The limit of a closed mesh that is subdivided again and again, and for D = 3 the points that it winds around.
+/// The limit of a closed mesh that is subdivided again and again, and for D = 3 the points that it winds
+/// around.
 struct SubdivisionSurface {
   enum class Scheme : std::uint8_t { catmull_clark, loop };
   Scheme scheme = Scheme::catmull_clark;
-  std::vector<double> points;                    ///< D coordinates each
-  std::vector<std::vector<std::uint32_t>> faces;  ///< each edge in both directions, once each; triangles for `loop`
+  std::vector<double> points;  ///< D coordinates each
+  std::vector<std::vector<std::uint32_t>>
+      faces;  ///< each edge in both directions, once each; triangles for `loop`
   friend bool operator==(const SubdivisionSurface&, const SubdivisionSurface&) = default;
 };
 
-/// The points x of E^D that the affine map A x + b takes into a curved solid of another space E^F: prisms over it (F < D) and its
-/// sections (F > D). Of a `Round` only |(y_1 .. y_K)| <= radius counts, not where it ends along its other axes.
+/// The points x of E^D that the affine map A x + b takes into a curved solid of another space E^F: prisms
+/// over it (F < D) and its sections (F > D). Of a `Round` only |(y_1 .. y_K)| <= radius counts, not where it
+/// ends along its other axes.
 ///
-/// It is only known within the box; whoever makes one has it intersected with something that lies in there, if it goes on outside.
+/// It is only known within the box; whoever makes one has it intersected with something that lies in there,
+/// if it goes on outside.
 struct Preimage {
   using Solid = std::variant<Round, Torus, Spline, SubdivisionSurface>;
   Solid solid;
-  int dimension = 3;                  ///< F
-  std::vector<double> map;            ///< F x (D + 1), row-major: A b
-  std::vector<double> lower, upper;   ///< D coordinates each
+  int dimension = 3;                 ///< F
+  std::vector<double> map;           ///< F x (D + 1), row-major: A b
+  std::vector<double> lower, upper;  ///< D coordinates each
   friend bool operator==(const Preimage&, const Preimage&) = default;
 };
 
-using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus, Polytope, Spline, SubdivisionSurface, Preimage>;
+using Primitive = std::variant<Cuboid, Lathe, TriangleMesh, RegularPolygon, ConvexPolygon, Round, Torus,
+                               Polytope, Spline, SubdivisionSurface, Preimage>;
 
 /// Whether it is refined without end: all but polytopes and meshes.
 bool is_curved(const Primitive& primitive);
 
-/// The sweep of a plane solid along `direction`, z_0 > 0; its image at the fraction t is turned by -twist * t degrees
-/// and scaled by 1 - (1 - scale) t.
+/// The sweep of a plane solid along `direction`, z_0 > 0; its image at the fraction t is turned by -twist * t
+/// degrees and scaled by 1 - (1 - scale) t.
 struct LinearExtrusion {
   std::array<double, 3> direction{0, 0, 1};
   bool center = false;  ///< begins at -direction / 2 rather than at 0
@@ -147,7 +163,8 @@ struct LinearExtrusion {
   friend bool operator==(const LinearExtrusion&, const LinearExtrusion&) = default;
 };
 
-/// The turn of a plane solid, which lies on one side of the axis x = 0, around z: (x, y) becomes radius x, height y.
+/// The turn of a plane solid, which lies on one side of the axis x = 0, around z: (x, y) becomes radius x,
+/// height y.
 struct RotateExtrusion {
   double angle = 360;  ///< degrees, -360 to 360, not 0
   double start = 180;  ///< degrees from +x
@@ -181,8 +198,8 @@ struct Projection {
 
 /// Scales about the origin so that the bounding box gets this size.
 struct Resize {
-  std::array<double, 3> size{};       ///< <= 0: not given
-  std::array<bool, 3> automatic{};    ///< scaled like the axis with the largest given size, where not given
+  std::array<double, 3> size{};     ///< <= 0: not given
+  std::array<bool, 3> automatic{};  ///< scaled like the axis with the largest given size, where not given
   friend bool operator==(const Resize&, const Resize&) = default;
 };
 
@@ -232,7 +249,8 @@ struct Sweep {
   friend bool operator==(const Sweep&, const Sweep&) = default;
 };
 
-/// All sums of a point of the solid and one of a polytope in the place of a ball; or all points that are that far inside.
+/// All sums of a point of the solid and one of a polytope in the place of a ball; or all points that are that
+/// far inside.
 struct Growth {
   enum class Ball : std::uint8_t {
     cube,  ///< [-distance, distance]^D: the ball of the maximum norm
@@ -244,10 +262,10 @@ struct Growth {
   friend bool operator==(const Growth&, const Growth&) = default;
 };
 
-/// A solid that is made from others by other means than Booleans and maps. Which points it has is known only once the
-/// operands are evaluated; compilation does that and replaces it by primitives.
-using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection, Resize, Fill, Roof, Product, Shadow, Section,
-                               ProjectiveMap, Sweep, Growth>;
+/// A solid that is made from others by other means than Booleans and maps. Which points it has is known only
+/// once the operands are evaluated; compilation does that and replaces it by primitives.
+using Construct = std::variant<LinearExtrusion, RotateExtrusion, Offset, Hull, MinkowskiSum, Projection,
+                               Resize, Fill, Roof, Product, Shadow, Section, ProjectiveMap, Sweep, Growth>;
 
 enum class Operation : std::uint8_t { unite, intersect, subtract, symmetric_difference, complement };
 
@@ -255,14 +273,14 @@ struct Node;
 
 /// An immutable generative expression of a solid in E^D: a DAG whose nodes are shared, never changed.
 ///
-/// A value: copying copies a pointer. Equal sub-expressions that come from one builder call or one file are one node.
-/// Thread rule: any number of threads may read.
-/// Source: the paper, sections 1 and 4.1.
+/// A value: copying copies a pointer. Equal sub-expressions that come from one builder call or one file are
+/// one node. Thread rule: any number of threads may read. Source: the paper, sections 1 and 4.1.
 class Expression {
  public:
   /// The empty solid of dimension `dimension` (a union of nothing).
   explicit Expression(int dimension = 3);
-  explicit Expression(std::shared_ptr<const Node> node) : node_(std::move(node)) {}  // shared: a DAG has many parents
+  explicit Expression(std::shared_ptr<const Node> node)
+      : node_(std::move(node)) {}  // shared: a DAG has many parents
   [[nodiscard]] const Node& node() const { return *node_; }
   [[nodiscard]] int dimension() const;
   /// Whether both are the same node (not whether they are the same solid).
@@ -273,12 +291,13 @@ class Expression {
   std::shared_ptr<const Node> node_;  // shared: a DAG has many parents
 };
 
-/// An n-ary Boolean. `subtract` is its first child without the others, `complement` has one child; a union of no
-/// children is empty.
+/// An n-ary Boolean. `subtract` is its first child without the others, `complement` has one child; a union of
+/// no children is empty.
 struct Boolean {
   Operation operation;
   std::vector<Expression> children;
-  std::uint64_t parts = 0;  ///< not 0: all that is in it is one part of the model, the first of so many that it stands for
+  std::uint64_t parts =
+      0;  ///< not 0: all that is in it is one part of the model, the first of so many that it stands for
 };
 
 /// The image of the child under an affine map.
@@ -296,8 +315,8 @@ struct Construction {
 /// Red, green, blue and opacity, each in [0, 1].
 using Colour = std::array<double, 4>;
 
-/// The child, whose primitives have this colour unless a node above gives them another: the outermost one counts, as in
-/// OpenSCAD. The same points.
+/// The child, whose primitives have this colour unless a node above gives them another: the outermost one
+/// counts, as in OpenSCAD. The same points.
 struct Coloured {
   Colour colour;
   Expression child;
@@ -319,8 +338,8 @@ struct Node {
   int dimension;
   bool resolved;  ///< there is no Construction in it
   bool faceted;   ///< there is no round primitive in it
-  /// Parts of the model in it: occurrences of primitives in the expanded tree, in source order. What a primitive or a
-  /// construct of the source is made of is one part (Boolean::parts).
+  /// Parts of the model in it: occurrences of primitives in the expanded tree, in source order. What a
+  /// primitive or a construct of the source is made of is one part (Boolean::parts).
   std::uint64_t parts;
   Value value;
   Node(int dimension_, Value value_);

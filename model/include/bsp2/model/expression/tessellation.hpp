@@ -22,9 +22,7 @@ inline constexpr std::uint64_t max_sphere_facets = 10'000'000;
 double side_count(double radius, const Resolution& resolution);
 
 /// The number of rings of a sphere with `sides` corners a ring.
-constexpr std::uint32_t ring_count(std::uint32_t sides) {
-  return (sides + 1) / 2;
-}
+constexpr std::uint32_t ring_count(std::uint32_t sides) { return (sides + 1) / 2; }
 
 /// Sine and cosine of an angle in degrees, exact at the multiples of 30 and symmetric about the multiples
 /// of 90.

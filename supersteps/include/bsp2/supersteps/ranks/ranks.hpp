@@ -14,12 +14,16 @@ namespace bsp2::supersteps {
 struct SuperstepRecord {
   std::string name;
   unsigned step = 0;
-  std::vector<double> seconds;       ///< from its begin to that of the next
-  std::vector<double> work_seconds;  ///< without the time in which the rank only waited for others; w is the longest
-  std::vector<double> hidden_seconds;  ///< that the main thread communicated while workers computed; not in snapshots
+  std::vector<double> seconds;  ///< from its begin to that of the next
+  std::vector<double>
+      work_seconds;  ///< without the time in which the rank only waited for others; w is the longest
+  std::vector<double>
+      hidden_seconds;  ///< that the main thread communicated while workers computed; not in snapshots
   std::vector<std::uint64_t> bytes_sent, bytes_received, cells;
-  std::vector<std::uint64_t> hidden_bytes;  ///< sent or received, whichever is more, while workers computed; not in snapshots
-  double predicted_seconds = 0.0;  ///< w + g h + l; h is the largest of bytes sent and received. Of w and what is hidden of g h, the longer one
+  std::vector<std::uint64_t>
+      hidden_bytes;  ///< sent or received, whichever is more, while workers computed; not in snapshots
+  double predicted_seconds = 0.0;  ///< w + g h + l; h is the largest of bytes sent and received. Of w and
+                                   ///< what is hidden of g h, the longer one
 };
 
 /// The text of an error of ours that all ranks agreed on.
@@ -35,12 +39,12 @@ class AgreedFailure : public std::runtime_error {
   bool is_users;  ///< a mistake of the user, as bsp2::Error; else of ours
 };
 
-/// The ranks that evaluate one model together: all processes that a launcher (mpirun, srun) started with this one, or this
-/// one alone. Alone, MPI is never touched.
+/// The ranks that evaluate one model together: all processes that a launcher (mpirun, srun) started with this
+/// one, or this one alone. Alone, MPI is never touched.
 ///
-/// Thread rule: the main thread makes all calls. "Collective" means that all ranks call the function in the same order.
-/// If one rank fails, its `together` tells the others, whose next collective call throws: no rank waits for ever.
-/// A rank that waits gives way, and sleeps before long, so that its cores serve the others.
+/// Thread rule: the main thread makes all calls. "Collective" means that all ranks call the function in the
+/// same order. If one rank fails, its `together` tells the others, whose next collective call throws: no rank
+/// waits for ever. A rank that waits gives way, and sleeps before long, so that its cores serve the others.
 class Ranks {
  public:
   /// This process alone.
@@ -48,7 +52,8 @@ class Ranks {
   /// Those that a launcher started, by what it left in the environment. Starts MPI if there is more than one.
   /// @throws bsp2::Error if a launcher is there that MPI will not understand.
   static Ranks launched();
-  /// Name and version of the MPI library, as "Open MPI v4.1.4". Not collective, needs no MPI that has been started.
+  /// Name and version of the MPI library, as "Open MPI v4.1.4". Not collective, needs no MPI that has been
+  /// started.
   static std::string library();
   Ranks(Ranks&&) noexcept;
   Ranks& operator=(Ranks&&) = delete;
@@ -60,14 +65,15 @@ class Ranks {
   /// Cores of this node for each of the ranks on it, at least 1. Collective.
   unsigned cores_of_a_rank();
 
-  /// Runs a program that all ranks run. An exception that leaves it on one of them is thrown on all: a bsp2::Error as
-  /// such, others as Failure; with more than one rank the text ends with the superstep and the rank where it arose.
-  /// Collective.
+  /// Runs a program that all ranks run. An exception that leaves it on one of them is thrown on all: a
+  /// bsp2::Error as such, others as Failure; with more than one rank the text ends with the superstep and the
+  /// rank where it arose. Collective.
   void together(const std::function<void()>& program);
 
-  /// Does this rank's own part of something that may fail without ending the run; then the ranks tell each other how it went.
-  /// Collective; `work` is not, and sends nothing.
-  /// @throws AgreedFailure on all ranks if it failed on one of them. A process alone is told by what `work` throws.
+  /// Does this rank's own part of something that may fail without ending the run; then the ranks tell each
+  /// other how it went. Collective; `work` is not, and sends nothing.
+  /// @throws AgreedFailure on all ranks if it failed on one of them. A process alone is told by what `work`
+  /// throws.
   void agree(const std::function<void()>& work);
 
   // --- Supersteps ---
@@ -92,7 +98,8 @@ class Ranks {
   void send(int to, std::string_view bytes);
   /// Collective. All that was sent is received when it returns.
   void sync();
-  /// Begins a sync that goes on while this rank works; meanwhile nothing can be sent. Collective, as the sync.
+  /// Begins a sync that goes on while this rank works; meanwhile nothing can be sent. Collective, as the
+  /// sync.
   void begin_sync();
   /// Whether the sync that was begun is complete.
   bool try_sync();

@@ -23,7 +23,8 @@ enum class Shade : std::uint8_t {
 /// The format that a file's ending names.
 std::optional<PictureFormat> picture_format(const std::filesystem::path& path);
 
-/// Loads what draws pictures, so that a run does not find at its end that it cannot. Any thread. @throws Error if that fails.
+/// Loads what draws pictures, so that a run does not find at its end that it cannot. Any thread. @throws
+/// Error if that fails.
 void check_pictures();
 
 /// Camera and looks of a picture. Lengths and points are in model units; in the plane z = 0.
@@ -32,32 +33,32 @@ struct PictureOptions {
   int width = 1000, height = 1000;  ///< pixels; in PDF points
   Shade shade = Shade::colour;
   bool edges = false;  ///< the edges of the cells as lines
-  /// Where the viewer stands: a perspective picture. None: a parallel projection; D = 3 from the front (-y), the right and
-  /// above, D = 2 the plane itself.
+  /// Where the viewer stands: a perspective picture. None: a parallel projection; D = 3 from the front (-y),
+  /// the right and above, D = 2 the plane itself.
   std::optional<std::array<double, 3>> eye;
-  /// What is in the middle of the picture. None: the middle of the solid's bounds, and the picture is filled as it fits.
+  /// What is in the middle of the picture. None: the middle of the solid's bounds, and the picture is filled
+  /// as it fits.
   std::optional<std::array<double, 3>> look;
   /// Regions are moved away from the middle, by so many times their distance from it.
   double explode = 0;
   Bounds bounds;  ///< what the picture is made to show; empty: what there is to be drawn
 };
 
-/// Rendering: every rank draws the cells that it holds, from the back to the front in the order of its own BSP tree; the
-/// master puts the layers over each other in the order of the partition. No depths are exchanged. The picture is that which
-/// one rank would draw: PNG and SVG files byte for byte.
+/// Rendering: every rank draws the cells that it holds, from the back to the front in the order of its own
+/// BSP tree; the master puts the layers over each other in the order of the partition. No depths are
+/// exchanged. The picture is that which one rank would draw: PNG and SVG files byte for byte.
 ///
 /// From an eye within an IN cell the inner sides of the boundary are seen, as if the solid were clear.
-/// IN cells are opaque but for the model's own colours, FUZZY cells let half of what is behind them through, OUT cells are not
-/// drawn. z is up.
-/// Collective, within Ranks::together. Cost: h = what is drawn.
+/// IN cells are opaque but for the model's own colours, FUZZY cells let half of what is behind them through,
+/// OUT cells are not drawn. z is up. Collective, within Ranks::together. Cost: h = what is drawn.
 /// @return the bytes of the file on the master, nothing elsewhere.
-/// @throws bsp2::Error for dimensions other than 2 and 3, and for an eye that is where it looks; with several ranks the latter, and all that
-/// fails on one of them, is an AgreedFailure.
-/// Source: the paper, section 4.2, "Rendering"; fig. 7 for what explodes.
+/// @throws bsp2::Error for dimensions other than 2 and 3, and for an eye that is where it looks; with several
+/// ranks the latter, and all that fails on one of them, is an AgreedFailure. Source: the paper, section 4.2,
+/// "Rendering"; fig. 7 for what explodes.
 std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& options = {});
 
-/// What is where the eye is: of an IN cell the inner sides of the boundary are drawn. OUT without an eye, and for D = 2.
-/// Collective, within Ranks::together.
+/// What is where the eye is: of an IN cell the inner sides of the boundary are drawn. OUT without an eye, and
+/// for D = 2. Collective, within Ranks::together.
 geometry::Label label_at_eye(Ranks& ranks, const RunResult& result, const PictureOptions& options);
 
 /// `render` by this process alone, for cells without regions. Not collective.

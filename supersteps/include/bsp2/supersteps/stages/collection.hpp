@@ -6,14 +6,17 @@
 
 namespace bsp2::supersteps {
 
-/// Writes the cells of a run as one VTK unstructured grid: every rank the pieces that it holds, the master the `.pvtu`.
+/// Writes the cells of a run as one VTK unstructured grid: every rank the pieces that it holds, the master
+/// the `.pvtu`.
 ///
-/// Collective, within Ranks::together. Nothing appears under its name before all ranks have written all they have.
+/// Collective, within Ranks::together. Nothing appears under its name before all ranks have written all they
+/// have.
 /// @param step of what the cells are, for the record of costs.
 /// @param pvtu a path that ends in `.pvtu`, in a folder that exists and that all ranks see.
 /// @return of the simplices, if there are any; on all ranks.
-/// @throws bsp2::Error if a file cannot be written, and if the dimension is above 3; with several ranks AgreedFailure.
-/// Source: the paper, section 4.2, "Collection".
-SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets = false, unsigned step = 0);
+/// @throws bsp2::Error if a file cannot be written, and if the dimension is above 3; with several ranks
+/// AgreedFailure. Source: the paper, section 4.2, "Collection".
+SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu,
+                         bool tets = false, unsigned step = 0);
 
 }  // namespace bsp2::supersteps

@@ -24,45 +24,51 @@ struct RunResult;
 /// What to evaluate and how far.
 struct RunOptions {
   std::filesystem::path model;
-  unsigned threads = 0;                     ///< of each rank; 0: one a core
-  std::optional<unsigned> regions;          ///< rounded up to a power of two; none: by the model
-  double coincidence = 1e-9;                ///< hyperplanes closer than this share of the bounding box are one
-  bool curved = false;                      ///< spheres, cylinders and circles of the text are truly round
-  bool parts_by_colour = false;             ///< each colour is a part, called like it; else each `part` node is one
+  unsigned threads = 0;             ///< of each rank; 0: one a core
+  std::optional<unsigned> regions;  ///< rounded up to a power of two; none: by the model
+  double coincidence = 1e-9;        ///< hyperplanes closer than this share of the bounding box are one
+  bool curved = false;              ///< spheres, cylinders and circles of the text are truly round
+  bool parts_by_colour = false;     ///< each colour is a part, called like it; else each `part` node is one
   Order order = Order::depth;
-  std::vector<double> eye;                  ///< D numbers: with Order::priority, what looks largest from here is refined first; and see `angle`
-  std::optional<unsigned> level;            ///< stop at this depth of the BSP tree, the rest stays FUZZY
-  std::optional<double> tolerance;          ///< round solids are refined until FUZZY cells are thinner than this
-  std::optional<double> angle;              ///< or until they are seen thinner than this from `eye`, in degrees
-  std::optional<double> budget_seconds;     ///< a computation superstep ends after this time
-  std::optional<unsigned> steps;            ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
-  std::optional<std::uint64_t> cells;       ///< the run ends at about this number of cells, FUZZY ones counted
-  bool strict = false;                      ///< a warning is an error, as soon as it is known, and before `on_cells`
+  std::vector<double> eye;  ///< D numbers: with Order::priority, what looks largest from here is refined
+                            ///< first; and see `angle`
+  std::optional<unsigned> level;         ///< stop at this depth of the BSP tree, the rest stays FUZZY
+  std::optional<double> tolerance;       ///< round solids are refined until FUZZY cells are thinner than this
+  std::optional<double> angle;           ///< or until they are seen thinner than this from `eye`, in degrees
+  std::optional<double> budget_seconds;  ///< a computation superstep ends after this time
+  std::optional<unsigned>
+      steps;  ///< at most so many of them; none: 1 with a budget and no snapshot, else until all is decided
+  std::optional<std::uint64_t> cells;  ///< the run ends at about this number of cells, FUZZY ones counted
+  bool strict = false;  ///< a warning is an error, as soon as it is known, and before `on_cells`
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
-  bool collect_cells = true;                ///< false: only measures, no mesh is held
-  std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
-  std::optional<std::filesystem::path> resume;    ///< goes on from this one; model, regions, coincidence, curved, parts and keep are its own
-  /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what there is. The result
-  /// has no cells then, and its report counts those that are finished.
+  bool collect_cells = true;                                 ///< false: only measures, no mesh is held
+  std::optional<std::filesystem::path> snapshot;             ///< written after each computation superstep
+  std::optional<std::filesystem::path>
+      resume;  ///< goes on from this one; model, regions, coincidence, curved, parts and keep are its own
+  /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what
+  /// there is. The result has no cells then, and its report counts those that are finished.
   std::function<bool()> interrupted;
-  /// After this time a rank that has nothing left to do ends the step of the others, so that regions move to it; none: never.
+  /// After this time a rank that has nothing left to do ends the step of the others, so that regions move to
+  /// it; none: never.
   std::optional<double> move_after_seconds = 1.0;
-  std::vector<std::int32_t> first_rank_of_region;   ///< on the master: who begins with each region; empty: by estimated work
+  std::vector<std::int32_t>
+      first_rank_of_region;  ///< on the master: who begins with each region; empty: by estimated work
   Collect collect = Collect::automatic;
   bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3)
   bool contacts = false;  ///< and which of them touch, and where (likewise)
-  /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the master, from
-  /// its main thread.
+  /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the
+  /// master, from its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
-  /// Shown what there is after each computation superstep, FUZZY where it is undecided: mesh, trees and bounds, no figures.
-  /// Each rank holds the cells of its own regions. Called on all ranks, so it may be collective. With it, a budget ends a step
-  /// and not the run.
+  /// Shown what there is after each computation superstep, FUZZY where it is undecided: mesh, trees and
+  /// bounds, no figures. Each rank holds the cells of its own regions. Called on all ranks, so it may be
+  /// collective. With it, a budget ends a step and not the run.
   std::function<void(const RunResult& now, unsigned step)> on_frame;
-  /// Shown the finished cells as soon as all are where they belong, unless the run is interrupted: all but boundary and
-  /// contacts, and the report without costs. Called on all ranks, so it may be collective. With it the result has no cells:
-  /// resolution gives back the memory of each region that it has glued.
+  /// Shown the finished cells as soon as all are where they belong, unless the run is interrupted: all but
+  /// boundary and contacts, and the report without costs. Called on all ranks, so it may be collective. With
+  /// it the result has no cells: resolution gives back the memory of each region that it has glued.
   std::function<void(RunResult& now)> on_cells;
-  std::vector<double> points;  ///< D numbers each: where they are is answered at the end, by the master (which needs all cells)
+  std::vector<double> points;  ///< D numbers each: where they are is answered at the end, by the master
+                               ///< (which needs all cells)
 };
 
 }  // namespace bsp2::supersteps

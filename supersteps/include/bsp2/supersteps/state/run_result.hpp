@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/cells/bsp_tree.hpp"
 #include "bsp2/geometry/cells/cell_batch.hpp"
+#include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 #include "bsp2/supersteps/ranks/ranks.hpp"
 
@@ -26,13 +26,14 @@ struct FailedOutput {
 /// The simplices that the cells of a mesh were cut into, in figures.
 struct SimplexReport {
   std::uint64_t simplices = 0;
-  double smallest_angle = 180;        ///< degrees: between two faces of a tetrahedron, or two sides of a triangle
-  std::uint64_t incomplete_cells = 0; ///< cells of which something is left out: rounded to doubles it would be flat or inverted
-  double left_out_volume = 0;         ///< of all these together
+  double smallest_angle = 180;  ///< degrees: between two faces of a tetrahedron, or two sides of a triangle
+  std::uint64_t incomplete_cells =
+      0;  ///< cells of which something is left out: rounded to doubles it would be flat or inverted
+  double left_out_volume = 0;  ///< of all these together
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
-    archive & simplices & smallest_angle & incomplete_cells & left_out_volume;
+    archive& simplices& smallest_angle& incomplete_cells& left_out_volume;
   }
 };
 
@@ -47,8 +48,10 @@ struct BoundaryReport {
 struct Measures {
   double in_volume = 0.0, fuzzy_volume = 0.0;  ///< the true volume is between in and in + fuzzy
   std::vector<double> centroid;                ///< D: of the IN cells
-  std::vector<std::vector<double>> inertia;    ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1, over the IN cells
-  /// While FUZZY cells remain, between which values the solid's own moments are: (D+1) x (D+1), least and most.
+  std::vector<std::vector<double>>
+      inertia;  ///< (D+1) x (D+1): integrals of x_i x_j with x_0 = 1, over the IN cells
+  /// While FUZZY cells remain, between which values the solid's own moments are: (D+1) x (D+1), least and
+  /// most.
   std::vector<std::vector<double>> inertia_least, inertia_most;
 };
 
@@ -70,33 +73,35 @@ struct NamedPart {
   double volume = 0;           ///< of its IN cells
 };
 
-/// A mesh of the model whose faces wind around some points more than once, or the wrong way round, while the volume counts each
-/// point of a solid once.
+/// A mesh of the model whose faces wind around some points more than once, or the wrong way round, while the
+/// volume counts each point of a solid once.
 struct OverlappingMesh {
-  std::string place;                      ///< "file:line:column" in the model
-  std::string file;                       ///< that it was imported from, or empty
+  std::string place;  ///< "file:line:column" in the model
+  std::string file;   ///< that it was imported from, or empty
   std::uint64_t primitive = 0, triangles = 0;
-  std::optional<double> volume_by_faces;  ///< each point as often as the faces wind around it; nothing under a construct (a hull, a projection, ...)
+  std::optional<double> volume_by_faces;  ///< each point as often as the faces wind around it; nothing under
+                                          ///< a construct (a hull, a projection, ...)
 };
 
-/// What a run found; with several ranks, complete on the master. Lengths are in model units; moments are about the origin.
+/// What a run found; with several ranks, complete on the master. Lengths are in model units; moments are
+/// about the origin.
 struct RunReport : Measures {
   std::string model;
   int dimension = 3;
   unsigned ranks = 1, threads = 1, regions = 1, level = 0;
   std::uint64_t primitives = 0, hyperplanes = 0;
   std::uint64_t in_cells = 0, fuzzy_cells = 0;
-  std::optional<std::uint64_t> out_cells;    ///< when OUT cells are kept
-  std::optional<double> tolerance;           ///< of round solids, given or chosen
-  std::optional<double> angle;               ///< likewise, given: as seen from `eye`, in degrees
+  std::optional<std::uint64_t> out_cells;  ///< when OUT cells are kept
+  std::optional<double> tolerance;         ///< of round solids, given or chosen
+  std::optional<double> angle;             ///< likewise, given: as seen from `eye`, in degrees
   std::vector<double> eye;
-  std::vector<NamedPart> named_parts;        ///< in the order of their numbers
-  std::vector<NamedMeasures> measures;       ///< on the master, in the order of the model
-  std::vector<double> lower, upper;          ///< bounds of the IN cells; empty if there are none
-  std::optional<BoundaryReport> boundary;    ///< when asked for
-  std::optional<SimplexReport> simplices;    ///< of the mesh that was written, if it is of simplices
-  std::string digest;                        ///< of the set of cells, order-independent
-  bool complete = true;     ///< nothing is left undecided but what `level` leaves
+  std::vector<NamedPart> named_parts;      ///< in the order of their numbers
+  std::vector<NamedMeasures> measures;     ///< on the master, in the order of the model
+  std::vector<double> lower, upper;        ///< bounds of the IN cells; empty if there are none
+  std::optional<BoundaryReport> boundary;  ///< when asked for
+  std::optional<SimplexReport> simplices;  ///< of the mesh that was written, if it is of simplices
+  std::string digest;                      ///< of the set of cells, order-independent
+  bool complete = true;                    ///< nothing is left undecided but what `level` leaves
   bool interrupted = false;
   std::vector<SuperstepRecord> supersteps;  ///< also those of earlier sessions
   std::vector<SuperstepRecord> earlier;     ///< only those: of the snapshot that was resumed
@@ -104,15 +109,16 @@ struct RunReport : Measures {
   double seconds = 0.0, cpu_seconds = 0.0;
   std::uint64_t peak_rss_bytes = 0;
   std::vector<std::string> warnings;
-  std::vector<std::string> notes;       ///< what is as it should be, but may surprise
-  std::vector<FailedOutput> failed;     ///< alike on all ranks
+  std::vector<std::string> notes;                   ///< what is as it should be, but may surprise
+  std::vector<FailedOutput> failed;                 ///< alike on all ranks
   std::vector<OverlappingMesh> overlapping_meshes;  ///< on the master, in the order of the model
 };
 
 /// The cells of a finished run.
 struct SolidMesh {
   int dimension = 3;
-  std::vector<std::shared_ptr<const geometry::CellBatch>> batches;  // shared: several consumers hold the same batches
+  std::vector<std::shared_ptr<const geometry::CellBatch>>
+      batches;  // shared: several consumers hold the same batches
 };
 
 /// A box, D numbers each; empty vectors: none.
@@ -124,8 +130,8 @@ struct Bounds {
 struct Answer {
   geometry::Label label = geometry::Label::out;
   std::int32_t primitive = geometry::no_primitive, part = geometry::no_part;  ///< of the cell
-  double distance = 0;                    ///< to the nearest point that has, or may have, another label
-  std::vector<double> nearest;            ///< such a point
+  double distance = 0;          ///< to the nearest point that has, or may have, another label
+  std::vector<double> nearest;  ///< such a point
 };
 
 /// What a rank holds after a run.
@@ -133,20 +139,22 @@ struct RunResult {
   RunReport report;
   bool is_collected = true;  ///< the master has all cells; else each rank has those of its regions
   SolidMesh mesh;
-  geometry::BspTree tree;        ///< its leaves are the cells of the mesh, in the order of the batches
-  geometry::BspTree partition;   ///< leaf k >= 1 is region k - 1
-  std::vector<std::int32_t> rank_of_region;  ///< who computed it
+  geometry::BspTree tree;       ///< its leaves are the cells of the mesh, in the order of the batches
+  geometry::BspTree partition;  ///< leaf k >= 1 is region k - 1
+  std::vector<std::int32_t> rank_of_region;              ///< who computed it
   std::vector<std::optional<Rgba>> colour_of_primitive;  ///< as the model says; empty if it has no colours
   std::vector<std::string> part_names;  ///< by number; empty: nothing has a name, and the whole is part 0
-  Bounds bounds;                 ///< of the model, before it is evaluated: they contain the solid
+  Bounds bounds;                        ///< of the model, before it is evaluated: they contain the solid
   std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
-  /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in their order: as
-  /// in the batches of the mesh, where it is collected.
+  /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in
+  /// their order: as in the batches of the mesh, where it is collected.
   std::vector<geometry::Contact> contacts;
-  std::vector<Answer> answers;                        ///< likewise, to RunOptions::points
+  std::vector<Answer> answers;  ///< likewise, to RunOptions::points
 };
 
 /// Who draws a region, and answers for its cells.
-inline int drawer_of(const RunResult& result, std::size_t region) { return result.is_collected ? 0 : result.rank_of_region.at(region); }
+inline int drawer_of(const RunResult& result, std::size_t region) {
+  return result.is_collected ? 0 : result.rank_of_region.at(region);
+}
 
 }  // namespace bsp2::supersteps
