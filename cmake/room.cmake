@@ -12,6 +12,10 @@ target_compile_options(bsp2_options INTERFACE
   # GCC 12 at -O3 warns of accesses out of bounds, in std::string and fixed arrays, that cannot happen.
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict>
   $<$<BOOL:${BSP2_WARNINGS_AS_ERRORS}>:-Werror>)
+if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # It takes a source that another one includes for a header, and warns of what a class hides in it.
+  target_compile_options(bsp2_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>)
+endif()
 if(BSP2_SANITIZE)
   target_compile_options(bsp2_options INTERFACE -fsanitize=${BSP2_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(bsp2_options INTERFACE -fsanitize=${BSP2_SANITIZE})
