@@ -196,9 +196,25 @@ void add_crossings(ExactPoints& exact, std::span<const Skin::Edge> edges, Orient
   const auto part = [&](const Skin::Edge& a, const Skin::Edge& b) {
     return exact.side(points, a.from, b.across) * exact.side(points, a.to, b.across) < 0;
   };
+  // Most edges of a large face are far from each other, which their boxes tell.
+  std::vector<std::array<double, 6>> boxes;
+  for (const Skin::Edge& edge : edges) {
+    const Vertex<3>&u = points.vertices[edge.from], &v = points.vertices[edge.to];
+    std::array<double, 6> box{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box[axis] = std::min(u.x[axis] - u.error, v.x[axis] - v.error);
+      box[3 + axis] = std::max(u.x[axis] + u.error, v.x[axis] + v.error);
+    }
+    boxes.push_back(box);
+  }
+  const auto are_apart = [&](std::size_t i, std::size_t k) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (boxes[i][axis] > boxes[k][3 + axis] || boxes[k][axis] > boxes[i][3 + axis]) return true;
+    return false;
+  };
   for (std::size_t i = 0; i < edges.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
-      if (!part(edges[i], edges[k]) || !part(edges[k], edges[i])) continue;
+      if (are_apart(i, k) || !part(edges[i], edges[k]) || !part(edges[k], edges[i])) continue;
       const Vertex<3> vertex =
           canonical_vertex(exact.table(), {outward.id(), edges[i].across, edges[k].across});
       points.add(vertex, vertex.hyperplanes);
