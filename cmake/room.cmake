@@ -8,7 +8,9 @@ include_guard()
 add_library(bsp2_options INTERFACE)
 target_compile_features(bsp2_options INTERFACE cxx_std_20)
 target_compile_options(bsp2_options INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wno-missing-field-initializers -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual>
+  $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wno-missing-field-initializers -Wpedantic -Wnon-virtual-dtor -Woverloaded-virtual>
+  # In a unity build a name may be that of something in another source.
+  $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<BOOL:${CMAKE_UNITY_BUILD}>>>:-Wshadow>
   # GCC 12 at -O3 warns of accesses out of bounds, in std::string and fixed arrays, that cannot happen.
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict>
   $<$<BOOL:${BSP2_WARNINGS_AS_ERRORS}>:-Werror>)

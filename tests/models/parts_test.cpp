@@ -176,7 +176,7 @@ TEST_F(NamedModels, OutlastASnapshot) {
         const RunResult whole = run(text, options);
         options.snapshot = folder / "snapshot.h5";
         options.cells = 10;
-        run(text, options);
+        static_cast<void>(run(text, options));
         RunOptions rest;
         rest.resume = options.snapshot;
         if (curved) rest.tolerance = 0.3;

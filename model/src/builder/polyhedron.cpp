@@ -367,9 +367,9 @@ std::optional<TriangleMesh> repaired_mesh(const std::vector<Point3>& given, cons
                                                        : closed_triangles(given, *solid)));
   const std::string what = text_of(given, open_edges(all));
   std::vector<std::string> repairs;
-  const auto tell = [&](const std::vector<std::string>& all) {
+  const auto tell = [&](const std::vector<std::string>& made) {
     std::string text = what + ". Repaired: ";
-    for (const std::string& repair : all) text += (&repair == all.data() ? "" : ". ") + repair;
+    for (const std::string& repair : made) text += (&repair == made.data() ? "" : ". ") + repair;
     warn(text);
   };
   const auto told = [&](const std::string& last) {

@@ -495,8 +495,8 @@ class Blocks {
 TEST_F(DxfDrawing, BlocksAreInserted) {
   const unsigned seed = std::random_device{}();
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
-  for (unsigned round = 0; round < samples::rounds(60); ++round) {
-    Blocks blocks(seed + round);
+  for (int round = 0; round < samples::rounds(60); ++round) {
+    Blocks blocks(seed + static_cast<unsigned>(round));
     std::vector<std::vector<PlanePoint>> polygons;
     const std::string entities = blocks.insert(static_cast<int>(round % 4), polygons);
     const PlaneDrawing drawing = read(file_of(entities, blocks.text));
