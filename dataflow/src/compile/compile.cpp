@@ -338,8 +338,9 @@ class Compiler {
           continue;
         }
         if (shape.preimage != nullptr) {
-          at_its_place(producer.primitive,
-                       [&] { add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids); });
+          at_its_place(producer.primitive, [&] {
+            add_preimage(network, producer, *shape.preimage, maps[i], frames.at(i), ids, box);
+          });
           continue;
         }
         add_half_spaces(network, producer, own);
@@ -351,7 +352,8 @@ class Compiler {
       }
       if constexpr (D == 3) {
         if (shape.mesh != nullptr && !shape.mesh->convex) {
-          producer.mesh = static_cast<std::int32_t>(meshes.size());
+          producer.kind = ProducerKind::mesh;
+          producer.index = static_cast<std::uint32_t>(meshes.size());
           meshes.push_back(i);
           continue;
         }
@@ -363,7 +365,8 @@ class Compiler {
           network.planes.resize(producer.first_plane);
           network.planes.insert(network.planes.end(), facets.begin(), facets.end());
           producer.plane_count = static_cast<std::uint32_t>(facets.size());
-          producer.lathe = static_cast<std::int32_t>(network.lathes.size());
+          producer.kind = ProducerKind::lathe;
+          producer.index = static_cast<std::uint32_t>(network.lathes.size());
           network.lathes.push_back(place_lathe(*shape.lathe, placement(i), own, table.radius(),
                                                options_.coincidence * table.width()));
           continue;
@@ -440,7 +443,8 @@ class Compiler {
     const geometry::RoundFamily<3> fan(2, 1, 1, ids / 8);
     const geometry::TorusFamily family(minor, ids - ids / 8);
     check_ids(std::uint64_t{fan.count()} + family.count(), ids);
-    producer.torus = static_cast<std::int32_t>(network.tori.size());
+    producer.kind = ProducerKind::torus;
+    producer.index = static_cast<std::uint32_t>(network.tori.size());
     const auto first_of_fan = table.add_family(map, fan);
     network.tori.push_back(
         {fan, first_of_fan, family, table.add_family(map, family), table.map(map).inverse(table.radius())});
@@ -451,7 +455,8 @@ class Compiler {
     HyperplaneTable<D>& table = network.table;
     const geometry::RoundFamily<D> family(part.axes, part.bottom, part.top, ids);
     check_ids(family.count(), ids);
-    producer.round = static_cast<std::int32_t>(network.rounds.size());
+    producer.kind = ProducerKind::round;
+    producer.index = static_cast<std::uint32_t>(network.rounds.size());
     network.rounds.push_back({family, table.add_family(map, family), table.map(map).inverse(table.radius())});
     const Round<D>& round = network.rounds.back();
     for (std::uint32_t face = 0; face < static_cast<std::uint32_t>(2 * part.axes) && part.bottom == part.top;
@@ -469,16 +474,28 @@ class Compiler {
     const auto tree = std::make_shared<PatchTree<D>>(std::move(placed.roots), placed.placement, placed.error,
                                                      placed.weight_ratio, placed.closed, ids);
     check_ids(tree->count(), ids);
-    producer.spline = static_cast<std::int32_t>(network.splines.size());
+    producer.kind = ProducerKind::spline;
+    producer.index = static_cast<std::uint32_t>(network.splines.size());
     network.splines.push_back({tree, network.table.add_family(map, geometry::SharedFamily<D>(tree))});
   }
 
   void add_preimage(Network<D>& network, Producer<D>& producer, const model::Preimage& preimage,
-                    std::uint32_t map, const PreimageFrame<D>& frame, std::uint32_t ids) {
+                    std::uint32_t map, const PreimageFrame<D>& frame, std::uint32_t ids, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     auto placed = place_preimage<D>(preimage, table.map(map).inverse(table.radius()), frame, ids);
+    if (std::holds_alternative<model::Spline>(preimage.solid) ||
+        std::holds_alternative<model::SubdivisionSurface>(preimage.solid)) {
+      double width = 0,
+             in_frame = 0;  // of the model: as it is, and in units of what the control points reach
+      for (int i = 0; i < D; ++i) {
+        width = std::max(width, box.upper[i] - box.lower[i]);
+        in_frame += placed.weight[i] * (box.upper[i] - box.lower[i]);
+      }
+      if (in_frame > 0) check_reach(width / in_frame, box);
+    }
     check_ids(placed.planes->count(), ids);
-    producer.preimage = static_cast<std::int32_t>(network.preimages.size());
+    producer.kind = ProducerKind::preimage;
+    producer.index = static_cast<std::uint32_t>(network.preimages.size());
     placed.first = table.add_family(frame.map, geometry::SharedFamily<D>(placed.planes));
     network.preimages.push_back(std::move(placed));
   }

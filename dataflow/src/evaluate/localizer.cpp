@@ -134,9 +134,11 @@ void Localizer<D>::leave_round_operands(std::span<const Word> program) {
   const auto* const end = std::remove_if(active_.begin(), active_.end(), [&](const ActiveLeaf& active) {
     const Word* const leaf = program.data() + active.at;
     const Producer<D>& producer = network_->producers[leaf[2]];
-    if (producer.spline >= 0) return !SplineProducer<D>(*network_, producer).end(leaf, view_);
-    return producer.torus >= 0 || producer.preimage >= 0 ||
-           (producer.round >= 0 && RoundProducer<D>(*network_, producer).undecided_planes(leaf) == 0);
+    if (producer.kind == ProducerKind::spline)
+      return !SplineProducer<D>(*network_, producer).end(leaf, view_);
+    if (producer.kind == ProducerKind::round)
+      return RoundProducer<D>(*network_, producer).undecided_planes(leaf) == 0;
+    return dataflow::is_curved(producer.kind);
   });
   active_.resize(static_cast<std::size_t>(end - active_.begin()));
 }
@@ -492,31 +494,44 @@ template <int D>
 template <typename Use>
 auto Localizer<D>::with_producer(const Word* leaf, Use&& use) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if constexpr (D == 3) {
-    if (producer.mesh >= 0) return use(MeshProducer(*network_, producer));
-    if (producer.lathe >= 0) return use(LatheProducer(*network_, producer));
-    if (producer.torus >= 0) return use(TorusProducer(*network_, producer));
+  switch (producer.kind) {
+    case ProducerKind::convex:
+      break;
+    case ProducerKind::lathe:
+      if constexpr (D == 3) return use(LatheProducer(*network_, producer));
+      break;
+    case ProducerKind::mesh:
+      if constexpr (D == 3) return use(MeshProducer(*network_, producer));
+      break;
+    case ProducerKind::torus:
+      if constexpr (D == 3) return use(TorusProducer(*network_, producer));
+      break;
+    case ProducerKind::round:
+      return use(RoundProducer<D>(*network_, producer));
+    case ProducerKind::spline:
+      return use(SplineProducer<D>(*network_, producer));
+    case ProducerKind::preimage:
+      return use(PreimageProducer<D>(*network_, producer));
   }
-  if (producer.spline >= 0) return use(SplineProducer<D>(*network_, producer));
-  if (producer.preimage >= 0) return use(PreimageProducer<D>(*network_, producer));
-  if (producer.round >= 0) return use(RoundProducer<D>(*network_, producer));
   return use(ConvexProducer<D>(*network_, producer));
 }
 
 template <int D>
 bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
-  if (producer.mesh >= 0 || producer.is_empty() || producer.undecided) return false;
+  if (producer.is_empty() || producer.undecided) return false;
+  if (producer.kind != ProducerKind::convex && producer.kind != ProducerKind::lathe &&
+      producer.kind != ProducerKind::round)
+    return false;
   view_.look_at(cell);
   view_.be_quick(false);
   if constexpr (D == 3) {
-    if (producer.lathe >= 0) {
+    if (producer.kind == ProducerKind::lathe) {
       const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
       Words unused;
       return LatheProducer(*network_, producer).ask(whole, view_, unused) == Label::in;
     }
   }
-  if (producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0) return false;
-  if (producer.round >= 0) {
+  if (producer.kind == ProducerKind::round) {
     const Word whole[] = {Program::kind_leaf | Program::whole, Program::header, 0};
     Words unused;
     return RoundProducer<D>(*network_, producer).ask(whole, view_, unused) == Label::in;
@@ -528,8 +543,7 @@ bool Localizer<D>::contains(const Producer<D>& producer, const Cell<D>& cell) {
 
 template <int D>
 bool Localizer<D>::is_curved(const Word* leaf) const {
-  const Producer<D>& producer = network_->producers[leaf[2]];
-  return producer.round >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0;
+  return dataflow::is_curved(network_->producers[leaf[2]].kind);
 }
 
 template <int D>
@@ -645,8 +659,8 @@ bool Localizer<D>::take_nearest_candidate(Cut& cut) {
 template <int D>
 std::span<const geometry::OrientedHyperplane> Localizer<D>::listed_planes(const Word* leaf) const {
   const Producer<D>& producer = network_->producers[leaf[2]];
-  if (producer.undecided || producer.mesh >= 0 || producer.torus >= 0 || producer.spline >= 0 ||
-      producer.preimage >= 0 || producer.round >= 0 || (leaf[0] & (Program::whole | Program::ranged)) != 0)
+  if (producer.undecided || producer.kind == ProducerKind::mesh || dataflow::is_curved(producer.kind) ||
+      (leaf[0] & (Program::whole | Program::ranged)) != 0)
     return {};
   return ConvexProducer<D>(*network_, producer).undecided_planes(leaf);
 }

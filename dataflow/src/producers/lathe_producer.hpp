@@ -18,7 +18,7 @@ namespace bsp2::dataflow {
 class LatheProducer {
  public:
   LatheProducer(const Network<3>& network, const Producer<3>& producer)
-      : network_(network), producer_(producer), lathe_(network.lathes[producer.lathe]) {}
+      : network_(network), producer_(producer), lathe_(network.lathes[producer.index]) {}
 
   geometry::Label ask(const Word* leaf, CellView<3>& cell, Words& out) const;
   [[nodiscard]] std::size_t undecided(const Word* leaf) const;

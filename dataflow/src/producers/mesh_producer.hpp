@@ -20,7 +20,7 @@ namespace bsp2::dataflow {
 class MeshProducer {
  public:
   MeshProducer(const Network<3>& network, const Producer<3>& producer)
-      : network_(network), producer_(producer), mesh_(network.meshes[producer.mesh]) {}
+      : network_(network), producer_(producer), mesh_(network.meshes[producer.index]) {}
 
   geometry::Label ask(const Word* leaf, CellView<3>& cell, Words& out) const;
   [[nodiscard]] std::size_t undecided(const Word* leaf) const {

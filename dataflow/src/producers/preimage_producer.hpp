@@ -19,7 +19,7 @@ template <int D>
 class PreimageProducer {
  public:
   PreimageProducer(const Network<D>& network, const Producer<D>& producer)
-      : network_(network), preimage_(network.preimages[static_cast<std::size_t>(producer.preimage)]) {}
+      : network_(network), preimage_(network.preimages[producer.index]) {}
 
   geometry::Label ask(const Word* leaf, CellView<D>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.

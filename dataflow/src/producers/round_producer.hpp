@@ -19,9 +19,7 @@ template <int D>
 class RoundProducer {
  public:
   RoundProducer(const Network<D>& network, const Producer<D>& producer)
-      : network_(network),
-        producer_(producer),
-        round_(network.rounds[static_cast<std::size_t>(producer.round)]) {}
+      : network_(network), producer_(producer), round_(network.rounds[producer.index]) {}
 
   geometry::Label ask(const Word* leaf, CellView<D>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.

@@ -18,9 +18,7 @@ template <int D>
 class SplineProducer {
  public:
   SplineProducer(const Network<D>& network, const Producer<D>& producer)
-      : producer_(producer),
-        spline_(network.splines[static_cast<std::size_t>(producer.spline)]),
-        tree_(*spline_.tree) {}
+      : producer_(producer), spline_(network.splines[producer.index]), tree_(*spline_.tree) {}
 
   geometry::Label ask(const Word* leaf, CellView<D>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.

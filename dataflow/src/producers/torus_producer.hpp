@@ -16,7 +16,7 @@ namespace bsp2::dataflow {
 class TorusProducer {
  public:
   TorusProducer(const Network<3>& network, const Producer<3>& producer)
-      : network_(network), torus_(network.tori[static_cast<std::size_t>(producer.torus)]) {}
+      : network_(network), torus_(network.tori[producer.index]) {}
 
   geometry::Label ask(const Word* leaf, CellView<3>& cell, Words& out) const;
   /// Grows with the level: what is refined already can wait for what is not.

@@ -370,12 +370,10 @@ unsigned suggested_depth(const Network<D>& network) {
   constexpr double planes_of_a_round = 128;
   double planes = 0;
   for (const auto& producer : network.producers)
-    planes +=
-        producer.round >= 0 || producer.torus >= 0 || producer.spline >= 0 || producer.preimage >= 0
-            ? planes_of_a_round
-        : producer.mesh < 0
-            ? static_cast<double>(producer.plane_count)
-            : static_cast<double>(network.meshes[static_cast<std::size_t>(producer.mesh)].facets.size());
+    planes += is_curved(producer.kind) ? planes_of_a_round
+              : producer.kind == ProducerKind::mesh
+                  ? static_cast<double>(network.meshes[producer.index].facets.size())
+                  : static_cast<double>(producer.plane_count);
   return planes < planes_of_a_region
              ? 0
              : std::min(most, static_cast<unsigned>(std::log2(planes / planes_of_a_region)));

@@ -124,9 +124,11 @@ std::vector<Refinement> stream_of(const model::Expression& primitive, Random& ra
   EXPECT_EQ(network.producers.size(), 1U);
   const Producer<D>& producer = network.producers[0];
   if constexpr (D == 3)
-    if (producer.mesh >= 0) return stream_of<3>(network, MeshProducer(network, producer), random);
+    if (producer.kind == ProducerKind::mesh)
+      return stream_of<3>(network, MeshProducer(network, producer), random);
   if constexpr (D == 3)
-    if (producer.lathe >= 0) return stream_of<3>(network, LatheProducer(network, producer), random);
+    if (producer.kind == ProducerKind::lathe)
+      return stream_of<3>(network, LatheProducer(network, producer), random);
   return stream_of<D>(network, ConvexProducer<D>(network, producer), random);
 }
 
@@ -186,7 +188,7 @@ TEST(LatheProducer, AnswersAsAllItsHalfSpacesDo) {
                                        : model::cylinder(1, 1, uniform(random, 0, 2),
                                                          static_cast<std::uint32_t>(pick(random, 512, 900))));
     const Network<3> network = compile<3>(e, {});
-    if (network.producers.empty() || network.producers[0].lathe < 0) continue;
+    if (network.producers.empty() || network.producers[0].kind != ProducerKind::lathe) continue;
     const LatheProducer lathe(network, network.producers[0]);
     const ConvexProducer<3> convex(network, network.producers[0]);
     geometry::Splitter<3> splitter(network.table);

@@ -195,7 +195,7 @@ TEST(Sections, OfPrismsAreWhatTheyStandOn) {
 template <int D, typename Truth>
 void check_first_producer(const Expression& e, unsigned deepest, Random& random, Truth&& truth) {
   const Network<D> network = compile<D>(e, {});
-  ASSERT_GE(network.producers[0].preimage, 0);
+  ASSERT_EQ(network.producers[0].kind, ProducerKind::preimage);
   check_stream_of<D>(network, PreimageProducer<D>(network, network.producers[0]), deepest, truth, random,
                      true);
 }

@@ -321,6 +321,17 @@ TEST_F(Splines, ThatReachTooFarAreRefused) {
   check(solid_to, "cube(2);");
   check(curve_to, "square(2);");
   check(cage_to, "cube(2);");
+  const auto of_section = [&](const std::string& far) {
+    return "section(axis = 3, at = 0.25) { " + solid_to(far) + " }";
+  };
+  const auto of_product = [&](const std::string& far) { return "extrude(h = 1) { " + curve_to(far) + " }"; };
+  for (const char* far : {"1e7", "1e13"}) {
+    EXPECT_NE(fault("intersection() { square(2); " + of_section(far) + " }").find("reach"), std::string::npos)
+        << far;
+    EXPECT_NE(fault("intersection() { cube(2); " + of_product(far) + " }").find("reach"), std::string::npos)
+        << far;
+  }
+  EXPECT_EQ(fault("intersection() { square(2); " + of_section("1e3") + " }"), "");
 }
 
 /// The piece as a node of the text form.

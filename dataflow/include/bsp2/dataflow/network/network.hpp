@@ -23,6 +23,33 @@
 
 namespace bsp2::dataflow {
 
+/// What answers for a primitive, and in which list of the network it is.
+enum class ProducerKind : std::uint8_t {
+  convex,    ///< a list of half-spaces
+  lathe,     ///< convex, with very many half-spaces: Network::lathes
+  mesh,      ///< Network::meshes
+  round,     ///< Network::rounds; its half-spaces are those of its box
+  torus,     ///< Network::tori
+  spline,    ///< Network::splines
+  preimage,  ///< Network::preimages
+};
+
+/// Whether solids of the kind are enclosed ever closer, and never met.
+constexpr bool is_curved(ProducerKind kind) {
+  switch (kind) {
+    case ProducerKind::convex:
+    case ProducerKind::lathe:
+    case ProducerKind::mesh:
+      return false;
+    case ProducerKind::round:
+    case ProducerKind::torus:
+    case ProducerKind::spline:
+    case ProducerKind::preimage:
+      return true;
+  }
+  return false;
+}
+
 /// What the producers of a network are made of: one occurrence of a primitive, placed in the model. The box
 /// contains it, rounded outward. ConvexProducer, LatheProducer, MeshProducer, RoundProducer, TorusProducer,
 /// SplineProducer and PreimageProducer say how each kind answers.
@@ -35,14 +62,10 @@ struct Producer : Box<D> {
   std::uint32_t leaf = 0;      ///< where it is in Network::program
   std::uint32_t first_plane = 0,
                 plane_count = 0;  ///< convex: its half-spaces, inside negative, in Network::planes
-  std::int32_t lathe = -1;        ///< index into Network::lathes: convex, with very many half-spaces
-  std::int32_t mesh = -1;         ///< index into Network::meshes, or -1 for a convex producer
-  std::int32_t round = -1;        ///< index into Network::rounds: round, the half-spaces are those of its box
-  std::int32_t torus = -1;        ///< index into Network::tori
-  std::int32_t spline = -1;       ///< index into Network::splines
-  std::int32_t preimage = -1;     ///< index into Network::preimages
-  bool undecided = false;         ///< convex, and only its outside is known: inside it cells stay FUZZY
-  bool owns = true;               ///< cells may belong to it: it is not subtracted, nor in a complement
+  ProducerKind kind = ProducerKind::convex;
+  std::uint32_t index = 0;  ///< of what it is, in the list of its kind; of convex ones there is none
+  bool undecided = false;   ///< convex, and only its outside is known: inside it cells stay FUZZY
+  bool owns = true;         ///< cells may belong to it: it is not subtracted, nor in a complement
   /// Code + 1 of the producer's own hyperplane that bounds it along an axis from below / above, or 0.
   std::array<std::array<std::uint32_t, 2>, D> bounding_plane{};
 };
