@@ -169,8 +169,8 @@ TEST_F(DxfDrawing, BulgesAreArcs) {
                    angle = 4 * std::atan(std::fabs(bulge));
       length += chord * 2;
       if (bulge == 0) continue;
-      const double part =
-          segment(chord / 2 / std::sin(angle / 2), angle, std::ceil(fn * angle / (2 * pi) - 1e-3));
+      const double part = segment(chord / 2 / std::sin(angle / 2), angle,
+                                  std::max(std::ceil(fn * angle / (2 * pi) - 1e-3), 1.0));
       expected += bulge > 0 ? part : -part;
     }
     const double grid = length * 0x1p-10;
