@@ -485,11 +485,11 @@ class Compiler {
     auto placed = place_preimage<D>(preimage, table.map(map).inverse(table.radius()), frame, ids);
     if (std::holds_alternative<model::Spline>(preimage.solid) ||
         std::holds_alternative<model::SubdivisionSurface>(preimage.solid)) {
-      double width = 0,
-             in_frame = 0;  // of the model: as it is, and in units of what the control points reach
+      // The width of the model, as it is and in units of what the control points reach.
+      double width = 0, in_frame = 0;
       for (int i = 0; i < D; ++i) {
         width = std::max(width, box.upper[i] - box.lower[i]);
-        in_frame += placed.weight[i] * (box.upper[i] - box.lower[i]);
+        in_frame = std::max(in_frame, placed.weight[i] * (box.upper[i] - box.lower[i]));
       }
       if (in_frame > 0) check_reach(width / in_frame, box);
     }
