@@ -212,7 +212,7 @@ TEST_F(Jobs, SurviveTheirWorkers) {
   const std::vector<std::string> options{"--regions", "8"};
   split(options);
   int killed = 0;
-  for (int round = 0; round < bsp2::samples::rounds(8); ++round) {
+  for (int round = 0; round < bsp2::samples::all_rounds(8); ++round) {
     const pid_t first = start(worker(1000)), second = start(worker(1000));
     std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 500));
     for (const pid_t child : {first, second}) {

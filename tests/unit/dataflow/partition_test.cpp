@@ -258,7 +258,7 @@ TEST(Partition, CutsChangeNoCell) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   std::uint64_t given_back = 0;
-  for (int round = 0; round < samples::rounds(60); ++round) {
+  for (int round = 0; round < samples::all_rounds(60); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
     EvaluateOptions options;
     options.threads = static_cast<unsigned>(pick(random, 1, 3));

@@ -208,15 +208,15 @@ TEST(Portion, ChangesNothing) {
     divisions += counts[0];
     separations += counts[1];
   };
-  for (int round = 0; (round < samples::rounds(12) || divisions < 80) && round < samples::rounds(300) &&
-                      !testing::Test::HasFailure();
+  for (int round = 0; (round < samples::all_rounds(12) || divisions < 80) &&
+                      round < samples::all_rounds(300) && !testing::Test::HasFailure();
        ++round)
     count(expect_dividable<3>(random, round % 3 == 0));
-  for (int round = 0; round < samples::rounds(10) && !testing::Test::HasFailure(); ++round)
+  for (int round = 0; round < samples::all_rounds(10) && !testing::Test::HasFailure(); ++round)
     count(expect_dividable<2>(random, round % 3 == 0));
   for (int round = 0; round < 3 && !testing::Test::HasFailure(); ++round)
     count(expect_dividable<4>(random, false));
-  EXPECT_GE(divisions, 80);
+  EXPECT_GE(divisions, samples::all_rounds(80));
   EXPECT_GT(separations, 0);
 }
 

@@ -248,7 +248,7 @@ TEST(MeshProducer, EmitsAStreamOfRefinements) {
 /// Slabs far thinner than doubles resolve, cut through a mesh: no double lies in their cells.
 TEST(MeshProducer, IsExactInCellsThinnerThanDoublesResolve) {
   int in = 0, out = 0;
-  for (int round = 0; round < samples::rounds(12); ++round) {
+  for (int round = 0; round < samples::all_rounds(12); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);

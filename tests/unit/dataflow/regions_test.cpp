@@ -241,7 +241,7 @@ class Regions : public testing::Test {
   /// @param count of rounds; BSP2_ROUNDS times as many where it is set.
   template <typename Body>
   static void rounds(int count, const Body& body) {
-    for (int round = 0; round < samples::rounds(count) && !HasFailure(); ++round) {
+    for (int round = 0; round < samples::all_rounds(count) && !HasFailure(); ++round) {
       const std::uint64_t seed = new_seed();
       SCOPED_TRACE(testing::Message() << "round " << round << ", BSP2_SEED=" << seed);
       Random random(seed);

@@ -292,7 +292,7 @@ TEST(AnyDimension, ShrinkingUndoesGrowingOfConvexSolids) {
 TEST(AnyDimension, ConvexSolidsShrinkLikeAllOthers) {
   Seeded s;
   int left = 0;
-  for (int round = 0; round < samples::rounds(6); ++round) {
+  for (int round = 0; round < samples::all_rounds(6); ++round) {
     std::vector<double> points;
     for (int i = pick(s.random, 6, 9); i > 0; --i)
       for (int k = 0; k < 4; ++k) points.push_back(uniform(s.random, -1, 1));

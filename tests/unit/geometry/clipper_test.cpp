@@ -135,7 +135,7 @@ TEST(Predicate, AgreesWithRationalsOnFourPlanesOfOneLathe) {
   SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
   Random random(seed);
   int on = 0, asked = 0;
-  for (int round = 0; round < samples::rounds(6); ++round) {
+  for (int round = 0; round < samples::all_rounds(6); ++round) {
     const Model<3> model = lathes(random, static_cast<std::uint32_t>(pick(random, 3, 9)));
     Splitter<3> splitter(model.table);
     for (int k = 0; k < 150; ++k) {

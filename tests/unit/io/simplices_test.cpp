@@ -63,7 +63,7 @@ TEST(Simplices, AreNeverFlatOrInverted) {
   const samples::TemporaryFolder folder;
   const fs::path file = folder.path() / "solid.pvtu";
   double hardest = 180;
-  for (int round = 0; round < samples::rounds(12); ++round) {
+  for (int round = 0; round < samples::all_rounds(12); ++round) {
     SCOPED_TRACE("round " + std::to_string(round));
     auto mesh = samples::random_mesh(random, 150);
     const double squeeze = std::pow(10, -round), away = round % 3 == 0 ? 0 : 1000.0;

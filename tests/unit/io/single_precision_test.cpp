@@ -198,7 +198,7 @@ TEST_F(SinglePrecision, RandomSurfacesStayClosedWithoutFlatTriangles) {
     reach = span * span * span * static_cast<double>(rounded.size());
     EXPECT_NEAR(facets.empty() ? 0 : volume_of(facets), volume_of(rounded), 1e-16 * reach);
   }
-  EXPECT_GT(spoiled, 30) << "too few surfaces that single precision cannot hold";
+  EXPECT_GT(spoiled, samples::rounds(30)) << "too few surfaces that single precision cannot hold";
 }
 
 /// Needles whose longest sides are as long as each other: in doubles they are flat, exactly they are not.

@@ -80,7 +80,7 @@ TEST(Crossing, IsFoundWhereAnEdgeGoesThroughATriangle) {
     }
     crossing += expected;
   }
-  EXPECT_GT(crossing, 200);
+  EXPECT_GT(crossing, samples::rounds(200));
   EXPECT_LT(crossing, 1800);
 }
 

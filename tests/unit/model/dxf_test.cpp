@@ -801,7 +801,7 @@ TEST_F(DxfDrawing, DamagedDrawingsAreErrorsOrDrawings) {
     }
     errors += fault(damaged, {.fn = 12}).empty() ? 0 : 1;
   }
-  EXPECT_GT(errors, 100);
+  EXPECT_GT(errors, samples::rounds(100));
   EXPECT_LT(errors, 1950);
 }
 

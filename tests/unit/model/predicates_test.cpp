@@ -124,8 +124,8 @@ TEST(Predicates, OrientationIsExactOfAnyDoubles) {
     ASSERT_EQ(orientation(p[0], p[1], p[2], p[3]), expected) << "round " << round;
     ++(expected == 0 ? zeros : signs);
   }
-  EXPECT_GT(zeros, 1000);
-  EXPECT_GT(signs, 500);
+  EXPECT_GT(zeros, samples::rounds(1000));
+  EXPECT_GT(signs, samples::rounds(500));
 }
 
 TEST(Predicates, InsideSegmentExcludesTheEnds) {

@@ -131,8 +131,8 @@ TEST(Shells, GoodNestsStayAsTheyAreAndTurnedOnesAreTurnedBack) {
     EXPECT_EQ(bad.triangles, mesh.triangles) << "round " << round;
     all_turned += expected;
   }
-  EXPECT_GT(most, 10U);
-  EXPECT_GT(all_turned, 50U);
+  EXPECT_GT(most, samples::rounds(10U));
+  EXPECT_GT(all_turned, samples::rounds(50U));
 }
 
 /// Two boxes as one mesh, beside intervals: they cross unless they are apart, touch, or one lies strictly in
@@ -182,8 +182,8 @@ TEST(Shells, BoxesThatShareSpaceCrossOrAreNested) {
     EXPECT_EQ(turn_shells(turned).turned, 1U) << "round " << round;
     EXPECT_EQ(turned.triangles, mesh.triangles) << "round " << round;
   }
-  EXPECT_GT(crossing, 500);
-  EXPECT_GT(nested, 20);
+  EXPECT_GT(crossing, samples::rounds(500));
+  EXPECT_GT(nested, samples::rounds(20));
 }
 
 TEST(Shells, SolidsThatShareAnEdgeOrAVertexAreTwo) {

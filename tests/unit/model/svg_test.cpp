@@ -375,7 +375,7 @@ TEST_F(SvgDrawing, DamagedDrawingsAreErrorsOrDrawings) {
     }
     errors += fault(damaged).empty() ? 0 : 1;
   }
-  EXPECT_GT(errors, 50);
+  EXPECT_GT(errors, samples::rounds(50));
   EXPECT_LT(errors, 1950);
 }
 

@@ -247,14 +247,14 @@ TEST_P(RandomResolution, ContactsAndBoundaryCoverAllFacets) {
     if (testing::Test::HasFailure()) return;
   }
   if (std::getenv("BSP2_SEED") == nullptr) {  // else all rounds are of one expression
-    EXPECT_GT(told, 1000U);
+    EXPECT_GT(told, samples::rounds(1000U));
   }
 }
 
 /// The search in space against asking each point about each edge.
 TEST_P(RandomResolution, DividedEdgesHaveNoVertexInside) {
   std::size_t divided = 0;
-  for (int round = 0; round < samples::rounds(40); ++round) {
+  for (int round = 0; round < samples::all_rounds(40); ++round) {
     const std::uint64_t seed = new_seed();
     SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
     Random random(seed);

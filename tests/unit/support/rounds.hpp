@@ -1,18 +1,26 @@
 #pragma once
 
+#include <concepts>
 #include <cstdlib>
 
 namespace bsp2::samples {
 
-/// How many rounds a test on random input makes: `usual`, a fifth of them under a sanitizer, which makes each
-/// many times slower and looks for what is wrong wherever the program comes along. BSP2_ROUNDS=n in the
-/// environment: n times as many.
-inline int rounds(int usual) {
+/// How many rounds a test on random input makes that needs all of them to meet what it looks for: `usual`.
+/// BSP2_ROUNDS=n in the environment: n times as many.
+template <std::integral Integer>
+Integer all_rounds(Integer usual) {
+  const char* factor = std::getenv("BSP2_ROUNDS");
+  return factor == nullptr ? usual : usual * static_cast<Integer>(std::atoi(factor));
+}
+
+/// As `all_rounds`, but a fifth of them under a sanitizer, which makes each many times slower and looks for
+/// what is wrong wherever the program comes along. What is counted in them is expected in proportion.
+template <std::integral Integer>
+Integer rounds(Integer usual) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   usual = (usual + 4) / 5;
 #endif
-  const char* factor = std::getenv("BSP2_ROUNDS");
-  return factor == nullptr ? usual : usual * std::atoi(factor);
+  return all_rounds(usual);
 }
 
 }  // namespace bsp2::samples
