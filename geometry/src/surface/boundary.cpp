@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <stdexcept>
 #include <tuple>
 
@@ -188,6 +189,119 @@ void Skin::unite_names() {
 
 namespace {
 
+/// Gives the points names and numbers that do not depend on how the skin was found, and so their coordinates:
+/// of the planes of faces that meet in a point those three that are furthest from parallel.
+class Renaming {
+ public:
+  Renaming(ExactPoints& exact, PointSet& points, Skin& skin) : exact_(exact), points_(points), skin_(skin) {}
+
+  void run() {
+    find_planes();
+    for (std::uint32_t point = 0; point < points_.size(); ++point)
+      if (planes_[point].count >= 3) rename(point);
+    renumber();
+  }
+
+ private:
+  /// The lowest ids of planes with faces that have an edge at a point.
+  struct Planes {
+    static constexpr std::size_t most = 8;
+    std::array<HyperplaneId, most> ids;
+    std::size_t count = 0;
+    void add(HyperplaneId id) {
+      const auto end = ids.begin() + static_cast<std::ptrdiff_t>(count);
+      const auto at = std::lower_bound(ids.begin(), end, id);
+      if (at != end && *at == id) return;
+      if (count == most && at == end) return;
+      if (count < most) ++count;
+      std::copy_backward(at, ids.begin() + static_cast<std::ptrdiff_t>(count) - 1,
+                         ids.begin() + static_cast<std::ptrdiff_t>(count));
+      *at = id;
+    }
+  };
+  ExactPoints& exact_;
+  PointSet& points_;
+  Skin& skin_;
+  std::vector<Planes> planes_;
+
+  void find_planes() {
+    planes_.resize(points_.size());
+    for (const Skin::Edge& edge : skin_.edges)
+      for (const std::uint32_t point : {edge.from, edge.to})
+        planes_[point].add(skin_.faces[edge.face].outward.id());
+  }
+
+  void rename(std::uint32_t point) {
+    const auto name = name_of(point);
+    if (name && *name != points_.vertices[point].hyperplanes)
+      points_.vertices[point] = canonical_vertex(exact_.table(), *name);
+  }
+
+  /// Three of the planes; where none of those known are far from parallel, the first that are independent.
+  [[nodiscard]] std::optional<std::array<HyperplaneId, 3>> name_of(std::uint32_t point) {
+    constexpr double surely_independent = 0x1p-20;
+    const Planes& planes = planes_[point];
+    std::array<std::array<double, 3>, Planes::most> normals;
+    for (std::size_t i = 0; i < planes.count; ++i) normals[i] = exact_.table().rounded(planes.ids[i]).normal;
+    double largest = 0;
+    std::optional<std::array<HyperplaneId, 3>> name;
+    for (std::size_t i = 0; i < planes.count; ++i)
+      for (std::size_t j = i + 1; j < planes.count; ++j)
+        for (std::size_t k = j + 1; k < planes.count; ++k) {
+          const auto &a = normals[i], &b = normals[j], &c = normals[k];
+          const double size =
+              std::fabs(a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                        a[2] * (b[0] * c[1] - b[1] * c[0]));
+          if (size <= largest) continue;
+          largest = size;
+          name = {planes.ids[i], planes.ids[j], planes.ids[k]};
+        }
+    return largest > surely_independent ? name : first_independent(all_planes(point));
+  }
+  [[nodiscard]] std::vector<HyperplaneId> all_planes(std::uint32_t point) const {
+    std::vector<HyperplaneId> ids;
+    for (const Skin::Edge& edge : skin_.edges)
+      if (edge.from == point || edge.to == point) ids.push_back(skin_.faces[edge.face].outward.id());
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    return ids;
+  }
+  [[nodiscard]] std::optional<std::array<HyperplaneId, 3>> first_independent(
+      std::span<const HyperplaneId> ids) {
+    for (std::size_t i = 0; i < ids.size(); ++i)
+      for (std::size_t j = i + 1; j < ids.size(); ++j)
+        for (std::size_t k = j + 1; k < ids.size(); ++k) {
+          const std::array<HyperplaneId, 3> name{ids[i], ids[j], ids[k]};
+          if (!exact_.coordinates().point({{}, 0, name})[3].is_zero()) return name;
+        }
+    return std::nullopt;
+  }
+
+  void renumber() {
+    std::vector<std::uint32_t> order, number(points_.size(), none);
+    for (std::uint32_t point = 0; point < points_.size(); ++point)
+      if (planes_[point].count > 0) order.push_back(point);
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      const Vertex<3>&p = points_.vertices[a], &q = points_.vertices[b];
+      return std::tie(p.x, p.hyperplanes) < std::tie(q.x, q.hyperplanes);
+    });
+    PointSet used;
+    used.vertices.reserve(order.size());
+    for (const std::uint32_t point : order) {
+      number[point] = static_cast<std::uint32_t>(used.size());
+      used.add(points_.vertices[point], points_.planes_of(point));
+    }
+    points_ = std::move(used);
+    for (Skin::Edge& edge : skin_.edges) {
+      edge.from = number[edge.from];
+      edge.to = number[edge.to];
+    }
+    std::sort(skin_.edges.begin(), skin_.edges.end(), [](const Skin::Edge& a, const Skin::Edge& b) {
+      return std::tie(a.face, a.from, a.to) < std::tie(b.face, b.from, b.to);
+    });
+  }
+};
+
 /// Where edges of one face cross though none ends there: three lines through a point with every other one of
 /// the six sectors in the face, so that each line goes straight on. Looked for only where a face could not be
 /// triangulated.
@@ -287,6 +401,7 @@ TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
   TriangleSurface surface;
   for (;;) {
     skin.edges = Straightener(exact, points, skin).run();
+    Renaming(exact, points, skin).run();
     const std::size_t known = points.size();
     const EdgeChain& edges = skin.edges;
     if (triangulate_faces(exact, points, skin, edges, surface)) return surface;
@@ -325,6 +440,43 @@ double TriangleSurface::volume() const {
            p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
   }
   return static_cast<double>(sum / 6);
+}
+
+Moments<3> TriangleSurface::moments() const {
+  using Sum = long double;
+  Moments<3> moments;
+  if (points.empty()) return moments;
+  const auto& o = points[0];  // near the solid, wherever that is
+  Sum volume = 0;
+  std::array<Sum, 3> first{};
+  std::array<std::array<Sum, 3>, 3> second{};
+  for (const auto& triangle : triangles) {
+    std::array<std::array<Sum, 3>, 3> p;
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      for (std::size_t k = 0; k < 3; ++k) p[corner][k] = static_cast<Sum>(points[triangle[corner]][k]) - o[k];
+    const Sum determinant = p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) -
+                            p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
+                            p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+    std::array<Sum, 3> sum;
+    for (std::size_t k = 0; k < 3; ++k) sum[k] = p[0][k] + p[1][k] + p[2][k];
+    volume += determinant;
+    for (std::size_t i = 0; i < 3; ++i) {
+      first[i] += determinant * sum[i];
+      for (std::size_t j = i; j < 3; ++j)
+        second[i][j] +=
+            determinant * (sum[i] * sum[j] + p[0][i] * p[0][j] + p[1][i] * p[1][j] + p[2][i] * p[2][j]);
+    }
+  }
+  volume /= 6;
+  moments.integral[0] = static_cast<double>(volume);
+  for (int i = 0; i < 3; ++i) {
+    const Sum of_i = first[i] / 24;
+    moments.integral[Moments<3>::index(0, i + 1)] = static_cast<double>(of_i + o[i] * volume);
+    for (int j = i; j < 3; ++j)
+      moments.integral[Moments<3>::index(i + 1, j + 1)] = static_cast<double>(
+          second[i][j] / 120 + o[i] * (first[j] / 24) + o[j] * of_i + static_cast<Sum>(o[i]) * o[j] * volume);
+  }
+  return moments;
 }
 
 bool TriangleSurface::is_closed() const {

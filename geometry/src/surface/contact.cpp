@@ -5,9 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "surface/edge_chain.hpp"
 #include "surface/exact_points.hpp"
-#include "surface/no_index.hpp"
+#include "surface/plane_skin.hpp"
 
 // Notation. On one hyperplane h, the facets of cells on its negative side, N_i, have disjoint interiors, and
 // so have those on its positive side, P_j. The cells touch in N_i * P_j. The skin that looks to the positive
@@ -19,56 +18,6 @@ namespace bsp2::geometry {
 namespace {
 
 using Corner = FacetSet::Corner;
-
-/// A corner of a convex polygon on h: a point, and what carries the edge from there to the next corner.
-struct ExactCorner {
-  std::uint32_t point;
-  HyperplaneId across;
-};
-
-/// The points of h, each known by two other hyperplanes; the same two name the same point.
-class PlanePoints {
- public:
-  explicit PlanePoints(const HyperplaneTable<3>& table) : table_(table) {}
-  void clear(HyperplaneId plane) {
-    plane_ = plane;
-    vertices_.clear();
-    heads_.assign(64, none);
-    next_.clear();
-    keys_.clear();
-  }
-  std::uint32_t find(HyperplaneId a, HyperplaneId b) {
-    const std::uint64_t key = std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
-    for (std::uint32_t at = heads_[slot(key)]; at != none; at = next_[at])
-      if (keys_[at] == key) return at;
-    if (vertices_.size() == heads_.size()) grow();
-    vertices_.push_back(canonical_vertex(table_, {plane_, a, b}));
-    keys_.push_back(key);
-    std::uint32_t& head = heads_[slot(key)];
-    next_.push_back(head);
-    return head = static_cast<std::uint32_t>(vertices_.size() - 1);
-  }
-  [[nodiscard]] const std::vector<Vertex<3>>& vertices() const { return vertices_; }
-
- private:
-  const HyperplaneTable<3>& table_;
-  HyperplaneId plane_ = 0;
-  std::vector<Vertex<3>> vertices_;
-  std::vector<std::uint64_t> keys_;
-  std::vector<std::uint32_t> heads_, next_;  // a hash table, chained
-
-  [[nodiscard]] std::size_t slot(std::uint64_t key) const {
-    return (key * 0x9e3779b97f4a7c15u >> 32) & (heads_.size() - 1);
-  }
-  void grow() {
-    heads_.assign(4 * heads_.size(), none);
-    for (std::uint32_t i = 0; i < keys_.size(); ++i) {
-      std::uint32_t& head = heads_[slot(keys_[i])];
-      next_[i] = head;
-      head = i;
-    }
-  }
-};
 
 struct Facet {
   std::uint32_t number;  // in the set
@@ -114,29 +63,22 @@ std::uint64_t hash_of(std::span<const Corner> corners) {
 }  // namespace
 
 struct FacetMatcher::Implementation {
-  explicit Implementation(const HyperplaneTable<3>& t) : table(t), exact(t), plane_points(t), adder(exact) {}
+  explicit Implementation(const HyperplaneTable<3>& t) : table(t), exact(t), plane_skin(exact) {}
 
   const HyperplaneTable<3>& table;
   ExactPoints exact;
-  PlanePoints plane_points;
-  LineAdder adder;
+  PlaneSkin plane_skin;
 
   // Of the hyperplane at hand.
   const FacetSet* set = nullptr;
   HyperplaneId plane = 0;
   std::vector<Contact>* contacts = nullptr;
   std::array<std::vector<Facet>, 2> facets;  // N and P; those that are not known to be covered
-  std::vector<ExactCorner> exact_corners;    // of all of these
-  std::vector<std::pair<std::uint32_t, HyperplaneId>> also_on;  // points, and hyperplanes beside their own
+  std::vector<PlaneCorner> exact_corners;    // of all of these
   std::vector<std::pair<std::uint64_t, std::uint32_t>> hashes;
   std::vector<int> signs;
   std::array<std::vector<std::uint32_t>, 2> order, active;  // of the sweep: numbers in `facets`
-  std::vector<ExactCorner> clipped, scratch;
-
-  // The edges that are left.
-  PointSet points;
-  std::vector<Skin::Face> faces;
-  EdgeChain edges;
+  std::vector<PlaneCorner> clipped, scratch;
 
   std::span<const Corner> corners_of(const Facet& facet) const {
     return {set->corners.data() + facet.first_corner, facet.corner_count};
@@ -147,11 +89,8 @@ struct FacetMatcher::Implementation {
     set = &facet_set;
     plane = facet_set.hyperplane;
     contacts = found;
-    faces.clear();
-    edges.clear();
     exact_corners.clear();
-    also_on.clear();
-    plane_points.clear(plane);
+    plane_skin.clear(plane);
     load();
     cancel_equal_facets();
     const bool overlay = !facets[0].empty() && !facets[1].empty();
@@ -162,9 +101,9 @@ struct FacetMatcher::Implementation {
     if (skin == nullptr) return;
     for (int side = 0; side < 2; ++side)
       for (const Facet& facet : facets[side])
-        if (!facet.covered) add_loop(polygon(facet), face_of(side, source(facet).owner), true);
-    reduce();
-    append_to(*skin);
+        if (!facet.covered)
+          plane_skin.add_loop(polygon(facet), plane_skin.face_of(side == 1, source(facet).owner), true);
+    plane_skin.append_to(*skin);
   }
 
   void load() {
@@ -306,13 +245,15 @@ struct FacetMatcher::Implementation {
       const std::size_t at =
           facet.reversed ? n - 1 - i : i;  // backwards, corner `at` is followed by the edge before it
       const HyperplaneId before = corners[(at + n - 1) % n].across.id(), after = corners[at].across.id();
-      exact_corners.push_back({plane_points.find(before, after), facet.reversed ? before : after});
+      exact_corners.push_back({plane_skin.points().find(before, after), facet.reversed ? before : after});
     }
   }
-  std::span<const ExactCorner> polygon(const Facet& facet) const {
+  std::span<const PlaneCorner> polygon(const Facet& facet) const {
     return {exact_corners.data() + facet.first_exact, facet.corner_count};
   }
-  const Vertex<3>& vertex(const ExactCorner& corner) const { return plane_points.vertices()[corner.point]; }
+  const Vertex<3>& vertex(const PlaneCorner& corner) const {
+    return plane_skin.points().vertices()[corner.point];
+  }
 
   void overlay_facets(bool with_skin) {
     // Sweep along the axis in which the facets extend farthest.
@@ -370,12 +311,12 @@ struct FacetMatcher::Implementation {
   enum class Overlap { none, some, all };
 
   /// How much of the polygon is on the inner side of the facet's edges; `some` where no single edge tells.
-  Overlap overlap(const Facet& facet, std::span<const ExactCorner> polygon) {
+  Overlap overlap(const Facet& facet, std::span<const PlaneCorner> polygon) {
     bool has_outer = false;
     for (const Corner& corner : corners_of(facet)) {
       const auto rounded = table.rounded(corner.across.id());
       bool has_inner = false;
-      for (const ExactCorner& c : polygon) {
+      for (const PlaneCorner& c : polygon) {
         const int side = side_of(c.point, corner.across, rounded);
         has_inner = has_inner || side < 0;
         has_outer = has_outer || side > 0;
@@ -387,11 +328,11 @@ struct FacetMatcher::Implementation {
   }
   /// Remembers what it finds out about points that are on it.
   int side_of(std::uint32_t point, OrientedHyperplane inside, const Hyperplane<3>& rounded) {
-    const Vertex<3>& vertex = plane_points.vertices()[point];
+    const Vertex<3>& vertex = plane_skin.points().vertices()[point];
     const int side = exact.side(vertex, inside.id(), rounded);
     if (side == 0 && std::find(vertex.hyperplanes.begin(), vertex.hyperplanes.end(), inside.id()) ==
                          vertex.hyperplanes.end())
-      also_on.emplace_back(point, inside.id());
+      plane_skin.add_incidence(point, inside.id());
     return inside.flipped() ? -side : side;
   }
 
@@ -407,8 +348,10 @@ struct FacetMatcher::Implementation {
       add_contact(negative, positive, negative.covered ? negative.area : positive.area);
       if (!with_skin) return;
       // The smaller one is gone; from the larger one it is taken away, which looks at it from the other side.
-      if (!positive.covered) add_loop(polygon(negative), face_of(1, owner_of_positive), true);
-      if (!negative.covered) add_loop(polygon(positive), face_of(0, owner_of_negative), true);
+      if (!positive.covered)
+        plane_skin.add_loop(polygon(negative), plane_skin.face_of(true, owner_of_positive), true);
+      if (!negative.covered)
+        plane_skin.add_loop(polygon(positive), plane_skin.face_of(false, owner_of_negative), true);
       return;
     }
     clipped.assign(polygon(negative).begin(), polygon(negative).end());
@@ -417,8 +360,8 @@ struct FacetMatcher::Implementation {
         clipped.size(), [&](std::size_t i) -> const std::array<double, 3>& { return vertex(clipped[i]).x; });
     add_contact(negative, positive, length(twice_area) / 2);
     if (!with_skin) return;
-    add_loop(clipped, face_of(0, owner_of_negative), false);
-    add_loop(clipped, face_of(1, owner_of_positive), true);
+    plane_skin.add_loop(clipped, plane_skin.face_of(false, owner_of_negative), false);
+    plane_skin.add_loop(clipped, plane_skin.face_of(true, owner_of_positive), true);
   }
 
   /// Keeps what of `clipped` is on the negative side. @pre something is.
@@ -427,7 +370,7 @@ struct FacetMatcher::Implementation {
     const auto rounded = table.rounded(inside.id());
     signs.clear();
     bool cut = false;
-    for (const ExactCorner& corner : clipped) {
+    for (const PlaneCorner& corner : clipped) {
       signs.push_back(side_of(corner.point, inside, rounded));
       cut = cut || signs.back() > 0;
     }
@@ -438,67 +381,10 @@ struct FacetMatcher::Implementation {
       if (here <= 0)
         scratch.push_back({clipped[i].point, here == 0 && next > 0 ? inside.id() : clipped[i].across});
       if (here * next < 0)
-        scratch.push_back(
-            {plane_points.find(clipped[i].across, inside.id()), here < 0 ? inside.id() : clipped[i].across});
+        scratch.push_back({plane_skin.points().find(clipped[i].across, inside.id()),
+                           here < 0 ? inside.id() : clipped[i].across});
     }
     std::swap(clipped, scratch);
-  }
-
-  // --- the skin ---
-
-  std::uint32_t face_of(int side, std::int32_t owner) {
-    const OrientedHyperplane outward = oriented(plane, side == 1);
-    for (std::uint32_t i = 0; i < faces.size(); ++i)
-      if (faces[i].outward == outward && faces[i].owner == owner) return i;
-    faces.push_back({outward, owner});
-    return static_cast<std::uint32_t>(faces.size() - 1);
-  }
-
-  void add_loop(std::span<const ExactCorner> corners, std::uint32_t face, bool forward) {
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      const std::uint32_t a = corners[i].point, b = corners[i + 1 < corners.size() ? i + 1 : 0].point;
-      edges.push_back({forward ? a : b, forward ? b : a, face, corners[i].across});
-    }
-  }
-
-  /// Cancels what is seen to cancel, which is nearly all that does.
-  void reduce() {
-    points.clear();
-    std::sort(also_on.begin(), also_on.end());
-    auto other = also_on.begin();
-    std::vector<HyperplaneId> known;
-    for (std::uint32_t i = 0; i < plane_points.vertices().size(); ++i) {
-      const Vertex<3>& v = plane_points.vertices()[i];
-      known.assign(v.hyperplanes.begin(), v.hyperplanes.end());
-      for (; other != also_on.end() && other->first == i; ++other) known.push_back(other->second);
-      points.add(v, known);
-    }
-    const auto map = exact.unify(points);
-    for (Skin::Edge& edge : edges) {
-      edge.from = map[edge.from];
-      edge.to = map[edge.to];
-    }
-    adder.add_up(points, plane, edges);
-  }
-
-  void append_to(Skin& skin) const {
-    const auto first_face = static_cast<std::uint32_t>(skin.faces.size());
-    if (!edges.empty()) skin.faces.insert(skin.faces.end(), faces.begin(), faces.end());
-    std::vector<std::uint32_t> map(points.size(), none);
-    const auto vertex = [&](std::uint32_t point) {
-      if (map[point] == none) {
-        map[point] = static_cast<std::uint32_t>(skin.vertices.size());
-        skin.vertices.push_back(points.vertices[point].hyperplanes);
-        const auto planes = points.planes_of(point);
-        skin.incident.insert(skin.incident.end(), planes.begin(), planes.end());
-        skin.incident_offset.push_back(static_cast<std::uint32_t>(skin.incident.size()));
-      }
-      return map[point];
-    };
-    for (const Skin::Edge& edge : edges) {
-      const std::uint32_t from = vertex(edge.from), to = vertex(edge.to);
-      skin.edges.push_back({from, to, first_face + edge.face, edge.across});
-    }
   }
 };
 

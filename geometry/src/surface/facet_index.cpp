@@ -82,7 +82,6 @@ FacetIndex::FacetIndex(const HyperplaneTable<3>& table,
     : batches_(batches),
       names_(std::move(grouping.names)),
       first_unnamed_(static_cast<HyperplaneId>(table.size())),
-      by_part_(grouping.by_part),
       first_cell_(std::move(grouping.first_cell)) {
   if (!names_) names_ = std::make_shared<PlaneNames>(table, family_planes(table, batches));
   const bool is_numbered = !first_cell_.empty();
@@ -145,8 +144,7 @@ void FacetIndex::append(std::size_t index, FacetSet& set) const {
       const double* x = &points[3 * loop[k]];
       set.corners.push_back({{x[0], x[1], x[2]}, canonical(outward(across_[entry.first_across + k]))});
     }
-    set.facets.push_back({first_cell_[entry.batch] + entry.cell,
-                          by_part_ ? batch.part[entry.cell] : batch.primitive[entry.cell],
+    set.facets.push_back({first_cell_[entry.batch] + entry.cell, batch.part[entry.cell],
                           static_cast<std::uint16_t>(entry.facet - batch.facet_offset[entry.cell]),
                           canonical(outward(batch.facet_hyperplane[entry.facet])).flipped(),
                           static_cast<std::uint32_t>(set.corners.size())});

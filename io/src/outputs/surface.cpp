@@ -86,8 +86,7 @@ std::string to_ply(const TriangleSurface& surface, const Names& part_names) {
   bytes += "element vertex " + std::to_string(surface.points.size()) +
            "\nproperty double x\nproperty double y\nproperty double z\nelement face " +
            std::to_string(surface.triangles.size()) +
-           "\nproperty list uchar int vertex_indices\nproperty int " +
-           (part_names.empty() ? "primitive" : "part") + "\nend_header\n";
+           "\nproperty list uchar int vertex_indices\nproperty int part\nend_header\n";
   for (const auto& point : surface.points)
     for (const double x : point) put(bytes, x);
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
@@ -117,11 +116,9 @@ std::vector<std::string> group_names(const Names& part_names) {
 std::string to_obj(const TriangleSurface& surface, const Names& part_names) {
   std::string text = "# written by bsp2\n";
   const std::vector<std::string> groups = group_names(part_names);
-  const std::string kind = part_names.empty() ? "primitive" : "part";
   const auto group_of = [&](std::int32_t owner) {
-    if (owner < 0) return part_names.empty() ? "no_" + kind : std::string(no_part_group);
-    return part_names.empty() ? kind + '_' + std::to_string(owner)
-                              : groups.at(static_cast<std::size_t>(owner));
+    if (owner < 0) return std::string(no_part_group);
+    return part_names.empty() ? "part_" + std::to_string(owner) : groups.at(static_cast<std::size_t>(owner));
   };
   std::array<char, 32> digits;
   const auto add = [&](auto number) {

@@ -77,7 +77,7 @@ std::string to_vtp(const geometry::TriangleSurface& surface, const std::vector<s
     points->SetPoint(static_cast<vtkIdType>(i), surface.points[i].data());
   vtkNew<vtkCellArray> triangles;
   vtkNew<vtkIntArray> owner;
-  owner->SetName(part_names.empty() ? "primitive" : "part");
+  owner->SetName("part");
   for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
     const auto& [a, b, c] = surface.triangles[i];
     const std::array<vtkIdType, 3> corners{a, b, c};

@@ -77,7 +77,9 @@ std::string to_json(const supersteps::RunReport& report) {
   json["level"] = report.level;
   json["primitives"] = report.primitives;
   json["hyperplanes"] = report.hyperplanes;
-  json["cells"] = {{"in", report.in_cells}, {"fuzzy", report.fuzzy_cells}, {"out", nullptr}};
+  json["cells"] = nullptr;
+  if (report.has_cells)
+    json["cells"] = {{"in", report.in_cells}, {"fuzzy", report.fuzzy_cells}, {"out", nullptr}};
   if (report.out_cells) json["cells"]["out"] = *report.out_cells;
   add_volume(json, report);
   if (report.tolerance) json["tolerance"] = *report.tolerance;
@@ -97,7 +99,10 @@ std::string to_json(const supersteps::RunReport& report) {
                          {"smallest_angle", simplices->smallest_angle},
                          {"incomplete_cells", simplices->incomplete_cells},
                          {"left_out_volume", simplices->left_out_volume}};
-  json["digest"] = report.digest;
+  json["digest"] = nullptr;
+  if (report.has_cells) json["digest"] = report.digest;
+  json["surface_digest"] = nullptr;
+  if (report.boundary) json["surface_digest"] = report.boundary->digest;
   json["supersteps"] = Json::array();
   for (const auto& record : report.supersteps) json["supersteps"].push_back(superstep(record));
   json["stats"] = {{"splits", report.splits},

@@ -92,8 +92,12 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
                      plural(report.hyperplanes, "hyperplane"), plural(report.regions, "region"))
       << fmt::format("  {}, {}\n\n", plural(report.ranks, "rank"),
                      plural(report.threads, "thread") + (report.ranks > 1 ? " each" : ""));
-  print_cells(out, "IN", report.in_cells, fmt::format("{:.12g}", report.in_volume));
-  print_cells(out, "FUZZY", report.fuzzy_cells, fmt::format("{:.12g}", report.fuzzy_volume));
+  if (report.has_cells) {
+    print_cells(out, "IN", report.in_cells, fmt::format("{:.12g}", report.in_volume));
+    print_cells(out, "FUZZY", report.fuzzy_cells, fmt::format("{:.12g}", report.fuzzy_volume));
+  } else {
+    out << fmt::format("  {:<10}{:>15} cells   volume {:.12g}\n", "solid", "without", report.in_volume);
+  }
   if (report.fuzzy_volume > 0)
     out << fmt::format("  {:<10}{:>21}   volume {:.12g} to {:.12g}\n", "solid", "", report.in_volume,
                        report.in_volume + report.fuzzy_volume);
@@ -117,7 +121,8 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
                        report.boundary->area, report.boundary->closed ? "closed" : "NOT closed");
   }
   if (report.simplices) print_simplices(out, report);
-  out << "  digest    " << report.digest << '\n';
+  if (report.has_cells) out << "  digest    " << report.digest << '\n';
+  if (report.boundary) out << "  surface   " << report.boundary->digest << '\n';
   out << '\n';
   if (with_table) {
     print_supersteps(out, report.supersteps);

@@ -348,6 +348,12 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (command.tets && !command.mesh && !command.series)
     throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
   command.options.boundary = command.boundary.has_value();
+  const auto& options = command.options;
+  const bool has_limits = options.level || options.budget_seconds || options.cells || options.steps ||
+                          options.angle || options.tolerance || options.regions;
+  command.options.surface_only = command.boundary && !command.mesh && !command.picture &&
+                                 !command.shows_steps() && !command.points && !options.snapshot &&
+                                 !options.resume && raw.keep.empty() && !has_limits;
   command.options.collect_cells =
       command.mesh || command.boundary || command.picture || command.shows_steps() || command.points;
   return command;

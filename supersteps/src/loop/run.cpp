@@ -7,10 +7,12 @@
 #include <chrono>
 #include <cmath>
 
+#include "bsp2/dataflow/surface/surface.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "loop/measuring.hpp"
 #include "loop/progress.hpp"
 #include "loop/querying.hpp"
+#include "loop/tracing.hpp"
 #include "ranks/exchange.hpp"
 #include "stages/stages.hpp"
 
@@ -40,6 +42,7 @@ Usage usage_of_this_process() {
 }
 
 bool is_empty(const RunReport& report) {
+  if (!report.has_cells) return report.complete && report.lower.empty();
   return report.complete && report.in_cells + report.fuzzy_cells == 0;
 }
 
@@ -313,6 +316,13 @@ void add_looks(RunResult& result, const dataflow::Network<D>& network,
   result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
 }
 
+/// The boundary in figures.
+void describe_boundary(RunResult& result) {
+  if (result.boundary)
+    result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(),
+                              result.boundary->is_closed(), dataflow::digest_of(*result.boundary)};
+}
+
 /// Glues the cells, if that is asked for; what cannot be glued is told in the report. Collective.
 template <int D>
 void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, CellShare share,
@@ -326,9 +336,20 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
     result.boundary = std::move(boundary);
   });
   if (failed) result.report.failed.push_back({"the boundary: " + failed->text, failed->is_users});
-  if (result.boundary)
-    result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(),
-                              result.boundary->is_closed()};
+  describe_boundary(result);
+}
+
+/// The surface alone, where that can be done. Collective.
+std::optional<RunResult> run_without_cells(Ranks& ranks, const dataflow::Network<3>& network,
+                                           const RunOptions& options, const RunReport& report) {
+  if (!options.surface_only || !dataflow::has_plain_facets(network)) return std::nullopt;
+  auto result = tracing(ranks, network, options, report);
+  if (!result || result->report.interrupted) return result;
+  add_looks(*result, network, {});
+  describe_boundary(*result);
+  if (options.strict) refuse_late_warnings(ranks, result->report);
+  if (options.on_cells) options.on_cells(*result);
+  return result;
 }
 
 /// Shows what there is after a computation superstep; each rank shows the cells of its own regions.
@@ -379,6 +400,9 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   }
   report.warnings.insert(report.warnings.end(), network.warnings.begin(), network.warnings.end());
   if (options.strict) refuse_warnings(report.warnings);
+
+  if constexpr (D == 3)
+    if (auto surface = run_without_cells(ranks, network, options, report)) return std::move(*surface);
 
   ranks.begin("distribution");
   auto [progress, rank_of_region] =

@@ -182,7 +182,7 @@ Nodes send_facets_of_nodes(Ranks& ranks, const dataflow::Network<3>& network, co
   std::optional<FacetIndex> found;
   ranks.agree([&] {
     found.emplace(network.table, share.batches,
-                  geometry::FacetGrouping{share.first_cell, groups.only(true), names, network.is_divided()});
+                  geometry::FacetGrouping{share.first_cell, groups.only(true), names});
   });
   const FacetIndex& index = *found;
   const auto owner = owners_of_nodes(ranks, index, groups.regions());
@@ -242,7 +242,7 @@ void glue_regions(const dataflow::Network<3>& network, const Names& names, const
   RegionsInTurn regions(cells);
   for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
     const FacetIndex index(network.table, some.batches,
-                           {some.first_cell, groups.only(false), names, network.is_divided()});
+                           {some.first_cell, groups.only(false), names});
     const auto load = [&](std::size_t i, FacetSet& facets) {
       facets.clear(index.hyperplane(i));
       index.append(i, facets);
@@ -336,23 +336,29 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
     Share mine = glue(ranks, network, partition, std::move(share), options, threads);
     result.contacts = std::move(mine.contacts);
     if (!options.boundary) return result;
-    std::string bytes;
-    ranks.agree([&] {
-      ranks.begin("resolution", 1);
-      if (!ranks.is_master()) bytes = dataflow::to_bytes(std::exchange(mine.skin, {}));
-    });
-    if (!ranks.is_master()) ranks.send(0, std::exchange(bytes, {}));
-    ranks.sync();
-    ranks.agree([&] {
-      for (const auto& message : ranks.received()) {
-        geometry::Skin skin;
-        dataflow::from_bytes(message.bytes, skin);
-        mine.skin.append(skin);
-      }
-      if (ranks.is_master()) result.boundary = geometry::triangulate(network.table, std::move(mine.skin));
-    });
+    ranks.begin("resolution", 1);
+    result.boundary = boundary_of(ranks, network.table, std::move(mine.skin));
   }
   return result;
+}
+
+std::optional<geometry::TriangleSurface> boundary_of(Ranks& ranks, const Table& table, geometry::Skin mine) {
+  std::string bytes;
+  ranks.agree([&] {
+    if (!ranks.is_master()) bytes = dataflow::to_bytes(std::exchange(mine, {}));
+  });
+  if (!ranks.is_master()) ranks.send(0, std::exchange(bytes, {}));
+  ranks.sync();
+  std::optional<geometry::TriangleSurface> boundary;
+  ranks.agree([&] {
+    for (const auto& message : ranks.received()) {
+      geometry::Skin skin;
+      dataflow::from_bytes(message.bytes, skin);
+      mine.append(skin);
+    }
+    if (ranks.is_master()) boundary = geometry::triangulate(table, std::move(mine));
+  });
+  return boundary;
 }
 
 std::vector<geometry::Contact> contacts_among(

@@ -159,6 +159,10 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
                       const dataflow::Partition<D>& partition, CellShare share, const RunOptions& options,
                       unsigned threads);
 
+/// Puts the skins that the ranks have found together. @return on the master, the boundary. Collective.
+std::optional<geometry::TriangleSurface> boundary_of(Ranks& ranks, const geometry::HyperplaneTable<3>& table,
+                                                     geometry::Skin mine);
+
 /// The contacts among cells of any region, counted through the batches. Not collective.
 std::vector<geometry::Contact> contacts_among(
     const geometry::HyperplaneTable<3>& table,

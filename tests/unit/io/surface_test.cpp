@@ -78,12 +78,12 @@ class Surface : public ::testing::Test {
   }
 };
 
-TEST_F(Surface, VtpHoldsAllDigitsAndPrimitivesOrParts) {
+TEST_F(Surface, VtpHoldsAllDigitsAndParts) {
   for (const bool named : {false, true}) {
     if (named) names = std::vector<std::string>(8, "a b");
     const auto read = write_and_read<vtkXMLPolyDataReader>("a.vtp");
     expect_same(read, 0);
-    vtkDataArray* owner = read->GetCellData()->GetArray(named ? "part" : "primitive");
+    vtkDataArray* owner = read->GetCellData()->GetArray("part");
     ASSERT_NE(owner, nullptr);
     for (std::size_t i = 0; i < surface.owner.size(); ++i)
       EXPECT_EQ(owner->GetComponent(static_cast<vtkIdType>(i), 0), surface.owner[i]);
@@ -169,25 +169,25 @@ TEST_F(Surface, PlyIsReadAsWritten) {
   const auto body = bytes.find("end_header\n") + 11;
   ASSERT_EQ(bytes.size(), body + 4 * 24 + 4 * (1 + 12 + 4));
   double x = 0;
-  std::int32_t primitive = 0;
+  std::int32_t part = 0;
   std::memcpy(&x, bytes.data() + body + 3 * 24 + 16, sizeof x);
-  std::memcpy(&primitive, bytes.data() + body + 4 * 24 + 2 * 17 + 13, sizeof primitive);
+  std::memcpy(&part, bytes.data() + body + 4 * 24 + 2 * 17 + 13, sizeof part);
   EXPECT_EQ(x, 1234567.890123);
-  EXPECT_EQ(primitive, 7);
+  EXPECT_EQ(part, 7);
   names = {"", "a\nb"};
   surface.owner = {0, 1, 1, 0};
   expect_same(write_and_read<vtkPLYReader>("b.ply"), 1e-7);
   EXPECT_NE(text("b.ply").find("comment part 1 a b\n"), std::string::npos);
 }
 
-TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPrimitiveOrPart) {
+TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPart) {
   surface.triangles = {surface.triangles[1], surface.triangles[0], surface.triangles[3],
                        surface.triangles[2]};  // as they are written: by owner
   surface.owner = {geometry::no_primitive, 5, 5, 7};
   expect_same(write_and_read<vtkOBJReader>("a.obj"), 1e-7);
   const std::string all = text("a.obj");
   EXPECT_NE(all.find("v 0.001 0 1234567.890123\n"), std::string::npos);
-  EXPECT_NE(all.find("g no_primitive\nf 1 2 4\ng primitive_5\nf 1 3 2\nf 3 1 4\ng primitive_7\nf 2 3 4\n"),
+  EXPECT_NE(all.find("g no_part\nf 1 2 4\ng part_5\nf 1 3 2\nf 3 1 4\ng part_7\nf 2 3 4\n"),
             std::string::npos);
   surface.owner = {geometry::no_part, 0, 1, 2};
   names = {"left leg", "left_leg", ""};

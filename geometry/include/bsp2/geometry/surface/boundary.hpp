@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "bsp2/geometry/cells/measures.hpp"
 #include "bsp2/geometry/hyperplanes/hyperplane_table.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 
@@ -13,11 +14,13 @@ namespace bsp2::geometry {
 struct TriangleSurface {
   std::vector<std::array<double, 3>> points;            ///< rounded; model units
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of points
-  std::vector<std::int32_t> owner;  ///< one a triangle: of the cell behind it, as FacetGrouping::by_part says
+  std::vector<std::int32_t> owner;                      ///< one a triangle: the part of the solid behind it
 
   [[nodiscard]] double area() const;
   /// Volume inside, by the divergence theorem.
   [[nodiscard]] double volume() const;
+  /// Of what is inside, likewise.
+  [[nodiscard]] Moments<3> moments() const;
   /// Whether every edge is used equally often in both directions.
   [[nodiscard]] bool is_closed() const;
 };

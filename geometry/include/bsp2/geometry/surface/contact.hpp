@@ -34,7 +34,7 @@ struct Contact {
 struct FacetSet {
   struct Facet {
     std::uint64_t cell;    ///< number of the cell in the mesh
-    std::int32_t owner;    ///< of the cell: see FacetGrouping::by_part
+    std::int32_t owner;    ///< the part of the cell
     std::uint16_t number;  ///< of the facet in its cell
     bool positive;         ///< the cell is on the positive side of the hyperplane
     std::uint32_t end;     ///< its corners end here; they begin where those of the facet before end
@@ -66,7 +66,6 @@ struct FacetGrouping {
   static constexpr std::uint32_t left_out = ~0U;
   /// Shared by all indices of a mesh; null: the names that the planes of these batches have alone.
   std::shared_ptr<const PlaneNames> names;
-  bool by_part = false;  ///< the owner of a facet is its cell's part; else its primitive
 };
 
 /// Finds the facets of the IN cells of a mesh by group and hyperplane. Holds 32 bytes a facet and 4 a corner;
@@ -100,9 +99,8 @@ class FacetIndex {
   std::shared_ptr<const PlaneNames> names_;
   HyperplaneId first_unnamed_;                                  // those below it, of primitives, are names
   std::unordered_map<HyperplaneId, OrientedHyperplane> known_;  // names of the others here
-  bool by_part_;
-  std::vector<std::uint64_t> first_cell_;  // of each batch
-  std::vector<Entry> entries_;             // by group and hyperplane
+  std::vector<std::uint64_t> first_cell_;                       // of each batch
+  std::vector<Entry> entries_;                                  // by group and hyperplane
   std::vector<std::int32_t> across_;  // for each corner of a facet, the cell's facet beyond the edge that
                                       // begins there, as the batch names it
   std::vector<std::size_t> begin_;

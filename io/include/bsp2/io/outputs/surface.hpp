@@ -22,9 +22,9 @@ void check_surface_file(const std::filesystem::path& path);
 ///   .stl  binary; the format knows single precision and no parts. Corners are rounded first; then no
 ///   triangle is without area, and
 ///         the surface is as closed as it was, told by the coordinates in the file alone.
-/// Where no part has a name the arrays are called `primitive`, and the groups `primitive_N`.
+/// Where no part has a name the whole is part 0, and its group is called `part_0`.
 /// The file appears under its name when it is complete.
-/// @param part_names of the owners; none: these are primitives.
+/// @param part_names of the owners; none: no part has a name.
 /// @return a warning where single precision changes the volume or the size of a connected part of the surface
 /// by more than a hundred-thousandth; else empty.
 /// @throws bsp2::Error if it cannot be written, its ending is another one, or a coordinate is too large for

@@ -42,6 +42,9 @@ struct RunOptions {
   bool strict = false;  ///< a warning is an error, as soon as it is known, and before `on_cells`
   bool keep_in = true, keep_fuzzy = true, keep_out = false;  ///< which cells the mesh holds
   bool collect_cells = true;                                 ///< false: only measures, no mesh is held
+  /// Of a solid of dimension 3 nothing is wanted but `boundary` and measures: where its surface can be found
+  /// without cells, none are made. Limits and steps are ignored there.
+  bool surface_only = false;
   std::optional<std::filesystem::path> snapshot;             ///< written after each computation superstep
   std::optional<std::filesystem::path>
       resume;  ///< goes on from this one; model, regions, coincidence, curved, parts and keep are its own

@@ -42,6 +42,7 @@ struct BoundaryReport {
   std::uint64_t triangles = 0;
   double area = 0.0;
   bool closed = false;  ///< every edge is used equally often in both directions: counted, not assumed
+  std::string digest;   ///< of points, triangles and parts, byte for byte
 };
 
 /// Integrals over a solid. Lengths are in model units; moments are about the origin.
@@ -90,6 +91,7 @@ struct RunReport : Measures {
   int dimension = 3;
   unsigned ranks = 1, threads = 1, regions = 1, level = 0;
   std::uint64_t primitives = 0, hyperplanes = 0;
+  bool has_cells = true;  ///< false: the surface was found without any (RunOptions::surface_only)
   std::uint64_t in_cells = 0, fuzzy_cells = 0;
   std::optional<std::uint64_t> out_cells;  ///< when OUT cells are kept
   std::optional<double> tolerance;         ///< of round solids, given or chosen

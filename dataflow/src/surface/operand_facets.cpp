@@ -1,0 +1,136 @@
+#include "surface/operand_facets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bsp2/geometry/cells/clipper.hpp"
+#include "bsp2/geometry/cells/halfspace_columns.hpp"
+#include "bsp2/geometry/support/parallel.hpp"
+
+namespace bsp2::dataflow {
+
+using geometry::PolygonCorner;
+
+namespace {
+
+/// Cuts producers out of space. Thread rule: one thread at a time.
+class PolytopeMaker {
+ public:
+  explicit PolytopeMaker(const Network<3>& network)
+      : network_(network),
+        splitter_(network.table),
+        clipper_(splitter_),
+        kernel_(network.table),
+        root_(geometry::root_cell(network.table)) {}
+
+  /// @return nothing if the producer is empty.
+  const geometry::CellPolygons* make(const Producer<3>& producer) {
+    const auto planes = network_.planes_of(producer);
+    if (producer.is_empty()) return nullptr;
+    clipper_.load(root_);
+    left_.assign(network_.table, planes);
+    auto centre = clipper_.centre();
+    while (left_.size() > 0) {
+      const std::size_t chosen = left_.furthest(centre);
+      left_.remove(chosen);
+      const auto where = clipper_.cut(planes[chosen], nullptr);
+      if (where == geometry::Position::positive) return nullptr;
+      if (where == geometry::Position::crossing && left_.size() > 0) centre = clipper_.centre();
+    }
+    polygons_.load(kernel_, clipper_.cell());
+    return &polygons_;
+  }
+
+ private:
+  const Network<3>& network_;
+  geometry::Splitter<3> splitter_;
+  geometry::Clipper<3> clipper_;
+  geometry::PolygonSplitter kernel_;
+  geometry::Cell<3> root_;
+  geometry::HalfspaceColumns<3> left_;
+  geometry::CellPolygons polygons_;
+};
+
+Box<3> bounds_of(const geometry::CellPolygons& polygons) {
+  Box<3> box = Box<3>::empty();
+  for (std::size_t i = 0; i < polygons.size(); ++i)
+    for (const PolygonCorner& corner : polygons.polygon(i))
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        box.lower[axis] = std::min(box.lower[axis], corner.point.x[axis] - corner.point.error);
+        box.upper[axis] = std::max(box.upper[axis], corner.point.x[axis] + corner.point.error);
+      }
+  return box;
+}
+
+float below(double x) {
+  const auto rounded = static_cast<float>(x);
+  return rounded <= x ? rounded : std::nextafter(rounded, -std::numeric_limits<float>::infinity());
+}
+float above(double x) { return -below(-x); }
+
+}  // namespace
+
+OperandFacets::OperandFacets(const Network<3>& network, unsigned threads, const std::atomic<bool>& stop) {
+  // So many producers a thread takes at a time; their corners are a chunk.
+  const std::size_t count = network.producers.size(), grain = count / (4 * std::max(1U, threads)) + 1,
+                    chunks = (count + grain - 1) / grain;
+  chunks_.resize(chunks);
+  std::vector<std::vector<Facet>> facets(chunks);
+  std::vector<std::uint32_t> sizes(count);
+  bounds_.assign(count, Box<3>::empty());
+  geometry::for_each_range(count, grain, threads, [&](std::size_t first, std::size_t end) {
+    const std::size_t chunk = first / grain;
+    PolytopeMaker maker(network);
+    for (std::size_t producer = first; producer < end && !stop; ++producer) {
+      const std::size_t before = facets[chunk].size();
+      if (const auto* polygons = maker.make(network.producers[producer])) {
+        bounds_[producer] = bounds_of(*polygons);
+        add(*polygons, network.table, static_cast<std::uint32_t>(chunk), facets[chunk]);
+      }
+      sizes[producer] = static_cast<std::uint32_t>(facets[chunk].size() - before);
+    }
+  });
+  first_.reserve(count + 1);
+  first_.push_back(0);
+  for (const std::uint32_t size : sizes) first_.push_back(first_.back() + size);
+  facets_.reserve(first_.back());
+  for (auto& some : facets) {
+    facets_.insert(facets_.end(), some.begin(), some.end());
+    some = {};
+  }
+  const double margin = 4 * network.coincidence * network.table.width() + 0x1p-30 * network.table.radius();
+  for (std::size_t producer = 0; producer < count; ++producer)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (bounds_[producer].lower[axis] < network.producers[producer].lower[axis] - margin ||
+          bounds_[producer].upper[axis] > network.producers[producer].upper[axis] + margin)
+        is_any_out_of_bounds_ = true;
+}
+
+void OperandFacets::add(const geometry::CellPolygons& polygons, const geometry::HyperplaneTable<3>& table,
+                        std::uint32_t chunk, std::vector<Facet>& facets) {
+  for (std::size_t i = 0; i < polygons.size(); ++i) {
+    const auto outward = polygons.outward(i);
+    if (outward.id() >= table.size()) continue;  // the end of space
+    const auto polygon = polygons.polygon(i);
+    Facet facet{outward,
+                chunk,
+                static_cast<std::uint32_t>(chunks_[chunk].size()),
+                static_cast<std::uint16_t>(polygon.size()),
+                {},
+                {}};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      double low = std::numeric_limits<double>::infinity(), high = -low;
+      for (const PolygonCorner& corner : polygon) {
+        low = std::min(low, corner.point.x[axis] - corner.point.error);
+        high = std::max(high, corner.point.x[axis] + corner.point.error);
+      }
+      facet.low[axis] = below(low);
+      facet.high[axis] = above(high);
+    }
+    chunks_[chunk].append(polygon);
+    facets.push_back(facet);
+  }
+}
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,197 @@
+#include "bsp2/dataflow/surface/surface.hpp"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <future>
+#include <iterator>
+#include <utility>
+
+#include "evaluate/large_stack.hpp"
+#include "process/combiner.hpp"
+#include "surface/surface_tracer.hpp"
+
+namespace bsp2::dataflow {
+
+using geometry::Label;
+
+namespace {
+
+/// Convex solids of more facets are not cut out of space by all of their half-spaces.
+constexpr std::uint32_t most_facets = 4096;
+/// What a region's pieces need stays in the processor's cache.
+constexpr std::size_t facets_of_region = 4096, least_regions = 16;
+
+/// Parts the model's space into about `count` regions, always the one with the most facets.
+std::vector<SurfaceBox> regions_of(SurfaceTracer& tracer, std::size_t count) {
+  const auto has_less = [](const SurfaceBox& a, const SurfaceBox& b) {
+    return a.facets.size() < b.facets.size();
+  };
+  std::vector<SurfaceBox> done, open;  // a heap
+  open.push_back(tracer.whole());
+  while (!open.empty() && done.size() + open.size() < count) {
+    std::pop_heap(open.begin(), open.end(), has_less);
+    SurfaceBox box = std::move(open.back());
+    open.pop_back();
+    if (box.program.empty()) continue;
+    const auto cut = tracer.choose_cut(box);
+    if (!cut) {
+      done.push_back(std::move(box));
+      continue;
+    }
+    for (SurfaceBox& half : tracer.halve(box, *cut)) {
+      open.push_back(std::move(half));
+      std::push_heap(open.begin(), open.end(), has_less);
+    }
+  }
+  std::move(open.begin(), open.end(), std::back_inserter(done));
+  std::erase_if(done, [](const SurfaceBox& box) { return box.program.empty(); });
+  return done;
+}
+
+/// The largest region goes to the share with the fewest facets, and so on.
+std::vector<SurfaceBox> share_of(std::vector<SurfaceBox> regions, unsigned share, unsigned shares) {
+  std::stable_sort(regions.begin(), regions.end(), [](const SurfaceBox& a, const SurfaceBox& b) {
+    return a.facets.size() > b.facets.size();
+  });
+  std::vector<std::size_t> facets(std::max(1U, shares));
+  std::vector<SurfaceBox> mine;
+  for (SurfaceBox& region : regions) {
+    const auto least = std::min_element(facets.begin(), facets.end());
+    *least += region.facets.size();
+    if (least - facets.begin() == static_cast<std::ptrdiff_t>(share)) mine.push_back(std::move(region));
+  }
+  return mine;
+}
+
+/// Whether a point that is in no operand is in the solid: then that ends where space does.
+Label label_outside(const Word*& at) {
+  const Word* const begin = at;
+  const Word* const end = at + at[1];
+  if ((begin[0] & Program::kind_mask) == Program::kind_leaf) {
+    at = end;
+    return (begin[0] & Program::negated) != 0 ? Label::in : Label::out;
+  }
+  Combiner combiner(begin[0] & Program::kind_mask, begin[2]);
+  at += Program::header;
+  while (at != end) {
+    const Label operand = label_outside(at);
+    if (!combiner.fold({operand})) continue;
+    at = end;
+    return operand;
+  }
+  return combiner.answer().label;
+}
+bool is_unbounded(const std::vector<Word>& program) {
+  if (program.empty()) return false;
+  bool is_in = false;
+  call_on_large_stack([&] {
+    const Word* at = program.data();
+    is_in = label_outside(at) == Label::in;
+  });
+  return is_in;
+}
+
+/// What is done by several threads.
+class Tracing {
+ public:
+  Tracing(const Network<3>& network, const SurfaceOptions& options) : network_(network), options_(options) {}
+
+  void run() {
+    const std::size_t threads = std::max(1U, options_.threads), shares = std::max(1U, options_.shares);
+    const OperandFacets facets(network_, options_.threads, stop_);
+    result_.has_given_up = facets.is_any_out_of_bounds();
+    if (stop_ || result_.has_given_up) return;
+    call_on_large_stack([&] {
+      SurfaceTracer tracer(network_, facets, stop_);
+      auto all =
+          regions_of(tracer, std::max(least_regions * shares * threads, facets.size() / facets_of_region));
+      result_.regions = all.size();
+      regions_ = share_of(std::move(all), options_.share, options_.shares);
+    });
+    std::vector<geometry::Skin> skins(regions_.size());
+    count_ = regions_.size();
+    call_on_large_stacks(threads, [&](std::size_t) { trace(facets, skins); });
+    for (geometry::Skin& skin : skins) result_.skin.append(std::exchange(skin, {}));
+    result_.boxes = boxes_;
+    result_.has_given_up = has_given_up_;
+  }
+  void stop() { stop_ = true; }
+  [[nodiscard]] double share_done() const {
+    return count_ == 0 ? 0 : static_cast<double>(done_) / static_cast<double>(count_);
+  }
+  [[nodiscard]] TracedSurface take() { return std::move(result_); }
+
+ private:
+  const Network<3>& network_;
+  const SurfaceOptions& options_;
+  std::vector<SurfaceBox> regions_;
+  TracedSurface result_;
+  std::atomic<std::size_t> next_{0}, done_{0}, count_{0};
+  std::atomic<bool> stop_{false}, has_given_up_{false};
+  std::atomic<std::uint64_t> boxes_{0};
+
+  /// By several threads at the same time.
+  void trace(const OperandFacets& facets, std::vector<geometry::Skin>& skins) {
+    try {
+      SurfaceTracer tracer(network_, facets, stop_);
+      for (std::size_t i = next_++; i < skins.size() && !stop_; i = next_++) {
+        tracer.trace(std::move(regions_[i]), skins[i]);
+        if (tracer.has_given_up()) has_given_up_ = stop_ = true;
+        ++done_;
+      }
+      boxes_ += tracer.boxes();
+    } catch (...) {
+      stop_ = true;
+      throw;
+    }
+  }
+};
+
+}  // namespace
+
+bool has_plain_facets(const Network<3>& network) {
+  return !network.is_divided() && !is_unbounded(network.program) &&
+         std::all_of(network.producers.begin(), network.producers.end(), [](const Producer<3>& producer) {
+           return !producer.undecided && producer.plane_count <= most_facets &&
+                  (producer.kind == ProducerKind::convex || producer.kind == ProducerKind::lathe);
+         });
+}
+
+TracedSurface trace_surface(const Network<3>& network, const SurfaceOptions& options) {
+  Tracing tracing(network, options);
+  auto work = std::async(std::launch::async, [&] { tracing.run(); });
+  bool interrupted = false;
+  while (work.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
+    if (options.interrupted && options.interrupted()) interrupted = true;
+    if (interrupted) tracing.stop();
+    if (options.on_progress) options.on_progress(tracing.share_done());
+  }
+  work.get();
+  TracedSurface result = tracing.take();
+  result.interrupted = interrupted;
+  return result;
+}
+
+std::string digest_of(const geometry::TriangleSurface& surface) {
+  XXH3_state_t* const state = XXH3_createState();
+  XXH3_128bits_reset(state);
+  const auto add = [&](const auto& values) {
+    XXH3_128bits_update(state, values.data(), values.size() * sizeof(values[0]));
+  };
+  add(surface.points);
+  add(surface.triangles);
+  add(surface.owner);
+  const XXH128_hash_t hash = XXH3_128bits_digest(state);
+  XXH3_freeState(state);
+  std::array<char, 33> text;
+  std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                static_cast<unsigned long long>(hash.low64));
+  return text.data();
+}
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,555 @@
+#include "surface/surface_tracer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "process/combiner.hpp"
+#include "process/transformer.hpp"
+
+namespace bsp2::dataflow {
+
+using geometry::HyperplaneId;
+using geometry::Label;
+using geometry::OrientedHyperplane;
+using geometry::PolygonCorner;
+using Table = geometry::HyperplaneTable<3>;
+
+namespace {
+
+/// Boxes with so many facets of several operands are not cut.
+constexpr double few_facets = 120;
+/// An operand on both sides of a cut counts on each by this share of its facets.
+constexpr double share_of_both = 0.7;
+/// The work on the facets of a box grows like their square. A cut that leaves more than this share of it is
+/// in vain; one that makes more of it than there was counts twice. Many in a row are not made: where operands
+/// have a corner, an edge or a facet in common, they will not come apart.
+constexpr double in_vain = 0.9, harmful = 1.3;
+constexpr unsigned most_in_vain = 4;
+/// More facets in one box are not held against each other: cells are found sooner.
+constexpr std::size_t most_in_a_box = 3000;
+/// Nor do two operands end apart that end within this share of the box: their bounds are rounded.
+constexpr double least_gap = 0x1p-12;
+
+/// Programs up to this length are closed up where an operand has gone: of many, one in the other, that would
+/// take quadratic time.
+constexpr std::size_t longest_move = 4096;
+
+/// The label of a leaf whose producer has this one.
+Label label_of_leaf(const Word* leaf, Label label) {
+  return (leaf[0] & Program::negated) != 0 ? Complement::map(label) : label;
+}
+
+}  // namespace
+
+SurfaceTracer::SurfaceTracer(const Network<3>& network, const OperandFacets& facets,
+                             const std::atomic<bool>& stop)
+    : network_(network), source_(facets), stop_(stop), kernel_(network.table), skin_(network.table) {}
+
+// --- boxes ---
+
+SurfaceBox SurfaceTracer::whole() {
+  SurfaceBox all;
+  all.high.fill(Table::axis_steps);
+  const auto& program = network_.program;
+  all.program.assign(program);
+  for (std::size_t at = 0; at < program.size();) {
+    const bool is_leaf = (program[at] & Program::kind_mask) == Program::kind_leaf;
+    if (is_leaf) {
+      const Word producer = program[at + 2];
+      for (std::uint32_t facet = source_.first(producer); facet < source_.first(producer + 1); ++facet)
+        all.facets.push(facet);
+      all.operands.push({producer, static_cast<std::uint32_t>(all.facets.size())});
+    }
+    at += is_leaf ? program[at + 1] : Program::header;
+  }
+  labels_.clear();
+  for (std::size_t i = 0; i < all.operands.size(); ++i)
+    labels_.push_back(all.facets_of(i).empty()
+                          ? label_at_centre(all.operands[i].producer, {all.low, all.high})
+                          : Label::fuzzy);
+  SurfaceBox box;
+  box.low = all.low;
+  box.high = all.high;
+  if (all.program.empty()) return box;
+  const Word* at = all.program.data();
+  std::size_t leaf = 0;
+  if (simplify(all, at, leaf, box) != Label::fuzzy) box.program.clear();
+  return box;
+}
+
+void SurfaceTracer::find_extents(const SurfaceBox& box) {
+  extents_.clear();
+  for (std::size_t i = 0; i < box.operands.size(); ++i) {
+    Extent extent;
+    extent.low.fill(std::numeric_limits<double>::infinity());
+    extent.high.fill(-std::numeric_limits<double>::infinity());
+    const auto facets = box.facets_of(i);
+    extent.weight = static_cast<double>(facets.size());
+    for (const std::uint32_t facet : facets)
+      for (int axis = 0; axis < 3; ++axis) {
+        const auto k = static_cast<std::size_t>(axis);
+        extent.low[k] = std::min(extent.low[k], source_.low(facet, axis));
+        extent.high[k] = std::max(extent.high[k], source_.high(facet, axis));
+      }
+    extents_.push_back(extent);
+  }
+}
+
+/// Where to cut across an axis so that the larger half gets least; between the ends of operands.
+std::optional<SurfaceTracer::Place> SurfaceTracer::place_between(const SurfaceBox& box, int axis,
+                                                                 double total) {
+  const auto k = static_cast<std::size_t>(axis);
+  const double low = network_.table.axis_value(axis, box.low[k]),
+               high = network_.table.axis_value(axis, box.high[k]);
+  ends_.clear();
+  for (const Extent& extent : extents_) {
+    ends_.push_back({std::max(low, extent.low[k]), extent.weight, false});
+    ends_.push_back({std::min(high, extent.high[k]), extent.weight, true});
+  }
+  std::sort(ends_.begin(), ends_.end(), [](const End& a, const End& b) { return a.at < b.at; });
+  std::optional<Place> best;
+  double begun = 0, ended = 0;  // operands below the place in part, or as a whole
+  for (std::size_t i = 0; i + 1 < ends_.size(); ++i) {
+    (ends_[i].upper ? ended : begun) += ends_[i].weight;
+    if (!(ends_[i + 1].at - ends_[i].at > least_gap * (high - low))) continue;
+    const double both = begun - ended, below = ended + share_of_both * both,
+                 above = total - begun + share_of_both * both;
+    const double cost = std::max(below, above) + 0.25 * std::min(below, above);
+    if (!best || cost < best->cost) best = {cost, (ends_[i].at + ends_[i + 1].at) / 2};
+  }
+  return best;
+}
+
+/// A cut across an axis at about this place that no operand ends in.
+std::optional<SurfaceTracer::Cut> SurfaceTracer::free_cut(const SurfaceBox& box, int axis, double at) const {
+  constexpr std::uint32_t tries = 8;
+  const auto& table = network_.table;
+  const auto k = static_cast<std::size_t>(axis);
+  const std::uint32_t middle = table.axis_position(axis, at);
+  for (std::uint32_t i = 0; i < tries; ++i) {
+    const std::uint32_t away = (i + 1) / 2 * 2, position = i % 2 == 0 ? middle + away : middle - away;
+    if (position <= box.low[k] || position >= box.high[k]) continue;
+    if (network_.axial_planes.cut(table, axis, position) >= table.size()) return Cut{axis, position};
+  }
+  return std::nullopt;
+}
+
+std::optional<SurfaceTracer::Cut> SurfaceTracer::choose_cut(const SurfaceBox& box) {
+  const auto total = static_cast<double>(box.facets.size());
+  if (box.operands.size() == 1 || total <= few_facets || box.in_vain >= most_in_vain) return std::nullopt;
+  find_extents(box);
+  std::optional<Cut> best;
+  double least = 0.9 * (1.25 * share_of_both) * total;  // little less than a cut through all of them costs
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto place = place_between(box, axis, total);
+    if (!place || !(place->cost < least)) continue;
+    const auto cut = free_cut(box, axis, place->at);
+    if (!cut) continue;
+    least = place->cost;
+    best = cut;
+  }
+  return best ? best : cut_in_the_middle(box);
+}
+
+/// Across the longest side of what of the operands is in the box.
+std::optional<SurfaceTracer::Cut> SurfaceTracer::cut_in_the_middle(const SurfaceBox& box) const {
+  Box<3> all = Box<3>::empty();
+  for (const Extent& extent : extents_)
+    for (std::size_t k = 0; k < 3; ++k) {
+      all.lower[k] = std::min(all.lower[k], extent.low[k]);
+      all.upper[k] = std::max(all.upper[k], extent.high[k]);
+    }
+  int longest = 0;
+  std::array<double, 3> lengths;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
+    all.lower[k] = std::max(all.lower[k], network_.table.axis_value(axis, box.low[k]));
+    all.upper[k] = std::min(all.upper[k], network_.table.axis_value(axis, box.high[k]));
+    lengths[k] = all.upper[k] - all.lower[k];
+    if (lengths[k] > lengths[static_cast<std::size_t>(longest)]) longest = axis;
+  }
+  const auto k = static_cast<std::size_t>(longest);
+  return free_cut(box, longest, (all.lower[k] + all.upper[k]) / 2);
+}
+
+std::array<SurfaceBox, 2> SurfaceTracer::halve(const SurfaceBox& box, const Cut& cut) {
+  std::array<SurfaceBox, 2> halves{half(box, cut, false), half(box, cut, true)};
+  const auto work_on = [](const SurfaceBox& some) {
+    return some.operands.size() < 2 ? 0.0 : std::pow(static_cast<double>(some.facets.size()), 2);
+  };
+  const double left = (work_on(halves[0]) + work_on(halves[1])) / work_on(box);
+  const unsigned steps = left > harmful ? 2 : left > in_vain ? 1 : 0;
+  for (SurfaceBox& some : halves)
+    some.in_vain = steps == 0 ? 0 : static_cast<std::uint8_t>(box.in_vain + steps);
+  return halves;
+}
+
+SurfaceBox SurfaceTracer::half(const SurfaceBox& box, const Cut& cut, bool upper) {
+  SurfaceBox some;  // all operands that have facets in the half
+  some.low = box.low;
+  some.high = box.high;
+  (upper ? some.low : some.high)[static_cast<std::size_t>(cut.axis)] = cut.position;
+  const double value = network_.table.axis_value(cut.axis, cut.position);
+  labels_.clear();
+  some.facets.reserve(box.facets.size());
+  for (std::size_t i = 0; i < box.operands.size(); ++i) {
+    const std::size_t before = some.facets.size();
+    for (const std::uint32_t facet : box.facets_of(i))
+      if (upper ? source_.high(facet, cut.axis) >= value : source_.low(facet, cut.axis) <= value)
+        some.facets.push(facet);
+    some.operands.push({box.operands[i].producer, static_cast<std::uint32_t>(some.facets.size())});
+    labels_.push_back(some.facets.size() > before
+                          ? Label::fuzzy
+                          : label_at_centre(box.operands[i].producer, {some.low, some.high}));
+  }
+  SurfaceBox result;
+  result.low = some.low;
+  result.high = some.high;
+  const Word* at = box.program.data();
+  std::size_t leaf = 0;
+  if (simplify(some, at, leaf, result) != Label::fuzzy) {
+    result.program.clear();
+    result.operands.clear();
+    result.facets.clear();
+  }
+  // What is left out ends here, undecided as it was.
+  for (std::size_t i = 0, kept = 0; i < some.operands.size(); ++i) {
+    const bool is_kept = kept < result.operands.size() && labels_[i] == Label::in;
+    if (is_kept)
+      ++kept;
+    else
+      touch(some.facets_of(i));
+  }
+  return result;
+}
+
+/// Appends what is left of a program where some of its operands are decided, as labels_ say; those that are
+/// left get the label IN.
+Label SurfaceTracer::simplify(const SurfaceBox& box, const Word*& at, std::size_t& leaf, SurfaceBox& to) {
+  const Word kind = at[0] & Program::kind_mask;
+  const Word* const begin = at;
+  const Word* const end = at + at[1];
+  if (kind == Program::kind_leaf) {
+    at = end;
+    const std::size_t number = leaf++;
+    if (labels_[number] != Label::fuzzy)
+      return label_of_leaf(begin, std::exchange(labels_[number], Label::fuzzy));
+    labels_[number] = Label::in;
+    to.program.push(begin[0] & ~Program::whole, Program::header, begin[2]);
+    to.facets.append(box.facets_of(number));
+    to.operands.push({begin[2], static_cast<std::uint32_t>(to.facets.size())});
+    return Label::fuzzy;
+  }
+  const std::size_t first_word = to.program.size(), first_operand = to.operands.size(),
+                    first_facet = to.facets.size(), first_leaf = leaf;
+  to.program.push(kind, 0, 0);
+  Combiner combiner(kind, begin[2]);
+  at += Program::header;
+  while (at != end) {
+    const Label label = simplify(box, at, leaf, to);
+    if (label == Label::fuzzy || !combiner.fold({label})) continue;
+    for (std::size_t i = first_leaf; i < leaf; ++i) labels_[i] = Label::fuzzy;
+    while (at != end) {  // the others are left out
+      const bool is_leaf = (at[0] & Program::kind_mask) == Program::kind_leaf;
+      if (is_leaf) labels_[leaf++] = Label::fuzzy;
+      at += is_leaf ? at[1] : Program::header;
+    }
+    to.program.resize(first_word);
+    to.operands.resize(first_operand);
+    to.facets.resize(first_facet);
+    return label;
+  }
+  const std::size_t length = to.program.size() - first_word;
+  if (length == Program::header) {
+    to.program.resize(first_word);
+    return combiner.answer().label;
+  }
+  to.program[first_word + 1] = static_cast<Word>(length);
+  to.program[first_word + 2] = combiner.memory();
+  if (combiner.is_transparent() && length <= longest_move &&
+      to.program[first_word + Program::header + 1] == length - Program::header) {
+    std::copy(to.program.begin() + first_word + Program::header, to.program.end(),
+              to.program.begin() + first_word);
+    to.program.resize(to.program.size() - Program::header);
+  }
+  return Label::fuzzy;
+}
+
+/// Whether a box in which a producer has no facet is inside of it.
+Label SurfaceTracer::label_at_centre(std::uint32_t producer, const Sides& box) const {
+  const auto& table = network_.table;
+  const Box<3>& bounds = source_.bounds(producer);
+  std::array<double, 3> centre;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const int axis = static_cast<int>(k);
+    centre[k] = (table.axis_value(axis, box.low[k]) + table.axis_value(axis, box.high[k])) / 2;
+    if (centre[k] < bounds.lower[k] || centre[k] > bounds.upper[k]) return Label::out;
+  }
+  for (const OrientedHyperplane plane : network_.planes_of(network_.producers[producer])) {
+    const auto h = table.rounded(plane.id());
+    const double value = plane.flipped() ? -h.at(centre) : h.at(centre);
+    if (value > h.error) return Label::out;
+    if (value < -h.error) continue;
+    const int side = table.side(centre, plane.id());
+    if ((plane.flipped() ? -side : side) > 0) return Label::out;
+  }
+  return Label::in;
+}
+
+/// What of a facet is in a box. @return whether there is any.
+bool SurfaceTracer::clip(std::uint32_t facet, const Sides& box, Polygon& polygon) {
+  polygon.assign(source_.polygon(facet));
+  const HyperplaneId plane = source_.outward(facet).id();
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
+    for (const bool upper : {false, true}) {
+      const std::uint32_t position = upper ? box.high[k] : box.low[k];
+      const double value = network_.table.axis_value(axis, position);
+      if (upper ? source_.high(facet, axis) < value : source_.low(facet, axis) > value) continue;
+      const HyperplaneId side = Table::axis_hyperplane(axis, position);
+      const unsigned sides = kernel_.sides({polygon.data(), polygon.size()}, side);
+      const unsigned inner = upper ? 1 : 2;
+      if ((sides & inner) == 0) return false;
+      if (sides != 3) continue;
+      scratch_.clear();
+      kernel_.split({polygon.data(), polygon.size()}, plane, side, upper ? &scratch_ : nullptr,
+                    upper ? nullptr : &scratch_);
+      polygon.swap(scratch_);
+    }
+  }
+  return true;
+}
+
+// --- regions ---
+
+void SurfaceTracer::trace(SurfaceBox region, geometry::Skin& skin) {
+  begin(region);
+  std::vector<SurfaceBox> open;
+  open.push_back(std::move(region));
+  while (!open.empty() && !stop_ && !has_given_up_) {
+    const SurfaceBox box = std::move(open.back());
+    open.pop_back();
+    if (box.program.empty()) continue;
+    ++boxes_;
+    if (const auto cut = choose_cut(box))
+      for (SurfaceBox& half : halve(box, *cut)) open.push_back(std::move(half));
+    else
+      find_pieces(box);
+  }
+  end(skin);
+}
+
+void SurfaceTracer::begin(const SurfaceBox& region) {
+  region_ = {region.low, region.high};
+  if (touched_.empty()) touched_.assign(source_.size(), 0);
+}
+
+void SurfaceTracer::touch(std::span<const std::uint32_t> facets) {
+  for (const std::uint32_t facet : facets) {
+    if (touched_.empty()) return;  // no region is at hand
+    if (touched_[facet] == 0) touched_list_.push_back(facet);
+    touched_[facet] = 1;
+  }
+}
+
+/// Facets that meet no other operand in the region are added whole, the others box by box.
+void SurfaceTracer::end(geometry::Skin& skin) {
+  constexpr std::uint8_t added = 2;
+  Polygon polygon;
+  for (const Untouched& piece : untouched_) {
+    std::uint8_t& state = touched_[piece.facet];
+    if (state == added) continue;
+    const Sides& box = state == 0 ? region_ : boxes_of_untouched_[piece.box];
+    if (state == 0) {
+      state = added;
+      touched_list_.push_back(piece.facet);
+    }
+    if (!clip(piece.facet, box, polygon)) continue;
+    const OrientedHyperplane outward = source_.outward(piece.facet);
+    skin_.add(piece.reversed ? outward.opposite() : outward, 0, {polygon.data(), polygon.size()}, outward);
+  }
+  for (const std::uint32_t facet : touched_list_) touched_[facet] = 0;
+  touched_list_.clear();
+  untouched_.clear();
+  boxes_of_untouched_.clear();
+  skin_.finish(skin);
+}
+
+// --- pieces ---
+
+void SurfaceTracer::find_pieces(const SurfaceBox& box) {
+  const Sides sides{box.low, box.high};
+  expression_.load({box.program.data(), box.program.size()});
+  if (box.operands.size() == 1) {
+    expression_.set(0, Label::in, Label::out);
+    const bool reversed = expression_.label(SidedExpression::below) == Label::out;
+    boxes_of_untouched_.push_back(sides);
+    const auto number = static_cast<std::uint32_t>(boxes_of_untouched_.size() - 1);
+    for (const std::uint32_t facet : box.facets_of(0)) untouched_.push_back({facet, number, reversed});
+    return;
+  }
+  if (box.facets.size() > most_in_a_box) {
+    has_given_up_ = true;
+    return;
+  }
+  touch({box.facets.data(), box.facets.size()});
+  operands_.clear();
+  facets_.clear();
+  corners_.clear();
+  Polygon polygon;
+  for (std::size_t i = 0; i < box.operands.size(); ++i) {
+    const auto first = static_cast<std::uint32_t>(facets_.size());
+    for (const std::uint32_t facet : box.facets_of(i)) {
+      if (!clip(facet, sides, polygon)) continue;
+      const auto begin = static_cast<std::uint32_t>(corners_.size());
+      corners_.append({polygon.data(), polygon.size()});
+      facets_.push_back({source_.outward(facet), begin, static_cast<std::uint32_t>(corners_.size())});
+    }
+    const auto end = static_cast<std::uint32_t>(facets_.size());
+    const std::uint32_t producer = box.operands[i].producer;
+    const Label label = end > first ? Label::fuzzy : label_at_centre(producer, sides);
+    operands_.push_back({label, producer, first, end});
+    expression_.set(i, label, label);
+  }
+  for (std::uint32_t i = 0; i < operands_.size() && !stop_; ++i)
+    if (operands_[i].label == Label::fuzzy) find_pieces_of(i);
+}
+
+namespace {
+
+Box<3> bounds_of_polygon(std::span<const PolygonCorner> polygon) {
+  Box<3> box = Box<3>::empty();
+  for (const PolygonCorner& corner : polygon)
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.lower[k] = std::min(box.lower[k], corner.point.x[k] - corner.point.error);
+      box.upper[k] = std::max(box.upper[k], corner.point.x[k] + corner.point.error);
+    }
+  return box;
+}
+
+}  // namespace
+
+void SurfaceTracer::find_pieces_of(std::uint32_t own) {
+  Polygon polygon;
+  for (std::uint32_t facet = operands_[own].begin; facet < operands_[own].end && !stop_; ++facet) {
+    const OrientedHyperplane outward = facets_[facet].outward;
+    polygon.assign({corners_.data() + facets_[facet].begin, facets_[facet].end - facets_[facet].begin});
+    order_operands(own, outward, bounds_of_polygon({polygon.data(), polygon.size()}));
+    hold_against(polygon, own, outward, 0);
+  }
+}
+
+/// Those that a facet may meet: first those that have a facet in the same hyperplane, and whose piece it is.
+void SurfaceTracer::order_operands(std::uint32_t own, OrientedHyperplane outward, const Box<3>& bounds) {
+  order_.clear();
+  for (std::uint32_t other = 0; other < operands_.size(); ++other) {
+    const Operand& operand = operands_[other];
+    if (other == own || operand.label != Label::fuzzy) continue;
+    if (bounds.misses(source_.bounds(operand.producer))) {
+      expression_.set(other, Label::out, Label::out);
+      continue;
+    }
+    expression_.set(other, Label::fuzzy, Label::fuzzy);
+    order_.push_back(other);
+  }
+  expression_.set(own, Label::in, Label::out);
+  std::stable_partition(order_.begin(), order_.end(), [&](std::uint32_t other) {
+    return other < own && facet_in(operands_[other], outward.id()).has_value();
+  });
+}
+
+/// The facet that an operand has in a hyperplane.
+std::optional<OrientedHyperplane> SurfaceTracer::facet_in(const Operand& operand, HyperplaneId id) const {
+  for (std::uint32_t i = operand.begin; i < operand.end; ++i)
+    if (facets_[i].outward.id() == id) return facets_[i].outward;
+  return std::nullopt;
+}
+
+/// Parts a piece into what of it is inside of an operand, or on its facet in the piece's hyperplane, and what
+/// is not. @param beyond gets the latter, in convex pieces; nothing if the operand has nothing of the piece.
+/// @return whether it has any; then the piece is only that.
+bool SurfaceTracer::cut_along(const Operand& operand, HyperplaneId own, Polygon& piece,
+                              std::vector<Polygon>& beyond) {
+  beyond.clear();
+  const auto sides_of = [&](OrientedHyperplane plane, const Polygon& polygon) {  // 1: inside, 2: outside
+    const unsigned sides = kernel_.sides({polygon.data(), polygon.size()}, plane.id());
+    return plane.flipped() ? sides >> 1 | (sides & 1) << 1 : sides;
+  };
+  // Most are outside of one hyperplane as a whole.
+  crossing_.clear();
+  for (std::uint32_t i = operand.begin; i < operand.end; ++i) {
+    const OrientedHyperplane plane = facets_[i].outward;
+    if (plane.id() == own) continue;
+    const unsigned sides = sides_of(plane, piece);
+    if ((sides & 1) == 0) return false;
+    if (sides == 3) crossing_.push(plane.code);
+  }
+  Polygon rest;
+  for (const std::uint32_t code : crossing_) {
+    const OrientedHyperplane plane{code};
+    const Polygon& polygon = beyond.empty() ? piece : rest;
+    const unsigned sides = sides_of(plane, polygon);
+    if ((sides & 1) == 0) {  // nothing is inside: so the piece stays one
+      beyond.clear();
+      return false;
+    }
+    if (sides != 3) continue;
+    Polygon inside, outside;
+    kernel_.split({polygon.data(), polygon.size()}, own, plane.id(), plane.flipped() ? &outside : &inside,
+                  plane.flipped() ? &inside : &outside);
+    beyond.push_back(std::move(outside));
+    rest = std::move(inside);
+  }
+  if (!beyond.empty()) piece = std::move(rest);
+  return true;
+}
+
+/// Finds out where the operands from the `next` one on are on both sides of a piece, and parts it where that
+/// changes.
+void SurfaceTracer::hold_against(Polygon& polygon, std::uint32_t own, OrientedHyperplane outward,
+                                 std::size_t next) {
+  std::vector<Polygon> beyond;
+  for (; next < order_.size(); ++next) {
+    const std::uint32_t number = order_[next];
+    const Operand& operand = operands_[number];
+    const auto same = facet_in(operand, outward.id());
+    // A piece that an earlier operand has, too, is that one's, whatever else is known.
+    const bool is_earlier = same && number < own;
+    if (!is_earlier && is_settled(polygon, outward)) return;
+    if (!is_earlier && !expression_.matters(number)) continue;
+    const bool is_outside = !cut_along(operand, outward.id(), polygon, beyond);
+    for (Polygon& piece : beyond) {
+      expression_.set(number, Label::out, Label::out);
+      hold_against(piece, own, outward, next + 1);
+      for (std::size_t later = next; later < order_.size(); ++later)
+        expression_.set(order_[later], Label::fuzzy, Label::fuzzy);
+    }
+    if (is_outside)
+      expression_.set(number, Label::out, Label::out);
+    else if (is_earlier)
+      return;
+    else if (!same)
+      expression_.set(number, Label::in, Label::in);
+    else if (*same == outward)
+      expression_.set(number, Label::in, Label::out);
+    else
+      expression_.set(number, Label::out, Label::in);
+  }
+  if (!is_settled(polygon, outward)) throw std::logic_error("a piece of the surface is undecided");
+}
+
+/// Whether enough is known of a piece; then it has been added to the skin, if it is of it.
+bool SurfaceTracer::is_settled(const Polygon& polygon, OrientedHyperplane outward) {
+  const Label below = expression_.label(SidedExpression::below),
+              above = expression_.label(SidedExpression::above);
+  if (below == Label::fuzzy || above == Label::fuzzy) return false;
+  if (below != above)
+    skin_.add(below == Label::in ? outward : outward.opposite(), 0, {polygon.data(), polygon.size()},
+              outward);
+  return true;
+}
+
+}  // namespace bsp2::dataflow

@@ -1,0 +1,145 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bsp2/dataflow/network/network.hpp"
+#include "bsp2/dataflow/process/process.hpp"
+#include "bsp2/geometry/surface/skin_builder.hpp"
+#include "surface/operand_facets.hpp"
+#include "surface/sided_expression.hpp"
+
+namespace bsp2::dataflow {
+
+/// A box between planes across the axes that no operand ends in, with what of the expression is undecided
+/// there. An operand is undecided in a box if it has facets there.
+struct SurfaceBox {
+  /// Positions on the table's grid.
+  std::array<std::uint32_t, 3> low{}, high{};
+  Words program;  ///< leaves without state; empty: there is no surface in the box
+  /// An undecided leaf; in the order of the program.
+  struct Operand {
+    std::uint32_t producer, end;  ///< its facets end here; they begin where those of the operand before end
+  };
+  geometry::Buffer<Operand> operands;
+  geometry::Buffer<std::uint32_t> facets;
+  std::uint8_t in_vain = 0;  ///< so many cuts in a row have told next to nothing
+
+  [[nodiscard]] std::span<const std::uint32_t> facets_of(std::size_t operand) const {
+    const std::uint32_t begin = operand == 0 ? 0 : operands[operand - 1].end;
+    return {facets.data() + begin, operands[operand].end - begin};
+  }
+};
+
+/// What one thread looks for the surface with. Thread rule: one thread at a time.
+class SurfaceTracer {
+ public:
+  /// @param stop somebody else ends the work by it: the surface is not complete then.
+  SurfaceTracer(const Network<3>& network, const OperandFacets& facets, const std::atomic<bool>& stop);
+
+  /// All of the model.
+  [[nodiscard]] SurfaceBox whole();
+  struct Cut {
+    int axis;
+    std::uint32_t position;
+  };
+  /// Nothing where the facets are to be looked at one by one.
+  [[nodiscard]] std::optional<Cut> choose_cut(const SurfaceBox& box);
+  [[nodiscard]] std::array<SurfaceBox, 2> halve(const SurfaceBox& box, const Cut& cut);
+
+  /// Finds the surface in a region, box by box.
+  void trace(SurfaceBox region, geometry::Skin& skin);
+  [[nodiscard]] std::uint64_t boxes() const { return boxes_; }
+  /// Whether too many operands meet in one place; then the surface is not complete.
+  [[nodiscard]] bool has_given_up() const { return has_given_up_; }
+
+ private:
+  using Label = geometry::Label;
+  using Polygon = geometry::Buffer<geometry::PolygonCorner>;
+  /// The sides of a box, or of a region.
+  struct Sides {
+    std::array<std::uint32_t, 3> low, high;
+  };
+  /// A facet of an operand within the box at hand.
+  struct Facet {
+    geometry::OrientedHyperplane outward;
+    std::uint32_t begin, end;  ///< of its polygon there, in corners_
+  };
+  struct Operand {
+    Label label;  ///< of the box as a whole
+    std::uint32_t producer;
+    std::uint32_t begin, end;  ///< of its facets
+  };
+  /// A facet in a box that no other operand ends in.
+  struct Untouched {
+    std::uint32_t facet, box;  ///< box: index into boxes_of_untouched_
+    bool reversed;             ///< the solid is on the outer side
+  };
+
+  const Network<3>& network_;
+  const OperandFacets& source_;
+  const std::atomic<bool>& stop_;
+  geometry::PolygonSplitter kernel_;
+  geometry::SkinBuilder skin_;
+  std::uint64_t boxes_ = 0;
+  bool has_given_up_ = false;
+
+  // Of the region at hand.
+  Sides region_{};
+  std::vector<std::uint8_t> touched_;  // facets that meet other operands, or end in a decided box
+  std::vector<std::uint32_t> touched_list_;
+  std::vector<Untouched> untouched_;
+  std::vector<Sides> boxes_of_untouched_;
+
+  // Of the box at hand.
+  SidedExpression expression_;
+  std::vector<Operand> operands_;
+  std::vector<Facet> facets_;
+  Polygon corners_;
+  std::vector<std::uint32_t> order_;
+  std::vector<Label> labels_;
+  struct End {
+    double at, weight;
+    bool upper;
+  };
+  std::vector<End> ends_;
+  struct Extent {
+    std::array<double, 3> low, high;
+    double weight;
+  };
+  std::vector<Extent> extents_;
+  Polygon scratch_;
+  geometry::Buffer<std::uint32_t> crossing_;
+
+  void begin(const SurfaceBox& region);
+  void end(geometry::Skin& skin);
+  void touch(std::span<const std::uint32_t> facets);
+  void find_extents(const SurfaceBox& box);
+  struct Place {
+    double cost, at;
+  };
+  [[nodiscard]] std::optional<Place> place_between(const SurfaceBox& box, int axis, double total);
+  [[nodiscard]] std::optional<Cut> free_cut(const SurfaceBox& box, int axis, double at) const;
+  [[nodiscard]] std::optional<Cut> cut_in_the_middle(const SurfaceBox& box) const;
+  SurfaceBox half(const SurfaceBox& box, const Cut& cut, bool upper);
+  Label simplify(const SurfaceBox& box, const Word*& at, std::size_t& leaf, SurfaceBox& to);
+  [[nodiscard]] Label label_at_centre(std::uint32_t producer, const Sides& box) const;
+  bool clip(std::uint32_t facet, const Sides& box, Polygon& polygon);
+
+  void find_pieces(const SurfaceBox& box);
+  void find_pieces_of(std::uint32_t operand);
+  void order_operands(std::uint32_t own, geometry::OrientedHyperplane outward, const Box<3>& bounds);
+  [[nodiscard]] std::optional<geometry::OrientedHyperplane> facet_in(const Operand& operand,
+                                                                     geometry::HyperplaneId id) const;
+  bool cut_along(const Operand& operand, geometry::HyperplaneId own, Polygon& piece,
+                 std::vector<Polygon>& beyond);
+  void hold_against(Polygon& polygon, std::uint32_t own, geometry::OrientedHyperplane outward,
+                    std::size_t next);
+  [[nodiscard]] bool is_settled(const Polygon& polygon, geometry::OrientedHyperplane outward);
+};
+
+}  // namespace bsp2::dataflow
