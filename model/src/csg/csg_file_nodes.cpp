@@ -83,10 +83,13 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
 
 Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
                         const Warn& warn) {
-  const ImportedMesh mesh = import_surface(file_of("surface", arguments, folder), arguments.flag("center", 1),
+  const auto [mesh, unit] = import_surface(file_of("surface", arguments, folder), arguments.flag("center", 1),
                                            arguments.flag("invert", 2));
-  if (std::optional<TriangleMesh> closed = closed_mesh(mesh.points, mesh.faces))
-    return pool.primitive(std::move(*closed), 3);
+  if (std::optional<TriangleMesh> closed = closed_mesh(mesh.points, mesh.faces)) {
+    const Expression solid = pool.primitive(std::move(*closed), 3);
+    if (unit == 1) return solid;
+    return pool.transform({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, unit, 0, 0, 0, 0, 1}, solid);
+  }
   warn("this surface is empty: it takes two rows and two columns of heights");
   return pool.empty(3);
 }

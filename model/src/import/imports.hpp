@@ -61,11 +61,16 @@ ImportedMesh import_amf(
     std::string_view bytes,
     const std::filesystem::path& path);  ///< plain or zipped; no constellations, no units, as in OpenSCAD
 
+struct Landscape {
+  ImportedMesh mesh;
+  double unit = 1;  ///< heights are the mesh's z times this: so z is exact, which heights are not
+};
+
 /// A landscape: the heights of a text (.dat; rows are y, columns x) or the grey values of a picture (.png, 0
 /// to 100) over a grid of unit squares, four triangles each, down to 0 or to 1 below the lowest height,
 /// whichever is lower. Without two rows and columns it has no faces. @throws bsp2::Error if the file cannot
 /// be read.
-ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool invert);
+Landscape import_surface(const std::filesystem::path& path, bool center, bool invert);
 
 struct PlaneDrawing {
   std::vector<std::array<double, 2>> points;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <new>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -21,11 +22,44 @@ namespace {
 
 constexpr std::size_t most_heights = 20'000'000;
 
+/// Heights that have few digits are whole numbers of a power of two, so that facets that are in one plane are
+/// so exactly: hundredths and grey values would be off by their rounding, and their landscape would have
+/// very many planes that are nearly one.
 struct Heights {
   std::size_t rows = 0, columns = 0;
   std::vector<double> values;  // row by row, the first one at y = 0
   double lowest = 0;           // of those that are given
+  double one = 1;              // in the unit of values and lowest
+  /// @param per_unit whole numbers that are 1 together. A power of two of them is the unit, so that heights
+  /// are not stretched much against x and y.
+  void set_whole(double per_unit) {
+    const double power = std::exp2(std::ceil(std::log2(per_unit)));
+    one = per_unit / power;
+    for (double& value : values) value /= power;
+    lowest /= power;
+  }
 };
+
+/// Digits behind the point in a number as text, or nothing where it is written with an exponent.
+std::optional<std::size_t> decimals_of(const std::string& word) {
+  if (word.find_first_not_of("+-.0123456789") != std::string::npos) return std::nullopt;
+  const auto point = word.find('.');
+  return point == std::string::npos ? 0 : word.size() - point - 1;
+}
+
+/// Heights with so many digits behind the point, where their whole numbers have few enough to be exact, also
+/// their quarters.
+void count_in_decimals(Heights& heights, std::size_t decimals) {
+  constexpr std::size_t most_decimals = 9;
+  if (decimals > most_decimals) return;
+  const double per_unit = std::pow(10.0, static_cast<double>(decimals));
+  const auto whole = [&](double value) { return std::nearbyint(value * per_unit); };
+  for (const double value : heights.values)
+    if (std::fabs(whole(value)) > 0x1p40) return;
+  for (double& value : heights.values) value = whole(value);
+  heights.lowest = whole(heights.lowest);
+  heights.set_whole(per_unit);
+}
 
 /// One row a line; missing values are 0, lines that begin with # say nothing.
 Heights read_table(const std::filesystem::path& path) {
@@ -33,6 +67,7 @@ Heights read_table(const std::filesystem::path& path) {
   if (!file) throw Error("surface: " + path.string() + " cannot be read");
   std::vector<std::vector<double>> rows;
   Heights heights;
+  std::optional<std::size_t> decimals = 0;  // of the number that has most of them
   for (std::string line; std::getline(file, line);) {
     if (const auto first = line.find_first_not_of(" \t\r\v\f");
         first == std::string::npos || line[first] == '#')
@@ -44,6 +79,8 @@ Heights read_table(const std::filesystem::path& path) {
       row.push_back(std::strtod(word.c_str(), &end));
       if (*end != '\0' || !std::isfinite(row.back()))
         throw Error("surface: " + path.string() + " holds '" + word.substr(0, 40) + "', which is no height");
+      const auto of_word = decimals_of(word);
+      decimals = decimals && of_word ? std::optional(std::max(*decimals, *of_word)) : std::nullopt;
     }
     heights.columns = std::max(heights.columns, row.size());
   }
@@ -56,6 +93,7 @@ Heights read_table(const std::filesystem::path& path) {
     row.resize(heights.columns);
     heights.values.insert(heights.values.end(), row.begin(), row.end());
   }
+  if (decimals && *decimals > 0) count_in_decimals(heights, *decimals);
   return heights;
 }
 
@@ -134,31 +172,34 @@ class PngFile {
 Heights read_png(const std::filesystem::path& path, bool invert) {
   PngFile file(path);
   file.read();
+  constexpr double full = 10000;  // the weights of red, green and blue together, as whole numbers
   Heights heights{file.height, file.width, {}};
   heights.values.reserve(heights.rows * heights.columns);
   for (std::size_t y = heights.rows; y-- > 0;)
     for (std::size_t x = 0; x < heights.columns; ++x) {
       const png_byte* pixel = file.pixels.data() + 4 * (y * heights.columns + x);
-      const double grey = 0.2126 * pixel[0] + 0.7152 * pixel[1] + 0.0722 * pixel[2];
-      heights.values.push_back(100.0 / 255 * (invert ? 1 - grey : grey));
+      const double grey = 2126 * pixel[0] + 7152 * pixel[1] + 722 * pixel[2];
+      heights.values.push_back(invert ? full - grey : grey);
     }
   heights.lowest = *std::min_element(heights.values.begin(), heights.values.end());
+  heights.set_whole(255 * full / 100);
   return heights;
 }
 
 }  // namespace
 
-ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool invert) {
+Landscape import_surface(const std::filesystem::path& path, bool center, bool invert) {
   std::string kind = path.extension().string();
   std::transform(kind.begin(), kind.end(), kind.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const Heights heights = kind == ".png" ? read_png(path, invert) : read_table(path);
-  ImportedMesh mesh;
-  if (heights.rows < 2 || heights.columns < 2) return mesh;
+  Landscape landscape{.mesh = {}, .unit = 1 / heights.one};
+  ImportedMesh& mesh = landscape.mesh;
+  if (heights.rows < 2 || heights.columns < 2) return landscape;
   const auto rows = static_cast<std::uint32_t>(heights.rows),
              columns = static_cast<std::uint32_t>(heights.columns);
   const double left = center ? -0.5 * (columns - 1) : 0, front = center ? -0.5 * (rows - 1) : 0;
-  const double base = std::min(0.0, heights.lowest - 1);
+  const double base = std::min(0.0, heights.lowest - heights.one);
   const auto height = [&](std::uint32_t x, std::uint32_t y) {
     return heights.values[std::size_t{y} * columns + x];
   };
@@ -199,7 +240,7 @@ ImportedMesh import_surface(const std::filesystem::path& path, bool center, bool
     face({border[i], border[(i + 1) % n], first + (i + 1) % n, first + i});
   for (std::uint32_t i = 0; i < n; ++i) mesh.faces.corners.push_back(first + i);
   mesh.faces.end_face();
-  return mesh;
+  return landscape;
 }
 
 }  // namespace bsp2::model
