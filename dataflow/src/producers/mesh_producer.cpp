@@ -153,7 +153,8 @@ Label MeshProducer::ask(const Word* leaf, CellView<3>& cell, Words& out) const {
   if (!cell.quick()) drop_beyond(cell, out, begin + header);
   std::optional<Reference> reference = reference_of(leaf);
   if (!reference || !is_inside(reference->point, cell.cell())) reference = new_reference(leaf, cell);
-  if (out.size() == begin + header) return winding_within(cell, reference) != 0 ? Label::in : Label::out;
+  if (out.size() == begin + header)
+    return winding_within(leaf, cell, reference) != 0 ? Label::in : Label::out;
   if (reference) {
     out[begin + at_flag] = 1;
     put_point(out, begin + at_point, reference->point);
@@ -247,10 +248,12 @@ bool MeshProducer::is_inside(const Point& point, const geometry::Cell<3>& cell) 
 /// tolerance: a point beside it serves as well, unless facets are as near. Then it arose between hyperplanes
 /// that merging has moved apart, the mesh's corners tell nothing about it, and all meshes call it OUT. Where
 /// nothing was merged it is part of the solids as they are.
-std::int32_t MeshProducer::winding_within(const CellView<3>& cell,
+std::int32_t MeshProducer::winding_within(const Word* leaf, CellView<3>& cell,
                                           const std::optional<Reference>& reference) const {
   if (reference) return reference->winding;
-  return network_.coincidence > 0 ? winding_beside(cell).value_or(0) : exact_winding(cell);
+  if (network_.coincidence > 0) return winding_beside(cell).value_or(0);
+  const auto winding = winding_from_parent(leaf, cell);
+  return winding ? *winding : exact_winding(cell);
 }
 
 /// The winding number at the centre of a cell that is hardly more than a point, if no facet is that near.
@@ -259,19 +262,24 @@ std::optional<std::int32_t> MeshProducer::winding_beside(const CellView<3>& view
   const Point& centre = view.extent().centre;
   for (const auto& vertex : view.cell().vertices()) error += vertex.error;
   std::minstd_rand random(2357);  // the same segments in every run
-  const double size =
-      std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1],
-                producer_.upper[2] - producer_.lower[2]});
+  const auto change_at = [&](const Point& far, const Mesh::Facet& facet) {
+    const auto& [a, b, c] = facet.corners;
+    return crossing(far, centre, mesh_.points[a], mesh_.points[b], mesh_.points[c], error);
+  };
+  const auto is_missed = [&](const Point& far, const Mesh::Facet& facet) {
+    const auto& [a, b, c] = facet.corners;
+    return SegmentAmongFacets(far, centre, error).misses(mesh_.points[a], mesh_.points[b], mesh_.points[c]);
+  };
+  const Mesh::Facet* open = nullptr;  // one that left it open: mostly the centre is too near to it, always
   for (int attempt = 0; attempt < 12; ++attempt) {
-    Point far;
-    for (int i = 0; i < 3; ++i)
-      far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
+    const Point far = beyond(centre, random);
+    if (open != nullptr && !is_missed(far, *open) && !change_at(far, *open)) continue;
     std::int32_t winding = 0;
     bool certain = true;
     for_each_facet_near(far, centre, error, [&](const Mesh::Facet& facet) {
-      const auto& [a, b, c] = facet.corners;
-      const auto change = crossing(far, centre, mesh_.points[a], mesh_.points[b], mesh_.points[c], error);
+      const auto change = change_at(far, facet);
       certain = change.has_value();
+      if (!certain) open = &facet;
       winding += change.value_or(0);
       return certain;
     });
@@ -383,31 +391,78 @@ std::optional<MeshProducer::Reference> MeshProducer::new_reference(const Word* l
   return std::nullopt;
 }
 
+/// As `crossing`, to a point strictly within a cell that is known to `error` only: on which side of the
+/// facet's plane it is, the cell tells exactly, unless the plane crosses it. So hardly any facet is asked in
+/// long numbers.
+std::optional<int> MeshProducer::crossing_into(CellView<3>& cell, const Point& from, const Point& to,
+                                               const Mesh::Facet& facet, double error) const {
+  const auto& [i, j, k] = facet.corners;
+  const Point a = minus(mesh_.points[i], from), b = minus(mesh_.points[j], from),
+              c = minus(mesh_.points[k], from), along = minus(to, from);
+  const int from_side = sign_of_determinant(a, b, c, error);
+  const Position where = cell.position(facet.plane);
+  const int to_side = where == Position::crossing ? 0 : where == Position::negative ? 1 : -1;
+  if (from_side != 0 && from_side == to_side) return 0;
+  return crossing(from_side, to_side,
+                  {sign_of_determinant(along, a, b, error), sign_of_determinant(along, b, c, error),
+                   sign_of_determinant(along, c, a, error)});
+}
+
+/// From the reference point of the cell that this one is part of: only its facets can lie in between.
+std::optional<std::int32_t> MeshProducer::winding_from_parent(const Word* leaf, CellView<3>& cell) const {
+  const auto known = reference_of(leaf);
+  if (!known || (leaf[0] & Program::whole) != 0) return std::nullopt;
+  const Point& centre = cell.extent().centre;
+  double error = 2 * mesh_.error + 0x1p-50 * network_.table.radius();
+  for (const auto& vertex : cell.cell().vertices()) error = std::max(error, vertex.error);
+  error *= 2;
+  std::int32_t winding = known->winding;
+  bool certain = true;
+  for_each_facet(leaf, [&](Word index) {
+    if (!certain) return;
+    const auto change = crossing_into(cell, known->point, centre, mesh_.facets[index], error);
+    certain = change.has_value();
+    winding += change.value_or(0);
+  });
+  return certain ? std::optional(winding) : std::nullopt;
+}
+
+/// A point outside of the mesh's bounds, on the model's grid, beyond the nearer of those two sides that are
+/// the closest to each other: between it and a point of a sheet lies hardly anything.
+MeshProducer::Point MeshProducer::beyond(const Point& point, std::minstd_rand& random) const {
+  const auto extent = [&](int i) { return producer_.upper[i] - producer_.lower[i]; };
+  int across = 0;
+  for (int i = 1; i < 3; ++i)
+    if (extent(i) < extent(across)) across = i;
+  const auto part = [&] { return (0.1 + static_cast<double>(random() % 1000) * 1e-3) * extent(across); };
+  const bool above = point[across] - producer_.lower[across] > extent(across) / 2;
+  Point far;
+  for (int i = 0; i < 3; ++i) far[i] = point[i] + (random() % 2 == 0 ? part() : -part()) / 4;
+  far[across] = above ? producer_.upper[across] + part() : producer_.lower[across] - part();
+  for (double& x : far)
+    x = std::ldexp(std::nearbyint(std::ldexp(x, -mesh_.grid_exponent)), mesh_.grid_exponent);
+  return far;
+}
+
 /// For cells in which no double lies for certain: the winding number at an exact point, a mix of the cell's
 /// exact vertices, by all facets that a segment from outside crosses. Facets for which rounding leaves that
 /// open are asked exactly.
-std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
+std::int32_t MeshProducer::exact_winding(CellView<3>& view) const {
   std::minstd_rand random(54321);  // the same points in every run
-  const double size =
-      std::max({producer_.upper[0] - producer_.lower[0], producer_.upper[1] - producer_.lower[1],
-                producer_.upper[2] - producer_.lower[2]});
   for (int attempt = 0; attempt < 64; ++attempt) {
     const auto vertices = vertices_around(view.cell(), random);
     std::array<int, 4> weights{};
     double error = 0;
     int sum = 0;
-    Point near{}, far;
+    Point near{};
     for (std::size_t k = 0; k < vertices.size(); ++k) {
       weights[k] = 1 + static_cast<int>(random() % 97);
       sum += weights[k];
       error = std::max(error, vertices[k].error);
       for (int i = 0; i < 3; ++i) near[i] += weights[k] * vertices[k].x[i];
     }
-    for (int i = 0; i < 3; ++i) {
-      near[i] /= sum;
-      far[i] = producer_.upper[i] + size * (0.1 + static_cast<double>(random() % 1000) * 1e-3);
-      far[i] = std::ldexp(std::nearbyint(std::ldexp(far[i], -mesh_.grid_exponent)), mesh_.grid_exponent);
-    }
+    for (double& x : near) x /= sum;
+    const Point far = beyond(near, random);
     error += 2 * mesh_.error + 0x1p-50 * network_.table.radius();
     std::optional<ExactMix> exact_near;
     std::optional<ExactPoint> exact_far;
@@ -417,6 +472,7 @@ std::int32_t MeshProducer::exact_winding(const CellView<3>& view) const {
       const auto& corners = facet.corners;
       auto change = crossing(far, near, mesh_.points[corners[0]], mesh_.points[corners[1]],
                              mesh_.points[corners[2]], error);
+      if (!change) change = crossing_into(view, far, near, facet, error);
       if (!change) {
         if (!exact_near) {
           exact_near = exact_mix(network_.table, vertices, weights);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -59,10 +60,14 @@ class MeshProducer {
                                                        const Word* leaf) const;
   [[nodiscard]] std::optional<std::int32_t> winding_anew(const Point& point, const Reference& from) const;
   [[nodiscard]] std::optional<Reference> new_reference(const Word* leaf, const CellView<3>& cell) const;
-  [[nodiscard]] std::int32_t winding_within(const CellView<3>& cell,
+  [[nodiscard]] std::int32_t winding_within(const Word* leaf, CellView<3>& cell,
                                             const std::optional<Reference>& reference) const;
+  [[nodiscard]] std::optional<int> crossing_into(CellView<3>& cell, const Point& from, const Point& to,
+                                                 const Mesh::Facet& facet, double error) const;
+  [[nodiscard]] std::optional<std::int32_t> winding_from_parent(const Word* leaf, CellView<3>& cell) const;
   [[nodiscard]] std::optional<std::int32_t> winding_beside(const CellView<3>& view) const;
-  [[nodiscard]] std::int32_t exact_winding(const CellView<3>& cell) const;
+  [[nodiscard]] Point beyond(const Point& point, std::minstd_rand& random) const;
+  [[nodiscard]] std::int32_t exact_winding(CellView<3>& cell) const;
   [[nodiscard]] Reference outside() const;
   [[nodiscard]] std::optional<geometry::HyperplaneId> median(const Word* leaf, CellView<3>& cell) const;
   [[nodiscard]] geometry::HyperplaneId best_plane(const Word* leaf, CellView<3>& cell) const;

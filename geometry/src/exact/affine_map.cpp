@@ -189,12 +189,21 @@ void AffineMap<D>::exact_adjugate(std::array<std::array<MinorInteger<D>, D>, D>&
 
 template <int D>
 void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const {
-  std::array<std::array<MinorInteger<D>, D>, D> adjugate;
-  MinorInteger<D> determinant;
-  exact_adjugate(adjugate, determinant);
+  // The covectors that are asked for one after the other are mostly of one primitive.
+  struct Last {
+    std::array<std::array<Int128, D + 1>, D> entries{};
+    std::array<std::array<MinorInteger<D>, D>, D> adjugate;
+    MinorInteger<D> determinant;
+  };
+  static thread_local Last last;  // all 0 belongs to entries that are all 0
+  if (last.entries != entries_) {
+    exact_adjugate(last.adjugate, last.determinant);
+    last.entries = entries_;
+  }
+  const auto& adjugate = last.adjugate;
   using Integer = FixedInteger<covector_bits<D>>;
   std::array<Integer, D + 1> result;
-  result[D] = Integer(determinant) * Integer(local.exact[D]);
+  result[D] = Integer(last.determinant) * Integer(local.exact[D]);
   for (int j = 0; j < D; ++j) {
     for (int i = 0; i < D; ++i)
       if (!local.exact[i].is_zero()) result[j] += Integer(local.exact[i]) * Integer(adjugate[i][j]);
@@ -204,6 +213,88 @@ void AffineMap<D>::map(const Covector<D>& local, ExactCovector<D>& world) const 
     world[j] = result[j];
     if (orientation_ < 0) world[j].backend().negate();
   }
+}
+
+namespace {
+
+constexpr std::uint64_t prime = (std::uint64_t{1} << 61) - 1;
+__extension__ using Unsigned128 = unsigned __int128;
+
+std::uint64_t times(std::uint64_t a, std::uint64_t b) {
+  return static_cast<std::uint64_t>(static_cast<Unsigned128>(a) * b % prime);
+}
+std::uint64_t plus(std::uint64_t a, std::uint64_t b) { return (a + b) % prime; }
+std::uint64_t minus(std::uint64_t a, std::uint64_t b) { return (a + prime - b) % prime; }
+
+/// 1 / a, by Fermat.
+std::uint64_t inverse_of(std::uint64_t a) {
+  std::uint64_t result = 1;
+  for (std::uint64_t power = prime - 2; power != 0; power >>= 1, a = times(a, a))
+    if ((power & 1) != 0) result = times(result, a);
+  return result;
+}
+
+std::uint64_t residue(Int128 x) {
+  const auto size = static_cast<std::uint64_t>(
+      (x < 0 ? -static_cast<Unsigned128>(x) : static_cast<Unsigned128>(x)) % prime);
+  return x < 0 ? minus(0, size) : size;
+}
+
+template <typename Integer>
+std::uint64_t residue_of(const Integer& x) {
+  const auto& limbs = x.backend();
+  std::uint64_t sum = 0;
+  for (unsigned i = limbs.size(); i-- > 0;) {
+    static_assert(sizeof(limbs.limbs()[0]) == 8);
+    sum = static_cast<std::uint64_t>((static_cast<Unsigned128>(sum) << 64 | limbs.limbs()[i]) % prime);
+  }
+  return x.sign() < 0 ? minus(0, sum) : sum;
+}
+
+}  // namespace
+
+template <int D>
+typename AffineMap<D>::Residues AffineMap<D>::residues() const {
+  Residues result;
+  std::array<std::array<MinorInteger<D>, D>, D> adjugate;
+  MinorInteger<D> determinant;
+  exact_adjugate(adjugate, determinant);
+  result.determinant = residue_of(determinant);
+  for (int i = 0; i < D; ++i) {
+    result.translation[i] = residue(entries_[i][D]);
+    for (int j = 0; j < D; ++j) result.adjugate[i][j] = residue_of(adjugate[i][j]);
+  }
+  return result;
+}
+
+template <int D>
+std::uint64_t AffineMap<D>::mark(const Covector<D>& local, const Residues& residues) const {
+  std::array<std::uint64_t, D + 1> world{};
+  world[D] = times(residues.determinant, residue_of(local.exact[D]));
+  for (int i = 0; i < D; ++i) {
+    if (local.exact[i].is_zero()) continue;
+    const std::uint64_t coefficient = residue_of(local.exact[i]);
+    for (int j = 0; j < D; ++j) world[j] = plus(world[j], times(coefficient, residues.adjugate[i][j]));
+  }
+  for (int j = 0; j < D; ++j) world[D] = minus(world[D], times(world[j], residues.translation[j]));
+  const auto first_of = [&] { return std::ranges::find_if(world, [](std::uint64_t x) { return x != 0; }); };
+  auto first = first_of();
+  if (first == world.end()) {  // or all are multiples of the prime, which has to be divided out
+    ExactCovector<D> exact;
+    map(local, exact);
+    if (std::all_of(exact.begin(), exact.end() - 1, [](const auto& x) { return x.is_zero(); })) return 0;
+    while (first == world.end()) {
+      for (int j = 0; j <= D; ++j) world[j] = residue_of(exact[j] /= prime);
+      first = first_of();
+    }
+  }
+  const std::uint64_t inverse = inverse_of(*first);
+  std::uint64_t hash = static_cast<std::uint64_t>(first - world.begin());
+  for (; first != world.end(); ++first) {
+    hash = (hash ^ times(*first, inverse)) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 32;
+  }
+  return hash == 0 ? 1 : hash;
 }
 
 template <int D>

@@ -145,6 +145,7 @@ struct HyperplaneTable<D>::Window {
   std::vector<std::size_t> begin;  // of each stretch among the hyperplanes
   std::vector<Hyperplane<D>> hyperplanes;
   std::vector<typename CoincidenceIndex<D>::Key> keys;  // of the hyperplanes
+  std::vector<std::uint64_t> marks;                     // of their covectors, where there is no tolerance
   std::vector<std::uint32_t> last_alike;                // the last stretch of a hash
 };
 
@@ -312,19 +313,33 @@ Hyperplane<D> HyperplaneTable<D>::round_exactly(const ExactCovector<D>& world) c
   return result;
 }
 
-template <int D>
-bool HyperplaneTable<D>::equal(const Source& a, const Source& b, bool opposite) const {
-  ExactCovector<D> u, v;
-  maps_[a.map].map(covectors_[a.covector], u);
-  maps_[b.map].map(covectors_[b.covector], v);
-  int pivot = 0;
-  for (int i = 1; i < D; ++i)
+namespace {
+
+/// @tparam Product holds products of coefficients.
+template <typename Product, typename Integer, std::size_t N>
+bool are_multiples(const std::array<Integer, N>& u, const std::array<Integer, N>& v, bool opposite) {
+  std::size_t pivot = 0;
+  for (std::size_t i = 1; i + 1 < N; ++i)
     if (mp::abs(u[i]) > mp::abs(u[pivot])) pivot = i;
   if (u[pivot].is_zero() || v[pivot].is_zero() || (u[pivot].sign() != v[pivot].sign()) != opposite)
     return false;
-  for (int i = 0; i <= D; ++i)
-    if (u[i] * v[pivot] != v[i] * u[pivot]) return false;
+  const Product of_u(u[pivot]), of_v(v[pivot]);
+  for (std::size_t i = 0; i < N; ++i)
+    if (Product(u[i]) * of_v != Product(v[i]) * of_u) return false;
   return true;
+}
+
+}  // namespace
+
+template <int D>
+bool HyperplaneTable<D>::equal(const Source& a, const Source& b, bool opposite) const {
+  if (a.map == b.map && maps_[a.map].orientation() != 0)  // what keeps planes apart in the frame, too
+    return are_multiples<FixedInteger<512>>(covectors_[a.covector].exact, covectors_[b.covector].exact,
+                                            opposite);
+  ExactCovector<D> u, v;
+  maps_[a.map].map(covectors_[a.covector], u);
+  maps_[b.map].map(covectors_[b.covector], v);
+  return are_multiples<ExactInteger<D>>(u, v, opposite);
 }
 
 /// The occurrences, those of large primitives first, in pieces that threads can share out.
@@ -359,7 +374,8 @@ auto HyperplaneTable<D>::by_size(unsigned threads) const -> std::vector<Stretch>
   return stretches;
 }
 
-/// Whether an occurrence coincides with a representative, at which distance and on which side.
+/// Whether an occurrence coincides with a representative within a tolerance, at which distance and on which
+/// side.
 template <int D>
 bool HyperplaneTable<D>::coincide(const Occurrence& a, const Occurrence& representative, double tolerance,
                                   double& distance, bool& opposite) const {
@@ -370,14 +386,13 @@ bool HyperplaneTable<D>::coincide(const Occurrence& a, const Occurrence& represe
   const double sign = opposite ? -1 : 1;
   const Extent& extent = extents_[a.source.map];
   distance = std::fabs(h.at(extent.centre) - sign * r.at(extent.centre));
-  if (tolerance > 0 && distance > tolerance * size_) return false;
+  if (distance > tolerance * size_) return false;
   double turn = 0;
   for (int i = 0; i < D; ++i) turn += std::fabs(h.normal[i] - sign * r.normal[i]);
   if (turn > most_turn)
     return false;  // within a tiny primitive all faces are close; those that turn are not the same
   for (int i = 0; i < D; ++i) distance += extent.half[i] * std::fabs(h.normal[i] - sign * r.normal[i]);
-  if (tolerance > 0) return distance <= tolerance * size_;
-  return distance <= 4 * D * (h.error + r.error) && equal(a.source, representative.source, opposite);
+  return distance <= tolerance * size_;
 }
 
 /// What the forms of CoincidenceIndex differ by at most between a hyperplane of this primitive and one that
@@ -386,19 +401,9 @@ bool HyperplaneTable<D>::coincide(const Occurrence& a, const Occurrence& represe
 template <int D>
 double HyperplaneTable<D>::window(const Extent& extent, double tolerance) const {
   const double rounding = 0x1p-44 * (1 + radius_ / size_);
-  if (!(tolerance > 0)) return rounding;
   const double smallest = *std::min_element(extent.half.begin(), extent.half.end());
   return CoincidenceIndex<D>::sensitivity * std::min(most_turn, tolerance * size_ / smallest) +
          (D + 1) * tolerance + rounding;
-}
-
-/// How far hyperplanes that are equal are apart at most, where they are compared. @param hyperplanes all of
-/// them: without a tolerance there is one window.
-template <int D>
-double HyperplaneTable<D>::reach_of_errors(std::span<const Hyperplane<D>> hyperplanes) {
-  double error = 0;
-  for (const Hyperplane<D>& h : hyperplanes) error = std::max(error, h.error);
-  return 8 * D * error;
 }
 
 /// Width of the index's buckets: narrow, so that few hyperplanes share one, but not much narrower than what
@@ -420,17 +425,18 @@ class HyperplaneTable<D>::Merging {
         tolerance_(tolerance),
         codes_(occurrences),
         index_(table.centre_, table.size_, table.radius_, table.bucket(tolerance)) {
-    if (tolerance > 0) index_.set_reach(tolerance * table.size_);
+    index_.set_reach(tolerance * table.size_);
   }
 
   /// Any number of threads may do this.
   void find_keys(Window& window) const {
+    if (!(tolerance_ > 0)) return find_marks(window);
     window.keys.resize(window.hyperplanes.size());
     for (std::size_t i = 0; i < window.keys.size(); ++i) window.keys[i] = index_.key(window.hyperplanes[i]);
   }
 
   void add(const Window& window) {
-    if (!(tolerance_ > 0)) index_.set_reach(table_.reach_of_errors(window.hyperplanes));
+    if (!(tolerance_ > 0)) return add_equal(window);
     for (std::size_t at = 0; at < far_ahead; ++at) look_ahead(window, at);
     std::size_t at = 0;
     for (const Stretch& stretch : window.stretches) {
@@ -456,6 +462,54 @@ class HyperplaneTable<D>::Merging {
   double tolerance_;
   std::vector<OrientedHyperplane> codes_;
   CoincidenceIndex<D> index_;
+  HashIndex marked_;  // without a tolerance: ids by the marks of their covectors
+
+  void find_marks(Window& window) const {
+    window.marks.clear();
+    std::uint32_t last = Stretch::none;
+    typename AffineMap<D>::Residues residues;
+    for (const Stretch& stretch : window.stretches) {
+      const AffineMap<D>& map = table_.maps_[stretch.map];
+      if (stretch.map != last) residues = map.residues();
+      last = stretch.map;
+      for (std::uint32_t i = 0; i < stretch.count; ++i)
+        window.marks.push_back(map.mark(table_.covectors_[stretch.covector + i], residues));
+    }
+  }
+
+  /// Without a tolerance those that are equal are one; that they are many and very near to each other costs
+  /// nothing.
+  void add_equal(const Window& window) {
+    std::size_t at = 0;
+    for (const Stretch& stretch : window.stretches)
+      for (std::uint32_t i = 0; i < stretch.count; ++i, ++at)
+        codes_[stretch.first + i] =
+            equal_code({&window.hyperplanes[at], {stretch.map, stretch.covector + i}}, window.marks[at]);
+  }
+
+  OrientedHyperplane equal_code(const Occurrence& occurrence, std::uint64_t mark) {
+    const auto tag = static_cast<std::uint32_t>(mark * 0x9e3779b97f4a7c15u >> 32);
+    std::optional<OrientedHyperplane> found;
+    if (mark != 0)
+      marked_.find(tag, [&](std::uint32_t id) {
+        for (const bool opposite : {false, true})
+          if (!found && table_.equal(occurrence.source, table_.sources_[id], opposite))
+            found = oriented(id, opposite);
+      });
+    if (found) return *found;
+    const std::uint32_t id = add_hyperplane(occurrence);
+    if (mark != 0) marked_.add(tag, id);
+    return oriented(id, false);
+  }
+
+  std::uint32_t add_hyperplane(const Occurrence& occurrence) {
+    const auto id = static_cast<std::uint32_t>(table_.hyperplanes_.size());
+    if (id == first_axis_id)
+      throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
+    table_.hyperplanes_.push_back(*occurrence.hyperplane);
+    table_.sources_.push_back(occurrence.source);
+    return id;
+  }
 
   /// What is looked up next is fetched from memory meanwhile: the place in the index, then the first
   /// hyperplane that is there.
@@ -484,10 +538,7 @@ class HyperplaneTable<D>::Merging {
                   best_distance = distance;
                 });
     if (best == hyperplanes.size()) {
-      if (best == first_axis_id)
-        throw Error("the model has more than 1,073,741,824 different half-spaces; divide it");
-      hyperplanes.push_back(*occurrence.hyperplane);
-      table_.sources_.push_back(occurrence.source);
+      add_hyperplane(occurrence);
       index_.add(*occurrence.hyperplane, key, best);
     }
     return oriented(best, best_opposite);
@@ -499,14 +550,13 @@ std::vector<OrientedHyperplane> HyperplaneTable<D>::merge(double tolerance, unsi
   constexpr std::size_t at_once = 4096;  // what is rounded is looked up while it is in the processor's cache
   const std::size_t count =
       occurrences_.empty() ? 0 : std::size_t{occurrences_.back().first} + occurrences_.back().count;
-  const std::size_t enough = tolerance > 0 ? at_once : count;
   std::vector<Stretch> stretches = by_size(threads);
   occurrences_ = {};
   hyperplanes_.reserve(count);
   sources_.reserve(count);
   std::vector<std::span<Stretch>> windows;
   for (std::size_t first = 0, end = 0; first < stretches.size(); first = end) {
-    for (std::size_t inside = 0; end < stretches.size() && inside < enough; ++end)
+    for (std::size_t inside = 0; end < stretches.size() && inside < at_once; ++end)
       inside += stretches[end].count;
     windows.push_back(std::span(stretches).subspan(first, end - first));
   }

@@ -289,6 +289,32 @@ TEST(MergeInSpace, OppositeFacesOfTouchingBoxesShareAnId) {
   }
 }
 
+/// Planes are found by residues modulo a prime: also where a plane's numbers are multiples of that one.
+TEST(MergeInSpace, WithoutToleranceMultiplesOfAPrimeAreOnePlane) {
+  const LocalInteger prime = (LocalInteger(1) << 61) - 1;
+  std::vector<Covector<3>> covectors;
+  for (const LocalInteger& factor :
+       {LocalInteger(1), prime, LocalInteger(-prime), LocalInteger(prime * prime)})
+    covectors.push_back(make_covector<3>({LocalInteger(2 * factor), LocalInteger(3 * factor),
+                                          LocalInteger(-5 * factor), LocalInteger(7 * factor)}));
+  covectors.push_back(make_covector<3>({LocalInteger(2 * prime), 3, -5, 7}));
+  covectors.push_back(make_covector<3>({LocalInteger(2 * prime), LocalInteger(3 * prime), -5, 7}));
+  HyperplaneTable<3> table({-4, -4, -4}, {4, 4, 4}, 16);
+  const auto count = static_cast<std::uint32_t>(covectors.size());
+  const std::uint32_t first = table.add_covectors(covectors);
+  Matrix<3> doubled = identity<3>(), mirrored = identity<3>();
+  for (int i = 0; i < 3; ++i) doubled[i][i] = 2, mirrored[i][i] = -1;
+  for (const Matrix<3>& map : {identity<3>(), doubled, mirrored})
+    table.add_occurrences(table.add_map(map), first, count);
+  const auto codes = table.merge(0);
+  ASSERT_EQ(table.size(), 9U);  // three planes at three places
+  for (std::uint32_t map = 0; map < 3; ++map)
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      EXPECT_EQ(codes[map * count + i].id(), codes[map * count].id());
+      EXPECT_EQ(codes[map * count + i].flipped(), i == 2);
+    }
+}
+
 TEST(MergeInSpace, ChainsDoNotCollapse) {
   // Planes 0.6 tolerances apart: the first represents those within the tolerance of itself, not their
   // neighbours' neighbours; so nothing moves by more than the tolerance.

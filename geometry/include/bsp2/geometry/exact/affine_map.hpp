@@ -49,6 +49,19 @@ class AffineMap {
   /// The covector in the model's frame, exact, with respect to points in grid units.
   void map(const Covector<D>& local, ExactCovector<D>& world) const;
 
+  /// A number that is the same for all covectors of one hyperplane, and seldom for those of two. 0: the
+  /// covector has no normal.
+  ///
+  /// Residues modulo a prime of the covector in the model's frame, divided by the first that is not 0: so no
+  /// multiple makes a difference, and nothing long is computed.
+  struct Residues {
+    std::array<std::array<std::uint64_t, D>, D> adjugate;
+    std::uint64_t determinant = 0;
+    std::array<std::uint64_t, D> translation;
+  };
+  [[nodiscard]] Residues residues() const;
+  [[nodiscard]] std::uint64_t mark(const Covector<D>& local, const Residues& residues) const;
+
   /// The image of the point p 2^-53, |p| <= 2^53, exactly: in units of 2^(grid_exponent - 53).
   [[nodiscard]] std::array<FixedInteger<192>, D> image(const std::array<std::int64_t, D>& p) const {
     std::array<FixedInteger<192>, D> point;

@@ -207,7 +207,6 @@ class HyperplaneTable {
                               double& distance, bool& opposite) const;
   [[nodiscard]] double window(const Extent& extent, double tolerance) const;
   [[nodiscard]] double bucket(double tolerance) const;
-  [[nodiscard]] static double reach_of_errors(std::span<const Hyperplane<D>> hyperplanes);
 };
 
 }  // namespace bsp2::geometry
