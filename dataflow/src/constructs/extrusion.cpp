@@ -103,11 +103,12 @@ class Diagonals {
   }
 };
 
-Expression placed(const LinearExtrusion& e, Expression unit) {
+/// @param width lengths along x and y per unit of the frame.
+Expression placed(const LinearExtrusion& e, double width, Expression unit) {
   const auto& d = e.direction;
   const double back = e.center ? 0.5 : 0;
-  const double matrix[] = {1, 0, d[0], -back * d[0], 0, 1, d[1], -back * d[1],
-                           0, 0, d[2], -back * d[2], 0, 0, 0,    1};
+  const double matrix[] = {width, 0, d[0], -back * d[0], 0, width, d[1], -back * d[1],
+                           0,     0, d[2], -back * d[2], 0, 0,     0,    1};
   return model::transform(matrix, std::move(unit));
 }
 
@@ -123,28 +124,37 @@ bool is_convex_path(const std::vector<Point>& path) {
   return std::fabs(signed_area(std::get<model::ConvexPolygon>(*primitive).points) - area) <= 1e-9 * area;
 }
 
-/// The grid of the corners of all slices: multiples of 2^-52 of the largest of them, which each slice holds
-/// exactly in a frame of its own; or none, where what differs by rounding is merged.
+/// The grid of the corners of all slices: multiples of 2^-51 of the unit of their frame, which each slice
+/// holds exactly in a frame of its own; or none, where what differs by rounding is merged.
 class Grid {
  public:
-  Grid(const LinearExtrusion& e, const Outline& outline, double coincidence) {
-    if (coincidence >= outline_coincidence) return;
-    double reach = 1;
-    for (const auto& path : outline)
-      for (const Point& p : path)
-        reach = std::max(reach, std::hypot(p[0], p[1]) * std::max({1.0, e.scale[0], e.scale[1]}));
-    unit_ = std::ldexp(1.0, std::ilogb(reach) + 1 - 52);
-  }
-  [[nodiscard]] bool is_there() const { return unit_ > 0; }
+  explicit Grid(bool is_there) : is_there_(is_there) {}
+  [[nodiscard]] bool is_there() const { return is_there_; }
   [[nodiscard]] std::array<double, 3> snapped(std::array<double, 3> p) const {
-    if (is_there())
-      for (double& x : p) x = std::nearbyint(x / unit_) * unit_;
+    if (is_there_)
+      for (double& x : p) x = std::nearbyint(x * 0x1p51) * 0x1p-51;
     return p;
   }
 
  private:
-  double unit_ = 0;
+  bool is_there_;
 };
+
+/// The power of two that is next below the reach of the outline along x and y, above and below: with it as
+/// their unit, slices lose no more than others where the outline is tiny, or huge, against their height.
+double width_of(const LinearExtrusion& e, const Outline& outline) {
+  double reach = 0;
+  for (const auto& path : outline)
+    for (const Point& p : path)
+      reach = std::max(reach, std::hypot(p[0], p[1]) * std::max({1.0, e.scale[0], e.scale[1]}));
+  return reach > 0 ? std::ldexp(1.0, std::ilogb(reach)) : 1;
+}
+
+Outline in_units_of(double width, Outline outline) {
+  for (auto& path : outline)
+    for (Point& p : path) p = {p[0] / width, p[1] / width};
+  return outline;
+}
 
 double signed_volume(const std::vector<std::array<double, 3>>& points,
                      const std::array<std::uint32_t, 3>& triangle) {
@@ -246,11 +256,13 @@ Expression extrude_convex(const LinearExtrusion& e, const Outline& outline, std:
 
 }  // namespace
 
-Expression extrude_outline(const LinearExtrusion& e, const Outline& outline, double coincidence) {
-  const std::uint32_t slices = slice_count(e, outline);
-  const Grid grid(e, outline, coincidence);
+Expression extrude_outline(const LinearExtrusion& e, const Outline& given, double coincidence) {
+  const std::uint32_t slices = slice_count(e, given);
+  const Grid grid(coincidence < outline_coincidence);
+  const double width = grid.is_there() ? width_of(e, given) : 1;
+  const Outline outline = in_units_of(width, given);
   if (e.twist == 0 && outline.size() == 1 && is_convex_path(outline[0]))
-    return placed(e, extrude_convex(e, outline, slices, grid));
+    return placed(e, width, extrude_convex(e, outline, slices, grid));
   std::uint64_t edges = 0;
   for (const auto& path : outline) edges += path.size();
   if (slices * edges > most_slice_edges)
@@ -260,7 +272,7 @@ Expression extrude_outline(const LinearExtrusion& e, const Outline& outline, dou
   // A mesh for each slice: it costs caps, but the mesh that a cell has to look at is small.
   std::vector<Expression> all;
   for (std::uint32_t j = 0; j < slices; ++j) all.push_back(twisted_slice(e, outline, j, slices, grid));
-  return placed(e, all.size() == 1 ? all[0] : model::unite(std::move(all)));
+  return placed(e, width, all.size() == 1 ? all[0] : model::unite(std::move(all)));
 }
 
 namespace {

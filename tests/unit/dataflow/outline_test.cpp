@@ -147,15 +147,43 @@ TEST(Outlines, OfCleanLathesAreStraight) {
 /// regular polygon into itself.
 TEST(Outlines, OfTwistedPolygonsTakeNoLongerWhereNothingIsMerged) {
   const std::string polygon = turned(0, 4, 0, "circle($fn = 20, r = 8);");
+  const std::string star =
+      "polygon([[0, 10], [2, 3], [9, 3], [3, -1], [6, -8], [0, -3], [-6, -8], [-3, -1], "
+      "[-9, 3], [-2, 3]]); ";
   for (const std::string& text :
        {"linear_extrude(height = 30, twist = 360, scale = [0, 0], slices = 20) { " + polygon + "}",
         "multmatrix([[1, 0, 0, 3], [0, 0.8, -0.6, 2], [0, 0.6, 0.8, 1], [0, 0, 0, 1]]) { "
         "linear_extrude(height = 30, twist = 360, slices = 20) { " +
+            polygon + "} }",
+        // Concave ones, and one with a hole.
+        "linear_extrude(height = 30, scale = [0.5, 0.5], slices = 20) { " + star + "}",
+        "linear_extrude(height = 30, scale = [0.5, 0.7], slices = 20) { " + star + "}",
+        "linear_extrude(height = 30, twist = 90, scale = [0, 0], slices = 20) { " + star + "}",
+        "linear_extrude(height = 30, twist = 180, scale = [0.3, 0.3], slices = 20) { difference() { "
+        "circle($fn = 40, r = 14); " +
             polygon + "} }"}) {
     const Outcome merged = outcome_of(text, 1e-9), exact = outcome_of(text, 0);
     EXPECT_NEAR(exact.content, merged.content, 1e-9 * merged.content) << text;
     EXPECT_LE(exact.seconds, 3 * merged.seconds + 0.5)
         << "of processor time against " << merged.seconds << "; " << text;
+  }
+}
+
+/// Nothing is absolute: an outline that is tiny or huge against the height keeps all its digits.
+TEST(Outlines, OfAnySizeAreExtrudedAlike) {
+  const std::string shape = "polygon([[0, 3], [1, 1], [4, 0], [1, -1], [0, -5], [-2, 0]]); ";
+  for (const char* arguments : {"twist = 30, scale = [2, 2], slices = 5",
+                                       "scale = [0.5, 3], slices = 4", "twist = -70, slices = 7"}) {
+    const auto content = [&](double size) {
+      std::ostringstream text;
+      text.precision(17);
+      text << "linear_extrude(height = 3, " << arguments << ") { multmatrix([[" << size << ", 0, 0, 0], [0, "
+           << size << ", 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { " << shape << "} }";
+      return outcome_of(text.str(), 0).content / (size * size);
+    };
+    const double expected = content(1);
+    for (const double size : {3e-9, 7e-6, 0.3, 1e5, 3e9, 1e12})  // corners are rounded to 1e-16 of the height
+      EXPECT_NEAR(content(size), expected, 2e-11 * expected) << arguments << ", size " << size;
   }
 }
 
