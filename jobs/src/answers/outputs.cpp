@@ -149,8 +149,9 @@ void draw_picture(const RunCommand& command, supersteps::RunResult& result, supe
     if (possible) ranks.begin("rendering");
   });
   if (!possible) return;
-  const std::string picture = supersteps::render(ranks, result, command.view);
-  tell_eye(supersteps::label_at_eye(ranks, result, command.view), result.report);
+  auto at_eye = geometry::Label::out;
+  const std::string picture = supersteps::render(ranks, result, command.view, &at_eye);
+  tell_eye(at_eye, result.report);
   ranks.agree([&] {
     if (ranks.is_master()) io::write_file(*command.picture, picture);
   });

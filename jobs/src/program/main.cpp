@@ -13,5 +13,6 @@ int main(int argc, char** argv) {
   std::signal(
       SIGPIPE,
       SIG_IGN);  // `bsp2 run x | head -1`: writing fails instead, and the files are written all the same
+  std::signal(SIGXFSZ, SIG_IGN);  // `ulimit -f`: likewise
   return bsp2::jobs::program({argv + 1, argv + argc}, std::cout);
 }

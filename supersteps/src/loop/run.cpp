@@ -296,10 +296,17 @@ std::optional<FailedOutput> try_to_save(Ranks& ranks, const dataflow::Network<D>
   return failed;
 }
 
+/// What there is to say where merging may have emptied the solid.
+std::string why_empty(const Source& source, const RunOptions& options, const RunReport& report) {
+  return is_empty(report) ? lost_by_merging(source, options, report.hyperplanes, report.threads) : "";
+}
+
 /// With --strict, before anything is written: what only the cells and the boundary can tell. Collective.
 /// @throws bsp2::Error on all ranks if there is something.
-void refuse_late_warnings(Ranks& ranks, const RunReport& report) {
-  std::vector<std::string> warnings = late_warnings(report);
+void refuse_late_warnings(Ranks& ranks, const RunReport& report, const Source& source,
+                          const RunOptions& options) {
+  std::vector<std::string> warnings;
+  if (ranks.is_master()) warnings = late_warnings(report, why_empty(source, options, report));
   broadcast(ranks, warnings);
   refuse_warnings(warnings);
 }
@@ -352,23 +359,29 @@ std::optional<RunResult> run_without_cells(Ranks& ranks, const dataflow::Network
   return result;
 }
 
-/// Shows what there is after a computation superstep; each rank shows the cells of its own regions.
+/// Shows what there is after a computation superstep; each rank shows the cells of its own regions. @return
+/// how that failed, alike on all ranks. Collective.
 template <int D>
-void show_frame(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress,
-                const RunOptions& options, unsigned threads,
-                const std::vector<std::int32_t>& rank_of_region) {
+std::optional<FailedOutput> show_frame(Ranks& ranks, const dataflow::Network<D>& network,
+                                       const Progress<D>& progress, const RunOptions& options,
+                                       unsigned threads, const std::vector<std::int32_t>& rank_of_region) {
   ranks.begin("rendering", progress.steps - 1);
-  Keeper keeper;
-  dataflow::Consumer* const consumers[] = {&keeper};
-  RegionMeshes meshes = progress.meshes;
-  const Recorded before = recorded(meshes);
-  auto rest = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
-  divide<D>(rest, progress.region_numbers(), before, keeper.take(), meshes);
-  RunResult now =
-      collected(ranks, network, progress.partition, std::move(meshes), Collect::file, rank_of_region.size());
-  now.report.dimension = D;
-  add_looks(now, network, rank_of_region);
-  options.on_frame(now, progress.steps - 1);
+  return attempt(ranks, [&] {
+    RegionMeshes meshes;
+    ranks.agree([&] {
+      Keeper keeper;
+      dataflow::Consumer* const consumers[] = {&keeper};
+      meshes = progress.meshes;
+      const Recorded before = recorded(meshes);
+      auto rest = picturing<D>(network, progress.partition.regions, options, threads, before, consumers);
+      divide<D>(rest, progress.region_numbers(), before, keeper.take(), meshes);
+    });
+    RunResult now = collected(ranks, network, progress.partition, std::move(meshes), Collect::file,
+                              rank_of_region.size());
+    now.report.dimension = D;
+    add_looks(now, network, rank_of_region);
+    options.on_frame(now, progress.steps - 1);
+  });
 }
 
 /// The text is the master's, but the files that it imports, and fonts, each rank reads for itself. Regions of
@@ -415,6 +428,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
 
   double snapshot_seconds = 0;
   std::optional<FailedOutput> snapshot_failure;  // of the last one
+  std::optional<FailedOutput> frame_failure;     // of the first one
   bool saves_late = false;                       // when it is sure that nothing is refused
   StepEnd end{.stopped = true, .last = options.steps == 0U};
   if (options.cells)
@@ -435,10 +449,14 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
       snapshot_failure = try_to_save(ranks, network, progress, options, source, !end.stopped, report.earlier);
       snapshot_seconds = std::chrono::duration<double>(Clock::now() - start).count();
     }
-    if (options.on_frame && !end.interrupted)
-      show_frame(ranks, network, progress, options, report.threads, rank_of_region);
+    if (options.on_frame && !end.interrupted) {
+      auto failed = show_frame(ranks, network, progress, options, report.threads, rank_of_region);
+      if (failed && !frame_failure) frame_failure = std::move(failed);
+    }
   }
 
+  if (frame_failure)
+    report.failed.push_back({"the pictures of the steps: " + frame_failure->text, frame_failure->is_users});
   ranks.begin("collection");
   // What is left is made again to be drawn, which may take as long as it took: too long for who interrupts.
   if (!end.interrupted) draw_rest(network, progress, options, report.threads, stream);
@@ -466,7 +484,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   result.report = std::move(report);
   if (options.strict) {
     resolve(ranks, network, progress, std::exchange(to_glue, {}), options, result);
-    refuse_late_warnings(ranks, result.report);
+    refuse_late_warnings(ranks, result.report, source, options);
     if (saves_late)
       snapshot_failure = try_to_save(ranks, network, progress, options, source, result.report.complete,
                                      result.report.earlier);
@@ -488,18 +506,10 @@ std::optional<FailedOutput> attempt(const Ranks& ranks, const std::function<void
     work();
   } catch (const AgreedFailure& failure) {
     return FailedOutput{failure.what(), failure.is_users};
-  } catch (const Error& error) {
+  } catch (...) {
     if (ranks.count() > 1) throw;
-    return FailedOutput{error.what(), true};
-  } catch (const Failure& failure) {
-    if (ranks.count() > 1) throw;
-    return FailedOutput{failure.what(), false};
-  } catch (const std::bad_alloc&) {
-    if (ranks.count() > 1) throw;
-    return FailedOutput{"out of memory", false};
-  } catch (const std::exception& error) {
-    if (ranks.count() > 1) throw;
-    return FailedOutput{std::string("internal error: ") + error.what(), false};
+    const Cause cause = cause_of_exception();
+    return FailedOutput{cause.text, cause.is_users};
   }
   return std::nullopt;
 }
@@ -567,11 +577,7 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
                   std::to_string(report.dimension));
   }
   if (ranks.is_master() && !result.report.interrupted) {
-    const std::string why_empty =
-        is_empty(result.report)
-            ? lost_by_merging(source, options, result.report.hyperplanes, result.report.threads)
-            : "";
-    for (std::string& warning : late_warnings(result.report, why_empty))
+    for (std::string& warning : late_warnings(result.report, why_empty(source, options, result.report)))
       result.report.warnings.push_back(std::move(warning));
   }
   if (ranks.is_master()) result.report.measures = measuring(source.model.expression, options, result.report);

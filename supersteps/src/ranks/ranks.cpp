@@ -142,6 +142,24 @@ std::chrono::milliseconds staggered(std::chrono::milliseconds patience, int rank
 
 }  // namespace
 
+Cause cause_of_exception() {
+  try {
+    throw;
+  } catch (const Error& error) {
+    return {error.what(), true};
+  } catch (const AgreedFailure& failure) {
+    return {failure.what(), failure.is_users};
+  } catch (const Failure& failure) {
+    return {failure.what(), false};
+  } catch (const std::bad_alloc&) {
+    return {"out of memory", false};  // short enough to need none
+  } catch (const std::exception& error) {
+    return {std::string("internal error: ") + error.what(), false};
+  } catch (...) {
+    return {"internal error: an exception of unknown type", false};
+  }
+}
+
 class Ranks::Implementation {
  public:
   Implementation() = default;
@@ -302,16 +320,9 @@ class Ranks::Implementation {
     } catch (const bsplib::Error& error) {
       if (error.agreed()) throw;
       fail(ours, error.what());
-    } catch (const Error& error) {
-      fail(user, error.what());
-    } catch (const Failure& failure) {
-      fail(ours, failure.what());
-    } catch (const std::bad_alloc&) {
-      fail(ours, "out of memory");
-    } catch (const std::exception& error) {
-      fail(ours, (std::string("internal error: ") + error.what()).c_str());
     } catch (...) {
-      fail(ours, "internal error: an exception of unknown type");
+      const Cause cause = cause_of_exception();
+      fail(cause.is_users ? user : ours, cause.text.c_str());
     }
   }
 
@@ -379,21 +390,13 @@ void Ranks::together(const std::function<void()>& program) { implementation_->to
 void Ranks::agree(const std::function<void()>& work) {
   if (count() == 1) return work();
   std::string mine;  // whose mistake it is, then the text; empty if there is none
-  const auto fail = [&](Culprit culprit, const std::string& text) {
-    mine = std::string(1, culprit).append(text);
-  };
   try {
     work();
   } catch (const bsplib::Error&) {
     throw;  // the ranks have lost each other
-  } catch (const Error& error) {
-    fail(user, error.what());
-  } catch (const Failure& failure) {
-    fail(ours, failure.what());
-  } catch (const std::bad_alloc&) {
-    fail(ours, "out of memory");
-  } catch (const std::exception& error) {
-    fail(ours, std::string("internal error: ").append(error.what()));
+  } catch (...) {
+    const Cause cause = cause_of_exception();
+    mine = std::string(1, cause.is_users ? user : ours).append(cause.text);
   }
   const auto all = all_gather(*this, mine);
   for (int rank = 0; rank < count(); ++rank)

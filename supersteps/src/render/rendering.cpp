@@ -449,12 +449,13 @@ class Scene {
 };
 
 template <typename Target>
-std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& options, Target& target) {
+std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& options, Target& target,
+                 geometry::Label& at_eye) {
   const Scene scene(ranks, result, options);
   const auto& [shown, camera, space] = std::tie(scene.shown, *scene.camera, *scene.space);
   std::optional<InnerSides> inner;
-  if (scene.label_at_eye(ranks, result) == geometry::Label::in)
-    inner.emplace(ranks, result, space.regions(), camera);
+  at_eye = scene.label_at_eye(ranks, result);
+  if (at_eye == geometry::Label::in) inner.emplace(ranks, result, space.regions(), camera);
   const Frame frame(camera, extent_of(ranks, result, options, space, camera, shown), options.look,
                     options.width, options.height);
   std::vector<std::string> layers;
@@ -492,23 +493,23 @@ std::optional<PictureFormat> picture_format(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& options) {
-  const int dimension = result.mesh.dimension;
-  if (dimension != 2 && dimension != 3)
-    throw Error("solids of dimension 2 and 3 can be drawn, not " + std::to_string(dimension) +
-                (dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
+std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& options,
+                   geometry::Label* at_eye) {
+  ranks.agree([&] {
+    const int dimension = result.mesh.dimension;
+    if (dimension != 2 && dimension != 3)
+      throw Error("solids of dimension 2 and 3 can be drawn, not " + std::to_string(dimension) +
+                  (dimension > 3 ? "; section() or project() in the model give what can be shown" : ""));
+  });
+  auto label = geometry::Label::out;
+  if (at_eye == nullptr) at_eye = &label;
   if (options.format == PictureFormat::png) {
     std::unique_ptr<Canvas> canvas;
     ranks.agree([&] { canvas = make_canvas(options.width, options.height); });
-    return draw(ranks, result, options, *canvas);
+    return draw(ranks, result, options, *canvas, *at_eye);
   }
   Drawing drawing(options.width, options.height, options.format);
-  return draw(ranks, result, options, drawing);
-}
-
-geometry::Label label_at_eye(Ranks& ranks, const RunResult& result, const PictureOptions& options) {
-  if (!options.eye || result.mesh.dimension != 3) return geometry::Label::out;
-  return Scene(ranks, result, options).label_at_eye(ranks, result);
+  return draw(ranks, result, options, drawing, *at_eye);
 }
 
 std::string render(SolidMesh mesh, geometry::BspTree tree, const PictureOptions& options) {

@@ -93,8 +93,8 @@ std::string lost_by_merging(const Source& source, const RunOptions& options, std
       default:
         break;
     }
-  } catch (const Error&) {
-    return "";  // without merging it cannot be made at all
+  } catch (const std::exception&) {
+    return "";  // without merging it cannot be made at all, or not in this memory
   }
   if (different <= hyperplanes) return "";
   const std::uint64_t merged = different - hyperplanes;

@@ -39,6 +39,14 @@ class AgreedFailure : public std::runtime_error {
   bool is_users;  ///< a mistake of the user, as bsp2::Error; else of ours
 };
 
+/// What a person is told of an exception.
+struct Cause {
+  std::string text;
+  bool is_users = false;  ///< a mistake of the user; else of ours
+};
+/// Of the exception that is being handled: a bsp2::Error is the user's mistake, all others are ours.
+Cause cause_of_exception();
+
 /// The ranks that evaluate one model together: all processes that a launcher (mpirun, srun) started with this
 /// one, or this one alone. Alone, MPI is never touched.
 ///

@@ -51,15 +51,13 @@ struct PictureOptions {
 /// From an eye within an IN cell the inner sides of the boundary are seen, as if the solid were clear.
 /// IN cells are opaque but for the model's own colours, FUZZY cells let half of what is behind them through,
 /// OUT cells are not drawn. z is up. Collective, within Ranks::together. Cost: h = what is drawn.
+/// @param at_eye is told, on all ranks, what is where the eye is; OUT without one, and for D = 2.
 /// @return the bytes of the file on the master, nothing elsewhere.
 /// @throws bsp2::Error for dimensions other than 2 and 3, and for an eye that is where it looks; with several
-/// ranks the latter, and all that fails on one of them, is an AgreedFailure. Source: the paper, section 4.2,
+/// ranks these, and all that fails on one of them, are an AgreedFailure. Source: the paper, section 4.2,
 /// "Rendering"; fig. 7 for what explodes.
-std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& options = {});
-
-/// What is where the eye is: of an IN cell the inner sides of the boundary are drawn. OUT without an eye, and
-/// for D = 2. Collective, within Ranks::together.
-geometry::Label label_at_eye(Ranks& ranks, const RunResult& result, const PictureOptions& options);
+std::string render(Ranks& ranks, const RunResult& result, const PictureOptions& options = {},
+                   geometry::Label* at_eye = nullptr);
 
 /// `render` by this process alone, for cells without regions. Not collective.
 std::string render(SolidMesh mesh, geometry::BspTree tree, const PictureOptions& options = {});
