@@ -172,7 +172,7 @@ class FlatRemover {
  private:
   SingleSurface& surface_;
   std::vector<bool>& touched_;
-  std::vector<bool> is_corner_;  // of a triangle without area: only edges between such points are looked for
+  std::vector<bool> is_corner_;  // of a triangle without area: edges between such points are listed, or all
   std::vector<Index> stack_;
   std::size_t patience_ = 1;  // with triangles that are not exactly flat
   std::unordered_map<std::uint64_t, std::vector<Index>>
@@ -193,6 +193,13 @@ class FlatRemover {
         triangles_at_[name_of(t[k], t[(k + 1) % 3])].push_back(i);
   }
 
+  void list_all_edges() {
+    std::fill(is_corner_.begin(), is_corner_.end(), true);
+    triangles_at_.clear();
+    for (Index i = 0; i < surface_.triangles.size(); ++i)
+      if (is_there(i)) list_edges(i);
+  }
+
   /// The triangle turned so that the corner between the others is the second one.
   [[nodiscard]] Triangle turned(Index i) const {
     const Triangle& t = surface_.triangles[i];
@@ -201,7 +208,9 @@ class FlatRemover {
   }
 
   /// A triangle on the left of this edge, and its third corner.
-  [[nodiscard]] std::pair<Index, Index> triangle_at(Index from, Index to) const {
+  [[nodiscard]] std::pair<Index, Index> triangle_at(Index from, Index to) {
+    // What became flat on the way may have an edge that has not been looked for before.
+    if (!is_corner_[from] || !is_corner_[to]) list_all_edges();
     const auto found = triangles_at_.find(name_of(from, to));
     if (found != triangles_at_.end())
       for (const Index i : found->second)

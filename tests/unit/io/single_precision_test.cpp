@@ -210,6 +210,30 @@ TEST_F(SinglePrecision, NeedlesInARingEnd) {
   expect_sound(written(surface));
 }
 
+/// A ridge so short that doubles find no area beside it: what replaces the two needles there is a needle,
+/// too, with edges to corners that no needle had before.
+TEST_F(SinglePrecision, NeedlesThatArisePassOnTheirPlace) {
+  const auto seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (int round = 0; round < samples::rounds(200); ++round) {
+    TriangleSurface surface;  // over the triangle 0 1 2 the ridge 3 4
+    for (int corner = 0; corner < 3; ++corner) {
+      const double angle = 2 * std::numbers::pi * (corner + 0.3 * number(random)) / 3;
+      surface.points.push_back({5 * std::cos(angle), -4 + number(random), 5 * std::sin(angle)});
+    }
+    const double height = 3 + number(random);
+    surface.points.push_back({1e-22 * number(random), height, 1e-22 * number(random)});
+    surface.points.push_back({0, height, 0});
+    surface.triangles = {{0, 1, 2}, {1, 0, 3}, {2, 1, 4}, {1, 3, 4}, {0, 2, 4}, {3, 0, 4}};
+    surface.owner.assign(6, 0);
+    const std::vector<Facet> facets = written(surface);
+    expect_sound(facets);
+    EXPECT_GE(facets.size(), 4U);
+  }
+}
+
 /// The rim of a hole comes to lie on the rim of the plate, and its corners in the middle of edges.
 TEST_F(SinglePrecision, ACornerThatComesToLieOnAnEdgeDividesIt) {
   TriangleSurface surface;  // a pyramid over a quadrangle that is nearly a triangle
