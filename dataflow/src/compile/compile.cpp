@@ -274,6 +274,22 @@ class Compiler {
     throw Error(text.str());
   }
 
+  /// Patches are halved in all parameters at once. Where a point lies far outside of the model they are that
+  /// much longer one way than the other, and as many come into each cell: the time grows with their square.
+  static void check_steepness(double scale, const Box<D>& box) {
+    constexpr double most = 2048;  // which takes some seconds
+    double width = 0;
+    for (int i = 0; i < D; ++i) width = std::max(width, box.upper[i] - box.lower[i]);
+    if (scale <= most * width) return;
+    std::ostringstream text;
+    text
+        << "the control points of a spline or subdivision surface reach " << scale
+        << " units, far beyond the model: that is more than " << most
+        << " times as far as the model is wide, and to cut a surface that is so steep would take minutes, or "
+           "hours; move the points that are so far away nearer, or leave them out";
+    throw Error(text.str());
+  }
+
   void add_planes(Network<D>& network, const Box<D>& box) {
     HyperplaneTable<D>& table = network.table;
     table.add_covectors(shapes_.take_covectors());
@@ -302,7 +318,11 @@ class Compiler {
                 .emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i))
                                                     : place<D>(*shape.subdivision, placement(i)))
                 .first->second;
-        at_its_place(producer.primitive, [&] { check_reach(placed.placement.scale, box); });
+        at_its_place(producer.primitive, [&] {
+          check_reach(placed.placement.scale, box);
+          if (!placed.roots.empty() && placed.roots.front().parameters > 1)
+            check_steepness(placed.placement.scale, box);
+        });
         std::array<double, D> factors;
         factors.fill(placed.placement.scale);
         maps[i] = table.add_map(Transformer<D>::scaling(factors, placed.placement.origin).matrix());

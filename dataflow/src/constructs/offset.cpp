@@ -20,6 +20,26 @@ ClipperLib::JoinType join_of(model::Offset::Join join) {
   }
 }
 
+/// Takes out the corners that are in line with their neighbours but for the rounding to the unit: what an
+/// edge leaves behind that is nearly in line with the next one, and paths that are no wider than that.
+void straighten(std::vector<std::array<double, 2>>& path, double unit) {
+  constexpr double units = 4;
+  const auto is_in_line = [&](const auto& p, const auto& q, const auto& r) {
+    const double x = r[0] - p[0], y = r[1] - p[1];
+    return std::fabs(x * (q[1] - p[1]) - y * (q[0] - p[0])) <= units * unit * std::hypot(x, y);
+  };
+  for (std::size_t i = 0, kept = 0; kept < path.size() && path.size() >= 3;) {
+    const std::size_t n = path.size(), at = i % n;
+    if (is_in_line(path[(at + n - 1) % n], path[at], path[(at + 1) % n])) {
+      path.erase(path.begin() + static_cast<std::ptrdiff_t>(at));
+      i = at == 0 ? path.size() - 1 : at - 1;  // which has another neighbour now
+      kept = 0;
+    } else {
+      ++i, ++kept;
+    }
+  }
+}
+
 }  // namespace
 
 Outline offset_outline(const model::Offset& offset, const Outline& outline) {
@@ -42,9 +62,11 @@ Outline offset_outline(const model::Offset& offset, const Outline& outline) {
   clipper.Execute(moved, offset.distance / unit);
   Outline result;
   for (const auto& path : moved) {
-    auto& corners = result.emplace_back();
+    std::vector<std::array<double, 2>> corners;
     for (const auto& p : path)
       corners.push_back({static_cast<double>(p.X) * unit, static_cast<double>(p.Y) * unit});
+    straighten(corners, unit);
+    if (corners.size() >= 3) result.push_back(std::move(corners));
   }
   return result;
 }

@@ -172,8 +172,8 @@ TEST(Outlines, OfTwistedPolygonsTakeNoLongerWhereNothingIsMerged) {
 /// Nothing is absolute: an outline that is tiny or huge against the height keeps all its digits.
 TEST(Outlines, OfAnySizeAreExtrudedAlike) {
   const std::string shape = "polygon([[0, 3], [1, 1], [4, 0], [1, -1], [0, -5], [-2, 0]]); ";
-  for (const char* arguments : {"twist = 30, scale = [2, 2], slices = 5",
-                                       "scale = [0.5, 3], slices = 4", "twist = -70, slices = 7"}) {
+  for (const char* arguments : {"twist = 30, scale = [2, 2], slices = 5", "scale = [0.5, 3], slices = 4",
+                                "twist = -70, slices = 7"}) {
     const auto content = [&](double size) {
       std::ostringstream text;
       text.precision(17);
