@@ -22,6 +22,19 @@ std::string lack_of_room(const fs::path& path, std::uint64_t bytes) {
          std::to_string(space.available) + " are free";
 }
 
+bool write_at(int descriptor, std::uint64_t at, const void* from, std::size_t bytes) {
+  const auto* begin = static_cast<const char*>(from);
+  while (bytes > 0) {
+    const ssize_t part = ::pwrite(descriptor, begin, bytes, static_cast<off_t>(at));
+    if (part < 0 && errno == EINTR) continue;
+    if (part < 0) return false;
+    begin += part;
+    at += static_cast<std::uint64_t>(part);
+    bytes -= static_cast<std::size_t>(part);
+  }
+  return true;
+}
+
 std::error_code sync_to_disk(const fs::path& path, int flags) {
   const int descriptor = ::open(path.c_str(), flags | O_CLOEXEC);
   const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;

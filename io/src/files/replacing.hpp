@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -16,6 +17,9 @@ std::filesystem::path unfinished_name(const std::filesystem::path& path);
 /// Whether a file of so many bytes can be written beside `path`. @return what is missing; empty if nothing
 /// is, or if nobody knows.
 std::string lack_of_room(const std::filesystem::path& path, std::uint64_t bytes);
+
+/// Writes all of it. @return false if the system does not: `errno` has the reason.
+bool write_at(int descriptor, std::uint64_t at, const void* from, std::size_t bytes);
 
 /// To the disk, not only to the system's cache. Nothing where the file system cannot do that. @param flags to
 /// open it with.

@@ -39,8 +39,6 @@ class Handle {
     if (id_ >= 0) close_(id_);
   }
   operator hid_t() const { return id_; }
-  /// Leaves it open until the program ends.
-  void abandon() { id_ = -1; }
   /// Closes it now. @throws Failure: a file may fail at the last moment.
   void close() { check(close_(std::exchange(id_, -1))); }
 

@@ -17,10 +17,8 @@ inline constexpr std::int32_t format_version = 5;
 inline std::string eye_attribute(std::size_t axis) { return "eye_" + std::to_string(axis + 1); }
 
 /// Metadata with checksums, and no open dataset that keeps a file open after it was closed.
-/// Collective if several open the file together.
-inline hdf5::Handle file_access(int processes) {
+inline hdf5::Handle file_access() {
   hdf5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  if (processes > 1) hdf5::check(H5Pset_fapl_mpio(access, MPI_COMM_WORLD, MPI_INFO_NULL));
   hdf5::check(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110));
   hdf5::check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG));
   return access;

@@ -293,7 +293,7 @@ Snapshot snapshot::read(const fs::path& path, SnapshotPart part,
   try {
     if (H5Fis_hdf5(path.c_str()) <= 0)
       throw Error("'" + path.string() + "' is no snapshot of bsp2, or it is damaged");
-    const Handle access = file_access(1);
+    const Handle access = file_access();
     const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
     check_format(file, path);
     Snapshot result;

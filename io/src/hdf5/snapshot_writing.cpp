@@ -4,15 +4,18 @@
 #include <algorithm>
 #include <cerrno>
 #include <exception>
-#include <numeric>
+#include <optional>
 #include <span>
 #include <system_error>
+#include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "files/replacing.hpp"
+#include "hdf5/arrays.hpp"
 #include "hdf5/hdf5.hpp"
+#include "hdf5/skeleton_driver.hpp"
 #include "hdf5/snapshot_format.hpp"
 
 namespace bsp2::io {
@@ -23,131 +26,11 @@ using geometry::CellBatch;
 using hdf5::check;
 using hdf5::Failure;
 using hdf5::Handle;
+using hdf5::Share;
 using snapshot::eye_attribute;
 using snapshot::file_access;
 using snapshot::format_name;
 using snapshot::format_version;
-
-constexpr std::size_t slab = std::size_t{1} << 16;  // elements written at once, and of a chunk
-
-/// How many elements of each kind all writers have, and where ours begin.
-struct Share {
-  std::uint64_t before = 0, mine = 0, total = 0, largest = 0;
-};
-
-/// Writes arrays together with the other writers.
-///
-/// What goes wrong here alone must not keep this process from the calls that are collective: the others would
-/// wait for it for ever. So a failure is kept, the rest is written without data, and `rethrow` comes when the
-/// file is closed. But after a failure of HDF5 itself the processes are in different places of it, and no
-/// call brings them together: that is thrown at once.
-class ArrayWriter {
- public:
-  ArrayWriter(hid_t file, const SnapshotWriters& writers)
-      : file_(file), writers_(writers), transfer_(H5Pcreate(H5P_DATASET_XFER), H5Pclose) {
-    if (writers.count > 1) check(H5Pset_dxpl_mpio(transfer_, H5FD_MPIO_COLLECTIVE));
-  }
-
-  [[nodiscard]] bool has_failed() const { return failure_ != nullptr; }
-  void rethrow() const {
-    if (failure_) std::rethrow_exception(failure_);
-  }
-
-  /// One array. @param share of its rows. @param fill called with `append(span)` to hand over our rows, in
-  /// order.
-  template <typename T, typename Fill>
-  void write(const char* name, const Share& share, std::size_t columns, const Fill& fill) {
-    const std::array<hsize_t, 2> size{share.total, columns},
-        chunk{std::clamp<hsize_t>(share.total, 1, slab), columns};
-    const int rank = columns == 1 ? 1 : 2;
-    const Handle space(H5Screate_simple(rank, size.data(), nullptr), H5Sclose);
-    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    check(H5Pset_attr_phase_change(creation, 0, 0));
-    if (share.total > 0) {
-      check(H5Pset_chunk(creation, rank, chunk.data()));
-      check(H5Pset_fletcher32(creation));
-      check(H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER));
-    }
-    const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
-    check(H5Pset_create_intermediate_group(links, 1));
-    Handle dataset(H5Dcreate2(file_, name, hdf5::file_type<T>(), space, links, creation, H5P_DEFAULT),
-                   H5Dclose);
-    if (share.total == 0) return;
-
-    std::vector<T> buffer;
-    hsize_t at = share.before, written = 0;
-    std::uint64_t slabs = 0;
-    const auto flush = [&] {
-      ++slabs;
-      const std::array<hsize_t, 2> start{at, 0}, count{buffer.size() / columns, columns};
-      const Handle memory(H5Screate_simple(rank, count.data(), nullptr), H5Sclose);
-      const Handle target(H5Scopy(space), H5Sclose);
-      if (buffer.empty()) {
-        check(H5Sselect_none(memory));
-        check(H5Sselect_none(target));
-      } else {
-        check(H5Sselect_hyperslab(target, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr));
-      }
-      try {
-        check(H5Dwrite(dataset, hdf5::memory_type<T>(), memory, target, transfer_, buffer.data()));
-      } catch (const Failure&) {
-        if (writers_.count > 1) dataset.abandon();  // to close it may be to wait for the others
-        throw;
-      }
-      at += count[0];
-      written += count[0];
-      buffer.clear();
-    };
-    attempt([&] {
-      rethrow();  // one failed already: no more data
-      const std::size_t full = slab * columns;
-      buffer.reserve(std::min<std::size_t>(full, share.mine * columns));
-      fill([&](std::span<const T> values) {
-        while (!values.empty()) {
-          const std::size_t part = std::min(values.size(), full - buffer.size());
-          buffer.insert(buffer.end(), values.begin(), values.begin() + static_cast<std::ptrdiff_t>(part));
-          values = values.subspan(part);
-          if (buffer.size() == full) flush();
-        }
-      });
-      if (!buffer.empty()) flush();
-      if (written != share.mine)
-        throw std::logic_error(std::string("a snapshot's array ") + name +
-                               " has not the length it was given");
-    });
-    buffer.clear();
-    // A collective write needs everybody as often as the one with the most data.
-    while (slabs < (share.largest + slab - 1) / slab) attempt(flush);
-  }
-
-  /// A list that the first writer has.
-  template <typename T>
-  void write_head(const char* name, std::span<const T> values) {
-    const bool mine = writers_.rank == 0;
-    write<T>(name, {mine ? 0 : values.size(), mine ? values.size() : 0, values.size(), values.size()}, 1,
-             [&](const auto& append) {
-               if (mine) append(values);
-             });
-  }
-
- private:
-  hid_t file_;
-  const SnapshotWriters& writers_;
-  Handle transfer_;
-  std::exception_ptr failure_;  // the first one
-
-  template <typename Body>
-  void attempt(const Body& body) {
-    try {
-      body();
-    } catch (const Failure&) {
-      if (writers_.count > 1) throw;
-      if (!failure_) failure_ = std::current_exception();
-    } catch (...) {
-      if (!failure_) failure_ = std::current_exception();
-    }
-  }
-};
 
 /// Lengths of everything this writer has, in one order.
 enum Count : std::size_t {
@@ -189,7 +72,6 @@ std::vector<Share> shares(const Snapshot& snapshot, const SnapshotWriters& write
       Share& share = result[kind];
       if (static_cast<int>(rank) < writers.rank) share.before += all[rank][kind];
       share.total += all[rank][kind];
-      share.largest = std::max(share.largest, all[rank][kind]);
       share.mine = mine[kind];
     }
   return result;
@@ -198,7 +80,6 @@ std::vector<Share> shares(const Snapshot& snapshot, const SnapshotWriters& write
 /// One more row for the first writer: offsets begin with a 0.
 Share offsets(Share share, int rank) {
   ++share.total;
-  ++share.largest;
   if (rank == 0)
     ++share.mine;
   else
@@ -206,16 +87,20 @@ Share offsets(Share share, int rank) {
   return share;
 }
 
-void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
+// What is in the file, for the one who makes the arrays and for those who write them: `Out` is ArrayMaker or
+// ArrayWriter.
+
+template <typename Out>
+void write_cells(Out& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
   const auto column = [&]<typename T>(const char* name, const Share& rows, std::size_t columns,
                                       std::vector<T> CellBatch::*member) {
-    out.write<T>(name, rows, columns, [&](const auto& append) {
+    out.template write<T>(name, rows, columns, [&](const auto& append) {
       for (const auto& batch : snapshot.cells) append(std::span<const T>((*batch).*member));
     });
   };
   const auto offset = [&](const char* name, const Share& rows, std::uint64_t base,
                           std::vector<std::uint32_t> CellBatch::*member) {
-    out.write<std::uint64_t>(name, offsets(rows, rank), 1, [&](const auto& append) {
+    out.template write<std::uint64_t>(name, offsets(rows, rank), 1, [&](const auto& append) {
       std::vector<std::uint64_t> ends;
       if (rank == 0) append(std::span<const std::uint64_t>(std::vector<std::uint64_t>{0}));
       for (const auto& batch : snapshot.cells) {
@@ -234,7 +119,7 @@ void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<S
   offset("cells/facet_vertex_offset", share[facets], share[corners].before, &CellBatch::facet_vertex_offset);
   column("cells/facet_vertices", share[corners], 1, &CellBatch::facet_vertices);
   column("cells/facet_hyperplane", share[facets], 1, &CellBatch::facet_hyperplane);
-  out.write<std::uint8_t>("cells/label", share[cells], 1, [&](const auto& append) {
+  out.template write<std::uint8_t>("cells/label", share[cells], 1, [&](const auto& append) {
     for (const auto& batch : snapshot.cells)
       append(std::span(reinterpret_cast<const std::uint8_t*>(batch->label.data()), batch->size()));
   });
@@ -245,25 +130,27 @@ void write_cells(ArrayWriter& out, const Snapshot& snapshot, const std::vector<S
   column("cells/volume", share[cells], 1, &CellBatch::volume);
 }
 
-void write_tree(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share) {
-  out.write<std::int32_t>("tree/children", share[nodes], 2, [&](const auto& append) {
+template <typename Out>
+void write_tree(Out& out, const Snapshot& snapshot, const std::vector<Share>& share) {
+  out.template write<std::int32_t>("tree/children", share[nodes], 2, [&](const auto& append) {
     for (const auto& node : snapshot.tree.nodes)
       append(std::span<const std::int32_t>(std::array{node.negative, node.positive}));
   });
-  out.write<std::uint32_t>("tree/node_hyperplane", share[nodes], 1, [&](const auto& append) {
+  out.template write<std::uint32_t>("tree/node_hyperplane", share[nodes], 1, [&](const auto& append) {
     for (const auto& node : snapshot.tree.nodes)
       append(std::span<const std::uint32_t>(std::array{node.hyperplane}));
   });
-  out.write<std::uint32_t>("tree/hyperplane_id", share[hyperplanes], 1,
-                           [&](const auto& append) { append(std::span(snapshot.tree.ids)); });
-  out.write<double>("tree/hyperplanes", share[hyperplanes],
-                    static_cast<std::size_t>(snapshot.head.dimension) + 1,
-                    [&](const auto& append) { append(std::span(snapshot.tree.hyperplanes)); });
+  out.template write<std::uint32_t>("tree/hyperplane_id", share[hyperplanes], 1,
+                                    [&](const auto& append) { append(std::span(snapshot.tree.ids)); });
+  out.template write<double>("tree/hyperplanes", share[hyperplanes],
+                             static_cast<std::size_t>(snapshot.head.dimension) + 1,
+                             [&](const auto& append) { append(std::span(snapshot.tree.hyperplanes)); });
 }
 
-void write_regions(ArrayWriter& out, const Snapshot& snapshot, const Share& share) {
+template <typename Out>
+void write_regions(Out& out, const Snapshot& snapshot, const Share& share) {
   const auto column = [&]<typename T>(const char* name, T SnapshotRegion::*member) {
-    out.write<T>(name, share, 1, [&](const auto& append) {
+    out.template write<T>(name, share, 1, [&](const auto& append) {
       for (const SnapshotRegion& region : snapshot.regions) append(std::span<const T>(&(region.*member), 1));
     });
   };
@@ -274,21 +161,24 @@ void write_regions(ArrayWriter& out, const Snapshot& snapshot, const Share& shar
   column("regions/hyperplanes", &SnapshotRegion::hyperplanes);
 }
 
-void write_frontier(ArrayWriter& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
-  out.write<std::uint32_t>("frontier/region", share[frontier], 1,
-                           [&](const auto& append) { append(std::span(snapshot.frontier_region)); });
-  out.write<std::uint64_t>("frontier/tokens", share[frontier], 1,
-                           [&](const auto& append) { append(std::span(snapshot.frontier_tokens)); });
-  out.write<std::uint64_t>("frontier/open", share[frontier], 1,
-                           [&](const auto& append) { append(std::span(snapshot.frontier_open)); });
-  out.write<std::uint64_t>("frontier/offset", offsets(share[frontier], rank), 1, [&](const auto& append) {
-    std::vector<std::uint64_t> ends;
-    if (rank == 0) ends.push_back(0);
-    std::uint64_t end = share[archived].before;
-    for (const std::string& archive : snapshot.frontier_archive) ends.push_back(end += archive.size());
-    append(std::span<const std::uint64_t>(ends));
-  });
-  out.write<char>("frontier/archive", share[archived], 1, [&](const auto& append) {
+template <typename Out>
+void write_frontier(Out& out, const Snapshot& snapshot, const std::vector<Share>& share, int rank) {
+  out.template write<std::uint32_t>("frontier/region", share[frontier], 1,
+                                    [&](const auto& append) { append(std::span(snapshot.frontier_region)); });
+  out.template write<std::uint64_t>("frontier/tokens", share[frontier], 1,
+                                    [&](const auto& append) { append(std::span(snapshot.frontier_tokens)); });
+  out.template write<std::uint64_t>("frontier/open", share[frontier], 1,
+                                    [&](const auto& append) { append(std::span(snapshot.frontier_open)); });
+  out.template write<std::uint64_t>("frontier/offset", offsets(share[frontier], rank), 1,
+                                    [&](const auto& append) {
+                                      std::vector<std::uint64_t> ends;
+                                      if (rank == 0) ends.push_back(0);
+                                      std::uint64_t end = share[archived].before;
+                                      for (const std::string& archive : snapshot.frontier_archive)
+                                        ends.push_back(end += archive.size());
+                                      append(std::span<const std::uint64_t>(ends));
+                                    });
+  out.template write<char>("frontier/archive", share[archived], 1, [&](const auto& append) {
     for (const std::string& archive : snapshot.frontier_archive) append(std::span<const char>(archive));
   });
 }
@@ -300,7 +190,7 @@ std::string lines(const std::vector<std::string>& words) {
   return text;
 }
 
-void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head, const std::string& superstep_names) {
+void write_attributes(hid_t file, const SnapshotHead& head) {
   const auto number = [&](const char* name, const auto& value) { hdf5::write_attribute(file, name, value); };
   number("format", format_name);
   number("version", format_version);
@@ -324,50 +214,38 @@ void write_head(hid_t file, ArrayWriter& out, const SnapshotHead& head, const st
   number("digest", head.digest);
   number("partition_root", head.partition_root);
   if (head.is_portion) number("portion", std::uint32_t{1});
-  out.write_head<char>("source/path", head.model);
-  out.write_head<char>("source/text", head.source);
-  out.write_head<char>("totals", head.totals);
-  out.write_head<std::uint32_t>("partition/hyperplane", head.partition_hyperplane);
-  out.write_head<std::int32_t>("partition/children", head.partition_children);
-  out.write_head<char>("supersteps/name", superstep_names);
-  out.write_head<std::uint32_t>("supersteps/step", head.superstep_step);
-  out.write_head<std::uint32_t>("supersteps/rank", head.superstep_rank);
-  out.write_head<double>("supersteps/seconds", head.superstep_seconds);
-  out.write_head<double>("supersteps/work_seconds", head.superstep_work_seconds);
-  out.write_head<double>("supersteps/predicted_seconds", head.superstep_predicted_seconds);
-  out.write_head<std::uint64_t>("supersteps/bytes_sent", head.superstep_bytes_sent);
-  out.write_head<std::uint64_t>("supersteps/bytes_received", head.superstep_bytes_received);
-  out.write_head<std::uint64_t>("supersteps/cells", head.superstep_cells);
 }
 
-/// Whether all writers are well. Collective.
-bool all_well(bool well, const SnapshotWriters& writers) {
-  if (writers.count == 1) return well;
-  for (const auto& answer : writers.exchange({well ? 1U : 0U}))
-    if (answer.front() == 0) return false;
-  return true;
-}
-
-/// MPI-IO does not tell why a write failed, so the system is asked again: a write behind what is there fails
-/// likewise.
-/// @return its reason; empty if that write succeeds.
-std::string reason_of_failed_write(const fs::path& file) {
-  const std::vector<char> bytes(std::size_t{1} << 20);
-  const int descriptor = ::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-  ssize_t written = descriptor < 0 ? -1 : 0;
-  for (std::size_t left = bytes.size(); left > 0 && written >= 0;
-       left -= static_cast<std::size_t>(std::max<ssize_t>(0, written)))
-    written = ::write(descriptor, bytes.data(), left);
-  const std::string reason = written < 0 ? std::generic_category().message(errno) : "";
-  if (descriptor >= 0) ::close(descriptor);
-  return reason;
+/// What the first writer writes alone.
+template <typename Out>
+void write_head(Out& out, const SnapshotHead& head, const std::string& superstep_names, int rank) {
+  const auto list = [&]<typename T>(const char* name, std::span<const T> values) {
+    const std::uint64_t n = values.size();
+    out.template write<T>(name, rank == 0 ? Share{0, n, n} : Share{n, 0, n}, 1, [&](const auto& append) {
+      if (rank == 0) append(values);
+    });
+  };
+  list.template operator()<char>("source/path", head.model);
+  list.template operator()<char>("source/text", head.source);
+  list.template operator()<char>("totals", head.totals);
+  list.template operator()<std::uint32_t>("partition/hyperplane", head.partition_hyperplane);
+  list.template operator()<std::int32_t>("partition/children", head.partition_children);
+  list.template operator()<char>("supersteps/name", superstep_names);
+  list.template operator()<std::uint32_t>("supersteps/step", head.superstep_step);
+  list.template operator()<std::uint32_t>("supersteps/rank", head.superstep_rank);
+  list.template operator()<double>("supersteps/seconds", head.superstep_seconds);
+  list.template operator()<double>("supersteps/work_seconds", head.superstep_work_seconds);
+  list.template operator()<double>("supersteps/predicted_seconds", head.superstep_predicted_seconds);
+  list.template operator()<std::uint64_t>("supersteps/bytes_sent", head.superstep_bytes_sent);
+  list.template operator()<std::uint64_t>("supersteps/bytes_received", head.superstep_bytes_received);
+  list.template operator()<std::uint64_t>("supersteps/cells", head.superstep_cells);
 }
 
 /// What the file will take, rather a little more: chunks are whole, and HDF5 has its own data.
 std::uint64_t bytes_of(const std::vector<Share>& share, const SnapshotHead& head) {
   const auto d = static_cast<std::uint64_t>(head.dimension);
   const auto array = [&](Count kind, std::uint64_t size) {
-    const std::uint64_t rows = share[kind].total, chunk = std::clamp<std::uint64_t>(rows, 1, slab);
+    const std::uint64_t rows = share[kind].total, chunk = hdf5::chunk_rows(rows);
     return (rows + chunk - 1) / chunk * chunk * size;
   };
   std::uint64_t bytes = array(points, 8 * d) + array(corners, 2) + array(frontier, 28) + array(archived, 1) +
@@ -383,45 +261,69 @@ std::uint64_t bytes_of(const std::vector<Share>& share, const SnapshotHead& head
   return bytes + bytes / 64 + (std::uint64_t{1} << 16);
 }
 
-/// Several writers that run into the end of a disk leave HDF5 in states from which it cannot find back
-/// together: better not to begin. @throws Failure if there is not enough room.
+/// Better not to begin than to run into the end of a disk. @throws Failure if there is not enough room.
 void check_room(const fs::path& path, std::uint64_t bytes) {
   if (const std::string why = lack_of_room(path, bytes); !why.empty()) throw Failure(why);
 }
 
-/// What the writing needs besides the snapshot. From here on all that may throw on one process alone is in
-/// the ArrayWriter's hands: nearly every call of HDF5 is collective, to begin with the copy of a property
-/// list.
+/// What the writing needs besides the snapshot.
 struct Prepared {
   std::string superstep_names;
   std::vector<Share> share;
 };
 
-void write_file(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers,
-                const Prepared& prepared) {
+template <typename Out>
+void write_arrays(Out& out, const Snapshot& snapshot, const Prepared& prepared, int rank) {
   const auto& [superstep_names, share] = prepared;
-  const Handle access = file_access(writers.count);
-  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
-  ArrayWriter out(file, writers);
-  try {
-    write_head(file, out, snapshot.head, superstep_names);
-    write_frontier(out, snapshot, share, writers.rank);
-    write_cells(out, snapshot, share, writers.rank);
-    write_tree(out, snapshot, share);
-    write_regions(out, snapshot, share[regions]);
-    // To close a file together that could not be written, HDF5 takes different ways on the processes, and
-    // they wait for each other for ever. So it stays open.
-    if (writers.count > 1 && !all_well(!out.has_failed(), writers))
-      file.abandon();
-    else
-      file.close();
-  } catch (...) {
-    if (writers.count > 1) file.abandon();
-    out.rethrow();  // what failed first is the cause
-    throw;
-  }
-  out.rethrow();
+  write_head(out, snapshot.head, superstep_names, rank);
+  write_frontier(out, snapshot, share, rank);
+  write_cells(out, snapshot, share, rank);
+  write_tree(out, snapshot, share);
+  write_regions(out, snapshot, share[regions]);
 }
+
+/// The file without what is in its arrays. For the first writer. @return where their chunks belong.
+std::vector<std::uint64_t> make_file(const fs::path& path, const Snapshot& snapshot,
+                                     const Prepared& prepared) {
+  const hdf5::Silence silence;
+  const hdf5::SkeletonDriver driver;
+  const Handle access = file_access();
+  driver.set(access);
+  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
+  write_attributes(file, snapshot.head);
+  hdf5::ArrayMaker arrays(file);
+  write_arrays(arrays, snapshot, prepared, 0);
+  file.close();
+  return hdf5::SkeletonDriver::take_places();
+}
+
+/// An open file.
+class Descriptor {
+ public:
+  Descriptor(const fs::path& path, int flags) : number_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {
+    if (number_ < 0) fail();
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  operator int() const { return number_; }
+  /// To the disk. A page that belongs to two machines may then not be written back whole from this one's
+  /// cache. @throws Failure
+  void sync() const {
+    if (::fsync(number_) != 0 && errno != EINVAL) fail();
+    ::posix_fadvise(number_, 0, 0, POSIX_FADV_DONTNEED);
+  }
+  /// @throws Failure: some systems tell only now that the disk is full.
+  void close() {
+    if (::close(std::exchange(number_, -1)) != 0) fail();
+  }
+
+ private:
+  int number_;
+  [[noreturn]] static void fail() { throw Failure(std::generic_category().message(errno)); }
+};
 
 /// Whatever ends the writing, no unfinished file stays.
 struct LeavesNothing {
@@ -448,50 +350,50 @@ void together(const fs::path& path, const SnapshotWriters& writers, const Body& 
     why = failure.what();
     if (why.empty()) why = "it failed";
   }
-  if (!all_well(why.empty(), writers))
-    throw RefusedSnapshot(refusal(path, why.empty() ? "another process failed" : why));
+  if (writers.count > 1)
+    for (const auto& letters : writers.exchange({why.begin(), why.end()}))
+      if (why.empty()) why.assign(letters.begin(), letters.end());
+  if (!why.empty()) throw RefusedSnapshot(refusal(path, why));
 }
 
-/// The part in which HDF5 is collective. Where it fails on one process alone, the others may wait in it for
-/// ever, so nobody waits for them: whoever runs all processes has to end them.
-void write_together(const fs::path& path, const fs::path& unfinished, const Snapshot& snapshot,
-                    const SnapshotWriters& writers, const Prepared& prepared) {
-  if (writers.count == 1)
-    return together(path, writers, [&] { write_file(unfinished, snapshot, writers, prepared); });
-  try {
-    write_file(unfinished, snapshot, writers, prepared);
-    together(path, writers, [] {});  // nobody goes on to the file's name before all have closed it
-  } catch (const Failure& failure) {
-    const std::string reason = reason_of_failed_write(unfinished);
-    std::error_code ignored;
-    fs::remove(unfinished, ignored);
-    throw Error(refusal(path, reason.empty() ? failure.what() : reason));
-  }
+/// Fills the arrays of a file that is made; each writer its own rows.
+void fill_file(const fs::path& path, const fs::path& unfinished, const Snapshot& snapshot,
+               const SnapshotWriters& writers, const Prepared& prepared,
+               const std::vector<std::uint64_t>& places) {
+  std::optional<Descriptor> file;
+  std::optional<hdf5::ArrayWriter> arrays;
+  together(path, writers, [&] {
+    arrays.emplace(file.emplace(unfinished, O_WRONLY), places);
+    write_arrays(*arrays, snapshot, prepared, writers.rank);
+  });
+  std::vector<std::vector<std::uint64_t>> sums;
+  if (writers.count > 1) sums = writers.exchange(arrays->shared_sums());
+  together(path, writers, [&] {
+    arrays->write_shared_sums(sums, writers.rank);
+    if (writers.count > 1) file->sync();
+    file->close();
+  });
 }
 
 }  // namespace
 
 void snapshot::write(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
-  const hdf5::Silence silence;
   const fs::path unfinished = unfinished_name(path);
   const LeavesNothing clean_up{writers.rank == 0 ? unfinished : fs::path()};
+  const Prepared prepared{lines(snapshot.head.superstep_name), shares(snapshot, writers)};
+  std::vector<std::uint64_t> places;
   together(path, writers, [&] {
     if (writers.rank != 0) return;
     std::error_code error;
     fs::create_directories(folder_of(path), error);
     // What HDF5 would say about a missing folder or a missing right is not for users.
-    const int descriptor = ::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (descriptor < 0) throw Failure(std::generic_category().message(errno));
-    ::close(descriptor);
+    Descriptor(unfinished, O_WRONLY | O_CREAT | O_TRUNC).close();
+    check_room(path, bytes_of(prepared.share, snapshot.head));
+    places = make_file(unfinished, snapshot, prepared);
+    if (writers.count > 1) Descriptor(unfinished, O_RDWR).sync();
   });
-  Prepared prepared;
-  together(path, writers, [&] {
-    prepared = {lines(snapshot.head.superstep_name), shares(snapshot, writers)};
-  });
-  together(path, writers, [&] {
-    if (writers.rank == 0) check_room(path, bytes_of(prepared.share, snapshot.head));
-  });
-  write_together(path, unfinished, snapshot, writers, prepared);
+  if (writers.count > 1) places = writers.exchange(places).front();
+  fill_file(path, unfinished, snapshot, writers, prepared, places);
   together(path, writers, [&] {
     if (writers.rank != 0) return;
     if (const std::error_code error = put_in_place(path)) throw Failure(error.message());

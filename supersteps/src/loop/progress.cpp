@@ -266,14 +266,9 @@ void save_progress(Ranks& ranks, const dataflow::Network<D>& network, const Prog
   io::SnapshotWriters writers;
   writers.rank = ranks.rank();
   writers.count = ranks.count();
-  // HDF5's collective calls wait for ranks that have failed, ours do not. So before HDF5 has its turn an
-  // empty sync makes sure that all got as far as here.
   writers.exchange = [&ranks](const std::vector<std::uint64_t>& numbers) {
-    auto all = all_gather(ranks, numbers);
-    ranks.sync();
-    return all;
+    return all_gather(ranks, numbers);
   };
-  ranks.sync();
   io::write_snapshot(*options.snapshot, snapshot, writers);
 }
 

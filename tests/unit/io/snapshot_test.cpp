@@ -8,10 +8,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <barrier>
 #include <cerrno>
 #include <csignal>
 #include <fstream>
 #include <random>
+#include <thread>
 
 #include "bsp2/geometry/support/error.hpp"
 #include "files/replacing.hpp"
@@ -194,6 +196,90 @@ TEST_F(SnapshotFile, RoundTrips) {
     EXPECT_TRUE(head.cells.empty());
     EXPECT_EQ(files(), 1U);
   }
+}
+
+/// What follows belongs to it, too: as if one writer had both.
+void append(Snapshot& to, const Snapshot& more) {
+  const auto add = [](auto& all, const auto& part) { all.insert(all.end(), part.begin(), part.end()); };
+  add(to.frontier_region, more.frontier_region);
+  add(to.frontier_tokens, more.frontier_tokens);
+  add(to.frontier_open, more.frontier_open);
+  add(to.frontier_archive, more.frontier_archive);
+  add(to.regions, more.regions);
+  add(to.cells, more.cells);
+  add(to.tree.nodes, more.tree.nodes);
+  add(to.tree.ids, more.tree.ids);
+  add(to.tree.hyperplanes, more.tree.hyperplanes);
+}
+
+/// Threads in the place of ranks.
+class Writers {
+ public:
+  explicit Writers(int count) : lists_(static_cast<std::size_t>(count)), barrier_(count) {}
+  SnapshotWriters writer(int rank) {
+    return {rank, static_cast<int>(lists_.size()), [this, rank](const std::vector<std::uint64_t>& numbers) {
+              lists_[static_cast<std::size_t>(rank)] = numbers;
+              barrier_.arrive_and_wait();
+              auto all = lists_;
+              barrier_.arrive_and_wait();
+              return all;
+            }};
+  }
+
+ private:
+  std::vector<std::vector<std::uint64_t>> lists_;
+  std::barrier<> barrier_;
+};
+
+/// Some of them have nothing, and chunks are divided anywhere, also in the middle of a checksum's words.
+TEST_F(SnapshotFile, OfSeveralWritersHoldsWhatOneWouldWrite) {
+  for (const int count : {2, 3, 5}) {
+    const auto seed = random_();
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    std::vector<Snapshot> parts;
+    for (int rank = 0; rank < count; ++rank)
+      parts.push_back(random_snapshot(random, random() % 3 == 0 ? 0 : random() % 8000));
+    Snapshot whole = parts.front();
+    for (int rank = 1; rank < count; ++rank) {
+      parts[static_cast<std::size_t>(rank)].head = whole.head;
+      append(whole, parts[static_cast<std::size_t>(rank)]);
+    }
+    Writers writers(count);
+    {
+      std::vector<std::jthread> ranks;
+      for (int rank = 0; rank < count; ++rank)
+        ranks.emplace_back([&, rank] {
+          write_snapshot(path_, parts[static_cast<std::size_t>(rank)], writers.writer(rank));
+        });
+    }
+    expect_equal(read_snapshot(path_), whole);
+    EXPECT_EQ(files(), 1U);
+    const auto bytes = fs::file_size(path_);
+    write_snapshot(path_, whole);
+    EXPECT_EQ(fs::file_size(path_), bytes);
+  }
+}
+
+/// Whoever fails, all are told the reason, and the old file stays.
+TEST_F(SnapshotFile, OfSeveralWritersIsRefusedTogether) {
+  const Snapshot old = random_snapshot(random_, 10);
+  write_snapshot(path_, old);
+  fs::create_directory(folder_.path() / ".run.h5.part");
+  Writers writers(3);
+  std::vector<std::string> told(3);
+  {
+    std::vector<std::jthread> ranks;
+    for (int rank = 0; rank < 3; ++rank)
+      ranks.emplace_back([&, rank] {
+        told[static_cast<std::size_t>(rank)] =
+            refusal([&] { write_snapshot(path_, old, writers.writer(rank)); });
+      });
+  }
+  for (const std::string& message : told)
+    EXPECT_NE(message.find("Is a directory; the one before it, if any, is as it was"), std::string::npos)
+        << message;
+  expect_equal(read_snapshot(path_), old);
 }
 
 /// What a file holds of some regions: all that belongs to them, and nothing of the others.
