@@ -3,10 +3,12 @@
 //   BSP2_FAIL_RANK   on which rank
 //   BSP2_FAIL_HOW    user: bsp2::Error; ours: std::logic_error; worker: a worker thread runs out of memory;
 //                    busy: bsp2::Error, while all others are busy for a minute
+//                    stopped: SIGSTOP; asleep: for a minute; computing: for five seconds, and nothing fails
 //                    main:N or worker:N: the N-th allocation, from there on, of the main thread or of workers
 //                    fails
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <new>
@@ -55,6 +57,13 @@ int main(int argc, char** argv) {
       if (name != at) return;
       if (how == "user" || how == "busy") throw Error("injected mistake");
       if (how == "ours") throw std::logic_error("injected bug");
+      if (how == "stopped") raise(SIGSTOP);
+      if (how == "asleep") std::this_thread::sleep_for(std::chrono::minutes(1));
+      if (how == "computing")
+        for (const auto begin = std::chrono::steady_clock::now();
+             std::chrono::steady_clock::now() - begin < std::chrono::seconds(5);) {
+        }
+      if (how == "stopped" || how == "asleep" || how == "computing") return;
       const auto colon = how.find(':');
       if (colon == std::string::npos)
         workers_fail = true;

@@ -131,8 +131,7 @@ TEST_F(Failure, EndsRanksThatAreBusyWithSomethingElse) {
   expect_agreed("distribution", 2, 1, "busy", model);
 }
 
-/// MPI-IO says of a disk that is full only that a write failed, or never ends. Nothing half written is left,
-/// and the old snapshot is.
+/// All ranks refuse a snapshot for which there is no room: nothing half written is left, and the old one is.
 TEST_F(Failure, OfAFullDiskNamesTheFileAndTheReason) {
   const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "menger_sponge.csg",
                  disk = folder_.path() / "disk";
@@ -159,6 +158,50 @@ TEST_F(Failure, OfAFullDiskNamesTheFileAndTheReason) {
       EXPECT_EQ(ended.text.find("\n.run.h5"), std::string::npos) << ended.text;
     }
   }
+}
+
+/// A rank that is stopped, or sleeps, is missed by one of those that wait for it; what is busy is not
+/// missing.
+TEST_F(Failure, ARankWithoutASignOfLifeIsMissed) {
+  const fs::path model = fs::path(BSP2_SOURCE_DIR) / "examples" / "mechanical_piece.csg";
+  const std::string snapshot = (folder_.path() / "run.h5").string(),
+                    run = "run " + model.string() + " --regions 8 --threads 1 --snapshot " + snapshot;
+  ASSERT_EQ(start("", 2, run).code, 0);
+  const auto size = fs::file_size(snapshot);
+  struct {
+    int ranks, missing;
+    const char *superstep, *how;
+  } const cases[] = {{2, 0, "compilation", "stopped"},
+                     {2, 1, "distribution", "asleep"},
+                     {3, 2, "snapshot", "stopped"},
+                     {4, 1, "computation", "stopped"}};
+  for (const auto& [ranks, missing, superstep, how] : cases) {
+    SCOPED_TRACE(std::string(superstep) + " of " + std::to_string(ranks) + " ranks, " + how);
+    Ended ended = start(failing(superstep, missing, how), ranks, run + " --timeout 3");
+    std::erase_if(ended.messages,
+                  [](const std::string& line) {  // what the launcher's end makes the master say
+                    return line.find("is the snapshot of an earlier run") != std::string::npos;
+                  });
+    EXPECT_NE(ended.code, 0);
+    ASSERT_EQ(ended.messages.size(), 1U) << ended.text;
+    EXPECT_TRUE(ended.messages[0].starts_with("bsp2: rank " + std::to_string(missing) +
+                                              " is missing in the superstep '"))
+        << ended.messages[0];
+    EXPECT_NE(ended.messages[0].find("no sign of life for 3 s"), std::string::npos) << ended.messages[0];
+    EXPECT_GT(ended.seconds, 3);
+    EXPECT_LT(ended.seconds, 20);
+    EXPECT_EQ(fs::file_size(snapshot), size);
+    EXPECT_NE(start("", 1, "info " + snapshot).text.find("complete"), std::string::npos);
+  }
+  const Ended busy = start(failing("distribution", 1, "computing"), 2, run + " --timeout 3");
+  EXPECT_EQ(busy.code, 0) << busy.text;
+  EXPECT_GT(busy.seconds, 5);
+  EXPECT_TRUE(busy.messages.empty()) << busy.text;
+  const Ended wrong = start("BSP2_TIMEOUT=soon", 2, run);
+  EXPECT_NE(wrong.code, 0);
+  EXPECT_NE(wrong.text.find("BSP2_TIMEOUT must be a number of seconds, 0 for ever, not 'soon'"),
+            std::string::npos)
+      << wrong.text;
 }
 
 /// Not where a superstep begins but anywhere in it, or in what comes after: in the middle of messages, of

@@ -210,6 +210,13 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->group(group);
   add_picture_options(app, raw.view);
   app.add_flag("--stats", command.stats, "print figures about the kernel's work")->group(group);
+  app.add_option("--timeout", command.timeout,
+                 "end a run on several ranks if one of them gives no\n"
+                 "sign of life for so long; 0: never (default: what\n"
+                 "BSP2_TIMEOUT says, else 300)")
+      ->check(is_number(0.0, 1e9, "0 or more"))
+      ->type_name("SECONDS")
+      ->group(group);
   app.add_flag("--quiet", command.quiet, "print no summary and no progress")->group(group);
 }
 

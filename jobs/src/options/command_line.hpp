@@ -32,6 +32,7 @@ struct RunCommand {
   std::optional<std::filesystem::path> series;         ///< `.pvd`: the mesh of each step, over time
   std::optional<std::filesystem::path> points;         ///< tell where these points are, and nothing else
   bool json = false;                                   ///< and tell it as JSON
+  std::optional<double> timeout;                       ///< seconds that a rank may be silent; 0: for ever
   bool tets = false, stats = false, quiet = false;
   std::vector<unsigned> tables;  ///< only measure: the paper's tables for these numbers of nodes
   bool brief = false;            ///< only the first of them

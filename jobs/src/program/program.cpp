@@ -173,6 +173,7 @@ class FollowedSupersteps {
 /// @return the exit code.
 int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run,
                 spdlog::logger& log) {
+  if (command.timeout) ranks.set_timeout(*command.timeout);
   if (command.info) {
     if (ranks.is_master()) print_snapshot(out, *command.info);
     return 0;

@@ -19,6 +19,7 @@
 #include "bsp2/bsplib/world.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "ranks/exchange.hpp"
+#include "ranks/signs_of_life.hpp"
 
 namespace bsp2::supersteps {
 namespace {
@@ -112,6 +113,34 @@ class LastResort {
   }
 };
 
+/// While one lives, this rank waits for others.
+class Waiting {
+ public:
+  explicit Waiting(std::optional<SignsOfLife>& signs) : signs_(signs) {
+    if (signs_) signs_->set_waiting(true);
+  }
+  ~Waiting() {
+    if (signs_) signs_->set_waiting(false);
+  }
+  Waiting(const Waiting&) = delete;
+  Waiting& operator=(const Waiting&) = delete;
+
+ private:
+  std::optional<SignsOfLife>& signs_;
+};
+
+/// How long others may be silent. @throws bsp2::Error if the environment says something else.
+double timeout_of_environment() {
+  constexpr double usual = 300;
+  const char* text = std::getenv("BSP2_TIMEOUT");
+  if (text == nullptr || *text == '\0') return usual;
+  char* end = nullptr;
+  const double seconds = std::strtod(text, &end);
+  if (*end != '\0' || !(seconds >= 0) || seconds > 1e9)
+    throw Error(std::string("BSP2_TIMEOUT must be a number of seconds, 0 for ever, not '") + text + "'");
+  return seconds;
+}
+
 /// Does a step that may never end; without a watch where there is no memory for its message or its thread.
 template <typename Message, typename Step>
 void watched(Message message, int code, std::chrono::milliseconds patience, Step step) {
@@ -164,11 +193,15 @@ class Ranks::Implementation {
  public:
   Implementation() = default;
   explicit Implementation(std::unique_ptr<boost::mpi::environment> environment)
-      : environment_(std::move(environment)), world_(std::in_place), queue_(world_->new_queue()) {}
+      : environment_(std::move(environment)),
+        signs_(std::in_place, timeout_of_environment()),
+        world_(std::in_place),
+        queue_(world_->new_queue()) {}
   /// After a failure, files that could not be written may keep MPI from its end. First all have to be here:
   /// until then the master may be about to say what went wrong.
   ~Implementation() {
     open_.reset();
+    signs_.reset();
     if (failed_ == 0) return;
     const auto said = [] { return std::string(); };
     watched(said, failed_, long_patience, [] { MPI_Barrier(MPI_COMM_WORLD); });
@@ -209,6 +242,10 @@ class Ranks::Implementation {
     current_ = static_cast<std::size_t>(same - entries_.begin());
     if (same == entries_.end()) entries_.push_back({name, step});
     begun_ = Clock::now();
+    if (signs_) signs_->set_superstep(step == 0 ? name : name + " " + std::to_string(step));
+  }
+  void set_timeout(double seconds) {
+    if (signs_) signs_->set_timeout(seconds);
   }
   void count_cells(std::uint64_t cells) { entries_.at(current_).cells += cells; }
 
@@ -250,9 +287,11 @@ class Ranks::Implementation {
 
   bool try_sync() {
     if (world_) {
+      signs_->touch();
       if (!open_->poll()) return false;
       const auto start = Clock::now();
       const std::unique_ptr<bsplib::OpenSuperstep> open = std::move(open_);
+      const Waiting waiting(signs_);
       open->close();
       waited_ += seconds_since(start);
       for (const bsplib::Message& message : world_->messages(queue_))
@@ -274,6 +313,7 @@ class Ranks::Implementation {
   void wait() {
     constexpr double short_wait = 0.5e-3, longest_sleep = 1e-3;
     const auto start = Clock::now();
+    const Waiting waiting(signs_);
     while (!try_sync()) {
       const double waited = seconds_since(start);
       if (waited < short_wait)
@@ -289,6 +329,7 @@ class Ranks::Implementation {
 
  private:
   std::unique_ptr<boost::mpi::environment> environment_;  // ends MPI after the world
+  std::optional<SignsOfLife> signs_;                      // as the world
   std::optional<bsplib::World> world_;                    // none: this process alone
   std::uint32_t queue_ = 0;
   std::unique_ptr<bsplib::OpenSuperstep> open_;
@@ -441,6 +482,7 @@ std::vector<SuperstepRecord> Ranks::records() {
   return records;
 }
 
+void Ranks::set_timeout(double seconds) { implementation_->set_timeout(seconds); }
 double Ranks::seconds() const { return implementation_->seconds(); }
 
 void Ranks::send(int to, std::string_view bytes) { implementation_->send(to, bytes); }

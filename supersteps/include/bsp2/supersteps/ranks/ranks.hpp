@@ -73,6 +73,10 @@ class Ranks {
   /// Cores of this node for each of the ranks on it, at least 1. Collective.
   unsigned cores_of_a_rank();
 
+  /// After how many seconds without a sign of life from a rank those that wait for it end the run; 0: never.
+  /// At first what the environment says (BSP2_TIMEOUT), else 300.
+  void set_timeout(double seconds);
+
   /// Runs a program that all ranks run. An exception that leaves it on one of them is thrown on all: a
   /// bsp2::Error as such, others as Failure; with more than one rank the text ends with the superstep and the
   /// rank where it arose. Collective.
