@@ -236,6 +236,35 @@ TEST_F(Jobs, SurviveTheirWorkers) {
   expect_merged(options);
 }
 
+/// Many small regions share jobs; who is killed loses at most the job that it had.
+TEST_F(Jobs, OfManySmallRegionsSurviveKills) {
+  const auto seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  const std::vector<std::string> options{"--regions", "2048"};
+  split(options);
+  std::size_t before = 0;
+  for (int round = 0; round < 10; ++round) {
+    const pid_t first = start(worker()), second = start(worker());
+    for (const pid_t child : {first, second}) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 200));
+      kill(child, SIGKILL);
+      wait(child);
+    }
+    EXPECT_GE(results(), before);
+    before = results();
+  }
+  EXPECT_EQ(run(worker()).code, 0);
+  EXPECT_GT(results(), 20U);
+  EXPECT_LT(results(), 300U);
+  std::uintmax_t size = 0;
+  for (const auto& entry : fs::directory_iterator(queue_ / "done")) size += entry.file_size();
+  const fs::path whole = folder_.path() / "whole.h5";
+  EXPECT_EQ(run({"run", model_, "--regions", "2048", "--snapshot", whole.string()}).code, 0);
+  EXPECT_LT(size, 2 * fs::file_size(whole));
+  expect_merged(options);
+}
+
 TEST_F(Jobs, ASignalKeepsWhatWasFound) {
   const std::vector<std::string> options{"--regions", "1"};
   split(options);

@@ -43,6 +43,10 @@ std::string line_of(std::size_t number, double work, const std::vector<std::uint
   return line + '\n';
 }
 
+/// So many regions are a job each. Of more, small ones share a job, until there are about so many jobs.
+constexpr std::size_t most_single_jobs = 1024;
+constexpr double most_jobs = 128;
+
 bool is_of(const std::string& name, std::uint32_t root) {
   const std::string text = std::to_string(root);
   return name == text || name.starts_with(text + ".");
@@ -64,12 +68,25 @@ void Queue::split(const supersteps::RunOptions& options, const fs::path& folder)
   std::string text;
   std::vector<std::uint32_t> rest;  // regions in which nothing is undecided are no job each
   std::size_t number = 0;
+  std::vector<std::uint32_t>
+      together;  // small regions, the work of which is not worth a claim and a file each
+  double work = 0;
+  const double least = regions.size() <= most_single_jobs ? 0 : all / most_jobs;
+  const auto add_job = [&] {
+    text += line_of(number++, work / all, together);
+    together.clear();
+    work = 0;
+  };
   for (const auto& region : regions) {
-    if (region.work > 0)
-      text += line_of(number++, region.work / all, {region.region});
-    else
+    if (region.work <= 0) {
       rest.push_back(region.region);
+      continue;
+    }
+    together.push_back(region.region);
+    work += region.work;
+    if (work >= least) add_job();
   }
+  if (!together.empty()) add_job();
   if (!rest.empty()) text += line_of(number, all > 0 ? 0 : 1, rest);
   io::write_file(folder / "jobs.txt", text);
 }

@@ -133,10 +133,12 @@ std::vector<Region<D>> regions_of(const Portion& portion, const io::Snapshot& pa
   if (!parent.head.is_portion) {
     std::vector<std::size_t> wanted;
     for (const std::uint32_t number : portion.regions) {
-      const auto at = std::find(parent.frontier_region.begin(), parent.frontier_region.end(), number);
-      if (at == parent.frontier_region.end())
-        refuse(portion.parent, "has no region " + std::to_string(number));
-      wanted.push_back(static_cast<std::size_t>(at - parent.frontier_region.begin()));
+      const auto& all = parent.frontier_region;  // in a plan all, in order
+      const auto at = number < all.size() && all[number] == number
+                          ? all.begin() + static_cast<std::ptrdiff_t>(number)
+                          : std::find(all.begin(), all.end(), number);
+      if (at == all.end()) refuse(portion.parent, "has no region " + std::to_string(number));
+      wanted.push_back(static_cast<std::size_t>(at - all.begin()));
     }
     return regions_at<D>(parent, wanted);
   }
@@ -209,7 +211,9 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
 
   io::Snapshot result;
   result.head = plan;
-  result.head.source.clear();  // the plan has it
+  result.head.source.clear();  // the plan has it, and the partition
+  result.head.partition_hyperplane.clear();
+  result.head.partition_children.clear();
   result.head.is_portion = true;
   result.head.steps = 1;
   result.head.complete = !stopped;
