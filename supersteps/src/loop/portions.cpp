@@ -317,6 +317,7 @@ class Joiner {
   }
 
   io::Snapshot finish() {
+    std::vector<Region<D>> whole_regions;  // as the plan has them: their cells are made again, all at once
     std::vector<unsigned> seen(plan_.head.partition_hyperplane.size() + 1);
     for (const std::uint32_t region : finished_) ++seen.at(region);
     for (auto& [number, region] : left_) {
@@ -324,12 +325,12 @@ class Joiner {
       if (dataflow::remains_of(region.frontier).elsewhere > 0)
         refuse(plan_path_,
                "and its results do not fit (part of region " + std::to_string(number) + " is missing)");
-      if (dataflow::whole_of(region))
-        region.cell = dataflow::region_cell(network_, progress_.partition, number);
-      progress_.partition.regions.push_back(std::move(region));
+      auto& regions = dataflow::whole_of(region) ? whole_regions : progress_.partition.regions;
+      regions.push_back(std::move(region));
     }
     if (std::any_of(seen.begin(), seen.end(), [](unsigned count) { return count != 1; }))
       refuse(plan_path_, "and its results do not fit (a region is missing, or there twice)");
+    dataflow::add_regions(network_, progress_.partition, std::move(whole_regions));
     Ranks alone;
     alone.begin("computation");
     give_back(alone, network_, progress_, options_of(plan_.head), alone.cores_of_a_rank(), nullptr);
