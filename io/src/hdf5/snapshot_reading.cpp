@@ -110,6 +110,8 @@ void read_frontier(hid_t file, Snapshot& snapshot, SnapshotPart part,
   if (tokens.size() != region.size() || open.size() != region.size())
     throw Failure("the frontier is incomplete");
   check_offsets(offset, region.size(), hdf5::array_length(file, "frontier/archive"), "of the frontier");
+  Rows archives;
+  std::vector<std::uint64_t> lengths;
   for (std::size_t i = 0; i < region.size(); ++i) {
     if (wanted && !wanted(region[i])) continue;
     if (open[i] > tokens[i]) throw Failure("the tokens of the frontier do not fit");
@@ -117,8 +119,16 @@ void read_frontier(hid_t file, Snapshot& snapshot, SnapshotPart part,
     snapshot.frontier_tokens.push_back(tokens[i]);
     snapshot.frontier_open.push_back(open[i]);
     if (part == SnapshotPart::head) continue;
-    const auto bytes = hdf5::read_rows<char>(file, "frontier/archive", {{offset[i], offset[i + 1]}});
-    snapshot.frontier_archive.emplace_back(bytes.begin(), bytes.end());
+    add_rows(archives, offset[i], offset[i + 1]);
+    lengths.push_back(offset[i + 1] - offset[i]);
+  }
+  // At once: for each small one alone a chunk would be read, and its checksum made.
+  const auto bytes = hdf5::read_rows<char>(file, "frontier/archive", archives);
+  auto at = bytes.begin();
+  for (const std::uint64_t length : lengths) {
+    const auto end = at + static_cast<std::ptrdiff_t>(length);
+    snapshot.frontier_archive.emplace_back(at, end);
+    at = end;
   }
 }
 
