@@ -112,8 +112,15 @@ void write_cells(Out& out, const Snapshot& snapshot, const std::vector<Share>& s
       }
     });
   };
-  column("cells/points", share[points], static_cast<std::size_t>(snapshot.head.dimension),
-         &CellBatch::points);
+  out.template write<double>("cells/points", share[points], static_cast<std::size_t>(snapshot.head.dimension),
+                             [&](const auto& append) {
+                               std::vector<double> batch_points;
+                               for (const auto& batch : snapshot.cells) {
+                                 batch_points = batch->points;
+                                 for (double& x : batch_points) x += 0.0;  // no -0
+                                 append(std::span<const double>(batch_points));
+                               }
+                             });
   offset("cells/point_offset", share[cells], share[points].before, &CellBatch::point_offset);
   offset("cells/facet_offset", share[cells], share[facets].before, &CellBatch::facet_offset);
   offset("cells/facet_vertex_offset", share[facets], share[corners].before, &CellBatch::facet_vertex_offset);

@@ -64,7 +64,8 @@ std::string to_stl(const SingleSurface& surface) {
       normal[k] = (q[l] - p[l]) * (r[m] - p[m]) - (q[m] - p[m]) * (r[l] - p[l]);
     }
     const double length = std::hypot(normal[0], normal[1], normal[2]);
-    for (const double n : normal) put(bytes, static_cast<float>(length > 0 ? n / length : 0));
+    for (const double n : normal)
+      put(bytes, static_cast<float>(length > 0 ? n / length : 0) + 0.0F);  // no -0
     for (const std::uint32_t corner : triangle)
       for (const float x : surface.points[corner]) put(bytes, x);
     put(bytes, std::uint16_t{0});

@@ -10,6 +10,7 @@
 
 #include <barrier>
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <random>
@@ -196,6 +197,18 @@ TEST_F(SnapshotFile, RoundTrips) {
     EXPECT_TRUE(head.cells.empty());
     EXPECT_EQ(files(), 1U);
   }
+}
+
+/// Which of 0 and -0 a coordinate is, is nothing to tell of.
+TEST_F(SnapshotFile, HasNoNegativeZeros) {
+  Snapshot written = random_snapshot(random_, 5);
+  auto batch = std::make_shared<CellBatch>(*written.cells.front());
+  batch->points.front() = batch->points.back() = -0.0;
+  written.cells.front() = batch;
+  write_snapshot(path_, written);
+  const std::vector<double> points = all(read_snapshot(path_), &CellBatch::points);
+  EXPECT_EQ(points.front(), 0);
+  for (const double x : points) EXPECT_FALSE(std::signbit(x));  // the others are positive
 }
 
 /// What follows belongs to it, too: as if one writer had both.
