@@ -241,8 +241,7 @@ void glue_regions(const dataflow::Network<3>& network, const Names& names, const
   std::size_t many_vertices = std::size_t{1} << 16;
   RegionsInTurn regions(cells);
   for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
-    const FacetIndex index(network.table, some.batches,
-                           {some.first_cell, groups.only(false), names});
+    const FacetIndex index(network.table, some.batches, {some.first_cell, groups.only(false), names});
     const auto load = [&](std::size_t i, FacetSet& facets) {
       facets.clear(index.hyperplane(i));
       index.append(i, facets);

@@ -121,8 +121,7 @@ void check_surface(const Resolved& r) {
     area[surface.owner[i]] -= length(cross_product(minus(p[b], p[a]), minus(p[c], p[a]))) / 2;
   }
   EXPECT_EQ(used.size(), surface.points.size());
-  for (const auto& [part, rest] : area)
-    EXPECT_NEAR(rest, 0, 1e-9 * radius * radius) << "part " << part;
+  for (const auto& [part, rest] : area) EXPECT_NEAR(rest, 0, 1e-9 * radius * radius) << "part " << part;
 }
 
 /// No vertex lies inside an edge, no triangle is a line, and no two points are one: in integer arithmetic.
@@ -339,7 +338,7 @@ TEST(Resolution, OfCubesThatTouch) {
   expect_surface(cube_at(0, 0, 0), {6, 8, 12, 0});
   expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 1, 1)}), {12, 15, 24, 0});  // in a vertex
   expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 1, 0)}), {12, 14, 24, 0});  // in an edge
-  expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 0, 0)}), {10, 8, 12, 1});  // in a face
+  expect_surface(model::unite({cube_at(0, 0, 0), cube_at(1, 0, 0)}), {10, 8, 12, 1});   // in a face
   expect_surface(model::unite({cube_at(0, 0, 0, 2), cube_at(2, 1, 1, 2)}),
                  {46, 18, 32, 1});  // in a part of a face
   // An edge of the small one lies on one of the large one: its ends are vertices of the large one too.

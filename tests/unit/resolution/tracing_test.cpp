@@ -36,7 +36,9 @@ void expect_equal(const TriangleSurface& surface, const TriangleSurface& of_cell
 
 class RandomTracing : public testing::TestWithParam<Kind> {};
 INSTANTIATE_TEST_SUITE_P(Of, RandomTracing, testing::Values(Kind::grid_boxes, Kind::solids),
-                         [](const auto& p) { return std::string(p.param == Kind::solids ? "solids" : "boxes"); });
+                         [](const auto& p) {
+                           return std::string(p.param == Kind::solids ? "solids" : "boxes");
+                         });
 
 TEST_P(RandomTracing, IsTheSurfaceOfTheCells) {
   std::size_t triangles = 0, compared = 0;

@@ -45,7 +45,7 @@ struct RunOptions {
   /// Of a solid of dimension 3 nothing is wanted but `boundary` and measures: where its surface can be found
   /// without cells, none are made. Limits and steps are ignored there.
   bool surface_only = false;
-  std::optional<std::filesystem::path> snapshot;             ///< written after each computation superstep
+  std::optional<std::filesystem::path> snapshot;  ///< written after each computation superstep
   std::optional<std::filesystem::path>
       resume;  ///< goes on from this one; model, regions, coincidence, curved, parts and keep are its own
   /// Asked often: true ends the computation soon, and the run with a snapshot (if one is written) of what
