@@ -348,13 +348,14 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
 
 /// The surface alone, where that can be done. Collective.
 std::optional<RunResult> run_without_cells(Ranks& ranks, const dataflow::Network<3>& network,
-                                           const RunOptions& options, const RunReport& report) {
+                                           const RunOptions& options, const Source& source,
+                                           const RunReport& report) {
   if (!options.surface_only || !dataflow::has_plain_facets(network)) return std::nullopt;
   auto result = tracing(ranks, network, options, report);
   if (!result || result->report.interrupted) return result;
   add_looks(*result, network, {});
   describe_boundary(*result);
-  if (options.strict) refuse_late_warnings(ranks, result->report);
+  if (options.strict) refuse_late_warnings(ranks, result->report, source, options);
   if (options.on_cells) options.on_cells(*result);
   return result;
 }
@@ -415,7 +416,7 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   if (options.strict) refuse_warnings(report.warnings);
 
   if constexpr (D == 3)
-    if (auto surface = run_without_cells(ranks, network, options, report)) return std::move(*surface);
+    if (auto surface = run_without_cells(ranks, network, options, source, report)) return std::move(*surface);
 
   ranks.begin("distribution");
   auto [progress, rank_of_region] =
