@@ -28,12 +28,29 @@ void expect_closed(const supersteps::RunResult& result) {
   EXPECT_EQ(result.report.supersteps.back().name, "resolution");
 }
 
+/// The same without cells, byte for byte. @return whether none were made.
+bool expect_same_without_cells(const std::filesystem::path& file, const supersteps::RunResult& of_cells) {
+  supersteps::RunOptions options;
+  options.model = file;
+  options.threads = 2;
+  options.boundary = options.surface_only = true;
+  const auto result = supersteps::run(options);
+  EXPECT_TRUE(result.report.boundary && of_cells.report.boundary);
+  if (!result.report.boundary || !of_cells.report.boundary) return false;
+  EXPECT_EQ(result.report.boundary->digest, of_cells.report.boundary->digest);
+  EXPECT_NEAR(result.report.in_volume, of_cells.report.in_volume, 1e-11 * of_cells.report.in_volume);
+  EXPECT_EQ(result.report.lower, of_cells.report.lower);
+  EXPECT_EQ(result.report.upper, of_cells.report.upper);
+  return !result.report.has_cells;
+}
+
 TEST(Boundary, OfTheExamples) {
   // The tower's area is what mesh kernels find.
   const auto folder = std::filesystem::path(BSP2_SOURCE_DIR) / "examples";
   const auto tower = run_with_boundary(folder / "leaning_tower.csg");
   expect_closed(tower);
   EXPECT_NEAR(tower.report.boundary->area, 9619.266, 1e-3);
+  EXPECT_TRUE(expect_same_without_cells(folder / "leaning_tower.csg", tower));
   const auto in_regions = run_with_boundary(folder / "leaning_tower.csg", 16);
   expect_closed(in_regions);
   EXPECT_NEAR(in_regions.report.boundary->area, tower.report.boundary->area,
@@ -41,7 +58,9 @@ TEST(Boundary, OfTheExamples) {
   for (const char* name : {"mechanical_piece.csg", "menger_sponge.csg", "every_node.csg", "polyhedra.csg",
                            "touching_solids.csg"}) {
     SCOPED_TRACE(name);
-    expect_closed(run_with_boundary(folder / name));
+    const auto result = run_with_boundary(folder / name);
+    expect_closed(result);
+    expect_same_without_cells(folder / name, result);
   }
 }
 
@@ -62,7 +81,7 @@ TEST(Boundary, OfTheCorpus) {
   std::ifstream manifest(folder / "manifest.tsv");
   if (shared().empty() || !manifest) GTEST_SKIP() << "no corpus at hand";
   std::map<std::string, std::size_t> column;
-  std::size_t checked = 0;
+  std::size_t checked = 0, without_cells = 0;
   for (std::string line; std::getline(manifest, line);) {
     std::vector<std::string> words;
     std::istringstream stream(line);
@@ -74,10 +93,13 @@ TEST(Boundary, OfTheCorpus) {
     }
     if (words[column["level"]] != "0") continue;
     SCOPED_TRACE(words[column["file"]]);
-    expect_closed(run_with_boundary(folder / words[column["file"]]));
+    const auto result = run_with_boundary(folder / words[column["file"]]);
+    expect_closed(result);
+    without_cells += expect_same_without_cells(folder / words[column["file"]], result);
     ++checked;
   }
   EXPECT_GT(checked, 50U);
+  EXPECT_GT(without_cells, 30U);
 }
 
 /// ParaView opens what is written, if its checker is at hand and asked for by BSP2_PARAVIEW: it takes a

@@ -81,6 +81,7 @@ TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
                                             "bounds",
                                             "boundary",
                                             "digest",
+                                            "surface_digest",
                                             "supersteps",
                                             "stats",
                                             "seconds",
