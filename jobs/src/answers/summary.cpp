@@ -128,9 +128,10 @@ void print_summary(std::ostream& out, const RunReport& report, bool with_table) 
     print_supersteps(out, report.supersteps);
     out << '\n';
   }
-  out << fmt::format("  {:.2f} s, {:.2f} s of CPU, at most {} of memory, {} a second\n", report.seconds,
-                     report.cpu_seconds, mebibytes(report.peak_rss_bytes),
-                     plural(cells_a_second(report), "cell"));
+  out << fmt::format("  {:.2f} s, {:.2f} s of CPU, at most {} of memory", report.seconds, report.cpu_seconds,
+                     mebibytes(report.peak_rss_bytes));
+  if (report.has_cells) out << ", " << plural(cells_a_second(report), "cell") << " a second";
+  out << '\n';
 }
 
 void print_stats(std::ostream& out, const RunReport& report) {
@@ -141,6 +142,10 @@ void print_stats(std::ostream& out, const RunReport& report) {
     out << fmt::format("  {:<18}{:>18}{}\n", label, value, note);
   };
   out << '\n';
+  if (!report.has_cells) {  // nothing was split
+    line("peak memory", mebibytes(report.peak_rss_bytes));
+    return;
+  }
   line("splits", grouped(report.splits));
   line("predicates", grouped(report.predicates));
   line("exact fallbacks", grouped(report.exact_fallbacks),
