@@ -126,9 +126,27 @@ TEST(Resolution, FindsTheSameSurfaceForAnyNumberOfRegions) {
     const auto result = together(options_for(example(name), 16));
     if (!result) continue;
     const RunResult whole = run(options_for(example(name), 1));
-    EXPECT_NEAR(result->report.boundary->area, whole.report.boundary->area,
-                1e-12 * whole.report.boundary->area);
-    EXPECT_EQ(result->boundary->triangles.size(), whole.boundary->triangles.size());
+    expect_same(*result, whole);
+  }
+}
+
+TEST(Resolution, FindsTheSameSurfaceWithoutCells) {
+  for (const char* name : {"leaning_tower", "mechanical_piece", "menger_sponge", "touching_solids"}) {
+    SCOPED_TRACE(name);
+    RunOptions options;
+    options.model = example(name);
+    options.threads = 1;
+    options.boundary = options.surface_only = true;
+    const auto result = together(options);
+    if (!result) continue;
+    options.surface_only = false;
+    const RunResult of_cells = run(options);
+    ASSERT_TRUE(result->report.boundary && of_cells.report.boundary);
+    EXPECT_EQ(result->report.boundary->digest, of_cells.report.boundary->digest);
+    EXPECT_NEAR(result->report.in_volume, of_cells.report.in_volume, 1e-11 * of_cells.report.in_volume);
+    if (name == std::string("leaning_tower")) {
+      EXPECT_FALSE(result->report.has_cells);
+    }
   }
 }
 
