@@ -99,7 +99,7 @@ OperandFacets::OperandFacets(const Network<3>& network, unsigned threads, const 
     facets_.insert(facets_.end(), some.begin(), some.end());
     some = {};
   }
-  const double margin = 4 * network.coincidence * network.table.width() + 0x1p-30 * network.table.radius();
+  const double margin = 0x1p-40 * network.table.radius();  // more than corners are rounded by
   for (std::size_t producer = 0; producer < count; ++producer)
     for (std::size_t axis = 0; axis < 3; ++axis)
       if (bounds_[producer].lower[axis] < network.producers[producer].lower[axis] - margin ||

@@ -25,8 +25,8 @@ class OperandFacets {
   /// Bounds of what of a producer is in the model's space, for certain. Those of the producer itself are of
   /// its own half-spaces, before those of others took the place of some.
   [[nodiscard]] const Box<3>& bounds(std::size_t producer) const { return bounds_[producer]; }
-  /// Whether merged half-spaces of a producer that are nearly parallel meet far beyond its own corners. Cells
-  /// do not look for it there.
+  /// Whether half-spaces of others, in the place of a producer's own, let it reach beyond its own bounds.
+  /// Cells do not look for it there.
   [[nodiscard]] bool is_any_out_of_bounds() const { return is_any_out_of_bounds_; }
   /// The producer on its negative side.
   [[nodiscard]] geometry::OrientedHyperplane outward(std::uint32_t facet) const {
