@@ -66,30 +66,13 @@ TEST(ReportJson, HasTheKeysOfTheDesignAndExactNumbers) {
   const auto json = nlohmann::ordered_json::parse(to_json(report));
   std::vector<std::string> keys;
   for (const auto& item : json.items()) keys.push_back(item.key());
-  EXPECT_EQ(keys, (std::vector<std::string>{"model",
-                                            "dimension",
-                                            "ranks",
-                                            "threads",
-                                            "regions",
-                                            "level",
-                                            "primitives",
-                                            "hyperplanes",
-                                            "cells",
-                                            "volume",
-                                            "centroid",
-                                            "inertia",
-                                            "bounds",
-                                            "boundary",
-                                            "digest",
-                                            "surface_digest",
-                                            "supersteps",
-                                            "stats",
-                                            "seconds",
-                                            "cpu_seconds",
-                                            "peak_rss_bytes",
-                                            "warnings",
-                                            "notes",
-                                            "overlapping_meshes"}));
+  EXPECT_EQ(keys,
+            (std::vector<std::string>{"model",          "dimension", "ranks",      "threads",
+                                      "regions",        "level",     "primitives", "hyperplanes",
+                                      "cells",          "volume",    "centroid",   "inertia",
+                                      "bounds",         "boundary",  "digest",     "surface_digest",
+                                      "supersteps",     "stats",     "seconds",    "cpu_seconds",
+                                      "peak_rss_bytes", "warnings",  "notes",      "overlapping_meshes"}));
   EXPECT_EQ(json["volume"]["in"].get<double>(), 0.1 + 0.2);
   EXPECT_EQ(json["centroid"][0].get<double>(), 1.0 / 3);
   EXPECT_EQ(json["bounds"][1][0].get<double>(), 1.0 / 7);
