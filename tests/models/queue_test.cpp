@@ -238,6 +238,9 @@ TEST_F(Jobs, SurviveTheirWorkers) {
 
 /// Many small regions share jobs; who is killed loses at most the job that it had.
 TEST_F(Jobs, OfManySmallRegionsSurviveKills) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "workers are killed before they have begun";
+#endif
   const auto seed = std::random_device{}();
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
