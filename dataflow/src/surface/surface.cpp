@@ -106,10 +106,11 @@ class Tracing {
     const OperandFacets facets(network_, options_.threads, stop_);
     result_.has_given_up = facets.is_any_out_of_bounds();
     if (stop_ || result_.has_given_up) return;
+    // Shares must cut space alike, however many threads each of them has.
     call_on_large_stack([&] {
       SurfaceTracer tracer(network_, facets, stop_);
-      auto all =
-          regions_of(tracer, std::max(least_regions * shares * threads, facets.size() / facets_of_region));
+      auto all = regions_of(tracer, std::max(least_regions * shares * (shares == 1 ? threads : 4),
+                                             facets.size() / facets_of_region));
       result_.regions = all.size();
       regions_ = share_of(std::move(all), options_.share, options_.shares);
     });

@@ -350,7 +350,10 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
 std::optional<RunResult> run_without_cells(Ranks& ranks, const dataflow::Network<3>& network,
                                            const RunOptions& options, const Source& source,
                                            const RunReport& report) {
-  if (!options.surface_only || !dataflow::has_plain_facets(network)) return std::nullopt;
+  const bool needs_cells = options.resume || options.snapshot || options.on_frame || options.contacts ||
+                           options.level || options.cells || options.steps || options.budget_seconds ||
+                           options.keep_out || !options.keep_in || !options.points.empty();
+  if (!options.surface_only || needs_cells || !dataflow::has_plain_facets(network)) return std::nullopt;
   auto result = tracing(ranks, network, options, report);
   if (!result || result->report.interrupted) return result;
   add_looks(*result, network, {});
