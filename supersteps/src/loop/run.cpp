@@ -349,12 +349,17 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
 /// The surface alone, where that can be done. Collective.
 std::optional<RunResult> run_without_cells(Ranks& ranks, const dataflow::Network<3>& network,
                                            const RunOptions& options, const Source& source,
-                                           const RunReport& report) {
+                                           RunReport& report) {
   const bool needs_cells = options.resume || options.snapshot || options.on_frame || options.contacts ||
                            options.level || options.cells || options.steps || options.budget_seconds ||
                            options.keep_out || !options.keep_in || !options.points.empty();
   if (!options.surface_only || needs_cells || !dataflow::has_plain_facets(network)) return std::nullopt;
-  auto result = tracing(ranks, network, options, report);
+  std::optional<RunResult> result;
+  if (const auto failed = attempt(ranks, [&] { result = tracing(ranks, network, options, report); })) {
+    report.notes.push_back("the surface could not be found without cells (" + failed->text +
+                           "), so cells were made");
+    return std::nullopt;
+  }
   if (!result || result->report.interrupted) return result;
   add_looks(*result, network, {});
   describe_boundary(*result);
