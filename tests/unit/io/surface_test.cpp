@@ -49,7 +49,7 @@ class Surface : public ::testing::Test {
   template <typename Reader>
   vtkSmartPointer<vtkPolyData> write_and_read(const char* name) {
     const fs::path file = folder.path() / name;
-    warning = write_surface(file, surface, names);
+    warning = write_surface(file, surface, {.names = names}).warning;
     vtkNew<Reader> reader;
     reader->SetFileName(file.c_str());
     reader->Update();
@@ -143,7 +143,7 @@ TEST_F(Surface, NormalsOfStlAreThoseOfTheCornersWritten) {
     surface.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     surface.owner.push_back(0);
   }
-  ASSERT_EQ(write_surface(folder.path() / "a.stl", surface), "");
+  ASSERT_EQ(write_surface(folder.path() / "a.stl", surface).warning, "");
   const std::string bytes = text("a.stl");
   const std::size_t count = (bytes.size() - 84) / 50;
   ASSERT_GT(count, 900U);
@@ -203,19 +203,23 @@ TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPart) {
 TEST_F(Surface, AnEmptyOneCanBeWritten) {
   surface = {};
   EXPECT_EQ(write_and_read<vtkXMLPolyDataReader>("a.vtp")->GetNumberOfCells(), 0);
-  for (const char* name : {"a.stl", "a.ply", "a.obj"}) {
-    EXPECT_EQ(write_surface(folder.path() / name, surface), "");
-    EXPECT_FALSE(text(name).empty());
+  for (const SurfaceFormat& format : surface_formats()) {
+    const std::string name = "a" + std::string(format.ending);
+    const SurfaceRemarks remarks = write_surface(folder.path() / name, surface);
+    EXPECT_TRUE(remarks.warning.empty() && remarks.notes.empty()) << name;
+    EXPECT_FALSE(text(name.c_str()).empty()) << name;
   }
 }
 
 TEST_F(Surface, OtherEndingsAndMissingFoldersAreErrors) {
-  EXPECT_FALSE(is_surface_file("a.vtu"));
-  EXPECT_FALSE(is_surface_file("stl"));
-  EXPECT_TRUE(is_surface_file("x/a.PLY"));
-  EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "a.off", surface)), Error);
-  for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp"})
-    EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "none" / name, surface)), Error);
+  EXPECT_EQ(surface_format("a.vtu"), nullptr);
+  EXPECT_EQ(surface_format("stl"), nullptr);
+  EXPECT_EQ(surface_format("x/a.PLY")->ending, ".ply");
+  EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "a.vtu", surface)), Error);
+  for (const SurfaceFormat& format : surface_formats())
+    EXPECT_THROW(static_cast<void>(write_surface(
+                     folder.path() / "none" / ("a" + std::string(format.ending)), surface)),
+                 Error);
 }
 
 }  // namespace

@@ -12,6 +12,8 @@
 namespace bsp2::jobs {
 namespace {
 
+using Paths = std::vector<std::filesystem::path>;
+
 RunCommand parsed(const std::vector<std::string>& arguments) {
   std::ostringstream out;
   return parse_command_line(arguments, out).value();
@@ -32,7 +34,7 @@ TEST(CommandLine, WithoutOptionsNothingIsWrittenAndNoMeshIsHeld) {
   EXPECT_EQ(command.options.model, "a.csg");
   EXPECT_FALSE(command.options.collect_cells);
   EXPECT_FALSE(command.options.boundary);
-  EXPECT_FALSE(command.folder || command.mesh || command.boundary || command.picture || command.report);
+  EXPECT_FALSE(command.folder || command.mesh || !command.boundaries.empty() || command.picture || command.report);
   EXPECT_TRUE(command.options.keep_in && command.options.keep_fuzzy && !command.options.keep_out);
 }
 
@@ -42,21 +44,22 @@ TEST(CommandLine, AFolderNamesAllOutputs) {
   EXPECT_EQ(command.mesh, "dir/solid.pvtu");
   EXPECT_EQ(command.report, "dir/report.json");
   EXPECT_EQ(command.picture, "p.png");
-  EXPECT_EQ(command.boundary, "dir/boundary.stl");
+  EXPECT_EQ(command.boundaries, Paths{"dir/boundary.stl"});
   EXPECT_TRUE(command.options.boundary);
 }
 
 TEST(CommandLine, ABoundaryNeedsInCellsAndAKnownEnding) {
   const RunCommand command = parsed({"run", "a.csg", "--boundary", "b.ply"});
-  EXPECT_EQ(command.boundary, "b.ply");
+  EXPECT_EQ(command.boundaries, Paths{"b.ply"});
   EXPECT_TRUE(command.options.boundary && command.options.collect_cells);
-  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj"}).boundary, "b.obj");
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj", "--boundary", "b.3mf"}).boundaries,
+            (Paths{"b.obj", "b.3mf"}));
   EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"})
-                .find("'b.vtu' must end in .stl, .ply, .obj or .vtp"),
+                .find("'b.vtu' must end in .3mf, .amf,"),
             std::string::npos);
   EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.stl", "--keep", "out"}).find("--keep in"),
             std::string::npos);
-  EXPECT_FALSE(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundary);
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundaries, Paths{});
 }
 
 TEST(CommandLine, CurvedAndToleranceReachTheRun) {
@@ -179,7 +182,7 @@ TEST(CommandLine, FramesAreStepsOfTheirOwn) {
 }
 
 TEST(CommandLine, ExportsSurfacesAndCells) {
-  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.vtp"}).boundary, "b.vtp");
+  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.vtp"}).boundaries, Paths{"b.vtp"});
   EXPECT_TRUE(parsed({"export", "a.h5", "-o", "b.stl"}).options.boundary);
   EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.pvtu"}).mesh, "b.pvtu");
   EXPECT_FALSE(parsed({"export", "a.h5", "-o", "b.pvtu"}).options.snapshot);
