@@ -24,7 +24,7 @@ std::vector<PartPiece> pieces_by_part(std::size_t points, const std::vector<Corn
 /// What is an object of its own for a printer: a closed surface of one part, or of parts that touch each
 /// other. A surface has no triangles between parts that touch, so that neither is closed without the other.
 struct PrintedObject {
-  ManifoldMesh mesh;
+  ManifoldMesh<float> mesh;
   std::vector<std::int32_t> owners;  ///< ascending
   std::string name;
 };

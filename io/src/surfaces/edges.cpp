@@ -8,7 +8,8 @@ namespace {
 
 using Vector = std::array<double, 3>;
 
-Vector minus(const SinglePoint3& a, const SinglePoint3& b) {
+template <typename Real>
+Vector minus(const Point3Of<Real>& a, const Point3Of<Real>& b) {
   return {double{a[0]} - b[0], double{a[1]} - b[1], double{a[2]} - b[2]};
 }
 
@@ -25,7 +26,8 @@ struct Spoke {
 };
 
 /// Spokes in the order in which one meets them around the edge from `low` to `high`.
-void sort_around(std::vector<Spoke>& spokes, std::span<const SinglePoint3> points,
+template <typename Real>
+void sort_around(std::vector<Spoke>& spokes, const std::vector<Point3Of<Real>>& points,
                  std::span<const CornerIndices> triangles, std::uint32_t low, std::uint32_t high) {
   const Vector axis = minus(points[high], points[low]);
   const double length = std::sqrt(dot(axis, axis));
@@ -64,7 +66,8 @@ void pair_around(const std::vector<Spoke>& spokes, std::vector<HalfEdge>& partne
 
 }  // namespace
 
-EdgePairs pair_edges(std::span<const SinglePoint3> points, std::span<const CornerIndices> triangles) {
+template <typename Real>
+EdgePairs pair_edges(const std::vector<Point3Of<Real>>& points, std::span<const CornerIndices> triangles) {
   struct Named {
     std::uint64_t name;
     HalfEdge at;
@@ -102,5 +105,8 @@ EdgePairs pair_edges(std::span<const SinglePoint3> points, std::span<const Corne
   }
   return pairs;
 }
+
+template EdgePairs pair_edges(const std::vector<Point3Of<float>>&, std::span<const CornerIndices>);
+template EdgePairs pair_edges(const std::vector<Point3Of<double>>&, std::span<const CornerIndices>);
 
 }  // namespace bsp2::io

@@ -13,7 +13,9 @@ using HalfEdge = std::uint32_t;
 inline constexpr HalfEdge no_half_edge = std::numeric_limits<HalfEdge>::max();
 
 using CornerIndices = std::array<std::uint32_t, 3>;
-using SinglePoint3 = std::array<float, 3>;
+template <typename Real>
+using Point3Of = std::array<Real, 3>;
+using SinglePoint3 = Point3Of<float>;
 
 /// The next half-edge of the same triangle; it begins where this one ends.
 inline HalfEdge next_of(HalfEdge h) { return h % 3 == 2 ? h - 2 : h + 1; }
@@ -27,6 +29,8 @@ struct EdgePairs {
 
 /// Pairs half-edges. Where more than two triangles share an edge, those are partners that bound one wedge of
 /// the solid, so that solids that touch there come apart.
-EdgePairs pair_edges(std::span<const SinglePoint3> points, std::span<const CornerIndices> triangles);
+/// Real is float or double.
+template <typename Real>
+EdgePairs pair_edges(const std::vector<Point3Of<Real>>& points, std::span<const CornerIndices> triangles);
 
 }  // namespace bsp2::io

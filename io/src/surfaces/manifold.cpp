@@ -31,7 +31,8 @@ std::vector<std::uint32_t> rings_of(const std::vector<HalfEdge>& partner) {
 }
 
 /// Gives each ring but the first about a point a point of its own. @return which points had several.
-std::set<std::uint32_t> separate_rings(ManifoldMesh& mesh, const std::vector<std::uint32_t>& ring_of) {
+template <typename Real>
+std::set<std::uint32_t> separate_rings(ManifoldMesh<Real>& mesh, const std::vector<std::uint32_t>& ring_of) {
   std::vector<std::uint32_t> first_ring(mesh.points.size(), no_half_edge);
   std::map<std::uint32_t, std::uint32_t> point_of_ring;  // of all others
   std::set<std::uint32_t> doubled;
@@ -43,7 +44,7 @@ std::set<std::uint32_t> separate_rings(ManifoldMesh& mesh, const std::vector<std
     const auto [found, is_new] =
         point_of_ring.try_emplace(ring_of[corner], static_cast<std::uint32_t>(mesh.points.size()));
     doubled.insert(point);
-    if (is_new) mesh.points.push_back(SinglePoint3(mesh.points[point]));
+    if (is_new) mesh.points.push_back(Point3Of<Real>(mesh.points[point]));
     point = found->second;
   }
   return doubled;
@@ -51,7 +52,8 @@ std::set<std::uint32_t> separate_rings(ManifoldMesh& mesh, const std::vector<std
 
 /// Edges that four triangles or more still share, as both ends of several wedges belong to one ring: the
 /// point in the middle that each of their half-edges gets.
-std::map<HalfEdge, std::uint32_t> middles_of(ManifoldMesh& mesh, const EdgePairs& pairs) {
+template <typename Real>
+std::map<HalfEdge, std::uint32_t> middles_of(ManifoldMesh<Real>& mesh, const EdgePairs& pairs) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<HalfEdge>> sharing;
   for (const HalfEdge h : pairs.crowded) {
     const HalfEdge next = next_of(h);
@@ -60,9 +62,9 @@ std::map<HalfEdge, std::uint32_t> middles_of(ManifoldMesh& mesh, const EdgePairs
   std::map<HalfEdge, std::uint32_t> middles;
   for (const auto& [ends, half_edges] : sharing) {
     if (half_edges.size() <= 2) continue;
-    const SinglePoint3 a = mesh.points[ends.first], b = mesh.points[ends.second];
-    SinglePoint3 middle;
-    for (std::size_t k = 0; k < 3; ++k) middle[k] = static_cast<float>((double{a[k]} + b[k]) / 2);
+    const Point3Of<Real> a = mesh.points[ends.first], b = mesh.points[ends.second];
+    Point3Of<Real> middle;
+    for (std::size_t k = 0; k < 3; ++k) middle[k] = static_cast<Real>((double{a[k]} + b[k]) / 2);
     if (middle == a || middle == b) continue;  // nothing is between them
     for (const HalfEdge h : half_edges) {
       if (pairs.partner[h] == no_half_edge || middles.contains(h)) continue;
@@ -74,7 +76,8 @@ std::map<HalfEdge, std::uint32_t> middles_of(ManifoldMesh& mesh, const EdgePairs
 }
 
 /// Takes points into the edges of triangles, each of which becomes two, three or four.
-void take_in(ManifoldMesh& mesh, const std::map<HalfEdge, std::uint32_t>& middles) {
+template <typename Real>
+void take_in(ManifoldMesh<Real>& mesh, const std::map<HalfEdge, std::uint32_t>& middles) {
   std::set<std::uint32_t> concerned;
   for (const auto& [h, middle] : middles) concerned.insert(h / 3);
   for (const std::uint32_t t : concerned) {
@@ -120,11 +123,12 @@ std::string Touching::told() const {
   std::string where = edges > 0 ? counted(edges, "edge") : "";
   if (corners > 0) where += (edges > 0 ? " and " : "") + counted(corners, "corner");
   return "the solid touches itself in " + where + "; " + (edges + corners == 1 ? "it is" : "they are") +
-         " there twice, since programs for printers want each edge between two triangles; the shape is the "
+         " there twice, since many programs want each edge between two triangles; the shape is the "
          "same";
 }
 
-void make_manifold(ManifoldMesh& mesh, Touching& touching) {
+template <typename Real>
+void make_manifold(ManifoldMesh<Real>& mesh, Touching& touching) {
   const EdgePairs pairs = pair_edges(mesh.points, mesh.triangles);
   std::set<std::uint32_t> ends;
   for (const HalfEdge h : pairs.crowded) ends.insert(mesh.triangles[h / 3][h % 3]);
@@ -134,5 +138,8 @@ void make_manifold(ManifoldMesh& mesh, Touching& touching) {
       doubled.begin(), doubled.end(), [&](std::uint32_t point) { return !ends.contains(point); }));
   if (!pairs.crowded.empty()) take_in(mesh, middles_of(mesh, pairs));
 }
+
+template void make_manifold(ManifoldMesh<float>&, Touching&);
+template void make_manifold(ManifoldMesh<double>&, Touching&);
 
 }  // namespace bsp2::io

@@ -8,8 +8,9 @@
 namespace bsp2::io {
 
 /// A surface of which every edge has two triangles, and every point one ring of them.
+template <typename Real>
 struct ManifoldMesh {
-  std::vector<SinglePoint3> points;
+  std::vector<Point3Of<Real>> points;
   std::vector<CornerIndices> triangles;
   std::vector<std::int32_t> owner;  ///< of each triangle
 };
@@ -23,11 +24,12 @@ struct Touching {
   [[nodiscard]] std::string told() const;
 };
 
-/// Makes a closed surface manifold, as programs for printers want it: where it touches itself in an edge or a
-/// corner the points there are doubled, so that each wedge of the solid has its own. Places stay as they are.
-/// Where two wedges have both ends of an edge in common all the same, each gets a point of its own in the
-/// middle of it.
+/// Makes a closed surface manifold, as programs for printers and others want it: where it touches itself in
+/// an edge or a corner the points there are doubled, so that each wedge of the solid has its own. Places stay
+/// as they are. Where two wedges have both ends of an edge in common all the same, each gets a point of its
+/// own in the middle of it.
 /// @param touching is added to.
-void make_manifold(ManifoldMesh& mesh, Touching& touching);
+template <typename Real>
+void make_manifold(ManifoldMesh<Real>& mesh, Touching& touching);
 
 }  // namespace bsp2::io

@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 
+#include "surfaces/manifold.hpp"
 #include "surfaces/text.hpp"
 #include "surfaces/writers.hpp"
 
@@ -124,7 +125,11 @@ Pieces to_ply(const TriangleSurface& surface, const PartLabels& labels) {
                                      {surface.triangles.size(), are_coloured ? 21U : 17U, write_face}});
 }
 
-std::string to_off(const TriangleSurface& surface, const PartLabels& labels) {
+std::string to_off(const TriangleSurface& whole, const PartLabels& labels, std::vector<std::string>& notes) {
+  ManifoldMesh<double> surface{whole.points, whole.triangles, whole.owner};
+  Touching touching;
+  make_manifold(surface, touching);  // CGAL, with which OpenSCAD reads, takes nothing else
+  if (std::string told = touching.told(); !told.empty()) notes.push_back(std::move(told));
   const bool are_coloured = labels.are_coloured();
   Text text(60 * surface.points.size() + 24 * surface.triangles.size() + 64);
   text << "OFF\n" << surface.points.size() << ' ' << surface.triangles.size() << " 0\n";

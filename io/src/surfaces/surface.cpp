@@ -24,14 +24,14 @@ constexpr bool single = true, all_digits = false, parts = true, no_parts = false
 /// By ending.
 constexpr SurfaceFormat formats[] = {
     {".3mf", "for printers: an object a part, units, a picture", single, parts, colours},
-    {".amf", "for printers, as OpenSCAD writes it: an object a part", single, parts, colours},
-    {".glb", "glTF, one binary file for viewers: sharp edges as lines", single, parts, colours},
+    {".amf", "for printers, as OpenSCAD: an object a part", single, parts, colours},
+    {".glb", "glTF for viewers, binary: sharp edges as lines", single, parts, colours},
     {".gltf", "the same as text", single, parts, colours},
-    {".obj", "text, a group a part; colours in a second file, .mtl", all_digits, parts, colours},
+    {".obj", "text, a group a part; colours in a file .mtl", all_digits, parts, colours},
     {".off", "text, as OpenSCAD writes it", all_digits, no_parts, colours},
-    {".ply", "binary, the number of the part of each triangle", all_digits, parts, colours},
+    {".ply", "binary, the part of each triangle", all_digits, parts, colours},
     {".stl", "binary, for printers: triangles and nothing else", single, no_parts, no_colours},
-    {".vtp", "for ParaView, the number of the part of each triangle", all_digits, parts, colours},
+    {".vtp", "for ParaView, the part of each triangle", all_digits, parts, colours},
     {".wrl", "VRML97, a face set a part", single, parts, colours},
     {".x3d", "X3D, a face set a part", single, parts, colours},
 };
@@ -111,11 +111,11 @@ void write_obj(const fs::path& path, const TriangleSurface& surface, const Surfa
 
 /// Files without a limit of precision.
 void write_exactly(const fs::path& path, const SurfaceFormat& format, const TriangleSurface& surface,
-                   const SurfaceParts& parts) {
+                   const SurfaceParts& parts, std::vector<std::string>& notes) {
   if (format.ending == ".obj") return write_obj(path, surface, parts);
   const PartLabels labels(parts, path.stem().string());
   if (format.ending == ".ply") return write_file(path, to_ply(surface, labels));
-  if (format.ending == ".off") return write_file(path, to_off(surface, labels));
+  if (format.ending == ".off") return write_file(path, to_off(surface, labels, notes));
   if (format.ending == ".vtp") return write_file(path, vtk_module().to_vtp(surface, parts));
   throw std::logic_error("no writer for " + std::string(format.ending));
 }
@@ -172,21 +172,21 @@ SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surfac
   const SurfaceFormat& format = *surface_format(path);
   SurfaceRemarks remarks;
   if (!format.is_single) {
-    write_exactly(path, format, surface, parts);
-    return remarks;
+    write_exactly(path, format, surface, parts, remarks.notes);
+  } else {
+    if (!fits_single(surface))
+      throw Error("cannot write '" + path.string() +
+                  "': coordinates above 3.4e38 are too large for the single precision of " +
+                  std::string(format.ending) + "; " + exact_endings() + " keep them");
+    const PartLabels labels(parts, path.stem().string());
+    const SingleSurface rounded = rounded_to_single(surface);
+    if (format.ending == ".stl")
+      write_file(path, to_stl(rounded));
+    else
+      write_file(path, single_bytes(format, rounded, labels, remarks.notes));
+    remarks.warning = warning_of(path, format, loss_in_single(surface));
   }
-  if (!fits_single(surface))
-    throw Error("cannot write '" + path.string() +
-                "': coordinates above 3.4e38 are too large for the single precision of " +
-                std::string(format.ending) + "; " + exact_endings() + " keep them");
-  const PartLabels labels(parts, path.stem().string());
-  const SingleSurface rounded = rounded_to_single(surface);
-  if (format.ending == ".stl")
-    write_file(path, to_stl(rounded));
-  else
-    write_file(path, single_bytes(format, rounded, labels, remarks.notes));
   for (std::string& note : remarks.notes) note = path.string() + ": " + note;
-  remarks.warning = warning_of(path, format, loss_in_single(surface));
   return remarks;
 }
 

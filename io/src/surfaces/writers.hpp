@@ -16,14 +16,14 @@ namespace bsp2::io {
 Pieces to_stl(const SingleSurface& surface);
 /// Likewise.
 Pieces to_ply(const geometry::TriangleSurface& surface, const PartLabels& labels);
-std::string to_off(const geometry::TriangleSurface& surface, const PartLabels& labels);
-
 /// @param material_file the name of the file with the colours; empty: none are named.
 std::string to_obj(const geometry::TriangleSurface& surface, const PartLabels& labels,
                    const std::string& material_file);
 std::string to_mtl(const geometry::TriangleSurface& surface, const PartLabels& labels);
 
 /// @param notes what is told of the file is added, as parts of a sentence that begins with its name.
+std::string to_off(const geometry::TriangleSurface& surface, const PartLabels& labels,
+                   std::vector<std::string>& notes);
 std::string to_amf(const SingleSurface& surface, const PartLabels& labels, std::vector<std::string>& notes);
 std::string to_3mf(const SingleSurface& surface, const PartLabels& labels, std::vector<std::string>& notes);
 

@@ -34,8 +34,8 @@ constexpr auto run_footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, picture, frames, report, table, collect, snapshot, parts,
-      exported, rendered, points, series;
+  std::string order, budget, folder, picture, frames, report, table, collect, snapshot, parts, exported,
+      rendered, points, series;
   PictureText view;
   std::vector<std::string> keep, boundaries;
   bool mesh = false, list_formats = false;

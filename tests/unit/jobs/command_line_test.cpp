@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <sstream>
 
 #include "answers/point_query.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/outputs/surface.hpp"
 #include "options/picture_options.hpp"
 
 namespace bsp2::jobs {
@@ -34,7 +36,8 @@ TEST(CommandLine, WithoutOptionsNothingIsWrittenAndNoMeshIsHeld) {
   EXPECT_EQ(command.options.model, "a.csg");
   EXPECT_FALSE(command.options.collect_cells);
   EXPECT_FALSE(command.options.boundary);
-  EXPECT_FALSE(command.folder || command.mesh || !command.boundaries.empty() || command.picture || command.report);
+  EXPECT_FALSE(command.folder || command.mesh || !command.boundaries.empty() || command.picture ||
+               command.report);
   EXPECT_TRUE(command.options.keep_in && command.options.keep_fuzzy && !command.options.keep_out);
 }
 
@@ -54,8 +57,7 @@ TEST(CommandLine, ABoundaryNeedsInCellsAndAKnownEnding) {
   EXPECT_TRUE(command.options.boundary && command.options.collect_cells);
   EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj", "--boundary", "b.3mf"}).boundaries,
             (Paths{"b.obj", "b.3mf"}));
-  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"})
-                .find("'b.vtu' must end in .3mf, .amf,"),
+  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"}).find("'b.vtu' must end in .3mf, .amf,"),
             std::string::npos);
   EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.stl", "--keep", "out"}).find("--keep in"),
             std::string::npos);
@@ -95,6 +97,28 @@ TEST(CommandLine, FilesHaveNames) {
         << inputs[0] << ": " << message_for(inputs);
   for (const char* command : {"export", "render"})
     EXPECT_NE(message_for({command, "a.h5", "-o", ""}).find("needs a name"), std::string::npos) << command;
+}
+
+/// One table: what is printed, what a mistake names, and what the page shows.
+TEST(CommandLine, FormatsOfSurfacesAreListed) {
+  for (const char* command : {"run", "export"}) {
+    std::ostringstream out;
+    EXPECT_FALSE(parse_command_line({command, "--list-formats"}, out));
+    EXPECT_EQ(out.str(), io::surface_format_table());
+  }
+  const std::string table = io::surface_format_table();
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+  const std::string mistake = message_for({"run", "a.csg", "--boundary", "b.gif"});
+  for (const io::SurfaceFormat& format : io::surface_formats()) {
+    EXPECT_NE(table.find("\n" + std::string(format.ending) + " "), std::string::npos) << format.ending;
+    EXPECT_NE(mistake.find(format.ending), std::string::npos) << mistake;
+  }
+  EXPECT_EQ(message_for({"run", "a.csg", "-o", "b.gif"}), "") << "any folder";
+  EXPECT_EQ(message_for({"export", "a.h5", "-o", "b.GLB"}), "");
+  std::ifstream page(std::string(BSP2_SOURCE_DIR) + "/docs/formats.md");
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  EXPECT_NE(text.find("```\n" + table + "```\n"), std::string::npos) << table;
 }
 
 TEST(CommandLine, AFolderIsNoSurface) {
