@@ -80,16 +80,15 @@ std::string to_x3d(const SingleSurface& surface, const PartLabels& labels) {
   for (const PartPiece& piece : pieces_by_part(surface.points.size(), surface.triangles, surface.owner)) {
     const std::int32_t owner = piece.owners.front();
     const auto colour = labels.shown_colour(owner);
-    text << "<Shape DEF=\"" << words.word(labels.name(owner), owner)
-         << "\">\n<MetadataString name=\"part\" value=\"" << quoted(vrml_string(labels.name(owner)))
-         << "\"/>\n<Appearance><Material diffuseColor=\"";
+    text << "<Group DEF=\"" << words.word(labels.name(owner), owner) << "\">\n<WorldInfo title=\""
+         << quoted(labels.name(owner)) << "\"/>\n<Shape>\n<Appearance><Material diffuseColor=\"";
     text.list(share_of(colour), " ") << '"';
     if (colour[3] < 255) text << " transparency=\"" << transparency(colour) << '"';
     text << "/></Appearance>\n<IndexedFaceSet creaseAngle=\"" << crease_angle() << "\" coordIndex=\"";
     write_indices(text, piece);
     text << "\"><Coordinate point=\"";
     write_points(text, piece, surface);
-    text << "\"/></IndexedFaceSet>\n</Shape>\n";
+    text << "\"/></IndexedFaceSet>\n</Shape>\n</Group>\n";
   }
   text << "</Scene>\n</X3D>\n";
   return text.take();
