@@ -69,7 +69,6 @@ std::string to_x3d(const SingleSurface& surface, const PartLabels& labels) {
 <!DOCTYPE X3D PUBLIC "ISO//Web3D//DTD X3D 3.3//EN" "http://www.web3d.org/specifications/x3d-3.3.dtd">
 <X3D profile="Interchange" version="3.3">
 <head>
-<unit category="length" name="millimetre" conversionFactor="0.001"/>
 <meta name="title" content=")"
        << quoted(one_line(labels.whole())) << R"("/>
 <meta name="generator" content="bsp2"/>

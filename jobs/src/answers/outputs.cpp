@@ -115,8 +115,8 @@ void tell_lost_colours(const RunCommand& command, supersteps::RunResult& result)
   });
   if (file == command.boundaries.end()) return;
   result.report.notes.push_back(
-      fmt::format("the model has colours, which are not in {}: a surface has the colours of parts; with "
-                  "--parts colour each colour is a part",
+      fmt::format("the model has colours, which are not in {}: a surface has the colours of parts; if the "
+                  "model is run with --parts colour, each colour is one",
                   file->string()));
 }
 
