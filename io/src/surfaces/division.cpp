@@ -115,6 +115,16 @@ std::string joined_name(const std::vector<std::int32_t>& owners, const PartLabel
   return name;
 }
 
+/// What becomes of parts that touch. @param parts so many. @param objects that they are now.
+std::string told_of(std::size_t parts, std::size_t objects, const std::string& name,
+                    const PartLabels& labels) {
+  std::string text = std::to_string(parts) + " parts touch " + (objects == 1 ? "each other" : "others") +
+                     ", and a surface has nothing between parts that touch: ";
+  text += objects == 1 ? "they are one object, '" + name + "'"
+                       : "those that touch are one object, as '" + name + "'";
+  return text + (labels.are_coloured() ? ", whose triangles have the colours of their parts" : "");
+}
+
 }  // namespace
 
 std::vector<PartPiece> pieces_by_part(std::size_t points, const std::vector<CornerIndices>& triangles,
@@ -126,7 +136,7 @@ std::vector<PrintedObject> printed_objects(const SingleSurface& surface, const P
                                            std::vector<std::string>& notes) {
   std::vector<PrintedObject> objects;
   Touching touching;
-  std::size_t joined = 0;
+  std::size_t joined = 0, groups = 0;  // parts that touch others, and the objects that they are
   std::string example;
   for (PartPiece& piece :
        pieces_by_group(surface.points.size(), surface.triangles, surface.owner, touching_parts(surface))) {
@@ -134,6 +144,7 @@ std::vector<PrintedObject> printed_objects(const SingleSurface& surface, const P
     object.name = joined_name(piece.owners, labels);
     if (piece.owners.size() > 1) {
       joined += piece.owners.size();
+      ++groups;
       if (example.empty()) example = object.name;
     }
     object.owners = std::move(piece.owners);
@@ -142,11 +153,7 @@ std::vector<PrintedObject> printed_objects(const SingleSurface& surface, const P
     object.mesh.triangles = std::move(piece.triangles);
     make_manifold(object.mesh, touching);
   }
-  if (joined > 0)
-    notes.push_back(std::to_string(joined) +
-                    " parts touch others, and the surface has nothing between parts that touch: those that "
-                    "do are one object together (" +
-                    example + "), of which each triangle has the colour of its part");
+  if (joined > 0) notes.push_back(told_of(joined, groups, example, labels));
   if (const std::string told = touching.told(); !told.empty()) notes.push_back(told);
   return objects;
 }

@@ -238,7 +238,7 @@ TEST_F(Surface, PartsThatTouchAreOneObjectForPrinters) {
   surface.owner = {0, 0, 1, 1};
   const auto notes = write_surface(folder.path() / "t.amf", surface, {.names = {"a", "b"}}).notes;
   ASSERT_EQ(notes.size(), 1U);
-  EXPECT_NE(notes[0].find("2 parts touch others"), std::string::npos) << notes[0];
+  EXPECT_NE(notes[0].find("2 parts touch each other"), std::string::npos) << notes[0];
   EXPECT_NE(text("t.amf").find("a + b"), std::string::npos);
 }
 
