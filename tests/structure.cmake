@@ -8,7 +8,7 @@ set(rooms geometry model dataflow io supersteps jobs)
 set(geometry support exact families hyperplanes cells surface)
 set(model expression text mesh builder import drawing csg)
 set(dataflow process shapes network producers evaluate regions surface lowering operands constructs compile)
-set(io files outputs vtk hdf5)
+set(io files outputs surfaces vtk hdf5)
 set(supersteps ranks state regions stages loop render)
 set(jobs tables queue options answers program)
 set(most_files 24)  # in a folder

@@ -8,6 +8,7 @@
 #include "bsp2/geometry/support/module.hpp"
 #include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
 #include "outputs/piece.hpp"
 
@@ -32,8 +33,7 @@ struct VtkModule {
   SimplexCount (*write_piece)(const PieceFile& file, const Piece& piece, bool with_polyhedron,
                               const VtuOptions& options);
   /// The bytes of a file.
-  /// @param part_names as `write_surface`.
-  std::string (*to_vtp)(const geometry::TriangleSurface& surface, const std::vector<std::string>& part_names);
+  std::string (*to_vtp)(const geometry::TriangleSurface& surface, const SurfaceParts& parts);
 };
 
 /// What bsp2-hdf5 does: see write_snapshot and read_snapshot.
