@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "answers/report_json.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/pvd.hpp"
@@ -292,7 +292,8 @@ void write_results(const RunCommand& command, supersteps::RunResult& result, sup
   if (command.boundary)
     make(*command.boundary, [&] { write_boundary(*command.boundary, command.folder, result); });
   supersteps::record_costs(ranks, result.report);
-  if (command.report) make(*command.report, [&] { io::write_file(*command.report, to_json(result.report)); });
+  if (command.report)
+    make(*command.report, [&] { io::write_file(*command.report, api::to_json(result.report)); });
   if (command.table)
     make(*command.table, [&] { io::write_file(*command.table, to_csv(result.report.supersteps)); });
   // The largest, and there already under its own name.
