@@ -25,7 +25,7 @@ function(bsp2_module_layout room)
 endfunction()
 
 # bsp2_module(<room> <name> SOURCES ... LINK ...): what needs one library. It takes nothing from the rooms but their headers, so these
-# need not be position-independent. After bsp2_module_layout.
+# may be compiled differently. After bsp2_module_layout.
 function(bsp2_module room name)
   cmake_parse_arguments(MODULE "" "" "SOURCES;LINK" ${ARGN})
   set(target bsp2_module_${name})
