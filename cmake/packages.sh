@@ -7,6 +7,7 @@ bsp2_packages=(
   libfreetype-dev libharfbuzz-dev libfontconfig-dev fonts-liberation libxml2-dev libzip-dev libpng-dev
   libcli11-dev nlohmann-json3-dev libspdlog-dev libxxhash-dev
   libgtest-dev libbenchmark-dev
+  pybind11-dev python3-dev python3-numpy
 )
 
 # Prints the packages that are not installed, one a line.

@@ -132,8 +132,8 @@ class BSP2_API Expression {
   [[nodiscard]] Expression measure(const std::string& name) const;
   /// @param name as CSS has them, or #rrggbb.
   [[nodiscard]] Expression color(const std::string& name, double alpha = 1) const;
-  /// @param channels red, green, blue and opacity, each in [0, 1].
-  [[nodiscard]] Expression color(const std::array<double, 4>& channels) const;
+  /// Each in [0, 1].
+  [[nodiscard]] Expression color(double red, double green, double blue, double opacity = 1) const;
 
   /// The expression in the language of .csg files, with all digits. What is shared here is written as often
   /// as it occurs. @throws Error if that is more than a text can be (4 GB).

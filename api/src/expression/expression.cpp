@@ -335,8 +335,8 @@ Expression Expression::measure(const std::string& name) const {
 Expression Expression::color(const std::string& name, double alpha) const {
   return node("color", {{"c", name}, {"alpha", alpha}}, {*this});
 }
-Expression Expression::color(const std::array<double, 4>& channels) const {
-  return node("color", {{"c", channels}}, {*this});
+Expression Expression::color(double red, double green, double blue, double opacity) const {
+  return node("color", {{"c", std::array{red, green, blue, opacity}}}, {*this});
 }
 
 }  // namespace bsp2
