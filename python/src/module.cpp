@@ -370,6 +370,9 @@ PYBIND11_MODULE(_bsp2, m) {
       const py::object made = py::reinterpret_borrow<py::object>(error_type)(py::str(error.what()));
       made.attr("is_users_mistake") = error.is_users_mistake();
       PyErr_SetObject(error_type.ptr(), made.ptr());
+    } catch (
+        const py::cast_error& error) {  // of an argument that was looked at more closely than by its type
+      PyErr_SetString(PyExc_TypeError, error.what());
     }
   });
   add_nodes(m);

@@ -148,6 +148,8 @@ class BSP2_API Expression {
 
  private:
   std::shared_ptr<const Node> node_;
+  static Expression made(std::string name, std::string arguments, const Expression* operands,
+                         std::size_t count, int dimension);
 };
 
 /// What a file holds: a model (.csg; .scad, which the program openscad translates), a mesh (.stl, .off, .obj,

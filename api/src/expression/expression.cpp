@@ -110,13 +110,6 @@ class Writer {
   }
 };
 
-std::vector<NodePointer> roots_of(const std::vector<Expression>& expressions) {
-  std::vector<NodePointer> roots;
-  roots.reserve(expressions.size());
-  for (const Expression& expression : expressions) roots.push_back(expression.root());
-  return roots;
-}
-
 /// Sines of degrees, exact where they are rational or known better than by radians.
 double sine(double degrees) {
   double x = std::fmod(degrees, 360.0);
@@ -185,23 +178,35 @@ Expression::Expression() {
 
 Expression Expression::node(const std::string& name, const Arguments& arguments,
                             const std::vector<Expression>& operands, std::optional<int> dimension) {
-  auto made = std::make_shared<Node>();
-  made->name = name;
+  std::string text;
+  std::size_t bytes = 0;
+  for (const auto& [argument, value] : arguments) bytes += argument.size() + value.text_.size() + 5;
+  text.reserve(bytes);
   for (const auto& [argument, value] : arguments) {
     if (!value.is_finite_) throw Error(name + ": '" + argument + "' has to be of finite numbers");
-    if (!made->text.empty()) made->text += ", ";
-    ((made->text += argument) += " = ") += value.text_;
+    if (!text.empty()) text += ", ";
+    ((text += argument) += " = ") += value.text_;
   }
-  made->dimension = dimension.value_or(operands.empty() ? 3 : operands.front().dimension());
-  check_dimension(name, made->dimension);
-  if (name != "product")
-    for (const Expression& operand : operands)
-      if (operand.dimension() != operands.front().dimension())
-        refuse_dimensions(name, operands.front().dimension(), operand.dimension());
-  made->operands = roots_of(operands);
-  made->bytes = own_bytes(*made);
-  for (const auto& operand : made->operands) made->bytes = sum(made->bytes, operand->bytes);
-  return Expression(std::move(made));
+  return made(name, std::move(text), operands.data(), operands.size(),
+              dimension.value_or(operands.empty() ? 3 : operands.front().dimension()));
+}
+
+Expression Expression::made(std::string name, std::string arguments, const Expression* operands,
+                            std::size_t count, int dimension) {
+  auto node = std::make_shared<Node>();
+  node->name = std::move(name);
+  node->text = std::move(arguments);
+  node->dimension = dimension;
+  check_dimension(node->name, dimension);
+  node->bytes = own_bytes(*node);
+  node->operands.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (operands[i].dimension() != operands[0].dimension() && node->name != "product")
+      refuse_dimensions(node->name, operands[0].dimension(), operands[i].dimension());
+    node->operands.push_back(operands[i].node_);
+    node->bytes = sum(node->bytes, operands[i].node_->bytes);
+  }
+  return Expression(std::move(node));
 }
 
 int Expression::dimension() const { return node_->dimension; }
@@ -304,7 +309,8 @@ Expression Expression::transform(std::span<const double> matrix) const {
                                                   0, 0, 0, matrix[8]},
                                            4)
                              : Value::rows(matrix, width);
-  return node("multmatrix", {{"m", m}}, {*this});
+  if (!m.is_finite_) throw Error("transform: 'm' has to be of finite numbers");
+  return made("multmatrix", "m = " + m.text_, this, 1, dimension());
 }
 
 Expression Expression::transform(const std::vector<Vector>& rows) const {

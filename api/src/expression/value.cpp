@@ -9,6 +9,12 @@ namespace {
 
 template <typename Number>
 void append_number(std::string& text, Number number) {
+  // Most numbers of a matrix are 0 or 1.
+  if (number >= 0 && number < 10 && !std::signbit(static_cast<double>(number)))
+    if (const int digit = static_cast<int>(number); static_cast<Number>(digit) == number) {
+      text += static_cast<char>('0' + digit);
+      return;
+    }
   std::array<char, 32> digits;  // the shortest text that is read as the same number
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
   text.append(digits.data(), end);
@@ -26,6 +32,7 @@ void append_list(std::string& text, std::span<const Number> numbers) {
 
 template <typename Number>
 void append_rows(std::string& text, std::span<const Number> numbers, std::size_t width) {
+  text.reserve(text.size() + 8 * numbers.size());
   text += '[';
   for (std::size_t i = 0; i + width <= numbers.size() && width > 0; i += width) {
     if (i > 0) text += ", ";
