@@ -1,5 +1,6 @@
 # Installs the library, moves the installation, and builds and runs the examples with nothing else: by CMake and by pkg-config.
-#   cmake -DBUILD=... -DWORK=... -DSOURCE=... -DCXX=... -DMPIEXEC=... -P install_api.cmake
+# The same of the module for Python, if there is one.
+#   cmake -DBUILD=... -DWORK=... -DSOURCE=... -DCXX=... -DMPIEXEC=... [-DPYTHON=...] -P install_api.cmake
 file(REMOVE_RECURSE ${WORK})
 function(run output)
   execute_process(COMMAND ${ARGN} WORKING_DIRECTORY ${WORK} OUTPUT_VARIABLE said ERROR_VARIABLE errors RESULT_VARIABLE code)
@@ -15,7 +16,9 @@ function(expect text pattern)
 endfunction()
 
 file(MAKE_DIRECTORY ${WORK}/outside)
-run(ignored ${CMAKE_COMMAND} --install ${BUILD} --component bsp2 --prefix ${WORK}/installed)
+foreach(component bsp2 library python)
+  run(ignored ${CMAKE_COMMAND} --install ${BUILD} --component ${component} --prefix ${WORK}/installed)
+endforeach()
 file(RENAME ${WORK}/installed ${WORK}/moved)
 
 # One header, which drags in the standard library alone.
@@ -77,3 +80,16 @@ endif()
 execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_DEBUG=libs built/ranks WORKING_DIRECTORY ${WORK}
   COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET ERROR_VARIABLE libraries)
 expect("${libraries}" "calling init: ${WORK}/moved/[^\n]*/bsp2-vtk.so")
+
+if(PYTHON)
+  file(GLOB_RECURSE package ${WORK}/moved/__init__.py)
+  list(FILTER package INCLUDE REGEX "/bsp2/__init__.py$")
+  cmake_path(GET package PARENT_PATH package)
+  cmake_path(GET package PARENT_PATH packages)
+  file(WRITE ${WORK}/solid.py "import bsp2\nbsp2.cube(2).evaluate().save('by_python.pvtu')\nprint(bsp2.__file__, bsp2._bsp2.__file__)\n")
+  run(said ${CMAKE_COMMAND} -E env PYTHONPATH=${packages} ${PYTHON} solid.py)
+  expect("${said}" "^${WORK}/moved/[^ ]* ${WORK}/moved/[^ ]*\n$")
+  if(NOT EXISTS ${WORK}/by_python.pvtu)
+    message(FATAL_ERROR "The module for Python has not written its file")
+  endif()
+endif()
