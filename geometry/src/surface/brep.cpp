@@ -558,10 +558,23 @@ class ShellMaker {
   }
 };
 
+bool has_interfaces(const Skin& skin) {
+  return std::any_of(skin.faces.begin(), skin.faces.end(),
+                     [](const Skin::Face& face) { return face.other != Skin::outside; });
+}
+
+Skin without_interfaces(Skin skin) {
+  std::erase_if(skin.edges,
+                [&](const Skin::Edge& edge) { return skin.faces[edge.face].other != Skin::outside; });
+  return skin;
+}
+
 }  // namespace
 
-Brep brep_of(const HyperplaneTable<3>& table, Skin skin) {
-  const TriangulatedSkin triangles = triangulated(table, std::move(skin));
+Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surface) {
+  const bool is_divided = has_interfaces(skin);
+  if (surface != nullptr && is_divided) *surface = triangulate(table, without_interfaces(skin));
+  TriangulatedSkin triangles = triangulated(table, std::move(skin));
   ExactPoints exact(table);
   Brep brep;
   brep.points = triangles.surface.points;
@@ -569,6 +582,7 @@ Brep brep_of(const HyperplaneTable<3>& table, Skin skin) {
   faces.run();
   EdgeMaker(exact, triangles, faces, brep).run();
   ShellMaker(brep).run();
+  if (surface != nullptr && !is_divided) *surface = std::move(triangles.surface);
   return brep;
 }
 

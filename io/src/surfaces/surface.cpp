@@ -19,18 +19,23 @@ namespace {
 using geometry::TriangleSurface;
 
 constexpr bool single = true, all_digits = false, parts = true, no_parts = false, colours = true,
-               no_colours = false;
+               no_colours = false, faces = true;
 
 /// By ending.
 constexpr SurfaceFormat formats[] = {
     {".3mf", "for printers: an object a part, units, a picture", single, parts, colours},
     {".amf", "for printers, as OpenSCAD: an object a part", single, parts, colours},
+    {".brep", "faces, as Open CASCADE keeps them", all_digits, no_parts, no_colours, faces},
     {".glb", "glTF for viewers, binary: sharp edges as lines", single, parts, colours},
     {".gltf", "the same as text", single, parts, colours},
+    {".iges", "faces, for CAD programs: solids by part", all_digits, parts, colours, faces},
+    {".igs", "the same", all_digits, parts, colours, faces},
     {".obj", "text, a group a part; colours in a file .mtl", all_digits, parts, colours},
     {".off", "text, as OpenSCAD writes it", all_digits, no_parts, colours},
     {".ply", "binary, the part of each triangle", all_digits, parts, colours},
+    {".step", "faces, for CAD programs: solids by part", all_digits, parts, colours, faces},
     {".stl", "binary, for printers: triangles and nothing else", single, no_parts, no_colours},
+    {".stp", "the same as .step", all_digits, parts, colours, faces},
     {".vtp", "for ParaView, the part of each triangle", all_digits, parts, colours},
     {".wrl", "VRML97, a face set a part", single, parts, colours},
     {".x3d", "X3D, a face set a part", single, parts, colours},
@@ -47,7 +52,7 @@ std::string listed(const std::vector<std::string_view>& words, const std::string
 std::string exact_endings() {
   std::vector<std::string_view> endings;
   for (const SurfaceFormat& format : formats)
-    if (!format.is_single) endings.push_back(format.ending);
+    if (!format.is_single && !format.has_faces) endings.push_back(format.ending);
   return listed(endings, "and");
 }
 
@@ -152,7 +157,7 @@ std::string surface_format_table() {
     cell(has_colours, 9);
     table << description << '\n';
   };
-  line("ending", "digits", "parts", "colours", "holds closed triangles");
+  line("ending", "digits", "parts", "colours", "holds closed triangles, if not faces");
   for (const SurfaceFormat& format : formats)
     line(format.ending, format.is_single ? "single" : "all", format.holds_parts ? "yes" : "-",
          format.holds_colours ? "yes" : "-", format.description);
@@ -164,6 +169,7 @@ void check_surface_file(const fs::path& path) {
   if (format == nullptr)
     throw Error("cannot write '" + path.string() + "': a boundary is written as " + surface_endings());
   if (format->ending == ".vtp") vtk_module();
+  if (format->has_faces) occt_module();
 }
 
 SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surface,

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "answers/report_json.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/pvd.hpp"
@@ -89,26 +89,14 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
   return false;
 }
 
-/// Names and colours of the parts of a surface.
-io::SurfaceParts parts_of(const supersteps::RunResult& result) {
-  io::SurfaceParts parts;
-  parts.names = result.part_names;
-  parts.colours.resize(parts.names.size());
-  for (const auto& part : result.report.named_parts)
-    if (const auto number = static_cast<std::size_t>(part.part); number < parts.colours.size())
-      parts.colours[number] = part.colour;
-  parts.other_colour = supersteps::uncoloured;
-  return parts;
-}
-
 /// A surface knows the colours of parts. Where the model has others, who gets a file that could hold them is
 /// told, once.
 void tell_lost_colours(const RunCommand& command, supersteps::RunResult& result) {
   const auto is_coloured = [](const auto& thing) { return thing.has_value(); };
   const auto& of_model = result.colour_of_primitive;
-  const auto parts = parts_of(result);
+  const auto& parts = result.report.named_parts;
   if (!result.boundary || std::none_of(of_model.begin(), of_model.end(), is_coloured) ||
-      std::any_of(parts.colours.begin(), parts.colours.end(), is_coloured))
+      std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.colour.has_value(); }))
     return;
   const auto file = std::find_if(command.boundaries.begin(), command.boundaries.end(), [](const auto& path) {
     return io::surface_format(path) != nullptr && io::surface_format(path)->holds_colours;
@@ -124,11 +112,7 @@ void tell_lost_colours(const RunCommand& command, supersteps::RunResult& result)
 void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
                     supersteps::RunResult& result) {
   if (result.boundary) {
-    const io::SurfaceRemarks remarks = io::write_surface(path, *result.boundary, parts_of(result));
-    if (!remarks.warning.empty()) result.report.warnings.push_back(remarks.warning);
-    auto& notes = result.report.notes;
-    notes.insert(notes.end(), remarks.notes.begin(), remarks.notes.end());
-    return;
+    return supersteps::write_boundary(result, path);
   }
   const int d = result.report.dimension;
   if (d == 3 && !result.report.failed.empty()) {
@@ -330,7 +314,8 @@ void write_results(const RunCommand& command, supersteps::RunResult& result, sup
     make(file, [&] { write_boundary(file, command.folder, result); });
   if (ranks.is_master()) tell_lost_colours(command, result);
   supersteps::record_costs(ranks, result.report);
-  if (command.report) make(*command.report, [&] { io::write_file(*command.report, to_json(result.report)); });
+  if (command.report)
+    make(*command.report, [&] { io::write_file(*command.report, api::to_json(result.report)); });
   if (command.table)
     make(*command.table, [&] { io::write_file(*command.table, to_csv(result.report.supersteps)); });
   // The largest, and there already under its own name.

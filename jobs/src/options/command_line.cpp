@@ -368,6 +368,9 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   if (command.tets && !command.mesh && !command.series)
     throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
   command.options.boundary = !command.boundaries.empty();
+  command.options.faces =
+      std::any_of(command.boundaries.begin(), command.boundaries.end(),
+                  [](const std::filesystem::path& file) { return io::surface_format(file)->has_faces; });
   const auto& options = command.options;
   const bool has_limits = options.level || options.budget_seconds || options.cells || options.steps ||
                           options.angle || options.tolerance || options.regions;

@@ -82,7 +82,7 @@ std::optional<RunResult> tracing(Ranks& ranks, const dataflow::Network<3>& netwo
   if (report.interrupted) return result;
   if (has_given_up) return std::nullopt;
   ranks.begin("resolution");
-  result.boundary = boundary_of(ranks, network.table, std::move(traced.skin));
+  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, result.boundary, result.faces);
   if (result.boundary) measure(report, *result.boundary);
   return result;
 }

@@ -232,6 +232,11 @@ class Ranks::Implementation {
     begun_ = Clock::now();
     if (signs_) signs_->set_superstep(step == 0 ? name : name + " " + std::to_string(step));
   }
+  void restart() {
+    close_entry();
+    entries_.clear();
+    current_ = 0;
+  }
   void set_timeout(double seconds) {
     if (signs_) signs_->set_timeout(seconds);
   }
@@ -434,6 +439,7 @@ void Ranks::agree(const std::function<void()>& work) {
                           text.front() == Culprit::user);
 }
 
+void Ranks::restart() { implementation_->restart(); }
 void Ranks::begin(const std::string& name, unsigned step) {
   implementation_->begin(name, step);
   if (on_superstep) on_superstep(name, step);

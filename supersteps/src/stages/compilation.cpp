@@ -16,6 +16,8 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
   if (!ranks.is_master()) return source;
   if (options.resume) {
     source.text = io::read_snapshot(*options.resume, io::SnapshotPart::head).head.source;
+  } else if (options.text) {
+    source.text = *options.text;
   } else if (model::is_scad(options.model)) {
     model::ModelText translated = model::convert_scad(options.model);
     source.text = std::move(translated.text);
@@ -43,7 +45,7 @@ Source parsed(Source source, const RunOptions& options, unsigned threads) {
 }
 
 std::string source_name(const RunOptions& options) {
-  return options.model.string() + (model::is_scad(options.model) ? ".csg" : "");
+  return options.model.string() + (!options.text && model::is_scad(options.model) ? ".csg" : "");
 }
 
 template <int D>

@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "answers/progress_bar.hpp"
-#include "answers/report_json.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "support/sample_mesh.hpp"
 #include "support/temporary_folder.hpp"
@@ -20,6 +20,7 @@ namespace bsp2::jobs {
 namespace {
 
 namespace fs = std::filesystem;
+using api::to_json;
 using supersteps::RunOptions;
 using supersteps::RunResult;
 

@@ -95,7 +95,8 @@ struct Brep {
   }
 };
 
-/// The complex of a skin. @throws std::logic_error if it is not that of a solid.
-[[nodiscard]] Brep brep_of(const HyperplaneTable<3>& table, Skin skin);
+/// The complex of a skin. @param surface gets what `triangulate` makes of it without interfaces, if not null.
+/// @throws std::logic_error if it is not that of a solid.
+[[nodiscard]] Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surface = nullptr);
 
 }  // namespace bsp2::geometry

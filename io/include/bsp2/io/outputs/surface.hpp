@@ -13,12 +13,13 @@
 
 namespace bsp2::io {
 
-/// A format of files for surfaces. All hold closed triangles.
+/// A format of files for surfaces. All hold closed triangles, or the plane faces that they are of (cad.hpp).
 struct SurfaceFormat {
   std::string_view ending;       ///< with the dot, in small letters
   std::string_view description;  ///< what it is, and what for
   bool is_single;                ///< numbers have single precision: corners are rounded to it first
   bool holds_parts, holds_colours;
+  bool has_faces = false;
 };
 
 /// All formats, by ending: the one place that knows them.
@@ -58,8 +59,8 @@ struct SurfaceRemarks {
 /// surface is as closed as it was, told by the coordinates in the file alone.
 /// @return a warning where single precision changes the volume or the size of a connected part of the surface
 /// by more than a hundred-thousandth, and notes.
-/// @throws bsp2::Error if it cannot be written, its ending is another one, or a coordinate is too large for
-/// its precision.
+/// @throws bsp2::Error if it cannot be written, its ending is another one, or of a format of faces, or a
+/// coordinate is too large for its precision.
 [[nodiscard]] SurfaceRemarks write_surface(const std::filesystem::path& path,
                                            const geometry::TriangleSurface& surface,
                                            const SurfaceParts& parts = {});

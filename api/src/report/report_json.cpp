@@ -1,10 +1,10 @@
-#include "answers/report_json.hpp"
+#include "bsp2/api/report/report_json.hpp"
 
 #include <spdlog/fmt/fmt.h>
 
 #include <nlohmann/json.hpp>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -123,4 +123,4 @@ std::string to_json(const supersteps::RunReport& report) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api
