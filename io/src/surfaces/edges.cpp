@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace bsp2::io {
 namespace {
@@ -68,40 +69,53 @@ void pair_around(const std::vector<Spoke>& spokes, std::vector<HalfEdge>& partne
 
 template <typename Real>
 EdgePairs pair_edges(const std::vector<Point3Of<Real>>& points, std::span<const CornerIndices> triangles) {
-  struct Named {
-    std::uint64_t name;
+  const auto count = static_cast<HalfEdge>(3 * triangles.size());
+  // Sorted by their lower ends first, which is counting, then by the higher ones, of which each has few.
+  struct Use {
+    std::uint32_t high;
     HalfEdge at;
     bool is_turned;
   };
-  std::vector<Named> all;
-  all.reserve(3 * triangles.size());
-  for (HalfEdge h = 0; h < 3 * triangles.size(); ++h) {
+  const auto ends_of = [&](HalfEdge h) {
     const HalfEdge next = next_of(h);
-    const std::uint32_t from = triangles[h / 3][h % 3], to = triangles[next / 3][next % 3];
-    const auto [low, high] = std::minmax(from, to);
-    all.push_back({std::uint64_t{low} << 32 | high, h, from > to});
+    return std::pair{triangles[h / 3][h % 3], triangles[next / 3][next % 3]};
+  };
+  std::vector<std::uint32_t> end_of_low(points.size() + 1);
+  for (HalfEdge h = 0; h < count; ++h) {
+    const auto [from, to] = ends_of(h);
+    ++end_of_low[std::min(from, to) + 1];
   }
-  std::sort(all.begin(), all.end(),
-            [](const Named& a, const Named& b) { return a.name != b.name ? a.name < b.name : a.at < b.at; });
+  for (std::size_t i = 1; i < end_of_low.size(); ++i) end_of_low[i] += end_of_low[i - 1];
+  std::vector<Use> uses(count);
+  for (HalfEdge h = 0; h < count; ++h) {
+    const auto [from, to] = ends_of(h);
+    uses[end_of_low[std::min(from, to)]++] = {std::max(from, to), h, from > to};
+  }
   EdgePairs pairs;
-  pairs.partner.assign(all.size(), no_half_edge);
+  pairs.partner.assign(count, no_half_edge);
   std::vector<Spoke> spokes;
-  for (std::size_t first = 0, end = 0; first < all.size(); first = end) {
-    while (end < all.size() && all[end].name == all[first].name) ++end;
-    if (end - first == 2 && all[first].is_turned != all[first + 1].is_turned) {
-      pairs.partner[all[first].at] = all[first + 1].at;
-      pairs.partner[all[first + 1].at] = all[first].at;
+  std::size_t first = 0;
+  for (std::uint32_t low = 0; low < points.size(); ++low) {
+    const std::size_t end_of_all = end_of_low[low];
+    std::sort(uses.begin() + static_cast<std::ptrdiff_t>(first),
+              uses.begin() + static_cast<std::ptrdiff_t>(end_of_all),
+              [](const Use& a, const Use& b) { return a.high != b.high ? a.high < b.high : a.at < b.at; });
+    for (std::size_t end = first; first < end_of_all; first = end) {
+      while (end < end_of_all && uses[end].high == uses[first].high) ++end;
+      if (end - first == 2 && uses[first].is_turned != uses[first + 1].is_turned) {
+        pairs.partner[uses[first].at] = uses[first + 1].at;
+        pairs.partner[uses[first + 1].at] = uses[first].at;
+      }
+      if (end - first <= 2) continue;
+      spokes.clear();
+      for (std::size_t i = first; i < end; ++i) {
+        spokes.push_back({uses[i].at, uses[i].is_turned});
+        pairs.crowded.push_back(uses[i].at);
+      }
+      ++pairs.crowded_edges;
+      sort_around(spokes, points, triangles, low, uses[first].high);
+      pair_around(spokes, pairs.partner);
     }
-    if (end - first <= 2) continue;
-    spokes.clear();
-    for (std::size_t i = first; i < end; ++i) {
-      spokes.push_back({all[i].at, all[i].is_turned});
-      pairs.crowded.push_back(all[i].at);
-    }
-    ++pairs.crowded_edges;
-    sort_around(spokes, points, triangles, static_cast<std::uint32_t>(all[first].name >> 32),
-                static_cast<std::uint32_t>(all[first].name));
-    pair_around(spokes, pairs.partner);
   }
   return pairs;
 }

@@ -18,27 +18,27 @@ namespace {
 
 using geometry::TriangleSurface;
 
-constexpr bool single = true, all_digits = false, parts = true, no_parts = false, colours = true,
-               no_colours = false, faces = true;
+constexpr bool single = true, all_digits = false, named = true, nameless = false, coloured = true,
+               plain = false, faces = true;
 
 /// By ending.
 constexpr SurfaceFormat formats[] = {
-    {".3mf", "for printers: an object a part, units, a picture", single, parts, colours},
-    {".amf", "for printers, as OpenSCAD: an object a part", single, parts, colours},
-    {".brep", "faces, as Open CASCADE keeps them", all_digits, no_parts, no_colours, faces},
-    {".glb", "glTF for viewers, binary: sharp edges as lines", single, parts, colours},
-    {".gltf", "the same as text", single, parts, colours},
-    {".iges", "faces, for CAD programs: solids by part", all_digits, parts, colours, faces},
-    {".igs", "the same", all_digits, parts, colours, faces},
-    {".obj", "text, a group a part; colours in a file .mtl", all_digits, parts, colours},
-    {".off", "text, as OpenSCAD writes it", all_digits, no_parts, colours},
-    {".ply", "binary, the part of each triangle", all_digits, parts, colours},
-    {".step", "faces, for CAD programs: solids by part", all_digits, parts, colours, faces},
-    {".stl", "binary, for printers: triangles and nothing else", single, no_parts, no_colours},
-    {".stp", "the same as .step", all_digits, parts, colours, faces},
-    {".vtp", "for ParaView, the part of each triangle", all_digits, parts, colours},
-    {".wrl", "VRML97, a face set a part", single, parts, colours},
-    {".x3d", "X3D, a face set a part", single, parts, colours},
+    {".3mf", "for printers: an object a part, units, a picture", single, named, coloured},
+    {".amf", "for printers, as OpenSCAD: an object a part", single, named, coloured},
+    {".brep", "faces, as Open CASCADE keeps them", all_digits, nameless, plain, faces},
+    {".glb", "glTF for viewers, binary: sharp edges as lines", single, named, coloured},
+    {".gltf", "the same as text", single, named, coloured},
+    {".iges", "faces, for CAD programs: solids by part", all_digits, named, coloured, faces},
+    {".igs", "the same", all_digits, named, coloured, faces},
+    {".obj", "text, a group a part; colours in a file .mtl", all_digits, named, coloured},
+    {".off", "text, as OpenSCAD writes it", all_digits, nameless, coloured},
+    {".ply", "binary, the part of each triangle", all_digits, named, coloured},
+    {".step", "faces, for CAD programs: solids by part", all_digits, named, coloured, faces},
+    {".stl", "binary, for printers: triangles and nothing else", single, nameless, plain},
+    {".stp", "the same as .step", all_digits, named, coloured, faces},
+    {".vtp", "for ParaView, the part of each triangle", all_digits, named, coloured},
+    {".wrl", "VRML97, a face set a part", single, named, coloured},
+    {".x3d", "X3D, a face set a part", single, named, coloured},
 };
 
 /// Words as they are spoken, for example ".a, .b or .c".
