@@ -95,6 +95,7 @@ Result found(supersteps::RunOptions run, const Options& options, const Ranks& ra
   made->expression = std::move(expression);
   made->keeps_in = options.keep_in;
   made->keeps_fuzzy = options.keep_fuzzy;
+  made->holds_cells = !options.measures_only;
   supersteps::Ranks& all = made->ranks->ranks;
   if (options.timeout) all.set_timeout(*options.timeout);
   const Told told(all, run, options.progress);

@@ -32,6 +32,9 @@ class Expression::Node {
   [[nodiscard]] bool is_text() const { return name.empty(); }
 };
 
+/// A path from the root of the file system. @throws Error where there is none: no name, no current folder.
+std::filesystem::path absolute_path(const std::filesystem::path& path);
+
 /// The text of a model as it can stand within another one: what it names by relative paths is named by
 /// absolute ones, and if something is tagged as the root (`!`), nothing but that is left.
 std::string embedded(std::string_view text, const std::filesystem::path& folder);
