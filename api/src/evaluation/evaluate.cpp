@@ -126,6 +126,7 @@ Result evaluate(const Expression& expression, const Options& options, const Rank
     const Expression::Node& root = *expression.root();
     run.model = root.is_text() ? root.source : "model";
     run.text = std::make_shared<const std::string>(expression.to_text());
+    run.read = root.read;
     std::vector<std::string> warnings;
     collect_warnings(root, warnings);
     if (options.strict && !warnings.empty())

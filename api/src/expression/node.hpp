@@ -8,6 +8,10 @@
 
 #include "bsp2/bsp2.hpp"
 
+namespace bsp2::model {
+struct Model;
+}
+
 namespace bsp2 {
 
 /// A node of the language with its operands, or the whole text of a model.
@@ -28,6 +32,7 @@ class Expression::Node {
   // Of a text.
   std::string source;                 ///< what it is called in messages
   std::vector<std::string> warnings;  ///< of whoever translated it
+  std::shared_ptr<const model::Model> read;
 
   [[nodiscard]] bool is_text() const { return name.empty(); }
 };
