@@ -230,6 +230,22 @@ def _meshio(self):
     return meshio.Mesh(self.points, blocks, cell_data=data)
 
 
+def _vtk(self):
+    """The cells as a vtkUnstructuredGrid (Debian: python3-vtk9), read from a .pvtu that is written for it; to be called by one rank."""
+    import os
+    import tempfile
+
+    from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "cells.pvtu")
+        self.save(path)
+        reader = vtkXMLPUnstructuredGridReader()
+        reader.SetFileName(path)
+        reader.Update()
+        return reader.GetOutput()
+
+
 def _trimesh(self):
     """Vertices and faces of the surface, as trimesh.Trimesh(*result.triangles()) takes them."""
     surface = self.surface()
@@ -244,6 +260,7 @@ Result.save = _save
 Result.picture = _picture
 Result.triangles = _trimesh
 Result.to_meshio = _meshio
+Result.to_vtk = _vtk
 Result._repr_png_ = _repr_png
 Result.__repr__ = _repr
 Result.volume = property(

@@ -30,6 +30,8 @@ inline Doubles rows_of(const py::object& given, const char* name) {
                          " has to be an array of numbers, or lists of them, all of one length");
   }
   Doubles rows = Doubles::ensure(array);
+  if (rows && rows.ndim() == 2 && rows.shape(1) == 0)
+    throw py::value_error(std::string(name) + " has rows without numbers");
   if (!rows || rows.ndim() != 2)
     throw py::value_error(std::string(name) + " has to have two dimensions (a row for each), not " +
                           std::to_string(array.ndim()));

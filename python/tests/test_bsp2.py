@@ -111,6 +111,47 @@ class Models(unittest.TestCase):
         with self.assertWarnsRegex(bsp2.ModelWarning, "empty"):
             (bsp2.cube() & bsp2.cube().translate([5, 0, 0])).evaluate()
 
+    def test_no_arguments_end_python(self):
+        """Whatever a function is given: a model, or an exception that says why not."""
+        rng = random.Random(SEED)
+        odd = [0, 1, -1, 2.5, math.nan, math.inf, 10**30, 2**31, True, None, "x", "", b"q", [], {}, np.array([]), np.zeros((2, 3)), object(), 1j]
+        solids = [bsp2.cube(), bsp2.square(), bsp2.ball(3), bsp2.cuboid([1, 1, 1, 1]), bsp2.Expression(), bsp2.cuboid([1])]
+
+        def value(depth=0):
+            kind = rng.randrange(6 if depth < 3 else 4)
+            if kind == 0:
+                return rng.choice(odd)
+            if kind == 1:
+                return rng.choice(solids)
+            if kind == 2:
+                return rng.uniform(-2, 5)
+            if kind == 3:
+                return [[rng.uniform(-3, 3) for _ in range(3)] for _ in range(rng.randrange(6))]
+            return [value(depth + 1) for _ in range(rng.randrange(4))]
+
+        functions = [name for name in dir(bsp2) if type(getattr(bsp2, name)).__name__ == "builtin_function_or_method" and name[0] != "_"]
+        self.assertGreater(len(functions), 40)
+        methods = "translate rotate rotate_plane scale mirror transform projective resize part measure color".split()
+        made = 0
+        for _ in range(1000):
+            name = rng.choice(functions)
+            keywords = re.findall(r"(\w+): ", (getattr(bsp2, name).__doc__ or "").split("\n")[0])
+            arguments = [value() for _ in range(rng.randrange(3))], {word: value() for word in keywords if rng.random() < 0.3}
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")
+                    model = getattr(bsp2, name)(*arguments[0], **arguments[1])
+                    made += 1
+                    if rng.random() < 0.5:
+                        model = getattr(model, rng.choice(methods))(value())
+                    if model.dimension < 4:
+                        model.evaluate(threads=1, level=4, tolerance=0.5).cells
+            except (TypeError, ValueError, AttributeError):
+                pass
+            except bsp2.Error as error:
+                self.assertTrue(error.is_users_mistake, f"BSP2_SEED={SEED}: {name} {arguments}: {error}")
+        self.assertGreater(made, 10)
+
     def test_any_node_by_its_name(self):
         grown = bsp2.node("grow", bsp2.square(), delta=0.5)
         self.assertEqual(grown.evaluate(threads=1).volume, 4)

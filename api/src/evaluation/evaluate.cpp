@@ -96,6 +96,7 @@ Result found(supersteps::RunOptions run, const Options& options, const Ranks& ra
   made->expression = std::move(expression);
   made->keeps_in = options.keep_in;
   made->keeps_fuzzy = options.keep_fuzzy;
+  made->holds_cells = !options.measures_only;
   supersteps::Ranks& all = made->ranks->ranks;
   if (options.timeout) all.set_timeout(*options.timeout);
   const Told told(all, run, options.progress);
@@ -126,6 +127,7 @@ Result evaluate(const Expression& expression, const Options& options, const Rank
     const Expression::Node& root = *expression.root();
     run.model = root.is_text() ? root.source : "model";
     run.text = std::make_shared<const std::string>(expression.to_text());
+    run.read = root.read;
     std::vector<std::string> warnings;
     collect_warnings(root, warnings);
     if (options.strict && !warnings.empty())

@@ -7,7 +7,9 @@ namespace {
 
 Expression text_node(std::string text, std::string source, std::vector<std::string> warnings) {
   auto node = std::make_shared<Expression::Node>();
-  node->dimension = model::parse_csg(text, source).expression.dimension();
+  auto read = std::make_shared<model::Model>(model::parse_csg(text, source));
+  node->dimension = read->expression.dimension();
+  node->read = std::move(read);
   node->bytes = text.size() + 64;
   node->text = std::move(text);
   node->source = std::move(source);

@@ -62,6 +62,14 @@ const Measures& Result::Implementation::measures() {
   return *measures_;
 }
 
+void Result::Implementation::check_cells(const std::string& what) const {
+  if (result.report.interrupted)
+    throw Error("cannot make " + what + ": the evaluation was stopped, and there are no cells");
+  if (!holds_cells || !result.report.has_cells)
+    throw Error("cannot make " + what +
+                ": no cells are held; evaluate without measures_only and surface_only");
+}
+
 const supersteps::Asked& Result::Implementation::asked() const {
   if (!result.asked) {
     if (result.report.interrupted) throw Error("the evaluation was stopped: there are no cells to ask");
@@ -90,8 +98,8 @@ bool Result::is_complete() const { return implementation_->result.report.complet
 bool Result::is_interrupted() const { return implementation_->result.report.interrupted; }
 bool Result::is_collected() const { return implementation_->result.is_collected; }
 bool Result::has_cells() const {
-  const auto& result = implementation_->result;
-  return result.report.has_cells && (result.asked || !result.mesh.batches.empty());
+  const auto& report = implementation_->result.report;
+  return implementation_->holds_cells && report.has_cells && !report.interrupted;
 }
 std::string Result::digest() const {
   const auto& report = implementation_->result.report;

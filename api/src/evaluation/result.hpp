@@ -17,6 +17,10 @@ class Result::Implementation {
   std::optional<Expression> expression;           ///< none: of a snapshot
   std::optional<std::filesystem::path> snapshot;  ///< that was written, or else resumed
   bool keeps_in = true, keeps_fuzzy = true;
+  bool holds_cells = true;  ///< on some rank
+
+  /// @throws Error that says why, if there are no cells to be shown as `what`.
+  void check_cells(const std::string& what) const;
 
   const Cells& cells();
   const Measures& measures();

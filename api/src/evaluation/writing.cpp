@@ -56,6 +56,7 @@ std::string Result::Implementation::source() const {
 
 std::string Result::Implementation::picture(const std::string& format, const View& view) {
   const auto options = picture_options(view, format_of("view." + format));
+  check_cells("a picture");
   std::string bytes;
   ranks->ranks.together([&] { bytes = supersteps::render(ranks->ranks, result, options); });
   return bytes;
@@ -90,11 +91,10 @@ void Result::Implementation::write_on_master(const std::filesystem::path& path,
 
 std::vector<std::string> Result::Implementation::write(const std::filesystem::path& path,
                                                        const WriteOptions& options) {
-  if (result.report.interrupted && path.extension() != ".h5" && path.extension() != ".json")
-    throw Error("cannot write '" + path.string() + "': the evaluation was stopped, and there are no cells");
   std::vector<std::string> warnings;
   const bool is_mesh = path.extension() == ".pvtu";
   const auto picture = supersteps::picture_format(path);
+  if (is_mesh || picture) check_cells("'" + path.string() + "'");
   ranks->ranks.together([&] {
     ranks->ranks.agree([&] {
       if (!ranks->ranks.is_master()) return;

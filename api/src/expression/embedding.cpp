@@ -102,6 +102,14 @@ std::optional<std::string> relative_path(std::string_view quoted) {
 
 }  // namespace
 
+std::filesystem::path absolute_path(const std::filesystem::path& path) {
+  if (path.empty()) throw Error("a file is needed, and no name is given");
+  std::error_code error;
+  const std::filesystem::path absolute = std::filesystem::absolute(path, error);
+  if (error) throw Error("cannot tell where '" + path.string() + "' is: " + error.message());
+  return absolute.lexically_normal();
+}
+
 std::string embedded(std::string_view text, const std::filesystem::path& folder) {
   const std::optional<std::string_view> root = root_of(text);
   if (root) text = *root;

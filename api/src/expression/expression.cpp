@@ -97,7 +97,7 @@ class Writer {
     tabs();
     if (node.is_text()) {
       ((text_ += "group() {\n") +=
-       embedded(node.text, std::filesystem::absolute(node.source).parent_path())) += '\n';
+       embedded(node.text, absolute_path(node.source.empty() ? "model" : node.source).parent_path())) += '\n';
       return line("}");
     }
     (((text_ += node.name) += '(') += node.text) += ')';

@@ -8,6 +8,10 @@
 
 #include "bsp2/bsp2.hpp"
 
+namespace bsp2::model {
+struct Model;
+}
+
 namespace bsp2 {
 
 /// A node of the language with its operands, or the whole text of a model.
@@ -28,9 +32,13 @@ class Expression::Node {
   // Of a text.
   std::string source;                 ///< what it is called in messages
   std::vector<std::string> warnings;  ///< of whoever translated it
+  std::shared_ptr<const model::Model> read;
 
   [[nodiscard]] bool is_text() const { return name.empty(); }
 };
+
+/// A path from the root of the file system. @throws Error where there is none: no name, no current folder.
+std::filesystem::path absolute_path(const std::filesystem::path& path);
 
 /// The text of a model as it can stand within another one: what it names by relative paths is named by
 /// absolute ones, and if something is tagged as the root (`!`), nothing but that is left.

@@ -47,10 +47,6 @@ void add_fineness(Arguments& arguments, unsigned fn) {
   if (fn != 0) arguments.emplace_back("$fn", fn);
 }
 
-std::string absolute_text(const std::filesystem::path& path) {
-  return std::filesystem::absolute(path).lexically_normal().string();
-}
-
 Expression growth(const char* name, const Expression& operand, double r, const Corners& corners) {
   Arguments arguments{{"r", r}};
   add(arguments, corners);
@@ -145,11 +141,12 @@ Expression imported(const std::filesystem::path& path, const Arguments& more) {
   std::string ending = path.extension().string();
   for (char& c : ending)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return Expression::node("import", with({{"file", absolute_text(path)}}, more), {},
+  return Expression::node("import", with({{"file", absolute_path(path).string()}}, more), {},
                           ending == ".svg" || ending == ".dxf" ? 2 : 3);
 }
 Expression surface(const std::filesystem::path& path, bool center, bool invert) {
-  return Expression::node("surface", {{"file", absolute_text(path)}, {"center", center}, {"invert", invert}});
+  return Expression::node("surface",
+                          {{"file", absolute_path(path).string()}, {"center", center}, {"invert", invert}});
 }
 
 Expression cuboid(const Vector& size, bool center) {

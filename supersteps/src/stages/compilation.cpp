@@ -30,7 +30,9 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
 
 Source parsed(Source source, const RunOptions& options, unsigned threads) {
   try {
-    source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
+    source.model = options.text && options.read && !options.curved && !options.resume
+                       ? *options.read
+                       : model::parse_csg(source.text, source_name(options), {.curved = options.curved});
   } catch (const Error& error) {
     if (source.warnings.empty()) throw;
     // What the translator was in doubt of may be why.

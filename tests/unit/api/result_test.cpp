@@ -126,6 +126,22 @@ TEST(ApiResult, WritesEachFormat) {
   EXPECT_FALSE(fs::exists(base.string() + ".xyz"));
 }
 
+TEST(ApiResult, WritesNoFileOfWhatItDoesNotHold) {
+  const samples::TemporaryFolder folder;
+  const Result figures = evaluate(cube(), {.measures_only = true}),
+               skin = evaluate(cube(), {.surface_only = true});
+  for (const Result* result : {&figures, &skin})
+    for (const char* name : {"x.pvtu", "x.png"}) {
+      EXPECT_THROW(result->write(folder.path() / name), Error) << name;
+      EXPECT_FALSE(fs::exists(folder.path() / name)) << name;
+    }
+  EXPECT_THROW(figures.write(folder.path() / "x.stl"), Error);
+  EXPECT_THROW(figures.write(folder.path() / "x.h5"), Error);
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  skin.write(folder.path() / "x.stl");
+  EXPECT_EQ(figures.volume().least, 1);
+}
+
 TEST(ApiResult, GoesOnFromASnapshot) {
   const samples::TemporaryFolder folder;
   const fs::path snapshot = folder.path() / "s.h5";

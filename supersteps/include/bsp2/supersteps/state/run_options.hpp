@@ -8,6 +8,10 @@
 #include <string>
 #include <vector>
 
+namespace bsp2::model {
+struct Model;
+}
+
 namespace bsp2::supersteps {
 
 enum class Order : std::uint8_t { depth, priority };
@@ -29,6 +33,8 @@ struct RunOptions {
   /// The model's text, if it is none of a file. What it names by relative paths is found from `model`'s
   /// folder. Only the master's counts. Shared, since options are copied.
   std::shared_ptr<const std::string> text;
+  /// What was read of that text already, without `curved`: it need not be read again. Of this rank.
+  std::shared_ptr<const model::Model> read;
   unsigned threads = 0;             ///< of each rank; 0: one a core
   std::optional<unsigned> regions;  ///< rounded up to a power of two; none: by the model
   double coincidence = 1e-9;        ///< hyperplanes closer than this share of the bounding box are one
