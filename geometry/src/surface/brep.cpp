@@ -116,13 +116,11 @@ class FaceMaker {
       number[bounds_[begin].component] = static_cast<std::uint32_t>(brep_.faces.size());
       add_face(face, {bounds_.data() + begin, stop - begin});
     }
-    const std::size_t before = brep_.triangles.size();
     std::vector<std::pair<std::uint32_t, std::uint32_t>> by_face;  // face, triangle
     for (std::size_t i = first; i < end; ++i)
       by_face.emplace_back(number[classes.find(static_cast<std::uint32_t>(i - first))],
                            static_cast<std::uint32_t>(i));
     std::sort(by_face.begin(), by_face.end());
-    brep_.triangles.reserve(before + by_face.size());
     for (const auto& [of, triangle] : by_face) {
       brep_.triangles.push_back(skin_.surface.triangles[triangle]);
       brep_.face_of_triangle.push_back(of);
@@ -578,6 +576,8 @@ Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surfac
   ExactPoints exact(table);
   Brep brep;
   brep.points = triangles.surface.points;
+  brep.triangles.reserve(triangles.surface.triangles.size());
+  brep.face_of_triangle.reserve(triangles.surface.triangles.size());
   FaceMaker faces(exact, triangles, brep);
   faces.run();
   EdgeMaker(exact, triangles, faces, brep).run();

@@ -32,8 +32,7 @@ namespace {
 
 /// What it has to say it says in exceptions and return values: nothing on our output.
 void silence() {
-  for (const auto& printer : Message::DefaultMessenger()->Printers())
-    Message::DefaultMessenger()->RemovePrinter(printer);
+  Message::DefaultMessenger()->ChangePrinters().Clear();
 }
 
 /// The pieces of each part, by its number.

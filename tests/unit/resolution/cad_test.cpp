@@ -40,8 +40,7 @@ namespace {
 namespace fs = std::filesystem;
 
 TopoDS_Shape read(const fs::path& path) {
-  for (const auto& printer : Message::DefaultMessenger()->Printers())
-    Message::DefaultMessenger()->RemovePrinter(printer);
+  Message::DefaultMessenger()->ChangePrinters().Clear();
   if (path.extension() == ".brep") {
     TopoDS_Shape shape;
     EXPECT_TRUE(BRepTools::Read(shape, path.c_str(), BRep_Builder()));
