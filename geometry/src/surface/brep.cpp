@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "bsp2/geometry/support/disjoint_sets.hpp"
 #include "surface/no_index.hpp"
 #include "surface/triangulated_skin.hpp"
 
@@ -19,24 +20,6 @@ namespace {
 
 using Point = std::array<double, 3>;
 using Triangle = std::array<std::uint32_t, 3>;
-
-/// Which things are connected. Source: Galler, Fischer, "An improved equivalence algorithm" (1964).
-class Classes {
- public:
-  explicit Classes(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0U); }
-  std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void unite(std::uint32_t a, std::uint32_t b) {
-    a = find(a);
-    b = find(b);
-    if (a != b) parent_[std::max(a, b)] = std::min(a, b);  // the lowest one stands for all
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 /// The connected faces of a skin, with their loops.
 ///
@@ -103,9 +86,9 @@ class FaceMaker {
   std::vector<std::vector<std::uint32_t>> cycles_;
 
   void add_faces(std::span<const Skin::Edge> edges, std::size_t first, std::size_t end) {
-    Classes classes(end - first);
+    DisjointSets classes(end - first);
     collect(edges, first, end);
-    connect(edges, first, classes);
+    connect(edges, classes);
     std::stable_sort(bounds_.begin(), bounds_.end(), [](const Bound& a, const Bound& b) {
       return std::tie(a.component, a.from, a.to) < std::tie(b.component, b.from, b.to);
     });
@@ -144,7 +127,7 @@ class FaceMaker {
   }
 
   /// Unites triangles that have a side in common, and finds out beside which one each edge is.
-  void connect(std::span<const Skin::Edge> edges, std::size_t /*first*/, Classes& classes) {
+  void connect(std::span<const Skin::Edge> edges, DisjointSets& classes) {
     std::vector<std::uint32_t> beside(edges.size(), none);
     bounds_.clear();
     for (const Skin::Edge& edge : edges)
@@ -365,7 +348,7 @@ class ShellMaker {
   };
 
   Brep& brep_;
-  Classes classes_;
+  DisjointSets classes_;
   std::vector<Found> found_;
   std::vector<std::uint32_t> first_triangle_;  // of each face, and the end
 
@@ -489,12 +472,13 @@ class ShellMaker {
   }
 
   /// The outer shell around a cavity: of those that wind around it, the innermost one.
+  /// @param outer shells of the same part.
   [[nodiscard]] std::optional<std::uint32_t> around(const Found& cavity,
                                                     const std::vector<std::uint32_t>& outer) const {
     const auto holds = [&](const Found& shell) {
       for (std::size_t k = 0; k < 3; ++k)
         if (shell.low[k] > cavity.low[k] || shell.high[k] < cavity.high[k]) return false;
-      return shell.shell.part == cavity.shell.part && shell.is_sure;
+      return shell.is_sure;
     };
     std::vector<std::uint32_t> candidates;
     for (const std::uint32_t shell : outer)
@@ -525,12 +509,16 @@ class ShellMaker {
 
   void make_solids() {
     std::vector<std::uint32_t> outer;
+    std::map<std::int32_t, std::vector<std::uint32_t>> outer_of_part;
     for (std::uint32_t i = 0; i < found_.size(); ++i)
-      if (!found_[i].shell.is_cavity) outer.push_back(i);
+      if (!found_[i].shell.is_cavity) {
+        outer.push_back(i);
+        outer_of_part[found_[i].shell.part].push_back(i);
+      }
     std::map<std::uint32_t, std::vector<std::uint32_t>> cavities;  // by outer shell
     for (std::uint32_t i = 0; i < found_.size(); ++i) {
       if (!found_[i].shell.is_cavity) continue;
-      if (const auto shell = around(found_[i], outer))
+      if (const auto shell = around(found_[i], outer_of_part[found_[i].shell.part]))
         cavities[*shell].push_back(i);
       else
         brep_.is_closed = false;

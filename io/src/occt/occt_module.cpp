@@ -10,6 +10,7 @@
 #include <STEPCAFControl_Controller.hxx>
 #include <STEPCAFControl_Writer.hxx>
 #include <Standard_Failure.hxx>
+#include <Standard_OutOfMemory.hxx>
 #include <TCollection_ExtendedString.hxx>
 #include <TCollection_HAsciiString.hxx>
 #include <TDataStd_Name.hxx>
@@ -20,6 +21,8 @@
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
 #include <map>
+#include <mutex>
+#include <new>
 #include <string>
 
 #include "bsp2/geometry/support/error.hpp"
@@ -31,16 +34,16 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What it has to say it says in exceptions and return values: nothing on our output.
-void silence() {
-  Message::DefaultMessenger()->ChangePrinters().Clear();
-}
+void silence() { Message::DefaultMessenger()->ChangePrinters().Clear(); }
+
+using PartShapes = std::map<std::int32_t, TopoDS_Shape>;
 
 /// The pieces of each part, by its number.
-std::map<std::int32_t, TopoDS_Shape> parts_of(const geometry::Brep& brep) {
+PartShapes parts_of(const geometry::Brep& brep, const Shapes& shapes) {
   std::map<std::int32_t, std::vector<TopoDS_Shape>> pieces;
-  const auto shapes = shapes_of(brep);
-  for (std::size_t i = 0; i < shapes.size(); ++i) pieces[brep.solids[i].part].push_back(shapes[i]);
-  std::map<std::int32_t, TopoDS_Shape> parts;
+  for (std::size_t i = 0; i < shapes.solids.size(); ++i)
+    if (!shapes.solids[i].IsNull()) pieces[brep.solids[i].part].push_back(shapes.solids[i]);
+  PartShapes parts;
   BRep_Builder builder;
   for (auto& [part, of_part] : pieces) {
     if (of_part.size() == 1) {
@@ -55,29 +58,34 @@ std::map<std::int32_t, TopoDS_Shape> parts_of(const geometry::Brep& brep) {
   return parts;
 }
 
-/// Parts with their names and colours, as the writers of STEP and IGES take them.
-Handle(TDocStd_Document) document_of(const geometry::Brep& brep, const SurfaceParts& parts) {
-  Handle(TDocStd_Document) document;
-  XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document);
-  const auto shapes = XCAFDoc_DocumentTool::ShapeTool(document->Main());
-  const auto colours = XCAFDoc_DocumentTool::ColorTool(document->Main());
-  for (const auto& [part, shape] : parts_of(brep)) {
-    const TDF_Label label = shapes->AddShape(shape, false);
-    const auto number = static_cast<std::size_t>(part);
-    const std::string name = part >= 0 && number < parts.names.size() ? parts.names[number]
-                             : parts.names.empty()                    ? "solid"
-                                                                      : "rest";
-    TDataStd_Name::Set(label, TCollection_ExtendedString(name.c_str(), true));
-    if (part < 0 || number >= parts.colours.size() || !parts.colours[number]) continue;
-    const auto& [red, green, blue, opacity] = *parts.colours[number];
-    const Quantity_Color colour(red / 255.0, green / 255.0, blue / 255.0, Quantity_TOC_sRGB);
-    colours->SetColor(label, Quantity_ColorRGBA(colour, static_cast<float>(opacity) / 255),
-                      XCAFDoc_ColorSurf);
+/// Parts with their names and colours, as the writers of STEP and IGES take them. The application would keep
+/// it for ever.
+class Document {
+ public:
+  Document(const PartShapes& of_parts, const CadParts& parts) {
+    XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document_);
+    for (const auto& [part, shape] : of_parts) add(shape, parts.at(part));
   }
-  return document;
-}
+  ~Document() { XCAFApp_Application::GetApplication()->Close(document_); }
+  Document(const Document&) = delete;
+  Document& operator=(const Document&) = delete;
+  [[nodiscard]] const Handle(TDocStd_Document) & get() const { return document_; }
 
-bool write_step(const fs::path& path, const geometry::Brep& brep, const SurfaceParts& parts) {
+ private:
+  Handle(TDocStd_Document) document_;
+
+  void add(const TopoDS_Shape& shape, const CadPart& part) {
+    const TDF_Label label = XCAFDoc_DocumentTool::ShapeTool(document_->Main())->AddShape(shape, false);
+    TDataStd_Name::Set(label, TCollection_ExtendedString(part.name.c_str(), true));
+    if (!part.colour) return;
+    const auto& [red, green, blue, opacity] = *part.colour;
+    const Quantity_Color colour(red / 255.0, green / 255.0, blue / 255.0, Quantity_TOC_sRGB);
+    XCAFDoc_DocumentTool::ColorTool(document_->Main())
+        ->SetColor(label, Quantity_ColorRGBA(colour, static_cast<float>(opacity) / 255), XCAFDoc_ColorSurf);
+  }
+};
+
+bool write_step(const fs::path& path, const PartShapes& of_parts, const CadParts& parts) {
   STEPCAFControl_Controller::Init();
   Interface_Static::SetCVal("write.step.schema", "AP242DIS");
   Interface_Static::SetCVal("write.step.unit", "MM");
@@ -85,46 +93,58 @@ bool write_step(const fs::path& path, const geometry::Brep& brep, const SurfaceP
   STEPCAFControl_Writer writer;
   writer.SetColorMode(true);
   writer.SetNameMode(true);
-  if (!writer.Transfer(document_of(brep, parts), STEPControl_AsIs)) return false;
+  const Document document(of_parts, parts);
+  if (!writer.Transfer(document.get(), STEPControl_AsIs)) return false;
   APIHeaderSection_MakeHeader header(writer.ChangeWriter().Model());
   header.SetName(new TCollection_HAsciiString(path.filename().c_str()));
   header.SetOriginatingSystem(new TCollection_HAsciiString("bsp2"));
   return writer.Write(path.c_str()) == IFSelect_RetDone;
 }
 
-bool write_iges(const fs::path& path, const geometry::Brep& brep, const SurfaceParts& parts) {
+bool write_iges(const fs::path& path, const PartShapes& of_parts, const CadParts& parts) {
   IGESControl_Controller::Init();
   Interface_Static::SetIVal("write.iges.brep.mode", 1);
   Interface_Static::SetCVal("write.iges.unit", "MM");
   IGESCAFControl_Writer writer;
   writer.SetColorMode(true);
   writer.SetNameMode(true);
-  return writer.Transfer(document_of(brep, parts)) && writer.Write(path.c_str());
+  const Document document(of_parts, parts);
+  return writer.Transfer(document.get()) && writer.Write(path.c_str());
 }
 
-bool write_brep(const fs::path& path, const geometry::Brep& brep) {
+bool write_brep(const fs::path& path, const PartShapes& of_parts) {
   TopoDS_Compound all;
   BRep_Builder builder;
   builder.MakeCompound(all);
-  for (const auto& [part, shape] : parts_of(brep)) builder.Add(all, shape);
+  for (const auto& [part, shape] : of_parts) builder.Add(all, shape);
   return BRepTools::Write(all, path.c_str());
 }
 
-bool write(const fs::path& path, CadFormat format, const geometry::Brep& brep, const SurfaceParts& parts) {
+CadRemarks write(const fs::path& path, CadFormat format, const geometry::Brep& brep, const CadParts& parts) {
+  static std::mutex one_at_a_time;  // Open CASCADE's settings and documents are those of the process
+  const std::lock_guard lock(one_at_a_time);
   try {
     silence();
+    const Shapes shapes = shapes_of(brep);
+    const PartShapes of_parts = parts_of(brep, shapes);
+    CadRemarks remarks{false, shapes.short_edges, shapes.thin_solids};
     switch (format) {
       case CadFormat::step:
-        return write_step(path, brep, parts);
+        remarks.is_written = write_step(path, of_parts, parts);
+        break;
       case CadFormat::iges:
-        return write_iges(path, brep, parts);
+        remarks.is_written = write_iges(path, of_parts, parts);
+        break;
       case CadFormat::brep:
-        return write_brep(path, brep);
+        remarks.is_written = write_brep(path, of_parts);
+        break;
     }
+    return remarks;
+  } catch (const Standard_OutOfMemory&) {
+    throw std::bad_alloc();
   } catch (const Standard_Failure& failure) {
     throw Error(std::string("Open CASCADE cannot make the shapes: ") + failure.GetMessageString());
   }
-  return false;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <TopoDS.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Face.hxx>
+#include <TopoDS_Iterator.hxx>
 #include <TopoDS_Shell.hxx>
 #include <TopoDS_Solid.hxx>
 #include <TopoDS_Vertex.hxx>
@@ -15,80 +16,102 @@
 #include <cmath>
 #include <cstdint>
 #include <unordered_map>
+#include <utility>
+
+#include "bsp2/geometry/support/disjoint_sets.hpp"
 
 namespace bsp2::io {
 namespace {
 
 using geometry::Brep;
 
+/// What is shorter is a point, and what is thinner a line, as Open CASCADE has it.
+const double a_point = Precision::Confusion();
+
 class ShapeMaker {
  public:
   explicit ShapeMaker(const Brep& brep)
-      : brep_(brep), place_of_use_(brep.uses.size()), edges_(brep.uses.size()) {
+      : brep_(brep),
+        place_of_use_(brep.uses.size()),
+        vertex_(brep.points.size()),
+        edge_(brep.uses.size()),
+        edges_(brep.uses.size()) {
     for (std::uint32_t place = 0; place < brep.uses_of_edges.size(); ++place)
       place_of_use_[brep.uses_of_edges[place]] = place;
+    for (const Brep::Edge& edge : brep.edges)
+      if (point(edge.ends[0]).Distance(point(edge.ends[1])) <= a_point) {
+        vertex_.unite(edge.ends[0], edge.ends[1]);
+        ++shapes_.short_edges;
+      }
+    for (const Brep::Shell& shell : brep.shells)
+      for (const Brep::Side& side : brep.sides_of(shell))
+        for (const Brep::Loop& loop : brep.loops_of(brep.faces[side.face])) sides_of(loop, side.is_front);
   }
 
-  TopoDS_Shape solid(const Brep::Solid& solid) {
-    TopoDS_Solid shape;
-    builder_.MakeSolid(shape);
-    for (std::uint32_t i = 0; i < solid.shells; ++i)
-      builder_.Add(shape, shell(brep_.shells[solid.first_shell + i]));
-    return shape;
+  Shapes run() {
+    for (const Brep::Solid& of : brep_.solids) {
+      TopoDS_Solid shape;
+      builder_.MakeSolid(shape);
+      bool is_there = false;
+      for (std::uint32_t i = 0; i < of.shells; ++i) {
+        const TopoDS_Shell walls = shell(brep_.shells[of.first_shell + i]);
+        if (walls.IsNull() && i == 0) break;  // then cavities are in nothing
+        if (walls.IsNull()) continue;
+        builder_.Add(shape, walls);
+        is_there = true;
+      }
+      if (!is_there) ++shapes_.thin_solids;
+      shapes_.solids.push_back(is_there ? shape : TopoDS_Solid());
+    }
+    return std::move(shapes_);
   }
 
  private:
+  /// One side of a face on an edge that is long enough, in the order of the loop.
+  struct Side {
+    std::uint32_t from, to;  // vertices that stand for all that are one with them
+    std::uint32_t edge;      // see wedge_of
+  };
+
   const Brep& brep_;
   BRep_Builder builder_;
-  std::vector<std::uint32_t> place_of_use_;                    // of each use, among those of its edge
-  std::vector<TopoDS_Edge> edges_;                             // see wedge_of
+  Shapes shapes_;
+  std::vector<std::uint32_t> place_of_use_;  // of each use, among those of its edge
+  geometry::DisjointSets vertex_, edge_;
+  std::vector<TopoDS_Edge> edges_;                             // by the number that stands for it
   std::unordered_map<std::uint32_t, TopoDS_Vertex> vertices_;  // of the shell at hand
 
-  TopoDS_Shell shell(const Brep::Shell& of) {
-    vertices_.clear();
-    TopoDS_Shell shape;
-    builder_.MakeShell(shape);
-    for (const Brep::Side& side : brep_.sides_of(of)) builder_.Add(shape, face(side));
-    shape.Closed(true);
-    return shape;
+  [[nodiscard]] gp_Pnt point(std::uint32_t number) const {
+    const auto& p = brep_.points[number];
+    return {p[0], p[1], p[2]};
   }
 
-  TopoDS_Face face(const Brep::Side& side) {
-    const Brep::Face& of = brep_.faces[side.face];
-    const auto loops = brep_.loops_of(of);
-    // A point of the plane near the face: numbers stay small.
-    const auto& near = brep_.points[brep_.from(brep_.uses_of(loops.front()).front())];
-    const gp_Dir normal(of.normal[0], of.normal[1], of.normal[2]);
-    const double off = of.normal[0] * near[0] + of.normal[1] * near[1] + of.normal[2] * near[2] + of.offset;
-    const gp_Pnt origin(near[0] - off * of.normal[0], near[1] - off * of.normal[1],
-                        near[2] - off * of.normal[2]);
-    const gp_Pln plane(origin, side.is_front ? normal.Reversed() : normal);
-    double tolerance = Precision::Confusion();
-    for (const Brep::Loop& loop : loops)
-      for (const Brep::Use& use : brep_.uses_of(loop)) {
-        const auto& p = brep_.points[brep_.from(use)];
-        tolerance = std::max(tolerance, 2 * plane.Distance(gp_Pnt(p[0], p[1], p[2])));
-      }
-    TopoDS_Face shape;
-    builder_.MakeFace(shape, new Geom_Plane(plane), tolerance);
-    for (const Brep::Loop& loop : loops) builder_.Add(shape, wire(loop, side.is_front));
-    return shape;
-  }
-
-  TopoDS_Wire wire(const Brep::Loop& loop, bool is_front) {
-    TopoDS_Wire shape;
-    builder_.MakeWire(shape);
+  /// What of a loop is longer than a point, and does not go back at once. Where it does, the face is a line
+  /// there, and the two edges are one.
+  std::vector<Side> sides_of(const Brep::Loop& loop, bool is_front) {
+    std::vector<Side> sides;
     const auto uses = brep_.uses_of(loop);
     for (std::size_t i = 0; i < uses.size(); ++i) {
       const std::size_t at = is_front ? uses.size() - 1 - i : i;
-      const Brep::Use& use = uses[at];
-      TopoDS_Edge& along = edges_[wedge_of(loop.first_use + static_cast<std::uint32_t>(at), is_front)];
-      if (along.IsNull()) along = edge(brep_.edges[use.edge]);
-      const bool is_forward = use.forward != is_front;
-      builder_.Add(shape, along.Oriented(is_forward ? TopAbs_FORWARD : TopAbs_REVERSED));
+      const Brep::Edge& edge = brep_.edges[uses[at].edge];
+      const bool forward = uses[at].forward != is_front;
+      const Side side{vertex_.find(edge.ends[forward ? 0 : 1]), vertex_.find(edge.ends[forward ? 1 : 0]),
+                      wedge_of(loop.first_use + static_cast<std::uint32_t>(at), is_front)};
+      if (side.from == side.to) continue;
+      if (!sides.empty() && sides.back().from == side.to) {
+        edge_.unite(sides.back().edge, side.edge);
+        sides.pop_back();
+      } else {
+        sides.push_back(side);
+      }
     }
-    shape.Closed(true);
-    return shape;
+    while (sides.size() >= 2 && sides.front().from == sides.back().to &&
+           sides.front().to == sides.back().from) {
+      edge_.unite(sides.front().edge, sides.back().edge);
+      sides.erase(sides.begin());
+      sides.pop_back();
+    }
+    return sides;
   }
 
   /// Where the solid on this side of a face is about the edge of a use: between a use and the next one, of
@@ -101,35 +124,85 @@ class ShapeMaker {
     return place == edge.first ? edge.first + edge.count - 1 : place - 1;
   }
 
-  TopoDS_Edge edge(const Brep::Edge& of) {
-    const auto &from = brep_.points[of.ends[0]], &to = brep_.points[of.ends[1]];
-    const gp_Pnt a(from[0], from[1], from[2]), b(to[0], to[1], to[2]);
-    const double length = a.Distance(b);
-    const gp_Dir along = length > 0 ? gp_Dir(gp_Vec(a, b)) : gp_Dir(1, 0, 0);
+  /// @return none if it bounds nothing: what has a volume has four faces.
+  TopoDS_Shell shell(const Brep::Shell& of) {
+    vertices_.clear();
+    TopoDS_Shell shape;
+    builder_.MakeShell(shape);
+    int faces = 0;
+    for (const Brep::Side& side : brep_.sides_of(of)) {
+      const TopoDS_Face part = face(side);
+      if (part.IsNull()) continue;
+      builder_.Add(shape, part);
+      ++faces;
+    }
+    shape.Closed(true);
+    return faces >= 4 ? shape : TopoDS_Shell();
+  }
+
+  TopoDS_Face face(const Brep::Side& side) {
+    const Brep::Face& of = brep_.faces[side.face];
+    const auto loops = brep_.loops_of(of);
+    TopoDS_Face shape;
+    const auto outline = sides_of(loops.front(), side.is_front);
+    if (outline.size() < 3) return shape;
+    // A point of the plane near the face: numbers stay small.
+    const gp_Pnt near = point(outline.front().from);
+    const gp_Dir normal(of.normal[0], of.normal[1], of.normal[2]);
+    const double off = gp_Vec(normal).Dot(gp_Vec(near.XYZ())) + of.offset;
+    const gp_Pln plane(near.Translated(gp_Vec(normal) * -off), side.is_front ? normal.Reversed() : normal);
+    double tolerance = a_point;
+    for (const Side& edge : outline) tolerance = std::max(tolerance, 2 * plane.Distance(point(edge.from)));
+    builder_.MakeFace(shape, new Geom_Plane(plane), tolerance);
+    builder_.Add(shape, wire(outline, tolerance));
+    for (const Brep::Loop& loop : loops.subspan(1))
+      if (const auto hole = sides_of(loop, side.is_front); hole.size() >= 3)
+        builder_.Add(shape, wire(hole, tolerance));
+    return shape;
+  }
+
+  TopoDS_Wire wire(const std::vector<Side>& sides, double tolerance) {
+    TopoDS_Wire shape;
+    builder_.MakeWire(shape);
+    for (const Side& side : sides) {
+      const std::uint32_t number = edge_.find(side.edge);
+      // All that are one edge have one direction: from the lower vertex to the higher one.
+      const bool is_forward = side.from < side.to;
+      if (edges_[number].IsNull())
+        edges_[number] = edge(std::min(side.from, side.to), std::max(side.from, side.to));
+      if (tolerance > a_point) widen(edges_[number], tolerance);
+      builder_.Add(shape, edges_[number].Oriented(is_forward ? TopAbs_FORWARD : TopAbs_REVERSED));
+    }
+    shape.Closed(true);
+    return shape;
+  }
+
+  /// Vertices are off the plane of a face, by a point: so much is allowed around them, and the edges.
+  void widen(const TopoDS_Edge& along, double tolerance) {
+    builder_.UpdateEdge(along, tolerance);
+    for (TopoDS_Iterator end(along); end.More(); end.Next())
+      builder_.UpdateVertex(TopoDS::Vertex(end.Value()), tolerance);
+  }
+
+  TopoDS_Edge edge(std::uint32_t from, std::uint32_t to) {
+    const gp_Pnt a = point(from), b = point(to);
     TopoDS_Edge shape;
-    builder_.MakeEdge(shape, new Geom_Line(a, along), Precision::Confusion());
-    builder_.Range(shape, 0, length);
-    builder_.Add(shape, vertex(of.ends[0]).Oriented(TopAbs_FORWARD));
-    builder_.Add(shape, vertex(of.ends[1]).Oriented(TopAbs_REVERSED));
+    builder_.MakeEdge(shape, new Geom_Line(a, gp_Dir(gp_Vec(a, b))), a_point);
+    builder_.Range(shape, 0, a.Distance(b));
+    builder_.Add(shape, vertex(from).Oriented(TopAbs_FORWARD));
+    builder_.Add(shape, vertex(to).Oriented(TopAbs_REVERSED));
     return shape;
   }
 
   const TopoDS_Vertex& vertex(std::uint32_t number) {
     TopoDS_Vertex& shape = vertices_[number];
-    const auto& p = brep_.points[number];
-    if (shape.IsNull()) builder_.MakeVertex(shape, gp_Pnt(p[0], p[1], p[2]), Precision::Confusion());
+    if (shape.IsNull()) builder_.MakeVertex(shape, point(number), a_point);
     return shape;
   }
 };
 
 }  // namespace
 
-std::vector<TopoDS_Shape> shapes_of(const Brep& brep) {
-  ShapeMaker maker(brep);
-  std::vector<TopoDS_Shape> shapes;
-  shapes.reserve(brep.solids.size());
-  for (const Brep::Solid& solid : brep.solids) shapes.push_back(maker.solid(solid));
-  return shapes;
-}
+Shapes shapes_of(const Brep& brep) { return ShapeMaker(brep).run(); }
 
 }  // namespace bsp2::io

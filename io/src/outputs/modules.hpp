@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,12 +52,25 @@ struct Hdf5Module {
 
 enum class CadFormat { step, iges, brep };
 
+/// What a part is called in a file.
+struct CadPart {
+  std::string name;  ///< UTF-8
+  std::optional<SurfaceParts::Colour> colour;
+};
+using CadParts = std::map<std::int32_t, CadPart>;  ///< by number
+
+/// What became of a complex in a file.
+struct CadRemarks {
+  bool is_written = false;
+  std::uint64_t short_edges = 0, thin_solids = 0;  ///< that have become points, and nothing
+};
+
 /// What bsp2-occt does: see write_cad.
 struct OcctModule {
   static constexpr const char* name = "bsp2-occt";
-  /// @return whether the file could be written. @throws Error if the shapes cannot be made.
-  bool (*write)(const std::filesystem::path& path, CadFormat format, const geometry::Brep& brep,
-                const SurfaceParts& parts);
+  /// @throws Error if the shapes cannot be made.
+  CadRemarks (*write)(const std::filesystem::path& path, CadFormat format, const geometry::Brep& brep,
+                      const CadParts& parts);
 };
 
 /// Loaded by the first call, from any thread, and never unloaded. @throws Error if that fails.

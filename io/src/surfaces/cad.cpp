@@ -1,7 +1,5 @@
 #include "bsp2/io/outputs/cad.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -9,6 +7,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "outputs/modules.hpp"
+#include "surfaces/labels.hpp"
 
 namespace bsp2::io {
 namespace fs = std::filesystem;
@@ -22,17 +21,36 @@ CadFormat format_of(const fs::path& path) {
 
 std::string bytes_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
+  std::string bytes(std::istreambuf_iterator<char>(file), {});
+  if (!file || bytes.size() != fs::file_size(path))
+    throw Error("what was written to '" + path.string() + "' cannot be read");
+  return bytes;
 }
 
-/// What CAD programs take for a point: a ten-millionth of a millimetre.
-std::size_t short_edges(const geometry::Brep& brep) {
-  constexpr double point = 1e-7;
-  return static_cast<std::size_t>(
-      std::count_if(brep.edges.begin(), brep.edges.end(), [&](const geometry::Brep::Edge& edge) {
-        const auto &a = brep.points[edge.ends[0]], &b = brep.points[edge.ends[1]];
-        return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) <= point;
-      }));
+CadParts cad_parts(const geometry::Brep& brep, const PartLabels& labels) {
+  CadParts parts;
+  for (const geometry::Brep::Solid& solid : brep.solids)
+    parts[solid.part] = {labels.name(solid.part), labels.colour(solid.part)};
+  return parts;
+}
+
+/// What becomes points and nothing, in sentences.
+std::vector<std::string> notes_of(const fs::path& path, const CadRemarks& remarks) {
+  std::vector<std::string> notes;
+  if (const auto count = remarks.short_edges; count > 0) {
+    std::ostringstream note;
+    note << path.string() << ": " << count << (count == 1 ? " edge is" : " edges are")
+         << " shorter than 1e-7, which CAD programs take for "
+         << (count == 1 ? "a point; it is one" : "points; they are points") << " in the file";
+    notes.push_back(note.str());
+  }
+  if (const auto count = remarks.thin_solids; count > 0) {
+    std::ostringstream note;
+    note << path.string() << ": " << count << (count == 1 ? " solid is" : " solids are")
+         << " thinner than 1e-7, and left out";
+    notes.push_back(note.str());
+  }
+  return notes;
 }
 
 }  // namespace
@@ -40,21 +58,18 @@ std::size_t short_edges(const geometry::Brep& brep) {
 std::vector<std::string> write_cad(const fs::path& path, const geometry::Brep& brep,
                                    const SurfaceParts& parts) {
   check_surface_file(path);
+  if (brep.solids.empty())
+    throw Error("cannot write '" + path.string() +
+                "': the solid is empty, which files for CAD programs cannot hold");
   // Open CASCADE writes to a path; whole or not at all is ours.
   const TemporaryDirectory folder(folder_of(path));
   const fs::path part = folder.path() / path.filename();
-  if (!occt_module().write(part, format_of(path), brep, parts))
+  const CadRemarks remarks = occt_module().write(part, format_of(path), brep,
+                                                 cad_parts(brep, PartLabels(parts, path.stem().string())));
+  if (!remarks.is_written)
     throw Error("cannot write '" + path.string() + "': the disk is full, or Open CASCADE cannot write it");
   write_file(path, bytes_of(part));
-  std::vector<std::string> notes;
-  if (const std::size_t count = short_edges(brep); count > 0) {
-    std::ostringstream note;
-    note << path.string() << ": " << count << (count == 1 ? " edge is" : " edges are")
-         << " shorter than 1e-7, which CAD programs take for " << (count == 1 ? "a point" : "points")
-         << " and may refuse";
-    notes.push_back(note.str());
-  }
-  return notes;
+  return notes_of(path, remarks);
 }
 
 }  // namespace bsp2::io

@@ -2,32 +2,24 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <set>
+
+#include "bsp2/geometry/support/disjoint_sets.hpp"
 
 namespace bsp2::io {
 namespace {
 
 /// Of each corner of the triangles (corner k of triangle t is 3 t + k) the ring of triangles about its point.
 std::vector<std::uint32_t> rings_of(const std::vector<HalfEdge>& partner) {
-  std::vector<std::uint32_t> parent(partner.size());
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  const auto join = [&](std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent[std::max(a, b)] = std::min(a, b);
-  };
+  geometry::DisjointSets sets(partner.size());
   for (HalfEdge h = 0; h < partner.size(); ++h) {
     if (partner[h] == no_half_edge || partner[h] < h) continue;
-    join(h, next_of(partner[h]));
-    join(next_of(h), partner[h]);
+    sets.unite(h, next_of(partner[h]));
+    sets.unite(next_of(h), partner[h]);
   }
-  for (std::uint32_t i = 0; i < parent.size(); ++i) parent[i] = root(i);
-  return parent;
+  std::vector<std::uint32_t> ring(partner.size());
+  for (std::uint32_t corner = 0; corner < ring.size(); ++corner) ring[corner] = sets.find(corner);
+  return ring;
 }
 
 /// Gives each ring but the first about a point a point of its own. @return which points had several.

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
+
+#include "bsp2/geometry/support/disjoint_sets.hpp"
 
 namespace bsp2::io {
 namespace {
@@ -93,24 +94,14 @@ ShadedSurface shaded(const SingleSurface& surface) {
   const EdgePairs pairs = pair_edges(surface.points, surface.triangles);
   const FacetNormals normals(surface, pairs);
   const auto corners = static_cast<std::uint32_t>(3 * surface.triangles.size());
-  std::vector<std::uint32_t> parent(corners);
-  std::iota(parent.begin(), parent.end(), 0U);
-  const auto root = [&](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  const auto join = [&](std::uint32_t a, std::uint32_t b) {
-    a = root(a);
-    b = root(b);
-    parent[std::max(a, b)] = std::min(a, b);
-  };
+  geometry::DisjointSets sets(corners);
   const double smooth = std::cos(sharp_angle * std::numbers::pi / 180);
   for (HalfEdge h = 0; h < corners; ++h) {
     const HalfEdge other = pairs.partner[h];
     if (other != no_half_edge && other < h) continue;
     if (other != no_half_edge && product(normals[h / 3], normals[other / 3]) >= smooth) {
-      join(h, next_of(other));
-      join(next_of(h), other);
+      sets.unite(h, next_of(other));
+      sets.unite(next_of(h), other);
     } else {
       const HalfEdge next = next_of(h);
       result.sharp_edges.push_back({surface.triangles[h / 3][h % 3], surface.triangles[next / 3][next % 3]});
@@ -124,7 +115,7 @@ ShadedSurface shaded(const SingleSurface& surface) {
   std::vector<std::uint32_t> vertex(corners), first;
   result.triangles.resize(surface.triangles.size());
   for (std::uint32_t corner = 0; corner < corners; ++corner) {
-    const std::uint32_t ring = root(corner);
+    const std::uint32_t ring = sets.find(corner);
     if (ring == corner) {
       vertex[corner] = static_cast<std::uint32_t>(sums.size());
       sums.push_back({});

@@ -180,9 +180,14 @@ io::SurfaceParts parts_of(const RunResult& result) {
 void write_boundary(RunResult& result, const std::filesystem::path& path) {
   io::SurfaceRemarks remarks;
   const io::SurfaceFormat* format = io::surface_format(path);
-  if (format != nullptr && format->has_faces)
+  if (format != nullptr && format->has_faces) {
     remarks.notes = io::write_cad(path, result.faces.value(), parts_of(result));
-  else
+    if (!result.faces->is_closed)
+      remarks.warning =
+          path.string() +
+          ": the faces do not bound solids everywhere, so CAD programs may refuse the file. This "
+          "is a mistake of bsp2: please report the model";
+  } else
     remarks = io::write_surface(path, result.boundary.value(), parts_of(result));
   if (!remarks.warning.empty()) result.report.warnings.push_back(remarks.warning);
   auto& notes = result.report.notes;

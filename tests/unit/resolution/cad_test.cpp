@@ -178,8 +178,9 @@ TEST(Cad, TellsOfEdgesThatCadProgramsTakeForPoints) {
                                      at(0, 0, 0, 1));
   const samples::TemporaryFolder folder;
   const auto notes = io::write_cad(folder.path() / "thin.brep", brep_of(thin));
-  ASSERT_EQ(notes.size(), 1U);
+  ASSERT_EQ(notes.size(), 2U);
   EXPECT_NE(notes[0].find("4 edges are shorter than 1e-7"), std::string::npos) << notes[0];
+  EXPECT_NE(notes[1].find("1 solid is thinner than 1e-7, and left out"), std::string::npos) << notes[1];
 }
 
 }  // namespace

@@ -11,13 +11,12 @@
 namespace bsp2::io {
 
 /// Writes the faces of a solid for CAD programs, in the format that the file's ending names
-/// (SurfaceFormat::has_faces):
-///   .step, .stp  STEP AP242: plane faces with holes, sewn into closed shells with cavities; names and
-///   colours .igs, .iges  IGES: the same as manifold solids (entity 186) .brep        Open CASCADE's own: the
-///   shapes alone, with all digits
-/// One product a part, called like it; of its pieces each is a solid. Solids have faces, edges and vertices
-/// of their own also where they touch, as these programs want it: an edge has two faces. Units are
-/// millimetres. The file appears under its name when it is complete.
+/// (SurfaceFormat::has_faces): STEP AP242 and IGES hold plane faces with holes, sewn into closed shells with
+/// cavities, in millimetres, with names and colours; .brep, Open CASCADE's own, the shapes alone.
+///
+/// One product a part, called like it; each of its pieces is a solid. Solids have faces, edges and vertices
+/// of their own also where they touch, as these programs want it: an edge has two faces. What they take for
+/// points, edges shorter than 1e-7, are points. The file appears under its name when it is complete.
 /// @return notes: what is as it should be, but may surprise.
 /// @throws bsp2::Error if it cannot be written, its ending is another one, or Open CASCADE's module cannot be
 /// loaded.
