@@ -254,6 +254,13 @@ class Results(unittest.TestCase):
         np.testing.assert_allclose(result.centroid, [1, 0.5, 0.5])
         self.assertEqual(result.inertia.shape, (4, 4))
 
+    def test_faces_without_cells(self):
+        with tempfile.TemporaryDirectory() as folder:
+            drilled().evaluate(surface_only=True, faces=True).save(f"{folder}/x.step")
+            self.assertGreater(os.path.getsize(f"{folder}/x.step"), 1000)
+            with self.assertRaisesRegex(bsp2.Error, "faces"):
+                drilled().evaluate(surface_only=True).save(f"{folder}/y.step")
+
     def test_snapshots_are_gone_on_from(self):
         model = drilled()
         with tempfile.TemporaryDirectory() as folder:
