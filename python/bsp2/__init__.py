@@ -99,7 +99,7 @@ def _found(compute, what, progress, stop, all_ranks, options):
 
 _OPTIONS = frozenset(
     "threads regions level tolerance angle eye order budget cells curved coincidence parts_by_color keep_in keep_fuzzy keep_out strict "
-    "measures_only surface surface_only contacts snapshot timeout".split()
+    "measures_only surface surface_only faces contacts snapshot timeout".split()
 )
 
 
@@ -130,7 +130,8 @@ def evaluate(model, *, progress=False, stop=None, ranks=None, **options):
     parts_by_color: each colour is a part.
     keep_in, keep_fuzzy, keep_out: which cells are held. measures_only: none, only figures.
     strict: a warning is an error.
-    surface, contacts: find them now (with several ranks they cannot be found later). surface_only: find nothing else.
+    surface, faces, contacts: find them now (where cells stay on several ranks they cannot be found later). faces are those of the
+    surface, which files for CAD programs hold (.step, .iges, .brep). surface_only: find nothing else.
     snapshot: a file (.h5) that `resume` goes on from.
     timeout: seconds after which a silent rank ends all.
     """
@@ -185,8 +186,9 @@ def _distance(self, points):
 
 
 def _save(self, path, tets=False, **look):
-    """Writes a file in the format that its ending names: .pvtu (the cells), .stl, .ply, .obj, .vtp (the surface), .png, .svg, .pdf (a
-    picture), .json (the report), .csg (the model), .h5 (the snapshot, if one was asked for). All ranks together.
+    """Writes a file in the format that its ending names: .pvtu (the cells); .stl, .ply, .obj, .off, .amf, .3mf, .glb, .wrl, .x3d, .vtp
+    (the surface); .step, .iges, .brep (its faces, for CAD programs); .png, .svg, .pdf (a picture), .json (the report), .csg (the model),
+    .h5 (the snapshot, if one was asked for). All ranks together.
 
     tets: a .pvtu of simplices. For pictures: size=(width, height), shade='color' (or part, rank, region, label), edges=False, eye, look,
     explode.

@@ -6,6 +6,8 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <bsp2/bsp2.hpp>
+#include <cstring>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -50,15 +52,62 @@ inline std::vector<Vector> vectors_of(const py::object& given, const char* name)
   return vectors;
 }
 
+inline bool is_of_indices(const py::array& array) {
+  const char kind = array.dtype().kind();
+  return kind == 'i' || kind == 'u' || (array.size() == 0 && kind == 'f');  // as numpy has an empty list
+}
+
+/// Rows of three indices. @param name for messages.
+inline std::vector<std::uint32_t> triangles_of(const py::object& given, const char* name) {
+  const py::array array = py::array::ensure(given);
+  if (!array || !is_of_indices(array)) {
+    PyErr_Clear();
+    throw py::type_error(std::string(name) + " have to be an array of whole numbers, or lists of them");
+  }
+  if (array.ndim() != 2 || array.shape(1) != 3)
+    throw py::value_error(std::string(name) + " are m x 3 numbers");
+  // Above 2^63 they come out negative.
+  const auto numbers = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
+  std::vector<std::uint32_t> indices;
+  indices.reserve(static_cast<std::size_t>(numbers.size()));
+  for (py::ssize_t i = 0; i < numbers.size(); ++i) {
+    const std::int64_t index = numbers.data()[i];
+    if (index < 0 || index > std::numeric_limits<std::uint32_t>::max())
+      throw py::value_error(std::string(name) + ": " + std::to_string(index) + " is no index of a point");
+    indices.push_back(static_cast<std::uint32_t>(index));
+  }
+  return indices;
+}
+
 /// Indices, as lists of lists or an array of two dimensions.
 inline std::vector<std::vector<std::uint32_t>> indices_of(const py::object& given) {
+  if (py::isinstance<py::array>(given) && !is_of_indices(py::reinterpret_borrow<py::array>(given)))
+    throw py::type_error("indices have to be whole numbers");
   return given.is_none() ? std::vector<std::vector<std::uint32_t>>()
                          : given.cast<std::vector<std::vector<std::uint32_t>>>();
 }
 
+/// One more level of lists in lists, as Python counts them: one that holds itself ends with a RecursionError.
+class Level {
+ public:
+  Level() {
+    if (Py_EnterRecursiveCall(" in a list of values") != 0) throw py::error_already_set();
+  }
+  ~Level() { Py_LeaveRecursiveCall(); }
+  Level(const Level&) = delete;
+  Level& operator=(const Level&) = delete;
+};
+
+/// Python's or numpy's, which has had two names.
+inline bool is_bool(const py::handle& given) {
+  const char* type = Py_TYPE(given.ptr())->tp_name;
+  return PyBool_Check(given.ptr()) != 0 || std::strcmp(type, "numpy.bool_") == 0 ||
+         std::strcmp(type, "numpy.bool") == 0;
+}
+
 /// Any value as that of an argument of a node.
 inline Value value_of(const py::handle& given) {
-  if (PyBool_Check(given.ptr()) != 0) return Value(given.cast<bool>());
+  if (is_bool(given)) return Value(given.cast<bool>());
   if (py::isinstance<py::str>(given)) return Value(given.cast<std::string>());
   if (PyFloat_Check(given.ptr()) != 0 || PyLong_Check(given.ptr()) != 0) return Value(given.cast<double>());
   if (py::isinstance<py::array>(given)) {
@@ -73,6 +122,7 @@ inline Value value_of(const py::handle& given) {
                              : Value::rows(span_of(numbers), static_cast<std::size_t>(numbers.shape(1)));
   }
   if (PySequence_Check(given.ptr()) != 0) {
+    const Level level;
     std::vector<Value> list;
     for (const py::handle item : py::reinterpret_borrow<py::sequence>(given)) list.push_back(value_of(item));
     return Value(list);

@@ -122,6 +122,7 @@ Options options_of(const py::dict& given) {
   set("measures_only", options.measures_only);
   set("surface", options.surface);
   set("surface_only", options.surface_only);
+  set("faces", options.faces);
   set("contacts", options.contacts);
   if (const auto path = optional_of<std::filesystem::path>(given, "snapshot")) options.snapshot = *path;
   options.timeout = optional_of<double>(given, "timeout");

@@ -171,12 +171,10 @@ void add_primitives(py::module_& m) {
       "3.");
   m.def(
       "mesh",
-      [](const py::object& points,
-         const py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>& triangles) {
+      [](const py::object& points, const py::object& triangles) {
         const Doubles rows = rows_of(points, "points");
-        if (rows.shape(1) != 3 || triangles.ndim() != 2 || triangles.shape(1) != 3)
-          throw py::value_error("points are n x 3 and triangles m x 3 numbers");
-        return mesh(span_of(rows), {triangles.data(), static_cast<std::size_t>(triangles.size())});
+        if (rows.shape(1) != 3) throw py::value_error("points are n x 3 numbers");
+        return mesh(span_of(rows), triangles_of(triangles, "triangles"));
       },
       arg("points"), arg("triangles"),
       "The solid that triangles bound, counter-clockwise as seen from outside. points: n x 3. triangles: m x "

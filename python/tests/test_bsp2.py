@@ -85,6 +85,11 @@ class Models(unittest.TestCase):
             lambda: bsp2.cube(math.nan),
             lambda: bsp2.cube(math.inf),
             lambda: bsp2.mesh([[0, 0, 0]], [[0, 1, 2]]),
+            lambda: bsp2.mesh([[0, 0, 0]], [[0.5, 0, 0]]),
+            lambda: bsp2.mesh([[0, 0, 0]], [[-1, 0, 0]]),
+            lambda: bsp2.mesh([[0, 0, 0]], [[2**32, 0, 0]]),
+            lambda: bsp2.mesh([[0, 0, 0]], np.array([[2**64 - 1, 0, 0]], dtype=np.uint64)),
+            lambda: bsp2.polygon(square, np.array([[0, 1, 2.5]])),
             lambda: bsp2.ball(7),
             lambda: bsp2.node("cube", size=object()),
             lambda: bsp2.union(1),
@@ -152,7 +157,26 @@ class Models(unittest.TestCase):
                 self.assertTrue(error.is_users_mistake, f"BSP2_SEED={SEED}: {name} {arguments}: {error}")
         self.assertGreater(made, 10)
 
+    def test_a_list_in_itself_is_refused(self):
+        endless = [1]
+        endless.append(endless)
+        for make in (lambda: bsp2.node("cube", size=endless), lambda: bsp2.bezier(endless)):
+            with self.assertRaises(RecursionError):
+                make()
+        self.assertEqual(bsp2.node("cube", size=[1, 2, 3]).evaluate(threads=1).volume, 6)
+
+    def test_texts_go_anywhere(self):
+        with tempfile.TemporaryDirectory() as folder:
+            drilled().evaluate().save(f"{folder}/a.stl")
+            pathlib.Path(folder, "m.csg").write_text('import("a.stl"); import(file = "./a.stl");')
+            model = bsp2.load(f"{folder}/m.csg")
+            result = model.evaluate()
+            result.save(f"{folder}/elsewhere/m.csg")
+            for again in (bsp2.parse(model.to_text()), pickle.loads(pickle.dumps(model)), bsp2.load(f"{folder}/elsewhere/m.csg")):
+                self.assertEqual(again.evaluate().digest, result.digest)
+
     def test_any_node_by_its_name(self):
+        self.assertIn("center = true", str(bsp2.node("cube", center=np.bool_(True))))
         grown = bsp2.node("grow", bsp2.square(), delta=0.5)
         self.assertEqual(grown.evaluate(threads=1).volume, 4)
         self.assertIn("$fn = 8", str(bsp2.node("cylinder", h=2, r=np.float32(1), fn=np.int64(8))))
@@ -212,10 +236,15 @@ class Results(unittest.TestCase):
         cells, faces, areas = result.contacts()
         self.assertEqual((len(cells), areas.tolist()), (1, [1.0]))
         with tempfile.TemporaryDirectory() as folder:
-            for ending in "pvtu stl ply obj vtp png svg json csg".split():
+            triangles = surface.points, surface.triangles
+            before = [array.copy() for array in triangles]
+            for ending in "pvtu stl ply obj vtp png svg json csg brep".split():
                 path = pathlib.Path(folder) / "new" / ("x." + ending)
                 result.save(path)
                 self.assertGreater(path.stat().st_size, 50)
+            for array, copy in zip(triangles, before):  # a view of what is still there
+                np.testing.assert_array_equal(array, copy)
+            self.assertEqual(surface.points.ctypes.data, result.surface().points.ctypes.data)
             again = bsp2.load(pathlib.Path(folder) / "new" / "x.csg").evaluate()
             self.assertEqual(again.digest, result.digest)
             mesh = bsp2.mesh(*result.triangles()).evaluate()
@@ -224,6 +253,13 @@ class Results(unittest.TestCase):
         self.assertEqual(result.report["digest"], result.digest)
         np.testing.assert_allclose(result.centroid, [1, 0.5, 0.5])
         self.assertEqual(result.inertia.shape, (4, 4))
+
+    def test_faces_without_cells(self):
+        with tempfile.TemporaryDirectory() as folder:
+            drilled().evaluate(surface_only=True, faces=True).save(f"{folder}/x.step")
+            self.assertGreater(os.path.getsize(f"{folder}/x.step"), 1000)
+            with self.assertRaisesRegex(bsp2.Error, "faces"):
+                drilled().evaluate(surface_only=True).save(f"{folder}/y.step")
 
     def test_snapshots_are_gone_on_from(self):
         model = drilled()
@@ -320,6 +356,36 @@ class Running(unittest.TestCase):
             self.assertEqual((said[1][0], said[3][0]), ("1", "3"))
             self.assertEqual(said[1][1:], said[3][1:])
             self.assertTrue(os.path.exists(f"{folder}/x.pvtu"))
+
+
+    def on_ranks(self, count, script, *arguments):
+        mpirun = os.environ.get("BSP2_MPIRUN")
+        if not mpirun:
+            self.skipTest("no mpirun is named")
+        command = [mpirun, "--oversubscribe", "-n", str(count), sys.executable, "-c", script, *arguments]
+        return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, timeout=100).stdout.split()
+
+    def test_several_ranks_find_all_contacts_again_and_again(self):
+        script = (
+            "import bsp2, sys\n"
+            "for _ in range(2):\n"
+            "    ranks = bsp2.Ranks.launched()\n"  # gone, and had again
+            "    row = sum(bsp2.cube().translate([i, 0, 0]) for i in range(12))\n"
+            "    result = row.evaluate(contacts=True, regions=8, ranks=ranks)\n"
+            "    if ranks.is_master: print(ranks.count, len(result.contacts()[0]), sum(result.contacts()[2]))\n"
+            "    result = ranks = None\n"
+        )
+        self.assertEqual(self.on_ranks(3, script), ["3", "11", "11.0"] * 2)
+
+    def test_a_file_that_one_rank_cannot_use_ends_all(self):
+        script = (
+            "import bsp2, sys\n"
+            "path = sys.argv[1] + ('/s.h5' if bsp2.ranks().is_master else '')\n"
+            "try: bsp2.cube().evaluate(snapshot=path)\n"
+            "except bsp2.Error as error: print(error.is_users_mistake)\n"
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            self.assertEqual(self.on_ranks(2, script, folder), ["True", "True"])
 
 
 class Hints(unittest.TestCase):

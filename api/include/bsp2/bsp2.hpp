@@ -135,8 +135,9 @@ class BSP2_API Expression {
   /// Each in [0, 1].
   [[nodiscard]] Expression color(double red, double green, double blue, double opacity = 1) const;
 
-  /// The expression in the language of .csg files, with all digits. What is shared here is written as often
-  /// as it occurs. @throws Error if that is more than a text can be (4 GB).
+  /// The expression in the language of .csg files, with all digits: it means the same wherever it stands,
+  /// since files are named by absolute paths. What is shared here is written as often as it occurs. @throws
+  /// Error if that is more than a text can be (4 GB).
   [[nodiscard]] std::string to_text() const;
   /// How long that text is at most, in bytes; it may be more than could be written.
   [[nodiscard]] std::uint64_t text_bytes() const;
@@ -292,8 +293,7 @@ class BSP2_API Ranks {
   /// This process alone. MPI is not touched.
   Ranks();
   /// All processes that a launcher (mpirun, srun) started with this one; alone, if there is none. MPI is
-  /// started, if nobody has done that yet, and ends with the last copy of this and of the results that were
-  /// found with it. Once in a process.
+  /// started, if nobody has done that yet, and ended when the process exits.
   static Ranks launched();
   [[nodiscard]] int rank() const;
   [[nodiscard]] int count() const;
@@ -346,7 +346,7 @@ struct Options {
   bool faces = false;     ///< its faces, too, which files for CAD programs hold; likewise
   bool contacts = false;  ///< which cells touch; likewise
   std::optional<std::filesystem::path> snapshot;  ///< written at the end, or whenever a budget has passed
-  std::optional<double> timeout;                  ///< after which a silent rank ends all, in seconds
+  std::optional<double> timeout;  ///< after which a silent rank ends all, in seconds; of this evaluation
   /// Told about ten times a second, on the master, by the thread that evaluates.
   std::function<void(const Progress&)> progress;
   /// Asked some hundred times a second, by the thread that evaluates (on each rank): true ends the evaluation

@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <memory>
+#include <type_traits>
 #include <utility>
 
 #include "bsp2/io/outputs/snapshot.hpp"
@@ -12,7 +15,7 @@ namespace {
 
 void check_positive(const char* name, const std::optional<double>& number) {
   if (number && !(*number > 0 && std::isfinite(*number)))
-    throw Error(std::string(name) + " is " + std::to_string(*number) + "; it takes a number above 0");
+    throw Error(std::string(name) + " is " + Value(*number).text() + "; it takes a number above 0");
 }
 
 supersteps::RunOptions run_options(const Options& options) {
@@ -20,7 +23,7 @@ supersteps::RunOptions run_options(const Options& options) {
   check_positive("angle", options.angle);
   check_positive("budget", options.budget);
   if (!(options.coincidence >= 0 && options.coincidence <= 1e-3))
-    throw Error("coincidence is " + std::to_string(options.coincidence) +
+    throw Error("coincidence is " + Value(options.coincidence).text() +
                 "; it takes a number from 0 to 0.001");
   if (!options.keep_in && !options.keep_fuzzy && !options.keep_out)
     throw Error("no cells are kept at all; measures_only is for that");
@@ -33,7 +36,6 @@ supersteps::RunOptions run_options(const Options& options) {
                 std::to_string(most_level));
   if (options.cells && *options.cells == 0) throw Error("cells is 0; it takes a number above 0");
   if (options.angle && options.eye.empty()) throw Error("an angle needs an eye from which it is seen");
-  if (options.snapshot) io::check_snapshot_path(*options.snapshot);
   supersteps::RunOptions run;
   run.threads = options.threads;
   run.regions = options.regions;
@@ -89,19 +91,65 @@ class Told {
   supersteps::Ranks& ranks_;
 };
 
+/// How long ranks wait for each other, as long as this lives.
+class Patience {
+ public:
+  Patience(supersteps::Ranks& ranks, const std::optional<double>& seconds)
+      : ranks_(ranks), before_(ranks.timeout()) {
+    if (seconds) ranks.set_timeout(*seconds);
+  }
+  ~Patience() { ranks_.set_timeout(before_); }
+  Patience(const Patience&) = delete;
+  Patience& operator=(const Patience&) = delete;
+
+ private:
+  supersteps::Ranks& ranks_;
+  double before_;
+};
+
+/// What each rank sees of the files by itself. @throws Error if they cannot be used.
+void check_files(const supersteps::RunOptions& run) {
+  if (run.resume) io::check_snapshot_is_readable(*run.resume);
+  if (run.snapshot) io::check_snapshot_path(*run.snapshot);
+}
+
+/// The contacts that the ranks found, by cells: all on the master, none elsewhere. Collective.
+void gather_contacts(supersteps::Ranks& ranks, supersteps::RunResult& result) {
+  using geometry::Contact;
+  static_assert(std::is_trivially_copyable_v<Contact>);
+  if (ranks.count() == 1) return;
+  auto& contacts = result.contacts;
+  if (!ranks.is_master()) {
+    ranks.send(0, {reinterpret_cast<const char*>(contacts.data()), contacts.size() * sizeof(Contact)});
+    contacts = {};
+  }
+  ranks.sync();
+  for (const auto& message : ranks.received()) {
+    const std::size_t before = contacts.size();
+    contacts.resize(before + message.bytes.size() / sizeof(Contact));
+    if (!message.bytes.empty()) std::memcpy(&contacts[before], message.bytes.data(), message.bytes.size());
+  }
+  std::sort(contacts.begin(), contacts.end(),
+            [](const Contact& a, const Contact& b) { return a.cell < b.cell; });
+}
+
 Result found(supersteps::RunOptions run, const Options& options, const Ranks& ranks,
              std::optional<Expression> expression, const std::vector<std::string>& warnings) {
   auto made = std::make_shared<Result::Implementation>();
   made->ranks = ranks.implementation();
   made->expression = std::move(expression);
-  made->keeps_in = options.keep_in;
-  made->keeps_fuzzy = options.keep_fuzzy;
   made->holds_cells = !options.measures_only;
   supersteps::Ranks& all = made->ranks->ranks;
-  if (options.timeout) all.set_timeout(*options.timeout);
+  const Patience patience(all, options.timeout);
   const Told told(all, run, options.progress);
   all.restart();
-  all.together([&] { made->result = supersteps::run(run, all); });
+  all.together([&] {
+    all.agree([&] { check_files(run); });
+    made->result = supersteps::run(run, all);
+    if (options.contacts) gather_contacts(all, made->result);
+  });
+  made->has_contacts = options.contacts && made->holds_cells && !made->result.report.interrupted &&
+                       made->result.report.failed.empty() && all.is_master();
   auto& report = made->result.report;
   report.warnings.insert(report.warnings.begin(), warnings.begin(), warnings.end());
   made->snapshot = run.snapshot ? run.snapshot : run.resume;
@@ -126,7 +174,8 @@ Result evaluate(const Expression& expression, const Options& options, const Rank
     supersteps::RunOptions run = run_options(options);
     const Expression::Node& root = *expression.root();
     run.model = root.is_text() ? root.source : "model";
-    run.text = std::make_shared<const std::string>(expression.to_text());
+    // What was loaded is read as it stands: places in messages are those of the file.
+    run.text = std::make_shared<const std::string>(root.is_text() ? root.text : expression.to_text());
     run.read = root.read;
     std::vector<std::string> warnings;
     collect_warnings(root, warnings);
@@ -138,7 +187,6 @@ Result evaluate(const Expression& expression, const Options& options, const Rank
 
 Result resume(const std::filesystem::path& snapshot, const Options& options, const Ranks& ranks) {
   return guarded([&] {
-    io::check_snapshot_is_readable(snapshot);
     supersteps::RunOptions run = run_options(options);
     run.resume = snapshot;
     return found(std::move(run), options, ranks, std::nullopt, {});

@@ -10,7 +10,8 @@ Expression text_node(std::string text, std::string source, std::vector<std::stri
   auto read = std::make_shared<model::Model>(model::parse_csg(text, source));
   node->dimension = read->expression.dimension();
   node->read = std::move(read);
-  node->bytes = text.size() + 64;
+  node->folder = folder_named_in(text, source);
+  node->bytes = (node->folder.empty() ? text.size() : located(text, node->folder).size()) + 64;
   node->text = std::move(text);
   node->source = std::move(source);
   node->warnings = std::move(warnings);

@@ -11,12 +11,10 @@ Ranks::Ranks(std::shared_ptr<Implementation> implementation) : implementation_(s
 
 Ranks Ranks::launched() {
   static std::mutex mutex;
-  static std::weak_ptr<Implementation> known;  // MPI starts once
+  static std::shared_ptr<Implementation> known;  // MPI starts once, and once it has ended it stays so
   const std::lock_guard lock(mutex);
-  auto made = known.lock();
-  if (!made)
-    known = made = guarded([] { return std::make_shared<Implementation>(supersteps::Ranks::launched()); });
-  return Ranks(std::move(made));
+  if (!known) known = guarded([] { return std::make_shared<Implementation>(supersteps::Ranks::launched()); });
+  return Ranks(known);
 }
 
 int Ranks::rank() const { return implementation_->ranks.rank(); }

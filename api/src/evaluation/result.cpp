@@ -1,5 +1,7 @@
 #include "evaluation/result.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "bsp2/api/report/report_json.hpp"
@@ -16,16 +18,43 @@ Measures measures_of(const supersteps::Measures& found) {
           .inertia_most = found.inertia_most};
 }
 
-/// All cells as one batch; the others are given up one by one.
+/// Room for all that some batches have. @throws Error if there is more than offsets can count.
+void reserve(geometry::CellBatch& whole, const supersteps::SolidMesh& mesh) {
+  std::size_t cells = 0, points = 0, facets = 0, vertices = 0;
+  for (const auto& batch : mesh.batches) {
+    cells += batch->size();
+    points += batch->point_offset.back();
+    facets += batch->facet_offset.back();
+    vertices += batch->facet_vertex_offset.back();
+  }
+  if (std::max({points, facets, vertices}) > std::numeric_limits<std::uint32_t>::max())
+    throw Error(std::to_string(cells) +
+                " cells are too many to be shown as arrays, whose offsets have 32 bits; write them as .pvtu, "
+                "or evaluate fewer (cells, tolerance, level)");
+  whole.points.reserve(points * static_cast<std::size_t>(mesh.dimension));
+  whole.point_offset.reserve(cells + 1);
+  whole.facet_offset.reserve(cells + 1);
+  whole.facet_vertex_offset.reserve(facets + 1);
+  whole.facet_vertices.reserve(vertices);
+  whole.facet_hyperplane.reserve(facets);
+  whole.label.reserve(cells);
+  whole.primitive.reserve(cells);
+  whole.part.reserve(cells);
+  whole.region.reserve(cells);
+  whole.level.reserve(cells);
+  whole.volume.reserve(cells);
+}
+
+/// All cells as one batch; the others are given up one by one, once nothing can fail any more.
 std::shared_ptr<const geometry::CellBatch> united(supersteps::SolidMesh& mesh) {
   if (mesh.batches.size() == 1) return mesh.batches.front();
   auto whole = std::make_shared<geometry::CellBatch>();
   whole->dimension = mesh.dimension;
+  reserve(*whole, mesh);
   for (auto& batch : mesh.batches) {
     whole->append(*batch, 0, batch->size());
     batch.reset();
   }
-  whole->shrink_to_fit();
   mesh.batches.clear();
   if (!whole->empty()) mesh.batches.push_back(whole);
   return whole;
@@ -77,8 +106,7 @@ const supersteps::Asked& Result::Implementation::asked() const {
     if (!result.is_collected)
       throw Error(
           "the cells stay on the ranks that found them, so they can be asked no more; ask with the options "
-          "of the "
-          "evaluation (surface, contacts)");
+          "of the evaluation (surface, faces, contacts)");
     throw Error("no cells are held: evaluate without measures_only and surface_only");
   }
   return *result.asked;
@@ -89,7 +117,11 @@ void Result::Implementation::find_surface(bool with_faces) {
   if (result.report.dimension != 3)
     throw Error("surfaces are found for solids of dimension 3, not " +
                 std::to_string(result.report.dimension));
-  if (!keeps_in) throw Error("the IN cells have the surface: evaluate with keep_in");
+  if (!result.keeps_in) throw Error("the IN cells have the surface: evaluate with keep_in");
+  if (result.boundary && !result.asked)
+    throw Error(
+        "the surface is there, but not its faces, which files for CAD programs hold, and there are no cells "
+        "left to find them from: evaluate with the option 'faces'");
   asked().find_boundary(result, with_faces);
 }
 
@@ -105,8 +137,12 @@ std::string Result::digest() const {
   const auto& report = implementation_->result.report;
   return report.has_cells ? report.digest : std::string();
 }
-const Cells& Result::cells() const { return implementation_->cells(); }
-const Measures& Result::measures() const { return implementation_->measures(); }
+const Cells& Result::cells() const {
+  return guarded([&]() -> const Cells& { return implementation_->cells(); });
+}
+const Measures& Result::measures() const {
+  return guarded([&]() -> const Measures& { return implementation_->measures(); });
+}
 
 std::map<std::string, Measures> Result::named_measures() const {
   std::map<std::string, Measures> all;
@@ -149,7 +185,10 @@ std::vector<Contact> Result::contacts() const {
     if (result.report.dimension != 3)
       throw Error("contacts are found for solids of dimension 3, not " +
                   std::to_string(result.report.dimension));
-    if (result.contacts.empty()) result.contacts = implementation_->asked().contacts(result);
+    if (!implementation_->has_contacts) {
+      result.contacts = implementation_->asked().contacts(result);
+      implementation_->has_contacts = true;
+    }
     std::vector<Contact> contacts;
     contacts.reserve(result.contacts.size());
     for (const auto& each : result.contacts) contacts.push_back({each.cell, each.facet, each.area});
@@ -161,7 +200,7 @@ Locations Result::locate(std::span<const double> points) const {
   return guarded([&] {
     const auto& result = implementation_->result;
     const supersteps::Asked& asked = implementation_->asked();
-    if (!implementation_->keeps_in || !implementation_->keeps_fuzzy)
+    if (!result.keeps_in || !result.keeps_fuzzy)
       throw Error(
           "to tell where points are takes all IN and FUZZY cells: evaluate with keep_in and keep_fuzzy");
     const auto d = static_cast<std::size_t>(result.report.dimension);
@@ -189,7 +228,9 @@ std::vector<std::string> Result::write(const std::filesystem::path& path, const 
 std::string Result::picture(const std::string& format, const View& view) const {
   return guarded([&] { return implementation_->picture(format, view); });
 }
-std::string Result::report() const { return api::to_json(implementation_->result.report); }
+std::string Result::report() const {
+  return guarded([&] { return api::to_json(implementation_->result.report); });
+}
 
 std::vector<std::string> Result::warnings() const {
   std::vector<std::string> all = implementation_->result.report.warnings;

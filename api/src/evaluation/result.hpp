@@ -16,8 +16,8 @@ class Result::Implementation {
   std::shared_ptr<Ranks::Implementation> ranks;
   std::optional<Expression> expression;           ///< none: of a snapshot
   std::optional<std::filesystem::path> snapshot;  ///< that was written, or else resumed
-  bool keeps_in = true, keeps_fuzzy = true;
-  bool holds_cells = true;  ///< on some rank
+  bool holds_cells = true;                        ///< on some rank
+  bool has_contacts = false;                      ///< all are in the result
 
   /// @throws Error that says why, if there are no cells to be shown as `what`.
   void check_cells(const std::string& what) const;

@@ -9,6 +9,7 @@
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/stages/collection.hpp"
 #include "evaluation/result.hpp"
+#include "expression/node.hpp"
 
 namespace bsp2 {
 namespace {
@@ -51,7 +52,8 @@ supersteps::PictureFormat format_of(const std::filesystem::path& path) {
 
 std::string Result::Implementation::source() const {
   if (expression) return expression->to_text();
-  return io::read_snapshot(*snapshot, io::SnapshotPart::head).head.source;
+  const io::SnapshotHead head = io::read_snapshot(*snapshot, io::SnapshotPart::head).head;
+  return located(head.source, folder_named_in(head.source, head.model));
 }
 
 std::string Result::Implementation::picture(const std::string& format, const View& view) {

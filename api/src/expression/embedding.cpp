@@ -110,9 +110,17 @@ std::filesystem::path absolute_path(const std::filesystem::path& path) {
   return absolute.lexically_normal();
 }
 
-std::string embedded(std::string_view text, const std::filesystem::path& folder) {
-  const std::optional<std::string_view> root = root_of(text);
-  if (root) text = *root;
+std::filesystem::path folder_named_in(std::string_view text, const std::string& source) {
+  for (const char* word : {"import", "surface", "file"})
+    if (text.find(word) != std::string_view::npos)
+      return absolute_path(source.empty() ? "model" : source).parent_path();
+  return {};
+}
+
+namespace {
+
+/// @param only_root the text is the node that is tagged as the root, of which only the first tag counts.
+std::string located(std::string_view text, const std::filesystem::path& folder, bool only_root) {
   std::string result;
   result.reserve(text.size() + 64);
   Passage passage(text);
@@ -135,7 +143,7 @@ std::string embedded(std::string_view text, const std::filesystem::path& folder)
       word = passage.word();
       names_file = false;
     } else {
-      if (c == '!' && root) {  // only the first one counts
+      if (c == '!' && only_root) {
         copy(begin);
         ++copied;
       }
@@ -146,6 +154,17 @@ std::string embedded(std::string_view text, const std::filesystem::path& folder)
   }
   copy(text.size());
   return result;
+}
+
+}  // namespace
+
+std::string located(std::string_view text, const std::filesystem::path& folder) {
+  return folder.empty() ? std::string(text) : located(text, folder, false);
+}
+
+std::string embedded(std::string_view text, const std::filesystem::path& folder) {
+  const std::optional<std::string_view> root = root_of(text);
+  return located(root.value_or(text), folder, root.has_value());
 }
 
 }  // namespace bsp2

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -51,8 +52,10 @@ std::vector<const Node*> written_operands(const Node& node) {
   std::vector<const Node*> operands;
   const Node* at = &node;
   for (;;) {
-    const bool goes_on =
-        is_left_associative(node.name) && !at->operands.empty() && at->operands.front()->name == node.name;
+    // Without operands, only a union is what nothing is: an intersection of none is empty, and stays so.
+    const bool goes_on = is_left_associative(node.name) && !at->operands.empty() &&
+                         at->operands.front()->name == node.name &&
+                         (node.name == "union" || !at->operands.front()->operands.empty());
     for (std::size_t i = at->operands.size(); i-- > (goes_on ? 1U : 0U);)
       operands.push_back(at->operands[i].get());
     if (!goes_on) break;
@@ -96,8 +99,7 @@ class Writer {
   void open(const Node& node) {
     tabs();
     if (node.is_text()) {
-      ((text_ += "group() {\n") +=
-       embedded(node.text, absolute_path(node.source.empty() ? "model" : node.source).parent_path())) += '\n';
+      ((text_ += "group() {\n") += embedded(node.text, node.folder)) += '\n';
       return line("}");
     }
     (((text_ += node.name) += '(') += node.text) += ')';
@@ -165,7 +167,8 @@ Expression::Node::~Node() {
     const NodePointer last = std::move(left.back());
     left.pop_back();
     if (last.use_count() != 1) continue;
-    auto& below = const_cast<Node&>(*last).operands;  // nobody else sees it any more
+    std::atomic_thread_fence(std::memory_order_acquire);  // what other threads did that held it has been done
+    auto& below = const_cast<Node&>(*last).operands;      // nobody else sees it any more
     std::move(below.begin(), below.end(), std::back_inserter(left));
     below.clear();
   }
@@ -218,7 +221,7 @@ std::string Expression::to_text() const {
         "the expression is too large to be written: what its operands share would stand there more "
         "than " +
         std::to_string(node_->bytes >> 30) + " GB long");
-  return node_->is_text() ? node_->text : Writer(*node_).take();
+  return node_->is_text() ? located(node_->text, node_->folder) : Writer(*node_).take();
 }
 
 Expression Expression::translate(const Vector& by) const {

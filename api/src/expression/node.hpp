@@ -31,6 +31,7 @@ class Expression::Node {
 
   // Of a text.
   std::string source;                 ///< what it is called in messages
+  std::filesystem::path folder;       ///< where relative paths begin; empty: none is named
   std::vector<std::string> warnings;  ///< of whoever translated it
   std::shared_ptr<const model::Model> read;
 
@@ -39,6 +40,13 @@ class Expression::Node {
 
 /// A path from the root of the file system. @throws Error where there is none: no name, no current folder.
 std::filesystem::path absolute_path(const std::filesystem::path& path);
+
+/// The folder where what a text names by relative paths is found: that of its source, from the root of the
+/// file system; empty if the text names no files. @throws Error as absolute_path.
+std::filesystem::path folder_named_in(std::string_view text, const std::string& source);
+
+/// The text of a model as it can stand anywhere: relative paths become absolute ones.
+std::string located(std::string_view text, const std::filesystem::path& folder);
 
 /// The text of a model as it can stand within another one: what it names by relative paths is named by
 /// absolute ones, and if something is tagged as the root (`!`), nothing but that is left.

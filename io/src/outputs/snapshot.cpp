@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <mutex>
 #include <system_error>
 
 #include "bsp2/geometry/support/error.hpp"
@@ -33,6 +34,14 @@ void check_is_file(const fs::path& path) {
   if (fs::exists(status) && !fs::is_regular_file(status))
     throw Error("cannot read '" + path.string() +
                 "': it is a pipe or a device, and a snapshot has to be a file");
+}
+
+/// HDF5 as distributions build it with MPI is not thread-safe, not even for different files, and threads of a
+/// process may evaluate at once: one of them at a time is in it. Where several ranks write together, one
+/// thread of each does; nobody holds this and waits for another thread of its own process, so all get there.
+std::mutex& hdf5_mutex() {
+  static std::mutex mutex;
+  return mutex;
 }
 
 }  // namespace
@@ -73,12 +82,14 @@ void check_snapshot_is_readable(const fs::path& path) {
 }
 
 void write_snapshot(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
+  const std::lock_guard lock(hdf5_mutex());
   hdf5_module().write_snapshot(path, snapshot, writers);
 }
 
 Snapshot read_snapshot(const fs::path& path, SnapshotPart part,
                        const std::function<bool(std::uint32_t)>& wanted) {
   check_snapshot_is_readable(path);
+  const std::lock_guard lock(hdf5_mutex());
   return hdf5_module().read_snapshot(path, part, wanted);
 }
 

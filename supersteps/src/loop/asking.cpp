@@ -29,8 +29,9 @@ class AskedRun : public Asked {
     options.boundary = true;
     options.faces = with_faces;
     Resolution found = resolved(result, options);
-    result.boundary = std::move(found.boundary);
     result.faces = std::move(found.faces);
+    if (result.boundary) return;  // the same triangles: who looks at them shall go on doing so
+    result.boundary = std::move(found.boundary);
     describe_boundary(result);
   }
   [[nodiscard]] std::vector<geometry::Contact> contacts(const RunResult& result) const override {

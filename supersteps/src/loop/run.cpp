@@ -584,6 +584,9 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
       throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " +
                   std::to_string(report.dimension));
   }
+  result.keeps_in = options.keep_in;
+  result.keeps_fuzzy = options.keep_fuzzy;
+  result.keeps_out = options.keep_out;
   if (ranks.is_master() && !result.report.interrupted) {
     for (std::string& warning : late_warnings(result.report, why_empty(source, options, result.report)))
       result.report.warnings.push_back(std::move(warning));

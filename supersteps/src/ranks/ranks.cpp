@@ -240,6 +240,7 @@ class Ranks::Implementation {
   void set_timeout(double seconds) {
     if (signs_) signs_->set_timeout(seconds);
   }
+  [[nodiscard]] double timeout() const { return signs_ ? signs_->timeout() : 0; }
   void count_cells(std::uint64_t cells) { entries_.at(current_).cells += cells; }
 
   [[nodiscard]] double seconds() const { return entries_.empty() ? 0 : seconds_since(first_); }
@@ -477,6 +478,7 @@ std::vector<SuperstepRecord> Ranks::records() {
 }
 
 void Ranks::set_timeout(double seconds) { implementation_->set_timeout(seconds); }
+double Ranks::timeout() const { return implementation_->timeout(); }
 double Ranks::seconds() const { return implementation_->seconds(); }
 
 void Ranks::send(int to, std::string_view bytes) { implementation_->send(to, bytes); }

@@ -166,6 +166,11 @@ void SignsOfLife::set_timeout(double seconds) {
   change_.notify_one();
 }
 
+double SignsOfLife::timeout() const {
+  const std::lock_guard lock(mutex_);
+  return timeout_;
+}
+
 void SignsOfLife::set_superstep(const std::string& name) {
   const std::lock_guard lock(mutex_);
   superstep_ = name;

@@ -30,6 +30,7 @@ class SignsOfLife {
 
   /// 0: nobody is ever missing. Less than a second is a second.
   void set_timeout(double seconds);
+  [[nodiscard]] double timeout() const;
   /// For the message.
   void set_superstep(const std::string& name);
   /// The main thread is well.
@@ -48,7 +49,7 @@ class SignsOfLife {
   std::vector<Clock::time_point> heard_;
   std::vector<bool> is_known_;  // ever heard
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable change_;
   double timeout_ = 0;
   std::string superstep_;

@@ -144,6 +144,18 @@ TEST(ApiExpression, WritesAChainAsOneNode) {
   EXPECT_EQ(count((cube() - (cube() - cube())).to_text(), "difference"), 2U);
 }
 
+TEST(ApiExpression, KeepsNodesOfNoOperands) {
+  const Expression box = cuboid({1, 1, 1});
+  for (const char* name : {"union", "intersection", "difference", "symmetric_difference"}) {
+    const Expression none = Expression::node(name);
+    for (const auto& [solid, has_box] : std::vector<std::pair<Expression, bool>>{
+             {Expression::node(name, {}, {none, box}),
+              std::string(name) == "union" || std::string(name) == "symmetric_difference"},
+             {Expression::node(name, {}, {box + Expression(), none}), std::string(name) != "intersection"}})
+      EXPECT_EQ(evaluate(solid, {.threads = 1}).volume().least, has_box ? 1 : 0) << solid.to_text();
+  }
+}
+
 TEST(ApiExpression, NestsAsDeeplyAsOneLikes) {
   Expression solid = cube();
   for (int i = 0; i < 100000; ++i) solid = solid.part("p");
@@ -167,6 +179,7 @@ TEST(ApiExpression, TellsMistakesAtOnce) {
   EXPECT_NE(refusal([] { load("/nowhere/at/all.csg"); }).find("/nowhere/at/all.csg"), std::string::npos);
   EXPECT_NE(refusal([] { evaluate(torus(1, 2)); }).find("model:1:1"), std::string::npos);
   EXPECT_NE(refusal([] { evaluate(cube(), {.tolerance = -1}); }).find("tolerance"), std::string::npos);
+  EXPECT_NE(refusal([] { evaluate(cube(), {.tolerance = -1e-9}); }).find("-1e-09"), std::string::npos);
 }
 
 TEST(ApiExpression, TurnsExactlyByQuarters) {
@@ -233,6 +246,10 @@ TEST(ApiExpression, TakesTextsIn) {
          " // the end";
   const Expression loaded = load(folder.path() / "m.csg");
   const double alone = evaluate(loaded, {.threads = 1}).volume().least;
+  const Expression moved = parse(loaded.to_text(), "/nowhere/at/all.csg");
+  EXPECT_EQ(evaluate(moved, {.threads = 1}).volume().least, alone);
+  EXPECT_GE(loaded.text_bytes(), loaded.to_text().size());
+  EXPECT_GE((loaded + loaded).text_bytes(), (loaded + loaded).to_text().size());
   EXPECT_NEAR(alone, 1, 1e-12);
   const Expression both = loaded.translate({5, 0, 0}) + loaded;  // found from here, too
   EXPECT_NEAR(evaluate(both, {.threads = 1}).volume().least, 2, 1e-12);

@@ -115,8 +115,8 @@ TEST(ApiResult, WritesEachFormat) {
   const samples::TemporaryFolder folder;
   const fs::path base = folder.path() / "new" / "x";
   const Result result = evaluate(cube() - cube(0.5), {.snapshot = folder.path() / "s.h5"});
-  for (const char* ending :
-       {".pvtu", ".stl", ".ply", ".obj", ".vtp", ".png", ".svg", ".json", ".csg", ".h5"}) {
+  for (const char* ending : {".pvtu", ".stl", ".ply", ".obj", ".vtp", ".3mf", ".glb", ".step", ".iges",
+                             ".brep", ".png", ".svg", ".json", ".csg", ".h5"}) {
     result.write(base.string() + ending);
     EXPECT_GT(fs::file_size(base.string() + ending), 50U) << ending;
   }
@@ -124,6 +124,23 @@ TEST(ApiResult, WritesEachFormat) {
   EXPECT_EQ(read(base.string() + ".csg"), (cube() - cube(0.5)).to_text());
   EXPECT_THROW(result.write(base.string() + ".xyz"), Error);
   EXPECT_FALSE(fs::exists(base.string() + ".xyz"));
+}
+
+TEST(ApiResult, KeepsTheSurfaceThatIsLookedAt) {
+  const samples::TemporaryFolder folder;
+  const Result result = evaluate(cube(2) - cube(1));
+  const Surface surface = result.surface();
+  const std::vector<double> points(surface.points.begin(), surface.points.end());
+  result.write(folder.path() / "x.brep");  // has the faces found
+  EXPECT_EQ(result.surface().points.data(), surface.points.data());
+  EXPECT_TRUE(std::equal(points.begin(), points.end(), surface.points.begin()));
+  const Result skin = evaluate(cube(), {.surface_only = true});
+  try {
+    skin.write(folder.path() / "y.brep");
+    ADD_FAILURE() << "it has no faces";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("'faces'"), std::string::npos) << error.what();
+  }
 }
 
 TEST(ApiResult, WritesNoFileOfWhatItDoesNotHold) {
@@ -159,6 +176,19 @@ TEST(ApiResult, GoesOnFromASnapshot) {
   EXPECT_THROW(resume(folder.path() / "none.h5"), Error);
 }
 
+TEST(ApiResult, GoesOnWithWhatASnapshotKeeps) {
+  const samples::TemporaryFolder folder;
+  const fs::path snapshot = folder.path() / "s.h5";
+  evaluate(cube(), {.keep_in = false, .keep_out = true, .snapshot = snapshot});
+  const Result rest = resume(snapshot);
+  EXPECT_THROW((void)rest.surface(), Error);
+  EXPECT_THROW((void)rest.locate(std::vector<double>{0.5, 0.5, 0.5}), Error);
+  evaluate(cube(), {.snapshot = snapshot});
+  const Result all = resume(snapshot, {.keep_in = false, .keep_out = true});  // the snapshot's own counts
+  EXPECT_EQ(all.locate(std::vector<double>{0.5, 0.5, 0.5}).labels.front(), label::in);
+  EXPECT_NEAR(all.surface().area, 6, 1e-12);
+}
+
 TEST(ApiResult, EndsWhenAsked) {
   std::atomic<bool> has_computed = false;
   const Result result = evaluate(
@@ -185,6 +215,24 @@ TEST(ApiResult, ManyThreadsEvaluateAtOnce) {
     });
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(same, 4);
+}
+
+TEST(ApiResult, ManyThreadsWriteSnapshotsAtOnce) {
+  const samples::TemporaryFolder folder;
+  const Expression solid = cube(3) - sphere(1.5, {.fn = 8});
+  const std::string digest = evaluate(solid).digest();
+  std::vector<std::thread> threads;
+  std::atomic<int> same = 0;
+  for (int i = 0; i < 4; ++i)
+    threads.emplace_back([&, i] {
+      const fs::path snapshot = folder.path() / (std::to_string(i) + ".h5");
+      for (int round = 0; round < 5; ++round) {
+        const Result result = evaluate(solid, {.threads = 1, .snapshot = snapshot});
+        if (result.warnings().empty() && resume(snapshot, {.threads = 1}).digest() == digest) ++same;
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(same, 20);
 }
 
 TEST(ApiResult, TellsWarningsOrThrowsThem) {

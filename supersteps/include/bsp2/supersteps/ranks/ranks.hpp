@@ -76,6 +76,7 @@ class Ranks {
   /// After how many seconds without a sign of life from a rank those that wait for it end the run; 0: never.
   /// At first what the environment says (BSP2_TIMEOUT), else 300.
   void set_timeout(double seconds);
+  [[nodiscard]] double timeout() const;
 
   /// Runs a program that all ranks run. An exception that leaves it on one of them is thrown on all: a
   /// bsp2::Error as such, others as Failure; with more than one rank the text ends with the superstep and the

@@ -149,7 +149,7 @@ class Asked {
   [[nodiscard]] virtual std::vector<Answer> locate(const RunResult& result,
                                                    std::span<const double> points) const = 0;
   /// Finds the surface of the IN cells, as a run with `boundary` does, and tells of it in the report; nothing
-  /// unless D = 3.
+  /// unless D = 3. A boundary that is there stays as it is, in its place; its faces are found.
   virtual void find_boundary(RunResult& result, bool with_faces) const = 0;
   /// Which IN cells touch, and where; none unless D = 3.
   [[nodiscard]] virtual std::vector<geometry::Contact> contacts(const RunResult& result) const = 0;
@@ -159,6 +159,7 @@ class Asked {
 struct RunResult {
   RunReport report;
   bool is_collected = true;  ///< the master has all cells; else each rank has those of its regions
+  bool keeps_in = true, keeps_fuzzy = true, keeps_out = false;  ///< in effect: of a snapshot, its own
   SolidMesh mesh;
   geometry::BspTree tree;       ///< its leaves are the cells of the mesh, in the order of the batches
   geometry::BspTree partition;  ///< leaf k >= 1 is region k - 1
