@@ -176,6 +176,9 @@ SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surfac
                              const SurfaceParts& parts) {
   check_surface_file(path);
   const SurfaceFormat& format = *surface_format(path);
+  if (format.has_faces)
+    throw Error("cannot write '" + path.string() + "': " + std::string(format.ending) +
+                " holds faces, not triangles");
   SurfaceRemarks remarks;
   if (!format.is_single) {
     write_exactly(path, format, surface, parts, remarks.notes);

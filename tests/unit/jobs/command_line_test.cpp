@@ -210,7 +210,7 @@ TEST(CommandLine, ExportsSurfacesAndCells) {
   EXPECT_TRUE(parsed({"export", "a.h5", "-o", "b.stl"}).options.boundary);
   EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.pvtu"}).mesh, "b.pvtu");
   EXPECT_FALSE(parsed({"export", "a.h5", "-o", "b.pvtu"}).options.snapshot);
-  EXPECT_NE(message_for({"export", "a.h5", "-o", "b.step"}), "");
+  EXPECT_NE(message_for({"export", "a.h5", "-o", "b.dwg"}), "");
   EXPECT_NE(message_for({"export", "a.h5", "-o", "b.stl", "--tets"}), "");
 }
 
