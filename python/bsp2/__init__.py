@@ -1,0 +1,1 @@
+"""BSP²: solids as exact meshes of convex cells."""
