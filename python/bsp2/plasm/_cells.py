@@ -9,8 +9,9 @@ import math
 
 import numpy as np
 
-RANK_TOLERANCE = 1e-5
-"""A cell thinner than this part of its size counts as flat: what single precision makes of flat quadrilaterals."""
+RANK_TOLERANCE = 2e-5
+"""A cell counts as flat if a singular value of its points, from the first one, is this part of the largest or less:
+above what roundings to single precision make of flat quadrilaterals, below what is meant."""
 
 
 def _by_trying(count, corners, dimension):
@@ -76,7 +77,7 @@ def frames(points):
     count, _, dimension = points.shape
     if dimension == 0 or count == 0:
         return np.zeros(count, int), np.zeros((count, dimension, dimension))
-    centred = points - points.mean(axis=1, keepdims=True)
+    centred = points - points[:, :1]
     values, vectors = np.linalg.eigh(np.einsum("mki,mkj->mij", centred, centred))
     values, vectors = values[:, ::-1], vectors[:, :, ::-1]
     size = np.abs(points).max(axis=(1, 2))

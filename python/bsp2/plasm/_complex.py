@@ -27,7 +27,12 @@ class Batch:
     def frames(self):
         """Rank and directions of each cell, as `_cells.frames`."""
         if self._frames is None:
-            self._frames = _cells.frames(self.points)
+            count, _, coordinates = self.points.shape
+            if self.dimension == coordinates:  # known to be solid, however thin
+                basis = np.broadcast_to(np.eye(coordinates), (count, coordinates, coordinates))
+                self._frames = np.full(count, coordinates), basis
+            else:
+                self._frames = _cells.frames(self.points)
         return self._frames
 
     def measures(self):
@@ -160,7 +165,7 @@ class Hpc:
         batches, _ = self.cells()
         pieces = []
         for batch in batches:
-            pieces.extend(_corners(batch))
+            pieces.extend(_turned(piece) for piece in _corners(batch))
         count = sum(len(p.points) for p in pieces)
         if not count:
             return np.zeros((0, self.space_dim)), []
@@ -395,6 +400,13 @@ def _around(points, basis):
     flat = np.einsum("mki,mir->mkr", points - points.mean(axis=1, keepdims=True), basis)
     turn = np.argsort(np.arctan2(flat[:, :, 1], flat[:, :, 0]), axis=1)
     return np.take_along_axis(points, turn[:, :, None], axis=1)
+
+
+def _turned(batch):
+    """Quadrilaterals of products with their corners one after the other around the cell, as programs expect it."""
+    if batch.dimension != 2 or batch.points.shape[1] != 4 or batch.shape is None:
+        return batch
+    return Batch(batch.points[:, [2, 0, 1, 3]], batch.order, 2)
 
 
 def _with_simplices(batch):

@@ -2,6 +2,7 @@
 
 import builtins
 import math
+import warnings
 
 import numpy as np
 
@@ -96,12 +97,21 @@ def MKPOL(triple):
     points = np.array([[float(value) for value in point] for point in points])
     if points.ndim != 2:
         raise ValueError("MKPOL: all points need equally many coordinates")
-    cells = [[int(index) - 1 for index in cell] for cell in cells]
-    for cell in cells:
-        for index in cell:
-            if not 0 <= index < len(points):
-                raise IndexError(f"MKPOL: a cell names point {index + 1}; there are points 1 to {len(points)}")
-    return _complex.from_cells(points, cells)
+    return _complex.from_cells(points, _there(cells, len(points), 1))
+
+
+def _there(cells, count, first):
+    """Cells as indices from 0, without those that name no point: these are told once."""
+    cells = [[int(index) - first for index in cell] for cell in cells]
+    strange = sorted({index + first for cell in cells for index in cell if not 0 <= index < count})
+    if strange:
+        names = f"point {strange[0]}" if len(strange) == 1 else f"points {', '.join(map(str, strange))}"
+        warnings.warn(
+            f"cells name {names}, and there are points {first} to {count - 1 + first}: these corners are left out",
+            stacklevel=3,
+        )
+        cells = [[index for index in cell if 0 <= index < count] for cell in cells]
+    return cells
 
 
 def MK(point):
@@ -168,8 +178,10 @@ GRID = QUOTE
 
 
 def Q(value):
-    """QUOTE of a list, or one segment."""
-    return QUOTE(value if isinstance(value, (list, tuple, np.ndarray)) else [value])
+    """QUOTE of a list; of a number the segment from 0 to it, which may be negative."""
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return QUOTE(value)
+    return _complex.from_cells([[0.0], [float(value)]], [[0, 1]])
 
 
 def INTERVALS(length):
@@ -209,14 +221,19 @@ class Tensor:
         return Hpc([pol], self.matrix)
 
 
+def _identity(axes, values):
+    """The identity for a map of axes, and pairs of an axis and its value. Axis 0 is none: it is passed over."""
+    names, amounts = [int(axis) for axis in _list(axes)], _list(values)
+    return np.eye(max(names) + 1), [(axis, float(amount)) for axis, amount in zip(names, amounts) if axis > 0]
+
+
 def TRANSLATE(axes):
     """Moves along axes, counted from 1: T(3)(h), T([1, 2])([x, y])."""
 
     def by(values):
-        names, amounts = _list(axes), _list(values)
-        matrix = np.eye(int(max(names)) + 1)
-        for axis, amount in zip(names, amounts):
-            matrix[int(axis), 0] = amount
+        matrix, pairs = _identity(axes, values)
+        for axis, amount in pairs:
+            matrix[axis, 0] = amount
         return Tensor(matrix)
 
     return by
@@ -229,10 +246,9 @@ def SCALE(axes):
     """Stretches along axes; negative factors mirror."""
 
     def by(values):
-        names, amounts = _list(axes), _list(values)
-        matrix = np.eye(int(max(names)) + 1)
-        for axis, amount in zip(names, amounts):
-            matrix[int(axis), int(axis)] = amount
+        matrix, pairs = _identity(axes, values)
+        for axis, amount in pairs:
+            matrix[axis, axis] = amount
         return Tensor(matrix)
 
     return by
@@ -457,7 +473,7 @@ def _evaluated(name, operands, dimension):
         return _complex.leaf([], dimension)
     batches, at = [], 0
     for points in _kernel.evaluate((name, [operand for operand in operands if operand]), dimension):
-        batches.append(Batch(points, np.arange(at, at + len(points))))
+        batches.append(Batch(points, np.arange(at, at + len(points)), dimension))
         at += len(points)
     return _complex.leaf(batches, dimension)
 

@@ -224,7 +224,8 @@ class Plasm:
 
     @staticmethod
     def mkpol(dim, points, cells, tolerance=0.0):
-        return _complex.from_cells(np.array(list(points), float).reshape(-1, dim), [list(cell) for cell in cells])
+        points = np.array(list(points), float).reshape(-1, dim)
+        return _complex.from_cells(points, geometry._there(cells, len(points), 0))
 
     @staticmethod
     def join(pols, tolerance=0.0):

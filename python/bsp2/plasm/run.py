@@ -1,7 +1,7 @@
 """Runs programs written for pyplasm, also those in Python 2, and with the modules beside them.
 
 What is translated: tabs, `print`, `xrange`, `iteritems`, `except X, e` and the like (by lib2to3, where Python has it),
-and a division of integers that comes out even stays an integer. Programs that import nothing get pyplasm's names.
+and a division of integers that comes out even stays an integer. Programs that do not import pyplasm have its names from the start.
 """
 
 import ast
@@ -105,8 +105,8 @@ def _with_even_divisions(source, path):
     return compile(ast.fix_missing_locations(tree), path, "exec", dont_inherit=True)
 
 
-def imports_something(text):
-    return re.search(r"^\s*(from|import)\s", text, re.M) is not None
+def imports_pyplasm(text):
+    return re.search(r"^\s*(from|import)\s+(pyplasm|bsp2)\b", text, re.M) is not None
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -197,7 +197,7 @@ def run(path, floor=False, preload=None, folders=()):
     """Runs a program as Python would, in its folder's company, and gives its names.
 
     floor: integer divisions as in Python 2. preload: pyplasm's names are there from the start (default: if the program
-    imports nothing). folders: where modules are found, after the program's own folder.
+    does not import it). folders: where modules are found, after the program's own folder.
     """
     from bsp2 import plasm
 
@@ -208,7 +208,7 @@ def run(path, floor=False, preload=None, folders=()):
         code = _with_even_divisions(text, path)
     names = {"__name__": "__main__", "__file__": path, "__builtins__": __builtins__, "__doc__": None}
     names["__bsp2_divided__"] = floored if floor else divided
-    wanted = not imports_something(text) if preload is None else preload
+    wanted = not imports_pyplasm(text) if preload is None else preload
     _preload(names, {name: getattr(plasm, name) for name in plasm.__all__} if wanted else {}, python2)
     main = types.ModuleType("__main__")
     main.__dict__.update(names)
