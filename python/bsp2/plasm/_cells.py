@@ -137,11 +137,18 @@ def extremes(points, rank, basis):
     return result
 
 
+def _rounded(points):
+    """Cells (.., points, coordinates) stretched to be equally thick in all directions, and by what content shrank."""
+    centred = points - points.mean(axis=-2, keepdims=True)
+    values, vectors = np.linalg.eigh(np.einsum("...ki,...kj->...ij", centred, centred) / points.shape[-2])
+    scale = np.sqrt(np.maximum(values, 1e-300))
+    return np.einsum("...ki,...ij->...kj", centred, vectors) / scale[..., None, :], scale.prod(axis=-1)
+
+
 def _jiggled(points):
-    """Points moved by a billionth of their cell's size, always alike: then no facet has more corners than it needs."""
-    size = np.ptp(points, axis=-2, keepdims=True).max(axis=-1, keepdims=True)
-    noise = np.random.default_rng(7).uniform(-1, 1, points.shape[-2:])
-    return points + noise * size * 1e-9
+    """Rounded points moved by a millionth of their cell's size, always alike: then no facet has more corners than it
+    needs. A corner that is one by less is lost, and with it a millionth of the content at most."""
+    return points + np.random.default_rng(7).uniform(-1e-6, 1e-6, points.shape[-2:])
 
 
 def _brute_facets(points):
@@ -162,25 +169,25 @@ def _brute_facets(points):
 def _brute_measures(points):
     dimension = points.shape[2]
     total = np.zeros(len(points))
-    points = points - points.mean(axis=1, keepdims=True)
+    points, content = _rounded(points)
     for chosen, sign in _brute_facets(points):
         total += sign * np.linalg.det(points[:, chosen])
-    return np.abs(total) / math.factorial(dimension)
+    return np.abs(total) * content / math.factorial(dimension)
 
 
 def _brute_corners(points):
     result = np.zeros(points.shape[:2], bool)
+    points, _ = _rounded(points)
     for chosen, sign in _brute_facets(points):
         result[:, chosen] |= (sign != 0)[:, None]
     # What lies upon a facet or an edge may have come out by the jiggling: doubles of a corner are told from it here.
-    same = (np.abs(points[:, :, None] - points[:, None]) <= 1e-7 * np.ptp(points, axis=1).max(axis=1)[:, None, None, None])
-    same = same.all(axis=3) & result[:, None, :]
+    same = (np.abs(points[:, :, None] - points[:, None]) <= 1e-5).all(axis=3) & result[:, None, :]
     earlier = np.tril(np.ones(points.shape[1:2] * 2, bool), -1)
     return result & ~(same & earlier).any(axis=2)
 
 
 def simplicial_hull(points):
-    """The hull of points (k, d), d >= 2, in its own dimension: facets (f, d) and their outward normals (f, d).
+    """The hull of rounded points (k, d), d >= 2: facets (f, d) and their outward normals (f, d).
 
     Incremental: facets that a point sees make place for those between it and their rim.
     """
@@ -236,11 +243,12 @@ def _planes(points, faces, inside):
 
 
 def _measure(points):
+    points, content = _rounded(points)
     faces, _ = simplicial_hull(points)
     moved = _jiggled(points)
     centre = moved.mean(axis=0)
     signs = np.sign(np.linalg.det(moved[faces] - centre))
-    return abs((signs * np.linalg.det(points[faces] - centre)).sum()) / math.factorial(points.shape[1])
+    return abs((signs * np.linalg.det(points[faces] - centre)).sum()) * content / math.factorial(points.shape[1])
 
 
 def facets(points):
@@ -251,6 +259,7 @@ def facets(points):
     dimension = points.shape[1]
     if dimension == 1:
         return [(int(points[:, 0].argmin()),), (int(points[:, 0].argmax()),)]
+    points, _ = _rounded(points)
     size = np.ptp(points, axis=0).max()
     faces, normals = simplicial_hull(points)
     merged = []
@@ -264,7 +273,7 @@ def facets(points):
         times[list(plane)] += 1
     keep = np.zeros(len(points), bool)
     for i in np.flatnonzero(times >= dimension):
-        if not any(np.abs(points[i] - points[j]).max() <= 1e-7 * size for j in np.flatnonzero(keep)):
+        if not any(np.abs(points[i] - points[j]).max() <= 1e-5 for j in np.flatnonzero(keep)):
             keep[i] = True
     return [tuple(i for i in plane if keep[i]) for plane in planes]
 

@@ -166,9 +166,10 @@ class _LarFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         from . import lar
 
         _fill(module)
-        for key in dir(lar):
-            if not key.startswith("_"):
-                setattr(module, key, getattr(lar, key))
+        names = [key for key in dir(lar) if not key.startswith("_")]
+        for key in names:
+            setattr(module, key, getattr(lar, key))
+        module.__all__ += [key for key in names if key not in module.__all__]
 
 
 def _fill(module):
