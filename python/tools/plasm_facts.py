@@ -5,7 +5,8 @@
 
 DIR holds a folder OWNER+NAME for each repository, as it is at the commit that the table names. Each program runs in a
 process of its own, with a limit of time. Of each VIEW are compared: the box (to 1e-5), the content of the cells of
-each dimension (to 1e-4), and the content of the union of the solid cells (to 1e-4), all relative to the size.
+each dimension (to 1e-4), and the content of the union of the solid cells (to 1e-4), all relative to the size. A program
+that differs runs twice: if it differs from itself, it throws dice.
 """
 
 import argparse
@@ -54,10 +55,15 @@ def main():
             continue
         began = time.time()
         result = run(file, views, given)
+        cells = list(compare(views, result, given))
+        if any("no" in row[2:5] for row in cells) and result["runs"]:
+            again = run(file, views, given)
+            for row in cells:
+                if differs(result["views"].get(row[0]), again["views"].get(row[0])):
+                    row[2:5] = ["chance" if cell == "no" else cell for cell in row[2:5]]
         result["seconds"] = time.time() - began
-        table += [[repo, path, *cells] for cells in compare(views, result, given)]
-        last = table[-1]
-        bad = [row for row in table[-len(views):] if "no" in row[4:7] or row[3] == "no"]
+        table += [[repo, path, *row] for row in cells]
+        bad = [row for row in table[-len(views):] if "no" in row[4:7] or "chance" in row[4:7] or row[3] == "no"]
         print(f"{'ok ' if not bad else 'BAD'} {result['seconds']:6.1f} s  {repo}  {path}", flush=True)
         for row in bad:
             print("       ", *row[2:], flush=True)
@@ -143,6 +149,15 @@ def worker(task):
     os._exit(0)
 
 
+def differs(first, second):
+    """Whether a program shows something else when it runs again: it throws dice."""
+    if first is None or second is None or first["box"] is None or second["box"] is None:
+        return False
+    moved = max(abs(a - b) for p, q in zip(first["box"], second["box"]) for a, b in zip(p, q))
+    sums = [abs(first["measures"].get(r, 0.0) - value) > 1e-6 * value for r, value in second["measures"].items()]
+    return moved > 1e-6 or any(sums)
+
+
 def near(a, b, scale, tolerance):
     return abs(a - b) <= tolerance * max(scale, 1e-9)
 
@@ -206,12 +221,14 @@ def summary(table):
     running = sum(all(runs) for runs in programs.values())
     print(f"programs  {running} of {len(programs)} run ({100 * running / max(1, len(programs)):.1f} %)")
     for column, name in ((4, "box"), (5, "sums"), (6, "union")):
-        cells = [row[column] for row in table if row[column]]
+        cells = [row[column] for row in table if row[column] not in ("", "chance")]
         right = sum(cell == "yes" for cell in cells)
         print(f"{name:9s} {right} of {len(cells)} views ({100 * right / max(1, len(cells)):.1f} %)")
-    views = [row[4:7] for row in table if row[4]]
+    chance = sum("chance" in row[4:7] for row in table)
+    views = [row[4:7] for row in table if row[4] and "chance" not in row[4:7]]
     right = sum("no" not in cells for cells in views)
     print(f"all three {right} of {len(views)} views ({100 * right / max(1, len(views)):.1f} %)")
+    print(f"left out  {chance} views of programs that throw dice, and show something else at each run")
 
 
 if __name__ == "__main__":

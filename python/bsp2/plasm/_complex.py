@@ -13,7 +13,8 @@ from . import _cells
 class Batch:
     """Cells with equally many points each: `points` (cells, points, coordinates) and the place of each in the whole.
 
-    `dimension` and `shape` are known where all cells are alike, else None.
+    `dimension` (the rank of the points) and `shape` (the faces) are known where all cells are alike, else None. A cell
+    that a map made flat keeps the faces of its shape.
     """
 
     def __init__(self, points, order, dimension=None, shape=None):
@@ -113,7 +114,7 @@ class Hpc:
                     points.reshape(-1, points.shape[2], dimension),
                     order.reshape(-1),
                     None if flat else batch.dimension,
-                    None if flat else batch.shape,
+                    batch.shape,
                 )
                 result.append(batch)
                 props.append(np.repeat(places.props, order.shape[1]))
@@ -268,7 +269,7 @@ def product(a, b):
                 Batch(
                     points,
                     (x.order[:, None] * step + y.order[None]).reshape(-1),
-                    x.dimension + y.dimension if known else None,
+                    x.dimension + y.dimension if known and None not in (x.dimension, y.dimension) else None,
                     _cells.product_shape(x.shape, y.shape) if known else None,
                 )
             )
@@ -404,9 +405,9 @@ def _around(points, basis):
 
 def _turned(batch):
     """Quadrilaterals of products with their corners one after the other around the cell, as programs expect it."""
-    if batch.dimension != 2 or batch.points.shape[1] != 4 or batch.shape is None:
+    if batch.shape is None or batch.shape.dimension != 2 or batch.points.shape[1] != 4:
         return batch
-    return Batch(batch.points[:, [2, 0, 1, 3]], batch.order, 2)
+    return Batch(batch.points[:, [2, 0, 1, 3]], batch.order, batch.dimension)
 
 
 def _with_simplices(batch):
@@ -426,11 +427,12 @@ def _images(function, points):
 def _skeleton(node, dimension):
     result = []
     for batch in (piece for b in node.batches for piece in _corners(b)):
-        if batch.dimension < dimension:
+        own = batch.dimension if batch.shape is None else batch.shape.dimension
+        if own < dimension:
             continue
-        if batch.dimension == dimension:
+        if own == dimension:
             result.append((batch, np.zeros(len(batch.points), int)))
-        elif batch.shape is None and batch.dimension == 2:
+        elif batch.shape is None and own == 2:
             result.append(_polygon_faces(batch, dimension))
         elif batch.shape is not None:
             result.extend(_faces(batch, batch.shape, dimension))
@@ -451,7 +453,9 @@ def _faces(batch, shape, dimension):
         count, corners = faces.shape
         points = batch.points[:, faces].reshape(-1, corners, batch.points.shape[2])
         known = corners == dimension + 1
-        piece = Batch(points, np.repeat(batch.order, count), dimension, _cells.simplex_shape(dimension) if known else None)
+        flat = batch.dimension is None
+        shape_ = _cells.simplex_shape(dimension) if known else None
+        piece = Batch(points, np.repeat(batch.order, count), None if flat else dimension, shape_)
         result.append((piece, np.tile(np.arange(at, at + count), len(batch.points))))
         at += count
     return result

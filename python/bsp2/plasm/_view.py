@@ -46,20 +46,21 @@ def drawn(pol):
         for batch, prop in zip(batches, props):
             batch.order = np.arange(len(batch.points))
             for piece in _corners(batch):
-                if piece.dimension > 2 or wanted == "lower" and piece.dimension == 2:
+                own = piece.dimension if piece.shape is None else piece.shape.dimension
+                if own > 2 or wanted == "lower" and own == 2:
                     continue
                 points = np.zeros(piece.points.shape[:2] + (3,))
                 points[:, :, : pol.space_dim] = piece.points[:, :, :3]
-                if piece.dimension == 2 and piece.shape is not None and points.shape[1] == 4:
+                if own == 2 and piece.shape is not None and points.shape[1] == 4:
                     points = points[:, [2, 0, 1, 3]]
                 colour = colours[prop[piece.order]]
-                if piece.dimension == 2:
+                if own == 2:
                     for i in range(1, points.shape[1] - 1):
                         kinds[2][0].append(points[:, [0, i, i + 1]])
                         kinds[2][1].append(colour)
                 else:
-                    kinds[piece.dimension][0].append(points)
-                    kinds[piece.dimension][1].append(colour)
+                    kinds[own][0].append(points)
+                    kinds[own][1].append(colour)
     result = []
     for dimension in (2, 1, 0):
         shapes, colours = kinds[dimension]

@@ -573,7 +573,12 @@ def IDNT(n):
 
 
 def INV(matrix):
-    return np.linalg.inv(np.array(matrix, float)).tolist()
+    """The inverse of a matrix; of a singular one that of Moore and Penrose."""
+    matrix = np.array(matrix, float)
+    try:
+        return np.linalg.inv(matrix).tolist()
+    except np.linalg.LinAlgError:
+        return np.linalg.pinv(matrix).tolist()
 
 
 def TRACE(matrix):

@@ -15,12 +15,6 @@ from .curves import BEZIER, _spline_weights, _at, _combination
 from .fl import S1
 from .geometry import CUBOID, MKPOL, POLYLINE, R, S, STRUCT, SIZE, T
 
-try:  # lar-cc's modules hand these on to programs
-    import scipy
-    import scipy as sp
-except ImportError:
-    pass
-
 
 # Models and complexes.
 class Model:

@@ -5,6 +5,7 @@ and a division of integers that comes out even stays an integer. Programs that d
 """
 
 import ast
+import importlib
 import importlib.abc
 import importlib.util
 import os
@@ -12,6 +13,8 @@ import re
 import sys
 import types
 import warnings
+
+_BUILT_IN = set(dir(__import__("builtins")))
 
 LAR_MODULES = (
     "architectural boolean boolean1 boolean2 boundary hijson hospital integr inters iot3d lar lar2psm larcc largrid "
@@ -42,7 +45,9 @@ def translated(text, path):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return compile(text, path, "exec", dont_inherit=True), False
+            code = compile(text, path, "exec", dont_inherit=True)
+        old = _OLD_METHODS.search(text) and _two_to_three(text, ("fix_next", "fix_has_key", "fix_dict"))
+        return (compile(old, path, "exec", dont_inherit=True) if old else code), False
     except (SyntaxError, ValueError) as error:
         first = error
     text = text.replace("\0", "")
@@ -60,7 +65,10 @@ def translated(text, path):
     raise first
 
 
-def _two_to_three(text):
+_OLD_METHODS = re.compile(r"\.(next|has_key|iteritems|itervalues|iterkeys)\(")
+
+
+def _two_to_three(text, only=None):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -68,12 +76,15 @@ def _two_to_three(text):
             from lib2to3.pgen2.parse import ParseError
             from lib2to3.pgen2.tokenize import TokenError
     except ImportError:
+        if only:
+            return None
         return re.sub(r"^(\s*)print +(?!\()(.*?)\s*$", r"\1print(\2)", text, flags=re.M).replace("<>", "!=")
     names = refactor.get_fixers_from_package("lib2to3.fixes")
     # map, filter, zip and range stay: pyplasm's are lists, and lists are what zip and filter become below.
     left = {"fix_map", "fix_xrange", "fix_import", "fix_urllib", "fix_reduce", "fix_callable", "fix_set_literal"}
     try:
-        tool = refactor.RefactoringTool([n for n in names if n.rsplit(".", 1)[1] not in left])
+        chosen = [n for n in names if n.rsplit(".", 1)[1] not in left and (not only or n.rsplit(".", 1)[1] in only)]
+        tool = refactor.RefactoringTool(chosen)
         return str(tool.refactor_string(text + "\n", "program"))
     except (ParseError, TokenError, IndentationError, SyntaxError):
         return None
@@ -107,6 +118,22 @@ def _with_even_divisions(source, path):
 
 def imports_pyplasm(text):
     return re.search(r"^\s*(from|import)\s+(pyplasm|bsp2)\b", text, re.M) is not None
+
+
+def _have_old_scipy(text):
+    """Where a program has to do with scipy: as it was, with the names of numpy."""
+    if not re.search(r"\bscipy\b", text):
+        return
+    try:
+        import numpy
+        import scipy
+    except ImportError:
+        return
+    names = [name for name in numpy.__all__ if name not in _BUILT_IN]
+    for name in names:
+        if name not in scipy.__dict__:
+            setattr(scipy, name, getattr(numpy, name))
+    scipy.__all__ = sorted(set(getattr(scipy, "__all__", [])) | set(names))
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -145,6 +172,7 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
             return
         file = self.files[name]
         text = read(file)
+        _have_old_scipy(text)
         code, _ = translated(text, file)
         module.__dict__["__bsp2_divided__"] = self.divide
         _preload(module.__dict__, {}, python2=True)
@@ -166,9 +194,13 @@ class _LarFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         from . import lar
 
         _fill(module)
-        names = [key for key in dir(lar) if not key.startswith("_")]
-        for key in names:
-            setattr(module, key, getattr(lar, key))
+        members = {key: getattr(lar, key) for key in dir(lar) if not key.startswith("_")}
+        try:  # lar-cc's modules hand it on to programs
+            members["scipy"] = members["sp"] = importlib.import_module("scipy")
+        except ImportError:
+            pass
+        names = list(members)
+        module.__dict__.update(members)
         module.__all__ += [key for key in names if key not in module.__all__]
 
 
@@ -201,6 +233,7 @@ def run(path, floor=False, preload=None, folders=()):
     does not import it). folders: where modules are found, after the program's own folder.
     """
     from bsp2 import plasm
+    from bsp2.plasm import lar
 
     path = os.path.abspath(path)
     text = read(path)
@@ -211,9 +244,13 @@ def run(path, floor=False, preload=None, folders=()):
     names["__bsp2_divided__"] = floored if floor else divided
     wanted = not imports_pyplasm(text) if preload is None else preload
     _preload(names, {name: getattr(plasm, name) for name in plasm.__all__} if wanted else {}, python2)
+    if re.search(rf"^\s*(from|import)\s+({'|'.join(LAR_MODULES)})\b", text, re.M):
+        # What one of these modules has in one year, another has in the next one.
+        _preload(names, {n: getattr(lar, n) for n in dir(lar) if not n.startswith("_") and n not in names}, python2)
     main = types.ModuleType("__main__")
     main.__dict__.update(names)
     before = sys.modules.get("__main__"), list(sys.path), list(sys.meta_path), sys.argv, sys.getrecursionlimit()
+    _have_old_scipy(text)
     finder = _Finder(names["__bsp2_divided__"])
     sys.modules["__main__"] = main
     sys.path[:0] = [os.path.dirname(path), *map(os.fspath, folders)]
