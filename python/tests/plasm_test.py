@@ -350,17 +350,17 @@ def property_order(rng):
 
 
 def check_sizes(rng):
-    """A grid of 500,000 cells, and 5,000 entries of STRUCT, are measured without a loop over cells."""
+    """Two grids of 512,000 cells, and 5,000 entries of STRUCT, are measured without a loop over cells."""
     began = time.process_time()
     n = 80
     grid = plasm.INSR(plasm.PROD)([plasm.INTERVALS(1)(n)] * 3)
     grid = plasm.STRUCT([grid, plasm.T(1)(2)(grid)])
-    assert grid.cell_count() == 2 * n**3 > 500000 or grid.cell_count() == 1024000
+    assert grid.cell_count() == 2 * n**3
     assert same(grid.measures()[3][1], 2.0)
     assert np.allclose(grid.box(), ([0, 0, 0], [3, 1, 1]))
     tower = plasm.STRUCT(plasm.NN(5000)([plasm.CUBOID([1, 1, 1]), plasm.T(3)(1), plasm.R([1, 2])(0.01)]))
     assert same(tower.measures()[3][1], 5000.0) and same(tower.box()[1][2], 5000.0)
-    assert time.process_time() - began < 60
+    assert time.process_time() - began < 60  # a loop over cells takes minutes
 
 
 def check_python2(rng):

@@ -275,7 +275,8 @@ def facets(points):
     for i in np.flatnonzero(times >= dimension):
         if not any(np.abs(points[i] - points[j]).max() <= 1e-5 for j in np.flatnonzero(keep)):
             keep[i] = True
-    return [tuple(i for i in plane if keep[i]) for plane in planes]
+    result = [tuple(i for i in plane if keep[i]) for plane in planes]
+    return [facet for facet in result if len(facet) >= dimension]
 
 
 def hull_shape(points):

@@ -42,6 +42,12 @@ class Batch:
             self._measures = _cells.measures(self.points, *self.frames())
         return self._measures
 
+    def at(self, start):
+        """The batch with its places counted from `start`."""
+        result = Batch(self.points, self.order + start, self.dimension, self.shape)
+        result._frames, result._measures = self._frames, self._measures
+        return result
+
     def selected(self, chosen):
         return Batch(self.points[chosen], self.order[chosen], self.dimension, self.shape)
 
@@ -105,8 +111,13 @@ class Hpc:
         dimension, result, props = self.space_dim, [], []
         for places in self.places():
             linear, shift = places.matrices[:, 1:, 1:], places.matrices[:, 1:, 0]
+            stays = len(linear) == 1 and np.array_equal(places.matrices[0], np.eye(dimension + 1))
             for batch in places.leaf.batches:
                 d = batch.points.shape[2]
+                if stays and d == dimension:
+                    result.append(batch.at(places.order[0]))
+                    props.append(np.full(len(batch.points), places.props[0]))
+                    continue
                 points = np.einsum("pij,mkj->pmki", linear[:, :, :d], batch.points) + shift[:, None, None]
                 order = places.order[:, None] + batch.order[None]
                 flat = _flattens(linear[:, :, :d])
@@ -265,14 +276,16 @@ def product(a, b):
             right = np.broadcast_to(y.points[None, :, None, :], shape + (b.space_dim,))
             points = np.concatenate([left, right], axis=4).reshape(count, corners, -1)
             known = x.shape is not None and y.shape is not None
-            result.append(
-                Batch(
-                    points,
-                    (x.order[:, None] * step + y.order[None]).reshape(-1),
-                    x.dimension + y.dimension if known and None not in (x.dimension, y.dimension) else None,
-                    _cells.product_shape(x.shape, y.shape) if known else None,
-                )
+            ranked = known and None not in (x.dimension, y.dimension)
+            piece = Batch(
+                points,
+                (x.order[:, None] * step + y.order[None]).reshape(-1),
+                x.dimension + y.dimension if ranked else None,
+                _cells.product_shape(x.shape, y.shape) if known else None,
             )
+            if ranked and x.dimension and y.dimension:
+                piece._measures = np.outer(x.measures(), y.measures()).reshape(-1)
+            result.append(piece)
     return leaf(result, a.space_dim + b.space_dim)
 
 
