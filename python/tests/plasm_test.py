@@ -290,6 +290,15 @@ def property_hulls(rng):
             batch = _complex.Batch(cell[None], np.zeros(1, int))
             found = np.flatnonzero(_cells.extremes(cell[None], *batch.frames())[0])
             assert set(found) == corners
+    # In batches of equal points, with what is no corner among them, the faces are those found one by one.
+    cube = np.array(list(np.ndindex(2, 2, 2)), float)
+    cells = np.concatenate([cube, rng.uniform(0.1, 0.9, size=(1, 3)), [[0.5, 0.5, 0.0]]])
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    batch = np.concatenate([[cells @ turn], rng.normal(size=(30, 10, 3))])
+    for shape, chosen in _cells.hull_shapes(batch):
+        for i in chosen:
+            assert shape.faces == _cells.hull_shape(batch[i]).faces
+    assert len(_cells.hull_shape(cells).faces[2]) == 6 and len(_cells.hull_shape(cells).faces[1]) == 12
 
 
 def property_products(rng):

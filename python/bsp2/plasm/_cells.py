@@ -284,7 +284,50 @@ def hull_shape(points):
     dimension = points.shape[1]
     if len(points) == dimension + 1:
         return simplex_shape(dimension)
-    own = [frozenset(f) for f in facets(points)]
+    return _shape_of(facets(points), len(points), dimension)
+
+
+def hull_shapes(points):
+    """The shapes of cells (cells, points, dimension): pairs of a shape and the cells that have it."""
+    count, corners, dimension = points.shape
+    if corners == dimension + 1:
+        return [(simplex_shape(dimension), np.arange(count))]
+    if not _by_trying(count, corners, dimension) or dimension != 3 or corners > 60:
+        return [(hull_shape(cell), np.array([i])) for i, cell in enumerate(points)]
+    step = max(1, _CHUNK // (corners * math.comb(corners, 3)))
+    masks = np.concatenate([_facet_masks(points[i : i + step]) for i in range(0, count, step)])
+    structures, which = np.unique(np.sort(masks, axis=1), axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    result = []
+    for number, row in enumerate(structures):
+        found = {int(mask) for mask in row if mask}
+        found = [mask for mask in found if not any(mask != other and mask & other == mask for other in found)]
+        times = [sum(mask >> i & 1 for mask in found) for i in range(corners)]
+        own = [tuple(i for i in range(corners) if mask >> i & 1 and times[i] >= 3) for mask in sorted(found)]
+        chosen = np.flatnonzero(which == number)
+        result.append((_shape_of([f for f in own if len(f) >= 3], corners, 3), chosen))
+    return result
+
+
+def _facet_masks(points):
+    """For each three points of a cell: the set, as bits, of all that are in their plane if it bounds the cell, else 0."""
+    points, _ = _rounded(points)
+    count, corners, _ = points.shape
+    bits = 1 << np.arange(corners, dtype=np.int64)
+    result = []
+    for i, j, k in itertools.combinations(range(corners), 3):
+        normal = np.cross(points[:, j] - points[:, i], points[:, k] - points[:, i])
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        heights = np.einsum("mki,mi->mk", points - points[:, i : i + 1], normal / np.maximum(length, 1e-300))
+        on = np.abs(heights) < 3 * RANK_TOLERANCE
+        bounds = ((heights < 0) | on).all(axis=1) | ((heights > 0) | on).all(axis=1)
+        result.append(np.where(bounds & (length[:, 0] > 1e-7), on @ bits, 0))
+    return np.stack(result, axis=1)
+
+
+def _shape_of(own, count, dimension):
+    """The shape that has these facets: other faces are what facets share."""
+    own = [frozenset(f) for f in own]
     corners = frozenset().union(*own)
     faces = [set() for _ in range(dimension + 1)]
     faces[dimension] = {corners}
@@ -293,4 +336,4 @@ def hull_shape(points):
         upper = faces[r + 1]
         meets = {a & b for a in upper for b in own if not a <= b}
         faces[r] = {m for m in meets if m and not any(m < other for other in meets)}
-    return Shape(len(points), dimension, [sorted(tuple(sorted(f)) for f in level) for level in faces])
+    return Shape(count, dimension, [sorted(tuple(sorted(f)) for f in level) for level in faces])

@@ -24,12 +24,18 @@ class Batch:
         self.shape = shape
         self._frames = None
         self._measures = None
+        self._keep = None
+        self._shapes = None
+
+    def solid(self):
+        """Whether the cells are known to fill their space, however thin they are."""
+        return self.dimension == self.points.shape[2]
 
     def frames(self):
         """Rank and directions of each cell, as `_cells.frames`."""
         if self._frames is None:
             count, _, coordinates = self.points.shape
-            if self.dimension == coordinates:  # known to be solid, however thin
+            if self.solid():
                 basis = np.broadcast_to(np.eye(coordinates), (count, coordinates, coordinates))
                 self._frames = np.full(count, coordinates), basis
             else:
@@ -41,6 +47,20 @@ class Batch:
         if self._measures is None:
             self._measures = _cells.measures(self.points, *self.frames())
         return self._measures
+
+    def corners(self):
+        """Which points of each cell are corners of it, as `_cells.extremes`."""
+        if self._keep is None:
+            self._keep = _cells.extremes(self.points, *self.frames())
+        return self._keep
+
+    def shapes(self):
+        """The shapes of the cells, as `_cells.hull_shapes`."""
+        if self._shapes is None:
+            _, basis = self.frames()
+            flat = np.einsum("mki,mir->mkr", self.points - self.points[:, :1], basis[:, :, : self.dimension])
+            self._shapes = _cells.hull_shapes(flat)
+        return self._shapes
 
     def at(self, start):
         """The batch with its places counted from `start`."""
@@ -151,6 +171,7 @@ class Hpc:
     def measures(self):
         """Number and content of the cells of each dimension: {dimension: (cells, content)}."""
         total = {}
+        _in_bulk([batch for places in self.places() for batch in places.leaf.batches], measured=True)
         for places in self.places():
             linear = places.matrices[:, 1:, 1:]
             for batch in places.leaf.batches:
@@ -174,10 +195,7 @@ class Hpc:
 
     def points_and_cells(self):
         """Points (n, space_dim) and cells (lists of indices), each cell with points of its own, in order."""
-        batches, _ = self.cells()
-        pieces = []
-        for batch in batches:
-            pieces.extend(_turned(piece) for piece in _corners(batch))
+        pieces = [_turned(piece) for batch in _merged(self.cells()[0]) for piece in _corners(batch)]
         count = sum(len(p.points) for p in pieces)
         if not count:
             return np.zeros((0, self.space_dim)), []
@@ -198,8 +216,7 @@ class Hpc:
 
     def mapped(self, function):
         """The complex whose cells are the hulls of the images of the corners of these."""
-        batches, _ = self.cells()
-        pieces = [piece for batch in batches for piece in _corners(batch)]
+        pieces = [piece for batch in _merged(self.cells()[0]) for piece in _corners(batch)]
         if not pieces:
             return leaf([], self.space_dim)
         points = np.concatenate([p.points.reshape(-1, self.space_dim) for p in pieces])
@@ -218,6 +235,11 @@ class Hpc:
     def skeleton(self, dimension):
         """The faces of a dimension of all cells. A face of several cells is there as often."""
         replaced = {}
+        leaves = [node for node in self.nodes() if node.batches is not None and dimension not in node._skeletons]
+        _in_bulk([batch for node in leaves for batch in node.batches if batch.shape is None], cornered=True)
+        for node in leaves:
+            node.pieces = [piece for batch in node.batches for piece in _corners(batch)]
+        _shape_in_bulk([piece for node in leaves for piece in node.pieces if piece.shape is None], dimension)
         for node in self.nodes():
             if node.batches is not None:
                 if dimension not in node._skeletons:
@@ -264,8 +286,7 @@ def segments(ends):
 def product(a, b):
     """All pairs of a point of `a` and a point of `b`; its cells are the products of cells."""
     result = []
-    first, _ = a.cells()
-    second, _ = b.cells()
+    first, second = _merged(a.cells()[0]), _merged(b.cells()[0])
     step = 1 + max([int(x.order.max()) for x in second if len(x.order)], default=0)
     for x in (piece for batch in first for piece in _corners(batch)):
         for y in (piece for batch in second for piece in _corners(batch)):
@@ -391,12 +412,73 @@ def _add(total, rank, content):
         total[int(r)] = (count + int(chosen.sum()), amount + float(content[chosen].sum()))
 
 
+def _merged(batches):
+    """The cells of batches in as few batches as there are kinds of cells."""
+    kinds = {}
+    for batch in batches:
+        kinds.setdefault((batch.points.shape[1:], id(batch.shape), batch.dimension), []).append(batch)
+    result = []
+    for members in kinds.values():
+        if len(members) == 1:
+            result.append(members[0])
+            continue
+        points = np.concatenate([batch.points for batch in members])
+        order = np.concatenate([batch.order for batch in members])
+        result.append(Batch(points, order, members[0].dimension, members[0].shape))
+    return result
+
+
+def _in_bulk(batches, measured=False, cornered=False):
+    """Computes what batches of few cells are asked for, for all of them at once."""
+    missing = {}
+    for batch in batches:
+        done = batch._frames is not None and (batch._measures is not None or not measured)
+        if not done or cornered and batch._keep is None:
+            missing.setdefault((batch.points.shape[1:], batch.solid()), {})[id(batch)] = batch
+    for members in missing.values():
+        members = list(members.values())
+        if len(members) == 1:
+            continue
+        whole = Batch(np.concatenate([batch.points for batch in members]), None, members[0].dimension)
+        if not members[0].solid():
+            whole.dimension = None
+        rank, basis = whole.frames()
+        contents = whole.measures() if measured else None
+        keep = whole.corners() if cornered else None
+        at = 0
+        for batch in members:
+            part = slice(at, at + len(batch.points))
+            batch._frames = rank[part], basis[part]
+            if measured and batch._measures is None:
+                batch._measures = contents[part]
+            if cornered:
+                batch._keep = keep[part]
+            at += len(batch.points)
+
+
+def _shape_in_bulk(pieces, dimension):
+    """The shapes of cells that have faces of a dimension, for all of them at once."""
+    kinds = {}
+    for piece in pieces:
+        if piece.dimension > max(2, dimension) and piece._shapes is None:
+            kinds.setdefault((piece.points.shape[1:], piece.dimension), []).append(piece)
+    for (_, own), members in kinds.items():
+        whole = Batch(np.concatenate([piece.points for piece in members]), None, own)
+        owner = np.repeat(np.arange(len(members)), [len(piece.points) for piece in members])
+        first = np.concatenate([[0], np.cumsum([len(piece.points) for piece in members])])
+        for piece in members:
+            piece._shapes = []
+        for shape, chosen in whole.shapes():
+            for number in np.unique(owner[chosen]):
+                members[number]._shapes.append((shape, chosen[owner[chosen] == number] - first[number]))
+
+
 def _corners(batch):
     """The batch, or pieces of it, without points that are no corners of their cell."""
     if batch.shape is not None or batch.points.shape[1] == 1:
         return [_with_simplices(batch)]
     rank, basis = batch.frames()
-    keep = _cells.extremes(batch.points, rank, basis)
+    keep = batch.corners()
     left = keep.sum(axis=1)
     pieces = []
     for count, r in sorted({(int(c), int(r)) for c, r in zip(*np.unique(np.stack([left, rank]), axis=1))}):
@@ -439,7 +521,7 @@ def _images(function, points):
 
 def _skeleton(node, dimension):
     result = []
-    for batch in (piece for b in node.batches for piece in _corners(b)):
+    for batch in node.pieces:
         own = batch.dimension if batch.shape is None else batch.shape.dimension
         if own < dimension:
             continue
@@ -450,10 +532,8 @@ def _skeleton(node, dimension):
         elif batch.shape is not None:
             result.extend(_faces(batch, batch.shape, dimension))
         else:
-            _, basis = batch.frames()
-            for i in range(len(batch.points)):
-                flat = (batch.points[i] - batch.points[i, 0]) @ basis[i][:, : batch.dimension]
-                result.extend(_faces(batch.selected([i]), _cells.hull_shape(flat), dimension))
+            for shape, chosen in batch.shapes():
+                result.extend(_faces(batch.selected(chosen), shape, dimension))
     # Faces come in the order of their cells, each cell's together.
     step = 1 + max([int(number.max()) for _, number in result if len(number)], default=0)
     pieces = [Batch(b.points, b.order * step + number, b.dimension, b.shape) for b, number in result]

@@ -5,6 +5,7 @@ and a division of integers that comes out even stays an integer. Programs that d
 """
 
 import ast
+import hashlib
 import importlib
 import importlib.abc
 import importlib.util
@@ -69,6 +70,29 @@ _OLD_METHODS = re.compile(r"\.(next|has_key|iteritems|itervalues|iterkeys)\(")
 
 
 def _two_to_three(text, only=None):
+    """The text in Python 3, or None. What was translated once is kept in the user's cache: that takes seconds."""
+    folder = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    name = hashlib.sha256(f"1 {sys.version_info[:2]} {only} {text}".encode(errors="replace")).hexdigest()
+    kept = os.path.join(folder, "bsp2-plasm", name[:32] + ".py")
+    try:
+        with open(kept, encoding="utf-8", errors="surrogateescape") as file:
+            return file.read()
+    except OSError:
+        pass
+    result = _refactored(text, only)
+    if result is not None:
+        try:
+            os.makedirs(os.path.dirname(kept), exist_ok=True)
+            part = f"{kept}.{os.getpid()}"
+            with open(part, "w", encoding="utf-8", errors="surrogateescape") as file:
+                file.write(result)
+            os.replace(part, kept)
+        except OSError:
+            pass
+    return result
+
+
+def _refactored(text, only):
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
