@@ -421,6 +421,28 @@ def check_errors(rng):
     assert len(told) == 1 and "point 3" in str(told[0].message)
 
 
+def check_files(rng):
+    """Complexes are written as they are, solids by the kernel."""
+    pol = plasm.STRUCT([plasm.CYLINDER([1, 1])(6), plasm.SPHERE(1)([4, 6]), plasm.POLYLINE([[0, 0], [3, 4]]), plasm.MK([9])])
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "all.vtu")
+        plasm.SAVE(path)(pol)
+        text = pathlib.Path(path).read_text()
+        assert f'NumberOfCells="{pol.cell_count()}"' in text
+        for ending in ("stl", "csg", "png", "h5"):
+            plasm.SAVE(os.path.join(folder, "solid." + ending))(pol)
+            assert os.path.getsize(os.path.join(folder, "solid." + ending)) > 100
+        plasm.SAVE(os.path.join(folder, "lines.obj"))(plasm.SKEL_1(plasm.CUBOID([1, 1, 1])))
+        lines = pathlib.Path(folder, "lines.obj").read_text().splitlines()
+        assert sum(line.startswith("l ") for line in lines) == 12
+        try:
+            plasm.SAVE(os.path.join(folder, "lines.stl"))(plasm.SKEL_1(pol))
+        except ValueError as error:
+            assert "solid" in str(error)
+        else:
+            raise AssertionError("lines have no surface")
+
+
 def check_lar(rng):
     """A diagram with a block replaced has the same volume, and shares the points of the cut."""
     master = lar.assemblyDiagramInit([3, 3, 2])([[0.5, 3, 0.5], [0.5, 2, 0.5], [0.25, 2.5]])

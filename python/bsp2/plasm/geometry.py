@@ -2,11 +2,12 @@
 
 import builtins
 import math
+import os
 import warnings
 
 import numpy as np
 
-from . import _cells, _complex, _kernel
+from . import _cells, _complex, _files, _kernel
 from ._complex import Batch, Hpc
 from .fl import (
     AA, COMP, CONS, ID, IF, ISFUN, ISNUM, ISPOL, ISSEQ, ISSEQOF, K, LIST, MATHOM, MEANPOINT, PERMUTATIONS, PI, RAISE, S1,
@@ -522,10 +523,23 @@ def VOLUME(pol):
 
 
 def SAVE(path):
-    """Writes what is solid, in the format that the name's ending says, and gives the complex back."""
+    """Writes a complex, in the format that the name's ending says, and gives it back.
+
+    .vtu has all cells as they are. Of what is solid .stl, .ply, .obj, .vtp have the surface, .pvtu and .h5 the cells,
+    .csg the model, .png, .svg and .pdf a picture; of a complex without anything solid .obj has its faces and lines.
+    """
 
     def save(pol):
-        _kernel.save(("union", [_solids(pol, pol.space_dim)]), pol.space_dim, path)
+        ending = os.path.splitext(path)[1].lower()
+        solids = _solids(pol, pol.space_dim)
+        if ending == ".vtu":
+            _files.write_vtu(pol, path)
+        elif ending == ".obj" and not solids:
+            _files.write_obj(pol, path)
+        elif not solids:
+            raise ValueError(f"nothing of the complex is solid: a .vtu or .obj file can have it, {path} cannot")
+        else:
+            _kernel.save(("union", [solids]), pol.space_dim, path)
         return pol
 
     return save
