@@ -25,10 +25,14 @@ BOX, CONTENT = 1e-5, 1e-4
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("facts")
     parser.add_argument("--programs", required=True)
-    parser.add_argument("--folder", action="append", default=[], help="modules that programs import; may be repeated")
+    parser.add_argument(
+        "--folder", action="append", default=[], help="modules that programs import; may be repeated"
+    )
     parser.add_argument("--timeout", type=float, default=60)
     parser.add_argument("--only", default="", help="programs whose repository and path have this text")
     parser.add_argument("--no-unions", action="store_true")
@@ -63,7 +67,9 @@ def main():
                     row[2:5] = ["chance" if cell == "no" else cell for cell in row[2:5]]
         result["seconds"] = time.time() - began
         table += [[repo, path, *row] for row in cells]
-        bad = [row for row in table[-len(views):] if "no" in row[4:7] or "chance" in row[4:7] or row[3] == "no"]
+        bad = [
+            row for row in table[-len(views) :] if "no" in row[4:7] or "chance" in row[4:7] or row[3] == "no"
+        ]
         print(f"{'ok ' if not bad else 'BAD'} {result['seconds']:6.1f} s  {repo}  {path}", flush=True)
         for row in bad:
             print("       ", *row[2:], flush=True)
@@ -87,11 +93,26 @@ def run(file, views, given):
             "out": os.path.join(folder, "views.json"),
         }
         environment = dict(os.environ, BSP2_VIEW="none", MPLBACKEND="Agg", PYTHONPATH=str(HERE.parent))
-        command = [sys.executable, str(HERE / "plasm_facts.py"), "-", "--programs", "-", "--one", json.dumps(task)]
+        command = [
+            sys.executable,
+            str(HERE / "plasm_facts.py"),
+            "-",
+            "--programs",
+            "-",
+            "--one",
+            json.dumps(task),
+        ]
         try:
             done = subprocess.run(
-                command, cwd=file.parent, env=environment, timeout=given.timeout, stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, errors="replace",
+                command,
+                cwd=file.parent,
+                env=environment,
+                timeout=given.timeout,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                text=True,
+                errors="replace",
             )
             why = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
             runs = done.returncode == 0
@@ -154,7 +175,9 @@ def differs(first, second):
     if first is None or second is None or first["box"] is None or second["box"] is None:
         return False
     moved = max(abs(a - b) for p, q in zip(first["box"], second["box"]) for a, b in zip(p, q))
-    sums = [abs(first["measures"].get(r, 0.0) - value) > 1e-6 * value for r, value in second["measures"].items()]
+    sums = [
+        abs(first["measures"].get(r, 0.0) - value) > 1e-6 * value for r, value in second["measures"].items()
+    ]
     return moved > 1e-6 or any(sums)
 
 
@@ -182,7 +205,14 @@ def compare(views, result, given):
             union = "yes" if "union" in view and near(view["union"], value, value, CONTENT) else "no"
             if union == "no":
                 remarks.append(f"union {view.get('union', view.get('union_error'))} is {value}")
-        yield [row["view"], runs, box, sums, union, "; ".join(remarks + [result["why"]] * bool(result["why"]))]
+        yield [
+            row["view"],
+            runs,
+            box,
+            sums,
+            union,
+            "; ".join(remarks + [result["why"]] * bool(result["why"])),
+        ]
 
 
 def compare_box(row, view, remarks):

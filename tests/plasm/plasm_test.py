@@ -225,7 +225,7 @@ PROGRAMS = {
     "larExtrude": ("v, c = larExtrude(([[0], [1]], [[0, 1]]), [1, -1, 2])\nshown = MKPOL([v, [[i + 1 for i in s] for s in c], None])", ([0, 0], [1, 4]), {2: 3}, None),
 }  # fmt: skip
 
-PYTHON2 = '''from pyplasm import *
+PYTHON2 = """from pyplasm import *
 def wall(n):
 \tx = []
         # eight spaces are a tab
@@ -237,7 +237,7 @@ d = {1: 2}
 if d.has_key(1) and 3 <> 4:
     shown = PROD([wall(6), Q(10 / 2)])
 VIEW(shown)
-'''
+"""
 
 
 def same(a, b, scale=None):
@@ -326,7 +326,12 @@ def property_maps(rng):
         matrix = np.eye(4)
         matrix[1:, 1:] = rng.normal(size=(3, 3))
         matrix[1:, 0] = rng.normal(size=3)
-        parts = [plasm.CUBOID([1, 2, 3]), plasm.T(1)(0.5), plasm.SKEL_2(plasm.SIMPLEX(3)), plasm.CYLINDER([1, 1])(5)]
+        parts = [
+            plasm.CUBOID([1, 2, 3]),
+            plasm.T(1)(0.5),
+            plasm.SKEL_2(plasm.SIMPLEX(3)),
+            plasm.CYLINDER([1, 1])(5),
+        ]
         inside = plasm.STRUCT([plasm.MAT(matrix.tolist())] + parts)
         outside = plasm.MAP(lambda p: (matrix[1:, 1:] @ p + matrix[1:, 0]).tolist())(plasm.STRUCT(parts))
         assert np.allclose(inside.box(), outside.box())
@@ -397,7 +402,9 @@ def check_python2(rng):
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         assert pathlib.Path(folder, "view_1.png").read_bytes()[:4] == b"\x89PNG"
-        path.write_text("from larcc import *\nfrom pyplasm import *\nshown = STRUCT(MKPOLS(larCuboids([2, 2])))\n")
+        path.write_text(
+            "from larcc import *\nfrom pyplasm import *\nshown = STRUCT(MKPOLS(larCuboids([2, 2])))\n"
+        )
         assert same(run.run(path)["shown"].measures()[2][1], 4.0)
 
 
@@ -423,7 +430,9 @@ def check_errors(rng):
 
 def check_files(rng):
     """Complexes are written as they are, solids by the kernel."""
-    pol = plasm.STRUCT([plasm.CYLINDER([1, 1])(6), plasm.SPHERE(1)([4, 6]), plasm.POLYLINE([[0, 0], [3, 4]]), plasm.MK([9])])
+    pol = plasm.STRUCT(
+        [plasm.CYLINDER([1, 1])(6), plasm.SPHERE(1)([4, 6]), plasm.POLYLINE([[0, 0], [3, 4]]), plasm.MK([9])]
+    )
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "all.vtu")
         plasm.SAVE(path)(pol)
@@ -460,10 +469,16 @@ def check_lar(rng):
 
 def main():
     given = sys.argv[1:]
-    seed = int(given.pop(given.index("--seed") + 1)) if "--seed" in given else random.SystemRandom().randrange(2**31)
+    seed = (
+        int(given.pop(given.index("--seed") + 1))
+        if "--seed" in given
+        else random.SystemRandom().randrange(2**31)
+    )
     if "--seed" in given:
         given.remove("--seed")
-    functions = {n: f for n, f in globals().items() if n.startswith(("property_", "check_")) and n != "check_program"}
+    functions = {
+        n: f for n, f in globals().items() if n.startswith(("property_", "check_")) and n != "check_program"
+    }
     failed = 0
     for name in list(PROGRAMS) + list(functions):
         if given and name not in given:

@@ -1,7 +1,7 @@
 """PLaSM's language in Python: `from bsp2.plasm import *` in the place of `from pyplasm import *`.
 
-Complexes of points and convex cells of any dimension are made by functions of functions (docs/plasm.md). What is solid
-of them takes part in Booleans, which are exact.
+Complexes of points and convex cells of any dimension are made by functions of functions (docs/plasm.md). What
+is solid of them takes part in Booleans, which are exact.
 """
 
 import math

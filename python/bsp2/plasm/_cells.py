@@ -1,7 +1,8 @@
 """Convex cells in batches: each cell is the hull of its points, and all cells of a batch have equally many.
 
-Arrays are (cells, points of a cell, coordinates), of doubles. No function here loops over cells in Python where a
-batch can be done at once; only cells of many points that no product or simplex made are looked at one by one.
+Arrays are (cells, points of a cell, coordinates), of doubles. No function here loops over cells in Python
+where a batch can be done at once; only cells of many points that no product or simplex made are looked at one
+by one.
 """
 
 import itertools
@@ -10,15 +11,15 @@ import math
 import numpy as np
 
 RANK_TOLERANCE = 2e-5
-"""A cell counts as flat if a singular value of its points, from the first one, is this part of the largest or less:
-above what roundings to single precision make of flat quadrilaterals, below what is meant."""
+"""A cell counts as flat if a singular value of its points, from the first one, is this part of the largest or
+less: above what roundings to single precision make of flat quadrilaterals, below what is meant."""
 
 
 def _by_trying(count, corners, dimension):
     """Whether hulls are found sooner by trying all facets, for all cells of a batch at once, than one by one.
 
-    In seconds: 40 microseconds for each facet that is tried, 10 nanoseconds for each point that is compared to it; 100
-    microseconds for each point of a cell that is looked at by itself.
+    In seconds: 40 microseconds for each facet that is tried, 10 nanoseconds for each point that is compared
+    to it; 100 microseconds for each point of a cell that is looked at by itself.
     """
     if dimension not in (2, 3):
         return False
@@ -70,7 +71,8 @@ def product_shape(a, b):
 
 
 def frames(points):
-    """Rank of each cell, and an orthonormal basis of its directions: (cells,), (cells, coordinates, coordinates).
+    """Rank of each cell, and an orthonormal basis of its directions: (cells,), (cells, coordinates,
+    coordinates).
 
     The first `rank` columns of the basis span the cell.
     """
@@ -138,7 +140,8 @@ def extremes(points, rank, basis):
 
 
 def _rounded(points):
-    """Cells (.., points, coordinates) stretched to be equally thick in all directions, and by what content shrank."""
+    """Cells (.., points, coordinates) stretched to be equally thick in all directions, and by what content
+    shrank."""
     centred = points - points.mean(axis=-2, keepdims=True)
     values, vectors = np.linalg.eigh(np.einsum("...ki,...kj->...ij", centred, centred) / points.shape[-2])
     scale = np.sqrt(np.maximum(values, 1e-300))
@@ -146,13 +149,14 @@ def _rounded(points):
 
 
 def _jiggled(points):
-    """Rounded points moved by a millionth of their cell's size, always alike: then no facet has more corners than it
-    needs. A corner that is one by less is lost, and with it a millionth of the content at most."""
+    """Rounded points moved by a millionth of their cell's size, always alike: then no facet has more corners
+    than it needs. A corner that is one by less is lost, and with it a millionth of the content at most."""
     return points + np.random.default_rng(7).uniform(-1e-6, 1e-6, points.shape[-2:])
 
 
 def _brute_facets(points):
-    """For each set of `dimension` points of a cell: +1, -1 if it is a facet with all others below or above, else 0."""
+    """For each set of `dimension` points of a cell: +1, -1 if it is a facet with all others below or above,
+    else 0."""
     _, corners, dimension = points.shape
     moved = _jiggled(points)
     for chosen in itertools.combinations(range(corners), dimension):
@@ -248,7 +252,9 @@ def _measure(points):
     moved = _jiggled(points)
     centre = moved.mean(axis=0)
     signs = np.sign(np.linalg.det(moved[faces] - centre))
-    return abs((signs * np.linalg.det(points[faces] - centre)).sum()) * content / math.factorial(points.shape[1])
+    return (
+        abs((signs * np.linalg.det(points[faces] - centre)).sum()) * content / math.factorial(points.shape[1])
+    )
 
 
 def facets(points):
@@ -310,7 +316,8 @@ def hull_shapes(points):
 
 
 def _facet_masks(points):
-    """For each three points of a cell: the set, as bits, of all that are in their plane if it bounds the cell, else 0."""
+    """For each three points of a cell: the set, as bits, of all that are in their plane if it bounds the
+    cell, else 0."""
     points, _ = _rounded(points)
     count, corners, _ = points.shape
     bits = 1 << np.arange(corners, dtype=np.int64)

@@ -1,8 +1,8 @@
 """Polyhedral complexes: points and convex cells of any dimension, in a space of any dimension.
 
-A complex is a graph: leaves hold cells in arrays, other nodes hold children, an affine map and properties such as
-colours. Nodes do not change, so a child may stand in many places; what is asked of the whole (boxes, measures,
-points) is computed for all places of a leaf at once.
+A complex is a graph: leaves hold cells in arrays, other nodes hold children, an affine map and properties
+such as colours. Nodes do not change, so a child may stand in many places; what is asked of the whole (boxes,
+measures, points) is computed for all places of a leaf at once.
 """
 
 import numpy as np
@@ -11,10 +11,11 @@ from . import _cells
 
 
 class Batch:
-    """Cells with equally many points each: `points` (cells, points, coordinates) and the place of each in the whole.
+    """Cells with equally many points each: `points` (cells, points, coordinates) and the place of each in the
+    whole.
 
-    `dimension` (the rank of the points) and `shape` (the faces) are known where all cells are alike, else None. A cell
-    that a map made flat keeps the faces of its shape.
+    `dimension` (the rank of the points) and `shape` (the faces) are known where all cells are alike, else
+    None. A cell that a map made flat keeps the faces of its shape.
     """
 
     def __init__(self, points, order, dimension=None, shape=None):
@@ -118,7 +119,9 @@ class Hpc:
         return self._point_dim
 
     def cell_count(self):
-        return sum(len(places.matrices) * len(b.points) for places in self.places() for b in places.leaf.batches)
+        return sum(
+            len(places.matrices) * len(b.points) for places in self.places() for b in places.leaf.batches
+        )
 
     def places(self):
         """Where the leaves are: of each leaf the maps from its space into that of the whole, and their order."""
@@ -127,7 +130,8 @@ class Hpc:
         return self._leaves
 
     def cells(self):
-        """All cells in the space of the whole: a list of batches, and an array of the properties of each batch."""
+        """All cells in the space of the whole: a list of batches, and an array of the properties of each
+        batch."""
         dimension, result, props = self.space_dim, [], []
         for places in self.places():
             linear, shift = places.matrices[:, 1:, 1:], places.matrices[:, 1:, 0]
@@ -221,7 +225,11 @@ class Hpc:
             return leaf([], self.space_dim)
         points = np.concatenate([p.points.reshape(-1, self.space_dim) for p in pieces])
         key = np.ascontiguousarray(np.round(points, 12) + 0.0)
-        key = key.view([("", key.dtype)] * self.space_dim).reshape(-1) if self.space_dim else np.zeros(len(points))
+        key = (
+            key.view([("", key.dtype)] * self.space_dim).reshape(-1)
+            if self.space_dim
+            else np.zeros(len(points))
+        )
         _, first, back = np.unique(key, return_index=True, return_inverse=True)
         images = _images(function, points[first])[back]
         result, at = [], 0
@@ -235,7 +243,9 @@ class Hpc:
     def skeleton(self, dimension):
         """The faces of a dimension of all cells. A face of several cells is there as often."""
         replaced = {}
-        leaves = [node for node in self.nodes() if node.batches is not None and dimension not in node._skeletons]
+        leaves = [
+            node for node in self.nodes() if node.batches is not None and dimension not in node._skeletons
+        ]
         _in_bulk([batch for node in leaves for batch in node.batches if batch.shape is None], cornered=True)
         for node in leaves:
             node.pieces = [piece for batch in node.batches for piece in _corners(batch)]
@@ -265,7 +275,8 @@ def leaf(batches, space_dim):
 
 
 def from_cells(points, cells):
-    """The complex of hulls of points: points (n, d), cells lists of indices, counted from 0. Empty cells are none."""
+    """The complex of hulls of points: points (n, d), cells lists of indices, counted from 0. Empty cells are
+    none."""
     points = np.asarray(points, float)
     by_count = {}
     for place, cell in enumerate(cells):
@@ -499,7 +510,8 @@ def _around(points, basis):
 
 
 def _turned(batch):
-    """Quadrilaterals of products with their corners one after the other around the cell, as programs expect it."""
+    """Quadrilaterals of products with their corners one after the other around the cell, as programs expect
+    it."""
     if batch.shape is None or batch.shape.dimension != 2 or batch.points.shape[1] != 4:
         return batch
     return Batch(batch.points[:, [2, 0, 1, 3]], batch.order, batch.dimension)

@@ -13,7 +13,9 @@ _TETRAHEDRON, _CONVEX_POINT_SET = 10, 41
 def write_vtu(pol, path):
     """The cells of a complex as an unstructured grid, for ParaView: points, lines, polygons, hulls of points."""
     if pol.space_dim > 3:
-        raise ValueError(f"a .vtu file has three coordinates, and the complex {pol.space_dim}: PROJECT it, or cut it")
+        raise ValueError(
+            f"a .vtu file has three coordinates, and the complex {pol.space_dim}: PROJECT it, or cut it"
+        )
     points, cells, sizes, types, order = [], [], [], [], []
     count = 0
     for piece in (_turned(piece) for batch in _merged(pol.cells()[0]) for piece in _corners(batch)):
@@ -29,22 +31,27 @@ def write_vtu(pol, path):
     cat = lambda parts, kind: np.concatenate(parts).astype(kind) if parts else np.zeros(0, kind)  # noqa: E731
     total = sum(len(s) for s in sizes)
     with open(path, "w") as file:
-        file.write('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"')
-        file.write(f' header_type="UInt64">\n<UnstructuredGrid><Piece NumberOfPoints="{count}" NumberOfCells="{total}">\n')
+        file.write(
+            '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"'
+        )
+        file.write(
+            f' header_type="UInt64">\n<UnstructuredGrid><Piece NumberOfPoints="{count}" NumberOfCells="{total}">\n'
+        )
         points = np.concatenate(points) if points else np.zeros((0, 3))
         file.write("<Points>" + _array("Points", "Float64", points.astype("<f8"), 3) + "</Points>\n<Cells>\n")
         file.write(_array("connectivity", "Int64", cat(cells, "<i8")))
         file.write(_array("offsets", "Int64", np.cumsum(cat(sizes, "<i8")).astype("<i8")))
         file.write(_array("types", "UInt8", cat(types, "u1")) + "</Cells>\n<CellData>")
-        file.write(_array("order", "Int64", cat(order, "<i8")) + "</CellData>\n</Piece></UnstructuredGrid></VTKFile>\n")
+        file.write(
+            _array("order", "Int64", cat(order, "<i8"))
+            + "</CellData>\n</Piece></UnstructuredGrid></VTKFile>\n"
+        )
 
 
 def _array(name, kind, values, components=1):
     data = values.tobytes()
     text = base64.b64encode(np.array([len(data)], "<u8").tobytes() + data).decode()
-    return (
-        f'<DataArray Name="{name}" type="{kind}" NumberOfComponents="{components}" format="binary">{text}</DataArray>\n'
-    )
+    return f'<DataArray Name="{name}" type="{kind}" NumberOfComponents="{components}" format="binary">{text}</DataArray>\n'
 
 
 def write_obj(pol, path):

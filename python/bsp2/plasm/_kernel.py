@@ -1,9 +1,10 @@
-"""All that needs the kernel, in three functions: the content of an expression, its cells, and what is written of it.
+"""All that needs the kernel, in three functions: the content of an expression, its cells, and what is written
+of it.
 
-Solids are given as expressions: ("union" | "intersection" | "difference" | "symmetric_difference", operands), or lists
-of (points, matrices): hulls of points (k, d), each moved by homogeneous matrices (m, d+1, d+1) whose first row and
-column are the homogeneous ones. This backend runs the program `bsp2`, found by BSP2_PROGRAM, beside this package in a
-build tree, or on the PATH.
+Solids are given as expressions: ("union" | "intersection" | "difference" | "symmetric_difference", operands),
+or lists of (points, matrices): hulls of points (k, d), each moved by homogeneous matrices (m, d+1, d+1) whose
+first row and column are the homogeneous ones. This backend runs the program `bsp2`, found by BSP2_PROGRAM,
+beside this package in a build tree, or on the PATH.
 """
 
 import json
@@ -47,8 +48,8 @@ def volume(expression, dimension):
 
 
 def save(expression, dimension, path):
-    """Writes a solid: .h5 is a snapshot, .pvtu its cells, .stl, .ply, .obj, .vtp its surface, .png, .svg, .pdf a
-    picture of it."""
+    """Writes a solid: .h5 is a snapshot, .pvtu its cells, .stl, .ply, .obj, .vtp its surface, .png, .svg,
+    .pdf a picture of it."""
     ending = pathlib.Path(path).suffix.lower()
     with tempfile.TemporaryDirectory(prefix="bsp2-plasm-") as folder:
         if ending == ".csg":
@@ -110,7 +111,9 @@ def _run(expression, dimension, folder, arguments):
 def _call(command):
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
-        raise KernelError((done.stderr or done.stdout).strip() or f"{command[0]} ended with code {done.returncode}")
+        raise KernelError(
+            (done.stderr or done.stdout).strip() or f"{command[0]} ended with code {done.returncode}"
+        )
 
 
 def _program():

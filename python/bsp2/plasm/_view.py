@@ -1,4 +1,5 @@
-"""Pictures of complexes: a PNG file, or a page that a browser turns and zooms. Nothing but numpy is needed."""
+"""Pictures of complexes: a PNG file, or a page that a browser turns and zooms. Nothing but numpy is needed.
+"""
 
 import base64
 import json

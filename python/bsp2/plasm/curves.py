@@ -3,9 +3,9 @@
 import builtins
 import math
 
-from .fl import CHOOSE, COMP, CONS, K, S1, SEL, UNITVECT, VECTPROD
+from .fl import COMP, K, S1, SEL, UNITVECT, VECTPROD
 from ._complex import Hpc
-from .geometry import INTERVALS, MAP, POLYLINE, POLYMARKER, POWER, QUOTE, S, STRUCT, T, UKPOL
+from .geometry import INTERVALS, MAP, POLYLINE, POLYMARKER, POWER, S, STRUCT, T, UKPOL
 
 
 def _at(values, point):
@@ -23,12 +23,16 @@ def _rational(point):
 
 
 def _bernstein(degree, t):
-    return [math.comb(degree, i) * math.pow(1 - t, degree - i) * math.pow(t, i) for i in builtins.range(degree + 1)]
+    return [
+        math.comb(degree, i) * math.pow(1 - t, degree - i) * math.pow(t, i)
+        for i in builtins.range(degree + 1)
+    ]
 
 
 # Curves.
 def BEZIER(parameter):
-    """The Bezier curve of control points, or the surface of control curves, by a coordinate: BEZIER(S1)(points)."""
+    """The Bezier curve of control points, or the surface of control curves, by a coordinate:
+    BEZIER(S1)(points)."""
 
     def of(controls):
         controls = list(controls)
@@ -142,7 +146,9 @@ def BSPLINE(degree):
             first, last = knots[degree], knots[count]
 
             def curve(point):
-                return _combination(_spline_weights(knots, degree, count, first, last, point[0]), _at(controls, point))
+                return _combination(
+                    _spline_weights(knots, degree, count, first, last, point[0]), _at(controls, point)
+                )
 
             return curve
 
@@ -343,7 +349,9 @@ def TENSORPRODSURFACE(bases):
             u, v = [f([point[0]]) for f in first], [f([point[1]]) for f in second]
             rows = _at(controls, point)
             weights = [a * b for a in u for b in v]
-            return _combination(weights, [rows[i][j] for i in builtins.range(len(u)) for j in builtins.range(len(v))])
+            return _combination(
+                weights, [rows[i][j] for i in builtins.range(len(u)) for j in builtins.range(len(v))]
+            )
 
         return surface
 

@@ -1,4 +1,5 @@
-"""The functions of FL, by which PLaSM's programs are put together: combinators, lists, numbers, vectors, tests."""
+"""The functions of FL, by which PLaSM's programs are put together: combinators, lists, numbers, vectors,
+tests."""
 
 import builtins
 import itertools
@@ -183,11 +184,17 @@ def MERGE(later):
 
 # Lists.
 def CAT(values):
-    return reduce(lambda a, b: a + b, values) if not _lists(values) else list(itertools.chain.from_iterable(values))
+    return (
+        reduce(lambda a, b: a + b, values)
+        if not _lists(values)
+        else list(itertools.chain.from_iterable(values))
+    )
 
 
 def _lists(values):
-    return isinstance(values, (list, tuple)) and len(values) > 0 and all(type(value) is list for value in values)
+    return (
+        isinstance(values, (list, tuple)) and len(values) > 0 and all(type(value) is list for value in values)
+    )
 
 
 def DISTL(pair):
@@ -269,7 +276,9 @@ def FROMTO(pair):
 
 def RANGE(pair):
     first, last = int(pair[0]), int(pair[-1])
-    return list(builtins.range(first, last + 1)) if last >= first else list(builtins.range(first, last - 1, -1))
+    return (
+        list(builtins.range(first, last + 1)) if last >= first else list(builtins.range(first, last - 1, -1))
+    )
 
 
 def SUBSEQ(pair):
@@ -286,7 +295,10 @@ def CART(lists):
 
 
 def POWERSET(values):
-    return [list(itertools.chain.from_iterable(choice)) for choice in itertools.product(*([[v], []] for v in values))]
+    return [
+        list(itertools.chain.from_iterable(choice))
+        for choice in itertools.product(*([[v], []] for v in values))
+    ]
 
 
 def PERMUTATIONS(values):
@@ -607,7 +619,9 @@ def SKEW(matrix):
 
 
 def VECT2MAT(vector):
-    return [[vector[i] if i == j else 0 for j in builtins.range(len(vector))] for i in builtins.range(len(vector))]
+    return [
+        [vector[i] if i == j else 0 for j in builtins.range(len(vector))] for i in builtins.range(len(vector))
+    ]
 
 
 def VECT2DTOANGLE(vector):

@@ -10,8 +10,26 @@ import numpy as np
 from . import _cells, _complex, _files, _kernel
 from ._complex import Batch, Hpc
 from .fl import (
-    AA, COMP, CONS, ID, IF, ISFUN, ISNUM, ISPOL, ISSEQ, ISSEQOF, K, LIST, MATHOM, MEANPOINT, PERMUTATIONS, PI, RAISE, S1,
-    TRANS, UNITVECT, VECTDIFF, VECTNORM, VECTPROD, VECTSUM, INNERPROD, INSL, reduce,
+    AA,
+    COMP,
+    CONS,
+    ID,
+    ISNUM,
+    ISPOL,
+    ISSEQOF,
+    MATHOM,
+    MEANPOINT,
+    PERMUTATIONS,
+    PI,
+    RAISE,
+    UNITVECT,
+    VECTDIFF,
+    VECTNORM,
+    VECTPROD,
+    VECTSUM,
+    INNERPROD,
+    INSL,
+    reduce,
 )
 
 DEFAULT_TOLERANCE = 1e-6
@@ -20,7 +38,8 @@ DEFAULT_USE_OCTREE_PLANES = True
 
 
 class PlasmConfig:
-    """The tolerances of pyplasm's kernel: kept for programs that set them, used by nothing, since ours is exact."""
+    """The tolerances of pyplasm's kernel: kept for programs that set them, used by nothing, since ours is
+    exact."""
 
     def __init__(self):
         self.stack = [(DEFAULT_TOLERANCE, DEFAULT_MAX_NUM_SPLIT, DEFAULT_USE_OCTREE_PLANES)]
@@ -56,8 +75,14 @@ def _cube(dimension):
         corners = np.array(list(np.ndindex(*[2] * dimension)), float).reshape(2**dimension, dimension)
         shape = _cells.simplex_shape(0)
         for _ in builtins.range(dimension):
-            shape = _cells.product_shape(shape, _cells.simplex_shape(1)) if shape.dimension else _cells.simplex_shape(1)
-        _cubes[dimension] = _complex.leaf([Batch(corners[None], np.zeros(1, int), dimension, shape)], dimension)
+            shape = (
+                _cells.product_shape(shape, _cells.simplex_shape(1))
+                if shape.dimension
+                else _cells.simplex_shape(1)
+            )
+        _cubes[dimension] = _complex.leaf(
+            [Batch(corners[None], np.zeros(1, int), dimension, shape)], dimension
+        )
     return _cubes[dimension]
 
 
@@ -286,7 +311,9 @@ def MAT(matrix):
 
     def projective(pol):
         def moved(point):
-            image = _complex.embedded(matrix, max(len(matrix) - 1, len(point))) @ np.array([1.0] + list(point))
+            image = _complex.embedded(matrix, max(len(matrix) - 1, len(point))) @ np.array(
+                [1.0] + list(point)
+            )
             return (image[1:] / image[0]).tolist()
 
         return pol.mapped(moved)
@@ -392,7 +419,9 @@ def SKELETON(dimension):
     return lambda pol: pol.skeleton(int(dimension))
 
 
-SKEL_0, SKEL_1, SKEL_2, SKEL_3, SKEL_4, SKEL_5, SKEL_6, SKEL_7, SKEL_8, SKEL_9 = map(SKELETON, builtins.range(10))
+SKEL_0, SKEL_1, SKEL_2, SKEL_3, SKEL_4, SKEL_5, SKEL_6, SKEL_7, SKEL_8, SKEL_9 = map(
+    SKELETON, builtins.range(10)
+)
 
 
 # Numbers, vectors and complexes.
@@ -525,8 +554,9 @@ def VOLUME(pol):
 def SAVE(path):
     """Writes a complex, in the format that the name's ending says, and gives it back.
 
-    .vtu has all cells as they are. Of what is solid .stl, .ply, .obj, .vtp have the surface, .pvtu and .h5 the cells,
-    .csg the model, .png, .svg and .pdf a picture; of a complex without anything solid .obj has its faces and lines.
+    .vtu has all cells as they are. Of what is solid .stl, .ply, .obj, .vtp have the surface, .pvtu and .h5
+    the cells, .csg the model, .png, .svg and .pdf a picture; of a complex without anything solid .obj has its
+    faces and lines.
     """
 
     def save(pol):
@@ -537,7 +567,9 @@ def SAVE(path):
         elif ending == ".obj" and not solids:
             _files.write_obj(pol, path)
         elif not solids:
-            raise ValueError(f"nothing of the complex is solid: a .vtu or .obj file can have it, {path} cannot")
+            raise ValueError(
+                f"nothing of the complex is solid: a .vtu or .obj file can have it, {path} cannot"
+            )
         else:
             _kernel.save(("union", [solids]), pol.space_dim, path)
         return pol
@@ -570,7 +602,11 @@ def _limits(pol):
 def _along(axes, of):
     def measured(pol):
         values = of(*_limits(pol))
-        return [float(values[int(i) - 1]) for i in axes] if isinstance(axes, (list, tuple)) else float(values[int(axes) - 1])
+        return (
+            [float(values[int(i) - 1]) for i in axes]
+            if isinstance(axes, (list, tuple))
+            else float(values[int(axes) - 1])
+        )
 
     return measured
 
@@ -605,7 +641,8 @@ def BOX(axes):
 
 
 def ALIGN(rules):
-    """Moves the second of two complexes so that, for each [axis, of the first, of the second], MIN, MED or MAX meet."""
+    """Moves the second of two complexes so that, for each [axis, of the first, of the second], MIN, MED or
+    MAX meet."""
     if len(rules) and ISNUM(rules[0]):
         rules = [rules]
 
@@ -648,7 +685,9 @@ LXMY, RXMY = _to_origin(MIN, MED), _to_origin(MAX, MED)
 
 # Round things, by their polygons.
 def CIRCLE_POINTS(radius, n):
-    return [[radius * math.cos(i * 2 * PI / n), radius * math.sin(i * 2 * PI / n)] for i in builtins.range(int(n))]
+    return [
+        [radius * math.cos(i * 2 * PI / n), radius * math.sin(i * 2 * PI / n)] for i in builtins.range(int(n))
+    ]
 
 
 def CIRCUMFERENCE(radius):
@@ -796,7 +835,10 @@ def PERMUTAHEDRON(dimension):
 def STAR(n):
     """A star with n points, as a fan of triangles."""
     inner = [[math.cos(a), math.sin(a)] for a in (2 * PI / n * i for i in builtins.range(1, n + 1))]
-    outer = [[2.5 * math.cos(a), 2.5 * math.sin(a)] for a in (PI / n + 2 * PI / n * i for i in builtins.range(1, n + 1))]
+    outer = [
+        [2.5 * math.cos(a), 2.5 * math.sin(a)]
+        for a in (PI / n + 2 * PI / n * i for i in builtins.range(1, n + 1))
+    ]
     return TRIANGLEFAN([point for pair in zip(inner, outer) for point in pair])
 
 
@@ -915,9 +957,11 @@ def RIF(size):
 
 
 def SOLIDIFY(pol):
-    """The plane region (or solid) that closed lines (or surfaces) bound: what they enclose an odd number of times.
+    """The plane region (or solid) that closed lines (or surfaces) bound: what they enclose an odd number of
+    times.
 
-    Each cell is swept along the first axis, to beyond the box, and what is covered by an odd number of these is kept.
+    Each cell is swept along the first axis, to beyond the box, and what is covered by an odd number of these
+    is kept.
     """
     low, high = _limits(pol)
     far = high[0] + (high[0] - low[0]) * 100

@@ -1,8 +1,8 @@
 """The functions of lar-cc and larlib that programs use most, by their definitions.
 
-A model is a pair (V, CV): points, and cells as lists of indices of points, counted from 0. Programs import these from
-larcc, lar2psm, simplexn, largrid, mapper, sysml, boolean, splines, ...: where those are not installed, all of these
-names are this module (`python3 -m bsp2.plasm`).
+A model is a pair (V, CV): points, and cells as lists of indices of points, counted from 0. Programs import
+these from larcc, lar2psm, simplexn, largrid, mapper, sysml, boolean, splines, ...: where those are not
+installed, all of these names are this module (`python3 -m bsp2.plasm`).
 """
 
 import itertools
@@ -116,7 +116,9 @@ def larSimplexFacets(simplices):
     """The facets of simplices, each once, sorted."""
     return [
         list(facet)
-        for facet in sorted({tuple(sorted(s[:k] + s[k + 1 :])) for s in map(list, simplices) for k in range(len(s))})
+        for facet in sorted(
+            {tuple(sorted(s[:k] + s[k + 1 :])) for s in map(list, simplices) for k in range(len(s))}
+        )
     ]
 
 
@@ -452,7 +454,9 @@ def cellNumbering(model, pol):
     points, cells = model[0], model[1]
 
     def numbered(chosen, color=WHITE, scalingFactor=1):
-        text = TEXTWITHATTRIBUTES("centre", 0, 0.1 * scalingFactor, 0.2 * scalingFactor, 0.025 * scalingFactor)
+        text = TEXTWITHATTRIBUTES(
+            "centre", 0, 0.1 * scalingFactor, 0.2 * scalingFactor, 0.025 * scalingFactor
+        )
         marks = []
         for cell in chosen:
             middle = CCOMB([points[v] for v in cells[cell]])
@@ -497,7 +501,9 @@ def TEXTWITHATTRIBUTES(TEXTALIGNMENT="centre", TEXTANGLE=0, TEXTWIDTH=1.0, TEXTH
     scale = S([1, 2])([TEXTWIDTH / FONTWIDTH, TEXTHEIGHT / FONTHEIGHT])
 
     def written(text):
-        line = STRUCT([part for pol in charpols(text) for part in (scale(pol), T(1)(TEXTSPACING + TEXTWIDTH))])
+        line = STRUCT(
+            [part for pol in charpols(text) for part in (scale(pol), T(1)(TEXTSPACING + TEXTWIDTH))]
+        )
         shift = {"centre": -0.5, "right": -1.0}.get(TEXTALIGNMENT, 0.0) * SIZE(1)(line)
         return R([1, 2])(TEXTANGLE)(T(1)(shift)(line))
 
@@ -555,7 +561,9 @@ def VIEWLAR(model):
 def larCircle(radius=1.0, angle=2 * math.pi):
     def circle(shape=36):
         n = shape if isinstance(shape, int) else shape[0]
-        return larMap(lambda p: [radius * math.cos(p[0]), radius * math.sin(p[0])])(larIntervals([n])([angle]))
+        return larMap(lambda p: [radius * math.cos(p[0]), radius * math.sin(p[0])])(
+            larIntervals([n])([angle])
+        )
 
     return circle
 

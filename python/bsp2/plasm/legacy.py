@@ -1,4 +1,5 @@
-"""The names of pyplasm's compiled module that programs use: Plasm, Vecf, Matf, Boxf, and the graph of a grid."""
+"""The names of pyplasm's compiled module that programs use: Plasm, Vecf, Matf, Boxf, and the graph of a grid.
+"""
 
 import math
 
@@ -103,7 +104,8 @@ class Vec3f:
 
 
 class Matf:
-    """A homogeneous matrix, its first row and column the homogeneous ones: Matf(dim), Matf(list of all entries)."""
+    """A homogeneous matrix, its first row and column the homogeneous ones: Matf(dim), Matf(list of all
+    entries)."""
 
     def __init__(self, given):
         if isinstance(given, Matf):

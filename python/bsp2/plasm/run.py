@@ -1,7 +1,8 @@
 """Runs programs written for pyplasm, also those in Python 2, and with the modules beside them.
 
-What is translated: tabs, `print`, `xrange`, `iteritems`, `except X, e` and the like (by lib2to3, where Python has it),
-and a division of integers that comes out even stays an integer. Programs that do not import pyplasm have its names from the start.
+What is translated: tabs, `print`, `xrange`, `iteritems`, `except X, e` and the like (by lib2to3, where Python
+has it), and a division of integers that comes out even stays an integer. Programs that do not import pyplasm
+have its names from the start.
 """
 
 import ast
@@ -70,7 +71,8 @@ _OLD_METHODS = re.compile(r"\.(next|has_key|iteritems|itervalues|iterkeys)\(")
 
 
 def _two_to_three(text, only=None):
-    """The text in Python 3, or None. What was translated once is kept in the user's cache: that takes seconds."""
+    """The text in Python 3, or None. What was translated once is kept in the user's cache: that takes
+    seconds."""
     folder = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     name = hashlib.sha256(f"1 {sys.version_info[:2]} {only} {text}".encode(errors="replace")).hexdigest()
     kept = os.path.join(folder, "bsp2-plasm", name[:32] + ".py")
@@ -105,9 +107,19 @@ def _refactored(text, only):
         return re.sub(r"^(\s*)print +(?!\()(.*?)\s*$", r"\1print(\2)", text, flags=re.M).replace("<>", "!=")
     names = refactor.get_fixers_from_package("lib2to3.fixes")
     # map, filter, zip and range stay: pyplasm's are lists, and lists are what zip and filter become below.
-    left = {"fix_map", "fix_xrange", "fix_import", "fix_urllib", "fix_reduce", "fix_callable", "fix_set_literal"}
+    left = {
+        "fix_map",
+        "fix_xrange",
+        "fix_import",
+        "fix_urllib",
+        "fix_reduce",
+        "fix_callable",
+        "fix_set_literal",
+    }
     try:
-        chosen = [n for n in names if n.rsplit(".", 1)[1] not in left and (not only or n.rsplit(".", 1)[1] in only)]
+        chosen = [
+            n for n in names if n.rsplit(".", 1)[1] not in left and (not only or n.rsplit(".", 1)[1] in only)
+        ]
         tool = refactor.RefactoringTool(chosen)
         return str(tool.refactor_string(text + "\n", "program"))
     except (ParseError, TokenError, IndentationError, SyntaxError):
@@ -161,7 +173,8 @@ def _have_old_scipy(text):
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Finds modules beside the program that Python 3 cannot read, and ours in the place of pyplasm and lar-cc."""
+    """Finds modules beside the program that Python 3 cannot read, and ours in the place of pyplasm and lar-
+    cc."""
 
     def __init__(self, divide):
         self.divide = divide
@@ -183,8 +196,10 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         return None
 
     def _is_ours(self, file):
-        file = os.path.abspath(file)
-        return not any(file.startswith(os.path.abspath(place) + os.sep) for place in (sys.prefix, sys.base_prefix, os.path.dirname(os.path.dirname(os.path.dirname(__file__)))))
+        """Whether a module belongs to a program, not to Python or to this package."""
+        own = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+        places = {own, sys.prefix, sys.base_prefix, sys.exec_prefix}
+        return not any(os.path.abspath(file).startswith(os.path.abspath(place) + os.sep) for place in places)
 
     def create_module(self, spec):
         return None
@@ -253,8 +268,8 @@ def _preload(names, more, python2):
 def run(path, floor=False, preload=None, folders=()):
     """Runs a program as Python would, in its folder's company, and gives its names.
 
-    floor: integer divisions as in Python 2. preload: pyplasm's names are there from the start (default: if the program
-    does not import it). folders: where modules are found, after the program's own folder.
+    floor: integer divisions as in Python 2. preload: pyplasm's names are there from the start (default: if
+    the program does not import it). folders: where modules are found, after the program's own folder.
     """
     from bsp2 import plasm
     from bsp2.plasm import lar
@@ -270,10 +285,18 @@ def run(path, floor=False, preload=None, folders=()):
     _preload(names, {name: getattr(plasm, name) for name in plasm.__all__} if wanted else {}, python2)
     if re.search(rf"^\s*(from|import)\s+({'|'.join(LAR_MODULES)})\b", text, re.M):
         # What one of these modules has in one year, another has in the next one.
-        _preload(names, {n: getattr(lar, n) for n in dir(lar) if not n.startswith("_") and n not in names}, python2)
+        _preload(
+            names, {n: getattr(lar, n) for n in dir(lar) if not n.startswith("_") and n not in names}, python2
+        )
     main = types.ModuleType("__main__")
     main.__dict__.update(names)
-    before = sys.modules.get("__main__"), list(sys.path), list(sys.meta_path), sys.argv, sys.getrecursionlimit()
+    before = (
+        sys.modules.get("__main__"),
+        list(sys.path),
+        list(sys.meta_path),
+        sys.argv,
+        sys.getrecursionlimit(),
+    )
     _have_old_scipy(text)
     finder = _Finder(names["__bsp2_divided__"])
     sys.modules["__main__"] = main
@@ -296,12 +319,17 @@ def main(arguments=None):
     import argparse
 
     parser = argparse.ArgumentParser(
-        prog="python3 -m bsp2.plasm", description="Run a program that was written for pyplasm, in Python 2 or 3."
+        prog="python3 -m bsp2.plasm",
+        description="Run a program that was written for pyplasm, in Python 2 or 3.",
     )
     parser.add_argument("program", help="the program's file")
     parser.add_argument("--floor", action="store_true", help="divide integers as Python 2 does: 7 / 2 is 3")
-    parser.add_argument("--preload", action="store_true", help="have pyplasm's names though the program imports others")
-    parser.add_argument("--folder", action="append", default=[], help="where modules are found too; may be repeated")
+    parser.add_argument(
+        "--preload", action="store_true", help="have pyplasm's names though the program imports others"
+    )
+    parser.add_argument(
+        "--folder", action="append", default=[], help="where modules are found too; may be repeated"
+    )
     given = parser.parse_args(arguments)
     if not os.path.isfile(given.program):
         parser.error(f"there is no file {given.program}")
