@@ -585,12 +585,12 @@ def IDNT(n):
 
 
 def INV(matrix):
-    """The inverse of a matrix; of a singular one that of Moore and Penrose."""
+    """The inverse of a matrix; a singular one has none: all entries are nan, as where pyplasm divides by zero."""
     matrix = np.array(matrix, float)
     try:
         return np.linalg.inv(matrix).tolist()
     except np.linalg.LinAlgError:
-        return np.linalg.pinv(matrix).tolist()
+        return np.full(matrix.shape, np.nan).tolist()
 
 
 def TRACE(matrix):

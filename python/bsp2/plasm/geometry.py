@@ -123,21 +123,25 @@ def MKPOL(triple):
     points = np.array([[float(value) for value in point] for point in points])
     if points.ndim != 2:
         raise ValueError("MKPOL: all points need equally many coordinates")
-    return _complex.from_cells(points, _there(cells, len(points), 1))
+    return _complex.from_cells(*_there(points, cells, 1))
 
 
-def _there(cells, count, first):
-    """Cells as indices from 0, without those that name no point: these are told once."""
+def _there(points, cells, first):
+    """Points and cells, as indices from 0. Where cells name no point there is one more, the origin: pyplasm reads
+    the memory behind the points, and finds zeros. That is told."""
     cells = [[int(index) - first for index in cell] for cell in cells]
+    count = len(points)
     strange = sorted({index + first for cell in cells for index in cell if not 0 <= index < count})
     if strange:
         names = f"point {strange[0]}" if len(strange) == 1 else f"points {', '.join(map(str, strange))}"
         warnings.warn(
-            f"cells name {names}, and there are points {first} to {count - 1 + first}: these corners are left out",
+            f"cells name {names}, and there are points {first} to {count - 1 + first}: "
+            f"{'the origin is taken for it' if len(strange) == 1 else 'the origin is taken for them'}",
             stacklevel=3,
         )
-        cells = [[index for index in cell if 0 <= index < count] for cell in cells]
-    return cells
+        points = np.concatenate([points, np.zeros((1, points.shape[1]))])
+        cells = [[index if 0 <= index < count else count for index in cell] for cell in cells]
+    return points, cells
 
 
 def MK(point):

@@ -227,7 +227,7 @@ class Plasm:
     @staticmethod
     def mkpol(dim, points, cells, tolerance=0.0):
         points = np.array(list(points), float).reshape(-1, dim)
-        return _complex.from_cells(points, geometry._there(cells, len(points), 0))
+        return _complex.from_cells(*geometry._there(points, cells, 0))
 
     @staticmethod
     def join(pols, tolerance=0.0):
