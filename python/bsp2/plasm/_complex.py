@@ -176,21 +176,28 @@ class Hpc:
         """Number and content of the cells of each dimension: {dimension: (cells, content)}."""
         total = {}
         _in_bulk([batch for places in self.places() for batch in places.leaf.batches], measured=True)
+        moved = []
         for places in self.places():
             linear = places.matrices[:, 1:, 1:]
             for batch in places.leaf.batches:
                 d = batch.points.shape[2]
-                if _flattens(linear[:, :, :d]):
-                    for one in linear:
-                        moved = Batch(np.einsum("ij,mkj->mki", one[:, :d], batch.points), batch.order)
-                        _add(total, moved.frames()[0], moved.measures())
+                flat, even = _effects(linear[:, :, :d])
+                # What is thin depends on the map, unless it keeps angles: there the rank is found in its place.
+                anew = flat if batch.dimension is not None else ~even
+                if anew.any():
+                    points = np.einsum("pij,mkj->pmki", linear[anew][:, :, :d], batch.points)
+                    moved.append(Batch(points.reshape(-1, points.shape[2], self.space_dim), None))
+                if anew.all():
                     continue
                 rank, basis = batch.frames()
                 content = batch.measures()
                 for r in np.unique(rank):
                     chosen = rank == r
-                    factors = _factors(linear[:, :, :d], basis[chosen][:, :, :r])
+                    factors = _factors(linear[~anew][:, :, :d], basis[chosen][:, :, :r])
                     _add(total, np.full(factors.size, r), (factors * content[chosen]).reshape(-1))
+        _in_bulk(moved, measured=True)
+        for batch in moved:
+            _add(total, batch.frames()[0], batch.measures())
         return {r: total[r] for r in sorted(total)}
 
     def solid_volume(self):
@@ -391,13 +398,18 @@ def _intern(interned, table, outer, own):
     return interned[key]
 
 
-def _flattens(linear):
-    """Whether one of these maps (maps, D, d) takes cells to flatter ones."""
+def _effects(linear):
+    """Of maps (maps, D, d): which take cells to flatter ones, and which keep angles."""
     gram = np.einsum("pij,pik->pjk", linear, linear)
     if gram.shape[1] == 0:
-        return False
+        return np.zeros(len(linear), bool), np.ones(len(linear), bool)
     values = np.linalg.eigvalsh(gram)
-    return bool((values[:, 0] <= 1e-20 * np.maximum(values[:, -1], 1e-300)).any())
+    least, most = values[:, 0], np.maximum(values[:, -1], 1e-300)
+    return least <= 1e-20 * most, most - least <= 1e-12 * most
+
+
+def _flattens(linear):
+    return _effects(linear)[0].any()
 
 
 def _factors(linear, basis):
