@@ -202,6 +202,9 @@ PROGRAMS = {
     "difference in a tilted plane": ("a = R([2, 3])(PI / 6)(EMBED(1)(CUBOID([3, 3])))\nb = R([2, 3])(PI / 6)(T([1, 2, 3])([1, 1, 0])(CUBOID([1, 1])))\nshown = DIFFERENCE([a, b])", None, {2: 8}, None),
     "booleans on a line": ("shown = DIFFERENCE([QUOTE([5]), QUOTE([-1, 1, -1, 1])])", ([0], [5]), {1: 3}, None),
     "booleans in four dimensions": ("shown = INTERSECTION([CUBOID([2, 2, 2, 2]), T([1, 2, 3, 4])([1, 1, 1, 1])(CUBOID([2, 2, 2, 2]))])", ([1] * 4, [2] * 4), {4: 1}, None),
+    "edges of a difference": ("w = INSR(PROD)([Q(8), Q(0.2), Q(4)])\nshown = SKEL_1(DIFFERENCE([w, T(1)(3)(CUBOID([2, 0.2, 4]))]))", ([0] * 3, [8, 0.2, 4]), {1: 129.6}, None),
+    "edges of a plane difference": ("shown = SKEL_1(DIFFERENCE([CUBOID([38, 18]), T([1, 2])([2, 2])(CUBOID([34, 14]))]))", ([0, 0], [38, 18]), {1: 232}, None),
+    "edges of an intersection": ("shown = SKEL_1(INTERSECTION([CUBOID([2, 2]), T([1, 2])([1, 1])(CUBOID([2, 2]))]))", ([1, 1], [2, 2]), None, None),
     "solidify": ("shown = SOLIDIFY(STRUCT(AA(POLYLINE)([[[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]], [[1, 1], [2, 1], [2, 2], [1, 2], [1, 1]]])))", ([0, 0], [4, 4]), {2: 15}, None),
     "drilled and repeated": ("b = DIFFERENCE([CUBOID([1, 1, 1]), T([1, 2, 3])([0.5, 0.5, -1])(CYLINDER([0.25, 3])(8))])\nshown = STRUCT(NN(3)([b, T(1)(2)]))", ([0] * 3, [5, 1, 1]), {3: 3 * (1 - ngon(8, 0.25))}, None),
     # FL.

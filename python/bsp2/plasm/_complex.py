@@ -88,6 +88,7 @@ class Hpc:
         self._point_dim = None
         self._skeletons = {}
         self._leaves = None
+        self.edges = None  # of a Boolean: what gives its edges
 
     def __repr__(self):
         return f"<complex of {self.cell_count()} cells, dimension {self.point_dim()} in {self.space_dim}>"
@@ -260,7 +261,8 @@ class Hpc:
         for node in self.nodes():
             if node.batches is not None:
                 if dimension not in node._skeletons:
-                    node._skeletons[dimension] = _skeleton(node, dimension)
+                    ends = node.edges() if dimension == 1 and node.edges and node.batches else None
+                    node._skeletons[dimension] = _skeleton(node, dimension) if ends is None else segments(ends)
                 replaced[id(node)] = node._skeletons[dimension]
             else:
                 children = [replaced[id(child)] for child in node.children]

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 
-from . import _cells, _complex, _files, _kernel
+from . import _cells, _complex, _files, _kernel, _partition
 from ._complex import Batch, Hpc
 from .fl import (
     AA,
@@ -499,7 +499,9 @@ def _boolean(name, pols):
     operands = [_solids(pol, dimension) for pol in pols]
     if not any(operands):
         return _flat_boolean(name, pols, dimension)
-    return _evaluated(name, operands, dimension)
+    result = _evaluated(name, operands, dimension)
+    result.edges = lambda: _partition.edges(name, pols, dimension)
+    return result
 
 
 def _evaluated(name, operands, dimension):
