@@ -187,7 +187,8 @@ class Hpc:
                 anew = flat if batch.dimension is not None else ~even
                 if anew.any():
                     points = np.einsum("pij,mkj->pmki", linear[anew][:, :, :d], batch.points)
-                    moved.append(Batch(points.reshape(-1, points.shape[2], self.space_dim), None))
+                    places_of = Batch(points.reshape(-1, points.shape[2], self.space_dim), None)
+                    moved.append((places_of, batch, linear[anew][:, :, :d]))
                 if anew.all():
                     continue
                 rank, basis = batch.frames()
@@ -196,8 +197,9 @@ class Hpc:
                     chosen = rank == r
                     factors = _factors(linear[~anew][:, :, :d], basis[chosen][:, :, :r])
                     _add(total, np.full(factors.size, r), (factors * content[chosen]).reshape(-1))
-        _in_bulk(moved, measured=True)
-        for batch in moved:
+        _in_bulk([batch for batch, _, _ in moved])
+        for batch, origin, maps in moved:
+            _measure_moved(batch, origin, maps)
             _add(total, batch.frames()[0], batch.measures())
         return {r: total[r] for r in sorted(total)}
 
@@ -398,6 +400,21 @@ def _intern(interned, table, outer, own):
         interned[key] = len(table)
         table.append(key)
     return interned[key]
+
+
+def _measure_moved(batch, origin, maps):
+    """Measures what maps make of the cells of a batch: by determinants, where a cell keeps its rank."""
+    before, basis = origin.frames()
+    content = np.zeros((len(maps), len(before)))
+    for r in np.unique(before):
+        chosen = before == r
+        content[:, chosen] = _factors(maps, basis[chosen][:, :, :r]) * origin.measures()[chosen]
+    content = content.reshape(-1)
+    rank, directions = batch.frames()
+    other = np.flatnonzero(rank != np.tile(before, len(maps)))
+    if len(other):
+        content[other] = _cells.measures(batch.points[other], rank[other], directions[other])
+    batch._measures = content
 
 
 def _effects(linear):

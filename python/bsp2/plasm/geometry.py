@@ -971,11 +971,15 @@ def SOLIDIFY(pol):
     """
     low, high = _limits(pol)
     far = high[0] + (high[0] - low[0]) * 100
+    points, cells = pol.points_and_cells()
     swept = []
-    for cell in SPLITCELLS(pol):
-        one = JOIN([cell, MAP(lambda p: [far] + p[1:])(cell)])
-        if DIM(one) == RN(one):
-            swept.append(one)
+    for cell in cells:
+        shadow = points[cell].copy()
+        shadow[:, 0] = far
+        corners = np.concatenate([points[cell], shadow])
+        values = np.linalg.svd(corners - corners[0], compute_uv=False)
+        if len(values) == pol.space_dim and values[-1] > 1e-12 * values[0]:  # far away makes all of them thin
+            swept.append(_complex.leaf([Batch(corners[None], np.zeros(1, int), pol.space_dim)], pol.space_dim))
     return XOR(swept) if swept else _complex.leaf([], pol.space_dim)
 
 
