@@ -322,6 +322,13 @@ def _code(point):
     return tuple(round(x, 7) + 0.0 for x in point)
 
 
+def vcode(precision=7):
+    """A function of a point: its coordinates, rounded, as text. Of a point: the text itself, with 7 digits."""
+    if isinstance(precision, (list, tuple, np.ndarray)):
+        return vcode(7)(precision)
+    return lambda point: "[" + ", ".join(str(round(float(x), precision) + 0.0) for x in point) + "]"
+
+
 # Topology.
 def larFacets(model, dim=3, emptyCellNumber=0):
     """The faces of dimension dim - 1 that two cells share."""

@@ -215,6 +215,8 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         code, _ = translated(text, file)
         module.__dict__["__bsp2_divided__"] = self.divide
         _preload(module.__dict__, {}, python2=True)
+        if name.split(".")[0] not in LAR_MODULES:
+            _preload_lar(module.__dict__, text)
         exec(code, module.__dict__)
 
 
@@ -265,6 +267,16 @@ def _preload(names, more, python2):
     names.update(more)
 
 
+def _preload_lar(names, text):
+    """lar's names for what imports one of its modules: what one of these has in one year, another has in the next."""
+    from bsp2.plasm import lar
+
+    if re.search(rf"^\s*(from|import)\s+({'|'.join(LAR_MODULES)})\b", text, re.M):
+        for name in dir(lar):
+            if not name.startswith("_"):
+                names.setdefault(name, getattr(lar, name))
+
+
 def run(path, floor=False, preload=None, folders=()):
     """Runs a program as Python would, in its folder's company, and gives its names.
 
@@ -272,7 +284,6 @@ def run(path, floor=False, preload=None, folders=()):
     the program does not import it). folders: where modules are found, after the program's own folder.
     """
     from bsp2 import plasm
-    from bsp2.plasm import lar
 
     path = os.path.abspath(path)
     text = read(path)
@@ -283,11 +294,7 @@ def run(path, floor=False, preload=None, folders=()):
     names["__bsp2_divided__"] = floored if floor else divided
     wanted = not imports_pyplasm(text) if preload is None else preload
     _preload(names, {name: getattr(plasm, name) for name in plasm.__all__} if wanted else {}, python2)
-    if re.search(rf"^\s*(from|import)\s+({'|'.join(LAR_MODULES)})\b", text, re.M):
-        # What one of these modules has in one year, another has in the next one.
-        _preload(
-            names, {n: getattr(lar, n) for n in dir(lar) if not n.startswith("_") and n not in names}, python2
-        )
+    _preload_lar(names, text)
     main = types.ModuleType("__main__")
     main.__dict__.update(names)
     before = (
