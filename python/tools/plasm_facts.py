@@ -38,7 +38,9 @@ def main():
     parser.add_argument("--no-unions", action="store_true")
     parser.add_argument("--every", type=int, default=1, help="each n-th program alone")
     parser.add_argument("--out", help="a table with a row for each view")
-    parser.add_argument("--again", help="a table of before (--out): programs that were right in it do not run again")
+    parser.add_argument(
+        "--again", help="a table of before (--out): programs that were right in it do not run again"
+    )
     parser.add_argument("--one", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.one:

@@ -264,7 +264,9 @@ class Hpc:
             if node.batches is not None:
                 if dimension not in node._skeletons:
                     ends = node.edges() if dimension == 1 and node.edges and node.batches else None
-                    node._skeletons[dimension] = _skeleton(node, dimension) if ends is None else segments(ends)
+                    node._skeletons[dimension] = (
+                        _skeleton(node, dimension) if ends is None else segments(ends)
+                    )
                 replaced[id(node)] = node._skeletons[dimension]
             else:
                 children = [replaced[id(child)] for child in node.children]

@@ -63,7 +63,9 @@ class _State:
     def classify(self, cell):
         corners = np.concatenate(cell)
         centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
-        full = [any((p[:, :-1] @ centre <= p[:, -1] + _TOLERANCE).all() for p in own) for own in self.operands]
+        full = [
+            any((p[:, :-1] @ centre <= p[:, -1] + _TOLERANCE).all() for p in own) for own in self.operands
+        ]
         inside = {
             "union": any(full),
             "intersection": all(full),
@@ -208,7 +210,11 @@ def _clip(face, heights, rim):
         if heights[i] <= _TOLERANCE:
             result.append(face[i])
         j = (i + 1) % len(face)
-        if (closed or j) and min(heights[i], heights[j]) < -_TOLERANCE and max(heights[i], heights[j]) > _TOLERANCE:
+        if (
+            (closed or j)
+            and min(heights[i], heights[j]) < -_TOLERANCE
+            and max(heights[i], heights[j]) > _TOLERANCE
+        ):
             t = heights[i] / (heights[i] - heights[j])
             result.append(face[i] + t * (face[j] - face[i]))
             rim.append(result[-1])

@@ -979,7 +979,9 @@ def SOLIDIFY(pol):
         corners = np.concatenate([points[cell], shadow])
         values = np.linalg.svd(corners - corners[0], compute_uv=False)
         if len(values) == pol.space_dim and values[-1] > 1e-12 * values[0]:  # far away makes all of them thin
-            swept.append(_complex.leaf([Batch(corners[None], np.zeros(1, int), pol.space_dim)], pol.space_dim))
+            swept.append(
+                _complex.leaf([Batch(corners[None], np.zeros(1, int), pol.space_dim)], pol.space_dim)
+            )
     return XOR(swept) if swept else _complex.leaf([], pol.space_dim)
 
 

@@ -11,7 +11,22 @@ import math
 import numpy as np
 
 from .appearance import COLOR, WHITE
-from .curves import BEZIER, _spline_weights, _at, _combination
+from .curves import (
+    BERNSTEINBASIS,
+    BEZIER,
+    BEZIERMANIFOLD,
+    BEZIERSURFACE,
+    BILINEARSURFACE,
+    BIQUADRATICSURFACE,
+    COONSPATCH,
+    HERMITESURFACE,
+    TENSORPRODSOLID,
+    TENSORPRODSURFACE,
+    _at,
+    _combination,
+    _rational,
+    _spline_weights,
+)
 from .fl import S1
 from .geometry import CUBOID, MKPOL, POLYLINE, R, S, STRUCT, SIZE, T
 
@@ -551,6 +566,33 @@ def TBSPLINE(parameter):
         return of_knots
 
     return of_degree
+
+
+def NURBS(parameter):
+    """A rational B-spline by a coordinate; the last coordinate of control points is the weight."""
+
+    def of_degree(degree):
+        def of_knots(knots):
+            def of(controls):
+                curve = TBSPLINE(parameter)(degree)(knots)(controls)
+                return lambda point: _rational(curve(point))
+
+            return of
+
+        return of_knots
+
+    return of_degree
+
+
+larCoonsPatch = COONSPATCH
+larBernsteinBasis = BERNSTEINBASIS
+larTensorProdSurface = TENSORPRODSURFACE
+larBilinearSurface = BILINEARSURFACE
+larBiquadraticSurface = BIQUADRATICSURFACE
+larHermiteSurface = HERMITESURFACE
+larBezierSurface = BEZIERSURFACE
+larTensorProdSolid = TENSORPRODSOLID
+larBezierManifold = BEZIERMANIFOLD
 
 
 def larBox(low, high):
