@@ -8,7 +8,6 @@ the kernel's; this is for drawings of edges alone, in the plane and in space.
 
 import numpy as np
 
-from . import _cells
 
 _TOLERANCE = 1e-6
 """Of the size of all operands: what is thinner is not cut."""
