@@ -2,6 +2,7 @@
 include_guard()
 include(GNUInstallDirs)
 file(RELATIVE_PATH BSP2_MODULES_FROM_PROGRAM ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/bsp2)
+set(BSP2_MODULES_FROM_LIBRARY bsp2)  # beside libbsp2.so
 cmake_path(ABSOLUTE_PATH BSP2_MODULES_FROM_PROGRAM BASE_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY} NORMALIZE OUTPUT_VARIABLE BSP2_BUILT_MODULES)
 
 # bsp2_module_layout(<room> <private headers...>): gives a room BSP2_MODULE_LAYOUT, a digest of what the program and the room's modules must
@@ -24,7 +25,7 @@ function(bsp2_module_layout room)
 endfunction()
 
 # bsp2_module(<room> <name> SOURCES ... LINK ...): what needs one library. It takes nothing from the rooms but their headers, so these
-# need not be position-independent. After bsp2_module_layout.
+# may be compiled differently. After bsp2_module_layout.
 function(bsp2_module room name)
   cmake_parse_arguments(MODULE "" "" "SOURCES;LINK" ${ARGN})
   set(target bsp2_module_${name})

@@ -3,10 +3,11 @@
 bsp2_packages=(
   cmake ninja-build g++ pkg-config
   libopenmpi-dev openmpi-bin libboost-dev libboost-mpi-dev libboost-serialization-dev
-  libhdf5-openmpi-dev libvtk9-dev libcairo2-dev libpolyclipping-dev libqhull-dev
-  libfreetype-dev libharfbuzz-dev libfontconfig-dev fonts-liberation libxml2-dev libzip-dev libpng-dev
+  libhdf5-openmpi-dev libvtk9-dev libocct-data-exchange-dev libocct-ocaf-dev libcairo2-dev libpolyclipping-dev libqhull-dev
+  libfreetype-dev libharfbuzz-dev libfontconfig-dev fonts-liberation libxml2-dev libzip-dev libpng-dev zlib1g-dev
   libcli11-dev nlohmann-json3-dev libspdlog-dev libxxhash-dev
   libgtest-dev libbenchmark-dev
+  pybind11-dev python3-dev python3-numpy
 )
 
 # Prints the packages that are not installed, one a line.

@@ -38,6 +38,12 @@ set(BSP2_PRECOMPILED_HEADERS
   <boost/archive/binary_iarchive.hpp> <boost/archive/binary_oarchive.hpp> <boost/multiprecision/cpp_int.hpp>
   <boost/serialization/vector.hpp>)
 
+# What a target is compiled for: programs as well as the one shared library that is made of all rooms, which exports what its public header
+# declares and nothing else. Hidden symbols are bound when it is linked, so position-independent code costs what that of a program does.
+function(bsp2_for_library target)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+endfunction()
+
 function(bsp2_precompiled_headers name)
   cmake_parse_arguments(HEADERS "" "" "LINK;HEADERS" ${ARGN})
   file(WRITE ${CMAKE_BINARY_DIR}/${name}.cpp "")
@@ -69,6 +75,9 @@ function(bsp2_room name)
   add_library(bsp2_${name} STATIC ${ROOM_SOURCES})
   add_library(bsp2::${name} ALIAS bsp2_${name})
   set_target_properties(bsp2_${name} PROPERTIES EXPORT_NAME ${name} VERIFY_INTERFACE_HEADER_SETS ON)
+  if(NOT name STREQUAL bsplib)  # which decides for itself what it exports
+    bsp2_for_library(bsp2_${name})
+  endif()
   target_sources(bsp2_${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${ROOM_HEADERS})
   target_include_directories(bsp2_${name} PRIVATE src)
   bsp2_unity_by_folder(bsp2_${name} ${ROOM_SOURCES})

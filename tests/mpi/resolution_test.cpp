@@ -150,6 +150,28 @@ TEST(Resolution, FindsTheSameSurfaceWithoutCells) {
   }
 }
 
+/// One rank cannot take many facets that end in one point; the others, which could go on, hear of it.
+TEST(Resolution, FindsCellsWhereOneRankFindsNoSurfaceWithoutThem) {
+  const auto at = [](double x, double shear, const std::string& child) {
+    return "multmatrix([[1,0," + std::to_string(shear) + "," + std::to_string(x) +
+           "],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { " + child + " }\n";
+  };
+  std::string text = "union() {\n";
+  for (int i = 0; i < 24; ++i) text += at(0, 0.1 * i - 1.2, "cylinder(h=1,r1=0,r2=0.5,$fn=140);");
+  for (int i = 0; i < 60; ++i) text += at(10 + 0.5 * i, 0, "sphere(r=1,$fn=20);");
+  RunOptions options;
+  const samples::TemporaryFolder folder;
+  options.model = folder.path() / "apex.csg";
+  std::ofstream(options.model) << text << "}\n";
+  options.threads = 1;
+  options.boundary = options.surface_only = true;
+  const auto result = together(options);
+  if (!result) return;
+  EXPECT_TRUE(result->report.has_cells);
+  options.surface_only = false;
+  EXPECT_EQ(result->report.boundary->digest, run(options).report.boundary->digest);
+}
+
 /// A block of n x n x n units with three square tunnels through each.
 std::string block(int n) {
   const auto tunnel = [](const std::string& x, const std::string& y, const std::string& z,

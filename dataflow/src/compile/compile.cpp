@@ -45,6 +45,7 @@ class Compiler {
       network.parts = std::move(lowered_.parts);
       return network;
     }
+    is_a_point_ = is_a_point(producers, box);
     const bool bounded = box.is_finite();
     if (!bounded) box = hull_of(producers);
     check_proportions(box, reach);
@@ -257,18 +258,41 @@ class Compiler {
     return map_of;
   }
 
+  bool is_a_point_ = false;
+
+  static double width_of(const Box<D>& box) {
+    double width = 0;
+    for (int i = 0; i < D; ++i) width = std::max(width, box.upper[i] - box.lower[i]);
+    return width;
+  }
+
+  /// Whether a model is no more than what corners of all its primitives are rounded by, as where they touch
+  /// in a point: there is nothing solid in it.
+  static bool is_a_point(std::span<const Producer<D>> producers, const Box<D>& box) {
+    constexpr double rounded_by = 0x1p-48;
+    double least = std::numeric_limits<double>::infinity();  // how far the nearest of them reaches
+    for (const Producer<D>& producer : producers) {
+      double reach = 0;
+      for (int i = 0; i < D; ++i)
+        reach = std::max({reach, std::fabs(producer.lower[i]), std::fabs(producer.upper[i])});
+      least = std::min(least, reach);
+    }
+    return width_of(box) <= rounded_by * least;
+  }
+
   /// Enclosures of patches are computed in double precision: they are off by 2^-52 of how far the control
   /// points reach, twice at least. Where that is more than what tells hyperplanes apart in the model, halving
   /// patches decides nothing and does not end.
-  static void check_reach(double scale, const Box<D>& box) {
-    constexpr double off = 0x1p-51, apart = 1e-9;
-    double width = 0;
-    for (int i = 0; i < D; ++i) width = std::max(width, box.upper[i] - box.lower[i]);
-    if (scale * off <= apart * width) return;
+  static bool is_known_well(double scale, const Box<D>& box) {
+    constexpr double apart = 1e-9;
+    return scale * enclosures_are_off <= apart * width_of(box);
+  }
+  static constexpr double enclosures_are_off = 0x1p-51;
+  [[noreturn]] static void refuse_reach(double scale) {
     std::ostringstream text;
     text << "the control points of a spline or subdivision surface reach " << scale
          << " units, far beyond the model: "
-         << "the surface is known to " << scale * off
+         << "the surface is known to " << scale * enclosures_are_off
          << " units there, which is too coarse to cut it; move the points that are so far away "
          << "nearer, or leave them out";
     throw Error(text.str());
@@ -278,9 +302,7 @@ class Compiler {
   /// much longer one way than the other, and as many come into each cell: the time grows with their square.
   static void check_steepness(double scale, const Box<D>& box) {
     constexpr double most = 2048;  // which takes some seconds
-    double width = 0;
-    for (int i = 0; i < D; ++i) width = std::max(width, box.upper[i] - box.lower[i]);
-    if (scale <= most * width) return;
+    if (scale <= most * width_of(box)) return;
     std::ostringstream text;
     text
         << "the control points of a spline or subdivision surface reach " << scale
@@ -311,15 +333,20 @@ class Compiler {
       if (matters && shape.covector_count > 0 && table.orientation(map_of[i]) != 0)
         first = table.add_occurrences(map_of[i], shape.first_covector, shape.covector_count);
       if (matters && shape.is_spline()) {
-        first = 0;  // it has no half-spaces
-        ++rounds;
         const auto& placed =
             patches
                 .emplace(i, shape.spline != nullptr ? place<D>(*shape.spline, placement(i))
                                                     : place<D>(*shape.subdivision, placement(i)))
                 .first->second;
+        const bool is_known = is_known_well(placed.placement.scale, box);
+        if (!is_known && is_a_point_) {
+          make_empty(producer);
+          continue;
+        }
+        first = 0;  // it has no half-spaces
+        ++rounds;
         at_its_place(producer.primitive, [&] {
-          check_reach(placed.placement.scale, box);
+          if (!is_known) refuse_reach(placed.placement.scale);
           if (!placed.roots.empty() && placed.roots.front().parameters > 1)
             check_steepness(placed.placement.scale, box);
         });
@@ -511,7 +538,7 @@ class Compiler {
         width = std::max(width, box.upper[i] - box.lower[i]);
         in_frame = std::max(in_frame, placed.weight[i] * (box.upper[i] - box.lower[i]));
       }
-      if (in_frame > 0) check_reach(width / in_frame, box);
+      if (in_frame > 0 && !is_known_well(width / in_frame, box)) refuse_reach(width / in_frame);
     }
     check_ids(placed.planes->count(), ids);
     producer.kind = ProducerKind::preimage;

@@ -72,6 +72,10 @@ float above(double x) { return -below(-x); }
 }  // namespace
 
 OperandFacets::OperandFacets(const Network<3>& network, unsigned threads, const std::atomic<bool>& stop) {
+  using Table = geometry::HyperplaneTable<3>;
+  for (int axis = 0; axis < 3; ++axis)
+    middle_[static_cast<std::size_t>(axis)] = network.table.axis_value(axis, Table::axis_steps / 2);
+  slack_ = 0x1p-50 * network.table.radius();
   // So many producers a thread takes at a time; their corners are a chunk.
   const std::size_t count = network.producers.size(), grain = count / (4 * std::max(1U, threads)) + 1,
                     chunks = (count + grain - 1) / grain;
@@ -125,8 +129,8 @@ void OperandFacets::add(const geometry::CellPolygons& polygons, const geometry::
         low = std::min(low, corner.point.x[axis] - corner.point.error);
         high = std::max(high, corner.point.x[axis] + corner.point.error);
       }
-      facet.low[axis] = below(low);
-      facet.high[axis] = above(high);
+      facet.low[axis] = below(low - middle_[axis] - slack_);
+      facet.high[axis] = above(high - middle_[axis] + slack_);
     }
     chunks_[chunk].append(polygon);
     facets.push_back(facet);

@@ -39,10 +39,12 @@ class OperandFacets {
   }
   /// Bounds that hold the facet for certain.
   [[nodiscard]] double low(std::uint32_t facet, int axis) const {
-    return static_cast<double>(facets_[facet].low[static_cast<std::size_t>(axis)]);
+    const auto k = static_cast<std::size_t>(axis);
+    return middle_[k] + static_cast<double>(facets_[facet].low[k]);
   }
   [[nodiscard]] double high(std::uint32_t facet, int axis) const {
-    return static_cast<double>(facets_[facet].high[static_cast<std::size_t>(axis)]);
+    const auto k = static_cast<std::size_t>(axis);
+    return middle_[k] + static_cast<double>(facets_[facet].high[k]);
   }
 
  private:
@@ -50,8 +52,10 @@ class OperandFacets {
     geometry::OrientedHyperplane outward;
     std::uint32_t chunk, begin;
     std::uint16_t count;
-    std::array<float, 3> low, high;
+    std::array<float, 3> low, high;  ///< from the middle of the model's space: it may be far from the origin
   };
+  std::array<double, 3> middle_{};    // of the model's space
+  double slack_ = 0;                  // more than a sum or difference of its coordinates is rounded by
   std::vector<std::uint32_t> first_;  // of each producer, and the end
   std::vector<Facet> facets_;
   bool is_any_out_of_bounds_ = false;

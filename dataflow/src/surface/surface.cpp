@@ -27,13 +27,13 @@ constexpr std::uint32_t most_facets = 4096;
 constexpr std::size_t facets_of_region = 4096, least_regions = 16;
 
 /// Parts the model's space into about `count` regions, always the one with the most facets.
-std::vector<SurfaceBox> regions_of(SurfaceTracer& tracer, std::size_t count) {
+std::vector<SurfaceBox> regions_of(SurfaceTracer& tracer, std::size_t count, const std::atomic<bool>& stop) {
   const auto has_less = [](const SurfaceBox& a, const SurfaceBox& b) {
     return a.facets.size() < b.facets.size();
   };
   std::vector<SurfaceBox> done, open;  // a heap
   open.push_back(tracer.whole());
-  while (!open.empty() && done.size() + open.size() < count) {
+  while (!open.empty() && done.size() + open.size() < count && !stop) {
     std::pop_heap(open.begin(), open.end(), has_less);
     SurfaceBox box = std::move(open.back());
     open.pop_back();
@@ -109,8 +109,10 @@ class Tracing {
     // Shares must cut space alike, however many threads each of them has.
     call_on_large_stack([&] {
       SurfaceTracer tracer(network_, facets, stop_);
-      auto all = regions_of(tracer, std::max(least_regions * shares * (shares == 1 ? threads : 4),
-                                             facets.size() / facets_of_region));
+      auto all = regions_of(
+          tracer,
+          std::max(least_regions * shares * (shares == 1 ? threads : 4), facets.size() / facets_of_region),
+          stop_);
       result_.regions = all.size();
       regions_ = share_of(std::move(all), options_.share, options_.shares);
     });
@@ -164,16 +166,28 @@ bool has_plain_facets(const Network<3>& network) {
 }
 
 TracedSurface trace_surface(const Network<3>& network, const SurfaceOptions& options) {
+  constexpr std::chrono::milliseconds period(20);
+  constexpr unsigned periods_a_report = 5;
   Tracing tracing(network, options);
   auto work = std::async(std::launch::async, [&] { tracing.run(); });
   bool interrupted = false;
-  while (work.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready) {
-    if (options.interrupted && options.interrupted()) interrupted = true;
-    if (interrupted) tracing.stop();
-    if (options.on_progress) options.on_progress(tracing.share_done());
+  try {
+    for (unsigned i = 1; work.wait_for(period) != std::future_status::ready; ++i) {
+      if (options.interrupted && options.interrupted()) interrupted = true;
+      if (interrupted) tracing.stop();
+      if (options.on_progress && i % periods_a_report == 0) options.on_progress(tracing.share_done());
+    }
+  } catch (...) {
+    tracing.stop();
+    throw;
   }
-  work.get();
-  TracedSurface result = tracing.take();
+  TracedSurface result;
+  try {
+    work.get();
+    result = tracing.take();
+  } catch (...) {
+    result.failure = std::current_exception();
+  }
   result.interrupted = interrupted;
   return result;
 }

@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <elf.h>
+#include <link.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -54,6 +55,19 @@ void check_length(const fs::path& path) {
                                           std::to_string(whole) + " are there; build or install it again");
 }
 
+/// The shared library that this is a part of; empty in a program.
+fs::path own_library() {
+  Dl_info place{};
+  link_map* object = nullptr;
+  if (::dladdr1(reinterpret_cast<const void*>(&load_module), &place, reinterpret_cast<void**>(&object),
+                RTLD_DL_LINKMAP) == 0 ||
+      object == nullptr || *object->l_name == '\0')
+    return {};
+  std::error_code unknown;
+  const fs::path library = fs::canonical(object->l_name, unknown);  // it may be a link elsewhere
+  return unknown ? fs::path(object->l_name) : library;
+}
+
 }  // namespace
 
 const void* load_module(const std::string& name, const fs::path& folder, const char* layout) {
@@ -78,6 +92,8 @@ const void* load_module(const std::string& name, const fs::path& folder, const c
 
 fs::path module_folder() {
   std::error_code error;
+  if (const fs::path library = own_library(); !library.empty())
+    return (library.parent_path() / BSP2_MODULES_FROM_LIBRARY).lexically_normal();
   const fs::path program = fs::read_symlink("/proc/self/exe", error);
   if (error)
     throw Error(

@@ -63,9 +63,11 @@ std::uint64_t hash_of(std::span<const Corner> corners) {
 }  // namespace
 
 struct FacetMatcher::Implementation {
-  explicit Implementation(const HyperplaneTable<3>& t) : table(t), exact(t), plane_skin(exact) {}
+  Implementation(const HyperplaneTable<3>& t, bool interfaces)
+      : table(t), has_interfaces(interfaces), exact(t), plane_skin(exact) {}
 
   const HyperplaneTable<3>& table;
+  const bool has_interfaces;
   ExactPoints exact;
   PlaneSkin plane_skin;
 
@@ -196,7 +198,8 @@ struct FacetMatcher::Implementation {
       for (auto at = std::lower_bound(hashes.begin(), hashes.end(), std::pair(hash, 0u));
            at != hashes.end() && at->first == hash; ++at) {
         const Facet& negative = facets[0][at->second];
-        if (covered[at->second] || !are_equal(negative, positive)) continue;
+        if (covered[at->second] || is_interface(negative, positive) || !are_equal(negative, positive))
+          continue;
         covered[at->second] = true;
         add_contact(negative, positive, negative.area);
         return true;
@@ -205,6 +208,10 @@ struct FacetMatcher::Implementation {
     });
     std::size_t i = 0;
     std::erase_if(facets[0], [&](const Facet&) { return covered[i++]; });
+  }
+
+  [[nodiscard]] bool is_interface(const Facet& negative, const Facet& positive) const {
+    return has_interfaces && source(negative).owner != source(positive).owner;
   }
 
   /// Corner by corner, the one the other way round: rounded coordinates first, which prove nothing, then each
@@ -347,6 +354,10 @@ struct FacetMatcher::Implementation {
     if (negative.covered || positive.covered) {
       add_contact(negative, positive, negative.covered ? negative.area : positive.area);
       if (!with_skin) return;
+      if (is_interface(negative, positive)) {
+        const std::uint32_t face = plane_skin.face_of(false, owner_of_negative, owner_of_positive);
+        plane_skin.add_loop(polygon(negative.covered ? negative : positive), face, negative.covered);
+      }
       // The smaller one is gone; from the larger one it is taken away, which looks at it from the other side.
       if (!positive.covered)
         plane_skin.add_loop(polygon(negative), plane_skin.face_of(true, owner_of_positive), true);
@@ -362,6 +373,8 @@ struct FacetMatcher::Implementation {
     if (!with_skin) return;
     plane_skin.add_loop(clipped, plane_skin.face_of(false, owner_of_negative), false);
     plane_skin.add_loop(clipped, plane_skin.face_of(true, owner_of_positive), true);
+    if (is_interface(negative, positive))
+      plane_skin.add_loop(clipped, plane_skin.face_of(false, owner_of_negative, owner_of_positive), true);
   }
 
   /// Keeps what of `clipped` is on the negative side. @pre something is.
@@ -388,8 +401,8 @@ struct FacetMatcher::Implementation {
   }
 };
 
-FacetMatcher::FacetMatcher(const HyperplaneTable<3>& table)
-    : implementation_(std::make_unique<Implementation>(table)) {}
+FacetMatcher::FacetMatcher(const HyperplaneTable<3>& table, bool with_interfaces)
+    : implementation_(std::make_unique<Implementation>(table, with_interfaces)) {}
 FacetMatcher::~FacetMatcher() = default;
 
 void FacetMatcher::match(const FacetSet& facets, std::vector<Contact>* contacts, Skin* skin) {

@@ -2,11 +2,11 @@
 
 namespace bsp2::geometry {
 
-std::uint32_t PlaneSkin::face_of(bool flipped, std::int32_t owner) {
+std::uint32_t PlaneSkin::face_of(bool flipped, std::int32_t owner, std::int32_t other) {
   const OrientedHyperplane outward = oriented(plane_, flipped);
   for (std::uint32_t i = 0; i < faces_.size(); ++i)
-    if (faces_[i].outward == outward && faces_[i].owner == owner) return i;
-  faces_.push_back({outward, owner});
+    if (faces_[i].outward == outward && faces_[i].owner == owner && faces_[i].other == other) return i;
+  faces_.push_back({outward, owner, other});
   return static_cast<std::uint32_t>(faces_.size() - 1);
 }
 

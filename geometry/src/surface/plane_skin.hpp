@@ -91,8 +91,8 @@ class PlaneSkin {
   /// A point is found to be on one more hyperplane than those of its vertex, and those that name it.
   void add_incidence(std::uint32_t point, HyperplaneId id) { also_on_.emplace_back(point, id); }
   /// @return the number of the skin that looks to the positive side (flipped: to the negative one), in front
-  /// of this owner.
-  std::uint32_t face_of(bool flipped, std::int32_t owner);
+  /// of this owner. @param other the part that it looks into.
+  std::uint32_t face_of(bool flipped, std::int32_t owner, std::int32_t other = Skin::outside);
   /// @param forward the polygon is on the left of its edges, seen from where the face looks to.
   void add_loop(std::span<const PlaneCorner> corners, std::uint32_t face, bool forward);
   /// Appends the sum: what is seen to cancel, which is nearly all that does, is gone.

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
 
@@ -25,18 +26,19 @@ namespace {
 std::error_code last_error() { return {errno, std::generic_category()}; }
 
 /// Writes and closes; false with errno set if anything failed, be it the last byte.
-bool write_all(int descriptor, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) {
-      const int error = errno;
-      ::close(descriptor);
-      errno = error;
-      return false;
+bool write_all(int descriptor, const Pieces& next_piece) {
+  for (std::string_view bytes = next_piece(); !bytes.empty(); bytes = next_piece())
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) {
+        const int error = errno;
+        ::close(descriptor);
+        errno = error;
+        return false;
+      }
+      bytes.remove_prefix(static_cast<std::size_t>(written));
     }
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
   return ::close(descriptor) == 0;
 }
 
@@ -87,6 +89,10 @@ void remove_abandoned(const fs::path& parent, const std::string& prefix) {
 }  // namespace
 
 void write_file(const fs::path& path, std::string_view bytes) {
+  write_file(path, [&] { return std::exchange(bytes, {}); });
+}
+
+void write_file(const fs::path& path, const Pieces& next_piece) {
   std::error_code error;
   const fs::path target = target_of(path);
   const fs::file_status status = fs::status(target, error);
@@ -102,7 +108,7 @@ void write_file(const fs::path& path, std::string_view bytes) {
   if (fs::is_regular_file(status))
     ::fchmod(descriptor,
              static_cast<mode_t>(status.permissions() & fs::perms::mask));  // what was private stays so
-  const bool written = write_all(descriptor, bytes);
+  const bool written = write_all(descriptor, next_piece);
   if (!written) error = last_error();
   if (in_place) {
     if (!written) fail("cannot write", path, error);

@@ -8,4 +8,6 @@ const VtkModule& vtk_module() { return loaded_module<VtkModule>(module_layout); 
 
 const Hdf5Module& hdf5_module() { return loaded_module<Hdf5Module>(module_layout); }
 
+const OcctModule& occt_module() { return loaded_module<OcctModule>(module_layout); }
+
 }  // namespace bsp2::io

@@ -7,12 +7,14 @@
 
 #include "bsp2/geometry/support/module.hpp"
 #include "bsp2/geometry/surface/boundary.hpp"
+#include "bsp2/geometry/surface/brep.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
 #include "outputs/piece.hpp"
 
-// VTK and HDF5 are 46 shared libraries with what they need, and most runs need neither. So what needs them
-// lives in two modules.
+// VTK, HDF5 and Open CASCADE are a hundred shared libraries with what they need, and most runs need none of
+// them. So what needs them lives in modules.
 
 namespace bsp2::io {
 
@@ -32,8 +34,7 @@ struct VtkModule {
   SimplexCount (*write_piece)(const PieceFile& file, const Piece& piece, bool with_polyhedron,
                               const VtuOptions& options);
   /// The bytes of a file.
-  /// @param part_names as `write_surface`.
-  std::string (*to_vtp)(const geometry::TriangleSurface& surface, const std::vector<std::string>& part_names);
+  std::string (*to_vtp)(const geometry::TriangleSurface& surface, const SurfaceParts& parts);
 };
 
 /// What bsp2-hdf5 does: see write_snapshot and read_snapshot.
@@ -46,9 +47,20 @@ struct Hdf5Module {
                             const std::function<bool(std::uint32_t region)>& wanted);
 };
 
+enum class CadFormat { step, iges, brep };
+
+/// What bsp2-occt does: see write_cad.
+struct OcctModule {
+  static constexpr const char* name = "bsp2-occt";
+  /// @return whether the file could be written. @throws Error if the shapes cannot be made.
+  bool (*write)(const std::filesystem::path& path, CadFormat format, const geometry::Brep& brep,
+                const SurfaceParts& parts);
+};
+
 /// Loaded by the first call, from any thread, and never unloaded. @throws Error if that fails.
 const VtkModule& vtk_module();
 const Hdf5Module& hdf5_module();
+const OcctModule& occt_module();
 
 /// What the room and its modules must have in common.
 extern const char* const module_layout;

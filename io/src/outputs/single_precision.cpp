@@ -140,6 +140,18 @@ class Welder {
   }
 };
 
+/// Takes out the triangles that are marked as gone.
+void remove_gone(SingleSurface& surface) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    if (surface.triangles[i][0] == none) continue;
+    surface.triangles[kept] = surface.triangles[i];
+    surface.owner[kept++] = surface.owner[i];
+  }
+  surface.triangles.resize(kept);
+  surface.owner.resize(kept);
+}
+
 /// Removes the triangles without area from a surface that has them.
 ///
 /// A triangle a b c whose corner b is between a and c has the neighbour a c d at its longest side. Both are
@@ -166,7 +178,7 @@ class FlatRemover {
       stack_.pop_back();
       if (is_there(at) && is_flat(at)) replace(at);
     }
-    std::erase_if(surface_.triangles, [](const Triangle& t) { return t[0] == none; });
+    remove_gone(surface_);
   }
 
  private:
@@ -207,22 +219,26 @@ class FlatRemover {
     return {t[(m + 2) % 3], t[m], t[(m + 1) % 3]};
   }
 
-  /// A triangle on the left of this edge, and its third corner.
-  [[nodiscard]] std::pair<Index, Index> triangle_at(Index from, Index to) {
+  /// A triangle on the left of this edge, of this part if there is one, and its third corner.
+  [[nodiscard]] std::pair<Index, Index> triangle_at(Index from, Index to, std::int32_t owner) {
     // What became flat on the way may have an edge that has not been looked for before.
     if (!is_corner_[from] || !is_corner_[to]) list_all_edges();
-    const auto found = triangles_at_.find(name_of(from, to));
-    if (found != triangles_at_.end())
-      for (const Index i : found->second)
-        for (std::size_t k = 0; k < 3; ++k)
-          if (const Triangle& t = surface_.triangles[i]; is_there(i) && t[k] == from && t[(k + 1) % 3] == to)
-            return {i, t[(k + 2) % 3]};
-    return {none, none};
+    std::pair<Index, Index> first{none, none};
+    const auto listed = triangles_at_.find(name_of(from, to));
+    if (listed == triangles_at_.end()) return first;
+    for (const Index i : listed->second)
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Triangle& t = surface_.triangles[i];
+        if (!is_there(i) || t[k] != from || t[(k + 1) % 3] != to) continue;
+        if (surface_.owner[i] == owner) return {i, t[(k + 2) % 3]};
+        if (first.first == none) first = {i, t[(k + 2) % 3]};
+      }
+    return first;
   }
 
   void replace(Index at) {
     const auto [a, b, c] = turned(at);
-    const auto [neighbour, d] = triangle_at(a, c);
+    const auto [neighbour, d] = triangle_at(a, c, surface_.owner[at]);
     if (neighbour != none && is_flat(neighbour) && turned(neighbour)[1] != d) {
       if (patience_ > 0)
         --patience_;  // of exactly flat ones each has a longer side than the one before; of others there may
@@ -239,6 +255,7 @@ class FlatRemover {
     if (patience_ > 0) --patience_;
     surface_.triangles[at] = {a, b, d};
     surface_.triangles[neighbour] = {b, c, d};
+    surface_.owner[at] = surface_.owner[neighbour];
     for (const Index i : {at, neighbour}) {
       list_edges(i);
       if (is_flat(i)) stack_.push_back(i);
@@ -278,7 +295,7 @@ void remove_opposites(SingleSurface& surface, const std::vector<bool>& touched) 
       is_changed = true;
     }
   }
-  if (is_changed) std::erase_if(surface.triangles, [](const Triangle& t) { return t[0] == none; });
+  if (is_changed) remove_gone(surface);
 }
 
 /// Of each point the connected part that it belongs to, named by one of its points.
@@ -327,10 +344,13 @@ SingleSurface rounded_to_single(const TriangleSurface& surface) {
     }
   }
   result.triangles.reserve(surface.triangles.size());
-  for (const Triangle& t : surface.triangles) {
+  result.owner.reserve(surface.triangles.size());
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i) {
+    const Triangle& t = surface.triangles[i];
     const Triangle welded{number[t[0]], number[t[1]], number[t[2]]};
-    if (welded[0] != welded[1] && welded[1] != welded[2] && welded[2] != welded[0])
-      result.triangles.push_back(welded);
+    if (welded[0] == welded[1] || welded[1] == welded[2] || welded[2] == welded[0]) continue;
+    result.triangles.push_back(welded);
+    result.owner.push_back(surface.owner[i]);
   }
   FlatRemover(result, touched).run();
   remove_opposites(result, touched);
@@ -340,10 +360,18 @@ SingleSurface rounded_to_single(const TriangleSurface& surface) {
 SingleLoss loss_in_single(const TriangleSurface& surface) {
   const std::vector<Index> part_of = parts_of(surface);
   std::unordered_map<Index, PartLoss> parts;
+  Index last = none;
+  PartLoss* last_part = nullptr;
   for (const Triangle& t : surface.triangles) {
     const Index name = part_of[t[0]];
-    const auto [at, is_new] = parts.try_emplace(name);
-    PartLoss& part = at->second;
+    bool is_new = false;
+    if (name != last) {  // neighbours are mostly of one
+      const auto found = parts.try_emplace(name);
+      last = name;
+      last_part = &found.first->second;
+      is_new = found.second;
+    }
+    PartLoss& part = *last_part;
     const Point& origin = surface.points[name];  // within the part: what is far away is measured as exactly
     if (is_new) part.lower = part.upper = origin;
     const Point rounded_origin = wide(single(origin));

@@ -15,6 +15,7 @@ namespace bsp2::io {
 struct SingleSurface {
   std::vector<std::array<float, 3>> points;             ///< all different
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< indices of points; none is without area
+  std::vector<std::int32_t> owner;                      ///< one a triangle: the part of the solid behind it
 };
 
 /// Rounds the corners of a surface to single precision.

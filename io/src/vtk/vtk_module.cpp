@@ -7,6 +7,8 @@
 #include <vtkObject.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
@@ -69,7 +71,24 @@ SimplexCount write_piece(const PieceFile& to, const Piece& piece, bool with_poly
               "': " + (from_system ? std::generic_category().message(code) : "the disk is full"));
 }
 
-std::string to_vtp(const geometry::TriangleSurface& surface, const std::vector<std::string>& part_names) {
+/// The colours of triangles, for the cell array `color`; none if no part has one.
+vtkSmartPointer<vtkUnsignedCharArray> colours_of(const geometry::TriangleSurface& surface,
+                                                 const SurfaceParts& parts) {
+  bool are_any = false;
+  for (const auto& colour : parts.colours) are_any = are_any || colour.has_value();
+  if (!are_any) return nullptr;
+  vtkNew<vtkUnsignedCharArray> colours;
+  colours->SetName("color");
+  colours->SetNumberOfComponents(4);
+  for (const std::int32_t owner : surface.owner) {
+    const auto part = static_cast<std::size_t>(owner);
+    const bool is_known = owner >= 0 && part < parts.colours.size() && parts.colours[part];
+    colours->InsertNextTypedTuple((is_known ? *parts.colours[part] : parts.other_colour).data());
+  }
+  return colours;
+}
+
+std::string to_vtp(const geometry::TriangleSurface& surface, const SurfaceParts& parts) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(surface.points.size()));
@@ -88,7 +107,8 @@ std::string to_vtp(const geometry::TriangleSurface& surface, const std::vector<s
   data->SetPoints(points);
   data->SetPolys(triangles);
   data->GetCellData()->AddArray(owner);
-  add_part_names(data->GetFieldData(), part_names);
+  if (const auto colours = colours_of(surface, parts)) data->GetCellData()->AddArray(colours);
+  add_part_names(data->GetFieldData(), parts.names);
   vtkNew<vtkXMLPolyDataWriter> writer;
   writer->SetInputData(data);
   writer->SetDataModeToAppended();

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "answers/report_json.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/pvd.hpp"
@@ -30,8 +30,13 @@ namespace bsp2::jobs {
 namespace fs = std::filesystem;
 namespace {
 
-std::array<std::optional<fs::path>, 6> files_of(const RunCommand& command) {
-  return {command.mesh, command.boundary, command.picture, command.report, command.table, command.series};
+std::vector<fs::path> files_of(const RunCommand& command) {
+  std::vector<fs::path> files;
+  if (command.mesh) files.push_back(*command.mesh);
+  files.insert(files.end(), command.boundaries.begin(), command.boundaries.end());
+  for (const auto& file : {command.picture, command.report, command.table, command.series})
+    if (file) files.push_back(*file);
+  return files;
 }
 
 /// Each output needs a name of its own.
@@ -84,13 +89,30 @@ bool is_possible(bool possible, const char* what, const std::optional<fs::path>&
   return false;
 }
 
+/// A surface knows the colours of parts. Where the model has others, who gets a file that could hold them is
+/// told, once.
+void tell_lost_colours(const RunCommand& command, supersteps::RunResult& result) {
+  const auto is_coloured = [](const auto& thing) { return thing.has_value(); };
+  const auto& of_model = result.colour_of_primitive;
+  const auto& parts = result.report.named_parts;
+  if (!result.boundary || std::none_of(of_model.begin(), of_model.end(), is_coloured) ||
+      std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.colour.has_value(); }))
+    return;
+  const auto file = std::find_if(command.boundaries.begin(), command.boundaries.end(), [](const auto& path) {
+    return io::surface_format(path) != nullptr && io::surface_format(path)->holds_colours;
+  });
+  if (file == command.boundaries.end()) return;
+  result.report.notes.push_back(
+      fmt::format("the model has colours, which are not in {}: a surface has the colours of parts; if the "
+                  "model is run with --parts colour, each colour is one",
+                  file->string()));
+}
+
 /// On the master. Nothing if the run could not find it, which it has told.
 void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
                     supersteps::RunResult& result) {
   if (result.boundary) {
-    const std::string warning = io::write_surface(path, *result.boundary, result.part_names);
-    if (!warning.empty()) result.report.warnings.push_back(warning);
-    return;
+    return supersteps::write_boundary(result, path);
   }
   const int d = result.report.dimension;
   if (d == 3 && !result.report.failed.empty()) {
@@ -226,21 +248,20 @@ void check_outputs(const RunCommand& command) {
   for (const auto& snapshot : {command.options.snapshot, command.snapshot_copy})
     if (snapshot) io::check_snapshot_path(*snapshot);
   if (command.mesh || command.series) io::check_vtu();
-  if (command.boundary) io::check_surface_file(*command.boundary);
+  for (const fs::path& file : command.boundaries) io::check_surface_file(file);
   if (command.picture || command.frames) supersteps::check_pictures();
   if (command.frames) io::check_folder(io::folder_of(frame_path(*command.frames, 0)));
-  for (const auto& file : files_of(command)) {
-    if (!file) continue;
-    io::check_folder(io::folder_of(*file));
+  for (const fs::path& file : files_of(command)) {
+    io::check_folder(io::folder_of(file));
     std::error_code error;
-    if (!file->has_filename() || fs::is_directory(*file, error))
-      throw Error("cannot write '" + file->string() + "': it is a directory");
+    if (!file.has_filename() || fs::is_directory(file, error))
+      throw Error("cannot write '" + file.string() + "': it is a directory");
     if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
-      throw Error("cannot write '" + file->string() + "': " + error.message());
-    if (fs::exists(*file, error) && ::access(file->c_str(), W_OK) != 0)
-      throw Error("cannot write '" + file->string() + "': " + std::generic_category().message(errno));
-    if (fs::equivalent(*file, command.options.resume.value_or(command.options.model), error))
-      throw Error("cannot write '" + file->string() + "': it is the input itself");
+      throw Error("cannot write '" + file.string() + "': " + error.message());
+    if (fs::exists(file, error) && ::access(file.c_str(), W_OK) != 0)
+      throw Error("cannot write '" + file.string() + "': " + std::generic_category().message(errno));
+    if (fs::equivalent(file, command.options.resume.value_or(command.options.model), error))
+      throw Error("cannot write '" + file.string() + "': it is the input itself");
   }
 }
 
@@ -275,9 +296,8 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
   ranks.agree([&] {
     if (!ranks.is_master()) return;
     if (command.folder) io::make_folder(*command.folder);
-    if (command.folder && !command.boundary) remove_old(*command.folder / boundary_name);
-    for (const auto& file : files_of(command))
-      if (file) io::make_folder(io::folder_of(*file));
+    if (command.folder && command.boundaries.empty()) remove_old(*command.folder / boundary_name);
+    for (const fs::path& file : files_of(command)) io::make_folder(io::folder_of(file));
   });  // now the folders are there
   if (command.mesh)
     make(command, *command.mesh, result.report, ranks, [&] { write_solid(command, result, ranks); });
@@ -289,10 +309,13 @@ void write_results(const RunCommand& command, supersteps::RunResult& result, sup
   const auto make = [&](const fs::path& path, const auto& work) {
     make_alone(command, path, result.report, ranks, work);
   };
-  if (command.boundary)
-    make(*command.boundary, [&] { write_boundary(*command.boundary, command.folder, result); });
+  if (!command.boundaries.empty() && result.report.dimension == 3) ranks.begin("writing");
+  for (const fs::path& file : command.boundaries)
+    make(file, [&] { write_boundary(file, command.folder, result); });
+  if (ranks.is_master()) tell_lost_colours(command, result);
   supersteps::record_costs(ranks, result.report);
-  if (command.report) make(*command.report, [&] { io::write_file(*command.report, to_json(result.report)); });
+  if (command.report)
+    make(*command.report, [&] { io::write_file(*command.report, api::to_json(result.report)); });
   if (command.table)
     make(*command.table, [&] { io::write_file(*command.table, to_csv(result.report.supersteps)); });
   // The largest, and there already under its own name.

@@ -34,11 +34,11 @@ constexpr auto run_footer =
 
 /// Options as they are typed, before they mean something.
 struct Raw {
-  std::string order, budget, folder, boundary, picture, frames, report, table, collect, snapshot, parts,
-      exported, rendered, points, series;
+  std::string order, budget, folder, picture, frames, report, table, collect, snapshot, parts, exported,
+      rendered, points, series;
   PictureText view;
-  std::vector<std::string> keep;
-  bool mesh = false;
+  std::vector<std::string> keep, boundaries;
+  bool mesh = false, list_formats = false;
 };
 
 CLI::Validator finite_share() {
@@ -176,6 +176,15 @@ void add_work_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->group(group);
 }
 
+/// Asks for the table of formats, and for nothing else.
+CLI::Option* add_list_formats_option(CLI::App& app, Raw& raw) {
+  const auto ask = [&raw](std::int64_t) {
+    raw.list_formats = true;
+    throw CLI::Success();  // the rest of the command line does not matter, nor what it lacks
+  };
+  return app.add_flag_function("--list-formats", ask, "print the formats of surfaces");
+}
+
 void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = "What is written";
   add_path(app, "-o,--output", raw.folder,
@@ -187,9 +196,14 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   app.add_flag("--tets", command.tets, "cut the cells into tetrahedra in solid.pvtu")->group(group);
   add_path(app, "--snapshot", raw.snapshot, "write the state of the run, after each step", "FILE.h5")
       ->group(group);
-  add_path(app, "--boundary", raw.boundary, "write the surface: .stl, .ply, .obj or .vtp\n(closed triangles)",
-           "FILE")
+  app.add_option("--boundary", raw.boundaries,
+                 "write the surface, closed triangles, as the file's\nending says (see --list-formats); "
+                 "repeat for several")
+      ->check(is_named())
+      ->allow_extra_args(false)
+      ->type_name("FILE")
       ->group(group);
+  add_list_formats_option(app, raw)->group(group);
   add_path(app, "--picture", raw.picture, "draw the solid: .png, .svg or .pdf", "FILE")->group(group);
   add_path(app, "--frames", raw.frames,
            "draw what there is after each step (--budget; 1s):\nPREFIX0000.png and so on", "PREFIX")
@@ -291,11 +305,11 @@ void set_steps(RunCommand& command, const Raw& raw) {
 void set_export(RunCommand& command, const std::filesystem::path& path) {
   if (path.extension() == ".pvtu")
     command.mesh = path;
-  else if (io::is_surface_file(path))
-    command.boundary = path;
+  else if (io::surface_format(path) != nullptr)
+    command.boundaries = {path};
   else
-    throw Error("-o: '" + path.string() +
-                "' must end in .pvtu (the cells), or in .stl, .ply, .obj or .vtp (their surface)");
+    throw Error("-o: '" + path.string() + "' must end in .pvtu (the cells), or in " + io::surface_endings() +
+                " (their surface)");
   if (command.tets && !command.mesh) throw Error("--tets: only .pvtu files have cells");
 }
 
@@ -310,11 +324,11 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     command.options.eye = eye_of(raw.view);
   }
   if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
-  if (!raw.boundary.empty()) {
-    command.boundary = raw.boundary;
-    if (!io::is_surface_file(*command.boundary))
-      throw Error("--boundary: '" + raw.boundary + "' must end in .stl, .ply, .obj or .vtp");
+  for (const std::string& file : raw.boundaries) {
+    if (io::surface_format(file) == nullptr)
+      throw Error("--boundary: '" + file + "' must end in " + io::surface_endings());
     if (!command.options.keep_in) throw Error("--boundary is the surface of the IN cells: add --keep in");
+    command.boundaries.emplace_back(file);
   }
   set_pictures(command, raw);
   set_steps(command, raw);
@@ -336,10 +350,8 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   }
   if (!raw.folder.empty()) {
     command.folder = raw.folder;
-    for (const char* ending : {".stl", ".ply", ".obj", ".vtp"})
-      if (command.folder->extension() == ending)
-        throw Error("-o: '" + raw.folder +
-                    "' would be a folder; the surface is written with --boundary FILE");
+    if (io::surface_format(raw.folder) != nullptr)
+      throw Error("-o: '" + raw.folder + "' would be a folder; the surface is written with --boundary FILE");
     command.mesh = *command.folder / mesh_name;
     if (command.options.snapshot && raw.snapshot.empty())
       command.snapshot_copy = *command.folder / snapshot_name;  // it keeps up what it resumes
@@ -348,21 +360,25 @@ RunCommand finished(RunCommand command, const Raw& raw) {
       if (command.options.budget_seconds && !command.options.steps && !command.shows_steps())
         command.options.steps = 1;  // as without -o
     }
-    if (!command.boundary && command.options.keep_in) command.boundary = *command.folder / boundary_name;
+    if (command.boundaries.empty() && command.options.keep_in)
+      command.boundaries = {*command.folder / boundary_name};
     if (!command.picture) command.picture = *command.folder / picture_name;
     if (!command.report) command.report = *command.folder / report_name;
   }
   if (command.tets && !command.mesh && !command.series)
     throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
-  command.options.boundary = command.boundary.has_value();
+  command.options.boundary = !command.boundaries.empty();
+  command.options.faces =
+      std::any_of(command.boundaries.begin(), command.boundaries.end(),
+                  [](const std::filesystem::path& file) { return io::surface_format(file)->has_faces; });
   const auto& options = command.options;
   const bool has_limits = options.level || options.budget_seconds || options.cells || options.steps ||
                           options.angle || options.tolerance || options.regions;
-  command.options.surface_only = command.boundary && !command.mesh && !command.picture &&
+  command.options.surface_only = options.boundary && !command.mesh && !command.picture &&
                                  !command.shows_steps() && !command.points && !options.snapshot &&
                                  !options.resume && raw.keep.empty() && !has_limits;
   command.options.collect_cells =
-      command.mesh || command.boundary || command.picture || command.shows_steps() || command.points;
+      command.mesh || options.boundary || command.picture || command.shows_steps() || command.points;
   return command;
 }
 
@@ -485,10 +501,11 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   CLI::App* exported = app.add_subcommand("export", "Write the cells of a snapshot, or their surface");
   add_input(*exported, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*exported, "-o,--output", raw.exported,
-           ".pvtu: the cells, FUZZY where nothing is decided\nyet; .stl, .ply, .obj or .vtp: the surface of "
-           "the\nIN cells",
+           ".pvtu: the cells, FUZZY where nothing is decided\nyet; else the surface of the IN cells, as the "
+           "ending\nsays (see --list-formats)",
            "FILE")
       ->required();
+  add_list_formats_option(*exported, raw);
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
   CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
   add_input(*rendered, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
@@ -533,6 +550,10 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
         std::vector<std::string>(arguments.rbegin(), arguments.rend()));  // CLI11 takes them from the back
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) fail(error, app);
+    if (raw.list_formats) {
+      out << io::surface_format_table();
+      return std::nullopt;
+    }
     app.exit(error, out, out);  // help or version
     return std::nullopt;
   }

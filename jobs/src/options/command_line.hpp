@@ -23,8 +23,9 @@ inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundar
 struct RunCommand {
   std::optional<std::filesystem::path> info;  ///< tell what this snapshot holds, and nothing else
   supersteps::RunOptions options;
-  std::optional<std::filesystem::path> folder;  ///< -o: report, mesh and picture go there
-  std::optional<std::filesystem::path> mesh, boundary, picture, report;  ///< also those that -o names
+  std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
+  std::optional<std::filesystem::path> mesh, picture, report;  ///< also those that -o names
+  std::vector<std::filesystem::path> boundaries;               ///< likewise: the surface, in several formats
   std::optional<std::filesystem::path> snapshot_copy;  ///< resume -o: where the snapshot goes too, at the end
   std::optional<std::filesystem::path> table;          ///< the supersteps as CSV
   supersteps::PictureOptions view;                     ///< of the picture and the frames

@@ -46,7 +46,9 @@ std::vector<std::string> earlier_files(const RunCommand& command, bool of_all) {
     lines.push_back("'" + snapshot->string() +
                     "' is the snapshot of an earlier run: to resume it is not to go on with this one");
   if (command.folder && (is_there(command.mesh) || is_there(command.picture) || is_there(command.report) ||
-                         is_there(command.boundary) || is_there(command.snapshot_copy)))
+                         is_there(command.snapshot_copy) ||
+                         std::any_of(command.boundaries.begin(), command.boundaries.end(),
+                                     [](const auto& file) { return std::filesystem::exists(file); })))
     lines.push_back("the other files in '" + command.folder->string() + "' are of an earlier run");
   return lines;
 }
@@ -70,7 +72,8 @@ std::string farewell_of(const RunCommand& command) {
 /// A plane model has no boundary to write. With -o that is no mistake and gets no warning, but who looks for
 /// the file is told.
 void tell_left_out(const RunCommand& command, const supersteps::RunReport& report, spdlog::logger& log) {
-  if (report.dimension == 2 && command.folder && command.boundary == *command.folder / boundary_name)
+  if (report.dimension == 2 && command.folder &&
+      command.boundaries == std::vector{*command.folder / boundary_name})
     log.info("no {} is written: the model is plane, and boundaries are found for solids of dimension 3",
              boundary_name);
 }

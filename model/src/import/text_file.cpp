@@ -80,11 +80,14 @@ std::string read_text(const std::filesystem::path& path) {
   return read_file(path, [](const std::string&, const std::string&) {});
 }
 
+bool is_imported(const std::filesystem::path& path) {
+  const std::string ending = lower_ending(path);
+  return is_mesh_ending(ending) || ending == ".dxf" || ending == ".svg";
+}
+
 std::string read_model_text(const std::filesystem::path& path) {
   std::error_code error;
-  const std::string ending = lower_ending(path);
-  if (std::filesystem::exists(path, error) &&
-      (is_mesh_ending(ending) || ending == ".dxf" || ending == ".svg"))
+  if (std::filesystem::exists(path, error) && is_imported(path))
     throw Error(path.string() + ": is no model but something that a model imports; write import(file = \"" +
                 path.filename().string() + "\"); into a .csg file and run that");
   return read_file(path, check_beginning_of_model);

@@ -9,6 +9,7 @@
 
 #include "bsp2/dataflow/surface/surface.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "loop/asking.hpp"
 #include "loop/measuring.hpp"
 #include "loop/progress.hpp"
 #include "loop/querying.hpp"
@@ -323,13 +324,6 @@ void add_looks(RunResult& result, const dataflow::Network<D>& network,
   result.bounds.upper.assign(network.bounds.upper.begin(), network.bounds.upper.end());
 }
 
-/// The boundary in figures.
-void describe_boundary(RunResult& result) {
-  if (result.boundary)
-    result.report.boundary = {result.boundary->triangles.size(), result.boundary->area(),
-                              result.boundary->is_closed(), dataflow::digest_of(*result.boundary)};
-}
-
 /// Glues the cells, if that is asked for; what cannot be glued is told in the report. Collective.
 template <int D>
 void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D>& progress, CellShare share,
@@ -337,10 +331,11 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
   if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
   const auto failed = attempt(ranks, [&] {
     ranks.agree([&] { ranks.begin("resolution"); });
-    auto [contacts, boundary] =
+    auto [contacts, boundary, faces] =
         resolution<D>(ranks, network, progress.partition, std::move(share), options, result.report.threads);
     result.contacts = std::move(contacts);
     result.boundary = std::move(boundary);
+    result.faces = std::move(faces);
   });
   if (failed) result.report.failed.push_back({"the boundary: " + failed->text, failed->is_users});
   describe_boundary(result);
@@ -412,7 +407,9 @@ void check_same_model(Ranks& ranks, const dataflow::Network<D>& network, const s
 /// The loop of supersteps.
 template <int D>
 RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source, RunReport report) {
-  const dataflow::Network<D> network = translation<D>(source, options, report.threads);
+  const auto held =
+      std::make_shared<const dataflow::Network<D>>(translation<D>(source, options, report.threads));
+  const dataflow::Network<D>& network = *held;
   check_same_model(ranks, network, report.model);
   limit_refinement(network, options);
   if (network.is_round()) {
@@ -499,6 +496,8 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
                                      result.report.earlier);
   }
   if (snapshot_failure) result.report.failed.push_back(*snapshot_failure);
+  if (options.can_be_asked && options.collect_cells && result.is_collected && ranks.is_master())
+    result.asked = asked<D>(held, progress.partition, result.report.threads);
   if (options.on_cells) {
     options.on_cells(result);
     result.mesh.batches.clear();

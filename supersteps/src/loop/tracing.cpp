@@ -1,12 +1,14 @@
 #include "loop/tracing.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include "bsp2/dataflow/surface/surface.hpp"
 #include "ranks/exchange.hpp"
+#include "regions/contact.hpp"
 #include "stages/stages.hpp"
 
 namespace bsp2::supersteps {
@@ -34,21 +36,36 @@ void measure(RunReport& report, const geometry::TriangleSurface& surface) {
     }
 }
 
+/// This rank's share of the skin. If one rank cannot find its own, all end soon. Collective.
+dataflow::TracedSurface share_of_surface(Ranks& ranks, const dataflow::Network<3>& network,
+                                         const RunOptions& options, unsigned threads) {
+  const double share = 1.0 / ranks.count();
+  Contact contact(ranks, share, {}, options.on_progress, nullptr);
+  bool is_interrupted = false;
+  dataflow::TracedSurface traced = dataflow::trace_surface(
+      network, {.threads = threads,
+                .share = static_cast<unsigned>(ranks.rank()),
+                .shares = static_cast<unsigned>(ranks.count()),
+                .interrupted =
+                    [&] {
+                      is_interrupted = is_interrupted || (options.interrupted && options.interrupted());
+                      return is_interrupted || contact.is_over();
+                    },
+                .on_progress = [&](double done) { contact.progress(share * done, 0, 0); }});
+  traced.interrupted = is_interrupted;
+  if (is_interrupted || traced.has_given_up || traced.failure) contact.end_all();
+  contact.finish();
+  return traced;
+}
+
 }  // namespace
 
 std::optional<RunResult> tracing(Ranks& ranks, const dataflow::Network<3>& network, const RunOptions& options,
                                  const RunReport& before) {
   ranks.begin("computation");
-  dataflow::TracedSurface traced;
+  dataflow::TracedSurface traced = share_of_surface(ranks, network, options, before.threads);
   ranks.agree([&] {
-    traced = dataflow::trace_surface(network, {.threads = before.threads,
-                                               .share = static_cast<unsigned>(ranks.rank()),
-                                               .shares = static_cast<unsigned>(ranks.count()),
-                                               .interrupted = options.interrupted,
-                                               .on_progress = [&](double done) {
-                                                 if (options.on_progress && ranks.is_master())
-                                                   options.on_progress(done, 0);
-                                               }});
+    if (traced.failure) std::rethrow_exception(traced.failure);
   });
   RunResult result;
   RunReport& report = result.report = before;
@@ -65,7 +82,7 @@ std::optional<RunResult> tracing(Ranks& ranks, const dataflow::Network<3>& netwo
   if (report.interrupted) return result;
   if (has_given_up) return std::nullopt;
   ranks.begin("resolution");
-  result.boundary = boundary_of(ranks, network.table, std::move(traced.skin));
+  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, result.boundary, result.faces);
   if (result.boundary) measure(report, *result.boundary);
   return result;
 }

@@ -129,18 +129,6 @@ class Waiting {
   std::optional<SignsOfLife>& signs_;
 };
 
-/// How long others may be silent. @throws bsp2::Error if the environment says something else.
-double timeout_of_environment() {
-  constexpr double usual = 300;
-  const char* text = std::getenv("BSP2_TIMEOUT");
-  if (text == nullptr || *text == '\0') return usual;
-  char* end = nullptr;
-  const double seconds = std::strtod(text, &end);
-  if (*end != '\0' || !(seconds >= 0) || seconds > 1e9)
-    throw Error(std::string("BSP2_TIMEOUT must be a number of seconds, 0 for ever, not '") + text + "'");
-  return seconds;
-}
-
 /// Does a step that may never end; without a watch where there is no memory for its message or its thread.
 template <typename Message, typename Step>
 void watched(Message message, int code, std::chrono::milliseconds patience, Step step) {
@@ -194,7 +182,7 @@ class Ranks::Implementation {
   Implementation() = default;
   explicit Implementation(std::unique_ptr<boost::mpi::environment> environment)
       : environment_(std::move(environment)),
-        signs_(std::in_place, timeout_of_environment()),
+        signs_(std::in_place),
         world_(std::in_place),
         queue_(world_->new_queue()) {}
   /// After a failure, files that could not be written may keep MPI from its end. First all have to be here:
@@ -243,6 +231,11 @@ class Ranks::Implementation {
     if (same == entries_.end()) entries_.push_back({name, step});
     begun_ = Clock::now();
     if (signs_) signs_->set_superstep(step == 0 ? name : name + " " + std::to_string(step));
+  }
+  void restart() {
+    close_entry();
+    entries_.clear();
+    current_ = 0;
   }
   void set_timeout(double seconds) {
     if (signs_) signs_->set_timeout(seconds);
@@ -446,6 +439,7 @@ void Ranks::agree(const std::function<void()>& work) {
                           text.front() == Culprit::user);
 }
 
+void Ranks::restart() { implementation_->restart(); }
 void Ranks::begin(const std::string& name, unsigned step) {
   implementation_->begin(name, step);
   if (on_superstep) on_superstep(name, step);

@@ -11,20 +11,17 @@
 #include <array>
 #include <boost/mpi/environment.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <random>
 #include <sstream>
+#include <system_error>
+
+#include "bsp2/geometry/support/error.hpp"
 
 namespace bsp2::supersteps {
 namespace {
-
-/// Where a rank listens, as it tells the others.
-struct Place {
-  std::array<char, 256> host{};
-  std::uint64_t token = 0;
-  std::uint32_t port = 0;  // 0: it does not
-};
 
 struct Sign {
   std::uint64_t token;
@@ -74,6 +71,16 @@ double seconds_of(clockid_t clock) {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+/// Negative if the environment says something that is no number of seconds.
+double timeout_of_environment() {
+  constexpr double usual = 300, wrong = -1;
+  const char* text = std::getenv("BSP2_TIMEOUT");
+  if (text == nullptr || *text == '\0') return usual;
+  char* end = nullptr;
+  const double seconds = std::strtod(text, &end);
+  return *end == '\0' && seconds >= 0 && seconds <= 1e9 ? seconds : wrong;
+}
+
 /// What "of rank 2" or "of the ranks 1, 3 and 4" needs.
 std::string spoken(const std::vector<int>& ranks) {
   std::string text = ranks.size() == 1 ? "rank " : "the ranks ";
@@ -84,7 +91,15 @@ std::string spoken(const std::vector<int>& ranks) {
 
 }  // namespace
 
-SignsOfLife::SignsOfLife(double timeout_seconds) : timeout_(timeout_seconds) {
+/// Where a rank listens, as it tells the others.
+struct SignsOfLife::Place {
+  std::array<char, 256> host{};
+  std::uint64_t token = 0;
+  double timeout = 0;
+  std::uint32_t port = 0;  // 0: it does not
+};
+
+SignsOfLife::SignsOfLife() {
   int count = 1;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &count);
@@ -92,31 +107,45 @@ SignsOfLife::SignsOfLife(double timeout_seconds) : timeout_(timeout_seconds) {
   gethostname(mine.host.data(), mine.host.size() - 1);
   std::random_device random;
   mine.token = std::uint64_t{random()} << 32 | random();
+  mine.timeout = timeout_of_environment();
   socket_ = listen(mine.port);
   std::vector<Place> all(static_cast<std::size_t>(count));
   MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, MPI_COMM_WORLD);
-  token_ = all.front().token;
-  std::string known_host;
-  std::uint32_t known_address = 0;
-  for (const Place& place : all) {
-    std::uint32_t address = htonl(INADDR_LOOPBACK);
-    bool found = true;
-    if (place.host != mine.host) {
-      if (known_host != place.host.data())
-        found = find_host(place.host.data(), known_address);  // ranks of a node follow each other
-      known_host = found ? place.host.data() : "";
-      address = known_address;
-    }
-    address_.push_back(address);
-    port_.push_back(static_cast<std::uint16_t>(found ? place.port : 0));
+  if (all.front().timeout < 0) {
+    if (socket_ >= 0) ::close(socket_);
+    const char* text = std::getenv("BSP2_TIMEOUT");  // as the first rank has it, as a rule
+    throw Error(std::string("BSP2_TIMEOUT must be a number of seconds, 0 for ever, not '") +
+                (text == nullptr ? "" : text) + "'");
   }
-  heard_.assign(all.size(), Clock::now());
-  is_known_.assign(all.size(), false);
+  token_ = all.front().token;
+  set_timeout(all.front().timeout);
+  find(all, mine.host.data());
   sigset_t all_signals, before;  // they are the main thread's
   sigfillset(&all_signals);
   pthread_sigmask(SIG_SETMASK, &all_signals, &before);
-  thread_ = std::thread([this] { watch(); });
+  try {
+    thread_ = std::thread([this] { watch(); });
+  } catch (const std::system_error&) {
+    // Others will never have heard of this rank, and it does not judge them.
+  }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+void SignsOfLife::find(const std::vector<Place>& places, const std::string& here) {
+  std::string host;  // that was looked up last: the ranks of a node follow each other
+  std::uint32_t address_of_host = 0;
+  bool is_found = false;
+  for (const Place& place : places) {
+    const bool is_here = place.host.data() == here;
+    if (!is_here && host != place.host.data()) {
+      host = place.host.data();
+      is_found = find_host(host.c_str(), address_of_host);
+    }
+    address_.push_back(is_here ? htonl(INADDR_LOOPBACK) : address_of_host);
+    port_.push_back(static_cast<std::uint16_t>(is_here || is_found ? place.port : 0));
+  }
+  heard_.assign(places.size(), Clock::now());
+  is_known_.assign(places.size(), false);
 }
 
 SignsOfLife::~SignsOfLife() {
@@ -125,14 +154,14 @@ SignsOfLife::~SignsOfLife() {
     over_ = true;
   }
   change_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
   if (socket_ >= 0) ::close(socket_);
 }
 
 void SignsOfLife::set_timeout(double seconds) {
   {
     const std::lock_guard lock(mutex_);
-    timeout_ = seconds;
+    timeout_ = seconds > 0 ? std::max(seconds, 1.0) : 0;  // less would be judged by chance
   }
   change_.notify_one();
 }
@@ -147,8 +176,18 @@ void SignsOfLife::set_waiting(bool waits) {
 }
 
 void SignsOfLife::watch() {
+  try {
+    watch_until_over();
+  } catch (...) {
+    // No memory for a message: nobody is judged any more, and this rank may be thought missing.
+  }
+}
+
+void SignsOfLife::watch_until_over() {
   constexpr double longest_period = 5, share = 10;
-  Clock::time_point last = Clock::now();
+  // A socket holds some 270 datagrams, by default.
+  const double reads_a_period = std::max(1.0, static_cast<double>(port_.size()) / 100);
+  Clock::time_point last = Clock::now(), next_sign = last;
   std::unique_lock lock(mutex_);
   while (!over_) {
     const double timeout = timeout_;
@@ -160,12 +199,16 @@ void SignsOfLife::watch() {
     if (std::chrono::duration<double>(now - last).count() > std::max(3 * period, 1.0))
       std::fill(heard_.begin(), heard_.end(), now);
     last = now;
-    if (is_well()) send();
     receive(now);
-    if (timeout > 0) judge(now, timeout, superstep);
+    if (now >= next_sign) {
+      if (is_well()) send();
+      if (timeout > 0) judge(now, timeout, superstep);
+      next_sign = now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period));
+    }
     lock.lock();
-    change_.wait_for(lock, std::chrono::duration<double>(period),
+    change_.wait_for(lock, std::chrono::duration<double>(period / reads_a_period),
                      [&] { return over_ || timeout_ != timeout; });
+    if (timeout_ != timeout) next_sign = Clock::now();
   }
 }
 

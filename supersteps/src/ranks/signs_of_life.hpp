@@ -20,13 +20,15 @@ namespace bsp2::supersteps {
 /// datagrams do not pass between nodes, are not judged.
 class SignsOfLife {
  public:
-  /// Tells all ranks where this one listens. MPI has been started. Collective.
-  explicit SignsOfLife(double timeout_seconds);
+  /// Tells all ranks where this one listens. MPI has been started. The timeout is what the environment of the
+  /// first rank says (BSP2_TIMEOUT), else 300 seconds. Collective.
+  /// @throws bsp2::Error on all ranks if it says something else than a number of seconds.
+  SignsOfLife();
   ~SignsOfLife();
   SignsOfLife(const SignsOfLife&) = delete;
   SignsOfLife& operator=(const SignsOfLife&) = delete;
 
-  /// 0: nobody is ever missing.
+  /// 0: nobody is ever missing. Less than a second is a second.
   void set_timeout(double seconds);
   /// For the message.
   void set_superstep(const std::string& name);
@@ -37,6 +39,7 @@ class SignsOfLife {
 
  private:
   using Clock = std::chrono::steady_clock;
+  struct Place;
 
   int rank_ = 0, socket_ = -1;
   std::uint64_t token_ = 0;  // of this run: other datagrams are nobody's
@@ -47,7 +50,7 @@ class SignsOfLife {
 
   std::mutex mutex_;
   std::condition_variable change_;
-  double timeout_;
+  double timeout_ = 0;
   std::string superstep_;
   bool over_ = false;
   std::atomic<bool> touched_{false};
@@ -55,7 +58,9 @@ class SignsOfLife {
   double computed_ = 0;
   std::thread thread_;  // the last one: it uses the others
 
+  void find(const std::vector<Place>& places, const std::string& here);
   void watch();
+  void watch_until_over();
   bool is_well();
   void send() const;
   void receive(Clock::time_point now);

@@ -76,6 +76,7 @@ void Contact::listen() {
     sum.grown += status.grown;
     sum.passed_on = sum.passed_on || status.passed_on;
     sum.full = sum.full || status.full;
+    sum.ends_all = sum.ends_all || status.ends_all;
     all_finished = all_finished && status.finished;
     one_finished = one_finished || status.finished;
     passed = std::max(passed, status.seconds);
@@ -90,7 +91,7 @@ void Contact::listen() {
     constexpr double worth_moving = 0.25;
     shall_move_ = limits_.move_after_seconds && one_finished && passed >= *limits_.move_after_seconds &&
                   longest_to_come >= worth_moving * std::max(passed, *limits_.move_after_seconds);
-    is_over_ = shall_move_ ||
+    is_over_ = shall_move_ || sum.ends_all ||
                (limits_.cells && sum.grown >= 0 && static_cast<std::uint64_t>(sum.grown) >= *limits_.cells);
   }
   if (report_ && ranks_.is_master()) report_(std::min(1.0, sum.done), sum.cells);

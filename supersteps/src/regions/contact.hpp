@@ -38,8 +38,10 @@ class Contact : public dataflow::Consumer {
   void progress(double done, std::uint64_t cells, std::int64_t grown) override;
   /// The work of this rank is done; waits until that of all is. Collective.
   void finish();
-  /// The ranks have agreed to end the step before its time: one has nothing left to do, or there are cells
-  /// enough.
+  /// The others shall end their work, too. Heard by them soon.
+  void end_all() { mine_.ends_all = true; }
+  /// The ranks have agreed to end the step before its time: one has nothing left to do, there are cells
+  /// enough, or one ends all.
   [[nodiscard]] bool is_over() const { return is_over_; }
   /// Because one has nothing left to do; the same on all ranks once they have finished.
   [[nodiscard]] bool shall_move() const { return shall_move_; }
@@ -53,6 +55,7 @@ class Contact : public dataflow::Consumer {
     std::uint64_t cells = 0;      ///< that are decided
     std::int64_t grown = 0;       ///< cells that are more than at the beginning, decided or not
     bool finished = false;
+    bool ends_all = false;
     bool passed_on = false;  ///< cells come with this that have still some way to go
     bool full = false;       ///< the stream, on the master
   };

@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/io/outputs/cad.hpp"
+#include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
 #include "ranks/exchange.hpp"
 #include "stages/stages.hpp"
@@ -157,6 +159,34 @@ BspTree join_trees(const dataflow::Network<D>& network, const dataflow::Partitio
   }
   tree.root = child(partition.root);
   return tree;
+}
+
+namespace {
+
+/// Names and colours of the parts of a surface.
+io::SurfaceParts parts_of(const RunResult& result) {
+  io::SurfaceParts parts;
+  parts.names = result.part_names;
+  parts.colours.resize(parts.names.size());
+  for (const auto& part : result.report.named_parts)
+    if (const auto number = static_cast<std::size_t>(part.part); number < parts.colours.size())
+      parts.colours[number] = part.colour;
+  parts.other_colour = uncoloured;
+  return parts;
+}
+
+}  // namespace
+
+void write_boundary(RunResult& result, const std::filesystem::path& path) {
+  io::SurfaceRemarks remarks;
+  const io::SurfaceFormat* format = io::surface_format(path);
+  if (format != nullptr && format->has_faces)
+    remarks.notes = io::write_cad(path, result.faces.value(), parts_of(result));
+  else
+    remarks = io::write_surface(path, result.boundary.value(), parts_of(result));
+  if (!remarks.warning.empty()) result.report.warnings.push_back(remarks.warning);
+  auto& notes = result.report.notes;
+  notes.insert(notes.end(), remarks.notes.begin(), remarks.notes.end());
 }
 
 SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets,

@@ -16,6 +16,8 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
   if (!ranks.is_master()) return source;
   if (options.resume) {
     source.text = io::read_snapshot(*options.resume, io::SnapshotPart::head).head.source;
+  } else if (options.text) {
+    source.text = *options.text;
   } else if (model::is_scad(options.model)) {
     model::ModelText translated = model::convert_scad(options.model);
     source.text = std::move(translated.text);
@@ -28,7 +30,9 @@ Source compilation(const Ranks& ranks, const RunOptions& options) {
 
 Source parsed(Source source, const RunOptions& options, unsigned threads) {
   try {
-    source.model = model::parse_csg(source.text, source_name(options), {.curved = options.curved});
+    source.model = options.text && options.read && !options.curved && !options.resume
+                       ? *options.read
+                       : model::parse_csg(source.text, source_name(options), {.curved = options.curved});
   } catch (const Error& error) {
     if (source.warnings.empty()) throw;
     // What the translator was in doubt of may be why.
@@ -43,7 +47,7 @@ Source parsed(Source source, const RunOptions& options, unsigned threads) {
 }
 
 std::string source_name(const RunOptions& options) {
-  return options.model.string() + (model::is_scad(options.model) ? ".csg" : "");
+  return options.model.string() + (!options.text && model::is_scad(options.model) ? ".csg" : "");
 }
 
 template <int D>

@@ -68,7 +68,7 @@ using Load = std::function<void(std::size_t, FacetSet&)>;
 Share match(const Table& table, std::size_t count, const Load& load, std::size_t first, std::size_t step,
             const RunOptions& options) {
   Share share;
-  geometry::FacetMatcher matcher(table);
+  geometry::FacetMatcher matcher(table, options.faces);
   FacetSet facets;
   for (std::size_t i = first; i < count; i += step) {
     load(i, facets);
@@ -336,28 +336,31 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
     result.contacts = std::move(mine.contacts);
     if (!options.boundary) return result;
     ranks.begin("resolution", 1);
-    result.boundary = boundary_of(ranks, network.table, std::move(mine.skin));
+    find_boundary(ranks, network.table, std::move(mine.skin), options.faces, result.boundary, result.faces);
   }
   return result;
 }
 
-std::optional<geometry::TriangleSurface> boundary_of(Ranks& ranks, const Table& table, geometry::Skin mine) {
+void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool with_faces,
+                   std::optional<geometry::TriangleSurface>& boundary, std::optional<geometry::Brep>& faces) {
   std::string bytes;
   ranks.agree([&] {
     if (!ranks.is_master()) bytes = dataflow::to_bytes(std::exchange(mine, {}));
   });
   if (!ranks.is_master()) ranks.send(0, std::exchange(bytes, {}));
   ranks.sync();
-  std::optional<geometry::TriangleSurface> boundary;
   ranks.agree([&] {
     for (const auto& message : ranks.received()) {
       geometry::Skin skin;
       dataflow::from_bytes(message.bytes, skin);
       mine.append(skin);
     }
-    if (ranks.is_master()) boundary = geometry::triangulate(table, std::move(mine));
+    if (!ranks.is_master()) return;
+    if (with_faces)
+      faces = geometry::brep_of(table, std::move(mine), &boundary.emplace());
+    else
+      boundary = geometry::triangulate(table, std::move(mine));
   });
-  return boundary;
 }
 
 std::vector<geometry::Contact> contacts_among(

@@ -145,6 +145,7 @@ CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions
 struct Resolution {
   std::vector<geometry::Contact> contacts;  ///< when asked for: those that this rank found, by cells
   std::optional<geometry::TriangleSurface> boundary;  ///< when asked for: on the master
+  std::optional<geometry::Brep> faces;                ///< likewise
 };
 
 /// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not,
@@ -159,9 +160,11 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
                       const dataflow::Partition<D>& partition, CellShare share, const RunOptions& options,
                       unsigned threads);
 
-/// Puts the skins that the ranks have found together. @return on the master, the boundary. Collective.
-std::optional<geometry::TriangleSurface> boundary_of(Ranks& ranks, const geometry::HyperplaneTable<3>& table,
-                                                     geometry::Skin mine);
+/// Puts the skins that the ranks have found together: on the master, the boundary, and its faces if they are
+/// wanted. Collective.
+void find_boundary(Ranks& ranks, const geometry::HyperplaneTable<3>& table, geometry::Skin mine,
+                   bool with_faces, std::optional<geometry::TriangleSurface>& boundary,
+                   std::optional<geometry::Brep>& faces);
 
 /// The contacts among cells of any region, counted through the batches. Not collective.
 std::vector<geometry::Contact> contacts_among(

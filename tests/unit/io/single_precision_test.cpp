@@ -139,7 +139,7 @@ class SinglePrecision : public ::testing::Test {
   std::vector<Facet> written(const TriangleSurface& surface) {
     EXPECT_TRUE(surface.is_closed());
     const fs::path file = folder.path() / "a.stl";
-    warning = write_surface(file, surface);
+    warning = write_surface(file, surface).warning;
     return read_stl(file);
   }
 };

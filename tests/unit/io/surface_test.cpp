@@ -49,7 +49,7 @@ class Surface : public ::testing::Test {
   template <typename Reader>
   vtkSmartPointer<vtkPolyData> write_and_read(const char* name) {
     const fs::path file = folder.path() / name;
-    warning = write_surface(file, surface, names);
+    warning = write_surface(file, surface, {.names = names}).warning;
     vtkNew<Reader> reader;
     reader->SetFileName(file.c_str());
     reader->Update();
@@ -143,7 +143,7 @@ TEST_F(Surface, NormalsOfStlAreThoseOfTheCornersWritten) {
     surface.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     surface.owner.push_back(0);
   }
-  ASSERT_EQ(write_surface(folder.path() / "a.stl", surface), "");
+  ASSERT_EQ(write_surface(folder.path() / "a.stl", surface).warning, "");
   const std::string bytes = text("a.stl");
   const std::size_t count = (bytes.size() - 84) / 50;
   ASSERT_GT(count, 900U);
@@ -200,22 +200,68 @@ TEST_F(Surface, ObjHoldsAllDigitsAndAGroupForEachPart) {
   EXPECT_NE(text("c.obj").find("g no_part\nf 1 2 4\ng no_part_0\nf 1 3 2\ng a\n"), std::string::npos);
 }
 
+/// A tetrahedron of three parts, two of them with a colour.
+TEST_F(Surface, ColoursOfPartsAreThoseOfTriangles) {
+  surface.owner = {0, 2, 1, geometry::no_part};
+  SurfaceParts parts;
+  parts.names = {"a", "b", "c"};
+  parts.colours = {std::array<std::uint8_t, 4>{1, 2, 3, 255}, std::nullopt,
+                   std::array<std::uint8_t, 4>{4, 5, 6, 128}};
+  parts.other_colour = {7, 8, 9, 255};
+  const std::vector<std::array<int, 4>> expected{
+      {1, 2, 3, 255}, {4, 5, 6, 128}, {7, 8, 9, 255}, {7, 8, 9, 255}};
+  for (const SurfaceFormat& format : surface_formats())
+    EXPECT_TRUE(
+        write_surface(folder.path() / ("c" + std::string(format.ending)), surface, parts).notes.empty() ||
+        format.ending == ".3mf" || format.ending == ".amf");
+  vtkNew<vtkXMLPolyDataReader> vtp;
+  vtp->SetFileName((folder.path() / "c.vtp").c_str());
+  vtp->Update();
+  vtkDataArray* color = vtp->GetOutput()->GetCellData()->GetArray("color");
+  ASSERT_NE(color, nullptr);
+  const std::string ply = text("c.ply");
+  const std::size_t faces = ply.size() - 4 * 21;
+  for (std::size_t i = 0; i < 4; ++i)
+    for (int k = 0; k < 4; ++k) {
+      EXPECT_EQ(color->GetComponent(static_cast<vtkIdType>(i), k), expected[i][k]);
+      EXPECT_EQ(static_cast<unsigned char>(ply[faces + 21 * i + 17 + k]), expected[i][k]);
+    }
+  EXPECT_NE(text("c.off").find("\n3 0 2 1 1 2 3\n3 0 1 3 4 5 6 128\n3 1 2 3 7 8 9\n"), std::string::npos);
+  EXPECT_NE(text("c.obj").find("mtllib c.mtl\n"), std::string::npos);
+  EXPECT_NE(text("c.obj").find("g c\nusemtl c\n"), std::string::npos);
+  EXPECT_NE(text("c.mtl").find("newmtl c\n"), std::string::npos);
+  EXPECT_EQ(text("c.stl").size(), 84U + 4 * 50);
+}
+
+/// The parts of a tetrahedron are closed together only.
+TEST_F(Surface, PartsThatTouchAreOneObjectForPrinters) {
+  surface.owner = {0, 0, 1, 1};
+  const auto notes = write_surface(folder.path() / "t.amf", surface, {.names = {"a", "b"}}).notes;
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("2 parts touch each other"), std::string::npos) << notes[0];
+  EXPECT_NE(text("t.amf").find("a + b"), std::string::npos);
+}
+
 TEST_F(Surface, AnEmptyOneCanBeWritten) {
   surface = {};
   EXPECT_EQ(write_and_read<vtkXMLPolyDataReader>("a.vtp")->GetNumberOfCells(), 0);
-  for (const char* name : {"a.stl", "a.ply", "a.obj"}) {
-    EXPECT_EQ(write_surface(folder.path() / name, surface), "");
-    EXPECT_FALSE(text(name).empty());
+  for (const SurfaceFormat& format : surface_formats()) {
+    const std::string name = "a" + std::string(format.ending);
+    const SurfaceRemarks remarks = write_surface(folder.path() / name, surface);
+    EXPECT_TRUE(remarks.warning.empty() && remarks.notes.empty()) << name;
+    EXPECT_FALSE(text(name.c_str()).empty()) << name;
   }
 }
 
 TEST_F(Surface, OtherEndingsAndMissingFoldersAreErrors) {
-  EXPECT_FALSE(is_surface_file("a.vtu"));
-  EXPECT_FALSE(is_surface_file("stl"));
-  EXPECT_TRUE(is_surface_file("x/a.PLY"));
-  EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "a.off", surface)), Error);
-  for (const char* name : {"a.stl", "a.ply", "a.obj", "a.vtp"})
-    EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "none" / name, surface)), Error);
+  EXPECT_EQ(surface_format("a.vtu"), nullptr);
+  EXPECT_EQ(surface_format("stl"), nullptr);
+  EXPECT_EQ(surface_format("x/a.PLY")->ending, ".ply");
+  EXPECT_THROW(static_cast<void>(write_surface(folder.path() / "a.vtu", surface)), Error);
+  for (const SurfaceFormat& format : surface_formats())
+    EXPECT_THROW(static_cast<void>(
+                     write_surface(folder.path() / "none" / ("a" + std::string(format.ending)), surface)),
+                 Error);
 }
 
 }  // namespace

@@ -3,14 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <sstream>
 
 #include "answers/point_query.hpp"
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/outputs/surface.hpp"
 #include "options/picture_options.hpp"
 
 namespace bsp2::jobs {
 namespace {
+
+using Paths = std::vector<std::filesystem::path>;
 
 RunCommand parsed(const std::vector<std::string>& arguments) {
   std::ostringstream out;
@@ -32,7 +36,8 @@ TEST(CommandLine, WithoutOptionsNothingIsWrittenAndNoMeshIsHeld) {
   EXPECT_EQ(command.options.model, "a.csg");
   EXPECT_FALSE(command.options.collect_cells);
   EXPECT_FALSE(command.options.boundary);
-  EXPECT_FALSE(command.folder || command.mesh || command.boundary || command.picture || command.report);
+  EXPECT_FALSE(command.folder || command.mesh || !command.boundaries.empty() || command.picture ||
+               command.report);
   EXPECT_TRUE(command.options.keep_in && command.options.keep_fuzzy && !command.options.keep_out);
 }
 
@@ -42,21 +47,21 @@ TEST(CommandLine, AFolderNamesAllOutputs) {
   EXPECT_EQ(command.mesh, "dir/solid.pvtu");
   EXPECT_EQ(command.report, "dir/report.json");
   EXPECT_EQ(command.picture, "p.png");
-  EXPECT_EQ(command.boundary, "dir/boundary.stl");
+  EXPECT_EQ(command.boundaries, Paths{"dir/boundary.stl"});
   EXPECT_TRUE(command.options.boundary);
 }
 
 TEST(CommandLine, ABoundaryNeedsInCellsAndAKnownEnding) {
   const RunCommand command = parsed({"run", "a.csg", "--boundary", "b.ply"});
-  EXPECT_EQ(command.boundary, "b.ply");
+  EXPECT_EQ(command.boundaries, Paths{"b.ply"});
   EXPECT_TRUE(command.options.boundary && command.options.collect_cells);
-  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj"}).boundary, "b.obj");
-  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"})
-                .find("'b.vtu' must end in .stl, .ply, .obj or .vtp"),
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--boundary", "b.obj", "--boundary", "b.3mf"}).boundaries,
+            (Paths{"b.obj", "b.3mf"}));
+  EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.vtu"}).find("'b.vtu' must end in .3mf, .amf,"),
             std::string::npos);
   EXPECT_NE(message_for({"run", "a.csg", "--boundary", "b.stl", "--keep", "out"}).find("--keep in"),
             std::string::npos);
-  EXPECT_FALSE(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundary);
+  EXPECT_EQ(parsed({"run", "a.csg", "-o", "dir", "--keep", "out"}).boundaries, Paths{});
 }
 
 TEST(CommandLine, CurvedAndToleranceReachTheRun) {
@@ -92,6 +97,28 @@ TEST(CommandLine, FilesHaveNames) {
         << inputs[0] << ": " << message_for(inputs);
   for (const char* command : {"export", "render"})
     EXPECT_NE(message_for({command, "a.h5", "-o", ""}).find("needs a name"), std::string::npos) << command;
+}
+
+/// One table: what is printed, what a mistake names, and what the page shows.
+TEST(CommandLine, FormatsOfSurfacesAreListed) {
+  for (const char* command : {"run", "export"}) {
+    std::ostringstream out;
+    EXPECT_FALSE(parse_command_line({command, "--list-formats"}, out));
+    EXPECT_EQ(out.str(), io::surface_format_table());
+  }
+  const std::string table = io::surface_format_table();
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+  const std::string mistake = message_for({"run", "a.csg", "--boundary", "b.gif"});
+  for (const io::SurfaceFormat& format : io::surface_formats()) {
+    EXPECT_NE(table.find("\n" + std::string(format.ending) + " "), std::string::npos) << format.ending;
+    EXPECT_NE(mistake.find(format.ending), std::string::npos) << mistake;
+  }
+  EXPECT_EQ(message_for({"run", "a.csg", "-o", "b.gif"}), "") << "any folder";
+  EXPECT_EQ(message_for({"export", "a.h5", "-o", "b.GLB"}), "");
+  std::ifstream page(std::string(BSP2_SOURCE_DIR) + "/docs/formats.md");
+  const std::string text{std::istreambuf_iterator<char>(page), {}};
+  EXPECT_NE(text.find("```\n" + table + "```\n"), std::string::npos) << table;
 }
 
 TEST(CommandLine, AFolderIsNoSurface) {
@@ -179,7 +206,7 @@ TEST(CommandLine, FramesAreStepsOfTheirOwn) {
 }
 
 TEST(CommandLine, ExportsSurfacesAndCells) {
-  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.vtp"}).boundary, "b.vtp");
+  EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.vtp"}).boundaries, Paths{"b.vtp"});
   EXPECT_TRUE(parsed({"export", "a.h5", "-o", "b.stl"}).options.boundary);
   EXPECT_EQ(parsed({"export", "a.h5", "-o", "b.pvtu"}).mesh, "b.pvtu");
   EXPECT_FALSE(parsed({"export", "a.h5", "-o", "b.pvtu"}).options.snapshot);

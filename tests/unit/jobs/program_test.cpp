@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "answers/progress_bar.hpp"
-#include "answers/report_json.hpp"
 #include "answers/summary.hpp"
+#include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "support/sample_mesh.hpp"
 #include "support/temporary_folder.hpp"
@@ -20,6 +20,7 @@ namespace bsp2::jobs {
 namespace {
 
 namespace fs = std::filesystem;
+using api::to_json;
 using supersteps::RunOptions;
 using supersteps::RunResult;
 
@@ -234,8 +235,42 @@ TEST(Program, WritesWhatTheFolderNames) {
     EXPECT_TRUE(fs::exists(dir / name)) << name;
   EXPECT_EQ(std::distance(fs::directory_iterator(dir), fs::directory_iterator()), 5);
   std::ifstream report(dir / "report.json");
-  EXPECT_EQ(nlohmann::json::parse(report)["supersteps"].back()["name"], "rendering");
+  const auto supersteps = nlohmann::json::parse(report)["supersteps"];
+  EXPECT_EQ(supersteps.at(supersteps.size() - 2)["name"], "rendering");
+  EXPECT_EQ(supersteps.back()["name"], "writing");
   EXPECT_NE(out.str().find("tower.csg"), std::string::npos);
+}
+
+/// A surface has the colours of parts: where those of the model are lost, a file that could hold them tells.
+TEST(Program, ColoursThatASurfaceLosesAreTold) {
+  const samples::TemporaryFolder folder;
+  const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+  const auto notes = [&](bool with_parts, const std::vector<std::string>& files) {
+    const auto run = [&](const RunOptions& options, supersteps::Ranks& ranks) {
+      RunResult result = sample_result(options, ranks);
+      result.colour_of_primitive = {supersteps::Rgba{255, 0, 0, 255}, std::nullopt};
+      if (with_parts) {
+        result.part_names = {"red"};
+        result.report.named_parts = {{0, "red", supersteps::Rgba{255, 0, 0, 255}}};
+      }
+      return result;
+    };
+    std::vector<std::string> arguments{"run", "x", "--report", path("r.json")};
+    for (const std::string& file : files) arguments.insert(arguments.end(), {"--boundary", file});
+    std::ostringstream out;
+    EXPECT_EQ(start(arguments, out, run), 0);
+    for (const std::string& file : files) {
+      EXPECT_TRUE(fs::exists(file)) << file;
+      EXPECT_NE(out.str().find(file), std::string::npos) << file;
+    }
+    std::ifstream report(path("r.json"));
+    return nlohmann::json::parse(report)["notes"].size();
+  };
+  EXPECT_EQ(notes(false, {path("a.stl")}), 0U);
+  EXPECT_EQ(notes(false, {path("a.stl"), path("a.3mf"), path("a.glb")}), 1U);
+  EXPECT_EQ(notes(true, {path("b.3mf"), path("b.obj")}), 0U);
+  EXPECT_TRUE(fs::exists(path("b.mtl")));
+  EXPECT_FALSE(fs::exists(path("a.mtl")));
 }
 
 TEST(Program, FourDimensionsGiveAReportOnly) {

@@ -15,9 +15,9 @@ using Batches = std::vector<std::shared_ptr<const geometry::CellBatch>>;
 
 /// All skin of a mesh, before it is triangulated.
 inline geometry::Skin skin_of(const Network<3>& network, const Batches& batches,
-                              std::vector<geometry::Contact>* contacts) {
+                              std::vector<geometry::Contact>* contacts, bool with_interfaces = false) {
   const geometry::FacetIndex index(network.table, batches);
-  geometry::FacetMatcher matcher(network.table);
+  geometry::FacetMatcher matcher(network.table, with_interfaces);
   geometry::FacetSet facets;
   geometry::Skin skin;
   for (std::size_t i = 0; i < index.size(); ++i) {

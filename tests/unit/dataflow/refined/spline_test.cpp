@@ -317,6 +317,14 @@ TEST_F(Splines, ThatReachTooFarAreRefused) {
         "")
         << "is made small";
   };
+  // Bounds that touch in a point, or overlap by a rounding error, hold nothing.
+  const auto moved = [](const std::string& x, const std::string& child) {
+    return "multmatrix([[1,0,0," + x + "],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) { " + child + " }";
+  };
+  const std::string drop = "bspline(points = [[0,0],[1,2],[2,2],[3,0]], closed = true, degree = 1);",
+                    above = "multmatrix([[1,0,0,-2],[0,1,0,2],[0,0,1,0],[0,0,0,1]]) { square(2); }";
+  EXPECT_EQ(fault("intersection() { " + above + drop + " }"), "");
+  EXPECT_EQ(fault("intersection() { " + moved("0.1", moved("0.2", above)) + moved("0.3", drop) + " }"), "");
   check(bezier_to, "cube(2);");
   check(solid_to, "cube(2);");
   check(curve_to, "square(2);", true);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <string>
 
@@ -18,8 +19,9 @@ struct SurfaceOptions {
   unsigned threads = 1;
   /// Of several that share the work, which one this is: each finds the skin in some of the regions.
   unsigned share = 0, shares = 1;
-  std::function<bool()> interrupted;        ///< asked often, by the calling thread: true ends the work
-  std::function<void(double)> on_progress;  ///< told the share that is done, by the calling thread
+  std::function<bool()> interrupted;  ///< asked often, by the calling thread: true ends the work
+  /// Told the share that is done, ten times a second by the calling thread.
+  std::function<void(double)> on_progress;
 };
 
 struct TracedSurface {
@@ -28,6 +30,7 @@ struct TracedSurface {
   std::uint64_t regions = 0;  ///< of all shares
   bool interrupted = false;   ///< the skin is not complete
   bool has_given_up = false;  ///< likewise: too many operands meet in one place, or one reaches out of bounds
+  std::exception_ptr failure;  ///< likewise: what a thread threw first
 };
 
 /// The surface of a solid without its cells.
@@ -38,7 +41,7 @@ struct TracedSurface {
 /// operand meets, are taken as they are. So no cell is made where the solid is far from its surface, nor
 /// along the facets of an operand that meets no other one. Decided by the one exact predicate, as cells are.
 /// The skins of all shares together are that of the solid, whatever the number of shares and threads.
-/// @pre has_plain_facets(network). @throws what a thread threw first.
+/// @pre has_plain_facets(network). @throws what a function of the options throws; the work has ended then.
 [[nodiscard]] TracedSurface trace_surface(const Network<3>& network, const SurfaceOptions& options);
 
 /// 128 bits of points, triangles and owners, byte for byte.

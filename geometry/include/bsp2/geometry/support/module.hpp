@@ -17,8 +17,9 @@ namespace bsp2 {
 /// another layout.
 const void* load_module(const std::string& name, const std::filesystem::path& folder, const char* layout);
 
-/// Where the modules are: beside the program's folder, in builds as in installations, however they were
-/// moved. Nowhere else: what was built from other sources, or is somebody else's, is not the program's.
+/// Where the modules are: beside the program's folder, or beneath that of the shared library libbsp2.so, in
+/// builds as in installations, however they were moved. Nowhere else: what was built from other sources, or
+/// is somebody else's, is not the program's.
 /// @throws Error if the program's own place is not known.
 std::filesystem::path module_folder();
 

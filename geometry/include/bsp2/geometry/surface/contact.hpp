@@ -112,13 +112,17 @@ class FacetIndex {
 /// The part of the boundary on some hyperplanes, before it is triangulated: directed edges with the solid's
 /// skin on their left, seen from outside.
 ///
-/// A face is all skin on one side of one hyperplane in cells of one owner. Vertices are named by the
+/// A face is all skin on one side of one hyperplane in cells of one owner, with the same on its other side.
+/// Vertices are named by the
 /// hyperplanes that are known to meet there, at least three of which are independent. Edges of one face that
 /// run along each other in opposite directions have cancelled: coplanar fragments are merged.
 struct Skin {
+  static constexpr std::int32_t outside = -2;  ///< where the solid is not: no part, and not `no_part` either
   struct Face {
-    OrientedHyperplane outward;  ///< the solid is on its negative side
-    std::int32_t owner;
+    OrientedHyperplane outward;    ///< the solid is on its negative side
+    std::int32_t owner;            ///< the part there
+    std::int32_t other = outside;  ///< the part on the other side
+    friend bool operator==(const Face&, const Face&) = default;
   };
   struct Edge {
     std::uint32_t from, to, face;
@@ -145,7 +149,9 @@ struct Skin {
 /// shared and only read.
 class FacetMatcher {
  public:
-  explicit FacetMatcher(const HyperplaneTable<3>& table);
+  /// @param with_interfaces where cells of different parts touch, the skin has faces, too: out of that which
+  /// is on the negative side of the hyperplane.
+  explicit FacetMatcher(const HyperplaneTable<3>& table, bool with_interfaces = false);
   ~FacetMatcher();
   FacetMatcher(const FacetMatcher&) = delete;
   FacetMatcher& operator=(const FacetMatcher&) = delete;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string_view>
 
 namespace bsp2::io {
@@ -15,6 +16,12 @@ inline std::filesystem::path folder_of(const std::filesystem::path& file) {
 /// followed. A file that is replaced keeps its permissions; one that must not be written stays.
 /// @throws bsp2::Error that names the path; the old file, if any, is untouched.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
+
+/// The next bytes of a file, at most some megabytes; none at its end. Throws nothing.
+using Pieces = std::function<std::string_view()>;
+
+/// The same for bytes that are made piece by piece: memory that is used again is faster than new memory.
+void write_file(const std::filesystem::path& path, const Pieces& next_piece);
 
 /// Makes a folder and its parents if they are missing. @throws bsp2::Error, also where a file of that name
 /// is.

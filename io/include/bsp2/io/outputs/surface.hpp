@@ -1,36 +1,68 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bsp2/geometry/surface/boundary.hpp"
 
 namespace bsp2::io {
 
-/// Can a surface be written under this name? By its ending: .vtp, .stl, .ply or .obj.
-bool is_surface_file(const std::filesystem::path& path);
+/// A format of files for surfaces. All hold closed triangles, or the plane faces that they are of (cad.hpp).
+struct SurfaceFormat {
+  std::string_view ending;       ///< with the dot, in small letters
+  std::string_view description;  ///< what it is, and what for
+  bool is_single;                ///< numbers have single precision: corners are rounded to it first
+  bool holds_parts, holds_colours;
+  bool has_faces = false;
+};
+
+/// All formats, by ending: the one place that knows them.
+std::span<const SurfaceFormat> surface_formats();
+
+/// The format that a file's ending names, in letters of any case; null if none does.
+const SurfaceFormat* surface_format(const std::filesystem::path& path);
+
+/// For messages: ".3mf, .amf, ... or .x3d".
+std::string surface_endings();
+
+/// The formats as a table, a line each, of at most 80 columns.
+std::string surface_format_table();
 
 /// Could `write_surface` succeed, as far as the format goes? Asked before a long run. @throws bsp2::Error if
 /// not.
 void check_surface_file(const std::filesystem::path& path);
 
-/// Writes the boundary of a solid, in the format that the file's ending names:
-///   .vtp  VTK's PolyData, coordinates in double precision, cell array `part` and field array `part_names`
-///   .ply  binary, coordinates in double precision, property `part` of each face, a comment for each name
-///   .obj  text with all digits, a group for each part, called like it
-///   .stl  binary; the format knows single precision and no parts. Corners are rounded first; then no
-///   triangle is without area, and
-///         the surface is as closed as it was, told by the coordinates in the file alone.
-/// Where no part has a name the whole is part 0, and its group is called `part_0`.
-/// The file appears under its name when it is complete.
-/// @param part_names of the owners; none: no part has a name.
+/// What the numbers of parts stand for.
+struct SurfaceParts {
+  using Colour = std::array<std::uint8_t, 4>;  ///< red, green, blue, opacity
+  std::vector<std::string> names;              ///< none: nothing has a name, and the whole is part 0
+  std::vector<std::optional<Colour>> colours;  ///< one a name; or empty
+  Colour other_colour{255, 255, 255, 255};     ///< of parts without one, beside those that have one
+};
+
+/// What there is to tell of a file, in sentences.
+struct SurfaceRemarks {
+  std::string warning;             ///< what single precision costs; empty: nothing worth telling
+  std::vector<std::string> notes;  ///< what is as it should be, but may surprise
+};
+
+/// Writes the boundary of a solid, in the format that the file's ending names: docs/formats.md tells what
+/// each of them holds. The file appears under its name when it is complete. A `.obj` with colours has them in
+/// a second file, of the ending `.mtl`, which is there before it.
+/// Of a format in single precision the corners are rounded first; then no triangle is without area, and the
+/// surface is as closed as it was, told by the coordinates in the file alone.
 /// @return a warning where single precision changes the volume or the size of a connected part of the surface
-/// by more than a hundred-thousandth; else empty.
-/// @throws bsp2::Error if it cannot be written, its ending is another one, or a coordinate is too large for
-/// its precision.
-[[nodiscard]] std::string write_surface(const std::filesystem::path& path,
-                                        const geometry::TriangleSurface& surface,
-                                        const std::vector<std::string>& part_names = {});
+/// by more than a hundred-thousandth, and notes.
+/// @throws bsp2::Error if it cannot be written, its ending is another one, or of a format of faces, or a
+/// coordinate is too large for its precision.
+[[nodiscard]] SurfaceRemarks write_surface(const std::filesystem::path& path,
+                                           const geometry::TriangleSurface& surface,
+                                           const SurfaceParts& parts = {});
 
 }  // namespace bsp2::io

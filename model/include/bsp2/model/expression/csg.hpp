@@ -103,6 +103,9 @@ bool is_scad(const std::filesystem::path& path);
 /// @throws bsp2::Error if there is no such program, or if it fails: with what it said.
 ModelText convert_scad(const std::filesystem::path& path);
 
+/// Whether this is, by its name, a mesh or a drawing: no model, but what a model imports.
+bool is_imported(const std::filesystem::path& path);
+
 /// The whole text of a model file. @throws bsp2::Error if it is missing, a directory, not readable or empty.
 std::string read_text(const std::filesystem::path& path);
 /// The same. @throws bsp2::Error also if it is a mesh or a drawing, by its name: those are imported; or a

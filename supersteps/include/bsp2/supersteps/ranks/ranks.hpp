@@ -90,6 +90,8 @@ class Ranks {
 
   // --- Supersteps ---
 
+  /// Another run begins: what has been recorded is forgotten, and time counts from its first superstep.
+  void restart();
   /// The work of a superstep begins here. One that goes on is begun again.
   void begin(const std::string& name, unsigned step = 0);
   /// Cells that the superstep made or moved on this rank, for its record.

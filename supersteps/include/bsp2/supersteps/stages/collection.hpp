@@ -19,4 +19,10 @@ namespace bsp2::supersteps {
 SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu,
                          bool tets = false, unsigned step = 0);
 
+/// Writes the surface of a run, or its faces, in the format that the file's ending names. On the master. The
+/// report gets what there is to tell of it.
+/// @pre what the format holds has been found (RunOptions::boundary, or `faces` as well).
+/// @throws bsp2::Error if the file cannot be written.
+void write_boundary(RunResult& result, const std::filesystem::path& path);
+
 }  // namespace bsp2::supersteps

@@ -3,8 +3,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
+
+namespace bsp2::model {
+struct Model;
+}
 
 namespace bsp2::supersteps {
 
@@ -23,7 +29,12 @@ struct RunResult;
 
 /// What to evaluate and how far.
 struct RunOptions {
-  std::filesystem::path model;
+  std::filesystem::path model;  ///< its file, or what `text` is called in messages
+  /// The model's text, if it is none of a file. What it names by relative paths is found from `model`'s
+  /// folder. Only the master's counts. Shared, since options are copied.
+  std::shared_ptr<const std::string> text;
+  /// What was read of that text already, without `curved`: it need not be read again. Of this rank.
+  std::shared_ptr<const model::Model> read;
   unsigned threads = 0;             ///< of each rank; 0: one a core
   std::optional<unsigned> regions;  ///< rounded up to a power of two; none: by the model
   double coincidence = 1e-9;        ///< hyperplanes closer than this share of the bounding box are one
@@ -58,6 +69,7 @@ struct RunOptions {
       first_rank_of_region;  ///< on the master: who begins with each region; empty: by estimated work
   Collect collect = Collect::automatic;
   bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3)
+  bool faces = false;     ///< with `boundary`: its faces, and the interfaces between parts, too
   bool contacts = false;  ///< and which of them touch, and where (likewise)
   /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the
   /// master, from its main thread.
@@ -70,6 +82,7 @@ struct RunOptions {
   /// boundary and contacts, and the report without costs. Called on all ranks, so it may be collective. With
   /// it the result has no cells: resolution gives back the memory of each region that it has glued.
   std::function<void(RunResult& now)> on_cells;
+  bool can_be_asked = false;   ///< the result answers questions (RunResult::asked), and keeps what that takes
   std::vector<double> points;  ///< D numbers each: where they are is answered at the end, by the master
                                ///< (which needs all cells)
 };

@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "bsp2/geometry/cells/bsp_tree.hpp"
 #include "bsp2/geometry/cells/cell_batch.hpp"
 #include "bsp2/geometry/surface/boundary.hpp"
+#include "bsp2/geometry/surface/brep.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 #include "bsp2/supersteps/ranks/ranks.hpp"
 
@@ -136,6 +138,23 @@ struct Answer {
   std::vector<double> nearest;  ///< such a point
 };
 
+struct RunResult;
+
+/// What a finished run can be asked later: it keeps the hyperplanes. Of the master, if that has all cells.
+/// Not collective; one thread at a time.
+class Asked {
+ public:
+  virtual ~Asked() = default;
+  /// Where points are. @param points D numbers each.
+  [[nodiscard]] virtual std::vector<Answer> locate(const RunResult& result,
+                                                   std::span<const double> points) const = 0;
+  /// Finds the surface of the IN cells, as a run with `boundary` does, and tells of it in the report; nothing
+  /// unless D = 3.
+  virtual void find_boundary(RunResult& result, bool with_faces) const = 0;
+  /// Which IN cells touch, and where; none unless D = 3.
+  [[nodiscard]] virtual std::vector<geometry::Contact> contacts(const RunResult& result) const = 0;
+};
+
 /// What a rank holds after a run.
 struct RunResult {
   RunReport report;
@@ -148,10 +167,12 @@ struct RunResult {
   std::vector<std::string> part_names;  ///< by number; empty: nothing has a name, and the whole is part 0
   Bounds bounds;                        ///< of the model, before it is evaluated: they contain the solid
   std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
+  std::optional<geometry::Brep> faces;                ///< likewise
   /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in
   /// their order: as in the batches of the mesh, where it is collected.
   std::vector<geometry::Contact> contacts;
-  std::vector<Answer> answers;  ///< likewise, to RunOptions::points
+  std::vector<Answer> answers;         ///< likewise, to RunOptions::points
+  std::shared_ptr<const Asked> asked;  ///< with RunOptions::can_be_asked, on the master if it has all cells
 };
 
 /// Who draws a region, and answers for its cells.

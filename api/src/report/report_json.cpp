@@ -1,10 +1,10 @@
-#include "answers/report_json.hpp"
+#include "bsp2/api/report/report_json.hpp"
 
 #include <spdlog/fmt/fmt.h>
 
 #include <nlohmann/json.hpp>
 
-namespace bsp2::jobs {
+namespace bsp2::api {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -74,7 +74,8 @@ std::string to_json(const supersteps::RunReport& report) {
   json["ranks"] = report.ranks;
   json["threads"] = report.threads;
   json["regions"] = report.regions;
-  json["level"] = report.level;
+  json["level"] = nullptr;
+  if (report.has_cells) json["level"] = report.level;
   json["primitives"] = report.primitives;
   json["hyperplanes"] = report.hyperplanes;
   json["cells"] = nullptr;
@@ -105,9 +106,11 @@ std::string to_json(const supersteps::RunReport& report) {
   if (report.boundary) json["surface_digest"] = report.boundary->digest;
   json["supersteps"] = Json::array();
   for (const auto& record : report.supersteps) json["supersteps"].push_back(superstep(record));
-  json["stats"] = {{"splits", report.splits},
-                   {"predicates", report.predicates},
-                   {"exact_fallbacks", report.exact_fallbacks}};
+  json["stats"] = nullptr;
+  if (report.has_cells)
+    json["stats"] = {{"splits", report.splits},
+                     {"predicates", report.predicates},
+                     {"exact_fallbacks", report.exact_fallbacks}};
   json["seconds"] = report.seconds;
   json["cpu_seconds"] = report.cpu_seconds;
   json["peak_rss_bytes"] = report.peak_rss_bytes;
@@ -120,4 +123,4 @@ std::string to_json(const supersteps::RunReport& report) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-}  // namespace bsp2::jobs
+}  // namespace bsp2::api

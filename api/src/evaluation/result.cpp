@@ -1,0 +1,201 @@
+#include "evaluation/result.hpp"
+
+#include <utility>
+
+#include "bsp2/api/report/report_json.hpp"
+#include "bsp2/geometry/surface/boundary.hpp"
+
+namespace bsp2 {
+namespace {
+
+Measures measures_of(const supersteps::Measures& found) {
+  return {.volume = {found.in_volume, found.in_volume + found.fuzzy_volume},
+          .centroid = found.centroid,
+          .inertia = found.inertia,
+          .inertia_least = found.inertia_least,
+          .inertia_most = found.inertia_most};
+}
+
+/// All cells as one batch; the others are given up one by one.
+std::shared_ptr<const geometry::CellBatch> united(supersteps::SolidMesh& mesh) {
+  if (mesh.batches.size() == 1) return mesh.batches.front();
+  auto whole = std::make_shared<geometry::CellBatch>();
+  whole->dimension = mesh.dimension;
+  for (auto& batch : mesh.batches) {
+    whole->append(*batch, 0, batch->size());
+    batch.reset();
+  }
+  whole->shrink_to_fit();
+  mesh.batches.clear();
+  if (!whole->empty()) mesh.batches.push_back(whole);
+  return whole;
+}
+
+/// Their bytes: labels are one each.
+std::span<const std::uint8_t> bytes_of(const std::vector<geometry::Label>& labels) {
+  static_assert(sizeof(geometry::Label) == 1);
+  return {reinterpret_cast<const std::uint8_t*>(labels.data()), labels.size()};
+}
+
+}  // namespace
+
+const Cells& Result::Implementation::cells() {
+  if (cells_) return *cells_;
+  whole_ = united(result.mesh);
+  const geometry::CellBatch& all = *whole_;
+  return cells_.emplace(Cells{.dimension = result.report.dimension,
+                              .points = all.points,
+                              .point_offset = all.point_offset,
+                              .face_offset = all.facet_offset,
+                              .face_vertex_offset = all.facet_vertex_offset,
+                              .face_vertices = all.facet_vertices,
+                              .labels = bytes_of(all.label),
+                              .primitives = all.primitive,
+                              .parts = all.part,
+                              .regions = all.region,
+                              .levels = all.level,
+                              .volumes = all.volume});
+}
+
+const Measures& Result::Implementation::measures() {
+  if (!measures_) measures_ = measures_of(result.report);
+  return *measures_;
+}
+
+void Result::Implementation::check_cells(const std::string& what) const {
+  if (result.report.interrupted)
+    throw Error("cannot make " + what + ": the evaluation was stopped, and there are no cells");
+  if (!holds_cells || !result.report.has_cells)
+    throw Error("cannot make " + what +
+                ": no cells are held; evaluate without measures_only and surface_only");
+}
+
+const supersteps::Asked& Result::Implementation::asked() const {
+  if (!result.asked) {
+    if (result.report.interrupted) throw Error("the evaluation was stopped: there are no cells to ask");
+    if (!ranks->ranks.is_master()) throw Error("this is asked of the master, which has all cells");
+    if (!result.is_collected)
+      throw Error(
+          "the cells stay on the ranks that found them, so they can be asked no more; ask with the options "
+          "of the "
+          "evaluation (surface, contacts)");
+    throw Error("no cells are held: evaluate without measures_only and surface_only");
+  }
+  return *result.asked;
+}
+
+void Result::Implementation::find_surface(bool with_faces) {
+  if (result.boundary && (result.faces || !with_faces)) return;
+  if (result.report.dimension != 3)
+    throw Error("surfaces are found for solids of dimension 3, not " +
+                std::to_string(result.report.dimension));
+  if (!keeps_in) throw Error("the IN cells have the surface: evaluate with keep_in");
+  asked().find_boundary(result, with_faces);
+}
+
+int Result::dimension() const { return implementation_->result.report.dimension; }
+bool Result::is_complete() const { return implementation_->result.report.complete; }
+bool Result::is_interrupted() const { return implementation_->result.report.interrupted; }
+bool Result::is_collected() const { return implementation_->result.is_collected; }
+bool Result::has_cells() const {
+  const auto& report = implementation_->result.report;
+  return implementation_->holds_cells && report.has_cells && !report.interrupted;
+}
+std::string Result::digest() const {
+  const auto& report = implementation_->result.report;
+  return report.has_cells ? report.digest : std::string();
+}
+const Cells& Result::cells() const { return implementation_->cells(); }
+const Measures& Result::measures() const { return implementation_->measures(); }
+
+std::map<std::string, Measures> Result::named_measures() const {
+  std::map<std::string, Measures> all;
+  for (const auto& each : implementation_->result.report.measures) all.emplace(each.name, measures_of(each));
+  return all;
+}
+
+std::pair<Vector, Vector> Result::bounds() const {
+  const auto& report = implementation_->result.report;
+  return {report.lower, report.upper};
+}
+
+std::vector<Part> Result::parts() const {
+  std::vector<Part> parts;
+  for (const auto& part : implementation_->result.report.named_parts)
+    parts.push_back({part.part, part.name, part.colour, part.volume});
+  return parts;
+}
+
+Surface Result::surface() const {
+  return guarded([&] {
+    implementation_->find_surface();
+    const geometry::TriangleSurface& found = *implementation_->result.boundary;
+    const supersteps::BoundaryReport& figures = *implementation_->result.report.boundary;
+    const double* points = found.points.empty() ? nullptr : found.points.front().data();
+    const std::uint32_t* triangles = found.triangles.empty() ? nullptr : found.triangles.front().data();
+    return Surface{.points = {points, 3 * found.points.size()},
+                   .triangles = {triangles, 3 * found.triangles.size()},
+                   .parts = found.owner,
+                   .area = figures.area,
+                   .closed = figures.closed,
+                   .digest = figures.digest,
+                   .owner = implementation_};
+  });
+}
+
+std::vector<Contact> Result::contacts() const {
+  return guarded([&] {
+    auto& result = implementation_->result;
+    if (result.report.dimension != 3)
+      throw Error("contacts are found for solids of dimension 3, not " +
+                  std::to_string(result.report.dimension));
+    if (result.contacts.empty()) result.contacts = implementation_->asked().contacts(result);
+    std::vector<Contact> contacts;
+    contacts.reserve(result.contacts.size());
+    for (const auto& each : result.contacts) contacts.push_back({each.cell, each.facet, each.area});
+    return contacts;
+  });
+}
+
+Locations Result::locate(std::span<const double> points) const {
+  return guarded([&] {
+    const auto& result = implementation_->result;
+    const supersteps::Asked& asked = implementation_->asked();
+    if (!implementation_->keeps_in || !implementation_->keeps_fuzzy)
+      throw Error(
+          "to tell where points are takes all IN and FUZZY cells: evaluate with keep_in and keep_fuzzy");
+    const auto d = static_cast<std::size_t>(result.report.dimension);
+    if (points.size() % d != 0)
+      throw Error("locate: " + std::to_string(points.size()) + " numbers are no points of " +
+                  std::to_string(d) + " dimensions");
+    for (const double x : points)
+      if (!(x >= -1e150 && x <= 1e150))
+        throw Error("locate: a point is too far away to tell its distance (beyond 1e150)");
+    Locations found;
+    for (const supersteps::Answer& answer : asked.locate(result, points)) {
+      found.labels.push_back(static_cast<std::uint8_t>(answer.label));
+      found.primitives.push_back(answer.primitive);
+      found.parts.push_back(answer.part);
+      found.distances.push_back(answer.label == geometry::Label::in ? -answer.distance : answer.distance);
+      found.nearest.insert(found.nearest.end(), answer.nearest.begin(), answer.nearest.end());
+    }
+    return found;
+  });
+}
+
+std::vector<std::string> Result::write(const std::filesystem::path& path, const WriteOptions& options) const {
+  return guarded([&] { return implementation_->write(path, options); });
+}
+std::string Result::picture(const std::string& format, const View& view) const {
+  return guarded([&] { return implementation_->picture(format, view); });
+}
+std::string Result::report() const { return api::to_json(implementation_->result.report); }
+
+std::vector<std::string> Result::warnings() const {
+  std::vector<std::string> all = implementation_->result.report.warnings;
+  for (const auto& failed : implementation_->result.report.failed) all.push_back(failed.text);
+  return all;
+}
+std::vector<std::string> Result::notes() const { return implementation_->result.report.notes; }
+
+}  // namespace bsp2

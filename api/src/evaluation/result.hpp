@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "bsp2/geometry/cells/cell_batch.hpp"
+#include "bsp2/supersteps/state/run_result.hpp"
+#include "evaluation/ranks.hpp"
+
+namespace bsp2 {
+
+class Result::Implementation {
+ public:
+  supersteps::RunResult result;
+  std::shared_ptr<Ranks::Implementation> ranks;
+  std::optional<Expression> expression;           ///< none: of a snapshot
+  std::optional<std::filesystem::path> snapshot;  ///< that was written, or else resumed
+  bool keeps_in = true, keeps_fuzzy = true;
+  bool holds_cells = true;  ///< on some rank
+
+  /// @throws Error that says why, if there are no cells to be shown as `what`.
+  void check_cells(const std::string& what) const;
+
+  const Cells& cells();
+  const Measures& measures();
+  void find_surface(bool with_faces = false);
+  const supersteps::Asked& asked() const;
+  std::vector<std::string> write(const std::filesystem::path& path, const WriteOptions& options);
+  std::string picture(const std::string& format, const View& view);
+
+ private:
+  std::shared_ptr<const geometry::CellBatch> whole_;  // all cells
+  std::optional<Cells> cells_;
+  std::optional<Measures> measures_;
+
+  void write_on_master(const std::filesystem::path& path, std::vector<std::string>& warnings);
+  [[nodiscard]] std::string source() const;
+};
+
+}  // namespace bsp2

@@ -1,0 +1,116 @@
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "bsp2/api/report/report_json.hpp"
+#include "bsp2/io/files/file.hpp"
+#include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/io/outputs/surface.hpp"
+#include "bsp2/supersteps/render/rendering.hpp"
+#include "bsp2/supersteps/stages/collection.hpp"
+#include "evaluation/result.hpp"
+
+namespace bsp2 {
+namespace {
+
+supersteps::PictureOptions picture_options(const View& view, supersteps::PictureFormat format) {
+  static const std::map<std::string, supersteps::Shade> shades = {
+      {"color", supersteps::Shade::colour},  {"colour", supersteps::Shade::colour},
+      {"part", supersteps::Shade::part},     {"rank", supersteps::Shade::rank},
+      {"region", supersteps::Shade::region}, {"label", supersteps::Shade::label}};
+  const auto shade = shades.find(view.shade);
+  if (shade == shades.end())
+    throw Error("a picture cannot show '" + view.shade +
+                "' by colours: color, part, rank, region and label are possible");
+  constexpr int largest = 20000;
+  if (view.width < 1 || view.height < 1 || view.width > largest || view.height > largest)
+    throw Error("a picture of " + std::to_string(view.width) + " x " + std::to_string(view.height) +
+                " pixels cannot be drawn; 1 to " + std::to_string(largest) + " are possible");
+  if (view.eye && view.look && *view.eye == *view.look)
+    throw Error("eye and look are the same point: the picture needs a direction");
+  supersteps::PictureOptions options;
+  options.format = format;
+  options.width = view.width;
+  options.height = view.height;
+  options.shade = shade->second;
+  options.edges = view.edges;
+  options.eye = view.eye;
+  options.look = view.look;
+  options.explode = view.explode;
+  return options;
+}
+
+supersteps::PictureFormat format_of(const std::filesystem::path& path) {
+  const auto format = supersteps::picture_format(path);
+  if (!format)
+    throw Error("there are no pictures of the format '" + path.string() + "'; png, svg and pdf are");
+  return *format;
+}
+
+}  // namespace
+
+std::string Result::Implementation::source() const {
+  if (expression) return expression->to_text();
+  return io::read_snapshot(*snapshot, io::SnapshotPart::head).head.source;
+}
+
+std::string Result::Implementation::picture(const std::string& format, const View& view) {
+  const auto options = picture_options(view, format_of("view." + format));
+  check_cells("a picture");
+  std::string bytes;
+  ranks->ranks.together([&] { bytes = supersteps::render(ranks->ranks, result, options); });
+  return bytes;
+}
+
+/// What needs nothing of the others.
+void Result::Implementation::write_on_master(const std::filesystem::path& path,
+                                             std::vector<std::string>& warnings) {
+  const std::string ending = path.extension().string();
+  if (const io::SurfaceFormat* format = io::surface_format(path)) {
+    find_surface(format->has_faces);
+    auto& told = result.report.warnings;
+    const auto before = static_cast<std::ptrdiff_t>(told.size());
+    supersteps::write_boundary(result, path);
+    warnings.insert(warnings.end(), told.begin() + before, told.end());
+  } else if (ending == ".json") {
+    io::write_file(path, api::to_json(result.report));
+  } else if (ending == ".csg") {
+    io::write_file(path, source());
+  } else if (ending == ".h5") {
+    if (!snapshot)
+      throw Error("cannot write '" + path.string() +
+                  "': a snapshot is made while a model is evaluated; give Options::snapshot");
+    io::copy_snapshot(*snapshot, path);
+  } else {
+    throw Error("cannot write '" + path.string() +
+                "': its ending names no format; .pvtu (cells), .png, .svg, .pdf (picture), .json (report), "
+                ".csg (model), .h5 (snapshot), and for the surface " +
+                io::surface_endings() + " are known");
+  }
+}
+
+std::vector<std::string> Result::Implementation::write(const std::filesystem::path& path,
+                                                       const WriteOptions& options) {
+  std::vector<std::string> warnings;
+  const bool is_mesh = path.extension() == ".pvtu";
+  const auto picture = supersteps::picture_format(path);
+  if (is_mesh || picture) check_cells("'" + path.string() + "'");
+  ranks->ranks.together([&] {
+    ranks->ranks.agree([&] {
+      if (!ranks->ranks.is_master()) return;
+      io::make_folder(io::folder_of(path));
+      if (!is_mesh && !picture) write_on_master(path, warnings);
+    });
+    if (is_mesh) result.report.simplices = supersteps::write_mesh(ranks->ranks, result, path, options.tets);
+    if (picture) {
+      const std::string bytes =
+          supersteps::render(ranks->ranks, result, picture_options(options.view, *picture));
+      ranks->ranks.agree([&] {
+        if (ranks->ranks.is_master()) io::write_file(path, bytes);
+      });
+    }
+  });
+  return warnings;
+}
+
+}  // namespace bsp2

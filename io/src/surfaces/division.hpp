@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "outputs/single_precision.hpp"
+#include "surfaces/labels.hpp"
+#include "surfaces/manifold.hpp"
+
+namespace bsp2::io {
+
+/// Triangles of one part, or of several, with the points that they use.
+struct PartPiece {
+  std::vector<std::int32_t> owners;      ///< ascending
+  std::vector<std::uint32_t> points;     ///< of the whole
+  std::vector<CornerIndices> triangles;  ///< indices into `points`
+  std::vector<std::uint32_t> of_whole;   ///< of each triangle, which one of the whole it is
+};
+
+/// The triangles of each part by themselves, in the order of the parts.
+std::vector<PartPiece> pieces_by_part(std::size_t points, const std::vector<CornerIndices>& triangles,
+                                      const std::vector<std::int32_t>& owner);
+
+/// What is an object of its own for a printer: a closed surface of one part, or of parts that touch each
+/// other. A surface has no triangles between parts that touch, so that neither is closed without the other.
+struct PrintedObject {
+  ManifoldMesh<float> mesh;
+  std::vector<std::int32_t> owners;  ///< ascending
+  std::string name;
+};
+
+/// @param notes as `to_3mf`.
+std::vector<PrintedObject> printed_objects(const SingleSurface& surface, const PartLabels& labels,
+                                           std::vector<std::string>& notes);
+
+}  // namespace bsp2::io

@@ -1,0 +1,201 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "bsp2/bsp2.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace bsp2 {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::string examples = BSP2_SOURCE_DIR "/examples/";
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// What the program finds.
+std::string program_digest(const fs::path& model, const fs::path& folder, const std::string& options) {
+  const std::string command = std::string(BSP2_PROGRAM) + " run '" + model.string() + "' --quiet --report '" +
+                              (folder / "report.json").string() + "' " + options + " 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+  const std::string report = read(folder / "report.json"), key = "\"digest\": \"";
+  const std::size_t at = report.find(key);
+  return at == std::string::npos
+             ? "none"
+             : report.substr(at + key.size(), report.find('"', at + key.size()) - at - key.size());
+}
+
+TEST(ApiResult, IsThatOfTheProgram) {
+  const samples::TemporaryFolder folder;
+  for (const char* model : {"every_node.csg", "menger_sponge.csg", "plane.csg", "expressions/product.csg"})
+    EXPECT_EQ(evaluate(load(examples + model)).digest(), program_digest(examples + model, folder.path(), ""))
+        << model;
+  EXPECT_EQ(evaluate(load(examples + "napkin_ring.csg"), {.tolerance = 0.1, .curved = true}).digest(),
+            program_digest(examples + "napkin_ring.csg", folder.path(), "--curved --tolerance 0.1"));
+  const Expression block = cube(2) - cylinder(3, 0.5, false, {.fn = 30}).translate({1, 1, -0.5});
+  std::ofstream(folder.path() / "block.csg") << block.to_text();
+  EXPECT_EQ(evaluate(block).digest(), program_digest(folder.path() / "block.csg", folder.path(), ""));
+}
+
+TEST(ApiResult, HasCellsAsFlatArrays) {
+  const Result result = evaluate(cube(2) - cube(1) + cube().translate({5, 0, 0}).part("far"));
+  const Cells& cells = result.cells();
+  ASSERT_EQ(cells.points.size(), 3 * cells.point_offset.back());
+  ASSERT_EQ(cells.face_offset.size(), cells.size() + 1);
+  ASSERT_EQ(cells.face_vertex_offset.size(), cells.face_offset.back() + 1);
+  double volume = 0;
+  for (std::size_t cell = 0; cell < cells.size(); ++cell) {
+    EXPECT_EQ(cells.labels[cell], label::in);
+    volume += cells.volumes[cell];
+    // By the divergence theorem from the faces.
+    double by_faces = 0;
+    const double* points = cells.points.data() + 3 * cells.point_offset[cell];
+    for (std::uint32_t face = cells.face_offset[cell]; face < cells.face_offset[cell + 1]; ++face) {
+      const auto corners =
+          cells.face_vertices.subspan(cells.face_vertex_offset[face],
+                                      cells.face_vertex_offset[face + 1] - cells.face_vertex_offset[face]);
+      for (std::size_t i = 1; i + 1 < corners.size(); ++i) {
+        const double *a = points + 3 * corners[0], *b = points + 3 * corners[i],
+                     *c = points + 3 * corners[i + 1];
+        by_faces += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
+                    a[2] * (b[0] * c[1] - b[1] * c[0]);
+      }
+    }
+    EXPECT_NEAR(by_faces / 6, cells.volumes[cell], 1e-12);
+  }
+  EXPECT_NEAR(volume, 8, 1e-12);
+  EXPECT_EQ(result.volume().least, result.volume().most);
+  ASSERT_EQ(result.parts().size(), 1U);
+  EXPECT_EQ(result.parts().front().name, "far");
+  EXPECT_NEAR(result.parts().front().volume, 1, 1e-12);
+}
+
+TEST(ApiResult, EnclosesWhatIsRound) {
+  const Result result = evaluate(ball(3, 1).measure("b"), {.tolerance = 0.05});
+  const double truth = 4 * std::numbers::pi / 3;
+  EXPECT_LT(result.volume().least, truth);
+  EXPECT_GT(result.volume().most, truth);
+  const Measures named = result.named_measures().at("b");
+  EXPECT_LT(named.volume.least, truth);
+  EXPECT_GT(named.volume.most, truth);
+}
+
+TEST(ApiResult, FindsSurfaceAndContactsLater) {
+  const Expression solid = cube(2) - cube(1).translate({0.5, 0.5, 0.5}) + cube().translate({2, 0, 0});
+  const Result early = evaluate(solid, {.surface = true, .contacts = true}), late = evaluate(solid),
+               without = evaluate(solid, {.surface_only = true});
+  const Surface surface = late.surface();
+  EXPECT_TRUE(surface.closed);
+  EXPECT_EQ(surface.digest, early.surface().digest);
+  EXPECT_EQ(surface.digest, without.surface().digest);
+  EXPECT_NEAR(surface.area, 6 * 4 + 6 + 4, 1e-9);
+  EXPECT_EQ(surface.parts.size() * 3, surface.triangles.size());
+  const auto a = early.contacts(), b = late.contacts();
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_GT(a.size(), 0U);
+  (void)late.cells();  // now they are held otherwise
+  EXPECT_EQ(late.contacts().size(), a.size());
+  EXPECT_FALSE(without.has_cells());
+}
+
+TEST(ApiResult, WritesEachFormat) {
+  const samples::TemporaryFolder folder;
+  const fs::path base = folder.path() / "new" / "x";
+  const Result result = evaluate(cube() - cube(0.5), {.snapshot = folder.path() / "s.h5"});
+  for (const char* ending :
+       {".pvtu", ".stl", ".ply", ".obj", ".vtp", ".png", ".svg", ".json", ".csg", ".h5"}) {
+    result.write(base.string() + ending);
+    EXPECT_GT(fs::file_size(base.string() + ending), 50U) << ending;
+  }
+  EXPECT_EQ(result.picture("png"), read(base.string() + ".png"));
+  EXPECT_EQ(read(base.string() + ".csg"), (cube() - cube(0.5)).to_text());
+  EXPECT_THROW(result.write(base.string() + ".xyz"), Error);
+  EXPECT_FALSE(fs::exists(base.string() + ".xyz"));
+}
+
+TEST(ApiResult, WritesNoFileOfWhatItDoesNotHold) {
+  const samples::TemporaryFolder folder;
+  const Result figures = evaluate(cube(), {.measures_only = true}),
+               skin = evaluate(cube(), {.surface_only = true});
+  for (const Result* result : {&figures, &skin})
+    for (const char* name : {"x.pvtu", "x.png"}) {
+      EXPECT_THROW(result->write(folder.path() / name), Error) << name;
+      EXPECT_FALSE(fs::exists(folder.path() / name)) << name;
+    }
+  EXPECT_THROW(figures.write(folder.path() / "x.stl"), Error);
+  EXPECT_THROW(figures.write(folder.path() / "x.h5"), Error);
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  skin.write(folder.path() / "x.stl");
+  EXPECT_EQ(figures.volume().least, 1);
+}
+
+TEST(ApiResult, GoesOnFromASnapshot) {
+  const samples::TemporaryFolder folder;
+  const fs::path snapshot = folder.path() / "s.h5";
+  Expression solid = cube(4);
+  for (int i = 0; i < 20; ++i) solid -= sphere(0.5, {.fn = 24}).translate({0.2 * i, 0.15 * i, 0.1 * i});
+  const std::string digest = evaluate(solid, {.regions = 8}).digest();
+  const Result first = evaluate(solid, {.regions = 8, .cells = 40, .snapshot = snapshot});
+  EXPECT_FALSE(first.is_complete());
+  EXPECT_NE(first.digest(), digest);
+  const Result rest = resume(snapshot);
+  EXPECT_TRUE(rest.is_complete());
+  EXPECT_EQ(rest.digest(), digest);
+  rest.write(folder.path() / "m.csg");
+  EXPECT_EQ(read(folder.path() / "m.csg"), solid.to_text());
+  EXPECT_THROW(resume(folder.path() / "none.h5"), Error);
+}
+
+TEST(ApiResult, EndsWhenAsked) {
+  std::atomic<bool> has_computed = false;
+  const Result result = evaluate(
+      ball(4, 1),
+      {.tolerance = 1e-3,
+       .progress =
+           [&](const Progress& now) { has_computed = has_computed || now.superstep == "computation"; },
+       .stop = [&] { return has_computed.load(); }});
+  EXPECT_TRUE(result.is_interrupted());
+  EXPECT_FALSE(result.is_complete());
+  EXPECT_EQ(result.cells().size(), 0U);
+  EXPECT_THROW((void)result.surface(), Error);
+  EXPECT_THROW((void)result.locate(std::vector<double>(4)), Error);
+}
+
+TEST(ApiResult, ManyThreadsEvaluateAtOnce) {
+  const Expression shared = cube(3) - sphere(1.5, {.fn = 20});
+  const std::string digest = evaluate(shared).digest();
+  std::vector<std::thread> threads;
+  std::atomic<int> same = 0;
+  for (int i = 0; i < 4; ++i)
+    threads.emplace_back([&] {
+      if (evaluate(shared + Expression(), {.threads = 2}).digest() == digest) ++same;
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(same, 4);
+}
+
+TEST(ApiResult, TellsWarningsOrThrowsThem) {
+  const Expression empty = cube() & cube().translate({5, 0, 0});
+  const auto warnings = evaluate(empty).warnings();
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings.front().find("empty"), std::string::npos);
+  EXPECT_THROW(evaluate(empty, {.strict = true}), Error);
+  EXPECT_TRUE(evaluate(empty).bounds().first.empty());
+  EXPECT_EQ(evaluate(empty).cells().size(), 0U);
+}
+
+}  // namespace
+}  // namespace bsp2

@@ -1,0 +1,187 @@
+// Files for CAD programs, read back by Open CASCADE: valid shapes, solids of the right volumes, names and
+// colours.
+
+#include <BRepCheck_Analyzer.hxx>
+#include <BRepGProp.hxx>
+#include <BRepTools.hxx>
+#include <BRep_Builder.hxx>
+#include <GProp_GProps.hxx>
+#include <IGESControl_Reader.hxx>
+#include <Message.hxx>
+#include <Message_Messenger.hxx>
+#include <Quantity_ColorRGBA.hxx>
+#include <STEPCAFControl_Reader.hxx>
+#include <STEPControl_Reader.hxx>
+#include <TDF_LabelSequence.hxx>
+#include <TDataStd_Name.hxx>
+#include <TDocStd_Document.hxx>
+#include <TopExp_Explorer.hxx>
+#include <XCAFApp_Application.hxx>
+#include <XCAFDoc_ColorTool.hxx>
+#include <XCAFDoc_DocumentTool.hxx>
+#include <XCAFDoc_ShapeTool.hxx>
+// gtest after Open CASCADE: both have macros
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "bsp2/geometry/surface/brep.hpp"
+#include "bsp2/io/outputs/cad.hpp"
+#include "resolution/resolved.hpp"
+#include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace bsp2::dataflow {
+namespace {
+namespace fs = std::filesystem;
+
+TopoDS_Shape read(const fs::path& path) {
+  for (const auto& printer : Message::DefaultMessenger()->Printers())
+    Message::DefaultMessenger()->RemovePrinter(printer);
+  if (path.extension() == ".brep") {
+    TopoDS_Shape shape;
+    EXPECT_TRUE(BRepTools::Read(shape, path.c_str(), BRep_Builder()));
+    return shape;
+  }
+  const auto read_with = [&](auto&& reader) {
+    EXPECT_EQ(reader.ReadFile(path.c_str()), IFSelect_RetDone);
+    reader.TransferRoots();
+    return reader.OneShape();
+  };
+  return path.extension() == ".iges" ? read_with(IGESControl_Reader()) : read_with(STEPControl_Reader());
+}
+
+/// The volumes of the solids in a file, in ascending order.
+std::vector<double> volumes_in(const fs::path& path) {
+  const TopoDS_Shape shape = read(path);
+  EXPECT_TRUE(BRepCheck_Analyzer(shape).IsValid());
+  std::vector<double> volumes;
+  for (TopExp_Explorer solid(shape, TopAbs_SOLID); solid.More(); solid.Next()) {
+    GProp_GProps properties;
+    BRepGProp::VolumeProperties(solid.Current(), properties);
+    volumes.push_back(properties.Mass());
+  }
+  std::sort(volumes.begin(), volumes.end());
+  return volumes;
+}
+
+geometry::Brep brep_of(const model::Expression& e) {
+  const Resolved r = resolved(e, {});
+  return geometry::brep_of(r.network.table, skin_of(r.network, r.batches, nullptr, true));
+}
+
+void expect_read_back(const geometry::Brep& brep, const std::vector<std::string>& names = {}) {
+  const samples::TemporaryFolder folder;
+  std::vector<double> volumes;
+  for (const auto& solid : brep.solids) volumes.push_back(solid.volume);
+  std::sort(volumes.begin(), volumes.end());
+  for (const char* name : {"solid.step", "solid.iges", "solid.brep"}) {
+    SCOPED_TRACE(name);
+    ASSERT_TRUE(io::write_cad(folder.path() / name, brep, {.names = names, .colours = {}}).empty());
+    const auto found = volumes_in(folder.path() / name);
+    ASSERT_EQ(found.size(), volumes.size());
+    for (std::size_t i = 0; i < found.size(); ++i) ASSERT_NEAR(found[i], volumes[i], 1e-9 * volumes[i]);
+  }
+}
+
+model::Expression at(double x, double y, double z, double size) {
+  return model::transform(std::vector<double>{size, 0, 0, x, 0, size, 0, y, 0, 0, size, z, 0, 0, 0, 1},
+                          model::cuboid(std::vector<double>{1, 1, 1}));
+}
+
+TEST(Cad, HoldsHolesCavitiesAndSolidsThatTouch) {
+  const auto frame = model::subtract(
+      {at(0, 0, 0, 3), model::transform(std::vector<double>{1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 5, -1, 0, 0, 0, 1},
+                                        model::cuboid(std::vector<double>{1, 1, 1}))});
+  ASSERT_NO_FATAL_FAILURE(expect_read_back(brep_of(frame)));
+  const auto hollow = model::subtract({at(0, 0, 0, 9), at(1, 1, 1, 3), at(5, 5, 5, 2)});
+  ASSERT_NO_FATAL_FAILURE(expect_read_back(brep_of(hollow)));
+  const auto touching = model::unite({at(0, 0, 0, 1), at(1, 1, 0, 1), at(2, 2, 1, 1)});
+  ASSERT_NO_FATAL_FAILURE(expect_read_back(brep_of(touching)));
+}
+
+TEST(Cad, HoldsRandomSolids) {
+  int rounds = 0;
+  for (int round = 0; round < samples::rounds(40); ++round) {
+    const std::uint64_t seed = new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const geometry::Brep brep = brep_of(random_expression(random, 3, Kind::grid_boxes, 2));
+    if (brep.solids.empty()) continue;
+    ++rounds;
+    ASSERT_NO_FATAL_FAILURE(expect_read_back(brep));
+  }
+  EXPECT_GT(rounds, 0);
+}
+
+/// Of each product, by its name: how many solids, and what colour.
+struct Product {
+  std::size_t solids = 0;
+  std::array<int, 3> colour{};
+};
+
+std::map<std::string, Product> products_in(const fs::path& path) {
+  Handle(TDocStd_Document) document;
+  XCAFApp_Application::GetApplication()->NewDocument("MDTV-XCAF", document);
+  STEPCAFControl_Reader reader;
+  reader.SetColorMode(true);
+  reader.SetNameMode(true);
+  EXPECT_EQ(reader.ReadFile(path.c_str()), IFSelect_RetDone);
+  EXPECT_TRUE(reader.Transfer(document));
+  TDF_LabelSequence labels;
+  XCAFDoc_DocumentTool::ShapeTool(document->Main())->GetFreeShapes(labels);
+  const auto colours = XCAFDoc_DocumentTool::ColorTool(document->Main());
+  std::map<std::string, Product> products;
+  for (const TDF_Label& label : labels) {
+    Handle(TDataStd_Name) name;
+    EXPECT_TRUE(label.FindAttribute(TDataStd_Name::GetID(), name));
+    std::string text(static_cast<std::size_t>(name->Get().LengthOfCString()), '\0');
+    char* at = text.data();
+    name->Get().ToUTF8CString(at);
+    Product& product = products[text];
+    const TopoDS_Shape shape = XCAFDoc_ShapeTool::GetShape(label);
+    for (TopExp_Explorer solid(shape, TopAbs_SOLID); solid.More(); solid.Next()) ++product.solids;
+    Quantity_Color colour;
+    const bool is_coloured =
+        colours->GetColor(shape, XCAFDoc_ColorSurf, colour) ||
+        colours->GetColor(TopExp_Explorer(shape, TopAbs_SOLID).Current(), XCAFDoc_ColorSurf, colour);
+    if (!is_coloured) continue;
+    double red = 0, green = 0, blue = 0;
+    colour.Values(red, green, blue, Quantity_TOC_sRGB);
+    product.colour = {static_cast<int>(std::lround(255 * red)), static_cast<int>(std::lround(255 * green)),
+                      static_cast<int>(std::lround(255 * blue))};
+  }
+  return products;
+}
+
+TEST(Cad, HoldsPartsByNameAndColour) {
+  const auto e = model::unite({model::part("post", model::unite({at(0, 0, 0, 1), at(5, 0, 0, 1)})),
+                               model::part("Schräge", at(1, 0, 0, 1))});
+  const geometry::Brep brep = brep_of(e);
+  const samples::TemporaryFolder folder;
+  io::SurfaceParts parts{.names = {"post", "Schräge"}, .colours = {{{255, 0, 0, 255}}, {{0, 128, 255, 255}}}};
+  ASSERT_TRUE(io::write_cad(folder.path() / "parts.step", brep, parts).empty());
+  const auto products = products_in(folder.path() / "parts.step");
+  ASSERT_EQ(products.size(), 2U);
+  EXPECT_EQ(products.at("post").solids, 2U);
+  EXPECT_EQ(products.at("Schräge").solids, 1U);
+  EXPECT_EQ(products.at("post").colour, (std::array<int, 3>{255, 0, 0}));
+  EXPECT_EQ(products.at("Schräge").colour, (std::array<int, 3>{0, 128, 255}));
+  EXPECT_EQ(volumes_in(folder.path() / "parts.step").size(), 3U);
+}
+
+TEST(Cad, TellsOfEdgesThatCadProgramsTakeForPoints) {
+  const auto thin = model::transform(std::vector<double>{1e-8, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+                                     at(0, 0, 0, 1));
+  const samples::TemporaryFolder folder;
+  const auto notes = io::write_cad(folder.path() / "thin.brep", brep_of(thin));
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_NE(notes[0].find("4 edges are shorter than 1e-7"), std::string::npos) << notes[0];
+}
+
+}  // namespace
+}  // namespace bsp2::dataflow
