@@ -3,7 +3,7 @@
 
     plasm_facts.py FACTS.tsv --programs DIR [--folder LIBRARIES] [--out TABLE.tsv]
 
-DIR holds a folder OWNER+NAME for each repository, as it is at the commit that the table names. Each program runs in a
+The built module is found by PYTHONPATH (docs/plasm.md). DIR holds a folder OWNER+NAME for each repository, as it is at the commit that the table names. Each program runs in a
 process of its own, with a limit of time. Of each VIEW are compared: the box (to 1e-5), the content of the cells of
 each dimension (to 1e-4), and the content of the union of the solid cells (to 1e-4), all relative to the size. A program
 that differs runs twice: if it differs from itself, it throws dice.
@@ -110,7 +110,7 @@ def run(file, views, given):
             "unions": unions,
             "out": os.path.join(folder, "views.json"),
         }
-        environment = dict(os.environ, BSP2_VIEW="none", MPLBACKEND="Agg", PYTHONPATH=str(HERE.parent))
+        environment = dict(os.environ, BSP2_VIEW="none", MPLBACKEND="Agg")
         command = [
             sys.executable,
             str(HERE / "plasm_facts.py"),
