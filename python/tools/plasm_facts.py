@@ -3,10 +3,12 @@
 
     plasm_facts.py FACTS.tsv --programs DIR [--folder LIBRARIES] [--out TABLE.tsv]
 
-The built module is found by PYTHONPATH (docs/plasm.md). DIR holds a folder OWNER+NAME for each repository, as it is at the commit that the table names. Each program runs in a
-process of its own, with a limit of time. Of each VIEW are compared: the box (to 1e-5), the content of the cells of
-each dimension (to 1e-4), and the content of the union of the solid cells (to 1e-4), all relative to the size. A program
-that differs runs twice: if it differs from itself, it throws dice.
+The built module is found by PYTHONPATH (docs/plasm.md). DIR holds a folder OWNER+NAME for each repository,
+as it is at the commit that the table names; programs that are not there are counted by themselves. Each
+program runs in a process of its own, with a limit of time. Of each VIEW are compared: the box (to 1e-5),
+the content of the cells of each dimension (to 1e-4), and the content of the union of the solid cells (to
+1e-4), all relative to the size. A program that differs runs twice: if it differs from itself, it throws
+dice.
 """
 
 import argparse

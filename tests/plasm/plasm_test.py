@@ -3,8 +3,8 @@
 
     plasm_test.py [--seed N] [NAME...]
 
-A program shows what it leaves in `shown`. Expected are its box (low and high corners), the content of its cells of each
-dimension, and the volume of the union of what is solid, all by formulas that are here.
+A program shows what it leaves in `shown`. Expected are its box (low and high corners), the content of its
+cells of each dimension, and the volume of the union of what is solid, all by formulas that are here.
 """
 
 import math
@@ -59,29 +59,53 @@ PROGRAMS = {
     "cuboid 2": ("shown = CUBOID([1.5, 2])", ([0, 0], [1.5, 2]), {2: 3}, 3),
     "cuboid 1": ("shown = CUBOID([4])", ([0], [4]), {1: 4}, None),
     "cuboid 4": ("shown = CUBOID([1, 2, 3, 4])", ([0] * 4, [1, 2, 3, 4]), {4: 24}, 24),
-    "cuboid of numpy": ("import numpy\nshown = CUBOID(numpy.array([1, 2, 3], dtype=numpy.int16))", ([0] * 3, [1, 2, 3]), {3: 6}, None),
+    "cuboid of numpy": (
+        "import numpy\n"
+        "shown = CUBOID(numpy.array([1, 2, 3], dtype=numpy.int16))",
+        ([0] * 3, [1, 2, 3]), {3: 6}, None,
+    ),
     "cube": ("shown = CUBE(2)", ([0] * 3, [2] * 3), {3: 8}, None),
     "flat cuboid": ("shown = CUBOID([1, 2, 0])", ([0] * 3, [1, 2, 0]), {2: 2}, None),
     "simplex 3": ("shown = SIMPLEX(3)", ([0] * 3, [1] * 3), {3: 1 / 6}, 1 / 6),
     "simplex 5": ("shown = SIMPLEX(5)", ([0] * 5, [1] * 5), {5: 1 / 120}, None),
     "point": ("shown = MK([1, 2, 3])", ([1, 2, 3], [1, 2, 3]), {}, None),
     "hexahedron": ("shown = HEXAHEDRON", ([-1 / SQRT(3)] * 3, [1 / SQRT(3)] * 3), {3: 8 / SQRT(27)}, None),
-    "tetrahedron": ("shown = TETRAHEDRON", ([-0.5, -SQRT(3) / 2, -1 / 3], [1, SQRT(3) / 2, 1]), {3: ngon(3) * (4 / 3) / 3}, None),
+    "tetrahedron": (
+        "shown = TETRAHEDRON",
+        ([-0.5, -SQRT(3) / 2, -1 / 3], [1, SQRT(3) / 2, 1]), {3: ngon(3) * (4 / 3) / 3}, None,
+    ),
     "icosahedron": ("shown = SKEL_0(ICOSAHEDRON)", None, {}, None),
     "octahedron": ("shown = CROSSPOLYTOPE(3)", ([-1] * 3, [1] * 3), {3: 4 / 3}, None),
     "cross polytope 4": ("shown = CROSSPOLYTOPE(4)", ([-1] * 4, [1] * 4), {4: 16 / 24}, 16 / 24),
-    "permutahedron": ("shown = CUBOID([len(UKPOL(PERMUTAHEDRON(2))[0]), len(UKPOL(PERMUTAHEDRON(3))[0])])", ([0, 0], [6, 24]), None, None),
+    "permutahedron": (
+        "shown = CUBOID([len(UKPOL(PERMUTAHEDRON(2))[0]), len(UKPOL(PERMUTAHEDRON(3))[0])])",
+        ([0, 0], [6, 24]), None, None,
+    ),
     "circle": ("shown = CIRCLE(2)([8, 3])", ([-2, -2], [2, 2]), {2: ngon(8, 2)}, ngon(8, 2)),
     "circumference": ("shown = CIRCUMFERENCE(2)(12)", ([-2, -2], [2, 2]), {1: 12 * chord(12, 2)}, None),
     "ngon": ("shown = NGON(6)", ([-1, -SQRT(3) / 2], [1, SQRT(3) / 2]), {1: 6}, None),
     "ring": ("shown = RING([1, 2])([16, 2])", ([-2, -2], [2, 2]), {2: ngon(16, 2) - ngon(16)}, None),
     "tube": ("shown = TUBE([1, 2, 5])(8)", ([-2, -2, 0], [2, 2, 5]), {3: 5 * (ngon(8, 2) - ngon(8))}, None),
-    "cylinder": ("shown = CYLINDER([0.5, 3])(12)", ([-0.5, -0.5, 0], [0.5, 0.5, 3]), {3: 3 * ngon(12, 0.5)}, 3 * ngon(12, 0.5)),
+    "cylinder": (
+        "shown = CYLINDER([0.5, 3])(12)",
+        ([-0.5, -0.5, 0], [0.5, 0.5, 3]), {3: 3 * ngon(12, 0.5)}, 3 * ngon(12, 0.5),
+    ),
     "cone": ("shown = CONE([1, 3])(16)", ([-1, -1, 0], [1, 1, 3]), {3: ngon(16)}, ngon(16)),
-    "truncated cone": ("shown = TRUNCONE([2, 1, 1])(4)", ([-2, -2, 0], [2, 2, 1]), {2: 4 * (chord(4, 2) + chord(4)) / 2 * math.hypot(1, math.cos(PI / 4))}, None),
-    "sphere is a surface": ("shown = SPHERE(2)([6, 8])", ([-2, -2, -2], [2, 2, 2]), {2: sphere_faces(6, 8, 2)}, None),
+    "truncated cone": (
+        "shown = TRUNCONE([2, 1, 1])(4)",
+        ([-2, -2, 0], [2, 2, 1]),
+        {2: 4 * (chord(4, 2) + chord(4)) / 2 * math.hypot(1, math.cos(PI / 4))},
+        None,
+    ),
+    "sphere is a surface": (
+        "shown = SPHERE(2)([6, 8])",
+        ([-2, -2, -2], [2, 2, 2]), {2: sphere_faces(6, 8, 2)}, None,
+    ),
     "torus is a surface": ("shown = TORUS([1, 3])([4, 4])", ([-3, -3, -1], [3, 3, 1]), None, None),
-    "dodecahedron": ("shown = JOIN(DODECAHEDRON)", None, {3: (15 + 7 * SQRT(5)) / 4 * (4 / (SQRT(3) * (1 + SQRT(5)))) ** 3}, None),
+    "dodecahedron": (
+        "shown = JOIN(DODECAHEDRON)",
+        None, {3: (15 + 7 * SQRT(5)) / 4 * (4 / (SQRT(3) * (1 + SQRT(5)))) ** 3}, None,
+    ),
     "star": ("shown = STAR(5)", None, None, None),
     # QUOTE and products.
     "quote": ("shown = QUOTE([1, -1, 2])", ([0], [4]), {1: 3}, None),
@@ -90,135 +114,447 @@ PROGRAMS = {
     "Q of a negative number": ("shown = PROD([Q(-2), Q(1)])", ([-2, 0], [0, 1]), {2: 2}, None),
     "Q of a list": ("shown = Q([1, -1, 1])", ([0], [3]), {1: 2}, None),
     "intervals": ("shown = INTERVALS(10)(8)", ([0], [10]), {1: 10}, None),
-    "grid": ("shown = INSR(PROD)([QUOTE([1, -2, 1]), QUOTE([3, -1, 3]), Q(2)])", ([0] * 3, [4, 7, 2]), {3: 24}, 24),
-    "grid by composition": ("GRID = COMP([INSR(PROD), AA(QUOTE)])\nshown = GRID([[1, -1] * 3, [2]])", ([0, 0], [5, 2]), {2: 6}, None),
-    "product of plane pieces": ("shown = PROD([CUBOID([1, 1]), CUBOID([2, 3])])", ([0] * 4, [1, 1, 2, 3]), {4: 6}, None),
-    "extrude": ("shown = EXTRUDE([None, CIRCLE(1)([8, 1]), 2])", ([-1, -1, 0], [1, 1, 2]), {3: 2 * ngon(8)}, None),
+    "grid": (
+        "shown = INSR(PROD)([QUOTE([1, -2, 1]), QUOTE([3, -1, 3]), Q(2)])",
+        ([0] * 3, [4, 7, 2]), {3: 24}, 24,
+    ),
+    "grid by composition": (
+        "GRID = COMP([INSR(PROD), AA(QUOTE)])\n"
+        "shown = GRID([[1, -1] * 3, [2]])",
+        ([0, 0], [5, 2]), {2: 6}, None,
+    ),
+    "product of plane pieces": (
+        "shown = PROD([CUBOID([1, 1]), CUBOID([2, 3])])",
+        ([0] * 4, [1, 1, 2, 3]), {4: 6}, None,
+    ),
+    "extrude": (
+        "shown = EXTRUDE([None, CIRCLE(1)([8, 1]), 2])",
+        ([-1, -1, 0], [1, 1, 2]), {3: 2 * ngon(8)}, None,
+    ),
     "power of numbers": ("shown = CUBOID([POWER([2, 3]), 1])", ([0, 0], [8, 1]), {2: 8}, None),
     "walls": ("shown = PROD([SKEL_1(CUBOID([2, 3])), Q(4)])", ([0] * 3, [2, 3, 4]), {2: 40}, None),
     # MKPOL and JOIN.
-    "mkpol hulls its points": ("shown = MKPOL([[[0, 0], [2, 0], [2, 2], [0, 2], [1, 1]], [[1, 2, 3, 4, 5]], None])", ([0, 0], [2, 2]), {2: 4}, 4),
-    "mkpol of two cells": ("shown = MKPOL([[[0, 0], [1, 0], [1, 1], [0, 1]], [[1, 2, 3], [1, 3, 4]], [[1, 2]]])", ([0, 0], [1, 1]), {2: 1}, 1),
-    "mkpol of segments": ("shown = MKPOL([[[0, 0, 0], [3, 4, 0], [3, 4, 12]], [[1, 2], [2, 3]], None])", ([0] * 3, [3, 4, 12]), {1: 17}, None),
-    "mkpol of all dimensions": ("shown = MKPOL([[[0, 0], [1, 0], [1, 1], [0, 1]], [[1], [1, 3], [1, 2, 3, 4]], None])", ([0, 0], [1, 1]), {1: SQRT(2), 2: 1}, None),
-    "mkpol of numpy": ("import numpy\nshown = MKPOL([numpy.eye(3), numpy.array([[1, 2, 3]]), None])", ([0] * 3, [1] * 3), {2: SQRT(3) / 2}, None),
-    "mkpol in space, plane": ("shown = MKPOL([[[0, 0, 1], [2, 0, 1], [2, 3, 1], [0, 3, 1]], [[1, 2, 3, 4]], None])", ([0, 0, 1], [2, 3, 1]), {2: 6}, None),
-    "ukpol and back": ("shown = MKPOL(UKPOL(STRUCT([CUBOID([1, 2, 3]), T(1)(4), CUBOID([1, 1, 1])])))", ([0] * 3, [5, 2, 3]), {3: 7}, None),
-    "ukpol goes around quadrilaterals": ("p, c, _ = UKPOL(PROD([Q(2), Q(3)]))\nshown = POLYLINE([p[i - 1] for i in c[0] + c[0][:1]])", ([0, 0], [2, 3]), {1: 10}, None),
-    "ukpol goes around polygons": ("p, c, _ = UKPOL(CONVEXHULL(CIRCLE_POINTS(1, 7)))\nshown = POLYLINE([p[i - 1] for i in c[0] + c[0][:1]])", None, {1: 7 * chord(7)}, None),
-    "join of points": ("shown = JOIN(AA(MK)([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]))", ([0] * 3, [1] * 3), {3: 1 / 6}, None),
-    "join of boxes": ("shown = JOIN([CUBOID([1, 1]), T([1, 2])([2, 2])(CUBOID([1, 1]))])", ([0, 0], [3, 3]), {2: 5}, 5),
+    "mkpol hulls its points": (
+        "shown = MKPOL([[[0, 0], [2, 0], [2, 2], [0, 2], [1, 1]], [[1, 2, 3, 4, 5]], None])",
+        ([0, 0], [2, 2]), {2: 4}, 4,
+    ),
+    "mkpol of two cells": (
+        "shown = MKPOL([[[0, 0], [1, 0], [1, 1], [0, 1]], [[1, 2, 3], [1, 3, 4]], [[1, 2]]])",
+        ([0, 0], [1, 1]), {2: 1}, 1,
+    ),
+    "mkpol of segments": (
+        "shown = MKPOL([[[0, 0, 0], [3, 4, 0], [3, 4, 12]], [[1, 2], [2, 3]], None])",
+        ([0] * 3, [3, 4, 12]), {1: 17}, None,
+    ),
+    "mkpol of all dimensions": (
+        "shown = MKPOL([[[0, 0], [1, 0], [1, 1], [0, 1]], [[1], [1, 3], [1, 2, 3, 4]], None])",
+        ([0, 0], [1, 1]), {1: SQRT(2), 2: 1}, None,
+    ),
+    "mkpol of numpy": (
+        "import numpy\n"
+        "shown = MKPOL([numpy.eye(3), numpy.array([[1, 2, 3]]), None])",
+        ([0] * 3, [1] * 3), {2: SQRT(3) / 2}, None,
+    ),
+    "mkpol in space, plane": (
+        "shown = MKPOL([[[0, 0, 1], [2, 0, 1], [2, 3, 1], [0, 3, 1]], [[1, 2, 3, 4]], None])",
+        ([0, 0, 1], [2, 3, 1]), {2: 6}, None,
+    ),
+    "ukpol and back": (
+        "shown = MKPOL(UKPOL(STRUCT([CUBOID([1, 2, 3]), T(1)(4), CUBOID([1, 1, 1])])))",
+        ([0] * 3, [5, 2, 3]), {3: 7}, None,
+    ),
+    "ukpol goes around quadrilaterals": (
+        "p, c, _ = UKPOL(PROD([Q(2), Q(3)]))\n"
+        "shown = POLYLINE([p[i - 1] for i in c[0] + c[0][:1]])",
+        ([0, 0], [2, 3]), {1: 10}, None,
+    ),
+    "ukpol goes around polygons": (
+        "p, c, _ = UKPOL(CONVEXHULL(CIRCLE_POINTS(1, 7)))\n"
+        "shown = POLYLINE([p[i - 1] for i in c[0] + c[0][:1]])",
+        None, {1: 7 * chord(7)}, None,
+    ),
+    "join of points": (
+        "shown = JOIN(AA(MK)([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]))",
+        ([0] * 3, [1] * 3), {3: 1 / 6}, None,
+    ),
+    "join of boxes": (
+        "shown = JOIN([CUBOID([1, 1]), T([1, 2])([2, 2])(CUBOID([1, 1]))])",
+        ([0, 0], [3, 3]), {2: 5}, 5,
+    ),
     "join makes a ball": ("shown = JOIN(SPHERE(1)([2, 4]))", ([-1] * 3, [1] * 3), {3: 4 / 3}, 4 / 3),
-    "convex hull": ("shown = CONVEXHULL([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]])", ([0] * 3, [1] * 3), {3: 1 / 6}, None),
+    "convex hull": (
+        "shown = CONVEXHULL([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.1, 0.1, 0.1]])",
+        ([0] * 3, [1] * 3), {3: 1 / 6}, None,
+    ),
     "polyline": ("shown = POLYLINE([[0, 0], [3, 4], [3, 0]])", ([0, 0], [3, 4]), {1: 9}, None),
-    "triangle stripe": ("shown = TRIANGLESTRIPE([[0, 0], [0, 1], [1, 0], [1, 1], [2, 0]])", ([0, 0], [2, 1]), {2: 1.5}, 1.5),
+    "triangle stripe": (
+        "shown = TRIANGLESTRIPE([[0, 0], [0, 1], [1, 0], [1, 1], [2, 0]])",
+        ([0, 0], [2, 1]), {2: 1.5}, 1.5,
+    ),
     "triangle fan": ("shown = TRIANGLEFAN([[0, 0], [1, 0], [1, 1], [0, 1]])", ([0, 0], [1, 1]), {2: 1}, None),
     "pyramid": ("shown = PYRAMID(3)(CUBOID([1, 1]))", ([0] * 3, [1, 1, 3]), {3: 1}, None),
     # Maps.
-    "rotation turns the first axis to the second": ("shown = R([1, 2])(PI / 2)(CUBOID([2, 1]))", ([-1, 0], [0, 2]), {2: 2}, None),
-    "rotation in the plane of x and z": ("shown = R([1, 3])(PI / 2)(CUBOID([1, 2, 3]))", ([-3, 0, 0], [0, 2, 1]), {3: 6}, None),
-    "rotation the other way": ("shown = R([3, 1])(PI / 2)(CUBOID([1, 2, 3]))", ([0, 0, -1], [3, 2, 0]), {3: 6}, None),
+    "rotation turns the first axis to the second": (
+        "shown = R([1, 2])(PI / 2)(CUBOID([2, 1]))",
+        ([-1, 0], [0, 2]), {2: 2}, None,
+    ),
+    "rotation in the plane of x and z": (
+        "shown = R([1, 3])(PI / 2)(CUBOID([1, 2, 3]))",
+        ([-3, 0, 0], [0, 2, 1]), {3: 6}, None,
+    ),
+    "rotation the other way": (
+        "shown = R([3, 1])(PI / 2)(CUBOID([1, 2, 3]))",
+        ([0, 0, -1], [3, 2, 0]), {3: 6}, None,
+    ),
     "translation embeds": ("shown = T(3)(2)(CUBOID([1, 1]))", ([0, 0, 2], [1, 1, 2]), {2: 1}, None),
-    "axes as numbers and lists": ("shown = T([1, 3])([1, 2])(S(2)(3)(CUBOID([1, 1, 1])))", ([1, 0, 2], [2, 3, 3]), {3: 3}, None),
+    "axes as numbers and lists": (
+        "shown = T([1, 3])([1, 2])(S(2)(3)(CUBOID([1, 1, 1])))",
+        ([1, 0, 2], [2, 3, 3]), {3: 3}, None,
+    ),
     "negative scaling mirrors": ("shown = S(1)(-2)(SIMPLEX(2))", ([-2, 0], [0, 1]), {2: 1}, 1),
-    "scaling of a surface": ("shown = S([1, 2, 3])([2, 2, 2])(SKEL_2(CUBOID([1, 1, 1])))", ([0] * 3, [2] * 3), {2: 24}, None),
-    "uneven scaling of a surface": ("shown = S(3)(5)(SKEL_2(CUBOID([1, 1, 1])))", ([0] * 3, [1, 1, 5]), {2: 22}, None),
+    "scaling of a surface": (
+        "shown = S([1, 2, 3])([2, 2, 2])(SKEL_2(CUBOID([1, 1, 1])))",
+        ([0] * 3, [2] * 3), {2: 24}, None,
+    ),
+    "uneven scaling of a surface": (
+        "shown = S(3)(5)(SKEL_2(CUBOID([1, 1, 1])))",
+        ([0] * 3, [1, 1, 5]), {2: 22}, None,
+    ),
     "scaling to nothing": ("shown = S(3)(0)(CUBOID([1, 2, 3]))", ([0] * 3, [1, 2, 0]), {2: 2}, None),
-    "matrix": ("shown = MAT([[1, 0, 0], [1, 1, 0], [2, 0, 1]])(CUBOID([1, 1]))", ([1, 2], [2, 3]), {2: 1}, None),
-    "shear by a matrix": ("shown = MAT([[1, 0, 0], [0, 1, 2], [0, 0, 1]])(CUBOID([1, 1]))", ([0, 0], [3, 1]), {2: 1}, 1),
-    "rotation about a vector": ("shown = ROTN([PI / 2, [1, 0, 0]])(CUBOID([1, 2, 3]))", ([0, -3, 0], [1, 0, 2]), {3: 6}, None),
+    "matrix": (
+        "shown = MAT([[1, 0, 0], [1, 1, 0], [2, 0, 1]])(CUBOID([1, 1]))",
+        ([1, 2], [2, 3]), {2: 1}, None,
+    ),
+    "shear by a matrix": (
+        "shown = MAT([[1, 0, 0], [0, 1, 2], [0, 0, 1]])(CUBOID([1, 1]))",
+        ([0, 0], [3, 1]), {2: 1}, 1,
+    ),
+    "rotation about a vector": (
+        "shown = ROTN([PI / 2, [1, 0, 0]])(CUBOID([1, 2, 3]))",
+        ([0, -3, 0], [1, 0, 2]), {3: 6}, None,
+    ),
     "embed": ("shown = EMBED(2)(CUBOID([1, 1]))", ([0] * 4, [1, 1, 0, 0]), {2: 1}, None),
     "mirror": ("shown = MIRROR(1)(T(1)(1)(CUBOID([1, 1])))", ([-2, 0], [2, 1]), {2: 2}, None),
     # STRUCT.
-    "struct keeps overlaps": ("shown = STRUCT([CUBOID([2, 1]), T(1)(1), CUBOID([2, 1])])", ([0, 0], [3, 1]), {2: 4}, 3),
-    "maps act on all that follow": ("b = CUBOID([1, 1])\nshown = STRUCT([b, T(1)(2), b, T(2)(3), b])", ([0, 0], [3, 4]), {2: 3}, None),
+    "struct keeps overlaps": (
+        "shown = STRUCT([CUBOID([2, 1]), T(1)(1), CUBOID([2, 1])])",
+        ([0, 0], [3, 1]), {2: 4}, 3,
+    ),
+    "maps act on all that follow": (
+        "b = CUBOID([1, 1])\n"
+        "shown = STRUCT([b, T(1)(2), b, T(2)(3), b])",
+        ([0, 0], [3, 4]), {2: 3}, None,
+    ),
     "repeated": ("shown = STRUCT(NN(10)([CUBOID([1, 1]), T(1)(1.5)]))", ([0, 0], [14.5, 1]), {2: 10}, 10),
-    "turned and repeated": ("shown = STRUCT(NN(6)([T(1)(1)(CUBOID([1, 0.5])), R([1, 2])(PI / 3)]))", None, {2: 3}, None),
-    "nested": ("row = STRUCT(NN(5)([CUBOID([1, 1, 1]), T(1)(2)]))\nshown = STRUCT(NN(4)([row, T(2)(2)]))", ([0] * 3, [9, 7, 1]), {3: 20}, None),
-    "struct of dimensions": ("shown = STRUCT([CUBOID([1, 1, 1]), CUBOID([2, 2]), POLYLINE([[0, 0], [0, 5]])])", ([0] * 3, [2, 5, 1]), {1: 5, 2: 4, 3: 1}, None),
+    "turned and repeated": (
+        "shown = STRUCT(NN(6)([T(1)(1)(CUBOID([1, 0.5])), R([1, 2])(PI / 3)]))",
+        None, {2: 3}, None,
+    ),
+    "nested": (
+        "row = STRUCT(NN(5)([CUBOID([1, 1, 1]), T(1)(2)]))\n"
+        "shown = STRUCT(NN(4)([row, T(2)(2)]))",
+        ([0] * 3, [9, 7, 1]), {3: 20}, None,
+    ),
+    "struct of dimensions": (
+        "shown = STRUCT([CUBOID([1, 1, 1]), CUBOID([2, 2]), POLYLINE([[0, 0], [0, 5]])])",
+        ([0] * 3, [2, 5, 1]), {1: 5, 2: 4, 3: 1}, None,
+    ),
     "maps at the end do nothing": ("shown = STRUCT([CUBOID([1]), T(1)(1)])", ([0], [1]), {1: 1}, None),
     "two maps in a row": ("shown = STRUCT([T(1)(1), S(1)(2), CUBOID([1])])", ([1], [3]), {1: 2}, None),
-    "functions are maps": ("shown = STRUCT([CUBOID([1, 1]), lambda p: T(1)(3)(p), CUBOID([1, 1])])", ([0, 0], [4, 1]), {2: 2}, None),
+    "functions are maps": (
+        "shown = STRUCT([CUBOID([1, 1]), lambda p: T(1)(3)(p), CUBOID([1, 1])])",
+        ([0, 0], [4, 1]), {2: 2}, None,
+    ),
     "top": ("shown = TOP([CUBOID([2, 2, 1]), CUBOID([1, 1, 1])])", ([0] * 3, [2, 2, 2]), {3: 5}, None),
-    "right": ("shown = RIGHT([CUBOID([2, 2, 1]), T(3)(7)(CUBOID([1, 1, 1]))])", ([0] * 3, [3, 2, 1]), {3: 5}, None),
-    "align": ("shown = ALIGN([[1, MAX, MIN], [2, MED, MED]])([CUBOID([2, 3]), CUBOID([1, 1])])", ([0, 0], [3, 3]), {2: 7}, None),
+    "right": (
+        "shown = RIGHT([CUBOID([2, 2, 1]), T(3)(7)(CUBOID([1, 1, 1]))])",
+        ([0] * 3, [3, 2, 1]), {3: 5}, None,
+    ),
+    "align": (
+        "shown = ALIGN([[1, MAX, MIN], [2, MED, MED]])([CUBOID([2, 3]), CUBOID([1, 1])])",
+        ([0, 0], [3, 3]), {2: 7}, None,
+    ),
     "box": ("shown = BOX([1, 3])(T([1, 2, 3])([1, 2, 3])(SIMPLEX(3)))", ([1, 3], [2, 4]), {2: 1}, None),
-    "size": ("shown = CUBOID(SIZE([1, 2])(CUBOID([3, 4, 5])) + [MED(3)(CUBOID([1, 1, 4]))])", ([0] * 3, [3, 4, 2]), {3: 24}, None),
+    "size": (
+        "shown = CUBOID(SIZE([1, 2])(CUBOID([3, 4, 5])) + [MED(3)(CUBOID([1, 1, 4]))])",
+        ([0] * 3, [3, 4, 2]), {3: 24}, None,
+    ),
     # Skeletons and offsets.
     "edges": ("shown = SKELETON(1)(CUBOID([1, 2, 3]))", ([0] * 3, [1, 2, 3]), {1: 24}, None),
     "faces": ("shown = SKEL_2(CUBOID([1, 2, 3]))", ([0] * 3, [1, 2, 3]), {2: 22}, None),
     "edges of a prism": ("shown = SKEL_1(CYLINDER([1, 2])(6))", None, {1: 24}, None),
-    "faces of a hull": ("shown = SKEL_2(CONVEXHULL(UKPOL(CUBOID([1, 2, 3]))[0]))", ([0] * 3, [1, 2, 3]), {2: 22}, None),
+    "faces of a hull": (
+        "shown = SKEL_2(CONVEXHULL(UKPOL(CUBOID([1, 2, 3]))[0]))",
+        ([0] * 3, [1, 2, 3]), {2: 22}, None,
+    ),
     "edges of a hull": ("shown = SKEL_1(CROSSPOLYTOPE(3))", None, {1: 12 * SQRT(2)}, None),
-    "edges of a hull in four dimensions": ("shown = SKEL_1(JOIN(CUBOID([1, 1, 1, 1])))", ([0] * 4, [1] * 4), {1: 32}, None),
-    "edges of polygons": ("shown = SKEL_1(MKPOL([CIRCLE_POINTS(1, 9), [range(1, 10)], None]))", None, {1: 9 * chord(9)}, None),
+    "edges of a hull in four dimensions": (
+        "shown = SKEL_1(JOIN(CUBOID([1, 1, 1, 1])))",
+        ([0] * 4, [1] * 4), {1: 32}, None,
+    ),
+    "edges of polygons": (
+        "shown = SKEL_1(MKPOL([CIRCLE_POINTS(1, 9), [range(1, 10)], None]))",
+        None, {1: 9 * chord(9)}, None,
+    ),
     "offset": ("shown = OFFSET([0.5, 0.5, 0.5])(CUBOID([1, 1, 1]))", ([0] * 3, [1.5] * 3), {3: 1.5**3}, None),
-    "offset of edges": ("shown = OFFSET([0.1, 0.1, 0.1])(SKEL_1(CUBOID([1, 1, 1])))", ([0] * 3, [1.1] * 3), {3: 12 * 1.1 * 0.01}, 12 * 0.9 * 0.01 + 8 * 0.001),
+    "offset of edges": (
+        "shown = OFFSET([0.1, 0.1, 0.1])(SKEL_1(CUBOID([1, 1, 1])))",
+        ([0] * 3, [1.1] * 3), {3: 12 * 1.1 * 0.01}, 12 * 0.9 * 0.01 + 8 * 0.001,
+    ),
     "sweep": ("shown = SWEEP([1, 1])(CUBOID([1, 1]))", ([0, 0], [2, 2]), {2: 3}, None),
     "minkowski": ("shown = MINKOWSKI([[1, 0], [0, 2]])(MK([0, 0]))", ([0, 0], [1, 2]), {2: 2}, None),
-    "split cells": ("shown = STRUCT(SPLITCELLS(INSR(PROD)([QUOTE([1, 1]), QUOTE([1, 1])])))", ([0, 0], [2, 2]), {2: 4}, None),
+    "split cells": (
+        "shown = STRUCT(SPLITCELLS(INSR(PROD)([QUOTE([1, 1]), QUOTE([1, 1])])))",
+        ([0, 0], [2, 2]), {2: 4}, None,
+    ),
     # MAP, curves, surfaces.
-    "map of a grid": ("d = PROD([INTERVALS(1)(4), INTERVALS(1)(4)])\nshown = MAP([S1, S2, lambda p: p[0] + p[1]])(d)", ([0] * 3, [1, 1, 2]), {2: SQRT(3)}, None),
+    "map of a grid": (
+        "d = PROD([INTERVALS(1)(4), INTERVALS(1)(4)])\n"
+        "shown = MAP([S1, S2, lambda p: p[0] + p[1]])(d)",
+        ([0] * 3, [1, 1, 2]), {2: SQRT(3)}, None,
+    ),
     "map to fewer coordinates": ("shown = MAP([S1])(CUBOID([2, 3]))", ([0], [2]), {1: 2}, None),
     "map swaps": ("shown = MAP([S3, S1, S2])(CUBOID([1, 2, 3]))", ([0] * 3, [3, 1, 2]), {3: 6}, None),
-    "map of solids": ("d = INSR(PROD)([INTERVALS(PI / 2)(8), Q(1), Q(2)])\nshown = MAP(lambda p: [(1 + p[1]) * COS(p[0]), (1 + p[1]) * SIN(p[0]), p[2]])(d)", ([0] * 3, [2, 2, 2]), {3: 2 * (4 - 1) * 8 / 2 * math.sin(PI / 16)}, None),
-    "bezier curve": ("shown = MAP(BEZIER(S1)([[0, 0], [1, 2], [2, 0]]))(INTERVALS(1)(16))", ([0, 0], [2, 1]), {1: arc_length(lambda t: (2 * t, 4 * t * (1 - t)), 16)}, None),
-    "bezier line": ("shown = MAP(BEZIERCURVE([[0, 0, 0], [1, 2, 2]]))(INTERVALS(1)(5))", ([0] * 3, [1, 2, 2]), {1: 3}, None),
-    "bezier surface of curves": ("a = BEZIER(S1)([[0, 0, 0], [2, 0, 0]])\nb = BEZIER(S1)([[0, 3, 0], [2, 3, 0]])\nd = PROD([INTERVALS(1)(3), INTERVALS(1)(2)])\nshown = MAP(BEZIER(S2)([a, b]))(d)", ([0] * 3, [2, 3, 0]), {2: 6}, None),
-    "bezier surface of points": ("d = PROD([INTERVALS(1)(3), INTERVALS(1)(3)])\nshown = MAP(BEZIERSURFACE([[[0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 1]]]))(d)", ([0] * 3, [1] * 3), {2: SQRT(2)}, None),
-    "hermite": ("shown = MAP(CUBICHERMITE(S1)([[0, 0], [1, 0], [1, 0], [1, 0]]))(INTERVALS(1)(8))", ([0, 0], [1, 0]), {1: 1}, None),
-    "rotational surface": ("p = BEZIER(S1)([[1, 0, 0], [1, 0, 2]])\nd = PROD([INTERVALS(1)(2), INTERVALS(2 * PI)(8)])\nshown = MAP(ROTATIONALSURFACE(p))(d)", ([-1, -1, 0], [1, 1, 2]), {2: 2 * 8 * chord(8)}, None),
-    "ruled surface": ("shown = MAP(RULEDSURFACE([lambda p: [p[0], 0, 0], lambda p: [0, 2, 0]]))(PROD([INTERVALS(3)(3), Q(1)]))", ([0] * 3, [3, 2, 0]), {2: 6}, None),
-    "cylindrical surface": ("c = lambda p: [COS(p[0]), SIN(p[0]), 0]\nshown = MAP(CYLINDRICALSURFACE([c, [0, 0, 3]]))(PROD([INTERVALS(2 * PI)(6), Q(1)]))", None, {2: 18}, None),
-    "conical surface": ("c = lambda p: [COS(p[0]), SIN(p[0]), 0]\nshown = MAP(CONICALSURFACE([[0, 0, 1], c]))(PROD([INTERVALS(2 * PI)(4), Q(1)]))", ([-1, -1, 0], [1, 1, 1]), {2: 4 * SQRT(3) / 2}, None),
-    "profile product": ("a = lambda p: [1, 0, p[0]]\nb = lambda p: [COS(p[1]), SIN(p[1]), 0]\nshown = MAP(PROFILEPRODSURFACE([a, b]))(PROD([Q(2), INTERVALS(2 * PI)(6)]))", None, {2: 12}, None),
-    "spline of straight points": ("shown = NUBSPLINE(3)([0, 0, 0, 0, 1, 2, 2, 2, 2])([[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]])", ([0, 0], [4, 0]), {1: 4}, None),
-    "spline ends at its last point": ("shown = NUBSPLINE(2)([0, 0, 0, 1, 2, 3, 3, 3])([[0, 0], [0, 3], [1, 0], [2, 5], [7, 8]])", ([0, 0], [7, 8]), None, None),
-    "nurbs circle": ("c = SQRT(2) / 2\nk = [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]\np = [[1, 0, 1], [c, c, c], [0, 1, 1], [-c, c, c], [-1, 0, 1], [-c, -c, c], [0, -1, 1], [c, -c, c], [1, 0, 1]]\ncurve = RATIONALBSPLINE(2)(k)(p)\nr = [VECTNORM(curve([t / 10.0])) for t in range(41)]\nshown = CUBOID([max(r), min(r)])", ([0, 0], [1, 1]), {2: 1}, None),
-    "cubic spline": ("shown = SPLINE(CUBICUBSPLINE(INTERVALS(1)(4)))([[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]])", ([1, 0], [3, 0]), {1: 2}, None),
-    "cardinal spline": ("shown = SPLINE(CUBICCARDINAL(INTERVALS(1)(4)))([[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]])", ([1, 0], [3, 0]), {1: 2}, None),
+    "map of solids": (
+        "d = INSR(PROD)([INTERVALS(PI / 2)(8), Q(1), Q(2)])\n"
+        "shown = MAP(lambda p: [(1 + p[1]) * COS(p[0]), (1 + p[1]) * SIN(p[0]), p[2]])(d)",
+        ([0] * 3, [2, 2, 2]), {3: 2 * (4 - 1) * 8 / 2 * math.sin(PI / 16)}, None,
+    ),
+    "bezier curve": (
+        "shown = MAP(BEZIER(S1)([[0, 0], [1, 2], [2, 0]]))(INTERVALS(1)(16))",
+        ([0, 0], [2, 1]), {1: arc_length(lambda t: (2 * t, 4 * t * (1 - t)), 16)}, None,
+    ),
+    "bezier line": (
+        "shown = MAP(BEZIERCURVE([[0, 0, 0], [1, 2, 2]]))(INTERVALS(1)(5))",
+        ([0] * 3, [1, 2, 2]), {1: 3}, None,
+    ),
+    "bezier surface of curves": (
+        "a = BEZIER(S1)([[0, 0, 0], [2, 0, 0]])\n"
+        "b = BEZIER(S1)([[0, 3, 0], [2, 3, 0]])\n"
+        "d = PROD([INTERVALS(1)(3), INTERVALS(1)(2)])\n"
+        "shown = MAP(BEZIER(S2)([a, b]))(d)",
+        ([0] * 3, [2, 3, 0]), {2: 6}, None,
+    ),
+    "bezier surface of points": (
+        "d = PROD([INTERVALS(1)(3), INTERVALS(1)(3)])\n"
+        "shown = MAP(BEZIERSURFACE([[[0, 0, 0], [0, 1, 0]], [[1, 0, 1], [1, 1, 1]]]))(d)",
+        ([0] * 3, [1] * 3), {2: SQRT(2)}, None,
+    ),
+    "hermite": (
+        "shown = MAP(CUBICHERMITE(S1)([[0, 0], [1, 0], [1, 0], [1, 0]]))(INTERVALS(1)(8))",
+        ([0, 0], [1, 0]), {1: 1}, None,
+    ),
+    "rotational surface": (
+        "p = BEZIER(S1)([[1, 0, 0], [1, 0, 2]])\n"
+        "d = PROD([INTERVALS(1)(2), INTERVALS(2 * PI)(8)])\n"
+        "shown = MAP(ROTATIONALSURFACE(p))(d)",
+        ([-1, -1, 0], [1, 1, 2]), {2: 2 * 8 * chord(8)}, None,
+    ),
+    "ruled surface": (
+        "shown = MAP(RULEDSURFACE([lambda p: [p[0], 0, 0], lambda p: [0, 2, "
+        "0]]))(PROD([INTERVALS(3)(3), Q(1)]))",
+        ([0] * 3, [3, 2, 0]), {2: 6}, None,
+    ),
+    "cylindrical surface": (
+        "c = lambda p: [COS(p[0]), SIN(p[0]), 0]\n"
+        "shown = MAP(CYLINDRICALSURFACE([c, [0, 0, 3]]))(PROD([INTERVALS(2 * PI)(6), Q(1)]))",
+        None, {2: 18}, None,
+    ),
+    "conical surface": (
+        "c = lambda p: [COS(p[0]), SIN(p[0]), 0]\n"
+        "shown = MAP(CONICALSURFACE([[0, 0, 1], c]))(PROD([INTERVALS(2 * PI)(4), Q(1)]))",
+        ([-1, -1, 0], [1, 1, 1]), {2: 4 * SQRT(3) / 2}, None,
+    ),
+    "profile product": (
+        "a = lambda p: [1, 0, p[0]]\n"
+        "b = lambda p: [COS(p[1]), SIN(p[1]), 0]\n"
+        "shown = MAP(PROFILEPRODSURFACE([a, b]))(PROD([Q(2), INTERVALS(2 * PI)(6)]))",
+        None, {2: 12}, None,
+    ),
+    "spline of straight points": (
+        "shown = NUBSPLINE(3)([0, 0, 0, 0, 1, 2, 2, 2, 2])([[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]])",
+        ([0, 0], [4, 0]), {1: 4}, None,
+    ),
+    "spline ends at its last point": (
+        "shown = NUBSPLINE(2)([0, 0, 0, 1, 2, 3, 3, 3])([[0, 0], [0, 3], [1, 0], [2, 5], [7, 8]])",
+        ([0, 0], [7, 8]), None, None,
+    ),
+    "nurbs circle": (
+        "c = SQRT(2) / 2\n"
+        "k = [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]\n"
+        "p = [[1, 0, 1], [c, c, c], [0, 1, 1], [-c, c, c], [-1, 0, 1], [-c, -c, c], [0, -1, 1], [c, "
+        "-c, c], [1, 0, 1]]\n"
+        "curve = RATIONALBSPLINE(2)(k)(p)\n"
+        "r = [VECTNORM(curve([t / 10.0])) for t in range(41)]\n"
+        "shown = CUBOID([max(r), min(r)])",
+        ([0, 0], [1, 1]), {2: 1}, None,
+    ),
+    "cubic spline": (
+        "shown = SPLINE(CUBICUBSPLINE(INTERVALS(1)(4)))([[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]])",
+        ([1, 0], [3, 0]), {1: 2}, None,
+    ),
+    "cardinal spline": (
+        "shown = SPLINE(CUBICCARDINAL(INTERVALS(1)(4)))([[0, 0], [1, 0], [2, 0], [3, 0], [4, 0]])",
+        ([1, 0], [3, 0]), {1: 2}, None,
+    ),
     "ellipse": ("shown = ELLIPSE([3, 2])(4)", ([-3, -2], [3, 2]), None, None),
-    "stripe of a line": ("shown = BEZIERSTRIPE([[[0, 0], [4, 0]], 0.5, 4])", ([4e-5, 0], [4.00004, 0.5]), {2: 2}, None),
-    "thin solid": ("s = lambda p: [p[0], p[1], 0]\nshown = MAP(THINSOLID(s))(INSR(PROD)([INTERVALS(1)(2), INTERVALS(1)(2), Q(0.1)]))", ([0] * 3, [1, 1, 0.1]), {3: 0.1}, None),
+    "stripe of a line": (
+        "shown = BEZIERSTRIPE([[[0, 0], [4, 0]], 0.5, 4])",
+        ([4e-5, 0], [4.00004, 0.5]), {2: 2}, None,
+    ),
+    "thin solid": (
+        "s = lambda p: [p[0], p[1], 0]\n"
+        "shown = MAP(THINSOLID(s))(INSR(PROD)([INTERVALS(1)(2), INTERVALS(1)(2), Q(0.1)]))",
+        ([0] * 3, [1, 1, 0.1]), {3: 0.1}, None,
+    ),
     "markers": ("shown = POLYMARKER(2, 0.5)([[0, 0], [5, 5]])", ([-0.5, -0.5], [5.5, 5.5]), {1: 8}, None),
     # Booleans.
-    "union": ("shown = UNION([CUBOID([2, 1, 1]), T(1)(1)(CUBOID([2, 1, 1]))])", ([0] * 3, [3, 1, 1]), {3: 3}, 3),
-    "intersection": ("shown = INTERSECTION([CUBOID([2, 2]), T([1, 2])([1, 1])(CUBOID([2, 2]))])", ([1, 1], [2, 2]), {2: 1}, 1),
-    "difference": ("shown = DIFFERENCE([CUBOID([3, 3, 3]), T([1, 2, 3])([1, 1, -1])(CUBOID([1, 1, 5]))])", ([0] * 3, [3] * 3), {3: 24}, 24),
-    "symmetric difference": ("shown = XOR([CUBOID([2, 2]), T([1, 2])([1, 1])(CUBOID([2, 2]))])", ([0, 0], [3, 3]), {2: 6}, 6),
-    "difference of several": ("shown = DIFF([CUBOID([4, 1]), T(1)(1)(CUBOID([1, 1])), T(1)(3)(CUBOID([1, 1]))])", ([0, 0], [3, 1]), {2: 2}, None),
-    "sum is a union": ("shown = SUM([CUBOID([2, 1]), T(1)(1)(CUBOID([2, 1]))])", ([0, 0], [3, 1]), {2: 3}, None),
-    "an empty difference": ("d = DIFFERENCE([CUBOID([1, 1, 1]), CUBOID([2, 2, 2])])\nshown = STRUCT([d, CUBOID([1, 1, 2])])", ([0] * 3, [1, 1, 2]), {3: 2}, None),
-    "a struct is a set": ("s = STRUCT([CUBOID([2, 1]), T(1)(1), CUBOID([2, 1])])\nshown = DIFFERENCE([CUBOID([4, 1]), s])", ([3, 0], [4, 1]), {2: 1}, None),
-    "what is not solid cuts nothing": ("shown = DIFFERENCE([CUBOID([1, 1, 1]), SPHERE(1)([8, 8])])", ([0] * 3, [1] * 3), {3: 1}, None),
-    "union of plane pieces in space": ("a = T(3)(2)(CUBOID([2, 1]))\nshown = UNION([a, T(1)(1)(a)])", ([0, 0, 2], [3, 1, 2]), {2: 3}, None),
-    "difference in a tilted plane": ("a = R([2, 3])(PI / 6)(EMBED(1)(CUBOID([3, 3])))\nb = R([2, 3])(PI / 6)(T([1, 2, 3])([1, 1, 0])(CUBOID([1, 1])))\nshown = DIFFERENCE([a, b])", None, {2: 8}, None),
-    "booleans on a line": ("shown = DIFFERENCE([QUOTE([5]), QUOTE([-1, 1, -1, 1])])", ([0], [5]), {1: 3}, None),
-    "booleans in four dimensions": ("shown = INTERSECTION([CUBOID([2, 2, 2, 2]), T([1, 2, 3, 4])([1, 1, 1, 1])(CUBOID([2, 2, 2, 2]))])", ([1] * 4, [2] * 4), {4: 1}, None),
-    "edges of a difference": ("w = INSR(PROD)([Q(8), Q(0.2), Q(4)])\nshown = SKEL_1(DIFFERENCE([w, T(1)(3)(CUBOID([2, 0.2, 4]))]))", ([0] * 3, [8, 0.2, 4]), {1: 129.6}, None),
-    "edges of a plane difference": ("shown = SKEL_1(DIFFERENCE([CUBOID([38, 18]), T([1, 2])([2, 2])(CUBOID([34, 14]))]))", ([0, 0], [38, 18]), {1: 232}, None),
-    "edges of an intersection": ("shown = SKEL_1(INTERSECTION([CUBOID([2, 2]), T([1, 2])([1, 1])(CUBOID([2, 2]))]))", ([1, 1], [2, 2]), None, None),
-    "solidify": ("shown = SOLIDIFY(STRUCT(AA(POLYLINE)([[[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]], [[1, 1], [2, 1], [2, 2], [1, 2], [1, 1]]])))", ([0, 0], [4, 4]), {2: 15}, None),
-    "drilled and repeated": ("b = DIFFERENCE([CUBOID([1, 1, 1]), T([1, 2, 3])([0.5, 0.5, -1])(CYLINDER([0.25, 3])(8))])\nshown = STRUCT(NN(3)([b, T(1)(2)]))", ([0] * 3, [5, 1, 1]), {3: 3 * (1 - ngon(8, 0.25))}, None),
+    "union": (
+        "shown = UNION([CUBOID([2, 1, 1]), T(1)(1)(CUBOID([2, 1, 1]))])",
+        ([0] * 3, [3, 1, 1]), {3: 3}, 3,
+    ),
+    "intersection": (
+        "shown = INTERSECTION([CUBOID([2, 2]), T([1, 2])([1, 1])(CUBOID([2, 2]))])",
+        ([1, 1], [2, 2]), {2: 1}, 1,
+    ),
+    "difference": (
+        "shown = DIFFERENCE([CUBOID([3, 3, 3]), T([1, 2, 3])([1, 1, -1])(CUBOID([1, 1, 5]))])",
+        ([0] * 3, [3] * 3), {3: 24}, 24,
+    ),
+    "symmetric difference": (
+        "shown = XOR([CUBOID([2, 2]), T([1, 2])([1, 1])(CUBOID([2, 2]))])",
+        ([0, 0], [3, 3]), {2: 6}, 6,
+    ),
+    "difference of several": (
+        "shown = DIFF([CUBOID([4, 1]), T(1)(1)(CUBOID([1, 1])), T(1)(3)(CUBOID([1, 1]))])",
+        ([0, 0], [3, 1]), {2: 2}, None,
+    ),
+    "sum is a union": (
+        "shown = SUM([CUBOID([2, 1]), T(1)(1)(CUBOID([2, 1]))])",
+        ([0, 0], [3, 1]), {2: 3}, None,
+    ),
+    "an empty difference": (
+        "d = DIFFERENCE([CUBOID([1, 1, 1]), CUBOID([2, 2, 2])])\n"
+        "shown = STRUCT([d, CUBOID([1, 1, 2])])",
+        ([0] * 3, [1, 1, 2]), {3: 2}, None,
+    ),
+    "a struct is a set": (
+        "s = STRUCT([CUBOID([2, 1]), T(1)(1), CUBOID([2, 1])])\n"
+        "shown = DIFFERENCE([CUBOID([4, 1]), s])",
+        ([3, 0], [4, 1]), {2: 1}, None,
+    ),
+    "what is not solid cuts nothing": (
+        "shown = DIFFERENCE([CUBOID([1, 1, 1]), SPHERE(1)([8, 8])])",
+        ([0] * 3, [1] * 3), {3: 1}, None,
+    ),
+    "union of plane pieces in space": (
+        "a = T(3)(2)(CUBOID([2, 1]))\n"
+        "shown = UNION([a, T(1)(1)(a)])",
+        ([0, 0, 2], [3, 1, 2]), {2: 3}, None,
+    ),
+    "difference in a tilted plane": (
+        "a = R([2, 3])(PI / 6)(EMBED(1)(CUBOID([3, 3])))\n"
+        "b = R([2, 3])(PI / 6)(T([1, 2, 3])([1, 1, 0])(CUBOID([1, 1])))\n"
+        "shown = DIFFERENCE([a, b])",
+        None, {2: 8}, None,
+    ),
+    "booleans on a line": (
+        "shown = DIFFERENCE([QUOTE([5]), QUOTE([-1, 1, -1, 1])])",
+        ([0], [5]), {1: 3}, None,
+    ),
+    "booleans in four dimensions": (
+        "shown = INTERSECTION([CUBOID([2, 2, 2, 2]), T([1, 2, 3, 4])([1, 1, 1, 1])(CUBOID([2, 2, 2, "
+        "2]))])",
+        ([1] * 4, [2] * 4), {4: 1}, None,
+    ),
+    "edges of a difference": (
+        "w = INSR(PROD)([Q(8), Q(0.2), Q(4)])\n"
+        "shown = SKEL_1(DIFFERENCE([w, T(1)(3)(CUBOID([2, 0.2, 4]))]))",
+        ([0] * 3, [8, 0.2, 4]), {1: 129.6}, None,
+    ),
+    "edges of a plane difference": (
+        "shown = SKEL_1(DIFFERENCE([CUBOID([38, 18]), T([1, 2])([2, 2])(CUBOID([34, 14]))]))",
+        ([0, 0], [38, 18]), {1: 232}, None,
+    ),
+    "edges of an intersection": (
+        "shown = SKEL_1(INTERSECTION([CUBOID([2, 2]), T([1, 2])([1, 1])(CUBOID([2, 2]))]))",
+        ([1, 1], [2, 2]), None, None,
+    ),
+    "solidify": (
+        "shown = SOLIDIFY(STRUCT(AA(POLYLINE)([[[0, 0], [4, 0], [4, 4], [0, 4], [0, 0]], [[1, 1], "
+        "[2, 1], [2, 2], [1, 2], [1, 1]]])))",
+        ([0, 0], [4, 4]), {2: 15}, None,
+    ),
+    "drilled and repeated": (
+        "b = DIFFERENCE([CUBOID([1, 1, 1]), T([1, 2, 3])([0.5, 0.5, -1])(CYLINDER([0.25, 3])(8))])\n"
+        "shown = STRUCT(NN(3)([b, T(1)(2)]))",
+        ([0] * 3, [5, 1, 1]), {3: 3 * (1 - ngon(8, 0.25))}, None,
+    ),
     # FL.
-    "insr and insl": ("shown = CUBOID([INSR(DIFF)([1, 2, 4]), INSL(DIFF)([9, 2, 3])])", ([0, 0], [3, 4]), {2: 12}, None),
-    "cons, comp, aa": ("f = CONS([S2, S1, COMP([AA(SUM), TRANS, LIST])])\nshown = CUBOID(f([2, 3])[:2])", ([0, 0], [3, 2]), {2: 6}, None),
-    "distribution": ("shown = CUBOID(CAT(AA(SUM)([DISTL([1, [2, 3]])[1], DISTR([[4, 5], 1])[0]]) and [[4], [5]]))", ([0, 0], [4, 5]), {2: 20}, None),
-    "raise": ("f = RAISE(SUM)([COS, SIN])\nshown = CUBOID([f(0), f(PI / 2) + 1])", ([0, 0], [1, 2]), {2: 2}, None),
-    "vectors": ("shown = CUBOID(VECTSUM([[1, 2, 3], [1, 1, 1]]) if VECTPROD([[1, 0, 0], [0, 1, 0]]) == [0, 0, 1] else [0])", ([0] * 3, [2, 3, 4]), {3: 24}, None),
-    "conditions": ("shown = CUBOID([IF([ISNUM, K(2), K(3)])(1), CASE([[LT(0), K(1)], [GE(0), K(5)]])(4)])", ([0, 0], [2, 5]), {2: 10}, None),
-    "lists": ("shown = CUBOID(AL([1, AR([[2], 3])]) if TREE(SUM)([1, 2, 3]) == 6 and INTSTO(3) == [1, 2, 3] else [0])", ([0] * 3, [1, 2, 3]), {3: 6}, None),
-    "map and range are lists": ("shown = CUBOID(map(float, range(1, 3)) + [1])", ([0] * 3, [1, 2, 1]), {3: 2}, None),
+    "insr and insl": (
+        "shown = CUBOID([INSR(DIFF)([1, 2, 4]), INSL(DIFF)([9, 2, 3])])",
+        ([0, 0], [3, 4]), {2: 12}, None,
+    ),
+    "cons, comp, aa": (
+        "f = CONS([S2, S1, COMP([AA(SUM), TRANS, LIST])])\n"
+        "shown = CUBOID(f([2, 3])[:2])",
+        ([0, 0], [3, 2]), {2: 6}, None,
+    ),
+    "distribution": (
+        "shown = CUBOID(CAT(AA(SUM)([DISTL([1, [2, 3]])[1], DISTR([[4, 5], 1])[0]]) and [[4], [5]]))",
+        ([0, 0], [4, 5]), {2: 20}, None,
+    ),
+    "raise": (
+        "f = RAISE(SUM)([COS, SIN])\n"
+        "shown = CUBOID([f(0), f(PI / 2) + 1])",
+        ([0, 0], [1, 2]), {2: 2}, None,
+    ),
+    "vectors": (
+        "shown = CUBOID(VECTSUM([[1, 2, 3], [1, 1, 1]]) if VECTPROD([[1, 0, 0], [0, 1, 0]]) == [0, "
+        "0, 1] else [0])",
+        ([0] * 3, [2, 3, 4]), {3: 24}, None,
+    ),
+    "conditions": (
+        "shown = CUBOID([IF([ISNUM, K(2), K(3)])(1), CASE([[LT(0), K(1)], [GE(0), K(5)]])(4)])",
+        ([0, 0], [2, 5]), {2: 10}, None,
+    ),
+    "lists": (
+        "shown = CUBOID(AL([1, AR([[2], 3])]) if TREE(SUM)([1, 2, 3]) == 6 and INTSTO(3) == [1, 2, "
+        "3] else [0])",
+        ([0] * 3, [1, 2, 3]), {3: 6}, None,
+    ),
+    "map and range are lists": (
+        "shown = CUBOID(map(float, range(1, 3)) + [1])",
+        ([0] * 3, [1, 2, 1]), {3: 2}, None,
+    ),
     # Appearance: nothing of it changes what is there.
-    "colours": ("shown = COLOR(RED)(STRUCT([COLOR([0, 1, 0, 1])(CUBOID([1, 1])), MATERIAL([1] * 17)(T(1)(1)(CUBOID([1, 1]))), TEXTURE('x.png')(T(1)(2)(CUBOID([1, 1])))]))", ([0, 0], [3, 1]), {2: 3}, None),
+    "colours": (
+        "shown = COLOR(RED)(STRUCT([COLOR([0, 1, 0, 1])(CUBOID([1, 1])), MATERIAL([1] * "
+        "17)(T(1)(1)(CUBOID([1, 1]))), TEXTURE('x.png')(T(1)(2)(CUBOID([1, 1])))]))",
+        ([0, 0], [3, 1]), {2: 3}, None,
+    ),
     # The names of the compiled module.
-    "Plasm": ("shown = Plasm.Struct([Plasm.cube(3, -1, 1), Plasm.translate(Plasm.cube(3), Vecf(0, 4, 0, 0))])", ([-1] * 3, [5, 1, 1]), {3: 9}, None),
-    "Plasm.mkpol": ("shown = Plasm.power(Plasm.mkpol(2, [0, 0, 1, 0, 0, 1], [[0, 1, 2]]), Plasm.cube(1))", ([0] * 3, [1] * 3), {3: 0.5}, None),
-    "limits": ("b = Plasm.limits(T(1)(3)(CUBOID([1, 2])))\nshown = CUBOID([b.p1[1], b.size()[2]])", ([0, 0], [3, 2]), {2: 6}, None),
+    "Plasm": (
+        "shown = Plasm.Struct([Plasm.cube(3, -1, 1), Plasm.translate(Plasm.cube(3), Vecf(0, 4, 0, 0))])",
+        ([-1] * 3, [5, 1, 1]), {3: 9}, None,
+    ),
+    "Plasm.mkpol": (
+        "shown = Plasm.power(Plasm.mkpol(2, [0, 0, 1, 0, 0, 1], [[0, 1, 2]]), Plasm.cube(1))",
+        ([0] * 3, [1] * 3), {3: 0.5}, None,
+    ),
+    "limits": (
+        "b = Plasm.limits(T(1)(3)(CUBOID([1, 2])))\n"
+        "shown = CUBOID([b.p1[1], b.size()[2]])",
+        ([0, 0], [3, 2]), {2: 6}, None,
+    ),
     "Hpc of a Grid": ("shown = Hpc(Grid([[1, -1, 1], [2, 2]]))", ([0, 0], [3, 4]), {2: 8}, None),
     # lar.
     "simplex grid": ("shown = SIMPLEXGRID([2, 2, 2])([2, 3, 1])", ([0] * 3, [2] * 3), {3: 8}, None),
-    "larExtrude": ("v, c = larExtrude(([[0], [1]], [[0, 1]]), [1, -1, 2])\nshown = MKPOL([v, [[i + 1 for i in s] for s in c], None])", ([0, 0], [1, 4]), {2: 3}, None),
+    "larExtrude": (
+        "v, c = larExtrude(([[0], [1]], [[0, 1]]), [1, -1, 2])\n"
+        "shown = MKPOL([v, [[i + 1 for i in s] for s in c], None])",
+        ([0, 0], [1, 4]), {2: 3}, None,
+    ),
 }  # fmt: skip
 
 PYTHON2 = """from pyplasm import *
@@ -270,7 +606,7 @@ def property_simplices(rng):
 
 
 def property_hulls(rng):
-    """Hulls of random points, one by one and in batches, have the content of cones over their facets from any point."""
+    """Hulls of random points, one by one and in batches, have the content of cones over their facets."""
     for dimension, count in ((2, 6), (2, 40), (3, 8), (3, 30), (4, 12)):
         points = rng.uniform(size=(4, count, dimension))
         contents = _cells.hull_measures(points)
@@ -404,14 +740,69 @@ def check_python2(rng):
         assert same(run.run(path)["shown"].measures()[2][1], 4.0)
 
 
+def check_command(rng):
+    """What is wrong with a program ends it with code 2, and a message that has no lines of the library."""
+    cases = {
+        "VIEW(CUBE(1))\n": (0, ""),
+        "VIEW(CUBOID([1,\n": (2, "SyntaxError"),
+        "from pyplasm import *\nDIFFERENCE([])\n": (2, "line 2, in <module>"),
+        "MAP(lambda p: q)(CUBE(1))\n": (2, "NameError: name 'q' is not defined"),
+        "SAVE('solid.xyz')(CUBE(1))\n": (2, "cannot write 'solid.xyz'"),
+        "DIFFERENCE([CUBOID([float('nan'), 1]), CUBOID([1, 1])])\n": (2, "not a finite number"),
+        "UNION([CUBE(1), S(3)(1e-13)(CUBE(1))])\n": (0, "line 1, in a warning"),
+        "from bsp2.plasm import _cells\n_cells.frames = None\nimport sys\nsys.exit(5)\n": (5, ""),
+        "raise KeyboardInterrupt\n": (130, "bsp2.plasm: interrupted\n"),
+        None: (2, "program.py: no such file"),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder, "program.py")
+        for text, (code, part) in cases.items():
+            path.unlink(missing_ok=True)
+            if text is not None:
+                path.write_text(text)
+            done = subprocess.run(
+                [sys.executable, "-m", "bsp2.plasm", str(path)], cwd=folder, capture_output=True, text=True
+            )
+            assert done.returncode == code, (text, done)
+            if part == "line 1, in a warning":
+                assert f"{path}:1: ModelWarning: " in done.stderr, (text, done.stderr)
+            else:
+                assert part in done.stderr and bool(part) == bool(done.stderr), (text, done.stderr)
+            assert "geometry.py" not in done.stderr, (text, done.stderr)
+
+
+def check_pyplasm(rng):
+    """The package of that name has all of this."""
+    sources = pathlib.Path(__file__).resolve().parents[2] / "python"
+    built = pathlib.Path(plasm.__file__).parents[2]  # before its sources, which have no compiled module
+    paths = f"{built}{os.pathsep}{sources}"
+    text = "from pyplasm import *\nprint(VOLUME(UNION([CUBE(2), CUBE(1)])))"
+    done = subprocess.run(
+        [sys.executable, "-c", text], env=dict(os.environ, PYTHONPATH=paths), capture_output=True, text=True
+    )
+    assert done.stdout == "8.0\n", done
+
+
 def check_errors(rng):
     """Mistakes are exceptions with a sentence."""
     for text, kind in (
-        ("STRUCT([])", ValueError), ("STRUCT(3)", TypeError), ("STRUCT([1])", TypeError), ("STRUCT([T(1)(1)])", ValueError),
-        ("POWER([1])", ValueError), ("MKPOL([[[0, 0], [1]], [[1]], None])", ValueError), ("VIEW(3)", TypeError),
-        ("MAP(lambda p: 1)(Q(1))", TypeError), ("T(1)(1)(7)", TypeError), ("COLOR(3)", TypeError),
-        ("BSPLINE(2)([0, 1])([[0], [1]])", ValueError), ("SIZE(1)(DIFFERENCE([Q(1), Q(2)]))", ValueError),
-    ):  # fmt: skip
+        ("STRUCT([])", ValueError),
+        ("STRUCT(3)", TypeError),
+        ("STRUCT([1])", TypeError),
+        ("STRUCT([T(1)(1)])", ValueError),
+        ("POWER([1])", ValueError),
+        ("MKPOL([[[0, 0], [1]], [[1]], None])", ValueError),
+        ("VIEW(3)", TypeError),
+        ("MAP(lambda p: 1)(Q(1))", TypeError),
+        ("T(1)(1)(7)", TypeError),
+        ("COLOR(3)", TypeError),
+        ("BSPLINE(2)([0, 1])([[0], [1]])", ValueError),
+        ("SIZE(1)(DIFFERENCE([Q(1), Q(2)]))", ValueError),
+        ("UNION([])", TypeError),
+        ("UNION([CUBE(1), 3])", TypeError),
+        ("VOLUME(3)", TypeError),
+        ("SAVE('a.stl')(3)", TypeError),
+    ):
         try:
             eval(text, {key: getattr(plasm, key) for key in plasm.__all__})
         except kind as error:

@@ -192,7 +192,7 @@ def _brute_corners(points):
     points, _ = _rounded(points)
     for chosen, sign in _brute_facets(points):
         result[:, chosen] |= (sign != 0)[:, None]
-    # What lies upon a facet or an edge may have come out by the jiggling: doubles of a corner are told from it here.
+    # What lies upon a facet or an edge may have come out by the jiggling: doubles are told from it here.
     same = (np.abs(points[:, :, None] - points[:, None]) <= 1e-5).all(axis=3) & result[:, None, :]
     earlier = np.tril(np.ones(points.shape[1:2] * 2, bool), -1)
     return result & ~(same & earlier).any(axis=2)

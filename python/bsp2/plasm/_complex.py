@@ -125,7 +125,7 @@ class Hpc:
         )
 
     def places(self):
-        """Where the leaves are: of each leaf the maps from its space into that of the whole, and their order."""
+        """Where the leaves are: of each leaf the maps from its space to the whole, and their order."""
         if self._leaves is None:
             self._leaves = _places(self)
         return self._leaves
@@ -183,7 +183,7 @@ class Hpc:
             for batch in places.leaf.batches:
                 d = batch.points.shape[2]
                 flat, even = _effects(linear[:, :, :d])
-                # What is thin depends on the map, unless it keeps angles: there the rank is found in its place.
+                # What is thin depends on the map, unless it keeps angles: the rank is found in its place.
                 anew = flat if batch.dimension is not None else ~even
                 if anew.any():
                     points = np.einsum("pij,mkj->pmki", linear[anew][:, :, :d], batch.points)

@@ -11,7 +11,7 @@ _TETRAHEDRON, _CONVEX_POINT_SET = 10, 41
 
 
 def write_vtu(pol, path):
-    """The cells of a complex as an unstructured grid, for ParaView: points, lines, polygons, hulls of points."""
+    """The cells of a complex as an unstructured grid, for ParaView: points, lines, polygons, hulls."""
     if pol.space_dim > 3:
         raise ValueError(
             f"a .vtu file has three coordinates, and the complex {pol.space_dim}: PROJECT it, or cut it"
@@ -35,7 +35,8 @@ def write_vtu(pol, path):
             '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian"'
         )
         file.write(
-            f' header_type="UInt64">\n<UnstructuredGrid><Piece NumberOfPoints="{count}" NumberOfCells="{total}">\n'
+            ' header_type="UInt64">\n'
+            f'<UnstructuredGrid><Piece NumberOfPoints="{count}" NumberOfCells="{total}">\n'
         )
         points = np.concatenate(points) if points else np.zeros((0, 3))
         file.write("<Points>" + _array("Points", "Float64", points.astype("<f8"), 3) + "</Points>\n<Cells>\n")
@@ -51,7 +52,8 @@ def write_vtu(pol, path):
 def _array(name, kind, values, components=1):
     data = values.tobytes()
     text = base64.b64encode(np.array([len(data)], "<u8").tobytes() + data).decode()
-    return f'<DataArray Name="{name}" type="{kind}" NumberOfComponents="{components}" format="binary">{text}</DataArray>\n'
+    what = f'Name="{name}" type="{kind}" NumberOfComponents="{components}" format="binary"'
+    return f"<DataArray {what}>{text}</DataArray>\n"
 
 
 def write_obj(pol, path):

@@ -33,8 +33,8 @@ def volume(expression, dimension):
 
 
 def save(expression, dimension, path):
-    """Writes a solid: .csg is the model, .h5 a snapshot, .pvtu its cells, .stl, .ply, .obj, .vtp its surface, .png,
-    .svg, .pdf a picture of it."""
+    """Writes a solid: .csg is the model, .h5 a snapshot, .pvtu its cells, .stl, .ply, .obj, .vtp its surface,
+    .png, .svg, .pdf a picture of it."""
     ending = pathlib.Path(path).suffix.lower()
     if ending == ".csg":
         pathlib.Path(path).write_text(model(expression, dimension).to_text())

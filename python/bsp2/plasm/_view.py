@@ -80,7 +80,7 @@ def _colour(props):
 
 
 def picture(pol):
-    """The picture as an array (height, width, 3) of bytes: from the front, a little from the right and above."""
+    """The picture as an array (height, width, 3) of bytes: from the front, a little from right and above."""
     (triangles, t_colours), (lines, l_colours), (points, p_colours) = drawn(pol)
     turn = _camera(pol.space_dim)
     corners = np.concatenate([x.reshape(-1, 3) for x in (triangles, lines, points)]) @ turn.T

@@ -141,7 +141,8 @@ def BSPLINE(degree):
             count = len(controls)
             if len(knots) != count + degree + 1:
                 raise ValueError(
-                    f"BSPLINE: {count} points of degree {degree} need {count + degree + 1} knots, not {len(knots)}"
+                    f"BSPLINE: {count} points of degree {degree} need {count + degree + 1} knots, "
+                    f"not {len(knots)}"
                 )
             first, last = knots[degree], knots[count]
 

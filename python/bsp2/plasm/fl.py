@@ -585,7 +585,7 @@ def IDNT(n):
 
 
 def INV(matrix):
-    """The inverse of a matrix; a singular one has none: all entries are nan, as where pyplasm divides by zero."""
+    """The inverse of a matrix; of a singular one all entries are nan, as where pyplasm divides by zero."""
     matrix = np.array(matrix, float)
     try:
         return np.linalg.inv(matrix).tolist()

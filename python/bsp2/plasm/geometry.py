@@ -127,8 +127,8 @@ def MKPOL(triple):
 
 
 def _there(points, cells, first):
-    """Points and cells, as indices from 0. Where cells name no point there is one more, the origin: pyplasm reads
-    the memory behind the points, and finds zeros. That is told."""
+    """Points and cells, as indices from 0. Where cells name no point there is one more, the origin: pyplasm
+    reads the memory behind the points, and finds zeros. That is told."""
     cells = [[int(index) - first for index in cell] for cell in cells]
     count = len(points)
     strange = sorted({index + first for cell in cells for index in cell if not 0 <= index < count})
@@ -165,7 +165,7 @@ def UK(pol):
 
 
 def UKPOLF(pol):
-    """[faces, cells, pols]: the half-spaces [d, a, b, ...] with d + a x + b y + ... <= 0 of all solid cells."""
+    """[faces, cells, pols]: the half-spaces [d, a, b, ...], d + a x + b y + ... <= 0, of all solid cells."""
     dimension, faces, cells = pol.space_dim, [], []
     points, members = pol.points_and_cells()
     for member in members:
@@ -252,7 +252,7 @@ class Tensor:
 
 
 def _identity(axes, values):
-    """The identity for a map of axes, and pairs of an axis and its value. Axis 0 is none: it is passed over."""
+    """The identity for a map of axes, and pairs of an axis and its value. Axis 0 is passed over."""
     names, amounts = [int(axis) for axis in _list(axes)], _list(values)
     return np.eye(max(names) + 1), [(axis, float(amount)) for axis, amount in zip(names, amounts) if axis > 0]
 
@@ -365,7 +365,7 @@ def MIRROR(axis):
 
 # Assemblies.
 def STRUCT(parts):
-    """All complexes of a list together; a map moves all that follow it. Cells that overlap stay as they are."""
+    """All complexes of a list together; a map moves all that follow it. Cells that overlap stay."""
     if not isinstance(parts, (list, tuple)):
         raise TypeError("STRUCT must be applied to a list")
     if not len(parts):
@@ -480,6 +480,9 @@ def _solids(pol, dimension):
     if pol.space_dim < dimension:
         return result
     for places in pol.places():
+        arrays = [places.matrices] + [batch.points for batch in places.leaf.batches]
+        if not all(np.isfinite(array).all() for array in arrays):
+            raise ValueError("a coordinate of a complex is not a finite number")
         for batch in places.leaf.batches:
             if batch.points.shape[2] < dimension:
                 continue
@@ -495,6 +498,8 @@ def _solids(pol, dimension):
 
 def _boolean(name, pols):
     pols = [pols] if ISPOL(pols) else list(pols)
+    if not pols or not all(ISPOL(pol) for pol in pols):
+        raise TypeError(f"a {name.replace('_', ' ')} takes a list of complexes, not {pols}")
     dimension = max(pol.space_dim for pol in pols)
     operands = [_solids(pol, dimension) for pol in pols]
     if not any(operands):
@@ -553,7 +558,7 @@ def XOR(pols):
 
 def VOLUME(pol):
     """The content of what is solid, overlaps counted once."""
-    solids = _solids(pol, pol.space_dim)
+    solids = _solids(pol, RN(pol))
     return _kernel.volume(("union", [solids]), pol.space_dim) if solids else 0.0
 
 
@@ -567,7 +572,7 @@ def SAVE(path):
 
     def save(pol):
         ending = os.path.splitext(path)[1].lower()
-        solids = _solids(pol, pol.space_dim)
+        solids = _solids(pol, RN(pol))
         if ending == ".vtu":
             _files.write_vtu(pol, path)
         elif ending == ".obj" and not solids:
@@ -586,6 +591,8 @@ def SAVE(path):
 # Boxes.
 def RN(pol):
     """The dimension of the space."""
+    if not ISPOL(pol):
+        raise TypeError(f"a complex is needed here, not {type(pol).__name__}")
     return pol.space_dim
 
 

@@ -338,7 +338,7 @@ def _code(point):
 
 
 def vcode(precision=7):
-    """A function of a point: its coordinates, rounded, as text. Of a point: the text itself, with 7 digits."""
+    """A function of a point: its coordinates, rounded, as text. Of a point: the text, with 7 digits."""
     if isinstance(precision, (list, tuple, np.ndarray)):
         return vcode(7)(precision)
     return lambda point: "[" + ", ".join(str(round(float(x), precision) + 0.0) for x in point) + "]"
@@ -490,17 +490,19 @@ def cellNumbering(model, pol):
 
 # Text, in strokes on a grid of 4 x 6 as of seven segments, with diagonals where letters need them.
 _SEGMENTS = {
-    "0": "abcdef", "1": "bc", "2": "abged", "3": "abgcd", "4": "fgbc", "5": "afgcd", "6": "afgedc", "7": "abc",
-    "8": "abcdefg", "9": "abcdfg", "A": "abcefg", "B": "abcdefg", "C": "adef", "D": "abcdef", "E": "adefg",
-    "F": "aefg", "G": "acdef", "H": "bcefg", "I": "jm", "J": "bcde", "K": "efkn", "L": "def", "M": "bcefhk",
-    "N": "bcefhn", "O": "abcdef", "P": "abefg", "Q": "abcdefn", "R": "abefgn", "S": "acdfg", "T": "ajm",
-    "U": "bcdef", "V": "efkl", "W": "bcefln", "X": "hkln", "Y": "hkm", "Z": "adkl", "-": "g", "+": "gjm", "_": "d",
-    "=": "dg", "/": "kl", "\\": "hn", "|": "jm", "*": "ghjklmn", ".": "d", ",": "l", ":": "jm", " ": "",
+    "0": "abcdef", "1": "bc", "2": "abged", "3": "abgcd", "4": "fgbc", "5": "afgcd", "6": "afgedc",
+    "7": "abc", "8": "abcdefg", "9": "abcdfg", "A": "abcefg", "B": "abcdefg", "C": "adef", "D": "abcdef",
+    "E": "adefg", "F": "aefg", "G": "acdef", "H": "bcefg", "I": "jm", "J": "bcde", "K": "efkn", "L": "def",
+    "M": "bcefhk", "N": "bcefhn", "O": "abcdef", "P": "abefg", "Q": "abcdefn", "R": "abefgn", "S": "acdfg",
+    "T": "ajm", "U": "bcdef", "V": "efkl", "W": "bcefln", "X": "hkln", "Y": "hkm", "Z": "adkl", "-": "g",
+    "+": "gjm", "_": "d", "=": "dg", "/": "kl", "\\": "hn", "|": "jm", "*": "ghjklmn", ".": "d", ",": "l",
+    ":": "jm", " ": "",
 }  # fmt: skip
 _STROKES = {
-    "a": [[0, 6], [4, 6]], "b": [[4, 6], [4, 3]], "c": [[4, 3], [4, 0]], "d": [[0, 0], [4, 0]], "e": [[0, 0], [0, 3]],
-    "f": [[0, 3], [0, 6]], "g": [[0, 3], [4, 3]], "h": [[0, 6], [2, 3]], "j": [[2, 6], [2, 3]], "k": [[4, 6], [2, 3]],
-    "l": [[2, 3], [0, 0]], "m": [[2, 3], [2, 0]], "n": [[2, 3], [4, 0]],
+    "a": [[0, 6], [4, 6]], "b": [[4, 6], [4, 3]], "c": [[4, 3], [4, 0]], "d": [[0, 0], [4, 0]],
+    "e": [[0, 0], [0, 3]], "f": [[0, 3], [0, 6]], "g": [[0, 3], [4, 3]], "h": [[0, 6], [2, 3]],
+    "j": [[2, 6], [2, 3]], "k": [[4, 6], [2, 3]], "l": [[2, 3], [0, 0]], "m": [[2, 3], [2, 0]],
+    "n": [[2, 3], [4, 0]],
 }  # fmt: skip
 FONTWIDTH, FONTHEIGHT, FONTSPACING = 4.0, 8.0, 1.0
 

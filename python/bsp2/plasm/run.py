@@ -13,14 +13,18 @@ import importlib.util
 import os
 import re
 import sys
+import traceback
 import types
 import warnings
+
+import bsp2
 
 _BUILT_IN = set(dir(__import__("builtins")))
 
 LAR_MODULES = (
-    "architectural boolean boolean1 boolean2 boundary hijson hospital integr inters iot3d lar lar2psm larcc largrid "
-    "larlib larstruct mapper matrix morph myfont simplexn smplxn splines splitcell support sysml triangulation"
+    "architectural boolean boolean1 boolean2 boundary hijson hospital integr inters iot3d lar lar2psm larcc "
+    "largrid larlib larstruct mapper matrix morph myfont simplexn smplxn splines splitcell support sysml "
+    "triangulation"
 ).split()
 """Modules of lar-cc and larlib: where they are not found, bsp2.plasm.lar stands in for them."""
 
@@ -53,7 +57,7 @@ def translated(text, path):
     except (SyntaxError, ValueError) as error:
         first = error
     text = text.replace("\0", "")
-    # Python 2 takes a tab as far as the next multiple of eight, but its users mixed it with four spaces as well.
+    # Python 2 takes a tab as far as the next multiple of eight, but users mixed it with four spaces as well.
     for candidate in (text.expandtabs(8), text.expandtabs(4)):
         for source in (candidate, _two_to_three(candidate)):
             if source is None:
@@ -268,7 +272,7 @@ def _preload(names, more, python2):
 
 
 def _preload_lar(names, text):
-    """lar's names for what imports one of its modules: what one of these has in one year, another has in the next."""
+    """lar's names for what imports one of its modules: they moved between these from year to year."""
     from bsp2.plasm import lar
 
     if re.search(rf"^\s*(from|import)\s+({'|'.join(LAR_MODULES)})\b", text, re.M):
@@ -338,7 +342,39 @@ def main(arguments=None):
         "--folder", action="append", default=[], help="where modules are found too; may be repeated"
     )
     given = parser.parse_args(arguments)
-    if not os.path.isfile(given.program):
-        parser.error(f"there is no file {given.program}")
-    run(given.program, given.floor, True if given.preload else None, given.folder)
+    try:
+        run(given.program, given.floor, True if given.preload else None, given.folder)
+    except KeyboardInterrupt:
+        print("bsp2.plasm: interrupted", file=sys.stderr)
+        return 130
+    except Exception as error:
+        sys.stdout.flush()
+        print(_told(error, given.program), end="", file=sys.stderr)
+        return 1 if _is_ours(error) else 2
     return 0
+
+
+_OWN = (os.path.dirname(bsp2.__file__) + os.sep, "<frozen ")
+"""How files begin whose lines say nothing to whoever wrote the program."""
+
+
+def _is_ours(error):
+    """Whether the library is to blame, not the program: else it is the user's mistake."""
+    if isinstance(error, bsp2.Error):
+        return not error.is_users_mistake
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return isinstance(error, (AssertionError, MemoryError, SystemError)) and last.filename.startswith(_OWN)
+
+
+def _told(error, program):
+    """What went wrong, and where in the program; the lines of the library, too, if that is to blame."""
+    entry = told = traceback.TracebackException.from_exception(error)
+    while entry is not None and not _is_ours(error):
+        entry.stack = [line for line in entry.stack if not line.filename.startswith(_OWN)]
+        entry.stack = traceback.StackSummary.from_list(entry.stack) if entry.stack else None
+        entry = entry.__cause__ or entry.__context__
+    if told.stack is None and isinstance(error, OSError):
+        return f"bsp2.plasm: {program}: {(error.strerror or str(error)).lower()}\n"
+    if told.stack is None and not isinstance(error, SyntaxError):
+        return f"bsp2.plasm: {program} is no program: {error}\n"
+    return "".join(told.format())
