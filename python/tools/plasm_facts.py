@@ -265,8 +265,9 @@ def compare_sums(row, view, remarks):
 
 
 def summary(table):
+    there = [row for row in table if row[3] != "absent"]
     programs = {}
-    for row in table:
+    for row in there:
         programs.setdefault((row[0], row[1]), []).append(row[3] == "yes")
     running = sum(all(runs) for runs in programs.values())
     print(f"programs  {running} of {len(programs)} run ({100 * running / max(1, len(programs)):.1f} %)")
@@ -279,6 +280,8 @@ def summary(table):
     right = sum("no" not in cells for cells in views)
     print(f"all three {right} of {len(views)} views ({100 * right / max(1, len(views)):.1f} %)")
     print(f"left out  {chance} views of programs that throw dice, and show something else at each run")
+    absent = len(table) - len(there)
+    print(f"          {absent} programs that are not there: as if the table had not named them")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
 """The edges of Booleans, as pyplasm has them: those of its own subdivision of space.
 
-SKELETON(1) of a Boolean shows the edges of the cells that it is made of, and which cells these are is the choice of
-whoever computes it. Programs draw these edges, so they are those that pyplasm draws: space is halved along its
-longest axis as long as that divides the faces of the operands, and then cut by their planes. Solids and volumes are
-the kernel's; this is for drawings of edges alone, in the plane and in space.
+For drawings alone: SKELETON(1) of a Boolean, in the plane and in space, and nothing else asks this. It
+shows the edges of the cells that the Boolean is made of, and which cells these are is the choice of
+whoever computes it. Programs draw these edges, so they are those that pyplasm draws: space is halved
+along its longest axis as long as that divides the faces of the operands, and then cut by their planes, in
+doubles and with a tolerance. Solids, their cells and volumes are the kernel's, which has none.
 """
 
 import numpy as np
@@ -14,14 +15,28 @@ _TOLERANCE = 1e-6
 _MOST_FACES, _MOST_CELLS = 1500, 20000
 
 
-class _Face:
-    def __init__(self, corners, plane):
-        self.low, self.high = corners.min(axis=0), corners.max(axis=0)
-        self.plane = plane
+class _Faces:
+    """Faces of the operands: their boxes and planes."""
+
+    def __init__(self, low, high, plane):
+        self.low, self.high, self.plane = low, high, plane
+
+    def chosen(self, which):
+        return _Faces(self.low[which], self.high[which], self.plane[which])
+
+    def __len__(self):
+        return len(self.plane)
+
+    def cross(self, low, high):
+        """Which planes have some of a box on either side."""
+        normals, offsets = self.plane[:, :-1], self.plane[:, -1]
+        least = (np.where(normals >= 0, low, high) * normals).sum(axis=1) - offsets
+        most = (np.where(normals <= 0, low, high) * normals).sum(axis=1) - offsets
+        return (least < 0) & (0 < most)
 
 
 def edges(name, pols, dimension):
-    """Segments (n, 2, dimension): the edges of the cells of a Boolean, each once; None if there are too many."""
+    """Segments (n, 2, dimension): the edges of the cells of a Boolean, each once; None: they are too many."""
     if dimension not in (2, 3):
         return None
     operands = [_hulls(pol, dimension) for pol in pols]
@@ -32,15 +47,14 @@ def edges(name, pols, dimension):
     high = np.max([p.max(axis=0) for p in points], axis=0)
     middle, half = (low + high) / 2, (high - low) / 2
     operands = [[((cell - middle) / half, facets) for cell, facets in operand] for operand in operands]
-    faces, inside = [], []
-    for operand in operands:
-        own = []
-        for cell, facets in operand:
-            planes = np.array([_plane(cell, facet) for facet in facets])
-            own.append(planes)
-            faces += [_Face(cell[list(facet)], plane) for facet, plane in zip(facets, planes)]
-        inside.append(own)
-    state = _State(name, inside)
+    corners = [cell[list(facet)] for operand in operands for cell, facets in operand for facet in facets]
+    solids = [_Solid(operand, dimension) for operand in operands]
+    faces = _Faces(
+        np.array([c.min(axis=0) for c in corners]),
+        np.array([c.max(axis=0) for c in corners]),
+        np.concatenate([plane for solid in solids for plane in solid.planes]),
+    )
+    state = _State(name, solids)
     world = _box(np.full(dimension, -1.01), np.full(dimension, 1.01))
     try:
         _halve(state, world, np.full(dimension, -1.01), np.full(dimension, 1.01), faces)
@@ -50,6 +64,19 @@ def edges(name, pols, dimension):
     if not segments:
         return np.zeros((0, 2, dimension))
     return _each_once(np.array(segments) * half + middle)
+
+
+class _Solid:
+    """An operand: hulls by the planes of their facets."""
+
+    def __init__(self, hulls, dimension):
+        self.planes = [np.array([_plane(cell, facet) for facet in facets]) for cell, facets in hulls]
+        self.low = np.array([cell.min(axis=0) for cell, _ in hulls]).reshape(-1, dimension) - 0.01
+        self.high = np.array([cell.max(axis=0) for cell, _ in hulls]).reshape(-1, dimension) + 0.01
+
+    def has(self, point):
+        near = np.flatnonzero(((self.low <= point) & (point <= self.high)).all(axis=1))
+        return any((self.planes[i][:, :-1] @ point <= self.planes[i][:, -1] + _TOLERANCE).all() for i in near)
 
 
 class _State:
@@ -62,9 +89,7 @@ class _State:
     def classify(self, cell):
         corners = np.concatenate(cell)
         centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
-        full = [
-            any((p[:, :-1] @ centre <= p[:, -1] + _TOLERANCE).all() for p in own) for own in self.operands
-        ]
+        full = [operand.has(centre) for operand in self.operands]
         inside = {
             "union": any(full),
             "intersection": all(full),
@@ -125,16 +150,8 @@ def _box(low, high):
     return faces
 
 
-def _crosses(plane, low, high):
-    """Whether a plane has some of a box on either side."""
-    normal, offset = plane[:-1], plane[-1]
-    least = np.where(normal >= 0, low, high) @ normal - offset
-    most = np.where(normal <= 0, low, high) @ normal - offset
-    return least < 0 < most
-
-
 def _halve(state, cell, low, high, faces):
-    if not faces:
+    if not len(faces):
         return _cut(state, cell, low, high, faces)
     axis = int(np.argmax(np.round(high - low, 6)))
     at = (low[axis] + high[axis]) / 2
@@ -142,16 +159,11 @@ def _halve(state, cell, low, high, faces):
     lower_high[axis] = upper_low[axis] = at
 
     def of(some_low, some_high):
-        return [
-            face
-            for face in faces
-            if (np.maximum(face.low, low) <= some_high).all()
-            and (np.minimum(face.high, high) >= some_low).all()
-            and _crosses(face.plane, some_low, some_high)
-        ]
+        there = (np.maximum(faces.low, low) <= some_high) & (np.minimum(faces.high, high) >= some_low)
+        return faces.chosen(there.all(axis=1) & faces.cross(some_low, some_high))
 
     below, above = of(low, lower_high), of(upper_low, high)
-    divides = len(below) < len(faces) and len(above) < len(faces) or not below or not above
+    divides = len(below) < len(faces) and len(above) < len(faces) or not len(below) or not len(above)
     plane = np.zeros(len(low) + 1)
     plane[axis], plane[-1] = 1, at
     halves = _split(cell, plane) if divides else None
@@ -165,14 +177,14 @@ def _cut(state, cell, low, high, faces):
     waiting = [(cell, low, high, faces)]
     while waiting:
         cell, low, high, faces = waiting.pop()
-        for number, face in enumerate(faces):
-            if (face.low <= high).all() and (face.high >= low).all() and _crosses(face.plane, low, high):
-                halves = _split(cell, face.plane)
-                for half in reversed([half for half in halves if half is not None]):
-                    corners = np.concatenate(half)
-                    waiting.append((half, corners.min(axis=0), corners.max(axis=0), faces[number + 1 :]))
-                break
-        else:
+        there = ((faces.low <= high) & (faces.high >= low)).all(axis=1) & faces.cross(low, high)
+        for number in np.flatnonzero(there)[:1]:
+            halves = _split(cell, faces.plane[number])
+            for half in reversed([half for half in halves if half is not None]):
+                corners = np.concatenate(half)
+                rest = faces.chosen(slice(number + 1, None))
+                waiting.append((half, corners.min(axis=0), corners.max(axis=0), rest))
+        if not there.any():
             state.classify(cell)
 
 
