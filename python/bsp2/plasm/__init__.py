@@ -49,5 +49,17 @@ def cumsum(values):
     return itertools.accumulate(values)
 
 
-_private = {"builtins", "np", "itertools", "appearance", "curves", "fl", "geometry", "legacy", "lar"}
+_private = {
+    "builtins",
+    "np",
+    "cmath",
+    "itertools",
+    "segments",
+    "appearance",
+    "curves",
+    "fl",
+    "geometry",
+    "legacy",
+    "lar",
+}
 __all__ = [name for name in globals() if not name.startswith("_") and name not in _private]

@@ -54,7 +54,7 @@ def COLOR(color):
     if isinstance(color, (list, tuple)) and len(color) in (3, 4):
         color = Color4f(*color)
     if not isinstance(color, Color4f):
-        raise TypeError(f"cannot transform {color!r} to Color4f")
+        raise TypeError(f"a colour is a Color4f, or 3 or 4 numbers, not {color!r}")
     text = f"{color.r} {color.g} {color.b} {color.a}"
     return lambda pol: with_property(pol, "RGBcolor", text)
 
@@ -74,7 +74,7 @@ def MATERIAL(values):
         ambient, diffuse = [0.4 * value for value in color], [0.6 * value for value in color]
         values = ambient + [alpha] + diffuse + [alpha] + [0, 0, 0, alpha] + [0, 0, 0, alpha] + [100]
     if not (isinstance(values, (list, tuple)) and len(values) == 17):
-        raise TypeError(f"cannot transform {values!r} in a material, which is a list of 17 numbers")
+        raise TypeError(f"a material is a list of 17 numbers, or a colour of 3 or 4, not {values!r}")
     text = " ".join(str(value) for value in values)
     return lambda pol: with_property(pol, "VRMLmaterial", text)
 
@@ -83,7 +83,7 @@ def TEXTURE(params):
     """Kept as a property: pictures of ours have no textures."""
     name = params if isinstance(params, str) else params[0]
     if not isinstance(name, str):
-        raise TypeError(f"Texture error {name!r} is not a path")
+        raise TypeError(f"a texture is the path of a picture, not {name!r}")
     return lambda pol: with_property(pol, "texture", name)
 
 

@@ -1,11 +1,14 @@
 """Curves, surfaces and solids as maps of points, and what displays them."""
 
 import builtins
+import cmath
 import math
 
-from .fl import COMP, K, S1, SEL, UNITVECT, VECTPROD
-from ._complex import Hpc
-from .geometry import INTERVALS, MAP, POLYLINE, POLYMARKER, POWER, S, STRUCT, T, UKPOL
+import numpy as np
+
+from ._complex import Hpc, segments
+from .fl import S1, UNITVECT, VECTPROD
+from .geometry import INTERVALS, MAP, POLYLINE, POLYMARKER, T, UKPOL, _patches
 
 
 def _at(values, point):
@@ -212,9 +215,10 @@ def NURBSPLINE(degree, totpoints=80):
 
 def _display(spline, args, marker_size):
     degree, knots, points = args
-    marks = POLYMARKER(2, marker_size)(UKPOL(spline(degree, len(knots))(knots)(points))[0])
-    curve = spline(degree)(knots)(points) if degree > 0 else POLYMARKER(3, marker_size)(points)
-    return STRUCT([curve, marks, POLYLINE(points), POLYMARKER(1, marker_size)(points)])
+    corners, _ = spline(degree, len(knots))(knots)(points).points_and_cells()
+    marks = {kind: POLYMARKER(kind, marker_size) for kind in (1, 2, 3)}
+    shown = [marks[2](corners), POLYLINE(points), marks[1](points)]
+    return Hpc([spline(degree)(knots)(points) if degree > 0 else marks[3](points), *shown])
 
 
 def DISPLAYNUBSPLINE(args, marker_size=0.1):
@@ -227,26 +231,30 @@ def DISPLAYNURBSPLINE(args, marker_size=0.1):
 
 
 def ELLIPSE(axes):
-    """The ellipse with half axes, in 4 n segments."""
-    a, b = axes
-    c = 0.5 * math.sqrt(2)
-    quarter = RATIONALBEZIER([[a, 0, 1], [a * c, b * c, c], [0, b, 1]])
+    """The ellipse with half axes a and b, in 4 n segments.
+
+    A quarter is the rational quadratic with the points (a, 0), (a, b), (0, b) of weights 1, sqrt(1/2), 1,
+    at n equal steps of its parameter; the others are its mirror images.
+    """
 
     def ellipse(n):
-        one = MAP(quarter)(INTERVALS(1.0)(n))
-        half = STRUCT([one, S(2)(-1)(one)])
-        return STRUCT([half, S(1)(-1)(half)])
+        t = np.linspace(0.0, 1.0, int(n) + 1)
+        start, corner, end = (1 - t) ** 2, math.sqrt(2) * t * (1 - t), t**2
+        weight = start + corner + end
+        arc = np.stack([(start + corner) / weight, (corner + end) / weight], axis=1) * axes
+        ends = np.stack([arc[:-1], arc[1:]], axis=1)
+        return segments(np.concatenate([ends * mirror for mirror in ((1, 1), (1, -1), (-1, 1), (-1, -1))]))
 
     return ellipse
 
 
 def CURVE_NORMAL(derivative):
-    """The unit normal of a plane curve, of its derivative."""
+    """The unit normal of a plane curve: the unit tangent, of its derivative, turned left by a right angle."""
 
     def normal(point):
-        x, y = derivative(point)
-        length = math.hypot(x, y)
-        return [-y / length, x / length]
+        tangent = complex(*derivative(point))
+        left = 1j * tangent / abs(tangent)
+        return [left.real, left.imag]
 
     return normal
 
@@ -264,20 +272,22 @@ def DERBEZIER(controls):
 
 
 def BEZIERSTRIPE(args):
-    """The stripe beside a plane Bezier curve: [control points, width, n]."""
+    """The stripe on the left of a plane Bezier curve: [control points, width, n], in n quadrilaterals."""
     controls, width, n = args
-    curve, normal = BEZIERCURVE(controls), CURVE_NORMAL(DERBEZIER(controls))
-
-    def stripe(point):
-        (bx, by), (nx, ny) = curve(point), normal(point)
-        return [bx + point[1] * nx, by + point[1] * ny]
-
     # Beyond the start by a little, where a double control point has no normal.
-    return MAP(stripe)(S(2)(width)(T(1)(0.00001)(POWER([INTERVALS(1)(n), INTERVALS(1)(1)]))))
+    parameters = (1e-5 + np.arange(int(n) + 1) / n)[:, None].tolist()
+    middle = np.array([BEZIERCURVE(controls)(t) for t in parameters])
+    normals = np.array([CURVE_NORMAL(DERBEZIER(controls))(t) for t in parameters])
+    return _patches(np.stack([middle, middle + width * normals], axis=1))
 
 
 def CURVE2MAPVECT(curve):
-    return [COMP([SEL(i), curve]) for i in builtins.range(1, len(curve([0])) + 1)]
+    """The coordinates of a curve, each as a function of a point."""
+
+    def coordinate(axis):
+        return lambda point: curve(point)[axis]
+
+    return [coordinate(axis) for axis, _ in enumerate(curve([0]))]
 
 
 def SEGMENT(part):
@@ -316,8 +326,8 @@ def PROFILEPRODSURFACE(pair):
     """A profile in the plane xz times a section in the plane xy."""
 
     def surface(point):
-        profile, section = pair[0](point), pair[1](point)
-        return [profile[0] * section[0], profile[0] * section[1], profile[2]]
+        (radius, _, height), (x, y) = (f(point)[:size] for f, size in zip(pair, (3, 2)))
+        return [radius * x, radius * y, height]
 
     return surface
 
@@ -326,19 +336,23 @@ def ROTATIONALSURFACE(profile):
     """A profile in the plane xz turned about z by the second coordinate."""
 
     def surface(point):
-        x, _, z = profile(point)
-        return [x * math.cos(point[1]), x * math.sin(point[1]), z]
+        radius, _, height = profile(point)
+        turned = cmath.rect(radius, point[1])
+        return [turned.real, turned.imag, height]
 
     return surface
 
 
 def CYLINDRICALSURFACE(pair):
-    return RULEDSURFACE([pair[0], K(list(pair[1]))])
+    """A curve swept along a vector: alpha(u) + v w."""
+    curve, direction = pair[0], np.array(pair[1], float)
+    return lambda point: (np.array(curve(point), float) + point[1] * direction).tolist()
 
 
 def CONICALSURFACE(pair):
-    apex, curve = pair
-    return RULEDSURFACE([K(apex), lambda point: [b - a for a, b in zip(apex, curve(point))]])
+    """The lines from an apex to the points of a curve: (1 - v) apex + v beta(u)."""
+    apex, curve = np.array(pair[0], float), pair[1]
+    return lambda point: (apex + point[1] * (np.array(curve(point), float) - apex)).tolist()
 
 
 def TENSORPRODSURFACE(bases):
@@ -360,7 +374,9 @@ def TENSORPRODSURFACE(bases):
 
 
 def BILINEARSURFACE(controls):
-    return TENSORPRODSURFACE([BERNSTEINBASIS(S1)(1), BERNSTEINBASIS(S1)(1)])(controls)
+    """(1 - u) (1 - v) p00 + (1 - u) v p01 + u (1 - v) p10 + u v p11, of a table of four points."""
+    linear = [lambda p: 1 - p[0], lambda p: p[0]]
+    return TENSORPRODSURFACE([linear, linear])(controls)
 
 
 def BIQUADRATICSURFACE(controls):
@@ -384,7 +400,7 @@ def HERMITESURFACE(controls):
 
 def BEZIERSURFACE(controls):
     """The tensor product surface of a table of control points."""
-    bases = [BERNSTEINBASIS(S1)(len(controls) - 1), BERNSTEINBASIS(S1)(len(controls[0]) - 1)]
+    bases = [BERNSTEINBASIS(S1)(len(side) - 1) for side in (controls, controls[0])]
     return TENSORPRODSURFACE(bases)(controls)
 
 
@@ -418,9 +434,9 @@ def THINSOLID(surface, delta=1e-4):
     """The layer beside a surface: the third coordinate is the distance along its normal."""
 
     def solid(point):
-        u, v, w = point
-        p0, pu, pv = surface([u, v, w]), surface([u + delta, v, w]), surface([u, v + delta, w])
-        gu, gv = ([b - a for a, b in zip(p0, p)] for p in (pu, pv))
-        return [a + w * n for a, n in zip(p0, UNITVECT(VECTPROD([gu, gv])))]
+        steps = np.array([[0, 0, 0], [delta, 0, 0], [0, delta, 0]])
+        at, *beside = (np.array(surface(p), float) for p in (point + steps).tolist())
+        normal = UNITVECT(VECTPROD([p - at for p in beside]))
+        return (at + point[2] * np.array(normal)).tolist()
 
     return solid

@@ -41,8 +41,7 @@ def FACT(n):
 
 def CHOOSE(pair):
     """The binomial coefficient of [n, k], as a float."""
-    n, k = pair
-    return float(math.comb(int(n), int(k)))
+    return float(math.comb(*(int(number) for number in pair)))
 
 
 def PASCALTRIANGLE(n):
@@ -73,14 +72,8 @@ def curry(function, *given, **named):
 
 def COMP(functions):
     """Composition: the last function first."""
-    functions = list(functions)
-
-    def composed(value):
-        for function in reversed(functions):
-            value = function(value)
-        return value
-
-    return composed
+    order = list(functions)[::-1]
+    return lambda value: reduce(lambda result, function: function(result), order, value)
 
 
 def AA(function):
@@ -99,11 +92,9 @@ def APPLY(pair):
 
 
 def IF(functions):
-    def chosen(value):
-        test, yes, no = functions
-        return yes(value) if test(value) else no(value)
-
-    return chosen
+    """Of [test, f, g]: f of a value that passes the test, g of any other."""
+    test, *branches = functions
+    return lambda value: branches[0 if test(value) else 1](value)
 
 
 def CASE(pairs):
@@ -113,56 +104,46 @@ def CASE(pairs):
 
 def LIFT(function):
     """The function of what functions give: LIFT(f)([g, h])(x) = f([g(x), h(x)])."""
-    return lambda functions: COMP([function, CONS(functions)])
+    return lambda functions: lambda value: function([inner(value) for inner in functions])
 
 
 def RAISE(function):
     """LIFT for lists of functions, else the function itself."""
-    return lambda values: LIFT(function)(values) if ISSEQOF(ISFUN)(values) else function(values)
+    lifted, of_functions = LIFT(function), ISSEQOF(ISFUN)
+    return lambda values: (lifted if of_functions(values) else function)(values)
 
 
 def INSR(function):
-    """Folds a list from the right with a function of pairs."""
-
-    def inserted(values):
-        result = values[-1]
-        for value in reversed(values[:-1]):
-            result = function([value, result])
-        return result
-
-    return inserted
+    """Folds a list from the right: f([x1, f([x2, ... f([xn-1, xn])])])."""
+    return lambda values: reduce(lambda later, value: function([value, later]), reversed(values))
 
 
 def INSL(function):
-    """Folds a list from the left with a function of pairs."""
-
-    def inserted(values):
-        result = values[0]
-        for value in values[1:]:
-            result = function([result, value])
-        return result
-
-    return inserted
+    """Folds a list from the left: f([... f([f([x1, x2]), x3]) ..., xn])."""
+    return lambda values: reduce(lambda earlier, value: function([earlier, value]), values)
 
 
 def TREE(function):
-    """Folds a list by halves."""
+    """Folds a list by halves: f([left half folded, right half folded]), the right one not the shorter."""
 
     def folded(values):
-        if len(values) == 1:
-            return values[0]
-        half = len(values) // 2
-        return function([folded(values[:half]), folded(values[half:])])
+        def span(first, end):
+            middle = (first + end) // 2
+            return values[first] if end == first + 1 else function([span(first, middle), span(middle, end)])
+
+        return span(0, len(values))
 
     return folded
 
 
 def AS(function):
-    return lambda values: CONS(AA(function)(values))
+    """The list of f(v)(x) for all v of a list, as a function of x."""
+    return lambda values: CONS([function(value) for value in values])
 
 
 def AC(function):
-    return lambda values: COMP(AA(function)(values))
+    """The composition of f(v) for all v of a list."""
+    return lambda values: COMP([function(value) for value in values])
 
 
 def FILTER(test):
@@ -271,7 +252,8 @@ def INTSTO(n):
 
 
 def FROMTO(pair):
-    return list(builtins.range(int(pair[0]), int(pair[-1]) + 1))
+    """The integers from the first to the last; none if the last is less."""
+    return np.arange(int(pair[0]), int(pair[-1]) + 1).tolist()
 
 
 def RANGE(pair):
@@ -364,11 +346,11 @@ def ISGE(pair):
 
 
 def BIGGER(pair):
-    return pair[0] if pair[0] >= pair[1] else pair[1]
+    return max(pair[0], pair[1])
 
 
 def SMALLER(pair):
-    return pair[0] if pair[0] <= pair[1] else pair[1]
+    return min(pair[0], pair[1])
 
 
 greater = BIGGEST = max
@@ -507,11 +489,12 @@ ISPOINT = ISVECT
 
 
 def ISPOINTSEQ(value):
-    return ISSEQOF(ISPOINT)(value) and EQ(AA(LEN)(value))
+    return ISSEQOF(ISPOINT)(value) and len({len(point) for point in value}) <= 1
 
 
 def ISMAT(value):
-    return ISSEQOF(ISSEQ)(value) and EQ(AA(LEN)(value))
+    """Whether a value is a list of lists that are equally long."""
+    return ISSEQOF(ISSEQ)(value) and len({len(row) for row in value}) <= 1
 
 
 def ISSQRMAT(value):
@@ -532,12 +515,13 @@ def VECTSUM(vectors):
 
 
 def VECTDIFF(vectors):
-    return [values[0] - sum(values[1:]) for values in zip(*vectors)]
+    """The first vector less all others."""
+    return [head - sum(rest) for head, *rest in zip(*vectors)]
 
 
 def MEANPOINT(points):
-    part = 1.0 / len(points)
-    return [part * value for value in VECTSUM(points)]
+    """The mean of points: of each coordinate."""
+    return np.mean(np.array(points, float), axis=0).tolist()
 
 
 def VECTPROD(pair):
@@ -561,27 +545,31 @@ def INNERPROD(pair):
 
 
 def SCALARVECTPROD(pair):
-    scalar, vector = pair
-    if not isinstance(vector, (list, tuple, np.ndarray)):
-        scalar, vector = vector, scalar
-    return [scalar * value for value in vector]
+    """A vector times a number, which may come first or last."""
+    return np.multiply(*pair).tolist()
 
 
 def MIXEDPROD(triple):
-    return INNERPROD([VECTPROD(triple[:2]), triple[2]])
+    """The signed volume of the box that three vectors span."""
+    return float(np.linalg.det(np.array(triple, float)))
 
 
 def DIRPROJECT(direction):
-    direction = UNITVECT(direction)
-    return lambda vector: SCALARVECTPROD([INNERPROD([direction, vector]), direction])
+    """The part of vectors along a direction."""
+    unit = np.array(UNITVECT(direction))
+    return lambda vector: (unit @ np.array(vector, float) * unit).tolist()
 
 
 def ORTHOPROJECT(direction):
-    return lambda vector: VECTDIFF([vector, DIRPROJECT(direction)(vector)])
+    """The part of vectors across a direction."""
+    unit = np.array(UNITVECT(direction))
+    across = np.eye(len(unit)) - np.outer(unit, unit)
+    return lambda vector: (across @ vector).tolist()
 
 
 def IDNT(n):
-    return [[1 if row == column else 0 for column in builtins.range(n)] for row in builtins.range(n)]
+    """The unit matrix."""
+    return np.eye(n, dtype=int).tolist()
 
 
 def INV(matrix):
@@ -594,48 +582,53 @@ def INV(matrix):
 
 
 def TRACE(matrix):
-    return sum(matrix[i][i] for i in builtins.range(len(matrix)))
+    return np.trace(matrix).item()
 
 
 def MATHOM(matrix):
     """The homogeneous form of a matrix: a first row and column more."""
-    return [[1] + [0] * len(matrix)] + [[0] + list(row) for row in matrix]
+    result = np.eye(len(matrix) + 1, dtype=np.asarray(matrix).dtype)
+    result[1:, 1:] = matrix
+    return result.tolist()
 
 
 def SCALARMATPROD(pair):
-    return [[pair[0] * value for value in row] for row in pair[1]]
+    return np.multiply(*pair).tolist()
 
 
 def MATDOTPROD(pair):
-    return INNERPROD(AA(CAT)(pair))
+    """The sum of the products of entries of two matrices."""
+    return np.vdot(*pair).item()
 
 
 def ORTHO(matrix):
-    return [[0.5 * (a + b) for a, b in zip(*rows)] for rows in zip(matrix, TRANS(matrix))]
+    """The symmetric part of a matrix."""
+    return (np.add(matrix, np.transpose(matrix)) / 2).tolist()
 
 
 def SKEW(matrix):
-    return [[0.5 * (a - b) for a, b in zip(*rows)] for rows in zip(matrix, TRANS(matrix))]
+    """The skew-symmetric part of a matrix."""
+    return (np.subtract(matrix, np.transpose(matrix)) / 2).tolist()
 
 
 def VECT2MAT(vector):
-    return [
-        [vector[i] if i == j else 0 for j in builtins.range(len(vector))] for i in builtins.range(len(vector))
-    ]
+    """The diagonal matrix of a vector."""
+    return np.diag(vector).tolist()
 
 
 def VECT2DTOANGLE(vector):
-    vector = UNITVECT(vector)
-    return math.acos(vector[0]) * (1 if vector[1] >= 0 else -1)
+    """The angle from the first axis to a plane vector, above -PI and up to PI."""
+    return math.atan2(vector[1] + 0.0, vector[0])  # + 0.0: below the axis is what is, -0.0 is not
 
 
 def SPLIT_2PI(n):
-    return [i * 2 * PI / n for i in builtins.range(int(n))]
+    """The angles of n equal parts of a turn."""
+    return np.linspace(0, 2 * PI, int(n), endpoint=False).tolist()
 
 
 def ARC(pair):
-    degrees, minutes = pair
-    return PI * (degrees + minutes) / (100.0 * 180.0)
+    """Hundredths of degrees, the sum of two, in radians."""
+    return math.radians(sum(pair) / 100)
 
 
 def DIV(values):

@@ -10,25 +10,16 @@ import numpy as np
 from . import _cells, _complex, _files, _kernel, _partition
 from ._complex import Batch, Hpc
 from .fl import (
-    AA,
-    COMP,
     CONS,
-    ID,
+    INNERPROD,
     ISNUM,
     ISPOL,
     ISSEQOF,
-    MATHOM,
     MEANPOINT,
     PERMUTATIONS,
     PI,
-    RAISE,
     UNITVECT,
-    VECTDIFF,
-    VECTNORM,
     VECTPROD,
-    VECTSUM,
-    INNERPROD,
-    INSL,
     reduce,
 )
 
@@ -42,24 +33,31 @@ class PlasmConfig:
     exact."""
 
     def __init__(self):
-        self.stack = [(DEFAULT_TOLERANCE, DEFAULT_MAX_NUM_SPLIT, DEFAULT_USE_OCTREE_PLANES)]
+        self._settings = [
+            {
+                "tolerance": DEFAULT_TOLERANCE,
+                "maxnumtry": DEFAULT_MAX_NUM_SPLIT,
+                "useOctreePlanes": DEFAULT_USE_OCTREE_PLANES,
+            }
+        ]
 
-    def tolerance(self):
-        return self.stack[-1][0]
+    def _setting(name):
+        return lambda self: self._settings[-1][name]
 
-    def maxnumtry(self):
-        return self.stack[-1][1]
-
-    def useOctreePlanes(self):
-        return self.stack[-1][2]
+    tolerance, maxnumtry, useOctreePlanes = map(_setting, ("tolerance", "maxnumtry", "useOctreePlanes"))
+    del _setting
 
     def push(self, tolerance, maxnumtry=-1, useoctreeplanes=True):
-        self.stack.append((tolerance, maxnumtry if maxnumtry >= 0 else self.maxnumtry(), useoctreeplanes))
+        changed = {"tolerance": tolerance, "useOctreePlanes": useoctreeplanes}
+        if maxnumtry >= 0:
+            changed["maxnumtry"] = maxnumtry
+        self._settings.append({**self._settings[-1], **changed})
 
     def pop(self):
-        if len(self.stack) == 1:
-            raise Exception("Cannot pop the default configuration")
-        self.stack.pop()
+        *earlier, _ = self._settings
+        if not earlier:
+            raise IndexError("there is no push to this pop of plasm_config")
+        self._settings = earlier
 
 
 plasm_config = PlasmConfig()
@@ -92,8 +90,7 @@ def _list(value):
 
 def CUBOID(sizes):
     """The box from the origin to `sizes`."""
-    sizes = [float(size) for size in sizes]
-    return Hpc([_cube(len(sizes))], np.diag([1.0] + sizes))
+    return _box(np.zeros(len(sizes)), sizes)
 
 
 def CUBE(side):
@@ -107,7 +104,7 @@ def _box(low, high):
     return Hpc([_cube(len(low))], matrix)
 
 
-HEXAHEDRON = _box([-1 / math.sqrt(3)] * 3, [1 / math.sqrt(3)] * 3)
+HEXAHEDRON = _box(*np.outer([-1, 1], np.full(3, 1 / math.sqrt(3))))
 
 
 def SIMPLEX(dimension):
@@ -119,11 +116,15 @@ def SIMPLEX(dimension):
 
 def MKPOL(triple):
     """The complex of hulls: [points, cells, pols]; cells count points from 1, pols are not used."""
-    points, cells = triple[0], triple[1]
-    points = np.array([[float(value) for value in point] for point in points])
-    if points.ndim != 2:
-        raise ValueError("MKPOL: all points need equally many coordinates")
-    return _complex.from_cells(*_there(points, cells, 1))
+    return _complex.from_cells(*_there(_points(triple[0]), triple[1], 1))
+
+
+def _points(points):
+    """Points as an array (points, coordinates)."""
+    sizes = {len(point) for point in points}
+    if len(sizes) != 1:
+        raise ValueError(f"points need equally many coordinates, these have {sorted(sizes)}")
+    return np.array([[float(value) for value in point] for point in points])
 
 
 def _there(points, cells, first):
@@ -146,11 +147,13 @@ def _there(points, cells, first):
 
 def MK(point):
     """The complex of one point."""
-    return MKPOL([[point], [[1]], [[1]]])
+    return CONVEXHULL([point])
 
 
 def CONVEXHULL(points):
-    return MKPOL([points, [list(builtins.range(1, len(points) + 1))], [[1]]])
+    """The hull of points, as one cell."""
+    points = _points(points)
+    return _complex.from_cells(points, np.arange(len(points))[None])
 
 
 def UKPOL(pol):
@@ -216,11 +219,13 @@ def Q(value):
 
 def INTERVALS(length):
     """A segment in n equal parts."""
-    return lambda n: QUOTE([float(length) / float(n)] * int(n))
+    return lambda n: QUOTE(np.full(int(n), float(length) / n))
 
 
 def POLYPOINT(points):
-    return MKPOL([points, [[i + 1] for i in builtins.range(len(points))], None])
+    """The complex of points, each a cell."""
+    points = _points(points)
+    return _complex.from_cells(points, np.arange(len(points))[:, None])
 
 
 def POLYLINE(points):
@@ -230,12 +235,16 @@ def POLYLINE(points):
 
 
 def TRIANGLESTRIPE(points):
-    cells = [[i, i + 1, i + 2] if i % 2 == 0 else [i + 1, i, i + 2] for i in builtins.range(len(points) - 2)]
+    """The triangles of each three points that follow one another, all with one orientation in a zigzag."""
+    cells = np.arange(max(0, len(points) - 2))[:, None] + np.arange(3)
+    cells[1::2, :2] = cells[1::2, 1::-1].copy()
     return _complex.from_cells(points, cells)
 
 
 def TRIANGLEFAN(points):
-    return _complex.from_cells(points, [[0, i - 1, i] for i in builtins.range(2, len(points))])
+    """The triangles of the first point and each two of the others that follow one another."""
+    last = np.arange(2, len(points))
+    return _complex.from_cells(points, np.stack([np.zeros_like(last), last - 1, last], axis=1))
 
 
 # Maps.
@@ -360,16 +369,18 @@ def PROJECT(less):
 
 
 def MIRROR(axis):
-    return lambda pol: STRUCT([SCALE(axis)(-1)(pol), pol])
+    """A complex together with its mirror image along an axis."""
+    mirror = SCALE(axis)(-1).matrix
+    return lambda pol: Hpc([Hpc([pol], mirror), pol])
 
 
 # Assemblies.
 def STRUCT(parts):
     """All complexes of a list together; a map moves all that follow it. Cells that overlap stay."""
     if not isinstance(parts, (list, tuple)):
-        raise TypeError("STRUCT must be applied to a list")
+        raise TypeError(f"STRUCT takes a list of complexes and maps, not {type(parts).__name__}")
     if not len(parts):
-        raise ValueError("STRUCT must be applied to a not empty list")
+        raise ValueError("STRUCT of an empty list: it needs a complex")
     for part in parts:
         if not (isinstance(part, Hpc) or callable(part)):
             raise TypeError(f"STRUCT takes complexes and maps of complexes, not {type(part).__name__}")
@@ -400,8 +411,9 @@ def _moved(maps, level, rest):
 
 
 def LOCATE(triple):
+    """[complex, axis, distances]: the complex at each distance from where it was before."""
     pol, axis, distances = triple
-    return STRUCT([part for distance in distances for part in (T(axis)(distance), pol)])
+    return STRUCT([TRANSLATE(axis)(place)(pol) for place in np.cumsum(distances, axis=0)])
 
 
 def JOIN(pols):
@@ -410,12 +422,13 @@ def JOIN(pols):
 
 
 def POWER(pair):
-    """The product of two complexes, or the power of two numbers."""
+    """Of two complexes all pairs of a point of each (their Cartesian product); of two numbers the power."""
     if len(pair) != 2:
-        raise ValueError("POWER can only be applied to a list of 2 arguments")
-    if ISNUM(pair[0]) and ISNUM(pair[1]):
-        return math.pow(pair[0], pair[1])
-    return _complex.product(pair[0], pair[1])
+        raise ValueError(f"POWER takes two complexes, or two numbers: a list of 2, not of {len(pair)}")
+    complexes = sum(ISPOL(factor) for factor in pair)
+    if complexes == 1:
+        raise TypeError("POWER takes two complexes, or two numbers, not one of each")
+    return (_complex.product if complexes else math.pow)(*pair)
 
 
 def SKELETON(dimension):
@@ -429,15 +442,18 @@ SKEL_0, SKEL_1, SKEL_2, SKEL_3, SKEL_4, SKEL_5, SKEL_6, SKEL_7, SKEL_8, SKEL_9 =
 
 
 # Numbers, vectors and complexes.
+def _entrywise(function, values, name):
+    """What a function of a list of numbers gives for numbers, for the entries of vectors, of matrices, ..."""
+    if all(ISNUM(value) for value in values):
+        return function(values)
+    if not all(isinstance(value, (list, tuple, np.ndarray)) for value in values):
+        raise TypeError(f"{name} takes numbers, vectors, matrices or complexes, not {values!r}")
+    return [_entrywise(function, entries, name) for entries in zip(*values)]
+
+
 def SUM(values):
     """The sum of numbers, vectors, matrices; the union of complexes."""
-    if ISPOL(values[0]):
-        return UNION(values)
-    if ISNUM(values[0]):
-        return sum(values)
-    if isinstance(values[0], (list, tuple)):
-        return AA(VECTSUM)(zip(*values)) if isinstance(values[0][0], (list, tuple)) else VECTSUM(values)
-    raise TypeError(f"'+' function has been applied to {values!r}!")
+    return UNION(values) if ISPOL(values[0]) else _entrywise(sum, values, "SUM")
 
 
 ADD = SUM
@@ -446,31 +462,24 @@ ADD = SUM
 def DIFF(values):
     """The difference of numbers, vectors, matrices or complexes; of one number its negative."""
     if ISNUM(values):
-        return -1 * values
+        return -values
     if ISPOL(values[0]):
         return DIFFERENCE(values)
-    if ISNUM(values[0]):
-        return reduce(lambda a, b: a - b, values)
-    if isinstance(values[0], (list, tuple)):
-        return AA(VECTDIFF)(zip(*values)) if isinstance(values[0][0], (list, tuple)) else VECTDIFF(values)
-    raise TypeError(f"'-' function has been applied to {values!r}!")
+    return _entrywise(lambda numbers: numbers[0] - sum(numbers[1:]), values, "DIFF")
 
 
 def PROD(values):
     """The product of numbers, of two vectors (inner), of two complexes."""
     values = list(values)
-    if ISPOL(values[0]):
-        return POWER(values)
-    if ISSEQOF(ISNUM)(values):
-        return reduce(lambda a, b: a * b, values)
-    if len(values) == 2 and ISSEQOF(ISNUM)(values[0]) and ISSEQOF(ISNUM)(values[1]):
-        return INNERPROD(values)
-    raise TypeError(f"PROD function has been applied to {values!r}!")
+    for test, product in ((ISPOL, POWER), (ISNUM, math.prod), (ISSEQOF(ISNUM), INNERPROD)):
+        if all(map(test, values)) and (product is not INNERPROD or len(values) == 2):
+            return product(values)
+    raise TypeError(f"PROD multiplies numbers, two vectors or two complexes, not {values!r}")
 
 
 def SQR(value):
     """The square of a number, or of what a function gives."""
-    return RAISE(RAISE(PROD))([ID, ID])(value)
+    return (lambda at: SQR(value(at))) if callable(value) else PROD([value, value])
 
 
 # Booleans.
@@ -675,17 +684,27 @@ def ALIGN(rules):
     return aligned
 
 
-TOP = ALIGN([[3, MAX, MIN], [1, MED, MED], [2, MED, MED]])
-BOTTOM = ALIGN([[3, MIN, MAX], [1, MED, MED], [2, MED, MED]])
-LEFT = ALIGN([[1, MIN, MAX], [3, MIN, MIN]])
-RIGHT = ALIGN([[1, MAX, MIN], [3, MIN, MIN]])
-UP = ALIGN([[2, MAX, MIN], [3, MIN, MIN]])
-DOWN = ALIGN([[2, MIN, MAX], [3, MIN, MIN]])
+def _beside(axis, after, others):
+    """ALIGN with the second complex after (or before) the first along an axis; on other axes one place."""
+    touching = [axis, MAX, MIN] if after else [axis, MIN, MAX]
+    return ALIGN([touching] + [[other, place, place] for other, place in others.items()])
 
-NORTH = CONS([CONS([MAX(1), MAX(2)]), CONS([MIN(1), MIN(2)])])
-SOUTH = CONS([CONS([MIN(1), MIN(2)]), CONS([MAX(1), MIN(2)])])
-WEST = CONS([CONS([MIN(1), MAX(2)]), CONS([MIN(1), MIN(2)])])
-EAST = CONS([CONS([MAX(1), MIN(2)]), CONS([MAX(1), MAX(2)])])
+
+TOP, BOTTOM = (_beside(3, after, {1: MED, 2: MED}) for after in (True, False))
+RIGHT, LEFT = (_beside(1, after, {3: MIN}) for after in (True, False))
+UP, DOWN = (_beside(2, after, {3: MIN}) for after in (True, False))
+
+
+def _plane_corners(*chosen):
+    """The function of a complex that gives corners of its box's shadow; of each the ends on x and y, 0 the
+    low one."""
+    return lambda pol: np.array(_limits(pol))[np.array(chosen), [0, 1]].tolist()
+
+
+NORTH = _plane_corners((1, 1), (0, 0))
+SOUTH = _plane_corners((0, 0), (1, 0))
+WEST = _plane_corners((0, 1), (0, 0))
+EAST = _plane_corners((1, 0), (1, 1))
 
 
 def _to_origin(x, y):
@@ -697,54 +716,82 @@ LXMY, RXMY = _to_origin(MIN, MED), _to_origin(MAX, MED)
 
 
 # Round things, by their polygons.
-def CIRCLE_POINTS(radius, n):
-    return [
-        [radius * math.cos(i * 2 * PI / n), radius * math.sin(i * 2 * PI / n)] for i in builtins.range(int(n))
+def _circle(radius, n):
+    """Corners (n, 2) of a regular polygon, the first one on the first axis."""
+    return np.stack(_polar(_parts(2 * PI, n)[:-1], radius), axis=1)
+
+
+def _polar(angle, radius):
+    return radius * np.cos(angle), radius * np.sin(angle)
+
+
+def _parts(length, n):
+    """The ends of n equal parts of a segment from 0. Less than nothing has none: lengths of gaps are
+    negative."""
+    return np.arange(int(n) + 1) * (float(length) / n) if length >= 0 else np.zeros(0)
+
+
+def _net(function, *axes):
+    """The complex of a net: `function` maps arrays of coordinates, one for each axis, to one for each
+    coordinate of the images; cells are the hulls of the images of the corners of boxes."""
+    return _patches(np.stack(np.broadcast_arrays(*function(*np.meshgrid(*axes, indexing="ij"))), axis=-1))
+
+
+def _patches(points):
+    """The complex of hulls of neighbours in an array of points (.., coordinates)."""
+    sizes = points.shape[:-1]
+    ends = [
+        points[tuple(slice(end, end + max(0, size - 1)) for end, size in zip(corner, sizes))]
+        for corner in np.ndindex(*[2] * len(sizes))
     ]
+    cells = np.stack(ends, axis=-2).reshape(-1, len(ends), points.shape[-1])
+    return _complex.leaf([Batch(cells, np.arange(len(cells)))], points.shape[-1])
+
+
+def CIRCLE_POINTS(radius, n):
+    """The corners of the regular n-gon in a circle, the first one on the first axis."""
+    return _circle(radius, n).tolist()
 
 
 def CIRCUMFERENCE(radius):
-    return lambda n: MAP(lambda p: [radius * math.cos(p[0]), radius * math.sin(p[0])])(INTERVALS(2 * PI)(n))
+    """The circle, as the n edges of a regular polygon."""
+
+    def circumference(n):
+        corners = _circle(radius, n)
+        return _complex.segments(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1))
+
+    return circumference
 
 
 def NGON(n):
     return CIRCUMFERENCE(1)(n)
 
 
-def _polar(p):
-    return [p[1] * math.cos(p[0]), p[1] * math.sin(p[0])]
-
-
 def RING(radii):
     """The ring between two circles, in n parts around and m across."""
-
-    def ring(parts):
-        first, second = radii
-        domain = POWER([INTERVALS(2 * PI)(parts[0]), INTERVALS(second - first)(parts[1])])
-        return MAP(_polar)(T(2)(first)(domain))
-
-    return ring
+    inner, outer = radii
+    return lambda parts: _net(_polar, _parts(2 * PI, parts[0]), inner + _parts(outer - inner, parts[1]))
 
 
 def TUBE(args):
+    """The prism over a ring in n parts: [inner radius, outer radius, height]."""
     inner, outer, height = args
-    return lambda n: POWER([RING([inner, outer])([n, 1]), QUOTE([height])])
+
+    def polar(angle, radius, z):
+        return *_polar(angle, radius), z
+
+    return lambda n: _net(polar, _parts(2 * PI, n), inner + _parts(outer - inner, 1), _parts(height, 1))
 
 
 def CIRCLE(radius):
     """The disk, in n parts around and m across."""
-    return lambda parts: MAP(_polar)(POWER([INTERVALS(2 * PI)(parts[0]), INTERVALS(radius)(parts[1])]))
+    return RING([0.0, radius])
 
 
 def MY_CYLINDER(args):
     """The prism over a regular n-gon: [radius, height]."""
-
-    def cylinder(n):
-        radius, height = args
-        base = _complex.from_cells(CIRCLE_POINTS(radius, n), [list(builtins.range(int(n)))])
-        return POWER([base, _complex.from_cells([[0.0], [float(height)]], [[0, 1]])])
-
-    return cylinder
+    radius, height = args
+    return lambda n: _complex.product(CONVEXHULL(_circle(radius, n)), Q(height))
 
 
 CYLINDER = MY_CYLINDER
@@ -753,74 +800,60 @@ CYLINDER = MY_CYLINDER
 def SPHERE(radius):
     """The surface of a ball, in n parts from pole to pole and m around."""
 
-    def sphere(parts):
-        n, m = parts
-        domain = T([1, 2])([-PI / 2, -PI])(POWER([INTERVALS(PI)(n), INTERVALS(2 * PI)(m)]))
-        return MAP(
-            lambda p: [
-                radius * math.cos(p[0]) * math.sin(p[1]),
-                radius * math.cos(p[0]) * math.cos(p[1]),
-                radius * math.sin(p[0]),
-            ]
-        )(domain)
+    def at(latitude, turn):
+        around = radius * np.cos(latitude)
+        return around * np.sin(turn), around * np.cos(turn), radius * np.sin(latitude)
 
-    return sphere
+    return lambda parts: _net(at, _parts(PI, parts[0]) - PI / 2, _parts(2 * PI, parts[1]) - PI)
 
 
 def TORUS(radii):
     """The surface of a ring with an inner and an outer radius, in n parts around and m around its section."""
+    middle, section = sum(radii) / 2, (radii[1] - radii[0]) / 2
 
-    def torus(parts):
-        inner, outer = radii
-        n, m = parts
-        a, c = 0.5 * (outer - inner), 0.5 * (inner + outer)
-        return MAP(
-            lambda p: [
-                (c + a * math.cos(p[1])) * math.cos(p[0]),
-                (c + a * math.cos(p[1])) * math.sin(p[0]),
-                a * math.sin(p[1]),
-            ]
-        )(POWER([INTERVALS(2 * PI)(n), INTERVALS(2 * PI)(m)]))
+    def at(turn, angle):
+        across, z = _polar(angle, section)
+        return *_polar(turn, middle + across), z
 
-    return torus
+    return lambda parts: _net(at, *(_parts(2 * PI, n) for n in parts))
 
 
 def CONE(args):
     """The pyramid over a regular n-gon: [radius, height]."""
     radius, height = args
-    return lambda n: JOIN([CIRCLE(radius)([n, 1]), MK([0, 0, height])])
+
+    def cone(n):
+        base = np.pad(_circle(radius, n), ((0, 0), (0, 1)))
+        return CONVEXHULL(np.concatenate([base, [[0.0, 0.0, height]]]))
+
+    return cone
 
 
 def TRUNCONE(args):
     """The surface of a frustum: [lower radius, upper radius, height]."""
     lower, upper, height = args
 
-    def truncone(n):
-        def side(p):
-            radius = lower + p[1] * (upper - lower)
-            return [radius * math.cos(p[0]), radius * math.sin(p[0]), height * p[1]]
+    def at(turn, part):
+        return *_polar(turn, lower + part * (upper - lower)), part * height
 
-        return MAP(side)(POWER([INTERVALS(2 * PI)(n), QUOTE([1])]))
-
-    return truncone
+    return lambda n: _net(at, _parts(2 * PI, n), _parts(1, 1))
 
 
 def _dodecahedron():
-    a, g = 1 / math.sqrt(3), 0.5 * (math.sqrt(5) - 1)
-    ridge = MKPOL([[[1 - g, 1, -g], [1 + g, 1, -g]], [[1, 2]], [[1]]])
-    roof = T([1, 2, 3])([-1, -1, -1])(JOIN([EMBED(1)(CUBOID([2, 2])), ridge]))
-    pair = STRUCT([roof, R([2, 3])(PI), roof])
-    parts = [_box([-1] * 3, [1] * 3), pair, R([1, 3])(PI / 2), R([1, 2])(PI / 2), pair, R([1, 2])(PI / 2)]
-    return S([1, 2, 3])([a, a, a])(STRUCT(parts + [R([2, 3])(PI / 2), pair]))
+    """A cube with a roof on each face: the ridges are edges, and the edges of the cube diagonals of faces."""
+    golden, half = (math.sqrt(5) - 1) / 2, 1 / math.sqrt(3)
+    eaves = np.array([[x, y, 1.0] for x in (-1, 1) for y in (-1, 1)])
+    roof = np.concatenate([eaves, [[-golden, 0.0, 1 + golden], [golden, 0.0, 1 + golden]]])
+    roofs = [np.roll(roof * [1, 1, side], axis, axis=1) for axis in builtins.range(3) for side in (-1, 1)]
+    cells = np.arange(6 * len(roof)).reshape(6, -1)
+    return Hpc([_box([-half] * 3, [half] * 3), _complex.from_cells(half * np.concatenate(roofs), cells)])
 
 
 def _icosahedron():
-    g = 0.5 * (math.sqrt(5) - 1)
-    b = 2 / math.sqrt(5 * math.sqrt(5))
-    x = T([1, 2])([-g, -1])(CUBOID([2 * g, 2]))
-    y = R([1, 3])(PI / 2)(R([1, 2])(PI / 2)(x))
-    z = R([2, 3])(PI / 2)(R([1, 2])(PI / 2)(x))
-    return S([1, 2, 3])([b, b, b])(JOIN([x, y, z]))
+    """The hull of three golden rectangles, each across the next one."""
+    golden, half = (math.sqrt(5) - 1) / 2, 2 / 5**0.75
+    rectangle = half * np.array([[x * golden, y, 0.0] for x in (-1, 1) for y in (-1, 1)])
+    return CONVEXHULL(np.concatenate([np.roll(rectangle, axis, axis=1) for axis in builtins.range(3)]))
 
 
 DODECAHEDRON = _dodecahedron()
@@ -837,12 +870,13 @@ OCTAHEDRON = CROSSPOLYTOPE(2)
 
 
 def PERMUTAHEDRON(dimension):
-    points = PERMUTATIONS(list(builtins.range(1, dimension + 2)))
-    middle = MEANPOINT(points)
-    pol = T(list(builtins.range(1, dimension + 2)))([-value for value in middle])(CONVEXHULL(points))
-    for i in builtins.range(1, dimension + 1):
-        pol = R([i, dimension + 1])(PI / 4)(pol)
-    return PROJECT(1)(pol)
+    """The hull of all orders of 1, ..., d + 1 as points, around the origin: turned by 45 degrees from each
+    axis to the last one, and without the last coordinate then."""
+    points = np.array(PERMUTATIONS(builtins.range(dimension + 1)), float) - dimension / 2
+    for axis in builtins.range(dimension):
+        x, last = points[:, axis].copy(), points[:, -1].copy()
+        points[:, axis], points[:, -1] = (x - last) / math.sqrt(2), (x + last) / math.sqrt(2)
+    return CONVEXHULL(points[:, :-1])
 
 
 def STAR(n):
@@ -855,35 +889,47 @@ def STAR(n):
     return TRIANGLEFAN([point for pair in zip(inner, outer) for point in pair])
 
 
+def _perspective(axis, distance):
+    """Points from the origin onto the hyperplane at a distance along an axis, without that coordinate."""
+    return MAP(lambda point: (distance / point[axis] * np.array(point[:axis])).tolist())
+
+
 def SCHLEGEL2D(distance):
-    return MAP(lambda p: [distance * p[0] / p[2], distance * p[1] / p[2]])
+    """The perspective of space from the origin, onto the plane z = distance."""
+    return _perspective(2, distance)
 
 
 def SCHLEGEL3D(distance):
-    return MAP(lambda p: [distance * p[0] / p[3], distance * p[1] / p[3], distance * p[2] / p[3]])
+    return _perspective(3, distance)
 
 
 # What is made of complexes.
 def EXTRUDE(triple):
     """The product with a segment: [unused, complex, height]."""
-    _, pol, height = triple
-    return POWER([pol, Q(height)])
+    return _complex.product(triple[1], Q(triple[2]))
 
 
 def MULTEXTRUDE(pol):
-    return lambda height: POWER([pol, Q(height)])
+    return lambda height: _complex.product(pol, Q(height))
 
 
 def PRISM(height):
-    return lambda base: POWER([base, QUOTE([height])])
+    return lambda base: _complex.product(base, QUOTE([height]))
 
 
 def FINITECONE(pol):
-    return JOIN([pol, MK([0] * RN(pol))])
+    """The hull of a complex and the origin."""
+    return _complex.hull([pol, MK(np.zeros(RN(pol)))])
 
 
 def PYRAMID(height):
-    return lambda pol: JOIN([MK(MEANPOINT(UKPOL(pol)[0]) + [height]), pol])
+    """The hull of a complex and a point at a height above the mean of its corners."""
+
+    def pyramid(base):
+        corners, _ = base.points_and_cells()
+        return _complex.hull([MK([*corners.mean(axis=0), height]), base])
+
+    return pyramid
 
 
 def SPLITCELLS(pol):
@@ -900,25 +946,31 @@ def EXTRACT_WIRES(pol):
 
 
 def MESH(lengths):
-    return INSL(RAISE(PROD))([QUOTE(value) for value in lengths])
+    """The product of the QUOTEs of lists of lengths."""
+    return reduce(_complex.product, map(QUOTE, lengths))
 
 
 def NU_GRID(data):
-    return INSL(RAISE(PROD))([POLYLINE(points) for points in data])
+    """The product of the polylines of lists of points."""
+    return reduce(_complex.product, map(POLYLINE, data))
 
 
 def POLYMARKER(kind, MARKERSIZE=0.1):
-    """A marker at each point of a list."""
-    a, b = MARKERSIZE, -MARKERSIZE
-    diamond = _complex.from_cells([[a, 0], [0, a], [b, 0], [0, b]], [[0, 1], [1, 2], [2, 3], [3, 0]])
-    square = [[a, a], [b, a], [b, b], [a, b]]
-    cross = _complex.from_cells(square, [[0, 2], [1, 3]])
-    frame = _complex.from_cells(square, [[0, 1], [1, 2], [2, 3], [3, 0]])
-    markers = [diamond, cross, frame, Hpc([diamond, cross]), Hpc([diamond, frame]), Hpc([cross, frame])]
+    """A mark at each point of a list, in the plane of the first two axes: 0 a diamond, 1 a cross, 2 a square,
+    3 to 5 two of these together."""
+    tips = np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
+    square = tips + np.roll(tips, -1, axis=0)
+    diamond, frame = (np.stack([c, np.roll(c, -1, axis=0)], axis=1) for c in (tips, square))
+    strokes = [diamond, square[[[0, 2], [1, 3]]], frame]
+    parts = [(0,), (1,), (2,), (0, 1), (0, 2), (1, 2)][int(kind) % 6]
+    mark = MARKERSIZE * np.concatenate([strokes[part] for part in parts])
 
     def marked(points):
-        axes = list(builtins.range(1, len(points[0]) + 1))
-        return Hpc([T(axes)(point)(markers[kind % 6]) for point in points])
+        places = _points(points)
+        size = max(2, places.shape[1])
+        places = np.pad(places, ((0, 0), (0, size - places.shape[1])))
+        ends = places[:, None, None] + np.pad(mark, ((0, 0), (0, 0), (0, size - 2)))
+        return _complex.segments(ends.reshape(-1, 2, size))
 
     return marked
 
@@ -926,47 +978,50 @@ def POLYMARKER(kind, MARKERSIZE=0.1):
 def ROTN(pair):
     """The turn by an angle about a vector through the origin."""
     angle, axis = pair
-    axis = UNITVECT(axis)
-    if axis[0] == 0 and axis[1] == 0:
-        return R([1, 2])(angle)
-    x = UNITVECT(VECTPROD([[0, 0, 1], axis]))
-    y = VECTPROD([axis, x])
-    to = np.array(MATHOM([x, y, axis]))
-    return COMP([MAT(to.T), R([1, 2])(angle), MAT(to)])
+    x, y, z = axis = np.array(UNITVECT(axis))
+    if x == 0 and y == 0:
+        return ROTATE([1, 2])(angle)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    matrix = np.eye(4)
+    matrix[1:, 1:] += math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+    return Tensor(matrix)
 
 
-MKVERSORK = TOP([CYLINDER([1.0 / 100.0, 7.0 / 8.0])(6), CONE([1.0 / 16.0, 1.0 / 8])(8)])
+MKVERSORK = Hpc([MY_CYLINDER([0.01, 0.875])(6), T(3)(0.875)(CONE([0.0625, 0.125])(8))])
 
 
 def MKVECTOR(first):
     """An arrow from a point to a point."""
 
     def arrow(second):
-        u = VECTDIFF([second, first])
-        length = VECTNORM(u)
-        turn = ROTN([math.acos(INNERPROD([[0, 0, 1], UNITVECT(u)])), VECTPROD([[0, 0, 1], u])])
-        return COMP([T([1, 2, 3])(first), turn, S([1, 2, 3])([length] * 3)])(MKVERSORK)
+        along = np.subtract(second, first)
+        length = math.hypot(*along)
+        turn = ROTN([math.acos(along[2] / length), [-along[1], along[0], 0.0]]).matrix
+        place = np.eye(4)
+        place[1:, 0] = first
+        place[1:, 1:] = length * _complex.embedded(turn, 3)[1:, 1:]
+        return Hpc([MKVERSORK], place)
 
     return arrow
 
 
 def PLANE(points):
-    """[normal, point, a square of the plane] of three points."""
-    p0, p1, p2 = points
-    v1, v2 = VECTDIFF([p1, p0]), VECTDIFF([p2, p0])
-    a, b = VECTNORM(v1), VECTNORM(v2)
-    normal = UNITVECT(VECTPROD([v1, v2]))
-    angle = math.acos(INNERPROD([[0, 0, 1], normal]))
-    square = T([1, 2])([-a, -b])(CUBOID([2 * a, 2 * b]))
-    return [normal, p0, T([1, 2, 3])(p0)(ROTN([angle, VECTPROD([[0, 0, 1], normal])])(square))]
+    """[normal, point, a rectangle of the plane around the point] of three points."""
+    origin, *others = np.array(points, float)
+    sides = [other - origin for other in others]
+    normal = UNITVECT(VECTPROD(sides))
+    half = [math.hypot(*side) for side in sides]
+    turn = ROTN([math.acos(normal[2]), [-normal[1], normal[0], 0.0]])
+    square = turn(_box([-half[0], -half[1]], half))
+    return [normal, points[0], TRANSLATE([1, 2, 3])(origin)(square)]
 
 
 def RIF(size):
+    """The axes as boxes, a hundredth as thick as they are long: red, green and blue."""
     from .appearance import BLUE, COLOR, GREEN, RED
 
-    thin = 0.01 * size
-    axes = [(RED, [size, thin, thin]), (GREEN, [thin, size, thin]), (BLUE, [thin, thin, size])]
-    return Hpc([COLOR(color)(CUBOID(sizes)) for color, sizes in axes])
+    lengths = size * (0.01 + 0.99 * np.eye(3))
+    return Hpc([COLOR(color)(CUBOID(sides)) for color, sides in zip((RED, GREEN, BLUE), lengths)])
 
 
 def SOLIDIFY(pol):
@@ -1007,7 +1062,7 @@ def SWEEP(vector):
 
 def MINKOWSKI(vectors):
     """Sweeps along vectors, the last one first."""
-    return COMP([SWEEP(vector) for vector in vectors]) if len(vectors) else ID
+    return lambda pol: reduce(lambda swept, vector: SWEEP(vector)(swept), reversed(vectors), pol)
 
 
 def OFFSET(sizes):
@@ -1024,65 +1079,88 @@ def OFFSET(sizes):
     return grown
 
 
+def _screw(dimension, angle, rise):
+    """The matrix of a turn in the plane of the last two of so many axes (if there are two), and of a step
+    along the next axis."""
+    matrix = np.eye(dimension + 2)
+    if dimension > 1:
+        matrix[dimension - 1 : dimension + 1, dimension - 1 : dimension + 1] = ROTATE([1, 2])(angle).matrix[
+            1:, 1:
+        ]
+    matrix[dimension + 1, 0] = rise
+    return matrix
+
+
+def _between(pol, *matrices):
+    """The complex of the hulls of the images of each cell by all of some maps, in one dimension more. Cells
+    with fewer dimensions than others are passed over."""
+    space, pieces = pol.space_dim + 1, []
+    maps = [_complex.embedded(matrix, space) for matrix in matrices]
+    for batch in SKELETON(DIM(pol))(pol).cells()[0]:
+        points = np.pad(batch.points, ((0, 0), (0, 0), (0, 1)))
+        images = [points @ matrix[1:, 1:].T + matrix[1:, 0] for matrix in maps]
+        pieces.append(Batch(np.concatenate(images, axis=1), batch.order))
+    return _complex.leaf(pieces, space)
+
+
 def EXTRUSION(angle):
     """Layers of height 1/height, each turned by a part of an angle."""
 
     def of_height(height):
         def extruded(pol):
             dim = DIM(pol)
-            step = COMP([T(dim + 1)(1.0 / height), R([dim - 1, dim])(angle / height)])
-            cells = [EMBED(1)(cell) for cell in SPLITCELLS(SKELETON(dim)(pol))]
-            layer = Hpc([JOIN([cell, step(cell)]) for cell in cells])
-            return STRUCT([layer, step] * int(height))
+            layer = _between(pol, np.eye(dim + 2), _screw(dim, angle / height, 1.0 / height))
+            steps = [_screw(dim, angle * k / height, k / height) for k in builtins.range(int(height))]
+            return Hpc([Hpc([layer], step) for step in steps], space_dim=layer.space_dim)
 
         return extruded
 
     return of_height
+
+
+def _prisms(pol, pair, lean=0.0):
+    """The prisms of unit height over the cells of a complex, moved to be from one height to another along
+    the next axis, and sheared along the first one."""
+    dim = DIM(pol)
+    unit = _between(pol, np.eye(dim + 2), _screw(dim, 0.0, 1.0))
+    matrix = _screw(dim, 0.0, pair[0])
+    matrix[1, -1] = lean
+    matrix[-1, -1] = pair[1] - pair[0]
+    return Hpc([unit], matrix)
 
 
 def EX(pair):
-    first, second = pair
-
-    def extruded(pol):
-        axis = DIM(pol) + 1
-        return T(axis)(first)(S(axis)(second - first)(EXTRUSION(0.0)(1.0)(pol)))
-
-    return extruded
+    """The prism over a complex, from one height to another along the next axis."""
+    return lambda pol: _prisms(pol, pair)
 
 
 def LEX(pair):
-    first, second = pair
-
-    def extruded(pol):
-        axis = DIM(pol) + 1
-        shear = np.eye(axis + 1)
-        shear[1, axis] = second - first
-        return T(axis)(first)(S(axis)(second - first)(MAT(shear)(EXTRUSION(0)(1)(pol))))
-
-    return extruded
+    """EX, its upper end moved along the first axis by as much as it is high."""
+    return lambda pol: _prisms(pol, pair, pair[1] - pair[0])
 
 
 def SEX(pair):
-    first, second = pair
+    """Layers over a complex, each turned, by as much in all as they are high; the first one is turned back
+    by the first of the pair."""
+    back, total = pair[0], pair[1] - pair[0]
 
-    def of_height(height):
+    def of_layers(number):
         def extruded(pol):
-            dim = DIM(pol)
-            result = S(dim + 1)(second - first)(EXTRUSION(second - first)(height)(pol))
-            return R([dim, dim - 1])(first)(result)
+            matrix = _screw(DIM(pol), -back, 0.0)
+            matrix[-1, -1] = total
+            return Hpc([EXTRUSION(total)(number)(pol)], matrix)
 
         return extruded
 
-    return of_height
+    return of_layers
 
 
 def POLAR(pol, precision=1e-6):
-    faces, cells, pols = UKPOLF(pol)
-    points = []
-    for face in faces:
-        by = -face[0] if abs(face[0]) >= precision else 1
-        points.append([value / by for value in face[1:]])
-    return MKPOL([points, cells, pols])
+    """The polar of the cells: of each half-space a x + b y + ... <= d the point [a/d, b/d, ...]."""
+    faces, cells, _ = UKPOLF(pol)
+    faces = np.array(faces).reshape(-1, pol.space_dim + 1)
+    away = np.where(np.abs(faces[:, :1]) >= precision, -faces[:, :1], 1.0)
+    return _complex.from_cells(faces[:, 1:] / away, [np.array(cell) - 1 for cell in cells])
 
 
 def FRACTALSIMPLEX(dimension):

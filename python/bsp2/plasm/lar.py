@@ -5,11 +5,14 @@ these from larcc, lar2psm, simplexn, largrid, mapper, sysml, boolean, splines, .
 installed, all of these names are this module (`python3 -m bsp2.plasm`).
 """
 
+import collections.abc
+import functools
 import itertools
 import math
 
 import numpy as np
 
+from ._complex import Hpc, from_cells
 from .appearance import COLOR, WHITE
 from .curves import (
     BERNSTEINBASIS,
@@ -33,35 +36,28 @@ from .geometry import CUBOID, MKPOL, POLYLINE, R, S, STRUCT, SIZE, T
 
 # Models and complexes.
 class Model:
-    """A model as an object: points `verts`, cells, and the number of coordinates."""
+    """A model as an object: points `verts`, cells, and the number of coordinates. Unpacks to a pair."""
 
     def __init__(self, pair):
         self.verts, self.cells = pair
         self.n = len(self.verts[0])
 
-    def __iter__(self):
-        return iter((self.verts, self.cells))
-
     def __getitem__(self, index):
         return (self.verts, self.cells)[index]
 
 
-class Struct:
+class Struct(collections.abc.Sequence):
     """An assembly: models, and maps (matrices) of all that follow them."""
 
     def __init__(self, data=None, name=None, category=None):
-        self.body = list(data or [])
-        self.name = name
-        self.category = category
-
-    def __iter__(self):
-        return iter(self.body)
-
-    def __len__(self):
-        return len(self.body)
+        self.name, self.category = name, category
+        self.body = [] if data is None else list(data)
 
     def __getitem__(self, index):
         return self.body[index]
+
+    def __len__(self):
+        return len(self.body)
 
 
 def larModelBreak(model):
@@ -70,11 +66,10 @@ def larModelBreak(model):
 
 
 def MKPOLS(model):
-    """Each cell of a model as a complex."""
-    if isinstance(model, Struct):
-        model = struct2lar(model)
-    points, cells = larModelBreak(model)
-    return [MKPOL([[points[v] for v in cell], [list(range(1, len(cell) + 1))], None]) for cell in cells]
+    """Each cell of a model as a complex: the hull of its points."""
+    points, cells = larModelBreak(struct2lar(model) if isinstance(model, Struct) else model)
+    coordinates = np.array(points)
+    return [from_cells(coordinates[cell], [range(len(cell))]) for cell in cells]
 
 
 def CCOMB(points):
@@ -117,24 +112,17 @@ larExtrude1 = larExtrude
 
 
 def larSimplexGrid(shape):
-    """A grid of unit cubes, each in simplices."""
-    model = [[]], [[0]]
-    for steps in shape:
-        model = larExtrude(model, steps * [1])
-    return model
+    """A grid of unit cubes, each in simplices: a point, swept along one axis after the other."""
+    return functools.reduce(lambda grid, steps: larExtrude(grid, [1] * steps), shape, ([[]], [[0]]))
 
 
 larSimplexGrid1 = larSimplexGrid
 
 
 def larSimplexFacets(simplices):
-    """The facets of simplices, each once, sorted."""
-    return [
-        list(facet)
-        for facet in sorted(
-            {tuple(sorted(s[:k] + s[k + 1 :])) for s in map(list, simplices) for k in range(len(s))}
-        )
-    ]
+    """The facets of simplices, each once, sorted: of n corners all n - 1."""
+    own = (itertools.combinations(sorted(simplex), len(simplex) - 1) for simplex in simplices)
+    return [list(facet) for facet in sorted(set(itertools.chain.from_iterable(own)))]
 
 
 def larSplit(length):
@@ -194,14 +182,13 @@ def larCuboids(shape, full=False):
 
 
 def larModelProduct(pair):
-    """The product of two models."""
-    (v, cells1), (w, cells2) = (larModelBreak(model) for model in pair)
-    points = {}
-    for a in v:
-        for b in w:
-            points.setdefault(tuple(a + b), len(points))
-    cells = [[points[tuple(v[i] + w[j])] for i in c for j in d] for c in cells1 for d in cells2]
-    return [list(point) for point in points], cells
+    """The product of two models: all pairs of points, equal ones once, and of cells."""
+    (first, cells1), (second, cells2) = map(larModelBreak, pair)
+    places = {}
+    numbers = [places.setdefault((*a, *b), len(places)) for a, b in itertools.product(first, second)]
+    numbers = np.array(numbers).reshape(len(first), len(second))
+    cells = [numbers[np.ix_(c, d)].reshape(-1).tolist() for c, d in itertools.product(cells1, cells2)]
+    return list(map(list, places)), cells
 
 
 def larQuote1D(pattern):
@@ -227,14 +214,17 @@ def quads2tria(model):
 
 # Maps.
 def larDomain(shape, cell="cuboid"):
+    """The unit box as a model, in as many steps along each axis as `shape` says."""
     points, cells = larSimplexGrid(shape) if cell == "simplex" else larCuboids(shape)
-    return [[[x / n for x, n in zip(point, shape)] for point in points], cells]
+    return [np.divide(points, shape).tolist(), cells]
 
 
 def larIntervals(shape, cell="cuboid"):
+    """The box of a size as a model, in steps."""
+
     def of_size(size):
-        points, cells = larDomain(shape, cell)
-        return [[[x * s for x, s in zip(point, size)] for point in points], cells]
+        unit = larDomain(shape, cell)
+        return [np.multiply(unit[0], size).tolist(), unit[1]]
 
     return of_size
 
@@ -472,18 +462,14 @@ def exteriorCells(diagram):
 
 
 def cellNumbering(model, pol):
-    """A complex with the number of each cell at its middle."""
-    points, cells = model[0], model[1]
+    """A complex with the number of each chosen cell of a model, in a colour, at the mean of its points."""
 
     def numbered(chosen, color=WHITE, scalingFactor=1):
-        text = TEXTWITHATTRIBUTES(
-            "centre", 0, 0.1 * scalingFactor, 0.2 * scalingFactor, 0.025 * scalingFactor
-        )
-        marks = []
-        for cell in chosen:
-            middle = CCOMB([points[v] for v in cells[cell]])
-            marks.append(T([1, 2, 3])(middle)(COLOR(color)(text(str(cell)))))
-        return STRUCT([pol] + marks)
+        letters = [size * scalingFactor for size in (0.1, 0.2, 0.025)]
+        write = TEXTWITHATTRIBUTES("centre", 0, *letters)
+        middles = {cell: CCOMB([model[0][v] for v in model[1][cell]]) for cell in chosen}
+        labels = [T([1, 2, 3])(middle)(write(str(cell))) for cell, middle in middles.items()]
+        return Hpc([pol, COLOR(color)(Hpc(labels))])
 
     return numbered
 
@@ -544,8 +530,10 @@ def larBezierCurve(controls):
 
 
 def larDom(knots, tics=32):
+    """The segment as long as the knots of a spline reach, from 0, in `tics` parts for each whole unit."""
     length = knots[-1] - knots[0]
-    return larIntervals([tics * int(length)])([length])
+    parts = tics * int(length)
+    return [np.linspace(0.0, length, parts + 1)[:, None].tolist(), grid1(parts)]
 
 
 def TBSPLINE(parameter):

@@ -279,7 +279,4 @@ class Plasm:
 
 def Grid(lists):
     """The grid of lists of lengths, negative ones are gaps."""
-    result = geometry.QUOTE(lists[0])
-    for lengths in lists[1:]:
-        result = geometry.POWER([result, geometry.QUOTE(lengths)])
-    return result
+    return geometry.MESH(lists)
