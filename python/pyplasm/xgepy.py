@@ -1,0 +1,2 @@
+from bsp2.plasm import *
+from bsp2.plasm import __all__
