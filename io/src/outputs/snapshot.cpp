@@ -37,8 +37,8 @@ void check_is_file(const fs::path& path) {
 }
 
 /// HDF5 as distributions build it with MPI is not thread-safe, not even for different files, and threads of a
-/// process may evaluate at once: one of them at a time is in it. Where several ranks write together, one
-/// thread of each does; nobody holds this and waits for another thread of its own process, so all get there.
+/// process may evaluate at once: one of them at a time is in it. Not where several write together: they wait
+/// for each other in it, and ranks have one thread that does.
 std::mutex& hdf5_mutex() {
   static std::mutex mutex;
   return mutex;
@@ -82,7 +82,8 @@ void check_snapshot_is_readable(const fs::path& path) {
 }
 
 void write_snapshot(const fs::path& path, const Snapshot& snapshot, const SnapshotWriters& writers) {
-  const std::lock_guard lock(hdf5_mutex());
+  std::unique_lock lock(hdf5_mutex(), std::defer_lock);
+  if (writers.count == 1) lock.lock();
   hdf5_module().write_snapshot(path, snapshot, writers);
 }
 
