@@ -1,5 +1,7 @@
 """Runs examples/python, and compares what they say with what is known."""
 
+import importlib.util
+import json
 import os
 import pathlib
 import re
@@ -16,7 +18,7 @@ class Examples(unittest.TestCase):
     def say(self, name, *arguments, launcher=()):
         with tempfile.TemporaryDirectory() as folder:
             command = [*launcher, sys.executable, "-W", "error", str(EXAMPLES / name), *arguments]
-            return subprocess.run(command, cwd=folder, check=True, stdout=subprocess.PIPE, text=True, timeout=200).stdout
+            return subprocess.run(command, cwd=folder, env=os.environ | {"BSP2_VIEW": "none"}, check=True, stdout=subprocess.PIPE, text=True, timeout=200).stdout
 
     def test_drilled_block(self):
         said = self.say("drilled_block.py")
@@ -41,6 +43,28 @@ class Examples(unittest.TestCase):
         if "BSP2_MPIRUN" in os.environ:
             self.assertEqual(self.say("ranks.py", "x.pvtu", launcher=(os.environ["BSP2_MPIRUN"], "--oversubscribe", "-n", "2")), alone)
 
+    def test_leaning_tower(self):
+        self.assertEqual(self.say("leaning_tower.py", "4"), "2,609 primitives, 13,062 cells, volume 4478.334511\n")
+
+    def test_located_points(self):
+        said = self.say("located_points.py", "inside.txt")
+        shares = re.match(r"(0\.\d+) of the points are inside, (0\.\d+) of the box is\n", said)
+        self.assertAlmostEqual(float(shares[1]), float(shares[2]), delta=0.01)
+
+    def test_plasm_temple(self):
+        self.assertEqual(self.say("plasm_temple.py"), "box from [-0.8, -0.8, 0.0] to [17.2, 9.2, 9.2]\n")
+
+    def test_first_steps(self):
+        cells = json.loads((EXAMPLES / "first_steps.ipynb").read_text())["cells"]
+        program = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+        said = subprocess.run([sys.executable, "-W", "error", "-c", program], check=True, stdout=subprocess.PIPE, text=True).stdout
+        self.assertRegex(said, r"^volume 5396.966, area 3841.928, [^\n]*\n240 convex cells")
+        if importlib.util.find_spec("nbconvert") and importlib.util.find_spec("ipykernel"):
+            with tempfile.TemporaryDirectory() as folder:
+                notebook = [sys.executable, "-m", "nbconvert", "--to", "html", "--execute", str(EXAMPLES / "first_steps.ipynb"), "--output-dir", folder]
+                subprocess.run(notebook, check=True, stderr=subprocess.DEVNULL)
+                self.assertIn("image/png", pathlib.Path(folder, "first_steps.html").read_text())
+
     def test_first_screen_of_the_manual(self):
         program = re.search(r"```python\n(.*?)```", (SOURCE / "docs" / "python.md").read_text(), re.DOTALL)[1]
         with tempfile.TemporaryDirectory() as folder:
@@ -50,7 +74,7 @@ class Examples(unittest.TestCase):
 
     def test_each_is_tried(self):
         tried = {name[5:] for name in dir(self) if name.startswith("test_")}
-        for example in EXAMPLES.glob("*.py"):
+        for example in (*EXAMPLES.glob("*.py"), *EXAMPLES.glob("*.ipynb")):
             self.assertTrue(any(example.stem.startswith(name) for name in tried), example)
 
 
