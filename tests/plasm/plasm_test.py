@@ -7,6 +7,7 @@ A program shows what it leaves in `shown`. Expected are its box (low and high co
 cells of each dimension, and the volume of the union of what is solid, all by formulas that are here.
 """
 
+import itertools
 import math
 import os
 import pathlib
@@ -605,10 +606,30 @@ def property_simplices(rng):
             assert np.allclose(batch.measures(), expected, rtol=1e-8)
 
 
+def in_general_position(points):
+    """Whether no point is nearly on a facet of the hull of the others: there the tolerance of a hull may merge facets."""
+    dimension, near = points.shape[1], 1e-4
+    for chosen in itertools.combinations(range(len(points)), dimension):
+        corners = points[list(chosen)]
+        edges = corners[1:] - corners[0]
+        normal = np.array([(-1) ** i * np.linalg.det(np.delete(edges, i, axis=1)) for i in range(dimension)])
+        sides = np.delete(points - corners[0], chosen, axis=0) @ (normal / np.linalg.norm(normal))
+        if min(sides.max(), -sides.min()) < near and np.abs(sides).min() < near:
+            return False
+    return True
+
+
+def general_points(rng, *shape):
+    while True:
+        points = rng.uniform(size=shape)
+        if in_general_position(points):
+            return points
+
+
 def property_hulls(rng):
     """Hulls of random points, one by one and in batches, have the content of cones over their facets."""
     for dimension, count in ((2, 6), (2, 40), (3, 8), (3, 30), (4, 12)):
-        points = rng.uniform(size=(4, count, dimension))
+        points = np.array([general_points(rng, count, dimension) for _ in range(4)])
         contents = _cells.hull_measures(points)
         for cell, content in zip(points, contents):
             total, inner = 0.0, cell.mean(axis=0)
