@@ -75,11 +75,12 @@ class Told {
     const auto now = std::make_shared<Progress>();
     ranks.on_superstep = [now, tell](const std::string& name, unsigned) {
       now->superstep = name;
+      now->done = 0;
       tell(*now);
     };
     run.on_progress = [now, tell](double done, std::uint64_t cells) {
       now->done = done;
-      now->cells = cells;
+      if (cells > 0) now->cells = cells;
       tell(*now);
     };
   }

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "expression/node.hpp"
 
 namespace bsp2 {
@@ -15,7 +16,7 @@ namespace {
 using Node = Expression::Node;
 using NodePointer = std::shared_ptr<const Node>;
 
-constexpr int most_dimensions = 6;
+using geometry::most_dimensions;
 constexpr std::size_t most_tabs = 12;               // deeper nodes are not moved in any further
 constexpr std::uint64_t most_bytes = 0xffff'ffffu;  // of a text
 
@@ -36,7 +37,7 @@ std::uint64_t own_bytes(const Node& node) {
 }
 
 void check_dimension(const std::string& name, int dimension) {
-  if (dimension < 1 || dimension > most_dimensions)
+  if (!geometry::is_dimension(dimension))
     throw Error(name + ": " + std::to_string(dimension) + " dimensions; 1 to " +
                 std::to_string(most_dimensions) + " are possible");
 }

@@ -449,44 +449,27 @@ model::Expression replaced(const model::Expression& solid, int dimension,
                                            : model::unite(std::move(open.front().operands));
 }
 
-/// Calls use(std::integral_constant<int, D>) with the dimension of a solid.
-template <typename Use>
-auto in_its_dimension(const model::Expression& solid, Use&& use) {
-  switch (solid.dimension()) {
-    case 1:
-      return use(std::integral_constant<int, 1>());
-    case 2:
-      return use(std::integral_constant<int, 2>());
-    case 3:
-      return use(std::integral_constant<int, 3>());
-    case 4:
-      return use(std::integral_constant<int, 4>());
-    case 5:
-      return use(std::integral_constant<int, 5>());
-    default:
-      return use(std::integral_constant<int, 6>());
-  }
-}
-
 }  // namespace
 
 model::Expression with_primitives_replaced(
     const model::Expression& solid, int dimension,
     const std::function<model::Expression(const PlacedPrimitive&)>& leaf) {
-  return in_its_dimension(solid, [&](auto d) { return replaced<d()>(solid, dimension, leaf); });
+  return geometry::in_dimension(solid.dimension(),
+                                [&](auto d) { return replaced<d()>(solid, dimension, leaf); });
 }
 
 bool is_union(const model::Expression& solid) {
-  return in_its_dimension(solid, [&](auto d) { return is_union(lower<d()>(solid)); });
+  return geometry::in_dimension(solid.dimension(), [&](auto d) { return is_union(lower<d()>(solid)); });
 }
 
 Points spanning_points(const model::Expression& solid, const CompileOptions& options) {
-  return in_its_dimension(solid, [&](auto d) { return flat(spanning_points<d()>(solid, options)); });
+  return geometry::in_dimension(solid.dimension(),
+                                [&](auto d) { return flat(spanning_points<d()>(solid, options)); });
 }
 
 RefinedCells refined_cells(const model::Expression& solid, const Fineness& fineness,
                            const CompileOptions& options) {
-  return in_its_dimension(solid, [&](auto d) {
+  return geometry::in_dimension(solid.dimension(), [&](auto d) {
     const auto batches = evaluate_cells<d()>(solid, options, &fineness);
     RefinedCells cells;
     for (const auto& part : merged<d()>(batches)) cells.in.push_back(flat(part));
@@ -497,7 +480,7 @@ RefinedCells refined_cells(const model::Expression& solid, const Fineness& finen
 }
 
 std::vector<Points> convex_parts(const model::Expression& solid, const CompileOptions& options) {
-  return in_its_dimension(solid, [&](auto d) {
+  return geometry::in_dimension(solid.dimension(), [&](auto d) {
     std::vector<Points> parts;
     for (const auto& part : convex_parts<d()>(solid, options)) parts.push_back(flat(part));
     return parts;

@@ -1,6 +1,7 @@
 #include "producers/convex_producer.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 
 #include "bsp2/geometry/support/dimensions.hpp"
@@ -35,6 +36,16 @@ Label ConvexProducer<D>::ask(const Word* leaf, CellView<D>& cell, Words& out) co
   return out.size() == begin ? Label::in : Label::fuzzy;
 }
 
+namespace {
+
+/// One of many, with no regard to their order, and always the same one of the same number.
+OrientedHyperplane any_of(std::span<const OrientedHyperplane> planes) {
+  constexpr std::uint64_t golden_ratio = 0x9e3779b97f4a7c15;
+  return planes[(golden_ratio * planes.size() >> 32) % planes.size()];
+}
+
+}  // namespace
+
 template <int D>
 Advice ConvexProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
   const auto planes = undecided_planes(leaf);
@@ -42,6 +53,9 @@ Advice ConvexProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
   // at once.
   if (planes.size() > many_planes && planes.size() % 32 == 0)
     if (const auto half = halve(leaf, cell)) return {geometry::oriented(*half)};
+  // In the plane nearly all lines of a long arc cross both halves of a box, and until a few that are spread over it
+  // have been cut along no half has less of them.
+  if (D == 2 && planes.size() > many_planes) return {any_of(planes), true};
   OrientedHyperplane chosen;
   double furthest = -std::numeric_limits<double>::infinity();
   for (const OrientedHyperplane plane : planes) {

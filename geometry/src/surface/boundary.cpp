@@ -11,8 +11,8 @@
 
 namespace bsp2::geometry {
 
-TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin) {
-  return triangulated(table, std::move(skin)).surface;
+TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told) {
+  return triangulated(table, std::move(skin), told).surface;
 }
 
 double TriangleSurface::area() const {

@@ -557,10 +557,10 @@ Skin without_interfaces(Skin skin) {
 
 }  // namespace
 
-Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surface) {
+Brep brep_of(const HyperplaneTable<3>& table, Skin skin, TriangleSurface* surface, const ToldShare& told) {
   const bool is_divided = has_interfaces(skin);
   if (surface != nullptr && is_divided) *surface = triangulate(table, without_interfaces(skin));
-  TriangulatedSkin triangles = triangulated(table, std::move(skin));
+  TriangulatedSkin triangles = triangulated(table, std::move(skin), told);
   ExactPoints exact(table);
   Brep brep;
   brep.points = triangles.surface.points;

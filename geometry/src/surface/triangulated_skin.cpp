@@ -15,6 +15,28 @@
 namespace bsp2::geometry {
 namespace {
 
+/// Tells how far a work of several steps is.
+class Steps {
+ public:
+  explicit Steps(const ToldShare& told) : told_(told) {}
+  /// The next step leads from one share to another one.
+  void begin(double from, double to) {
+    from_ = from;
+    to_ = to;
+    if (told_) told_(from);
+  }
+  void within(std::size_t done, std::size_t all) const {
+    constexpr std::size_t seldom = 1024;
+    if (told_ && ++calls_ % seldom == 0)
+      told_(from_ + (to_ - from_) * static_cast<double>(done) / static_cast<double>(all));
+  }
+
+ private:
+  const ToldShare& told_;
+  double from_ = 0, to_ = 0;
+  mutable std::size_t calls_ = 0;
+};
+
 /// Puts the faces in an order that does not depend on how they were found.
 void sort_faces(Skin& skin) {
   std::vector<std::uint32_t> order(skin.faces.size()), place(skin.faces.size());
@@ -285,7 +307,7 @@ void add_crossings(ExactPoints& exact, std::span<const Skin::Edge> edges, Orient
 
 /// The triangles of all faces. @return whether all could be made; else the points are more, to divide edges
 /// at.
-bool triangulate_faces(ExactPoints& exact, const Skin& skin, TriangulatedSkin& result) {
+bool triangulate_faces(ExactPoints& exact, const Skin& skin, TriangulatedSkin& result, const Steps& steps) {
   const EdgeChain& edges = skin.edges;
   PointSet& points = result.points;
   TriangleSurface& surface = result.surface = {};
@@ -301,6 +323,7 @@ bool triangulate_faces(ExactPoints& exact, const Skin& skin, TriangulatedSkin& r
   for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
     const Skin::Face& face = skin.faces[edges[begin].face];
     while (end < edges.size() && edges[end].face == edges[begin].face) ++end;
+    steps.within(begin, edges.size());
     const auto of_face = std::span(edges).subspan(begin, end - begin);
     triangles.clear();
     try {
@@ -342,21 +365,26 @@ void divide_at(ExactPoints& exact, PointSet& points, std::size_t first, Skin& sk
 
 }  // namespace
 
-TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin) {
+TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told) {
+  Steps steps(told);
   ExactPoints exact(table);
   sort_faces(skin);
   skin.unite_names();
   TriangulatedSkin result;
   PointSet& points = result.points = unite_points(table, skin);
+  steps.begin(0.25, 0.4);
   add_up_lines(exact, points, skin);
   add_up(skin.edges);
+  steps.begin(0.4, 0.55);
   EdgeSplitter(exact).split(points, skin.faces, skin.edges);
   add_up(skin.edges);
   for (;;) {
+    steps.begin(0.55, 0.7);
     skin.edges = Straightener(exact, points, skin).run();
     Renaming(exact, points, skin).run();
     const std::size_t known = points.size();
-    if (triangulate_faces(exact, skin, result)) break;
+    steps.begin(0.7, 1);
+    if (triangulate_faces(exact, skin, result, steps)) break;
     const std::size_t undivided = skin.edges.size();
     divide_at(exact, points, known, skin);
     if (skin.edges.size() <= undivided)

@@ -24,6 +24,6 @@ struct TriangulatedSkin {
 };
 
 /// @throws std::logic_error if the skin is not that of a solid.
-TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin);
+TriangulatedSkin triangulated(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told);
 
 }  // namespace bsp2::geometry

@@ -4,7 +4,7 @@
 
 namespace bsp2::io {
 
-/// For an attribute of XML.
+/// For an attribute of XML, or a text in it.
 inline std::string quoted(const std::string& text) {
   std::string result;
   for (const char c : text) {
@@ -14,6 +14,9 @@ inline std::string quoted(const std::string& text) {
         break;
       case '<':
         result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";  // in a text it may not follow ]]
         break;
       case '"':
         result += "&quot;";

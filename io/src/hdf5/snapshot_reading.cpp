@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "hdf5/hdf5.hpp"
@@ -21,7 +22,7 @@ using snapshot::format_version;
 SnapshotHead read_head(hid_t file) {
   SnapshotHead head;
   head.dimension = hdf5::read_attribute<std::int32_t>(file, "dimension");
-  if (head.dimension < 1 || head.dimension > 6)
+  if (!geometry::is_dimension(head.dimension))
     throw Failure("its dimension is " + std::to_string(head.dimension));
   head.coincidence = hdf5::read_attribute<double>(file, "coincidence");
   head.curved = hdf5::read_attribute<std::uint32_t>(file, "curved") != 0;

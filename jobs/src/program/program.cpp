@@ -199,6 +199,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   ProgressBar bar(speaks ? stderr : nullptr);
   const FollowedSupersteps followed(ranks, bar);
   command.options.on_progress = [&bar](double done, std::uint64_t cells) { bar.show(done, cells); };
+  command.view.on_progress = [&bar](double done) { bar.show(done, 0); };
   command.on_writing = [&bar](const std::filesystem::path& file) {
     bar.begin("writing " + file.filename().string());
   };

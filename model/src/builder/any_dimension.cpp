@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/expression/tessellation.hpp"
@@ -15,10 +16,10 @@
 namespace bsp2::model {
 namespace {
 
-constexpr int most_dimensions = 6;
+using geometry::most_dimensions;
 
 void require_dimension(int dimension, const char* what) {
-  if (dimension < 1 || dimension > most_dimensions)
+  if (!geometry::is_dimension(dimension))
     throw Error(std::string(what) + ": " + std::to_string(dimension) + " dimensions; it takes 1 to " +
                 std::to_string(most_dimensions));
 }

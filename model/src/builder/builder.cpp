@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/expression/tessellation.hpp"
 #include "builder/convex_hull.hpp"
@@ -94,7 +95,9 @@ Expression sphere(double radius, std::uint32_t sides) {
 Expression round_cylinder(int dimension, double radius, std::span<const double> lengths,
                           std::uint32_t fineness) {
   const int all = dimension + static_cast<int>(lengths.size());
-  if (dimension < 1 || all > 6) throw Error("ball: " + std::to_string(all) + " dimensions; it takes 1 to 6");
+  if (dimension < 1 || all > geometry::most_dimensions)
+    throw Error("ball: " + std::to_string(all) + " dimensions; it takes 1 to " +
+                std::to_string(geometry::most_dimensions));
   require_finite({&radius, 1}, "ball");
   require_finite(lengths, "ball");
   require_fineness(fineness, "ball");

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/model/expression/expression.hpp"
 
 namespace bsp2::model {
@@ -17,7 +18,7 @@ namespace bsp2::model {
 /// meaning: empty operands, Booleans of one operand. Not thread-safe.
 class NodePool {
  public:
-  static constexpr int most_dimensions = 6;
+  static constexpr int most_dimensions = geometry::most_dimensions;
   /// The empty solid of this dimension; of dimension 0: not even that ("nothing"), which has no say in
   /// anything.
   [[nodiscard]] const Expression& empty(int dimension) const {

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "builder/node_making.hpp"
@@ -131,8 +132,9 @@ std::vector<double> clamped_knots(std::uint32_t degree, std::size_t count) {
 }
 
 Expression spline(int dimension, std::vector<Spline::Piece> pieces) {
-  if (dimension < 2 || dimension > 6)
-    throw Error("spline: " + std::to_string(dimension) + " dimensions; it takes 2 to 6");
+  if (dimension < 2 || dimension > geometry::most_dimensions)
+    throw Error("spline: " + std::to_string(dimension) + " dimensions; it takes 2 to " +
+                std::to_string(geometry::most_dimensions));
   if (pieces.empty()) return Expression(dimension);
   for (const auto& piece : pieces) {
     check_piece(dimension, piece);
@@ -161,8 +163,9 @@ Expression bezier(int dimension, std::vector<std::uint32_t> degrees, std::vector
 }
 
 Expression subdivision_surface(int dimension, SubdivisionSurface surface) {
-  if (dimension < 3 || dimension > 6)
-    throw Error("subdivision: " + std::to_string(dimension) + " dimensions; it takes 3 to 6");
+  if (dimension < 3 || dimension > geometry::most_dimensions)
+    throw Error("subdivision: " + std::to_string(dimension) + " dimensions; it takes 3 to " +
+                std::to_string(geometry::most_dimensions));
   require_finite(surface.points, "subdivision");
   const auto stride = static_cast<std::size_t>(dimension);
   if (surface.points.size() % stride != 0)

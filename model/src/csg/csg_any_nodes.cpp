@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/expression/tessellation.hpp"
@@ -90,7 +91,7 @@ class Strict {
   }
   [[nodiscard]] int dimension(std::optional<double> missing = std::nullopt) const {
     const int d = integer("dimension", missing);
-    if (d < 1 || d > NodePool::most_dimensions)
+    if (!geometry::is_dimension(d))
       fail("has " + std::to_string(d) + " dimensions; 1 to " + std::to_string(NodePool::most_dimensions) +
            " are possible");
     return d;

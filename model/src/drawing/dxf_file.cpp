@@ -41,7 +41,7 @@ class Reader {
     std::ifstream input(path_);
     if (!input) fail(" cannot be read");
     std::string code_line, value;
-    for (; std::getline(input, code_line); line_ += 2) {
+    for (; !is_over_ && std::getline(input, code_line); line_ += 2) {
       std::string code = trimmed(std::move(code_line));
       if (line_ == 1 && code.starts_with("\xEF\xBB\xBF"))
         code = trimmed(code.substr(3));  // a byte order mark
@@ -68,7 +68,7 @@ class Reader {
   File file_;
   std::string section_, variable_;
   std::size_t line_ = 1;  // of the group code
-  bool names_section_ = false, ends_ = false;
+  bool names_section_ = false, ends_ = false, is_over_ = false;
   bool takes_vertices_ = false;  // the last entity is a POLYLINE without its end
   Block* block_ = nullptr;       // that is being read
   std::optional<Entity> head_;   // of a block without a name so far
@@ -96,7 +96,8 @@ class Reader {
   void begin(std::string type) {
     entity_ = nullptr;
     names_section_ = type == "SECTION";
-    ends_ = ends_ || type == "EOF";
+    is_over_ = type == "EOF";  // whatever follows
+    ends_ = ends_ || is_over_;
     if (type == "SECTION" || type == "ENDSEC" || type == "EOF" || type == "BLOCK" || type == "ENDBLK") {
       block_ = nullptr;
       head_.reset();

@@ -369,6 +369,8 @@ class Walk {
     if (!is_there_) return std::nullopt;
     place(drawings_, page_, center);
     std::erase_if(drawings_, [&](const PlaneDrawing& drawing) { return !is_finite(drawing); });
+    for (const std::string& selector : styles_.unread_selectors())
+      unread_.add(nullptr, "rule of a style sheet for '" + selector.substr(0, 40) + "'");
     if (remarks.warn && !unread_.empty()) remarks.warn(unread_.text(name_, "paths"));
     if (remarks.warn && !is_shown_)
       remarks.warn("this import is empty: the " + wanted_.text() + " is hidden in " + name_ +
@@ -414,6 +416,7 @@ class Walk {
   Page page_;
   Unread unread_;
   std::unordered_set<const xmlNode*> clipped_;  // those that are told of, or have no clip
+  std::unordered_set<const xmlNode*> formed_;   // those whose styles have been looked at
   std::size_t used_elements_ = 0, used_letters_ = 0, points_ = 0;
   Stroke::Cost outlines_;  // of all lines
   bool is_there_ = false, is_shown_ = false;
@@ -446,6 +449,7 @@ class Walk {
     is_shown_ |= visit.is_wanted && visit.is_displayed;
     const bool is_drawn = visit.is_wanted && visit.is_displayed;
     if (is_drawn) tell_of_clips(visit);
+    if (is_drawn) tell_of_form(visit, name);
     if (name == "use") {
       enter(visit, is_drawn && visit.is_visible);
     } else if (contains(shapes, name)) {
@@ -479,6 +483,14 @@ class Walk {
       const std::string value = styles_.property(visit.node, key);
       if (!value.empty() && value != "none") unread_.add(nullptr, std::string(key) + " (nothing is cut off)");
     }
+  }
+
+  /// Styles that move or form an element, which is drawn as its attributes say.
+  void tell_of_form(const Visit& visit, const std::string& name) {
+    if (name == "svg" || !formed_.insert(visit.node).second) return;  // a page often has the size of a window
+    std::string key = styles_.property_of_form(visit.node);
+    if (key.empty() && !svg::attribute(visit.node, "transform-origin").empty()) key = "transform-origin";
+    if (!key.empty()) unread_.add(nullptr, key + " of " + name.substr(0, 40) + " by a style");
   }
 
   void push_children(const Visit& visit, bool first_only) {

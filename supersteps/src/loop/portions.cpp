@@ -20,27 +20,6 @@ namespace {
 using dataflow::Frontier;
 using dataflow::Region;
 
-/// The dimension of a model is known at run time, those of the templates before it.
-template <typename Body>
-decltype(auto) with_dimension(int dimension, const std::string& model, const Body& body) {
-  switch (dimension) {
-    case 1:
-      return body.template operator()<1>();
-    case 2:
-      return body.template operator()<2>();
-    case 3:
-      return body.template operator()<3>();
-    case 4:
-      return body.template operator()<4>();
-    case 5:
-      return body.template operator()<5>();
-    case 6:
-      return body.template operator()<6>();
-    default:
-      throw Error(model + ": solids of dimension 1 to 6 can be evaluated, not " + std::to_string(dimension));
-  }
-}
-
 [[noreturn]] void refuse(const fs::path& path, const std::string& why) {
   throw Error(std::string("'").append(path.string()).append("' ").append(why));
 }
@@ -354,19 +333,19 @@ std::vector<RegionWork> make_plan(const RunOptions& given, const fs::path& plan)
   alone.begin("compilation");
   const unsigned threads = threads_of(options, alone);
   const Source source = parsed(compilation(alone, options), options, threads);
-  std::vector<double> work =
-      with_dimension(source.model.expression.dimension(), options.model.string(), [&]<int D>() {
-        const dataflow::Network<D> network = translation<D>(source, options, threads);
-        for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})
-          if (options.strict) refuse_warnings(*warnings);
-        limit_refinement(network, options);
-        alone.begin("distribution");
-        Distribution<D> regions = distribution<D>(alone, network, options, threads);
-        std::vector<double> estimates = regions.partition.work;
-        const auto started = begin_progress<D>(network, std::move(regions));
-        save_progress(alone, network, started.first, options, source, false, alone.records());
-        return estimates;
-      });
+  std::vector<double> work = geometry::in_dimension(source.model.expression.dimension(), [&](auto dimension) {
+    constexpr int D = dimension();
+    const dataflow::Network<D> network = translation<D>(source, options, threads);
+    for (const auto* warnings : {&source.warnings, &source.model.warnings, &network.warnings})
+      if (options.strict) refuse_warnings(*warnings);
+    limit_refinement(network, options);
+    alone.begin("distribution");
+    Distribution<D> regions = distribution<D>(alone, network, options, threads);
+    std::vector<double> estimates = regions.partition.work;
+    const auto started = begin_progress<D>(network, std::move(regions));
+    save_progress(alone, network, started.first, options, source, false, alone.records());
+    return estimates;
+  });
   std::vector<RegionWork> regions;
   for (std::uint32_t region = 0; region < work.size(); ++region) regions.push_back({region, work[region]});
   std::stable_sort(regions.begin(), regions.end(),
@@ -415,10 +394,10 @@ class EvaluatorOf : public PortionEvaluator::Implementation {
 PortionEvaluator::PortionEvaluator(const fs::path& plan) {
   io::Snapshot snapshot = io::read_snapshot(plan, io::SnapshotPart::frontier);
   if (snapshot.head.is_portion) refuse(plan, "is no plan");
-  implementation_ = with_dimension(snapshot.head.dimension, snapshot.head.model,
-                                   [&]<int D>() -> std::unique_ptr<Implementation> {
-                                     return std::make_unique<EvaluatorOf<D>>(plan, std::move(snapshot));
-                                   });
+  implementation_ =
+      geometry::in_dimension(snapshot.head.dimension, [&](auto dimension) -> std::unique_ptr<Implementation> {
+        return std::make_unique<EvaluatorOf<dimension()>>(plan, std::move(snapshot));
+      });
 }
 
 PortionEvaluator::~PortionEvaluator() = default;
@@ -435,8 +414,9 @@ void join_portions(const fs::path& plan, const std::vector<JoinedPortion>& porti
   const io::Snapshot start = io::read_snapshot(plan, io::SnapshotPart::frontier);
   io::Snapshot whole;
   try {
-    whole = with_dimension(start.head.dimension, start.head.model,
-                           [&]<int D>() { return Joiner<D>(plan, start, portions).run(); });
+    whole = geometry::in_dimension(start.head.dimension, [&](auto dimension) {
+      return Joiner<dimension()>(plan, start, portions).run();
+    });
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {  // archives and numbers that checksums cannot guard against

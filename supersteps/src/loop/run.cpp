@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "bsp2/dataflow/surface/surface.hpp"
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "loop/asking.hpp"
 #include "loop/measuring.hpp"
@@ -560,30 +561,9 @@ RunResult run(const RunOptions& given, Ranks& ranks) {
   for (const auto& [place, file, primitive, triangles, volume] : source.overlapping_meshes)
     report.overlapping_meshes.push_back({place, file, primitive, triangles, volume});
 
-  RunResult result;
-  switch (report.dimension) {
-    case 1:
-      result = run_supersteps<1>(ranks, options, source, std::move(report));
-      break;
-    case 2:
-      result = run_supersteps<2>(ranks, options, source, std::move(report));
-      break;
-    case 3:
-      result = run_supersteps<3>(ranks, options, source, std::move(report));
-      break;
-    case 4:
-      result = run_supersteps<4>(ranks, options, source, std::move(report));
-      break;
-    case 5:
-      result = run_supersteps<5>(ranks, options, source, std::move(report));
-      break;
-    case 6:
-      result = run_supersteps<6>(ranks, options, source, std::move(report));
-      break;
-    default:
-      throw Error(report.model + ": solids of dimension 1 to 6 can be evaluated, not " +
-                  std::to_string(report.dimension));
-  }
+  RunResult result = geometry::in_dimension(report.dimension, [&](auto dimension) {
+    return run_supersteps<dimension()>(ranks, options, source, std::move(report));
+  });
   result.keeps_in = options.keep_in;
   result.keeps_fuzzy = options.keep_fuzzy;
   result.keeps_out = options.keep_out;

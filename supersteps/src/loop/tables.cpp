@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 #include "stages/stages.hpp"
@@ -214,22 +215,9 @@ std::vector<Resolved> measure_tables(const RunOptions& options, const std::vecto
                                      std::vector<std::optional<unsigned>> levels, bool with_facets) {
   Ranks alone;
   const Source source = parsed(compilation(alone, options), options, threads_of(options, alone));
-  switch (source.model.expression.dimension()) {
-    case 1:
-      return measure<1>(source, options, node_counts, std::move(levels), with_facets);
-    case 2:
-      return measure<2>(source, options, node_counts, std::move(levels), with_facets);
-    case 3:
-      return measure<3>(source, options, node_counts, std::move(levels), with_facets);
-    case 4:
-      return measure<4>(source, options, node_counts, std::move(levels), with_facets);
-    case 5:
-      return measure<5>(source, options, node_counts, std::move(levels), with_facets);
-    case 6:
-      return measure<6>(source, options, node_counts, std::move(levels), with_facets);
-    default:
-      throw Error(options.model.string() + ": solids of dimension 1 to 6 can be evaluated");
-  }
+  return geometry::in_dimension(source.model.expression.dimension(), [&](auto dimension) {
+    return measure<dimension()>(source, options, node_counts, std::move(levels), with_facets);
+  });
 }
 
 }  // namespace bsp2::supersteps

@@ -82,7 +82,8 @@ std::optional<RunResult> tracing(Ranks& ranks, const dataflow::Network<3>& netwo
   if (report.interrupted) return result;
   if (has_given_up) return std::nullopt;
   ranks.begin("resolution");
-  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, result.boundary, result.faces);
+  find_boundary(ranks, network.table, std::move(traced.skin), options.faces, result.boundary, result.faces,
+                told_share(ranks, options, 0, 1));
   if (result.boundary) measure(report, *result.boundary);
   return result;
 }

@@ -271,16 +271,16 @@ class Painter {
 class Cells {
  public:
   explicit Cells(const SolidMesh& mesh) : mesh_(mesh) {
-    std::size_t cells = 0;
     for (const auto& batch : mesh.batches) {
-      first_.push_back(cells);
-      cells += batch->size();
+      first_.push_back(count_);
+      count_ += batch->size();
     }
   }
   struct Place {
     const CellBatch& batch;
     std::size_t cell;
   };
+  [[nodiscard]] std::size_t count() const { return count_; }
   [[nodiscard]] Place at(std::size_t number) const {
     const auto batch =
         static_cast<std::size_t>(std::upper_bound(first_.begin(), first_.end(), number) - first_.begin()) - 1;
@@ -290,6 +290,7 @@ class Cells {
  private:
   const SolidMesh& mesh_;
   std::vector<std::size_t> first_;  // cell of the mesh with which each batch begins
+  std::size_t count_ = 0;
 };
 
 /// Which strips of a picture each cell touches.
@@ -339,8 +340,11 @@ struct PlacedLayer {
 /// share a layer; each layer is handed over when it is complete.
 template <typename Target, typename HandOver>
 void draw_layers(const RunResult& result, const Space& space, const CellStrips<Target>& strips, int strip,
-                 Painter<Target>& painter, Target& target, std::int32_t rank, HandOver hand_over) {
+                 Painter<Target>& painter, Target& target, std::int32_t rank,
+                 const std::function<void(double)>& told, HandOver hand_over) {
+  constexpr std::size_t seldom = 4096;
   const Cells cells(result.mesh);
+  std::size_t visited = 0;
   std::size_t place = 0;
   std::int32_t before = -1;
   const auto complete = [&] {
@@ -355,6 +359,8 @@ void draw_layers(const RunResult& result, const Space& space, const CellStrips<T
     }
     if (drawer != rank) return;
     space.visit_cells(region, [&](std::size_t number) {
+      if (told && ++visited % seldom == 0)
+        told((strip + static_cast<double>(visited) / static_cast<double>(cells.count())) / target.strips());
       if (!strips.touches(number, strip)) return;
       const auto [batch, cell] = cells.at(number);
       painter.paint(batch, cell, number, space.shift(region));
@@ -464,12 +470,14 @@ std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& op
     const CellStrips<Target> strips(result, space, camera, frame, target);
     for (int strip = 0; strip < target.strips(); ++strip) {
       target.begin_strip(strip);
-      draw_layers(result, space, strips, strip, painter, target, ranks.rank(), [&](const auto& layer) {
+      const auto hand_over = [&](const auto& layer) {
         if (ranks.count() == 1)  // the only layer of each strip stays where it is
           target.put(layer.layer);
         else
           layers.push_back(dataflow::to_bytes(layer));
-      });
+      };
+      draw_layers(result, space, strips, strip, painter, target, ranks.rank(), options.on_progress,
+                  hand_over);
       if (ranks.count() == 1) target.end_strip(background);
     }
   });

@@ -50,6 +50,9 @@ using geometry::FacetSet;
 using Table = geometry::HyperplaneTable<3>;
 using Names = std::shared_ptr<const geometry::PlaneNames>;
 
+/// The share of the time in which facets are glued, as far as anybody who waits for the boundary cares.
+constexpr double glued = 0.5;
+
 /// What was found in some of the groups.
 struct Share {
   std::vector<geometry::Contact> contacts;
@@ -211,6 +214,10 @@ class RegionsInTurn {
     enough_ = std::max<std::size_t>(facets / 32, std::size_t{1} << 14);
   }
   /// The next ones; none at the end. What is taken is gone from the share.
+  /// The share that has been taken.
+  [[nodiscard]] double taken() const {
+    return share_.batches.empty() ? 1 : static_cast<double>(at_) / static_cast<double>(share_.batches.size());
+  }
   [[nodiscard]] CellShare next() {
     CellShare some;
     std::size_t facets = 0;
@@ -237,10 +244,12 @@ class RegionsInTurn {
 /// Glues the regions of this rank. The share is given up piece by piece.
 void glue_regions(const dataflow::Network<3>& network, const Names& names, const Groups& groups,
                   CellShare& cells, const RunOptions& options, unsigned threads,
-                  const std::function<void()>& meanwhile, Share& all) {
+                  const std::function<void()>& meanwhile, const geometry::ToldShare& told, Share& all) {
   std::size_t many_vertices = std::size_t{1} << 16;
   RegionsInTurn regions(cells);
+  double done = 0;
   for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
+    if (told) told(std::exchange(done, regions.taken()));
     const FacetIndex index(network.table, some.batches, {some.first_cell, groups.only(false), names});
     const auto load = [&](std::size_t i, FacetSet& facets) {
       facets.clear(index.hyperplane(i));
@@ -291,7 +300,8 @@ Share glue(Ranks& ranks, const dataflow::Network<3>& network, const dataflow::Pa
   // What goes wrong here must not leave the others waiting for what is on its way.
   std::exception_ptr failure;
   try {
-    glue_regions(network, names, groups, cells, options, threads, meanwhile, all);
+    glue_regions(network, names, groups, cells, options, threads, meanwhile,
+                 told_share(ranks, options, 0, options.boundary ? glued : 1), all);
   } catch (const bsplib::Error&) {
     throw;
   } catch (...) {
@@ -336,13 +346,20 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
     result.contacts = std::move(mine.contacts);
     if (!options.boundary) return result;
     ranks.begin("resolution", 1);
-    find_boundary(ranks, network.table, std::move(mine.skin), options.faces, result.boundary, result.faces);
+    find_boundary(ranks, network.table, std::move(mine.skin), options.faces, result.boundary, result.faces,
+                  told_share(ranks, options, glued, 1));
   }
   return result;
 }
 
+geometry::ToldShare told_share(const Ranks& ranks, const RunOptions& options, double from, double to) {
+  if (!ranks.is_master() || !options.on_progress) return {};
+  return [&options, from, to](double done) { options.on_progress(from + done * (to - from), 0); };
+}
+
 void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool with_faces,
-                   std::optional<geometry::TriangleSurface>& boundary, std::optional<geometry::Brep>& faces) {
+                   std::optional<geometry::TriangleSurface>& boundary, std::optional<geometry::Brep>& faces,
+                   const geometry::ToldShare& told) {
   std::string bytes;
   ranks.agree([&] {
     if (!ranks.is_master()) bytes = dataflow::to_bytes(std::exchange(mine, {}));
@@ -357,9 +374,9 @@ void find_boundary(Ranks& ranks, const Table& table, geometry::Skin mine, bool w
     }
     if (!ranks.is_master()) return;
     if (with_faces)
-      faces = geometry::brep_of(table, std::move(mine), &boundary.emplace());
+      faces = geometry::brep_of(table, std::move(mine), &boundary.emplace(), told);
     else
-      boundary = geometry::triangulate(table, std::move(mine));
+      boundary = geometry::triangulate(table, std::move(mine), told);
   });
 }
 

@@ -164,7 +164,11 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
 /// wanted. Collective.
 void find_boundary(Ranks& ranks, const geometry::HyperplaneTable<3>& table, geometry::Skin mine,
                    bool with_faces, std::optional<geometry::TriangleSurface>& boundary,
-                   std::optional<geometry::Brep>& faces);
+                   std::optional<geometry::Brep>& faces, const geometry::ToldShare& told);
+
+/// Tells whoever follows the run of a part of a superstep, which leads from one share of it to another one;
+/// empty where nobody does, as on all ranks but the master.
+geometry::ToldShare told_share(const Ranks& ranks, const RunOptions& options, double from, double to);
 
 /// The contacts among cells of any region, counted through the batches. Not collective.
 std::vector<geometry::Contact> contacts_among(

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bsp2/dataflow/regions/measure.hpp"
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "dataflow/intervals.hpp"
 #include "dataflow/oracle.hpp"
@@ -29,20 +30,8 @@ Interval volume_in(const Expression& e, const EvaluateOptions& how) {
 inline Interval volume_interval(const Expression& e, double tolerance = 0) {
   EvaluateOptions how;
   if (tolerance > 0) how.tolerance = tolerance;
-  switch (e.dimension()) {
-    case 1:
-      return volume_in<1>(e, how);
-    case 2:
-      return volume_in<2>(e, how);
-    case 3:
-      return volume_in<3>(e, how);
-    case 4:
-      return volume_in<4>(e, how);
-    case 5:
-      return volume_in<5>(e, how);
-    default:
-      return volume_in<6>(e, how);
-  }
+  return geometry::in_dimension(e.dimension(),
+                                [&](auto dimension) { return volume_in<dimension()>(e, how); });
 }
 
 inline double volume_of(const Expression& e) {

@@ -131,6 +131,13 @@ TEST_F(DxfDrawing, EntitiesEndWithTheirSection) {
   }
 }
 
+TEST_F(DxfDrawing, WhatFollowsTheEndIsNotRead) {
+  const std::string triangle = light_polyline({{0, 0, 0}, {50, 0, 0}, {50, 50, 0}});
+  for (const char* rest :
+       {"\n", "\n\n", "\n\n\n", "made by hand\non a day\n", "\x1a", "0\nSECTION\n2\nENTITIES\n"})
+    EXPECT_NEAR(area(file_of(triangle) + rest), 1250, 1e-9) << rest;
+}
+
 /// Cases that were wrong.
 TEST_F(DxfDrawing, Cases) {
   const auto case_area = [](const std::string& name, const Resolution& resolution) {

@@ -89,6 +89,43 @@ TEST_F(SvgDrawing, WhatIsHiddenIsLeftOut) {
   EXPECT_TRUE(file_.warnings.empty());
 }
 
+TEST_F(SvgDrawing, StyleSheetsFollowElementsAround) {
+  const std::string nested = "<g class=\"h\"><g>" + square(3) + "</g></g>" + square(1);
+  for (const char* selector :
+       {"g.h rect", ".h rect", "g g rect", ".h>g>rect", "svg > g > g rect", ".h *", "g rect, circle"}) {
+    const std::string sheet = "<style>" + std::string(selector) + "{display:none}</style>";
+    EXPECT_NEAR(area(sheet + nested), 1, 1e-9) << selector;
+    EXPECT_TRUE(file_.warnings.empty()) << selector;
+  }
+  for (const char* selector : {".h > rect", "g.k rect", "rect g", "svg > g > rect", "g g g rect"}) {
+    EXPECT_NEAR(area("<style>" + std::string(selector) + "{display:none}</style>" + nested), 10, 1e-9)
+        << selector;
+    EXPECT_TRUE(file_.warnings.empty()) << selector;
+  }
+  // The more names, the more it counts, wherever it stands.
+  EXPECT_NEAR(area("<style>.h rect{display:inline} rect{display:none}</style>" + nested), 9, 1e-9);
+}
+
+TEST_F(SvgDrawing, WhatStylesSayAndNobodyReadsIsTold) {
+  for (const auto& [text, told] :
+       {std::pair<std::string, std::string>{"<style>rect[id]{display:none}</style>" + square(2),
+                                            "rule of a style sheet for 'rect[id]'"},
+        {"<style>rect + rect{display:none}</style>" + square(2), "for 'rect + rect'"},
+        {square(2, "style=\"transform:scale(2)\""), "transform of rect by a style"},
+        {"<style>rect{transform:scale(2)}</style>" + square(2), "transform of rect by a style"},
+        {square(2, "transform=\"scale(1)\" transform-origin=\"1 1\""), "transform-origin of rect"}}) {
+    EXPECT_NEAR(area(text), 4, 1e-9) << text;
+    ASSERT_EQ(file_.warnings.size(), 1U) << text;
+    EXPECT_NE(file_.warnings[0].find(told), std::string::npos) << file_.warnings[0];
+  }
+  for (const std::string& text :
+       {"<style>rect:hover{visibility:hidden} rect[id]{fill:red}</style>" + square(2),
+        square(2, "style=\"fill:red;stroke:none\"")}) {
+    EXPECT_NEAR(area(text), 4, 1e-9) << text;
+    EXPECT_TRUE(file_.warnings.empty()) << text;
+  }
+}
+
 /// Beside a walk of its own over a random tree.
 TEST_F(SvgDrawing, VisibilityIsInherited) {
   const unsigned seed = std::random_device{}();

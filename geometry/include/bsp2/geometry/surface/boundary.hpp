@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "bsp2/geometry/cells/measures.hpp"
@@ -25,6 +26,9 @@ struct TriangleSurface {
   [[nodiscard]] bool is_closed() const;
 };
 
+/// Told now and then, by the thread that works, the share of it that is done, in [0, 1]; may be empty.
+using ToldShare = std::function<void(double done)>;
+
 /// Triangulates a skin.
 ///
 /// The result is closed if the skin is that of a whole solid. It has no T-vertices: no vertex lies inside an
@@ -32,6 +36,6 @@ struct TriangleSurface {
 /// dropped, none is added. The result depends on the set of cells alone, not on their order. All decisions
 /// are exact; the points are rounded last. Source of the triangulation: Hertel, Mehlhorn, "Fast triangulation
 /// of the plane with respect to simple polygons" (1985).
-TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin);
+TriangleSurface triangulate(const HyperplaneTable<3>& table, Skin skin, const ToldShare& told = {});
 
 }  // namespace bsp2::geometry

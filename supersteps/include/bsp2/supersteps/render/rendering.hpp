@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -42,6 +43,8 @@ struct PictureOptions {
   /// Regions are moved away from the middle, by so many times their distance from it.
   double explode = 0;
   Bounds bounds;  ///< what the picture is made to show; empty: what there is to be drawn
+  /// Told the share of this rank's cells that is drawn, in [0, 1], now and then; may be empty.
+  std::function<void(double done)> on_progress;
 };
 
 /// Rendering: every rank draws the cells that it holds, from the back to the front in the order of its own

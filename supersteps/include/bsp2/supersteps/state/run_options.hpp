@@ -71,8 +71,8 @@ struct RunOptions {
   bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3)
   bool faces = false;     ///< with `boundary`: its faces, and the interfaces between parts, too
   bool contacts = false;  ///< and which of them touch, and where (likewise)
-  /// Told the share of the work of all ranks that is done, in [0, 1], and their cells so far; called on the
-  /// master, from its main thread.
+  /// Told the share of the superstep at hand that is done, in [0, 1], and the cells of all ranks so far, 0
+  /// where none are made; called on the master, from its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
   /// Shown what there is after each computation superstep, FUZZY where it is undecided: mesh, trees and
   /// bounds, no figures. Each rank holds the cells of its own regions. Called on all ranks, so it may be
