@@ -1,4 +1,4 @@
-#include "render/hidden_facets.hpp"
+#include "bsp2/supersteps/render/hidden_facets.hpp"
 
 #include <bit>
 
