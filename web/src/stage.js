@@ -27,7 +27,7 @@ export class Stage {
     this.controls.addEventListener('change', () => { this.invalidate(); this.onChange(); });
 
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9aa6b4, 1.5));
-    this.lamp = new THREE.DirectionalLight(0xffffff, 2.2);
+    this.lamp = new THREE.DirectionalLight(0xffffff, 2.6);
     this.side = new THREE.DirectionalLight(0xdfe9ff, 0.7);
     for (const light of [this.lamp, this.side]) { this.scene.add(light); this.scene.add(light.target); }
 
@@ -66,7 +66,7 @@ export class Stage {
     const counting = (side, op) => new THREE.MeshBasicMaterial({ ...stencil, side, stencilFail: op, stencilZFail: op, stencilZPass: op, clippingPlanes: [] });
     this.backs = counting(THREE.BackSide, THREE.IncrementWrapStencilOp);
     this.fronts = counting(THREE.FrontSide, THREE.DecrementWrapStencilOp);
-    this.marked = new THREE.MeshBasicMaterial({ color: 0xff8a1f, transparent: true, opacity: 0.55, depthTest: true, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1, side: THREE.DoubleSide, ...clipped });
+    this.marked = new THREE.MeshBasicMaterial({ color: 0xff8a1f, transparent: true, opacity: 0.45, depthTest: true, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1, side: THREE.DoubleSide, ...clipped });
     this.capScene = new THREE.Scene();
     const hatch = new THREE.CanvasTexture(hatching());
     hatch.wrapS = hatch.wrapT = THREE.RepeatWrapping;
@@ -345,8 +345,14 @@ export class Stage {
     const ink = isDark ? 0x0c1014 : 0x1b232b;
     this.lines.color.set(ink);
     this.net.color.set(ink);
-    this.undecided.opacity = isDark ? 0.22 : 0.17;
     this.invalidate();
+  }
+
+  /** What is undecided stays translucent, however many regions are behind each other. */
+  updateFuzzy() {
+    let regions = 0;
+    for (const region of this.regions.values()) if (region.fuzzy) regions += 1;
+    this.undecided.opacity = Math.min(0.3, Math.max(0.06, 0.55 / Math.cbrt(Math.max(1, regions))));
   }
 
   // --- Sections ---
@@ -366,7 +372,7 @@ export class Stage {
     this.invalidate();
   }
 
-  isKept(point) { return this.planes.every((plane) => plane.distanceToPoint(point) >= -1e-9); }
+  isKept(point) { return this.planes.every((plane) => plane.distanceToPoint(point) >= -1e-9 * this.sphere().radius); }
 
   /** Fills what planes cut open: where more backs than fronts lie behind a plane, it is in the solid. */
   drawCaps() {
@@ -561,11 +567,13 @@ export class Stage {
     }
     if (part !== null)
       for (const piece of this.pieces.values()) if (piece.part === part && piece.solid.visible) add(piece.solid.geometry, piece.solid, true);
-    if (picks.length === 2) {
-      const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(picks.map(({ point }) => point)),
-        new THREE.LineBasicMaterial({ color: 0xff6a00, depthTest: false, transparent: true }));
-      line.renderOrder = 4;
-      this.selected.add(line);
+    if (picks.length > 0) {
+      const places = new THREE.BufferGeometry().setFromPoints(picks.map(({ point }) => point));
+      const look = { color: 0x0b66c3, depthTest: false, transparent: true };
+      for (const object of [new THREE.Line(places, new THREE.LineBasicMaterial(look)), new THREE.Points(places, new THREE.PointsMaterial({ ...look, size: 7, sizeAttenuation: false }))]) {
+        object.renderOrder = 4;
+        this.selected.add(object);
+      }
     }
     this.invalidate();
   }
@@ -589,6 +597,7 @@ export class Stage {
     this.renderer.info.autoReset = false;
     this.renderer.info.reset();
     this.renderer.clear();
+    this.updateFuzzy();
     if (this.planes.length > 0 && this.model.dimension === 3) this.drawCaps();
     this.renderer.render(this.scene, this.camera);
     this.stats.triangles = this.renderer.info.render.triangles;

@@ -160,6 +160,7 @@ function showSelection() {
       ['angle of normals', `${angle.toFixed(2)}°`], ['distance of planes', isParallel ? number(Math.abs(d.dot(a.normal))) : null]]));
   }
   box.replaceChildren(...shown);
+  box.scrollIntoView({ block: 'nearest' });
 }
 
 function areaOf(part) {
@@ -234,7 +235,8 @@ $('viewlist').append(...viewNames.map((name, i) => {
   button.onclick = () => { stage.view(name); $('viewlist').hidden = true; };
   return button;
 }), element('button', { id: 'parallel', innerHTML: 'Parallel <kbd>P</kbd>', onclick: toggleParallel }));
-function toggleParallel() { stage.setLook({ parallel: !stage.look.parallel }); remember(); }
+addEventListener('pointerdown', (event) => { if (!event.target.closest('#viewlist, #views')) $('viewlist').hidden = true; });
+function toggleParallel() { $('viewlist').hidden = true; stage.setLook({ parallel: !stage.look.parallel }); remember(); }
 
 const prefersDark = matchMedia('(prefers-color-scheme: dark)');
 let theme = null; // none: as the system has it
@@ -270,7 +272,9 @@ const onKey = {
 };
 for (const [i, axis] of ['x', 'y', 'z'].entries())
   onKey[axis] = () => { const clip = stage.clips[i]; clip.on = !clip.on; clip.update(); stage.updateClips(); remember(); };
+addEventListener('pointerdown', () => document.body.classList.remove('keyboard'));
 addEventListener('keydown', (event) => {
+  if (event.key === 'Tab') document.body.classList.add('keyboard');
   const isTyping = event.target.matches('input:not([type=checkbox]):not([type=range]), select');
   if (isTyping || event.ctrlKey || event.metaKey || event.altKey || $('keys').open) return;
   const hasFocus = document.activeElement === $('canvas') || document.activeElement === document.body;

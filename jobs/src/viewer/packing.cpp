@@ -128,7 +128,8 @@ class CellTriangles {
   CellTriangles(const std::vector<std::shared_ptr<const CellBatch>>& batches, const Looks& looks)
       : batches_(batches),
         looks_(looks),
-        hidden_({batches.empty() ? 3 : batches.front()->dimension, batches}) {}
+        hidden_(mesh_of(batches), Label::in),
+        hidden_fuzzy_(mesh_of(batches), Label::fuzzy) {}
 
   void add(Label label) {
     for (const auto& batch : batches_)
@@ -144,7 +145,11 @@ class CellTriangles {
  private:
   const std::vector<std::shared_ptr<const CellBatch>>& batches_;
   const Looks& looks_;
-  supersteps::HiddenFacets hidden_;
+  supersteps::HiddenFacets hidden_, hidden_fuzzy_;
+
+  static supersteps::SolidMesh mesh_of(const std::vector<std::shared_ptr<const CellBatch>>& batches) {
+    return {batches.empty() ? 3 : batches.front()->dimension, batches};
+  }
 
   void add(const CellBatch& batch, std::size_t cell) {
     const std::int32_t primitive = batch.primitive[cell], part = batch.part[cell];
@@ -161,7 +166,7 @@ class CellTriangles {
     }
     const double* points = batch.cell_points(cell).data();
     for (std::size_t facet = batch.facet_offset[cell]; facet < batch.facet_offset[cell + 1]; ++facet) {
-      if (hidden_.contains(batch, cell, facet)) continue;
+      if (hidden_.contains(batch, cell, facet) || hidden_fuzzy_.contains(batch, cell, facet)) continue;
       std::vector<Point> corners;
       for (const std::uint16_t v : batch.vertices_of_facet(facet))
         corners.push_back({points[3 * v], points[3 * v + 1], points[3 * v + 2]});
@@ -199,6 +204,13 @@ struct ShownFace {
   bool is_turned;
   friend auto operator<=>(const ShownFace&, const ShownFace&) = default;
 };
+
+/// The nearest point that is not beyond bounds.
+Point within(Point point, const supersteps::Bounds& bounds) {
+  for (std::size_t i = 0; i < bounds.lower.size() && i < point.size(); ++i)
+    point[i] = std::clamp(point[i], bounds.lower[i], bounds.upper[i]);
+  return point;
+}
 
 /// What is asked of a complex again and again.
 class Faces {
@@ -255,9 +267,10 @@ bool is_feature(const geometry::Brep& brep, const geometry::Brep::Edge& edge) {
   return std::abs(angle - std::numbers::pi) > least;
 }
 
-/// The feature edges on some faces, each once, as pairs of places.
-std::vector<std::uint16_t> edges_of(const geometry::Brep& brep, std::span<const ShownFace> faces,
-                                    const Lattice& lattice) {
+/// The feature edges on some faces, each once, as pairs of places. @param points of the complex, where they
+/// go.
+std::vector<std::uint16_t> edges_of(const geometry::Brep& brep, const std::vector<Point>& points,
+                                    std::span<const ShownFace> faces, const Lattice& lattice) {
   std::vector<std::uint32_t> edges;
   for (const ShownFace& shown : faces)
     for (const auto& loop : brep.loops_of(brep.faces[shown.face]))
@@ -268,48 +281,134 @@ std::vector<std::uint16_t> edges_of(const geometry::Brep& brep, std::span<const 
   std::vector<std::uint16_t> places;
   for (const std::uint32_t edge : edges)
     for (const std::uint32_t end : brep.edges[edge].ends)
-      for (const std::uint16_t x : lattice.place(brep.points[end])) places.push_back(x);
+      for (const std::uint16_t x : lattice.place(points[end])) places.push_back(x);
   return places;
 }
 
-/// One piece of a surface.
+/// What is a piece of a surface, and where its points are.
+struct Piece {
+  std::span<const ShownFace> faces;
+  double step = 0;
+};
+
+std::vector<Piece> pieces_of(const Faces& faces, std::span<const ShownFace> shown) {
+  constexpr std::size_t triangles_of_a_piece = 12000;
+  std::vector<Piece> pieces;
+  for (std::size_t begin = 0, end = 0; begin < shown.size(); begin = end) {
+    std::size_t count = 0;
+    for (end = begin; end < shown.size() && shown[end].part == shown[begin].part; ++end) {
+      const std::size_t more = faces.triangles(shown[end].face).size();
+      if (end > begin && count + more > triangles_of_a_piece) break;
+      count += more;
+    }
+    pieces.push_back({shown.subspan(begin, end - begin)});
+  }
+  return pieces;
+}
+
+double rounded(double x, double step) { return step > 0 ? std::round(x / step) * step : x; }
+
+/// Points as they are with a step for all of them.
+std::vector<Point> rounded(std::vector<Point> points, double step) {
+  for (Point& point : points)
+    for (double& x : point) x = rounded(x, step);
+  return points;
+}
+
+/// The points of a complex, some of them as one if there are more than `most` triangles.
+std::vector<Point> coarse_points(const geometry::Brep& brep, const Faces& faces,
+                                 std::span<const ShownFace> shown, std::size_t most) {
+  constexpr double first_coarse = 1024;  // steps along the longest axis
+  std::size_t count = 0;
+  for (const ShownFace& each : shown) count += faces.triangles(each.face).size();
+  if (count <= most) return brep.points;
+  Box box;
+  for (const Point& point : brep.points) box.add(point);
+  double step = std::exp2(std::ceil(std::log2(
+      std::max({box.upper[0] - box.lower[0], box.upper[1] - box.lower[1], box.upper[2] - box.lower[2]}) /
+      first_coarse)));
+  for (;; step *= 2) {
+    std::vector<Point> points = rounded(brep.points, step);
+    count = 0;
+    for (const ShownFace& each : shown)
+      for (const auto& [a, b, c] : faces.triangles(each.face))
+        if (points[a] != points[b] && points[b] != points[c] && points[c] != points[a]) ++count;
+    if (count <= most) return points;
+  }
+}
+
+/// Chooses the lattices of pieces, and moves each point to the coarsest of those that it is on. What is on a
+/// lattice is on all finer ones, so it has one place in all of its pieces.
+void fit_lattices(const geometry::Brep& brep, const Faces& faces, std::vector<Piece>& pieces,
+                  std::vector<Point>& points) {
+  const std::vector<Point> exact = points;
+  for (bool changed = true; changed;) {
+    std::vector<double> step(points.size(), 0);
+    const auto for_each_point = [&](const Piece& piece, const auto& use) {
+      for (const ShownFace& each : piece.faces) {
+        for (const auto& triangle : faces.triangles(each.face))
+          for (const std::uint32_t v : triangle) use(v);
+        for (const auto& loop : brep.loops_of(brep.faces[each.face]))
+          for (const auto& use_of_edge : brep.uses_of(loop)) use(brep.from(use_of_edge));
+      }
+    };
+    for (const Piece& piece : pieces)
+      for_each_point(piece, [&](std::uint32_t v) { step[v] = std::max(step[v], piece.step); });
+    for (std::size_t v = 0; v < points.size(); ++v)
+      for (std::size_t i = 0; i < 3; ++i) points[v][i] = rounded(exact[v][i], step[v]);
+    changed = false;
+    for (Piece& piece : pieces) {
+      Box box;
+      for_each_point(piece, [&](std::uint32_t v) { box.add(points[v]); });
+      const double needed = Lattice(box.lower, box.upper, piece.step).step();
+      changed = changed || needed != piece.step;
+      piece.step = needed;
+    }
+  }
+}
+
 std::string piece_message(std::uint64_t run, std::size_t number, const geometry::Brep& brep,
-                          const Faces& faces, std::span<const ShownFace> shown, std::size_t most) {
+                          const Faces& faces, const Piece& piece, const std::vector<Point>& points,
+                          bool is_coarse) {
   std::vector<LooseTriangle> triangles;
   std::vector<std::uint32_t> names, solids;
   std::vector<float> areas;
-  for (const ShownFace& face : shown) {
+  Box box;
+  for (const ShownFace& face : piece.faces) {
     for (auto [a, b, c] : faces.triangles(face.face)) {
       if (face.is_turned) std::swap(b, c);
-      triangles.push_back(
-          {{faces.point(a), faces.point(b), faces.point(c)}, static_cast<std::uint32_t>(names.size())});
+      triangles.push_back({{points[a], points[b], points[c]}, static_cast<std::uint32_t>(names.size())});
     }
     names.push_back(face.face);
     solids.push_back(faces.solid(face));
     areas.push_back(faces.area(face.face));
+    for (const auto& loop : brep.loops_of(brep.faces[face.face]))
+      for (const auto& use : brep.uses_of(loop)) box.add(points[brep.from(use)]);
   }
-  const Box box = box_of(triangles);
-  const Lattice lattice(box.lower, box.upper);
-  const auto [packing, bits] = packed(triangles, static_cast<std::uint32_t>(names.size()), lattice, most);
+  const Lattice lattice(box.lower, box.upper, piece.step);
+  const auto packing =
+      packed(triangles, static_cast<std::uint32_t>(names.size()), lattice, triangles.size()).first;
   Message message("piece", run);
   message["piece"] = number;
-  message["part"] = shown.front().part;
-  add_triangles(message, lattice, packing, bits);
+  message["part"] = piece.faces.front().part;
+  add_triangles(message, lattice, packing, is_coarse ? 0 : Lattice::bits);
   message.add("ofFace", packing.of_owner);
   message.add("faces", names);
   message.add("solids", solids);
   message.add("areas", areas);
-  message.add("edges", edges_of(brep, shown, lattice));
+  message.add("edges", edges_of(brep, points, piece.faces, lattice));
   return message.bytes();
 }
 
 }  // namespace
 
-Lattice::Lattice(const std::array<double, 3>& lower, const std::array<double, 3>& upper) : origin_(lower) {
+Lattice::Lattice(const std::array<double, 3>& lower, const std::array<double, 3>& upper, double least)
+    : origin_(lower) {
   double extent = 0;
   for (std::size_t i = 0; i < 3; ++i) extent = std::max(extent, upper[i] - lower[i]);
   constexpr double steps = 0xfffe;  // one is lost to the origin, which is on the lattice, too
-  step_ = extent > 0 ? std::exp2(std::ceil(std::log2(extent / steps))) : 1;
+  step_ = extent > 0 ? std::exp2(std::ceil(std::log2(extent / steps))) : least > 0 ? least : 1;
+  step_ = std::max(step_, least);
   for (double& x : origin_) x = std::floor(x / step_) * step_;
 }
 
@@ -349,7 +448,10 @@ std::string region_message(std::uint64_t run, std::uint32_t region,
   };
   const std::span all(cells.triangles);
   auto fuzzy = std::vector<LooseTriangle>(all.begin() + static_cast<std::ptrdiff_t>(in_triangles), all.end());
-  for (LooseTriangle& triangle : fuzzy) triangle.owner -= in_cells;
+  for (LooseTriangle& triangle : fuzzy) {
+    triangle.owner -= in_cells;
+    for (Point& corner : triangle.corners) corner = within(corner, looks.bounds);
+  }
   auto [packing, bits] = packed(all.first(in_triangles), in_cells, lattice, share(in_triangles));
   const auto [more, fewer_bits] = packed(fuzzy, cells.cells() - in_cells, lattice, share(fuzzy.size()));
   const auto vertices = static_cast<std::uint32_t>(packing.parts.size());
@@ -377,23 +479,15 @@ std::string region_message(std::uint64_t run, std::uint32_t region,
 }
 
 std::vector<std::string> surface_messages(std::uint64_t run, const geometry::Brep& brep, std::size_t most) {
-  constexpr std::size_t triangles_of_a_piece = 12000;
   const Faces faces(brep);
   const std::vector<ShownFace> shown = faces.shown();
-  std::size_t all = 0;
-  for (const ShownFace& face : shown) all += faces.triangles(face.face).size();
+  std::vector<Point> points = coarse_points(brep, faces, shown, most);
+  const bool is_coarse = points != brep.points;
+  std::vector<Piece> pieces = pieces_of(faces, shown);
+  fit_lattices(brep, faces, pieces, points);
   std::vector<std::string> messages;
-  for (std::size_t begin = 0, end = 0; begin < shown.size(); begin = end) {
-    std::size_t count = 0;
-    for (end = begin; end < shown.size() && shown[end].part == shown[begin].part; ++end) {
-      const std::size_t more = faces.triangles(shown[end].face).size();
-      if (end > begin && count + more > triangles_of_a_piece) break;
-      count += more;
-    }
-    const std::size_t share = all > most ? std::max<std::size_t>(12, most * count / all) : count;
-    messages.push_back(piece_message(run, messages.size(), brep, faces,
-                                     std::span(shown).subspan(begin, end - begin), share));
-  }
+  for (const Piece& piece : pieces)
+    messages.push_back(piece_message(run, messages.size(), brep, faces, piece, points, is_coarse));
   return messages;
 }
 

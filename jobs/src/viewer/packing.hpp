@@ -18,7 +18,8 @@ class Lattice {
  public:
   static constexpr unsigned bits = 16;
   using Place = std::array<std::uint16_t, 3>;
-  Lattice(const std::array<double, 3>& lower, const std::array<double, 3>& upper);
+  /// @param least step.
+  Lattice(const std::array<double, 3>& lower, const std::array<double, 3>& upper, double least = 0);
   [[nodiscard]] const std::array<double, 3>& origin() const { return origin_; }
   [[nodiscard]] double step() const { return step_; }  ///< of all axes; model units
   /// The nearest place to a point of the box: at most half a step away along each axis.
@@ -58,6 +59,7 @@ inline constexpr std::uint16_t no_number = 0xffff;
 struct Looks {
   std::vector<std::int32_t> rank_of_region;
   std::vector<std::uint16_t> tint_of_primitive;  ///< index of a palette; empty: no colours
+  supersteps::Bounds bounds;                     ///< of the model: what is FUZZY is not shown beyond them
 };
 
 /// The cells of one region, as a message: IN cells but for facets that two of them share, and FUZZY ones.
@@ -72,9 +74,10 @@ std::string region_message(
 /// other, with the edges that a person takes for edges: those where faces meet at more than
 /// `feature_degrees`.
 ///
-/// An interface of two parts is there for each of them, so that each part is closed by itself.
+/// An interface of two parts is there for each of them, so that each part is closed by itself. What pieces
+/// share has one place in all of them, so no gaps come: it is on the coarsest of their lattices.
 inline constexpr double feature_degrees = 30;
-/// @param most triangles of all pieces together.
+/// @param most triangles of all pieces together: where there are more, points near each other become one.
 std::vector<std::string> surface_messages(std::uint64_t run, const geometry::Brep& brep, std::size_t most);
 
 }  // namespace bsp2::jobs

@@ -375,7 +375,7 @@ void Viewer::pack(const Picture& picture, const Send& send, unsigned ranks, bool
     order.emplace_back(-apparent_size(*batches.front(), eye), region);
   std::sort(order.begin(), order.end());
   const Palette palette(picture.colour_of_primitive);
-  const Looks looks{picture.rank_of_region, palette.of_primitive};
+  const Looks looks{picture.rank_of_region, palette.of_primitive, picture.bounds};
   for (const auto& [size, region] : order) {
     if (may_stop && has_newer()) return;
     const Batches& batches = regions.at(region);
