@@ -300,7 +300,12 @@ export class Stage {
     this.updateVisibility();
   }
 
-  get showsSurface() { return this.hasSurface && this.look.what !== 'cells' && !['region', 'rank'].includes(this.look.shade); }
+  /** Else cells. What is told of regions is told of cells, and a surface of one part cannot be moved apart. */
+  get showsSurface() {
+    const { what, shade, explode } = this.look;
+    if (!this.hasSurface || what === 'cells' || shade === 'region' || shade === 'rank') return false;
+    return explode === 0 || this.model.parts.length > 1;
+  }
 
   updateOf(item) {
     const isPiece = item.kind === 'piece';

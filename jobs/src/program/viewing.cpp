@@ -126,7 +126,8 @@ int view_once(const Session& session) {
   return result.report.failed.empty() ? 0 : 1;
 }
 
-/// The same, and a mistake in the model ends the run alone: it can be mended. Collective.
+/// The same, and a mistake in the model ends the run alone: it can be mended. Several ranks have lost each
+/// other then, and it ends them. Collective.
 int view_and_tell(const Session& session) {
   const auto& [command, out, ranks, run, log, viewer, watch] = session;
   int code = 0;
@@ -136,8 +137,12 @@ int view_and_tell(const Session& session) {
     viewer.begin(model.filename().string());
     ranks.together([&] { code = view_once(session); });
   } catch (const Error& error) {
-    if (ranks.is_master()) log.error("{}", error.what());
     viewer.fail(error.what());
+    if (ranks.count() > 1) {
+      std::this_thread::sleep_for(500ms);  // pages hear of it
+      throw;
+    }
+    log.error("{}", error.what());
     code = 2;
   }
   ranks.on_superstep = nullptr;

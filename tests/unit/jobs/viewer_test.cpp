@@ -16,6 +16,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
+#include "options/command_line.hpp"
 #include "serving/scene.hpp"
 #include "serving/server.hpp"
 #include "support/rounds.hpp"
@@ -490,6 +491,59 @@ TEST(FileWatch, SeesWhatAModelIsMadeOf) {
     write(model, "include <lib/b.scad>\nuse <c.scad>\n");
     write(included, "import(\"mesh.stl\");\n");
   }
+}
+
+RunCommand parsed(const std::vector<std::string>& arguments) {
+  std::ostringstream ignored;
+  return parse_command_line(arguments, ignored).value();
+}
+
+std::string refusal_of(const std::vector<std::string>& arguments) {
+  try {
+    parsed(arguments);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(ViewCommand, TellsModelsFromSnapshotsAndSteps) {
+  const samples::TemporaryFolder folder;
+  const std::string model = folder.path() / "a.csg", snapshot = folder.path() / "saved";
+  write(model, "cube();\n");
+  write(snapshot, "\x89HDF\r\n\x1a\n");
+  const RunCommand command = parsed({"view", model});
+  ASSERT_TRUE(command.viewer);
+  EXPECT_EQ(command.options.model, model);
+  EXPECT_TRUE(command.options.faces && command.options.collect_cells);
+  EXPECT_FALSE(command.viewer->order || command.viewer->budget || command.options.steps ||
+               command.viewer->stay);
+  EXPECT_EQ(command.viewer->address, "127.0.0.1");
+  const RunCommand saved = parsed({"view", snapshot, "--stay", "--port", "4711"});
+  EXPECT_EQ(saved.options.resume, snapshot);
+  EXPECT_EQ(saved.options.steps, 0U);
+  EXPECT_EQ(saved.viewer->port, 4711);
+  EXPECT_TRUE(saved.viewer->stay);
+  const RunCommand steered =
+      parsed({"view", model, "--order", "view", "--budget", "500ms", "--eye", "1,2,3"});
+  EXPECT_TRUE(steered.viewer->follows_eye);
+  EXPECT_EQ(steered.viewer->order, supersteps::Order::priority);
+  EXPECT_EQ(steered.viewer->budget, 0.5);
+  EXPECT_FALSE(steered.options.budget_seconds);
+  EXPECT_EQ(steered.viewer->eye, (std::vector<double>{1, 2, 3}));
+  EXPECT_FALSE(parsed({"run", model}).viewer);
+}
+
+TEST(ViewCommand, RefusesWhatMakesNoSense) {
+  EXPECT_NE(refusal_of({"view", "/there/is/none.csg"}).find("cannot read '/there/is/none.csg'"),
+            std::string::npos);
+  const samples::TemporaryFolder folder;
+  const std::string model = folder.path() / "a.csg";
+  write(model, "cube();\n");
+  EXPECT_NE(refusal_of({"view", model, "--port", "70000"}).find("--port"), std::string::npos);
+  EXPECT_NE(refusal_of({"view", model, "--eye", "here"}).find("--eye"), std::string::npos);
+  EXPECT_NE(refusal_of({"view", model, "--angle", "1"}).find("--eye"), std::string::npos);
+  EXPECT_NE(refusal_of({"view", model, "--triangles", "3"}).find("--triangles"), std::string::npos);
 }
 
 }  // namespace

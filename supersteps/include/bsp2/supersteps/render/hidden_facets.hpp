@@ -10,8 +10,8 @@ namespace bsp2::supersteps {
 /// Facets that nobody sees, since another cell covers exactly the same piece of their hyperplane from the
 /// other side. D = 3.
 ///
-/// Cells of one region only, so that it does not depend on who holds which regions, and of one label. Most of the
-/// inner facets of a solid are of that kind: vector pictures need not have them.
+/// Cells of one region only, so that it does not depend on who holds which regions, and of one label. Most of
+/// the inner facets of a solid are of that kind: vector pictures need not have them.
 class HiddenFacets {
  public:
   explicit HiddenFacets(const SolidMesh& mesh, geometry::Label label = geometry::Label::in);
