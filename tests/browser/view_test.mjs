@@ -116,8 +116,11 @@ try {
     await page.keyboard.press('2'); // from the front
     await page.locator('#clips .clip:nth-child(2) input[type=number]').fill('1');
     await page.keyboard.press('Enter');
+    const planes = () => page.evaluate(() => bsp2.stage.planes.map(({ normal, constant }) => [...normal.toArray(), Math.round(constant * 1e6) / 1e6]));
+    assert.deepEqual(await planes(), [[0, 1, 0, -1]]);
     await page.click('#clips .clip:nth-child(2) button');
-    assert.deepEqual(await page.evaluate(() => bsp2.stage.planes.map(({ normal, constant }) => [...normal.toArray(), Math.round(constant * 1e6) / 1e6])), [[0, 1, 0, -1]]);
+    assert.deepEqual(await planes(), [[0, -1, 0, 1]]);
+    await page.click('#clips .clip:nth-child(2) button');
     await shot(page, 'section');
     // What is under random places, against the figures of the model.
     const places = Array.from({ length: 60 }, () => [random() * 16 - 5, random() * 10]);
@@ -258,14 +261,14 @@ try {
   const many = Array.from({ length: 700 }, () => `multmatrix([[0.8,-0.6,0,${random() * 60}],[0.6,0.8,0,${random() * 60}],[0,0,1,${random() * 60}],[0,0,0,1]]) { sphere($fn = 24, r = ${2 + 6 * random()}); }`);
   await writeFile(large, `union() {\n${many.join('\n')}\n}\n`);
   const long = await view(large, '--threads', '1');
-  page = await open(long.link);
+  page = await open(long.link, { viewport: { width: 420, height: 300 } });
 
   await step('a page that is loaded again while the run goes on, and two at once', async () => {
     await until(page, () => window.bsp2?.stats.firstPicture > 0);
     assert.ok(['running'].includes(await page.evaluate(() => bsp2.progress.state)), 'the run is too short for this test');
     await shot(page, 'running');
     await page.reload();
-    const other = await open(long.link);
+    const other = await open(long.link, { viewport: { width: 420, height: 300 } });
     for (const each of [page, other]) await until(each, () => window.bsp2?.stats.firstPicture > 0 && bsp2.stage.regions.size > 0);
     assert.equal(long.child.exitCode, null);
     await other.context().close();

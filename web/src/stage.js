@@ -191,15 +191,18 @@ export class Stage {
     if (old) this.drop(this.pieces, old);
     const a = message.arrays;
     const item = { kind: 'piece', number: message.piece, message, part: message.part, objects: [] };
+    // All pieces about one place, as the graphics card computes: what they share is drawn at the same pixels.
+    const place = { origin: this.box.getCenter(new THREE.Vector3()).toArray(), step: 1 };
+    const spread = (places) => new THREE.BufferAttribute(Float32Array.from(places, (x, i) => message.origin[i % 3] + message.step * x - place.origin[i % 3]), 3);
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.BufferAttribute(a.positions, 3));
+    geometry.setAttribute('position', spread(a.positions));
     geometry.setIndex(new THREE.BufferAttribute(a.triangles, 1));
-    item.solid = this.place(item, new THREE.Mesh(geometry, this.materialOf(colours.stone)), solids, message);
-    item.net = this.place(item, new THREE.Mesh(geometry, this.net), 0, message);
+    item.solid = this.place(item, new THREE.Mesh(geometry, this.materialOf(colours.stone)), solids, place);
+    item.net = this.place(item, new THREE.Mesh(geometry, this.net), 0, place);
     if (a.edges.length > 0) {
       const lines = new THREE.BufferGeometry();
-      lines.setAttribute('position', new THREE.BufferAttribute(a.edges, 3));
-      item.lines = this.place(item, new THREE.LineSegments(lines, this.lines), 0, message);
+      lines.setAttribute('position', spread(a.edges));
+      item.lines = this.place(item, new THREE.LineSegments(lines, this.lines), 0, place);
     }
     item.centre = centreOf(item.solid);
     this.pieces.set(message.piece, item);
@@ -208,10 +211,10 @@ export class Stage {
     if (this.stats.firstPicture === 0) this.stats.firstPicture = performance.now();
   }
 
-  place(item, object, layer, message) {
+  place(item, object, layer, { origin, step }) {
     object.layers.set(layer);
-    object.scale.setScalar(message.step);
-    object.userData = { item, origin: new THREE.Vector3(...message.origin) };
+    object.scale.setScalar(step);
+    object.userData = { item, origin: new THREE.Vector3(...origin) };
     object.position.copy(object.userData.origin);
     object.visible = false;
     item.objects.push(object);
@@ -370,7 +373,7 @@ export class Stage {
       const { axis } = clip;
       const at = this.box.min[axis] + clip.at * (this.box.max[axis] - this.box.min[axis]);
       const normal = new THREE.Vector3();
-      normal[axis] = clip.flip ? 1 : -1;
+      normal[axis] = clip.flip === (axis === 'y') ? -1 : 1; // at first the cut is seen from the front, the right and above
       clip.plane = new THREE.Plane(normal, -normal[axis] * at);
       this.planes.push(clip.plane);
     }

@@ -201,6 +201,7 @@ function makeClips() {
       if (document.activeElement !== where && high > low) where.value = Number((low + clip.at * (high - low)).toPrecision(5));
       on.checked = clip.on;
       slider.value = clip.at;
+      row.hidden = !stage.box.isEmpty() && high === low; // of a plane model
     };
     const changed = () => { update(); stage.updateClips(); remember(); };
     on.onchange = () => { clip.on = on.checked; changed(); };
@@ -212,9 +213,10 @@ function makeClips() {
       changed();
     };
     flip.onclick = () => { clip.flip = !clip.flip; clip.on = true; changed(); };
+    const row = element('div', { className: 'clip' }, element('label', {}, on, clip.axis), slider, where, flip);
     clip.update = update;
     update();
-    return element('div', { className: 'clip' }, element('label', {}, on, clip.axis), slider, where, flip);
+    return row;
   }));
 }
 
@@ -370,7 +372,7 @@ function changed(what) {
 
 function showState() {
   const badge = $('state');
-  const states = { running: ['run', progress.superstep || 'running'], finished: ['good', 'finished'], failed: ['bad', 'failed'], stopped: ['bad', 'stopped'] };
+  const states = { running: ['run', progress.superstep || 'running'], finished: figures && !figures.complete ? ['', 'not complete'] : ['good', 'finished'], failed: ['bad', 'failed'], stopped: ['bad', 'stopped'] };
   const [kind, text] = connection === 'open' ? states[progress.state] ?? ['', 'waiting'] : ['bad', connection === 'gone' ? 'bsp2 has ended' : 'connecting'];
   badge.dataset.kind = kind;
   badge.textContent = text;
@@ -392,7 +394,6 @@ function showProgress(message) {
   shown.push(item(message.cells === 1 ? 'cell' : 'cells', count(message.cells)));
   if (isRunning && rate > 0) shown.push(item('cells/s', count(Math.round(rate))));
   shown.push(item('', time(message.seconds)), item('memory', bytes(message.memory)));
-  if (stage.stats.triangles > 0) shown.push(item('triangles drawn', count(stage.stats.triangles), true));
   if (message.pages > 1) shown.push(item('pages open', message.pages, true));
   $('progress').replaceChildren(...shown);
   if (message.state !== 'failed') $('error').hidden = true;
@@ -425,7 +426,7 @@ function receive(message) {
   }
   stage.receive(message);
   if (message.kind === 'model' && message.figures) figures = message.figures;
-  if (message.kind === 'model' || message.kind === 'shown') showFigures();
+  if (message.kind === 'model' || message.kind === 'shown') { showFigures(); showState(); }
 }
 
 recall();
