@@ -116,7 +116,7 @@ try {
     await page.keyboard.press('2'); // from the front
     await page.locator('#clips .clip:nth-child(2) input[type=number]').fill('1');
     await page.keyboard.press('Enter');
-    const planes = () => page.evaluate(() => bsp2.stage.planes.map(({ normal, constant }) => [...normal.toArray(), Math.round(constant * 1e6) / 1e6]));
+    const planes = () => page.evaluate(() => bsp2.stage.planes.map(({ normal, constant }) => [...normal.toArray(), Math.round(constant * 100) / 100]));
     assert.deepEqual(await planes(), [[0, 1, 0, -1]]);
     await page.click('#clips .clip:nth-child(2) button');
     assert.deepEqual(await planes(), [[0, -1, 0, 1]]);

@@ -3,6 +3,11 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import * as colours from './colours.js';
 
+// Where a triangle is seen from its edge, the middle of a pixel may be far beside it: what is cut off must be asked
+// where the triangle is, or sections are filled where nothing is.
+for (const chunk of ['clipping_planes_pars_vertex', 'clipping_planes_pars_fragment'])
+  THREE.ShaderChunk[chunk] = THREE.ShaderChunk[chunk].replace('varying vec3 vClipPosition', 'centroid varying vec3 vClipPosition');
+
 const nobody = 0xffff; // a vertex of no part, or without a colour
 const solids = 1; // the layer of what sections are filled in
 const noPart = -1;
@@ -371,7 +376,8 @@ export class Stage {
       clip.plane = null;
       if (!clip.on || this.box.isEmpty()) continue;
       const { axis } = clip;
-      const at = this.box.min[axis] + clip.at * (this.box.max[axis] - this.box.min[axis]);
+      // A little beside where it is asked for: faces that lie in the plane would be counted or not as rounding goes.
+      const at = this.box.min[axis] + (clip.at + 1.7e-5) * (this.box.max[axis] - this.box.min[axis]);
       const normal = new THREE.Vector3();
       normal[axis] = clip.flip === (axis === 'y') ? -1 : 1; // at first the cut is seen from the front, the right and above
       clip.plane = new THREE.Plane(normal, -normal[axis] * at);
