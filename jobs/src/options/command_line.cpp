@@ -520,6 +520,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   CLI::App* view = add_view_command(app, command, raw.viewed, raw.view_eye);
   add_model_options(*view, command, raw);
   add_work_options(*view, command, raw);
+  describe_for_view(*view);
   CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
   add_input(*queried, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*queried, "--points", raw.points,

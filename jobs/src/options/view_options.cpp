@@ -66,6 +66,15 @@ CLI::App* add_view_command(CLI::App& app, RunCommand& command, std::string& inpu
   return view;
 }
 
+void describe_for_view(CLI::App& view) {
+  view.get_option("--budget")
+      ->description("the time between two pictures\n(default: a tenth of a second, then ever longer)");
+  view.get_option("--order")->description(
+      "which cell is refined next: depth, priority (the\nlargest) or view (what looks largest from where "
+      "the\npage looks; "
+      "default: so at first, then depth)");
+}
+
 void choose_view_command(const CLI::App& view, RunCommand& command, const std::string& input) {
   if (!view.parsed()) {
     command.viewer.reset();
@@ -89,7 +98,8 @@ void finish_view_command(RunCommand& command, const std::string& order, const st
   options.budget_seconds.reset();
   if (options.resume) options.steps = 0;  // nothing is computed, only shown as it is
   options.collect = supersteps::Collect::automatic;
-  options.collect_cells = options.boundary = options.faces = true;
+  options.collect_cells = true;
+  options.boundary = options.faces = options.keep_in;
 }
 
 }  // namespace bsp2::jobs

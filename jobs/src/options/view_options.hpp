@@ -15,6 +15,9 @@ namespace bsp2::jobs {
 /// @param input what it is to show. @param eye as it is typed.
 CLI::App* add_view_command(CLI::App& app, RunCommand& command, std::string& input, std::string& eye);
 
+/// Once it has the options of `run`, too: tells what some of them do here.
+void describe_for_view(CLI::App& view);
+
 /// After parsing: leaves `command.viewer` empty if it was not asked for, and makes options of what was.
 void choose_view_command(const CLI::App& view, RunCommand& command, const std::string& input);
 
