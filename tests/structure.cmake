@@ -11,7 +11,7 @@ set(dataflow process shapes network producers evaluate regions surface lowering 
 set(io files outputs surfaces vtk hdf5 occt)
 set(supersteps ranks state regions stages loop render)
 set(api expression report evaluation)
-set(jobs tables queue options answers program)
+set(jobs tables queue options answers serving viewer program)
 set(most_files 24)  # in a folder
 
 set(faults "")

@@ -14,6 +14,7 @@
 #include "options/picture_options.hpp"
 #include "options/queue_options.hpp"
 #include "options/version.hpp"
+#include "options/view_options.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -35,7 +36,7 @@ constexpr auto run_footer =
 /// Options as they are typed, before they mean something.
 struct Raw {
   std::string order, budget, folder, picture, frames, report, table, collect, snapshot, parts, exported,
-      rendered, points, series;
+      rendered, points, series, viewed, view_eye;
   PictureText view;
   std::vector<std::string> keep, boundaries;
   bool mesh = false, list_formats = false;
@@ -317,13 +318,18 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
   command.options.parts_by_colour = raw.parts == "colour" || raw.parts == "color";
   if (raw.order == "priority" || raw.order == "view") command.options.order = supersteps::Order::priority;
-  if (raw.order == "view" || command.options.angle) {
-    if (raw.view.eye.empty())
+  const std::string& eye = command.viewer ? raw.view_eye : raw.view.eye;
+  if ((raw.order == "view" && !command.viewer) || command.options.angle) {
+    if (eye.empty())
       throw Error(std::string(raw.order == "view" ? "--order view" : "--angle") +
                   ": add --eye X,Y,Z, from where the model is looked at");
-    command.options.eye = eye_of(raw.view);
+    command.options.eye = eye_of(eye);
   }
   if (!raw.budget.empty()) command.options.budget_seconds = parse_seconds(raw.budget);
+  if (command.viewer) {
+    finish_view_command(command, raw.order, raw.view_eye);
+    return command;
+  }
   for (const std::string& file : raw.boundaries) {
     if (io::surface_format(file) == nullptr)
       throw Error("--boundary: '" + file + "' must end in " + io::surface_endings());
@@ -511,6 +517,10 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_input(*rendered, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*rendered, "-o,--output", raw.rendered, "the picture: .png, .svg or .pdf", "FILE")->required();
   add_picture_options(*rendered, raw.view);
+  CLI::App* view = add_view_command(app, command, raw.viewed, raw.view_eye);
+  add_model_options(*view, command, raw);
+  add_work_options(*view, command, raw);
+  describe_for_view(*view);
   CLI::App* queried = app.add_subcommand("query", "Tell where points are, and how far from the surface");
   add_input(*queried, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
   add_path(*queried, "--points", raw.points,
@@ -560,6 +570,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   if (about.print(app, out)) return std::nullopt;
   if (!tables->parsed()) command.tables.clear();
   choose_queue_command(queue, command);
+  choose_view_command(*view, command, raw.viewed);
   return finished(std::move(command), raw);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <iosfwd>
@@ -17,6 +18,18 @@ namespace bsp2::jobs {
 inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundary.stl",
                             *picture_name = "view.png", *snapshot_name = "snapshot.h5",
                             *report_name = "report.json";
+
+/// What `view` was asked for.
+struct ViewCommand {
+  std::string address = "127.0.0.1";  ///< that is listened to, as numbers
+  std::uint16_t port = 0;             ///< 0: one that is free
+  bool open = false, stay = false;
+  std::uint64_t triangles = 1500000;       ///< that are sent of cells, and of a surface
+  std::optional<double> budget;            ///< seconds between two pictures
+  std::optional<supersteps::Order> order;  ///< none: the largest first, and soon depth first
+  bool follows_eye = false;                ///< what looks largest from where a page looks is refined first
+  std::vector<double> eye;                 ///< of the page at first; empty: by the model
+};
 
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
 /// `render` and `query`; or `info`.
@@ -40,8 +53,9 @@ struct RunCommand {
   std::function<void(const std::filesystem::path&)> on_writing;  ///< called before a file is written
   [[nodiscard]] bool shows_steps() const { return frames || series; }
   std::optional<QueueCommand>
-      queue;                     ///< work with a queue of jobs; to merge is to resume what they have found
-  std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model
+      queue;  ///< work with a queue of jobs; to merge is to resume what they have found
+  std::optional<ViewCommand> viewer;  ///< show the run in browsers, and again when its files are saved
+  std::vector<unsigned> levels;       ///< and these levels, then to the end; empty: chosen by the model
 };
 
 /// Reads the arguments of the program (its name left out).

@@ -77,11 +77,11 @@ bool is_given(const PictureText& text) {
          text.explode > 0 || text.edges;
 }
 
-std::vector<double> eye_of(const PictureText& text) {
-  std::vector<double> eye = numbers_in(text.eye, ',');
+std::vector<double> eye_of(const std::string& text) {
+  std::vector<double> eye = numbers_in(text, ',');
   if (eye.empty())
     throw Error(
-        "--eye: '" + text.eye +
+        "--eye: '" + text +
         "' is no point; write as many numbers as the model has dimensions, for example --eye 30,-40,25");
   return eye;
 }

@@ -26,7 +26,7 @@ void add_picture_options(CLI::App& app, PictureText& text);
 bool is_given(const PictureText& text);
 
 /// The point that --eye names, in any dimension. @throws bsp2::Error if it names none.
-std::vector<double> eye_of(const PictureText& text);
+std::vector<double> eye_of(const std::string& text);
 
 /// What they mean. @throws bsp2::Error for points, sizes and endings that make no sense.
 supersteps::PictureOptions picture_options(const PictureText& text);

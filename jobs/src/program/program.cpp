@@ -19,6 +19,7 @@
 #include "bsp2/supersteps/loop/run.hpp"
 #include "options/command_line.hpp"
 #include "program/signals.hpp"
+#include "program/viewing.hpp"
 #include "tables/node_tables.hpp"
 
 namespace bsp2::jobs {
@@ -292,6 +293,8 @@ int program(const std::vector<std::string>& arguments, std::ostream& out, supers
       tables_command(*command, out);
     else if (command && command->queue && command->queue->action != QueueCommand::Action::merge)
       code = queue_command(*command, speech);
+    else if (command && command->viewer)
+      code = view_command(*command, speech, ranks, run, log);
     else if (command)
       ranks.together([&] { code = run_command(*command, out, ranks, run, log); });
     finish(speech);

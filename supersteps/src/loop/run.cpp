@@ -151,6 +151,25 @@ RunOptions options_of_step(const RunOptions& options, double snapshot_seconds) {
   return step;
 }
 
+/// Those of the options that whoever watches decides, for one superstep. Collective.
+void steer(Ranks& ranks, const RunOptions& options, unsigned step, int dimension, RunOptions& of_step) {
+  if (!options.steer) return;
+  std::vector<double> said;  // order, whether there is a budget, the budget, and the eye
+  if (ranks.is_master()) {
+    const Steering steering = options.steer(step);
+    said = {steering.order == Order::priority ? 1.0 : 0.0, steering.budget_seconds ? 1.0 : 0.0,
+            steering.budget_seconds.value_or(0)};
+    said.insert(said.end(), steering.eye.begin(), steering.eye.end());
+  }
+  broadcast(ranks, said);
+  of_step.order = said.at(0) != 0 ? Order::priority : Order::depth;
+  of_step.budget_seconds.reset();
+  if (said.at(1) != 0) of_step.budget_seconds = said.at(2);
+  if (options.angle) return;
+  of_step.eye.assign(said.begin() + 3, said.end());
+  if (of_step.eye.size() != static_cast<std::size_t>(dimension)) of_step.eye.clear();
+}
+
 /// One round of a computation superstep: what it decides becomes progress, what is left stays in it.
 template <int D>
 Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
@@ -444,9 +463,10 @@ RunResult run_supersteps(Ranks& ranks, RunOptions options, const Source& source,
   for (unsigned step = 0; !end.last; ++step) {
     ranks.begin("computation", progress.steps);
     if (progress.steps > 0) move_regions(ranks, network, progress, rank_of_region, options.level);
+    RunOptions of_step = options_of_step(options, snapshot_seconds);
+    steer(ranks, options, progress.steps, D, of_step);
     const bool stopped =
-        advance(ranks, network, progress, rank_of_region, options_of_step(options, snapshot_seconds),
-                end.cells, report.threads, stream);
+        advance(ranks, network, progress, rank_of_region, of_step, end.cells, report.threads, stream);
     give_back(ranks, network, progress, options, report.threads, stream);
     end = end_of_step(ranks, options, progress, stopped, step + 1);
     saves_late = options.strict && options.snapshot && end.last && !end.interrupted &&

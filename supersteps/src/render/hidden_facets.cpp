@@ -1,4 +1,4 @@
-#include "render/hidden_facets.hpp"
+#include "bsp2/supersteps/render/hidden_facets.hpp"
 
 #include <bit>
 
@@ -35,18 +35,18 @@ std::uint8_t side_of(const CellBatch& batch, std::size_t facet) {
 
 }  // namespace
 
-HiddenFacets::HiddenFacets(const SolidMesh& mesh) {
+HiddenFacets::HiddenFacets(const SolidMesh& mesh, geometry::Label label) : label_(label) {
   if (mesh.dimension != 3) return;
   for (const auto& batch : mesh.batches)
     for (std::size_t cell = 0; cell < batch->size(); ++cell) {
-      if (batch->label[cell] != geometry::Label::in) continue;
+      if (batch->label[cell] != label_) continue;
       for (std::size_t f = batch->facet_offset[cell]; f < batch->facet_offset[cell + 1]; ++f)
         sides_[name_of(*batch, cell, f)] |= side_of(*batch, f);
     }
 }
 
 bool HiddenFacets::contains(const CellBatch& batch, std::size_t cell, std::size_t facet) const {
-  if (batch.label[cell] != geometry::Label::in) return false;
+  if (batch.label[cell] != label_) return false;
   const auto found = sides_.find(name_of(batch, cell, facet));
   return found != sides_.end() && found->second == 3;
 }

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/supersteps/render/hidden_facets.hpp"
 #include "ranks/exchange.hpp"
 #include "render/camera.hpp"
 #include "render/canvas.hpp"
-#include "render/hidden_facets.hpp"
 #include "render/inner_sides.hpp"
 #include "render/shading.hpp"
 

@@ -27,6 +27,13 @@ inline constexpr std::uint64_t cells_of_a_master = 200000;
 
 struct RunResult;
 
+/// What the next computation superstep begins with, and how long it may take. The cells do not depend on it.
+struct Steering {
+  Order order = Order::depth;
+  std::vector<double> eye;               ///< as RunOptions::eye; ignored where it does not fit the dimension
+  std::optional<double> budget_seconds;  ///< none: until all is decided
+};
+
 /// What to evaluate and how far.
 struct RunOptions {
   std::filesystem::path model;  ///< its file, or what `text` is called in messages
@@ -78,6 +85,10 @@ struct RunOptions {
   /// bounds, no figures. Each rank holds the cells of its own regions. Called on all ranks, so it may be
   /// collective. With it, a budget ends a step and not the run.
   std::function<void(const RunResult& now, unsigned step)> on_frame;
+  /// Asked before each computation superstep how to go on, on the master, whose answer counts for all ranks:
+  /// for those who watch, it says what they look at and when they want to see more. Takes the place of
+  /// `order`, `eye` and `budget_seconds`; with an `angle` the eye stays, as the cells depend on it.
+  std::function<Steering(unsigned step)> steer;
   /// Shown the finished cells as soon as all are where they belong, unless the run is interrupted: all but
   /// boundary and contacts, and the report without costs. Called on all ranks, so it may be collective. With
   /// it the result has no cells: resolution gives back the memory of each region that it has glued.

@@ -1,0 +1,105 @@
+#include "options/view_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "options/checks.hpp"
+#include "options/picture_options.hpp"
+
+namespace bsp2::jobs {
+namespace {
+
+constexpr auto view_footer =
+    "Examples:\n"
+    "  bsp2 view model.csg           open the link that is printed\n"
+    "  bsp2 view model.scad --open   evaluated again whenever it is saved\n"
+    "  bsp2 view out/snapshot.h5     what a snapshot holds\n"
+    "\n"
+    "The link works on this machine alone, and for those alone who have it. The\n"
+    "command ends with the run and the last page; closing pages stops no run.";
+
+/// A snapshot, by its first bytes: those of HDF5.
+bool is_snapshot(const std::filesystem::path& file) {
+  char bytes[4] = {};
+  std::ifstream(file, std::ios::binary).read(bytes, sizeof bytes);
+  return std::string_view(bytes, sizeof bytes) == "\x89HDF";
+}
+
+}  // namespace
+
+CLI::App* add_view_command(CLI::App& app, RunCommand& command, std::string& input, std::string& eye) {
+  ViewCommand& viewer = command.viewer.emplace();
+  CLI::App* view = app.add_subcommand("view", "Show a model in the browser while it is evaluated");
+  view->add_option("MODEL", input, "the model, a .csg or .scad file, or a snapshot")
+      ->required()
+      ->check(is_named())
+      ->type_name("");
+  const auto group = "How it is shown";
+  view->add_flag("--open", viewer.open, "open the page in the browser")->group(group);
+  view->add_flag("--stay", viewer.stay, "go on serving when the last page is closed")->group(group);
+  view->add_option("--port", viewer.port, "the port of the link (default: one that is free)")
+      ->check(is_number(0U, 65535U, "0 .. 65535"))
+      ->type_name("N")
+      ->group(group);
+  view->add_option("--listen", viewer.address,
+                   "where the page can be opened from: an address of\nthis machine, 0.0.0.0 for all of them "
+                   "(default:\n"
+                   "127.0.0.1, this machine alone)")
+      ->check(is_named())
+      ->type_name("ADDRESS")
+      ->group(group);
+  view->add_option("--triangles", viewer.triangles,
+                   "at most about so many are sent; what is smaller than\nthey can show is left out")
+      ->check(is_number(std::uint64_t{1000}, std::uint64_t{1} << 32, "1000 or more"))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(group);
+  view->add_option("--eye", eye,
+                   "where the page looks from at first; with --angle,\nwhat is seen from there decides what "
+                   "is refined")
+      ->type_name("X,Y,Z")
+      ->group(group);
+  view->add_flag("--quiet", command.quiet, "print the link and errors alone")->group(group);
+  view->footer(view_footer);
+  return view;
+}
+
+void describe_for_view(CLI::App& view) {
+  view.get_option("--budget")
+      ->description("the time between two pictures\n(default: a tenth of a second, then ever longer)");
+  view.get_option("--order")->description(
+      "which cell is refined next: depth, priority (the\nlargest) or view (what looks largest from where "
+      "the\npage looks; "
+      "default: so at first, then depth)");
+}
+
+void choose_view_command(const CLI::App& view, RunCommand& command, const std::string& input) {
+  if (!view.parsed()) {
+    command.viewer.reset();
+    return;
+  }
+  if (std::error_code none; !std::filesystem::exists(input, none))
+    throw Error("cannot read '" + input + "': " + std::generic_category().message(ENOENT));
+  if (is_snapshot(input))
+    command.options.resume = input;
+  else
+    command.options.model = input;
+}
+
+void finish_view_command(RunCommand& command, const std::string& order, const std::string& eye) {
+  ViewCommand& viewer = *command.viewer;
+  supersteps::RunOptions& options = command.options;
+  if (!eye.empty()) viewer.eye = eye_of(eye);
+  if (!order.empty()) viewer.order = options.order;
+  viewer.follows_eye = order == "view";
+  viewer.budget = options.budget_seconds;
+  options.budget_seconds.reset();
+  if (options.resume) options.steps = 0;  // nothing is computed, only shown as it is
+  options.collect = supersteps::Collect::automatic;
+  options.collect_cells = true;
+  options.boundary = options.faces = options.keep_in;
+}
+
+}  // namespace bsp2::jobs

@@ -1,0 +1,55 @@
+#include "serving/scene.hpp"
+
+namespace bsp2::jobs {
+
+void Scene::tell() {
+  const std::lock_guard lock(listening_);
+  if (on_change_) on_change_();
+}
+
+void Scene::listen(std::function<void()> on_change) {
+  const std::lock_guard lock(listening_);
+  on_change_ = std::move(on_change);
+}
+
+void Scene::forget_listener() { listen({}); }
+
+void Scene::put(const std::string& key, std::string bytes) {
+  {
+    const std::lock_guard lock(mutex_);
+    bytes_ += bytes.size();
+    std::uint64_t& number = number_of_[key];
+    messages_.erase(number);
+    number = ++last_;
+    messages_.emplace(number, std::make_shared<const std::string>(std::move(bytes)));
+  }
+  tell();
+}
+
+void Scene::remove(std::string_view beginning) {
+  const std::lock_guard lock(mutex_);
+  for (auto at = number_of_.lower_bound(beginning);
+       at != number_of_.end() && std::string_view(at->first).starts_with(beginning);) {
+    messages_.erase(at->second);
+    at = number_of_.erase(at);
+  }
+}
+
+std::optional<Scene::Entry> Scene::after(std::uint64_t number) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = messages_.upper_bound(number);
+  if (found == messages_.end()) return std::nullopt;
+  return Entry{found->first, found->second};
+}
+
+std::size_t Scene::size() const {
+  const std::lock_guard lock(mutex_);
+  return messages_.size();
+}
+
+std::uint64_t Scene::bytes_put() const {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
+}
+
+}  // namespace bsp2::jobs

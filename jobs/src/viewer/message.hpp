@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace bsp2::jobs {
+
+/// What the page is told: a header in JSON, and arrays of numbers.
+///
+/// Shape of the bytes: the length of the header (32 bits, little-endian), the header, padded with spaces to a
+/// multiple of 4, then the arrays, each padded likewise. The header's `arrays` has for each name its type (as
+/// in "u16"), its first byte, counted from the end of the header, and its length.
+class Message {
+ public:
+  /// @param kind what the page does with it. @param run the number of the run that it is about.
+  Message(const char* kind, std::uint64_t run);
+  nlohmann::json& operator[](const char* name) { return header_[name]; }
+  void add(const char* name, const std::vector<std::uint8_t>& numbers) { add(name, "u8", numbers); }
+  void add(const char* name, const std::vector<std::uint16_t>& numbers) { add(name, "u16", numbers); }
+  void add(const char* name, const std::vector<std::uint32_t>& numbers) { add(name, "u32", numbers); }
+  void add(const char* name, const std::vector<std::int32_t>& numbers) { add(name, "i32", numbers); }
+  void add(const char* name, const std::vector<float>& numbers) { add(name, "f32", numbers); }
+  [[nodiscard]] std::string bytes() const;
+
+ private:
+  nlohmann::json header_;
+  std::string arrays_;
+
+  template <class Number>
+  void add(const char* name, const char* type, const std::vector<Number>& numbers) {
+    header_["arrays"][name] = {type, arrays_.size(), numbers.size()};
+    arrays_.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number));
+    arrays_.append((4 - arrays_.size() % 4) % 4, '\0');
+  }
+};
+
+}  // namespace bsp2::jobs

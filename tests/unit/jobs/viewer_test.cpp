@@ -1,0 +1,550 @@
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/supersteps/loop/run.hpp"
+#include "options/command_line.hpp"
+#include "serving/scene.hpp"
+#include "serving/server.hpp"
+#include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
+#include "viewer/file_watch.hpp"
+#include "viewer/message.hpp"
+#include "viewer/packing.hpp"
+
+namespace bsp2::jobs {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Point = std::array<double, 3>;
+
+/// A message as a page reads it.
+struct Decoded {
+  json header;
+  std::string arrays;
+  explicit Decoded(const std::string& bytes) {
+    std::uint32_t length = 0;
+    std::memcpy(&length, bytes.data(), sizeof length);
+    EXPECT_EQ(length % 4, 0U);
+    header = json::parse(bytes.substr(4, length));
+    arrays = bytes.substr(4 + length);
+  }
+  /// Whatever the type of whole numbers.
+  [[nodiscard]] std::vector<std::int64_t> whole(const char* name) const {
+    const std::string type = header["arrays"][name][0];
+    if (type == "u8") return read<std::uint8_t, std::int64_t>(name);
+    if (type == "u16") return read<std::uint16_t, std::int64_t>(name);
+    if (type == "u32") return read<std::uint32_t, std::int64_t>(name);
+    EXPECT_EQ(type, "i32");
+    return read<std::int32_t, std::int64_t>(name);
+  }
+  [[nodiscard]] std::vector<double> real(const char* name) const { return read<float, double>(name); }
+  [[nodiscard]] std::vector<Point> points() const {
+    const std::vector<std::int64_t> places = whole("positions");
+    std::vector<Point> points(places.size() / 3);
+    for (std::size_t i = 0; i < places.size(); ++i)
+      points[i / 3][i % 3] = header["origin"][i % 3].get<double>() +
+                             header["step"].get<double>() * static_cast<double>(places[i]);
+    return points;
+  }
+
+ private:
+  template <class Stored, class Number>
+  [[nodiscard]] std::vector<Number> read(const char* name) const {
+    const json& place = header["arrays"][name];
+    std::vector<Stored> stored(place[2].get<std::size_t>());
+    const auto first = place[1].get<std::size_t>();
+    EXPECT_EQ(first % 4, 0U);
+    EXPECT_LE(first + stored.size() * sizeof(Stored), arrays.size());
+    if (!stored.empty()) std::memcpy(stored.data(), arrays.data() + first, stored.size() * sizeof(Stored));
+    return {stored.begin(), stored.end()};
+  }
+};
+
+double six_volumes(const Point& a, const Point& b, const Point& c) {
+  return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+         a[2] * (b[0] * c[1] - b[1] * c[0]);
+}
+
+/// Volume inside of triangles, by the divergence theorem.
+double volume_of(const std::vector<Point>& points, std::span<const std::int64_t> corners) {
+  double volume = 0;
+  for (std::size_t i = 0; i + 2 < corners.size(); i += 3)
+    volume += six_volumes(points.at(corners[i]), points.at(corners[i + 1]), points.at(corners[i + 2])) / 6;
+  return volume;
+}
+
+std::uint32_t seed_of_test() {
+  const char* given = std::getenv("BSP2_SEED");
+  const auto seed = given != nullptr ? static_cast<std::uint32_t>(std::stoul(given)) : std::random_device{}();
+  ::testing::Test::RecordProperty("seed", static_cast<int>(seed));
+  return seed;
+}
+
+/// Boxes turned at random, some of them holes; in two parts that meet.
+std::string random_model(std::mt19937& random) {
+  std::uniform_real_distribution<double> place(-10, 10), size(1, 9), angle(0, 360);
+  const auto boxes = [&](int count) {
+    std::ostringstream text;
+    for (int i = 0; i < count; ++i)
+      text << "multmatrix([[1, 0, 0, " << place(random) << "], [0, 1, 0, " << place(random) << "], [0, 0, 1, "
+           << place(random)
+           << "], [0, 0, 0, 1]]) { multmatrix([[0.8, -0.6, 0, 0], [0.6, 0.8, 0, 0], [0, 0, 1, 0], [0, 0, 0, "
+              "1]]) { cube(size = ["
+           << size(random) << ", " << size(random) << ", " << size(random) << "], center = true); } }\n";
+    return text.str();
+  };
+  return "part(\"one\") { difference() { union() { " + boxes(6) + "} " + boxes(3) + "} }\npart(\"two\") { " +
+         boxes(4) + "}\n";
+}
+
+supersteps::RunResult evaluated(const std::string& text) {
+  supersteps::RunOptions options;
+  options.model = "random.csg";
+  options.text = std::make_shared<const std::string>(text);
+  options.threads = 1;
+  options.boundary = options.faces = true;
+  return supersteps::run(options);
+}
+
+std::map<std::uint32_t, std::vector<std::shared_ptr<const geometry::CellBatch>>> by_region(
+    const supersteps::RunResult& result) {
+  std::map<std::uint32_t, std::vector<std::shared_ptr<const geometry::CellBatch>>> regions;
+  for (const auto& batch : result.mesh.batches)
+    if (!batch->empty()) regions[batch->region.front()].push_back(batch);
+  return regions;
+}
+
+TEST(Lattice, PlacesAreAtMostHalfAStepAwayAndOnAllFinerLattices) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> exponent(-9, 9), share(0, 1);
+  for (int round = 0; round < samples::rounds(200); ++round) {
+    const double scale = std::pow(10, exponent(random));
+    Point lower, upper;
+    for (std::size_t i = 0; i < 3; ++i) {
+      lower[i] = (share(random) - 0.5) * scale;
+      upper[i] = lower[i] + share(random) * scale;
+    }
+    const Lattice lattice(lower, upper);
+    ASSERT_GE(lattice.step() * 0xffff,
+              std::max({upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2]}));
+    ASSERT_EQ(std::exp2(std::round(std::log2(lattice.step()))), lattice.step());
+    Point point;
+    for (std::size_t i = 0; i < 3; ++i) point[i] = lower[i] + share(random) * (upper[i] - lower[i]);
+    const auto place = lattice.place(point);
+    for (std::size_t i = 0; i < 3; ++i) {
+      ASSERT_LE(std::abs(lattice.origin()[i] + lattice.step() * place[i] - point[i]),
+                0.5000001 * lattice.step());
+      ASSERT_EQ(std::remainder(lattice.origin()[i], lattice.step()), 0);
+    }
+  }
+}
+
+TEST(Packing, CellsOfARegionHaveTheirVolumeAndFewerTrianglesThanFacets) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int round = 0; round < samples::rounds(4); ++round) {
+    const auto result = evaluated(random_model(random));
+    double volume = 0;
+    std::uint64_t cells = 0, drawn = 0, facets = 0;
+    for (const auto& [region, batches] : by_region(result)) {
+      const Decoded message(region_message(7, region, batches, {}, 1U << 30));
+      EXPECT_EQ(message.header["kind"], "region");
+      EXPECT_EQ(message.header["run"], 7);
+      EXPECT_EQ(message.header["region"], region);
+      EXPECT_FALSE(message.header.contains("coarse"));
+      const auto corners = message.whole("triangles");
+      ASSERT_EQ(message.header["opaque"].get<std::size_t>() * 3, corners.size());  // all is decided
+      volume += volume_of(message.points(), corners);
+      cells += message.header["inCells"].get<std::uint64_t>();
+      drawn += corners.size() / 3;
+      double told = 0;
+      for (const double each : message.real("volumes")) told += each;
+      double own = 0;
+      for (const auto& batch : batches) {
+        for (std::size_t cell = 0; cell < batch->size(); ++cell) own += batch->volume[cell];
+        for (std::size_t f = 0; f + 1 < batch->facet_vertex_offset.size(); ++f)
+          facets += batch->vertices_of_facet(f).size() - 2;
+      }
+      EXPECT_NEAR(told, own, 1e-5 * own);
+      std::int64_t of_cells = 0;
+      for (const std::int64_t each : message.whole("ofCell")) of_cells += each;
+      EXPECT_EQ(of_cells * 3, static_cast<std::int64_t>(corners.size()));
+      const auto parts = message.whole("parts");
+      for (const std::int64_t part : parts) EXPECT_TRUE(part == 0 || part == 1);
+    }
+    EXPECT_NEAR(volume, result.report.in_volume, 1e-3 * result.report.in_volume);
+    EXPECT_EQ(cells, result.report.in_cells);
+    EXPECT_LE(drawn, facets);
+  }
+}
+
+TEST(Packing, WhatIsTooMuchGetsCoarserAndSaysSo) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> at(0, 1);
+  std::vector<LooseTriangle> triangles;
+  for (std::uint32_t i = 0; i < 5000; ++i) {  // small ones everywhere in a unit cube
+    const Point corner{at(random), at(random), at(random)};
+    triangles.push_back({{corner, Point{corner[0] + 0.01, corner[1], corner[2]},
+                          Point{corner[0], corner[1] + 0.01, corner[2]}},
+                         i});
+  }
+  const Lattice lattice({0, 0, 0}, {1.01, 1.01, 1});
+  const auto [all, bits] = packed(triangles, 5000, lattice, 5000);
+  EXPECT_EQ(bits, 16U);
+  EXPECT_EQ(all.triangles.size(), 15000U);
+  const auto [fewer, fewer_bits] = packed(triangles, 5000, lattice, 800);
+  EXPECT_LT(fewer_bits, 16U);
+  EXPECT_LE(fewer.triangles.size(), 2400U);
+  std::uint64_t owned = 0;
+  for (const std::uint32_t each : fewer.of_owner) owned += each;
+  EXPECT_EQ(owned * 3, fewer.triangles.size());
+}
+
+/// Each edge of the triangles of a part is used equally often in both directions, at places that are the same
+/// in all pieces: there are no gaps.
+void expect_closed(const std::map<std::int64_t, std::map<std::pair<Point, Point>, int>>& edges_of_part) {
+  for (const auto& [part, edges] : edges_of_part)
+    for (const auto& [edge, uses] : edges) {
+      const auto back = edges.find({edge.second, edge.first});
+      ASSERT_TRUE(back != edges.end() && back->second == uses) << "part " << part;
+    }
+}
+
+TEST(Packing, PiecesOfASurfaceAreClosedPartByPartAndHaveTheirVolumes) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int round = 0; round < samples::rounds(4); ++round) {
+    const auto result = evaluated(random_model(random));
+    ASSERT_TRUE(result.faces);
+    for (const std::size_t most : {std::size_t{1} << 30, result.faces->triangles.size() / 2}) {
+      std::map<std::int64_t, std::map<std::pair<Point, Point>, int>> edges;
+      std::map<std::int64_t, double> volumes;
+      std::size_t triangles = 0;
+      for (const std::string& bytes : surface_messages(3, *result.faces, most)) {
+        const Decoded message(bytes);
+        const auto points = message.points();
+        const auto corners = message.whole("triangles");
+        const std::int64_t part = message.header["part"];
+        volumes[part] += volume_of(points, corners);
+        triangles += corners.size() / 3;
+        for (std::size_t i = 0; i < corners.size(); ++i)
+          ++edges[part][{points[corners[i]], points[corners[i % 3 == 2 ? i - 2 : i + 1]]}];
+        EXPECT_EQ(message.whole("edges").size() % 6, 0U);
+        EXPECT_EQ(message.header.contains("coarse"), most < (1U << 30));
+      }
+      EXPECT_LE(triangles, most);
+      expect_closed(edges);
+      if (most < (1U << 30)) continue;
+      for (const auto& part : result.report.named_parts)
+        EXPECT_NEAR(volumes[part.part], part.volume, 1e-3 * result.report.in_volume) << part.name;
+    }
+  }
+}
+
+TEST(Packing, ACubeHasTwelveFeatureEdgesAndAFineCylinderThoseOfItsEnds) {
+  const auto edges_of = [](const std::string& text) {
+    std::size_t edges = 0;
+    for (const std::string& bytes : surface_messages(1, *evaluated(text).faces, 1U << 30))
+      edges += Decoded(bytes).whole("edges").size() / 6;
+    return edges;
+  };
+  EXPECT_EQ(edges_of("cube(size = [1, 2, 3]);"), 12U);
+  EXPECT_EQ(edges_of("cylinder($fn = 64, h = 3, r1 = 1, r2 = 1);"), 128U);
+  EXPECT_EQ(edges_of("cylinder($fn = 6, h = 3, r1 = 1, r2 = 1);"), 18U);
+}
+
+/// The cells depend on the model alone, whoever looks at them from wherever while they are made.
+TEST(Steering, ARunThatIsWatchedFindsTheSameCells) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int round = 0; round < samples::rounds(4); ++round) {
+    const std::string text = random_model(random);
+    const auto expected = evaluated(text);
+    supersteps::RunOptions options;
+    options.model = "random.csg";
+    options.text = std::make_shared<const std::string>(text);
+    options.threads = 2;
+    options.boundary = options.faces = true;
+    unsigned steps = 0, frames = 0;
+    std::uniform_real_distribution<double> place(-30, 30);
+    options.steer = [&](unsigned step) {
+      EXPECT_EQ(step, steps++);
+      supersteps::Steering steering;
+      steering.order = random() % 2 == 0 ? supersteps::Order::depth : supersteps::Order::priority;
+      steering.eye.resize(random() % 5);  // other than 0 and 3 coordinates are none
+      for (double& x : steering.eye) x = place(random);
+      if (step < 20) steering.budget_seconds = 1e-4 * static_cast<double>(1 + random() % 10);
+      return steering;
+    };
+    options.on_frame = [&](const supersteps::RunResult&, unsigned) { ++frames; };
+    const auto result = supersteps::run(options);
+    EXPECT_EQ(steps, frames);
+    EXPECT_EQ(result.report.digest, expected.report.digest);
+    EXPECT_EQ(result.report.boundary->digest, expected.report.boundary->digest);
+    EXPECT_TRUE(result.report.complete);
+  }
+}
+
+TEST(Scene, SlowReadersGetTheNewestOfEachKeyOnceAndInOrder) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  Scene scene;
+  std::map<std::string, std::string> newest, read;  // what a reader that sees all at last must know
+  std::map<std::string, int> versions;
+  std::uint64_t at = 0;
+  const auto key_of = [](const std::string& bytes) { return bytes.substr(0, bytes.find('=')); };
+  const auto read_one = [&] {
+    const auto next = scene.after(at);
+    if (!next) return false;
+    EXPECT_GT(next->number, at);
+    at = next->number;
+    const std::string key = key_of(*next->bytes);
+    EXPECT_NE(read[key], *next->bytes) << "the same twice";
+    EXPECT_EQ(newest[key], *next->bytes) << "something old";
+    read[key] = *next->bytes;
+    return true;
+  };
+  for (int i = 0; i < samples::rounds(2000); ++i) {
+    const std::string key = "k" + std::to_string(random() % 20);
+    const std::string bytes = key + "=" + std::to_string(++versions[key]);
+    scene.put(key, bytes);
+    newest[key] = bytes;
+    EXPECT_LE(scene.size(), 20U);  // whatever the reader does
+    if (random() % 7 == 0) read_one();
+  }
+  while (read_one()) {
+  }
+  EXPECT_EQ(read, newest);
+  scene.remove("k1");  // and k10 to k19
+  EXPECT_EQ(scene.size(), 9U);
+}
+
+/// What a server answers to bytes that are sent to it.
+std::string answer_of(std::uint16_t port, const std::string& request) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{.sin_family = AF_INET, .sin_port = htons(port), .sin_addr = {htonl(INADDR_LOOPBACK)}};
+  EXPECT_EQ(::connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  EXPECT_EQ(::send(socket, request.data(), request.size(), MSG_NOSIGNAL),
+            static_cast<ssize_t>(request.size()));
+  std::string answer(1 << 16, '\0');
+  std::size_t size = 0;
+  for (ssize_t more = 1; more > 0 && size < answer.size();
+       size += static_cast<std::size_t>(std::max<ssize_t>(0, more)))
+    more = ::recv(socket, answer.data() + size, answer.size() - size, 0);
+  ::close(socket);
+  answer.resize(size);
+  return answer;
+}
+
+class Serving : public ::testing::Test {
+ protected:
+  Scene scene_;
+  Server server_{{},
+                 {{"", {"text/html", "the page"}}, {"view.js", {"text/javascript", "the script"}}},
+                 scene_,
+                 [](const std::string&) {}};
+  std::string host_ = "127.0.0.1:" + std::to_string(server_.port());
+
+  [[nodiscard]] std::string ask(const std::string& target, const std::string& host,
+                                const std::string& more = "") const {
+    return answer_of(server_.port(), "GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n" + more + "\r\n");
+  }
+  [[nodiscard]] int code(const std::string& target, const std::string& host,
+                         const std::string& more = "") const {
+    const std::string answer = ask(target, host, more);
+    return answer.size() > 12 ? std::stoi(answer.substr(9, 3)) : 0;
+  }
+};
+
+TEST_F(Serving, WhoHasTheLinkGetsThePage) {
+  const std::string path = "/" + server_.token() + "/";
+  EXPECT_EQ(server_.link(), "http://" + host_ + path);
+  const std::string answer = ask(path, host_);
+  EXPECT_NE(answer.find("200 OK"), std::string::npos);
+  EXPECT_TRUE(answer.ends_with("the page"));
+  EXPECT_NE(answer.find("Content-Security-Policy: default-src 'self'"), std::string::npos);
+  EXPECT_TRUE(ask(path + "view.js", host_).ends_with("the script"));
+  EXPECT_TRUE(ask(path + "view.js?x", "localhost:" + std::to_string(server_.port())).ends_with("the script"));
+}
+
+TEST_F(Serving, NobodyElseGetsAnything) {
+  const std::string path = "/" + server_.token() + "/";
+  std::string wrong = server_.token();
+  wrong.back() = wrong.back() == '0' ? '1' : '0';
+  EXPECT_EQ(code("/", host_), 403);
+  EXPECT_EQ(code("/view.js", host_), 403);
+  EXPECT_EQ(code("/" + wrong + "/", host_), 403);
+  EXPECT_EQ(code("/" + server_.token(), host_), 403);
+  EXPECT_EQ(code("//" + server_.token() + "/", host_), 403);
+  for (const std::string host :
+       {"example.org", "example.org:80", "127.0.0.1", "127.0.0.1:1", "127.0.0.1.example.org", ""})
+    EXPECT_EQ(code(path, host.ends_with("org") ? host + ":" + std::to_string(server_.port()) : host), 403)
+        << host;
+  for (const std::string name :
+       {"../etc/passwd", "%2e%2e/etc/passwd", "..", "view.js/", "/etc/passwd", "nothing"})
+    EXPECT_EQ(code(path + name, host_), 404) << name;
+  EXPECT_EQ(
+      answer_of(server_.port(), "POST " + path + " HTTP/1.1\r\nHost: " + host_ + "\r\n\r\n").substr(9, 3),
+      "405");
+}
+
+constexpr const char* upgrade =
+    "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+
+TEST_F(Serving, PagesOfOthersGetNoData) {
+  const std::string path = "/" + server_.token() + "/data";
+  EXPECT_EQ(code(path, host_, std::string(upgrade) + "Origin: http://example.org\r\n"), 403);
+  EXPECT_EQ(code("/data", host_, upgrade), 403);
+  EXPECT_EQ(code(path, "example.org:" + std::to_string(server_.port()), upgrade), 403);
+  EXPECT_EQ(server_.visits(), 0U);
+}
+
+TEST_F(Serving, GarbageAndSilenceDoNoHarm) {
+  const std::uint32_t seed = seed_of_test();
+  SCOPED_TRACE("BSP2_SEED=" + std::to_string(seed));
+  std::mt19937 random(seed);
+  for (int i = 0; i < samples::rounds(50); ++i) {
+    std::string garbage;
+    for (std::uint32_t n = random() % 300; n > 0; --n) garbage += static_cast<char>(random() % 256);
+    answer_of(server_.port(), garbage + "\r\n\r\n");
+  }
+  answer_of(server_.port(), "GET /" + std::string(100000, 'x') + " HTTP/1.1\r\n\r\n");
+  EXPECT_EQ(code("/" + server_.token() + "/", host_), 200);
+}
+
+TEST(Server, SaysWhyItCannotListen) {
+  Scene scene;
+  const auto nothing = [](const std::string&) {};
+  EXPECT_THROW(Server({"no address", 0}, {}, scene, nothing), Error);
+  const Server first({}, {}, scene, nothing);
+  try {
+    const Server second({"127.0.0.1", first.port()}, {}, scene, nothing);
+    FAIL() << "two servers at one port";
+  } catch (const Error& error) {
+    EXPECT_NE(
+        std::string(error.what()).find("cannot listen on 127.0.0.1, port " + std::to_string(first.port())),
+        std::string::npos);
+  }
+}
+
+TEST(Server, KnowsItsOwnNames) {
+  EXPECT_TRUE(is_own_host("127.0.0.1:80", "127.0.0.1", 80));
+  EXPECT_TRUE(is_own_host("127.0.0.1", "127.0.0.1", 80));
+  EXPECT_TRUE(is_own_host("localhost:4711", "127.0.0.1", 4711));
+  EXPECT_TRUE(is_own_host("[::1]:4711", "::1", 4711));
+  EXPECT_TRUE(is_own_host("192.0.2.7:4711", "0.0.0.0", 4711));
+  EXPECT_FALSE(is_own_host("example.org:4711", "0.0.0.0", 4711));
+  EXPECT_FALSE(is_own_host("192.0.2.7:4711", "192.0.2.8", 4711));
+  EXPECT_FALSE(is_own_host("192.0.2.7:4711", "127.0.0.1", 4711));
+}
+
+void write(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+
+TEST(FileWatch, SeesWhatAModelIsMadeOf) {
+  const samples::TemporaryFolder folder;
+  const fs::path model = folder.path() / "a.scad", included = folder.path() / "lib" / "b.scad",
+                 used = folder.path() / "c.scad", mesh = folder.path() / "lib" / "mesh.stl",
+                 other = folder.path() / "other.scad";
+  fs::create_directories(included.parent_path());
+  write(model, "include <lib/b.scad>\nuse <c.scad>\n x = 1 < 2; s = \"no file\";\n");
+  write(included, "import(\"mesh.stl\");\n");
+  write(used, "include <a.scad>\n");
+  write(mesh, "solid\n");
+  write(other, "cube();\n");
+  const auto files = files_of_model(model);
+  EXPECT_EQ(std::set<fs::path>(files.begin(), files.end()),
+            (std::set<fs::path>{model, included, used, mesh}));
+  for (const fs::path& changed : {model, included, used, mesh}) {
+    FileWatch watch(model);
+    EXPECT_FALSE(watch.has_changed()) << changed;
+    write(other, "sphere();\n");
+    write(folder.path() / "new", "x");
+    fs::rename(folder.path() / "new", changed);                   // as editors save
+    std::this_thread::sleep_for(std::chrono::milliseconds(110));  // it looks ten times a second
+    EXPECT_TRUE(watch.has_changed()) << changed;
+    watch.begin();
+    EXPECT_FALSE(watch.has_changed());
+    write(model, "include <lib/b.scad>\nuse <c.scad>\n");
+    write(included, "import(\"mesh.stl\");\n");
+  }
+}
+
+RunCommand parsed(const std::vector<std::string>& arguments) {
+  std::ostringstream ignored;
+  return parse_command_line(arguments, ignored).value();
+}
+
+std::string refusal_of(const std::vector<std::string>& arguments) {
+  try {
+    parsed(arguments);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(ViewCommand, TellsModelsFromSnapshotsAndSteps) {
+  const samples::TemporaryFolder folder;
+  const std::string model = folder.path() / "a.csg", snapshot = folder.path() / "saved";
+  write(model, "cube();\n");
+  write(snapshot, "\x89HDF\r\n\x1a\n");
+  const RunCommand command = parsed({"view", model});
+  ASSERT_TRUE(command.viewer);
+  EXPECT_EQ(command.options.model, model);
+  EXPECT_TRUE(command.options.faces && command.options.collect_cells);
+  EXPECT_FALSE(command.viewer->order || command.viewer->budget || command.options.steps ||
+               command.viewer->stay);
+  EXPECT_EQ(command.viewer->address, "127.0.0.1");
+  const RunCommand saved = parsed({"view", snapshot, "--stay", "--port", "4711"});
+  EXPECT_EQ(saved.options.resume, snapshot);
+  EXPECT_EQ(saved.options.steps, 0U);
+  EXPECT_EQ(saved.viewer->port, 4711);
+  EXPECT_TRUE(saved.viewer->stay);
+  const RunCommand steered =
+      parsed({"view", model, "--order", "view", "--budget", "500ms", "--eye", "1,2,3"});
+  EXPECT_TRUE(steered.viewer->follows_eye);
+  EXPECT_EQ(steered.viewer->order, supersteps::Order::priority);
+  EXPECT_EQ(steered.viewer->budget, 0.5);
+  EXPECT_FALSE(steered.options.budget_seconds);
+  EXPECT_EQ(steered.viewer->eye, (std::vector<double>{1, 2, 3}));
+  EXPECT_FALSE(parsed({"run", model}).viewer);
+}
+
+TEST(ViewCommand, RefusesWhatMakesNoSense) {
+  EXPECT_NE(refusal_of({"view", "/there/is/none.csg"}).find("cannot read '/there/is/none.csg'"),
+            std::string::npos);
+  const samples::TemporaryFolder folder;
+  const std::string model = folder.path() / "a.csg";
+  write(model, "cube();\n");
+  EXPECT_NE(refusal_of({"view", model, "--port", "70000"}).find("--port"), std::string::npos);
+  EXPECT_NE(refusal_of({"view", model, "--eye", "here"}).find("--eye"), std::string::npos);
+  EXPECT_NE(refusal_of({"view", model, "--angle", "1"}).find("--eye"), std::string::npos);
+  EXPECT_NE(refusal_of({"view", model, "--triangles", "3"}).find("--triangles"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace bsp2::jobs
