@@ -197,8 +197,9 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   add_path(app, "--snapshot", raw.snapshot, "write the state of the run, after each step", "FILE.h5")
       ->group(group);
   app.add_option("--boundary", raw.boundaries,
-                 "write the surface, closed triangles, as the file's\nending says (see --list-formats); "
-                 "repeat for several")
+                 "write the surface, closed triangles, as the file's\nending says (see --list-formats), of "
+                 "plane models "
+                 "the\noutline; repeat for several")
       ->check(is_named())
       ->allow_extra_args(false)
       ->type_name("FILE")
@@ -381,6 +382,9 @@ RunCommand finished(RunCommand command, const Raw& raw) {
       command.mesh || options.boundary || command.picture || command.shows_steps() || command.points;
   return command;
 }
+  command.options.outlines =
+      std::any_of(command.boundaries.begin(), command.boundaries.end(),
+                  [](const std::filesystem::path& file) { return io::surface_format(file)->is_plane; });
 
 /// "split, run, merge or status"
 std::string spoken(const std::vector<std::string>& names) {

@@ -17,6 +17,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
+#include "bsp2/io/outputs/surface.hpp"
 #include "options/command_line.hpp"
 #include "program/signals.hpp"
 #include "tables/node_tables.hpp"
@@ -74,8 +75,11 @@ std::string farewell_of(const RunCommand& command) {
 void tell_left_out(const RunCommand& command, const supersteps::RunReport& report, spdlog::logger& log) {
   if (report.dimension == 2 && command.folder &&
       command.boundaries == std::vector{*command.folder / boundary_name})
-    log.info("no {} is written: the model is plane, and boundaries are found for solids of dimension 3",
-             boundary_name);
+    log.info(
+        "no {} is written: the model is plane, and boundaries are found for solids of dimension 3; "
+        "--boundary "
+        "writes its outline as {}",
+        boundary_name, io::plane_endings());
 }
 
 void tell_written(std::ostream& out, const RunCommand& command, const supersteps::RunReport& report) {
