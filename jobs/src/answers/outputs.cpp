@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "answers/drawings.hpp"
 #include "answers/summary.hpp"
 #include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
@@ -36,6 +37,8 @@ std::vector<fs::path> files_of(const RunCommand& command) {
   files.insert(files.end(), command.boundaries.begin(), command.boundaries.end());
   for (const auto& file : {command.picture, command.report, command.table, command.series})
     if (file) files.push_back(*file);
+  if (command.drawing)
+    files.insert(files.end(), command.drawing->files.begin(), command.drawing->files.end());
   return files;
 }
 
@@ -249,6 +252,7 @@ void check_outputs(const RunCommand& command) {
   if (command.mesh || command.series) io::check_vtu();
   for (const fs::path& file : command.boundaries) io::check_surface_file(file);
   if (command.picture || command.frames) supersteps::check_pictures();
+  if (command.drawing) check_drawings(command);
   if (command.frames) io::check_folder(io::folder_of(frame_path(*command.frames, 0)));
   for (const fs::path& file : files_of(command)) {
     io::check_folder(io::folder_of(file));

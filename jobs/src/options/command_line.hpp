@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/drawing/sheets/drawing.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/state/run_options.hpp"
 #include "queue/queue.hpp"
@@ -18,8 +19,14 @@ inline constexpr const char *mesh_name = "solid.pvtu", *boundary_name = "boundar
                             *picture_name = "view.png", *snapshot_name = "snapshot.h5",
                             *report_name = "report.json";
 
+/// `draw`: to which files, and what.
+struct DrawCommand {
+  std::vector<std::filesystem::path> files;
+  drawing::DrawingOptions options;
+};
+
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
-/// `render` and `query`; or `info`.
+/// `render`, `query` and `draw`; or `info`.
 struct RunCommand {
   std::optional<std::filesystem::path> info;  ///< tell what this snapshot holds, and nothing else
   supersteps::RunOptions options;
@@ -32,6 +39,7 @@ struct RunCommand {
   std::optional<std::filesystem::path> frames;         ///< a picture of each step, under this prefix
   std::optional<std::filesystem::path> series;         ///< `.pvd`: the mesh of each step, over time
   std::optional<std::filesystem::path> points;         ///< tell where these points are, and nothing else
+  std::optional<DrawCommand> drawing;                  ///< draw, and nothing else
   bool json = false;                                   ///< and tell it as JSON
   std::optional<double> timeout;                       ///< seconds that a rank may be silent; 0: for ever
   bool tets = false, stats = false, quiet = false;
