@@ -4,12 +4,13 @@
 # each can be read with what stands before it alone.
 cmake_minimum_required(VERSION 3.25)
 
-set(rooms geometry model dataflow io supersteps api jobs)
+set(rooms geometry model dataflow io supersteps drawing api jobs)
 set(geometry support exact families hyperplanes cells surface)
 set(model expression text mesh builder import drawing csg)
 set(dataflow process shapes network producers evaluate regions surface lowering operands constructs compile)
-set(io files outputs surfaces vtk hdf5 occt)
+set(io files outputs surfaces sheets vtk hdf5 occt pdf)
 set(supersteps ranks state regions stages loop render)
+set(drawing views lines sheets)
 set(api expression report evaluation)
 set(jobs tables queue options answers serving viewer program)
 set(most_files 24)  # in a folder

@@ -330,14 +330,13 @@ TEST_F(Program, TellsBeforeTheRunThatAModuleCannotBeLoaded) {
   fs::create_directories(program.parent_path());
   fs::create_directories(modules);
   fs::copy_file(BSP2_PROGRAM, program);
-  for (const char* module : {"bsp2-vtk.so", "bsp2-hdf5.so", "bsp2-cairo.so"})
+  for (const char* module : {"bsp2-vtk.so", "bsp2-hdf5.so", "bsp2-cairo.so", "bsp2-pdf.so"})
     std::ofstream(modules / module) << "no library";
   const std::string run = " run " + model("cube(1);") + " ", at = folder_.path() / "result";
-  const std::pair<std::string, std::string> all[] = {{"--series " + at + ".pvd", "bsp2-vtk.so"},
-                                                     {"--boundary " + at + ".vtp", "bsp2-vtk.so"},
-                                                     {"--snapshot " + at + ".h5", "bsp2-hdf5.so"},
-                                                     {"--frames " + at, "bsp2-cairo.so"},
-                                                     {"--picture " + at + ".png", "bsp2-cairo.so"}};
+  const std::pair<std::string, std::string> all[] = {
+      {"--series " + at + ".pvd", "bsp2-vtk.so"},   {"--boundary " + at + ".vtp", "bsp2-vtk.so"},
+      {"--boundary " + at + ".pdf", "bsp2-pdf.so"}, {"--snapshot " + at + ".h5", "bsp2-hdf5.so"},
+      {"--frames " + at, "bsp2-cairo.so"},          {"--picture " + at + ".png", "bsp2-cairo.so"}};
   for (const auto& [option, module] : all) {
     const Ended ended = start(run + option + " --report " + at + ".json", program);
     EXPECT_EQ(ended.code, 2) << ended.text;

@@ -125,6 +125,12 @@ void Result::Implementation::find_surface(bool with_faces) {
   asked().find_boundary(result, with_faces);
 }
 
+void Result::Implementation::find_outlines() {
+  if (result.outlines) return;
+  if (!result.keeps_in) throw Error("the IN cells have the outline: evaluate with keep_in");
+  asked().find_boundary(result, false);
+}
+
 int Result::dimension() const { return implementation_->result.report.dimension; }
 bool Result::is_complete() const { return implementation_->result.report.complete; }
 bool Result::is_interrupted() const { return implementation_->result.report.interrupted; }

@@ -25,6 +25,7 @@ class Result::Implementation {
   const Cells& cells();
   const Measures& measures();
   void find_surface(bool with_faces = false);
+  void find_outlines();
   const supersteps::Asked& asked() const;
   std::vector<std::string> write(const std::filesystem::path& path, const WriteOptions& options);
   std::string picture(const std::string& format, const View& view);

@@ -69,7 +69,10 @@ void Result::Implementation::write_on_master(const std::filesystem::path& path,
                                              std::vector<std::string>& warnings) {
   const std::string ending = path.extension().string();
   if (const io::SurfaceFormat* format = io::surface_format(path)) {
-    find_surface(format->has_faces);
+    if (result.report.dimension == 2 && format->is_plane)
+      find_outlines();
+    else
+      find_surface(format->has_faces);
     auto& told = result.report.warnings;
     const auto before = static_cast<std::ptrdiff_t>(told.size());
     supersteps::write_boundary(result, path);

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <set>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <unordered_map>
 
+#include "bsp2/dataflow/constructs/part_outlines.hpp"
 #include "operands/nested.hpp"
 
 namespace bsp2::dataflow {
@@ -52,9 +54,21 @@ struct Edge {
 
 class Tracer {
  public:
-  Tracer(const Network<2>& network, const std::vector<geometry::CellBatch>& batches)
-      : network_(network), corners_(resolution(batches)) {
-    for (const auto& batch : batches) add(batch);
+  /// @param reach of the coordinates: which corners are one depends on it.
+  Tracer(const Network<2>& network, double reach)
+      : network_(network), corners_(std::max(reach, 1e-290) * resolution) {}
+
+  void add(const geometry::CellBatch& batch) {
+    for (std::size_t cell = 0; cell < batch.size(); ++cell) add(batch, cell);
+  }
+  void add(const geometry::CellBatch& batch, std::size_t cell) {
+    const auto points = batch.cell_points(cell);
+    std::vector<std::uint32_t> number;
+    for (std::size_t i = 0; i < points.size(); i += 2)
+      number.push_back(corners_.number({points[i], points[i + 1]}));
+    for (const Edge& edge : around(batch, cell))
+      if (number[edge.from] != number[edge.to])
+        edges_.push_back({number[edge.from], number[edge.to], edge.line});
   }
 
   Outline run() {
@@ -69,24 +83,7 @@ class Tracer {
   std::vector<Edge> edges_;
 
   /// Far above the rounding of a corner, far below the tolerance of coincidence.
-  static double resolution(const std::vector<geometry::CellBatch>& batches) {
-    double reach = 0;
-    for (const auto& batch : batches)
-      for (const double x : batch.points) reach = std::max(reach, std::fabs(x));
-    return std::max(reach, 1e-290) * 0x1p-35;
-  }
-
-  void add(const geometry::CellBatch& batch) {
-    for (std::size_t cell = 0; cell < batch.size(); ++cell) {
-      const auto points = batch.cell_points(cell);
-      std::vector<std::uint32_t> number;
-      for (std::size_t i = 0; i < points.size(); i += 2)
-        number.push_back(corners_.number({points[i], points[i + 1]}));
-      for (const Edge& edge : around(batch, cell))
-        if (number[edge.from] != number[edge.to])
-          edges_.push_back({number[edge.from], number[edge.to], edge.line});
-    }
-  }
+  static constexpr double resolution = 0x1p-35;
 
   /// The edges of a cell one after the other, the cell on their left. They name the cell's own points.
   [[nodiscard]] std::vector<Edge> around(const geometry::CellBatch& batch, std::size_t cell) const {
@@ -242,14 +239,52 @@ class Tracer {
   }
 };
 
+double reach_of(const geometry::CellBatch& batch) {
+  double reach = 0;
+  for (const double x : batch.points) reach = std::max(reach, std::fabs(x));
+  return reach;
+}
+
+/// Whatever cells they are of, in whatever order.
+void sort_paths(Outline& outline) {
+  for (auto& path : outline)
+    std::rotate(path.begin(), std::min_element(path.begin(), path.end()), path.end());
+  std::sort(outline.begin(), outline.end());
+}
+
 }  // namespace
+
+std::vector<geometry::PartOutline> part_outlines(
+    const Network<2>& network, std::span<const std::shared_ptr<const geometry::CellBatch>> batches) {
+  std::set<std::int32_t> parts;
+  double reach = 0;
+  for (const auto& batch : batches) {
+    reach = std::max(reach, reach_of(*batch));
+    for (std::size_t cell = 0; cell < batch->size(); ++cell)
+      if (batch->label[cell] == geometry::Label::in) parts.insert(batch->part[cell]);
+  }
+  std::vector<geometry::PartOutline> outlines;
+  for (const std::int32_t part : parts) {
+    Tracer tracer(network, reach);
+    for (const auto& batch : batches)
+      for (std::size_t cell = 0; cell < batch->size(); ++cell)
+        if (batch->label[cell] == geometry::Label::in && batch->part[cell] == part) tracer.add(*batch, cell);
+    outlines.push_back({part, tracer.run()});
+    sort_paths(outlines.back().paths);
+  }
+  return outlines;
+}
 
 Outline outline_of(const model::Expression& solid, const CompileOptions& options) {
   CompileOptions own = options;
   own.coincidence = outline_coincidence;
   Outline outline;
   evaluate_plane_cells(solid, own, [&](const Network<2>& network, const auto& batches) {
-    outline = Tracer(network, batches).run();
+    double reach = 0;
+    for (const auto& batch : batches) reach = std::max(reach, reach_of(batch));
+    Tracer tracer(network, reach);
+    for (const auto& batch : batches) tracer.add(batch);
+    outline = tracer.run();
   });
   return outline;
 }

@@ -10,4 +10,6 @@ const Hdf5Module& hdf5_module() { return loaded_module<Hdf5Module>(module_layout
 
 const OcctModule& occt_module() { return loaded_module<OcctModule>(module_layout); }
 
+const PdfModule& pdf_module() { return loaded_module<PdfModule>(module_layout); }
+
 }  // namespace bsp2::io

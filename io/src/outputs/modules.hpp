@@ -11,13 +11,14 @@
 #include "bsp2/geometry/support/module.hpp"
 #include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/surface/brep.hpp"
+#include "bsp2/io/outputs/sheet.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
 #include "outputs/piece.hpp"
 
-// VTK, HDF5 and Open CASCADE are a hundred shared libraries with what they need, and most runs need none of
-// them. So what needs them lives in modules.
+// VTK, HDF5, Open CASCADE and cairo are a hundred shared libraries with what they need, and most runs need
+// none of them. So what needs them lives in modules.
 
 namespace bsp2::io {
 
@@ -73,10 +74,18 @@ struct OcctModule {
                       const CadParts& parts);
 };
 
+/// What bsp2-pdf does.
+struct PdfModule {
+  static constexpr const char* name = "bsp2-pdf";
+  /// The bytes of a file.
+  std::string (*to_pdf)(const Sheet& sheet);
+};
+
 /// Loaded by the first call, from any thread, and never unloaded. @throws Error if that fails.
 const VtkModule& vtk_module();
 const Hdf5Module& hdf5_module();
 const OcctModule& occt_module();
+const PdfModule& pdf_module();
 
 /// What the room and its modules must have in common.
 extern const char* const module_layout;

@@ -8,6 +8,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
+#include "bsp2/io/outputs/sheet.hpp"
 #include "outputs/modules.hpp"
 #include "outputs/single_precision.hpp"
 #include "surfaces/writers.hpp"
@@ -19,23 +20,26 @@ namespace {
 using geometry::TriangleSurface;
 
 constexpr bool single = true, all_digits = false, named = true, nameless = false, coloured = true,
-               plain = false, faces = true;
+               plain = false, faces = true, no_faces = false, plane = true;
 
 /// By ending.
 constexpr SurfaceFormat formats[] = {
     {".3mf", "for printers: an object a part, units, a picture", single, named, coloured},
     {".amf", "for printers, as OpenSCAD: an object a part", single, named, coloured},
     {".brep", "faces, as Open CASCADE keeps them", all_digits, nameless, plain, faces},
+    {".dxf", "outlines of plane models: a layer a part", all_digits, named, coloured, no_faces, plane},
     {".glb", "glTF for viewers, binary: sharp edges as lines", single, named, coloured},
     {".gltf", "the same as text", single, named, coloured},
     {".iges", "faces, for CAD programs: solids by part", all_digits, named, coloured, faces},
     {".igs", "the same", all_digits, named, coloured, faces},
     {".obj", "text, a group a part; colours in a file .mtl", all_digits, named, coloured},
     {".off", "text, as OpenSCAD writes it", all_digits, nameless, coloured},
+    {".pdf", "outlines of plane models, for print", single, nameless, coloured, no_faces, plane},
     {".ply", "binary, the part of each triangle", all_digits, named, coloured},
     {".step", "faces, for CAD programs: solids by part", all_digits, named, coloured, faces},
     {".stl", "binary, for printers: triangles and nothing else", single, nameless, plain},
     {".stp", "the same as .step", all_digits, named, coloured, faces},
+    {".svg", "outlines of plane models: a path a part", all_digits, named, coloured, no_faces, plane},
     {".vtp", "for ParaView, the part of each triangle", all_digits, named, coloured},
     {".wrl", "VRML97, a face set a part", single, named, coloured},
     {".x3d", "X3D, a face set a part", single, named, coloured},
@@ -52,7 +56,7 @@ std::string listed(const std::vector<std::string_view>& words, const std::string
 std::string exact_endings() {
   std::vector<std::string_view> endings;
   for (const SurfaceFormat& format : formats)
-    if (!format.is_single && !format.has_faces) endings.push_back(format.ending);
+    if (!format.is_single && !format.has_faces && !format.is_plane) endings.push_back(format.ending);
   return listed(endings, "and");
 }
 
@@ -144,6 +148,13 @@ std::string surface_endings() {
   return listed(endings, "or");
 }
 
+std::string plane_endings() {
+  std::vector<std::string_view> endings;
+  for (const SurfaceFormat& format : formats)
+    if (format.is_plane) endings.push_back(format.ending);
+  return listed(endings, "or");
+}
+
 std::string surface_format_table() {
   std::ostringstream table;
   const auto line = [&](std::string_view ending, std::string_view precision, std::string_view has_parts,
@@ -157,7 +168,7 @@ std::string surface_format_table() {
     cell(has_colours, 9);
     table << description << '\n';
   };
-  line("ending", "digits", "parts", "colours", "holds closed triangles, if not faces");
+  line("ending", "digits", "parts", "colours", "holds closed triangles, if it says no other");
   for (const SurfaceFormat& format : formats)
     line(format.ending, format.is_single ? "single" : "all", format.holds_parts ? "yes" : "-",
          format.holds_colours ? "yes" : "-", format.description);
@@ -170,6 +181,7 @@ void check_surface_file(const fs::path& path) {
     throw Error("cannot write '" + path.string() + "': a boundary is written as " + surface_endings());
   if (format->ending == ".vtp") vtk_module();
   if (format->has_faces) occt_module();
+  if (format->is_plane) check_sheet(*sheet_format(path));
 }
 
 SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surface,
@@ -179,6 +191,10 @@ SurfaceRemarks write_surface(const fs::path& path, const TriangleSurface& surfac
   if (format.has_faces)
     throw Error("cannot write '" + path.string() + "': " + std::string(format.ending) +
                 " holds faces, not triangles");
+  if (format.is_plane)
+    throw Error(
+        "cannot write '" + path.string() + "': " + std::string(format.ending) +
+        " holds the outlines of plane models, and this one is solid; 'bsp2 draw' makes drawings of it");
   SurfaceRemarks remarks;
   if (!format.is_single) {
     write_exactly(path, format, surface, parts, remarks.notes);

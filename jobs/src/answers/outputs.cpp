@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "answers/drawings.hpp"
 #include "answers/summary.hpp"
 #include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
@@ -36,6 +37,8 @@ std::vector<fs::path> files_of(const RunCommand& command) {
   files.insert(files.end(), command.boundaries.begin(), command.boundaries.end());
   for (const auto& file : {command.picture, command.report, command.table, command.series})
     if (file) files.push_back(*file);
+  if (command.drawing)
+    files.insert(files.end(), command.drawing->files.begin(), command.drawing->files.end());
   return files;
 }
 
@@ -95,7 +98,7 @@ void tell_lost_colours(const RunCommand& command, supersteps::RunResult& result)
   const auto is_coloured = [](const auto& thing) { return thing.has_value(); };
   const auto& of_model = result.colour_of_primitive;
   const auto& parts = result.report.named_parts;
-  if (!result.boundary || std::none_of(of_model.begin(), of_model.end(), is_coloured) ||
+  if (!(result.boundary || result.outlines) || std::none_of(of_model.begin(), of_model.end(), is_coloured) ||
       std::any_of(parts.begin(), parts.end(), [](const auto& part) { return part.colour.has_value(); }))
     return;
   const auto file = std::find_if(command.boundaries.begin(), command.boundaries.end(), [](const auto& path) {
@@ -109,13 +112,11 @@ void tell_lost_colours(const RunCommand& command, supersteps::RunResult& result)
 }
 
 /// On the master. Nothing if the run could not find it, which it has told.
-void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
-                    supersteps::RunResult& result) {
-  if (result.boundary) {
-    return supersteps::write_boundary(result, path);
-  }
+void write_boundary(const RunCommand& command, const fs::path& path, supersteps::RunResult& result) {
+  const auto& folder = command.folder;
+  if (result.boundary || result.outlines) return supersteps::write_boundary(result, path);
   const int d = result.report.dimension;
-  if (d == 3 && !result.report.failed.empty()) {
+  if ((d == 3 || (d == 2 && command.options.outlines)) && !result.report.failed.empty()) {
     // What could not be glued has no name of its own; an earlier file there is not this run's.
     for (auto& failed : result.report.failed)
       if (failed.file.empty()) failed.file = path;
@@ -123,7 +124,8 @@ void write_boundary(const fs::path& path, const std::optional<fs::path>& folder,
   }
   if (is_possible(false, "boundary", folder, boundary_name, path, result.report))
     throw Error("cannot write '" + path.string() + "': boundaries are found for solids of dimension 3, not " +
-                std::to_string(d));
+                std::to_string(d) +
+                (d == 2 ? "; the outlines of plane models are written as " + io::plane_endings() : ""));
 }
 
 /// Makes one file; if that fails the others are made all the same, and the report tells. Collective; `work`
@@ -250,6 +252,7 @@ void check_outputs(const RunCommand& command) {
   if (command.mesh || command.series) io::check_vtu();
   for (const fs::path& file : command.boundaries) io::check_surface_file(file);
   if (command.picture || command.frames) supersteps::check_pictures();
+  if (command.drawing) check_drawings(command);
   if (command.frames) io::check_folder(io::folder_of(frame_path(*command.frames, 0)));
   for (const fs::path& file : files_of(command)) {
     io::check_folder(io::folder_of(file));
@@ -309,9 +312,9 @@ void write_results(const RunCommand& command, supersteps::RunResult& result, sup
   const auto make = [&](const fs::path& path, const auto& work) {
     make_alone(command, path, result.report, ranks, work);
   };
-  if (!command.boundaries.empty() && result.report.dimension == 3) ranks.begin("writing");
-  for (const fs::path& file : command.boundaries)
-    make(file, [&] { write_boundary(file, command.folder, result); });
+  const int d = result.report.dimension;
+  if (!command.boundaries.empty() && (d == 3 || (d == 2 && command.options.outlines))) ranks.begin("writing");
+  for (const fs::path& file : command.boundaries) make(file, [&] { write_boundary(command, file, result); });
   if (ranks.is_master()) tell_lost_colours(command, result);
   supersteps::record_costs(ranks, result.report);
   if (command.report)

@@ -10,6 +10,7 @@
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "options/checks.hpp"
+#include "options/drawing_options.hpp"
 #include "options/help.hpp"
 #include "options/picture_options.hpp"
 #include "options/queue_options.hpp"
@@ -38,6 +39,7 @@ struct Raw {
   std::string order, budget, folder, picture, frames, report, table, collect, snapshot, parts, exported,
       rendered, points, series, viewed, view_eye;
   PictureText view;
+  DrawingText drawing;
   std::vector<std::string> keep, boundaries;
   bool mesh = false, list_formats = false;
 };
@@ -85,6 +87,28 @@ CLI::Validator some_cells() { return is_number(std::uint64_t{1}, std::uint64_t{1
 
 constexpr auto work_group = "What is computed";
 
+/// What the text of a model is taken for.
+void add_solid_options(CLI::App& app, RunCommand& command, Raw& raw, const char* group) {
+  auto& options = command.options;
+  app.add_flag("--curved", options.curved,
+               "take spheres, cylinders, circles as truly round:\nFUZZY cells hold their surfaces (see "
+               "--tolerance)")
+      ->group(group);
+  app.add_option(
+         "--parts", raw.parts,
+         "what the parts of the model are: named (its part\nnodes; default), or colour (each colour is one)")
+      ->check(is_one_of({"named", "colour", "color"}))
+      ->type_name("KIND")
+      ->group(group);
+  app.add_option("--coincidence", options.coincidence,
+                 "planes closer than this share of the bounding box\nare one; 0: only equal planes")
+      ->check(finite_share())
+      ->type_name("T")
+      ->capture_default_str()
+      ->group(group);
+  app.add_flag("--strict", options.strict, "end with an error where there is a warning")->group(group);
+}
+
 /// What fixes the cells from the start.
 void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
   auto& options = command.options;
@@ -103,23 +127,7 @@ void add_model_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->allow_extra_args(false)
       ->type_name("KIND")
       ->group(group);
-  app.add_flag("--curved", options.curved,
-               "take spheres, cylinders, circles as truly round:\nFUZZY cells hold their surfaces (see "
-               "--tolerance)")
-      ->group(group);
-  app.add_option(
-         "--parts", raw.parts,
-         "what the parts of the model are: named (its part\nnodes; default), or colour (each colour is one)")
-      ->check(is_one_of({"named", "colour", "color"}))
-      ->type_name("KIND")
-      ->group(group);
-  app.add_option("--coincidence", options.coincidence,
-                 "planes closer than this share of the bounding box\nare one; 0: only equal planes")
-      ->check(finite_share())
-      ->type_name("T")
-      ->capture_default_str()
-      ->group(group);
-  app.add_flag("--strict", options.strict, "end with an error where there is a warning")->group(group);
+  add_solid_options(app, command, raw, group);
 }
 
 void add_threads_option(CLI::App& app, RunCommand& command, const char* group) {
@@ -198,8 +206,9 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   add_path(app, "--snapshot", raw.snapshot, "write the state of the run, after each step", "FILE.h5")
       ->group(group);
   app.add_option("--boundary", raw.boundaries,
-                 "write the surface, closed triangles, as the file's\nending says (see --list-formats); "
-                 "repeat for several")
+                 "write the surface, closed triangles, as the file's\nending says (see --list-formats), of "
+                 "plane models "
+                 "the\noutline; repeat for several")
       ->check(is_named())
       ->allow_extra_args(false)
       ->type_name("FILE")
@@ -314,9 +323,11 @@ void set_export(RunCommand& command, const std::filesystem::path& path) {
   if (command.tets && !command.mesh) throw Error("--tets: only .pvtu files have cells");
 }
 
+bool asks_for_colours(const Raw& raw) { return raw.parts == "colour" || raw.parts == "color"; }
+
 RunCommand finished(RunCommand command, const Raw& raw) {
   set_kept(command.options, raw.keep);
-  command.options.parts_by_colour = raw.parts == "colour" || raw.parts == "color";
+  command.options.parts_by_colour = asks_for_colours(raw);
   if (raw.order == "priority" || raw.order == "view") command.options.order = supersteps::Order::priority;
   const std::string& eye = command.viewer ? raw.view_eye : raw.view.eye;
   if ((raw.order == "view" && !command.viewer) || command.options.angle) {
@@ -377,6 +388,9 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   command.options.faces =
       std::any_of(command.boundaries.begin(), command.boundaries.end(),
                   [](const std::filesystem::path& file) { return io::surface_format(file)->has_faces; });
+  command.options.outlines =
+      std::any_of(command.boundaries.begin(), command.boundaries.end(),
+                  [](const std::filesystem::path& file) { return io::surface_format(file)->is_plane; });
   const auto& options = command.options;
   const bool has_limits = options.level || options.budget_seconds || options.cells || options.steps ||
                           options.angle || options.tolerance || options.regions;
@@ -533,6 +547,10 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
       "counts as both.");
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
+  CLI::App* draw = add_draw_command(app, command, raw.drawing);
+  add_solid_options(*draw, command, raw, work_group);
+  add_tolerance_option(*draw, command, work_group);
+  add_threads_option(*draw, command, work_group);
   const QueueCommands queue = add_queue_commands(app, command);
   add_model_options(*queue.split, command, raw);
   add_tolerance_option(*queue.split, command, work_group);
@@ -571,7 +589,13 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   if (!tables->parsed()) command.tables.clear();
   choose_queue_command(queue, command);
   choose_view_command(*view, command, raw.viewed);
-  return finished(std::move(command), raw);
+  if (!draw->parsed()) {
+    command.drawing.reset();
+    return finished(std::move(command), raw);
+  }
+  command.options.parts_by_colour = asks_for_colours(raw);
+  choose_drawing(raw.drawing, command);
+  return command;
 }
 
 }  // namespace bsp2::jobs

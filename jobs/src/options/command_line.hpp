@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/drawing/sheets/drawing.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/state/run_options.hpp"
 #include "queue/queue.hpp"
@@ -31,8 +32,14 @@ struct ViewCommand {
   std::vector<double> eye;                 ///< of the page at first; empty: by the model
 };
 
+/// `draw`: to which files, and what.
+struct DrawCommand {
+  std::vector<std::filesystem::path> files;
+  drawing::DrawingOptions options;
+};
+
 /// What the program was asked for: `run`, or what is the same but for its options: `resume`, `export`,
-/// `render` and `query`; or `info`.
+/// `render`, `query` and `draw`; or `info`.
 struct RunCommand {
   std::optional<std::filesystem::path> info;  ///< tell what this snapshot holds, and nothing else
   supersteps::RunOptions options;
@@ -45,6 +52,7 @@ struct RunCommand {
   std::optional<std::filesystem::path> frames;         ///< a picture of each step, under this prefix
   std::optional<std::filesystem::path> series;         ///< `.pvd`: the mesh of each step, over time
   std::optional<std::filesystem::path> points;         ///< tell where these points are, and nothing else
+  std::optional<DrawCommand> drawing;                  ///< draw, and nothing else
   bool json = false;                                   ///< and tell it as JSON
   std::optional<double> timeout;                       ///< seconds that a rank may be silent; 0: for ever
   bool tets = false, stats = false, quiet = false;

@@ -11,9 +11,9 @@ namespace {
 
 /// What fits a screen beside usage and examples.
 constexpr std::size_t few_options = 16;
-constexpr std::array<std::string_view, 14> most_used{"output",  "boundary", "picture", "snapshot",  "threads",
-                                                     "curved",  "strict",   "open",    "tolerance", "budget",
-                                                     "partial", "port",     "quiet",   "stay"};
+constexpr std::array<std::string_view, 17> most_used{
+    "views",  "section", "sheet",     "output", "boundary", "picture", "snapshot", "threads", "curved",
+    "strict", "open",    "tolerance", "budget", "partial",  "port",    "quiet",    "stay"};
 
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return app.get_options(

@@ -9,6 +9,7 @@
 #include <sstream>
 #include <utility>
 
+#include "answers/drawings.hpp"
 #include "answers/outputs.hpp"
 #include "answers/point_query.hpp"
 #include "answers/progress_bar.hpp"
@@ -16,6 +17,7 @@
 #include "answers/summary.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
 #include "options/command_line.hpp"
 #include "program/signals.hpp"
@@ -26,8 +28,6 @@ namespace bsp2::jobs {
 namespace {
 
 constexpr int ours = 1, users = 2;
-
-using Run = std::function<supersteps::RunResult(const supersteps::RunOptions&, supersteps::Ranks&)>;
 
 /// Everything that is said to the user goes through this: one line each on stderr.
 spdlog::logger make_log() {
@@ -75,8 +75,11 @@ std::string farewell_of(const RunCommand& command) {
 void tell_left_out(const RunCommand& command, const supersteps::RunReport& report, spdlog::logger& log) {
   if (report.dimension == 2 && command.folder &&
       command.boundaries == std::vector{*command.folder / boundary_name})
-    log.info("no {} is written: the model is plane, and boundaries are found for solids of dimension 3",
-             boundary_name);
+    log.info(
+        "no {} is written: the model is plane, and boundaries are found for solids of dimension 3; "
+        "--boundary "
+        "writes its outline as {}",
+        boundary_name, io::plane_endings());
 }
 
 void tell_written(std::ostream& out, const RunCommand& command, const supersteps::RunReport& report) {
@@ -232,6 +235,7 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     print_answers(out, command.options.points, result.answers, result.report.dimension, command.json,
                   result.part_names);
   }
+  if (command.drawing) write_drawings(command, result, ranks, run, out);
   if (!cells_are_written) write_cells(command, result, ranks);
   write_results(command, result, ranks);
   bar.clear();
@@ -240,7 +244,8 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   for (const std::string& note : result.report.notes)
     if (!command.quiet || command.options.steps == 0U) log.info("note: {}", note);
   if (speaks) tell_left_out(command, result.report, log);
-  if (speaks) print_summary(out, result.report, command.stats || needs_table(result.report));
+  if (speaks && !command.drawing)
+    print_summary(out, result.report, command.stats || needs_table(result.report));
   if (command.stats) print_stats(out, result.report);
   if (speaks) tell_written(out, command, result.report);
   return tell_failed(result.report, log);

@@ -28,8 +28,10 @@ class AskedRun : public Asked {
     RunOptions options;
     options.boundary = true;
     options.faces = with_faces;
+    options.outlines = true;
     Resolution found = resolved(result, options);
     result.faces = std::move(found.faces);
+    result.outlines = std::move(found.outlines);
     if (result.boundary) return;  // the same triangles: who looks at them shall go on doing so
     result.boundary = std::move(found.boundary);
     describe_boundary(result);

@@ -351,11 +351,12 @@ void resolve(Ranks& ranks, const dataflow::Network<D>& network, const Progress<D
   if (!options.collect_cells || (!options.boundary && !options.contacts)) return;
   const auto failed = attempt(ranks, [&] {
     ranks.agree([&] { ranks.begin("resolution"); });
-    auto [contacts, boundary, faces] =
+    auto [contacts, boundary, faces, outlines] =
         resolution<D>(ranks, network, progress.partition, std::move(share), options, result.report.threads);
     result.contacts = std::move(contacts);
     result.boundary = std::move(boundary);
     result.faces = std::move(faces);
+    result.outlines = std::move(outlines);
   });
   if (failed) result.report.failed.push_back({"the boundary: " + failed->text, failed->is_users});
   describe_boundary(result);

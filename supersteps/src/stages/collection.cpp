@@ -8,6 +8,7 @@
 
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/io/outputs/cad.hpp"
+#include "bsp2/io/outputs/outline.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
 #include "ranks/exchange.hpp"
@@ -187,6 +188,8 @@ void write_boundary(RunResult& result, const std::filesystem::path& path) {
           path.string() +
           ": the faces do not bound solids everywhere, so CAD programs may refuse the file. This "
           "is a mistake of bsp2: please report the model";
+  } else if (result.outlines) {
+    remarks.notes = io::write_outline(path, *result.outlines, parts_of(result));
   } else
     remarks = io::write_surface(path, result.boundary.value(), parts_of(result));
   if (!remarks.warning.empty()) result.report.warnings.push_back(remarks.warning);

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "bsp2/bsplib/error.hpp"
+#include "bsp2/dataflow/constructs/part_outlines.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 #include "ranks/exchange.hpp"
@@ -315,6 +316,33 @@ Share glue(Ranks& ranks, const dataflow::Network<3>& network, const dataflow::Pa
   return all;
 }
 
+/// The outlines of a plane solid, on the master: it gets the cells of all, region by region. Collective.
+std::optional<std::vector<geometry::PartOutline>> outlines_of(Ranks& ranks,
+                                                              const dataflow::Network<2>& network,
+                                                              CellShare share) {
+  std::vector<std::string> bytes;
+  ranks.agree([&] {
+    for (const auto& batch : share.batches)
+      if (!ranks.is_master()) bytes.push_back(dataflow::to_bytes(*batch));
+  });
+  for (std::string& batch : bytes) ranks.send(0, std::move(batch));
+  ranks.sync();
+  std::optional<std::vector<geometry::PartOutline>> outlines;
+  ranks.agree([&] {
+    if (!ranks.is_master()) return;
+    for (const auto& message : ranks.received()) {
+      const auto batch = std::make_shared<geometry::CellBatch>();
+      dataflow::from_bytes(message.bytes, *batch);
+      share.batches.push_back(batch);
+    }
+    const auto region_of = [](const auto& batch) { return batch->empty() ? 0 : batch->region.front(); };
+    std::stable_sort(share.batches.begin(), share.batches.end(),
+                     [&](const auto& a, const auto& b) { return region_of(a) < region_of(b); });
+    outlines = dataflow::part_outlines(network, share.batches);
+  });
+  return outlines;
+}
+
 }  // namespace
 
 CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions) {
@@ -349,6 +377,8 @@ Resolution resolution(Ranks& ranks, const dataflow::Network<D>& network,
     find_boundary(ranks, network.table, std::move(mine.skin), options.faces, result.boundary, result.faces,
                   told_share(ranks, options, glued, 1));
   }
+  if constexpr (D == 2)
+    if (options.boundary && options.outlines) result.outlines = outlines_of(ranks, network, std::move(share));
   return result;
 }
 

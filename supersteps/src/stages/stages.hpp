@@ -144,15 +144,16 @@ CellShare share_of(Ranks& ranks, const RegionMeshes& meshes, std::size_t regions
 /// What the cells are to each other and to the space around them.
 struct Resolution {
   std::vector<geometry::Contact> contacts;  ///< when asked for: those that this rank found, by cells
-  std::optional<geometry::TriangleSurface> boundary;  ///< when asked for: on the master
-  std::optional<geometry::Brep> faces;                ///< likewise
+  std::optional<geometry::TriangleSurface> boundary;           ///< when asked for: on the master
+  std::optional<geometry::Brep> faces;                         ///< likewise
+  std::optional<std::vector<geometry::PartOutline>> outlines;  ///< of a plane solid, likewise
 };
 
 /// Resolution: glues the IN cells. Where cells touch, on either side of a cut, of the same region or not,
 /// their facets are matched hyperplane by hyperplane; what no other cell covers is the boundary. Each rank
 /// glues its own regions, and some of the cuts between regions. h = facets that lie on cuts between regions
-/// of different ranks, and then the outlines of the boundary, which the master triangulates. D = 3 only;
-/// nothing is found for other dimensions. Collective.
+/// of different ranks, and then the outlines of the boundary, which the master triangulates. Of a plane solid
+/// the master traces the outline; h = its cells. Nothing is found for other dimensions. Collective.
 /// @param share is given up region by region: cells that nobody else holds are freed on the way.
 /// Source: the paper, section 4.2, "Resolution".
 template <int D>

@@ -13,13 +13,15 @@
 
 namespace bsp2::io {
 
-/// A format of files for surfaces. All hold closed triangles, or the plane faces that they are of (cad.hpp).
+/// A format of files for surfaces. All hold closed triangles, or the plane faces that they are of (cad.hpp),
+/// or the outlines of plane solids (outline.hpp).
 struct SurfaceFormat {
   std::string_view ending;       ///< with the dot, in small letters
   std::string_view description;  ///< what it is, and what for
   bool is_single;                ///< numbers have single precision: corners are rounded to it first
   bool holds_parts, holds_colours;
   bool has_faces = false;
+  bool is_plane = false;
 };
 
 /// All formats, by ending: the one place that knows them.
@@ -28,8 +30,9 @@ std::span<const SurfaceFormat> surface_formats();
 /// The format that a file's ending names, in letters of any case; null if none does.
 const SurfaceFormat* surface_format(const std::filesystem::path& path);
 
-/// For messages: ".3mf, .amf, ... or .x3d".
+/// For messages: ".3mf, .amf, ... or .x3d", and of these those for plane solids, ".dxf, .pdf or .svg".
 std::string surface_endings();
+std::string plane_endings();
 
 /// The formats as a table, a line each, of at most 80 columns.
 std::string surface_format_table();
@@ -59,8 +62,8 @@ struct SurfaceRemarks {
 /// surface is as closed as it was, told by the coordinates in the file alone.
 /// @return a warning where single precision changes the volume or the size of a connected part of the surface
 /// by more than a hundred-thousandth, and notes.
-/// @throws bsp2::Error if it cannot be written, its ending is another one, or of a format of faces, or a
-/// coordinate is too large for its precision.
+/// @throws bsp2::Error if it cannot be written, its ending is another one, or of a format of faces or
+/// outlines, or a coordinate is too large for its precision.
 [[nodiscard]] SurfaceRemarks write_surface(const std::filesystem::path& path,
                                            const geometry::TriangleSurface& surface,
                                            const SurfaceParts& parts = {});

@@ -19,9 +19,9 @@ namespace bsp2::supersteps {
 SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu,
                          bool tets = false, unsigned step = 0);
 
-/// Writes the surface of a run, or its faces, in the format that the file's ending names. On the master. The
-/// report gets what there is to tell of it.
-/// @pre what the format holds has been found (RunOptions::boundary, or `faces` as well).
+/// Writes the surface of a run, or its faces, or of a plane solid its outlines, in the format that the file's
+/// ending names. On the master. The report gets what there is to tell of it.
+/// @pre what the format holds has been found (RunOptions::boundary, or `faces` or `outlines` as well).
 /// @throws bsp2::Error if the file cannot be written.
 void write_boundary(RunResult& result, const std::filesystem::path& path);
 

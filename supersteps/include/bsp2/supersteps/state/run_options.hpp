@@ -77,6 +77,7 @@ struct RunOptions {
   Collect collect = Collect::automatic;
   bool boundary = false;  ///< resolution computes the surface of the IN cells (D = 3)
   bool faces = false;     ///< with `boundary`: its faces, and the interfaces between parts, too
+  bool outlines = false;  ///< with `boundary`: those of the IN cells' parts (D = 2)
   bool contacts = false;  ///< and which of them touch, and where (likewise)
   /// Told the share of the superstep at hand that is done, in [0, 1], and the cells of all ranks so far, 0
   /// where none are made; called on the master, from its main thread.

@@ -14,6 +14,7 @@
 #include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/surface/brep.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
+#include "bsp2/geometry/surface/outline.hpp"
 #include "bsp2/supersteps/ranks/ranks.hpp"
 
 namespace bsp2::supersteps {
@@ -149,7 +150,8 @@ class Asked {
   [[nodiscard]] virtual std::vector<Answer> locate(const RunResult& result,
                                                    std::span<const double> points) const = 0;
   /// Finds the surface of the IN cells, as a run with `boundary` does, and tells of it in the report; nothing
-  /// unless D = 3. A boundary that is there stays as it is, in its place; its faces are found.
+  /// unless D = 3, the outlines of a plane solid if D = 2. A boundary that is there stays as it is, in its
+  /// place; its faces are found.
   virtual void find_boundary(RunResult& result, bool with_faces) const = 0;
   /// Which IN cells touch, and where; none unless D = 3.
   [[nodiscard]] virtual std::vector<geometry::Contact> contacts(const RunResult& result) const = 0;
@@ -167,8 +169,9 @@ struct RunResult {
   std::vector<std::optional<Rgba>> colour_of_primitive;  ///< as the model says; empty if it has no colours
   std::vector<std::string> part_names;  ///< by number; empty: nothing has a name, and the whole is part 0
   Bounds bounds;                        ///< of the model, before it is evaluated: they contain the solid
-  std::optional<geometry::TriangleSurface> boundary;  ///< on the master, when asked for
-  std::optional<geometry::Brep> faces;                ///< likewise
+  std::optional<geometry::TriangleSurface> boundary;           ///< on the master, when asked for
+  std::optional<geometry::Brep> faces;                         ///< likewise
+  std::optional<std::vector<geometry::PartOutline>> outlines;  ///< of a plane solid, likewise
   /// When asked for, the contacts that this rank found, by cells. Cells are counted through all regions in
   /// their order: as in the batches of the mesh, where it is collected.
   std::vector<geometry::Contact> contacts;
