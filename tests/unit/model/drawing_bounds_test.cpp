@@ -11,6 +11,7 @@
 #include <string>
 
 #include "model/drawing_helpers.hpp"
+#include "support/rounds.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -54,6 +55,7 @@ std::string used_often(const std::string& element) {
 }
 
 TEST(DrawingBounds, Svg) {
+  if (samples::is_sanitized) GTEST_SKIP() << "a sanitizer makes it too slow for bounds of time";
   DrawingFile file("drawing.svg");
   const auto refusal = [&](const std::string& elements) {
     return outcome(file, "<svg xmlns=\"http://www.w3.org/2000/svg\">" + elements + "</svg>",
@@ -118,6 +120,7 @@ TEST(DrawingBounds, Svg) {
 }
 
 TEST(DrawingBounds, Dxf) {
+  if (samples::is_sanitized) GTEST_SKIP() << "a sanitizer makes it too slow for bounds of time";
   DrawingFile file("drawing.dxf");
   const auto refusal = [&](const std::string& blocks, const std::string& entities,
                            const Resolution& resolution = {}) {

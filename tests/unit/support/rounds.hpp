@@ -5,6 +5,14 @@
 
 namespace bsp2::samples {
 
+/// Whether the program is built with a sanitizer, which makes it many times slower: bounds of time are those
+/// of others.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool is_sanitized = true;
+#else
+inline constexpr bool is_sanitized = false;
+#endif
+
 /// How many rounds a test on random input makes that needs all of them to meet what it looks for: `usual`.
 /// BSP2_ROUNDS=n in the environment: n times as many.
 template <std::integral Integer>
@@ -17,9 +25,7 @@ Integer all_rounds(Integer usual) {
 /// what is wrong wherever the program comes along. What is counted in them is expected in proportion.
 template <std::integral Integer>
 Integer rounds(Integer usual) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  usual = (usual + 4) / 5;
-#endif
+  if (is_sanitized) usual = (usual + 4) / 5;
   return all_rounds(usual);
 }
 
