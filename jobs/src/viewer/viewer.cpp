@@ -172,6 +172,7 @@ void Viewer::hear(const std::string& text) {
 }
 
 void Viewer::begin(const std::string& model) {
+  if (server_) drain();  // of a run that was given up
   ++run_;
   model_ = model;
   began_ = Clock::now();
