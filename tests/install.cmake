@@ -12,6 +12,11 @@ foreach(module bsp2-vtk.so bsp2-hdf5.so bsp2-cairo.so)
     message(FATAL_ERROR "The installed program loads '${found}'")
   endif()
 endforeach()
+# The page of `bsp2 view`, where it could be made.
+file(GLOB_RECURSE page RELATIVE ${BUILD} ${BUILD}/lib*/bsp2/view/view.js)
+if(page AND NOT EXISTS ${WORK}/moved/${page})
+  message(FATAL_ERROR "The page is not installed as ${page}")
+endif()
 # Neither it nor that of the build looks for libraries in the current directory.
 execute_process(COMMAND ${CMAKE_COMMAND} -E env LD_DEBUG=libs ${BUILD}/bin/bsp2 --version COMMAND_ERROR_IS_FATAL ANY OUTPUT_QUIET ERROR_VARIABLE built)
 if("${libraries}${built}" MATCHES "trying file=([^/][^\n]*)")

@@ -89,6 +89,7 @@ export class Stage {
     this.stats.bytes += message.size;
     this.stats.messages += 1;
     if (message.kind === 'region' || message.kind === 'piece') this.receiveTriangles(message);
+    else if (message.kind === 'fresh') this.receiveFresh(message);
     else if (message.kind === 'model') this.receiveModel(message);
     else if (message.kind === 'shown') this.receiveEnd(message);
     this.invalidate();
@@ -111,6 +112,11 @@ export class Stage {
     if (message.kind === 'region') this.addRegion(message);
     else this.addPiece(message);
     this.changeSoon();
+  }
+
+  /** Cells that have been found since the picture: it is added to until the next one comes. */
+  receiveFresh(message) {
+    if (message.run === this.run && !this.coming) this.addRegion(message);
   }
 
   receiveModel(message) {
@@ -143,6 +149,7 @@ export class Stage {
       for (const each of messages.values()) each.kind === 'region' ? this.addRegion(each) : this.addPiece(each);
     }
     this.run = message.run;
+    for (const item of [...this.regions.values()]) if (item.message.ofStep <= message.ofStep) this.drop(this.regions, item);
     this.hasSurface = message.surface;
     this.solidsOfRun = message.solids ?? null;
     if (!message.surface) for (const piece of [...this.pieces.values()]) this.drop(this.pieces, piece);
@@ -163,10 +170,11 @@ export class Stage {
 
   /** A region: one mesh for what is IN, one for what is FUZZY. */
   addRegion(message) {
-    const old = this.regions.get(message.region);
+    const number = message.kind === 'fresh' ? `fresh ${message.number}` : message.region;
+    const old = this.regions.get(number);
     if (old) this.drop(this.regions, old);
     const a = message.arrays;
-    const item = { kind: 'region', number: message.region, message, objects: [], partsOf: a.parts, tints: a.tints };
+    const item = { kind: 'region', number, message, objects: [], partsOf: a.parts, tints: a.tints };
     if (a.triangles.length === 0) return;
     const position = new THREE.BufferAttribute(a.positions, 3);
     const colour = new THREE.BufferAttribute(new Uint8Array(4 * a.parts.length), 4, true);
@@ -183,7 +191,7 @@ export class Stage {
     if (rest.length > 0) { item.fuzzy = mesh(rest, this.undecided, 0); item.fuzzy.renderOrder = 2; }
     if (item.solid) item.net = this.place(item, new THREE.Mesh(item.solid.geometry, this.net), 0, message);
     item.centre = centreOf(item.objects[0]);
-    this.regions.set(message.region, item);
+    this.regions.set(number, item);
     this.colour(item);
     this.filter(item);
     this.updateOf(item);
@@ -206,7 +214,8 @@ export class Stage {
     item.net = this.place(item, new THREE.Mesh(geometry, this.net), 0, place);
     if (a.edges.length > 0) {
       const lines = new THREE.BufferGeometry();
-      lines.setAttribute('position', spread(a.edges));
+      lines.setAttribute('position', geometry.getAttribute('position'));
+      lines.setIndex(new THREE.BufferAttribute(a.edges, 1));
       item.lines = this.place(item, new THREE.LineSegments(lines, this.lines), 0, place);
     }
     item.centre = centreOf(item.solid);
@@ -557,7 +566,7 @@ export class Stage {
     if (drawn !== item.indices)
       while (item.indices[3 * triangle] !== drawn[corner] || item.indices[3 * triangle + 1] !== drawn[corner + 1] || item.indices[3 * triangle + 2] !== drawn[corner + 2]) ++triangle;
     const [cell, first, count] = ownerOf(arrays.ofCell, triangle);
-    return Object.assign(picked, { kind: 'cell', part: arrays.cellParts[cell], cell, region: item.number, rank: item.message.rank,
+    return Object.assign(picked, { kind: 'cell', part: arrays.cellParts[cell], cell, region: item.message.region, rank: item.message.rank,
       level: arrays.levels[cell], volume: arrays.volumes[cell], triangles: arrays.triangles.subarray(3 * first, 3 * (first + count)), origin, step });
   }
 

@@ -44,9 +44,8 @@ CLI::App* add_view_command(CLI::App& app, RunCommand& command, std::string& inpu
       ->type_name("N")
       ->group(group);
   view->add_option("--listen", viewer.address,
-                   "where the page can be opened from: an address of\nthis machine, 0.0.0.0 for all of them "
-                   "(default:\n"
-                   "127.0.0.1, this machine alone)")
+                   "be reached at this address of the machine, 0.0.0.0 for\nall of them (default: 127.0.0.1, "
+                   "by itself alone)")
       ->check(is_named())
       ->type_name("ADDRESS")
       ->group(group);
@@ -68,7 +67,7 @@ CLI::App* add_view_command(CLI::App& app, RunCommand& command, std::string& inpu
 
 void describe_for_view(CLI::App& view) {
   view.get_option("--budget")
-      ->description("the time between two pictures\n(default: a tenth of a second, then ever longer)");
+      ->description("the time between two pictures\n(default: a twentieth of a second, then ever longer)");
   view.get_option("--order")->description(
       "which cell is refined next: depth, priority (the\nlargest) or view (what looks largest from where "
       "the\npage looks; "

@@ -104,6 +104,10 @@ int view_once(const Session& session) {
   options.on_frame = [&viewer = viewer, &ranks = ranks](const supersteps::RunResult& now, unsigned) {
     viewer.show(now, ranks);
   };
+  if (ranks.count() == 1)
+    options.on_new_cells = [&viewer = viewer](const std::shared_ptr<const geometry::CellBatch>& cells) {
+      viewer.add(cells);
+    };
   options.steer = [&viewer = viewer](unsigned) { return viewer.steer(); };
   ranks.on_superstep = [&viewer = viewer, &bar](const std::string& name, unsigned) {
     viewer.superstep(name);

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <boost/asio/error.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
@@ -152,6 +153,7 @@ class Server::Implementation {
   std::atomic<bool> is_told_ = false;
   asio::io_context context_{1};  // goes before what its connections use
   tcp::acceptor acceptor_{context_};
+  asio::steady_timer pause_{context_};
   std::thread thread_;
 
   void open(const ServerOptions& options);
@@ -303,9 +305,15 @@ class Server::Implementation::Connection : public std::enable_shared_from_this<C
 
 void Server::Implementation::accept() {
   acceptor_.async_accept([this](Failed failed, tcp::socket socket) {
+    if (failed == asio::error::operation_aborted) return;
     if (!failed && connections_ < most_connections)
       std::make_shared<Connection>(*this, std::move(socket))->begin();
-    accept();
+    if (!failed) return accept();
+    pause_.expires_after(
+        std::chrono::milliseconds(100));  // as where too many files are open: not again at once
+    pause_.async_wait([this](Failed aborted) {
+      if (!aborted) accept();
+    });
   });
 }
 

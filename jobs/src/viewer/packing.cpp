@@ -42,6 +42,10 @@ std::uint64_t mixed(std::uint64_t h) {
   return h ^ (h >> 29);
 }
 
+std::uint64_t code_of(const Lattice::Place& place) {
+  return std::uint64_t{place[0]} | std::uint64_t{place[1]} << 16 | std::uint64_t{place[2]} << 32;
+}
+
 /// A vertex is where it is, and what it looks like.
 struct VertexKey {
   std::uint64_t place;
@@ -70,9 +74,7 @@ PackedTriangles packed_with(std::span<const LooseTriangle> triangles, std::uint3
     for (std::size_t i = 0; i < 3; ++i) {
       Lattice::Place place = lattice.place(triangle.corners[i]);
       for (auto& x : place) x = coarse(x);
-      const VertexKey key{
-          std::uint64_t{place[0]} | std::uint64_t{place[1]} << 16 | std::uint64_t{place[2]} << 32,
-          std::uint32_t{triangle.part} | std::uint32_t{triangle.tint} << 16};
+      const VertexKey key{code_of(place), std::uint32_t{triangle.part} | std::uint32_t{triangle.tint} << 16};
       const auto [found, is_new] = vertices.try_emplace(key, static_cast<std::uint32_t>(packed.parts.size()));
       corners[i] = found->second;
       if (!is_new) continue;
@@ -92,16 +94,22 @@ PackedTriangles packed_with(std::span<const LooseTriangle> triangles, std::uint3
   return packed;
 }
 
+/// Numbers as small as they go.
+void add_indices(Message& message, const char* name, const std::vector<std::uint32_t>& indices,
+                 std::size_t of) {
+  if (of <= 0xffff)
+    message.add(name, std::vector<std::uint16_t>(indices.begin(), indices.end()));
+  else
+    message.add(name, indices);
+}
+
 /// Adds what is common to all messages with triangles.
 void add_triangles(Message& message, const Lattice& lattice, const PackedTriangles& packed, unsigned bits) {
   message["origin"] = lattice.origin();
   message["step"] = lattice.step();
   if (bits < Lattice::bits) message["coarse"] = true;
   message.add("positions", packed.positions);
-  if (packed.parts.size() <= 0xffff)
-    message.add("triangles", std::vector<std::uint16_t>(packed.triangles.begin(), packed.triangles.end()));
-  else
-    message.add("triangles", packed.triangles);
+  add_indices(message, "triangles", packed.triangles, packed.parts.size());
 }
 
 /// Corners of a convex polygon in the plane, counter-clockwise.
@@ -267,10 +275,11 @@ bool is_feature(const geometry::Brep& brep, const geometry::Brep::Edge& edge) {
   return std::abs(angle - std::numbers::pi) > least;
 }
 
-/// The feature edges on some faces, each once, as pairs of places. @param points of the complex, where they
-/// go.
-std::vector<std::uint16_t> edges_of(const geometry::Brep& brep, const std::vector<Point>& points,
-                                    std::span<const ShownFace> faces, const Lattice& lattice) {
+/// The feature edges on some faces, each once, as pairs of the vertices of their triangles.
+/// @param points of the complex, where they go.
+std::vector<std::uint32_t> edges_of(const geometry::Brep& brep, const std::vector<Point>& points,
+                                    std::span<const ShownFace> faces, const Lattice& lattice,
+                                    const PackedTriangles& triangles) {
   std::vector<std::uint32_t> edges;
   for (const ShownFace& shown : faces)
     for (const auto& loop : brep.loops_of(brep.faces[shown.face]))
@@ -278,11 +287,22 @@ std::vector<std::uint16_t> edges_of(const geometry::Brep& brep, const std::vecto
         if (is_feature(brep, brep.edges[use.edge])) edges.push_back(use.edge);
   std::sort(edges.begin(), edges.end());
   edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  std::vector<std::uint16_t> places;
-  for (const std::uint32_t edge : edges)
-    for (const std::uint32_t end : brep.edges[edge].ends)
-      for (const std::uint16_t x : lattice.place(points[end])) places.push_back(x);
-  return places;
+  std::unordered_map<std::uint64_t, std::uint32_t> vertices;
+  for (std::uint32_t i = 0; i < triangles.parts.size(); ++i) {
+    const std::uint16_t* place = triangles.positions.data() + 3 * std::size_t{i};
+    vertices.emplace(code_of({place[0], place[1], place[2]}), i);
+  }
+  std::vector<std::uint32_t> pairs;
+  for (const std::uint32_t edge : edges) {
+    const auto& [a, b] = brep.edges[edge].ends;
+    const auto from = vertices.find(code_of(lattice.place(points[a]))),
+               to = vertices.find(code_of(lattice.place(points[b])));
+    if (from == vertices.end() || to == vertices.end() || from->second == to->second)
+      continue;  // a coarse one
+    pairs.push_back(from->second);
+    pairs.push_back(to->second);
+  }
+  return pairs;
 }
 
 /// What is a piece of a surface, and where its points are.
@@ -396,7 +416,7 @@ std::string piece_message(std::uint64_t run, std::size_t number, const geometry:
   message.add("faces", names);
   message.add("solids", solids);
   message.add("areas", areas);
-  message.add("edges", edges_of(brep, points, piece.faces, lattice));
+  add_indices(message, "edges", edges_of(brep, points, piece.faces, lattice, packing), packing.parts.size());
   return message.bytes();
 }
 
@@ -434,7 +454,7 @@ std::pair<PackedTriangles, unsigned> packed(std::span<const LooseTriangle> trian
 
 std::string region_message(std::uint64_t run, std::uint32_t region,
                            const std::vector<std::shared_ptr<const CellBatch>>& batches, const Looks& looks,
-                           std::size_t most) {
+                           std::size_t most, const std::optional<Fresh>& fresh) {
   CellTriangles cells(batches, looks);
   cells.add(Label::in);
   const std::uint32_t in_cells = cells.cells();
@@ -463,7 +483,11 @@ std::string region_message(std::uint64_t run, std::uint32_t region,
   append(packing.of_owner, more.of_owner);
   for (const std::uint32_t v : more.triangles) packing.triangles.push_back(v + vertices);
 
-  Message message("region", run);
+  Message message(fresh ? "fresh" : "region", run);
+  if (fresh) {
+    message["number"] = fresh->number;
+    message["ofStep"] = fresh->step;
+  }
   message["region"] = region;
   message["rank"] = region < looks.rank_of_region.size() ? looks.rank_of_region[region] : 0;
   message["opaque"] = opaque;

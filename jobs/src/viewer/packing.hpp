@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -62,13 +63,20 @@ struct Looks {
   supersteps::Bounds bounds;                     ///< of the model: what is FUZZY is not shown beyond them
 };
 
+/// Cells of a step that goes on: they have come since the picture of their region, and are shown with it
+/// until the next.
+struct Fresh {
+  std::uint64_t number = 0;  ///< each message has its own
+  unsigned step = 0;
+};
+
 /// The cells of one region, as a message: IN cells but for facets that two of them share, and FUZZY ones.
-/// @param batches of that region alone; dimension 2 or 3. @param most triangles.
+/// @param batches of that region alone, but for fresh ones; dimension 2 or 3. @param most triangles.
 /// @return its bytes; a message without triangles where there are none.
 std::string region_message(
     std::uint64_t run, std::uint32_t region,
     const std::vector<std::shared_ptr<const geometry::CellBatch>>& batches,  // as in a mesh
-    const Looks& looks, std::size_t most);
+    const Looks& looks, std::size_t most, const std::optional<Fresh>& fresh = std::nullopt);
 
 /// The faces of a surface in pieces of some thousand triangles, each of one part and of faces near each
 /// other, with the edges that a person takes for edges: those where faces meet at more than

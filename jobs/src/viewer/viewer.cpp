@@ -7,7 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
-#include <set>
+#include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/geometry/support/module.hpp"
@@ -172,6 +172,7 @@ void Viewer::hear(const std::string& text) {
 }
 
 void Viewer::begin(const std::string& model) {
+  if (server_) drain();  // of a run that was given up
   ++run_;
   model_ = model;
   began_ = Clock::now();
@@ -215,7 +216,7 @@ void Viewer::progress(double done, std::uint64_t cells) {
 }
 
 supersteps::Steering Viewer::steer() {
-  constexpr double first = 0.1, growth = 1.5, share = 4, coarse_seconds = 1.0;
+  constexpr double first = 0.05, growth = 1.5, share = 4, coarse_seconds = 1.0;
   supersteps::Steering steering;
   const bool is_shown = dimension_ == 2 || dimension_ == 3;
   const double since = steps_ == 0 ? 0 : seconds_since(steered_);
@@ -242,12 +243,23 @@ supersteps::Steering Viewer::steer() {
 }
 
 Viewer::Picture Viewer::picture_of(const supersteps::RunResult& result) const {
-  Picture picture{.run = run_, .dimension = result.report.dimension, .batches = result.mesh.batches};
+  Picture picture{
+      .run = run_, .step = steps_, .dimension = result.report.dimension, .batches = result.mesh.batches};
   picture.rank_of_region = result.rank_of_region;
   picture.colour_of_primitive = result.colour_of_primitive;
   picture.part_names = result.part_names;
   picture.bounds = result.bounds;
   return picture;
+}
+
+void Viewer::add(const std::shared_ptr<const CellBatch>& cells) {
+  constexpr std::size_t most_waiting = 2000;  // batches; the next picture has them all
+  if (!server_ || !was_shown_) return;
+  const std::lock_guard lock(mutex_);
+  if (fresh_.size() >= most_waiting) return;
+  fresh_.push_back(cells);
+  fresh_step_ = steps_;
+  if (fresh_.size() == 1) changed_.notify_all();
 }
 
 void Viewer::show(const supersteps::RunResult& now, supersteps::Ranks& ranks) {
@@ -315,6 +327,7 @@ void Viewer::hand_over(std::optional<Picture>& place, Picture picture) {
   const std::lock_guard lock(mutex_);
   if (failed_) std::rethrow_exception(std::exchange(failed_, {}));
   place = std::move(picture);
+  fresh_.clear();  // it has them
   changed_.notify_all();
 }
 
@@ -330,21 +343,33 @@ bool Viewer::has_newer() const {
 }
 
 void Viewer::pack_again_and_again() {
+  constexpr auto gathering = std::chrono::milliseconds(150);
+  const auto has_picture = [&] { return newest_ || finished_ || ends_; };
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [&] { return newest_ || finished_ || ends_; });
+    changed_.wait(lock, [&] { return has_picture() || !fresh_.empty(); });
+    if (!has_picture() && changed_.wait_for(lock, gathering, has_picture)) continue;
     if (ends_) return;
-    std::optional<Picture>& next = newest_ ? newest_ : finished_;
-    const Picture picture = std::move(*next);
-    next.reset();
+    std::optional<Picture> picture;
+    Batches fresh;
+    if (newest_ || finished_)
+      picture = std::exchange(newest_ ? newest_ : finished_, {});
+    else
+      fresh = std::exchange(fresh_, {});
+    const unsigned step = fresh_step_;
     is_busy_ = true;
     lock.unlock();
     std::exception_ptr failed;
     try {
-      pack(
-          picture, [this](const std::string& key, std::string bytes) { scene_.put(key, std::move(bytes)); },
-          1, true);
-      pack_end(picture);
+      if (picture) {
+        pack(
+            *picture,
+            [this](const std::string& key, std::string bytes) { scene_.put(key, std::move(bytes)); }, 1,
+            true);
+        pack_end(*picture);
+      } else {
+        pack_fresh(fresh, step);
+      }
     } catch (...) {
       failed = std::current_exception();
     }
@@ -375,7 +400,7 @@ void Viewer::pack(const Picture& picture, const Send& send, unsigned ranks, bool
     order.emplace_back(-apparent_size(*batches.front(), eye), region);
   std::sort(order.begin(), order.end());
   const Palette palette(picture.colour_of_primitive);
-  const Looks looks{picture.rank_of_region, palette.of_primitive, picture.bounds};
+  looks_ = {picture.rank_of_region, palette.of_primitive, picture.bounds};
   for (const auto& [size, region] : order) {
     if (may_stop && has_newer()) return;
     const Batches& batches = regions.at(region);
@@ -386,9 +411,21 @@ void Viewer::pack(const Picture& picture, const Send& send, unsigned ranks, bool
     for (const auto& batch : batches) own += batch->size();
     const std::size_t most = std::max<std::size_t>(200, command_.triangles / ranks * own / cells);
     send("region " + std::to_string(picture.run) + " " + std::to_string(region),
-         region_message(picture.run, region, batches, looks, most));
+         region_message(picture.run, region, batches, looks_, most));
     sent_[region] = state;
   }
+}
+
+/// Not too many of them: what they add to is shown, and the next picture has them in their shares.
+void Viewer::pack_fresh(const Batches& batches, unsigned step) {
+  if (batches.empty() || fresh_triangles_ >= command_.triangles / 2) return;
+  const std::size_t most = command_.triangles / 2 - fresh_triangles_;
+  const std::string key = "fresh " + std::to_string(++fresh_messages_);
+  const Fresh fresh{fresh_messages_, step};
+  std::string message =
+      region_message(packed_run_, batches.front()->region.front(), batches, looks_, most, fresh);
+  fresh_triangles_ += message.size() / 10;  // about the bytes of a triangle
+  scene_.put(key, std::move(message));
 }
 
 /// What stands after the cells: that they are all there, and the surface in their place once there is one.
@@ -405,6 +442,7 @@ void Viewer::pack_end(const Picture& picture) {
   Message message("shown", picture.run);
   message["surface"] = picture.faces.has_value();
   message["final"] = is_over;
+  message["ofStep"] = picture.step;
   if (picture.faces) {
     json solids = json::array();
     for (const auto& solid : picture.faces->solids)
@@ -412,6 +450,8 @@ void Viewer::pack_end(const Picture& picture) {
     if (solids.size() <= 100000) message["solids"] = std::move(solids);
   }
   scene_.put("shown", message.bytes());
+  scene_.remove("fresh ");
+  fresh_triangles_ = 0;
   for (const char* kind : {"region ", "piece "})  // those of earlier runs
     for (std::uint64_t run = picture.run; run-- > 1 && run + 3 > picture.run;)
       scene_.remove(kind + std::to_string(run) + " ");

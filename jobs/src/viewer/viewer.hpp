@@ -46,6 +46,8 @@ class Viewer {
   void progress(double done, std::uint64_t cells);
   /// How the run shall go on: soon something to see of the whole, then ever longer steps.
   [[nodiscard]] supersteps::Steering steer();
+  /// Cells that have just been decided: shown until the next picture holds them. Of a process that is alone.
+  void add(const std::shared_ptr<const geometry::CellBatch>& cells);
   /// What there is after a step. Collective.
   void show(const supersteps::RunResult& now, supersteps::Ranks& ranks);
   /// The run is over. On the master. @param result whose surface replaces cells; its figures are told.
@@ -62,6 +64,7 @@ class Viewer {
   /// What a run has found so far; the cells are shared with it.
   struct Picture {
     std::uint64_t run = 0;
+    unsigned step = 0;  ///< counted from 1
     int dimension = 3;
     Batches batches;
     std::vector<std::int32_t> rank_of_region;
@@ -91,10 +94,15 @@ class Viewer {
   std::condition_variable changed_;
   std::vector<double> camera_;                ///< of the page that spoke last; empty: none
   std::optional<Picture> newest_, finished_;  ///< to be packed by the thread
+  Batches fresh_;  ///< likewise; of the step `fresh_step_`, after the newest picture
+  unsigned fresh_step_ = 0;
   bool ends_ = false, is_busy_ = false;
   std::exception_ptr failed_;
 
-  std::uint64_t packed_run_ = 0;                 ///< of whom the next two are; of the thread that packs
+  std::uint64_t packed_run_ = 0;  ///< of whom the next are; of the thread that packs
+  Looks looks_;
+  std::size_t fresh_triangles_ = 0;  ///< since the last picture
+  std::uint64_t fresh_messages_ = 0;
   std::map<std::uint32_t, std::uint64_t> sent_;  ///< region by region: what the cells were like
   std::thread packer_;
   std::unique_ptr<Server> server_;  ///< goes first
@@ -105,6 +113,7 @@ class Viewer {
   [[nodiscard]] bool has_newer() const;
   void hand_over(std::optional<Picture>& place, Picture picture);
   void pack(const Picture& picture, const Send& send, unsigned ranks, bool may_stop);
+  void pack_fresh(const Batches& batches, unsigned step);
   void pack_end(const Picture& picture);
   [[nodiscard]] std::string model_message(const Picture& picture) const;
   [[nodiscard]] Picture picture_of(const supersteps::RunResult& result) const;

@@ -170,14 +170,29 @@ void steer(Ranks& ranks, const RunOptions& options, unsigned step, int dimension
   if (of_step.eye.size() != static_cast<std::size_t>(dimension)) of_step.eye.clear();
 }
 
+/// A consumer of the computation: tells whoever watches of its cells.
+class Teller : public dataflow::Consumer {
+ public:
+  explicit Teller(const RunOptions& options) : tell_(options.on_new_cells) {}
+  void consume(const std::shared_ptr<const dataflow::Refinement>& refinement) override {
+    if (tell_) tell_(std::shared_ptr<const geometry::CellBatch>(refinement, &refinement->cells));
+  }
+  [[nodiscard]] bool takes_cells() const override { return tell_ != nullptr; }
+
+ private:
+  const std::function<void(const std::shared_ptr<const geometry::CellBatch>&)>& tell_;
+};
+
 /// One round of a computation superstep: what it decides becomes progress, what is left stays in it.
 template <int D>
 Computed<D> compute(Ranks& ranks, const dataflow::Network<D>& network, Progress<D>& progress,
                     const RunOptions& options, unsigned threads, std::optional<std::uint64_t> quota,
                     CellStream* stream) {
   Keeper keeper;
+  Teller teller(options);
   std::vector<dataflow::Consumer*> consumers;
   if (options.collect_cells && (stream == nullptr || stream->holds_here())) consumers.push_back(&keeper);
+  if (options.on_new_cells) consumers.push_back(&teller);
   const std::vector<std::uint32_t> numbers = progress.region_numbers();
   const Recorded before = recorded(progress.meshes);
   auto computed = computation<D>(ranks, network, std::move(progress.partition.regions), options, threads,

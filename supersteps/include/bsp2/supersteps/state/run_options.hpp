@@ -12,6 +12,10 @@ namespace bsp2::model {
 struct Model;
 }
 
+namespace bsp2::geometry {
+struct CellBatch;
+}
+
 namespace bsp2::supersteps {
 
 enum class Order : std::uint8_t { depth, priority };
@@ -82,6 +86,9 @@ struct RunOptions {
   /// Told the share of the superstep at hand that is done, in [0, 1], and the cells of all ranks so far, 0
   /// where none are made; called on the master, from its main thread.
   std::function<void(double done, std::uint64_t cells)> on_progress;
+  /// Told the cells of this rank as they are decided, in batches of some hundred; they stay as they are.
+  /// Called by the main thread while the workers go on, which wait for it if it takes long.
+  std::function<void(const std::shared_ptr<const geometry::CellBatch>& cells)> on_new_cells;
   /// Shown what there is after each computation superstep, FUZZY where it is undecided: mesh, trees and
   /// bounds, no figures. Each rank holds the cells of its own regions. Called on all ranks, so it may be
   /// collective. With it, a budget ends a step and not the run.
