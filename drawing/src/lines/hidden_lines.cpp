@@ -35,8 +35,9 @@ int sign(Wide x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
 struct Cover {
   std::array<std::uint32_t, 3> corners;
   std::uint32_t face;
-  Grid nearest;     ///< its largest w
-  double touching;  ///< how far, times the length of the normal, what touches its plane may be
+  Grid nearest;                 ///< its largest w
+  Grid left, right, low, high;  ///< of u and v
+  double touching;              ///< how far, times the length of the normal, what touches its plane may be
 };
 
 /// Part of an edge.
@@ -131,7 +132,14 @@ class Scene {
       const auto& corners = brep_.triangles[i];
       const Seen &a = points_[corners[0]], &b = points_[corners[1]], &c = points_[corners[2]];
       if (turn(a, b, c) <= 0) continue;  // rounding has turned it: its neighbours cover what it would
-      Cover cover{corners, face, std::max({a.w, b.w, c.w}), 0};
+      Cover cover{corners,
+                  face,
+                  std::max({a.w, b.w, c.w}),
+                  std::min({a.u, b.u, c.u}),
+                  std::max({a.u, b.u, c.u}),
+                  std::min({a.v, b.v, c.v}),
+                  std::max({a.v, b.v, c.v}),
+                  0};
       const auto length = [&](int first, int second) {
         const auto d = [&](const Seen& p, int k) {
           return static_cast<double>(k == 0 ? p.u - a.u : k == 1 ? p.v - a.v : p.w - a.w);
@@ -264,10 +272,13 @@ class Hider {
     left_.clear();
     right_.clear();
     ++edge_;
+    const auto [left, right] = std::minmax(a.u, b.u);
+    const auto [low, high] = std::minmax(a.v, b.v);
     bool is_all = false;
-    scene_.near(a, b, [&](std::uint32_t number) {
+    scene_.near(a, b, [&, left = left, right = right, low = low, high = high](std::uint32_t number) {
       if (std::exchange(seen_by_[number], edge_) == edge_) return false;
       const Cover& cover = scene_.covers()[number];
+      if (cover.left > right || cover.right < left || cover.low > high || cover.high < low) return false;
       if (std::find(faces.begin(), faces.end(), cover.face) == faces.end()) is_all = add(a, b, cover);
       return is_all;
     });
