@@ -35,9 +35,9 @@ int sign(Wide x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
 struct Cover {
   std::array<std::uint32_t, 3> corners;
   std::uint32_t face;
-  Grid nearest;              ///< its largest w
-  std::array<Grid, 3> side;  ///< normal, in units of the grid
-  double touching;           ///< how far, times the length of the normal, what touches its plane may be
+  Grid nearest;                 ///< its largest w
+  Grid left, right, low, high;  ///< of u and v
+  double touching;              ///< how far, times the length of the normal, what touches its plane may be
 };
 
 /// Part of an edge.
@@ -64,10 +64,12 @@ class Scene {
   /// 1: who looks sees its front; -1: its back; 0: it is seen from its edge.
   [[nodiscard]] int facing(std::uint32_t face) const { return facing_[face]; }
 
-  /// Calls `work(cover)` for all triangles that may cover a piece of the edge; for some more than once.
+  /// Calls `work(cover)` for all triangles that may cover a piece of the edge, for some more than once, until
+  /// it returns true.
   template <typename Work>
   void near(const Seen& a, const Seen& b, const Work& work) const {
     if (covers_.empty()) return;
+    const Grid farthest = std::min(a.w, b.w);
     const auto [first_row, last_row] = std::minmax({row_of(a.v), row_of(b.v)});
     for (int row = first_row; row <= last_row; ++row) {
       // Where the edge is while it is in the row, and a square more on each side.
@@ -83,7 +85,10 @@ class Scene {
       for (int column = first; column <= last; ++column) {
         const auto square = static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
                             static_cast<std::size_t>(column);
-        for (std::uint32_t i = first_of_[square]; i < first_of_[square + 1]; ++i) work(in_squares_[i]);
+        for (std::uint32_t i = first_of_[square]; i < first_of_[square + 1]; ++i) {
+          if (covers_[in_squares_[i]].nearest <= farthest) break;  // nor are the others nearer
+          if (work(in_squares_[i])) return;
+        }
       }
     }
   }
@@ -127,7 +132,14 @@ class Scene {
       const auto& corners = brep_.triangles[i];
       const Seen &a = points_[corners[0]], &b = points_[corners[1]], &c = points_[corners[2]];
       if (turn(a, b, c) <= 0) continue;  // rounding has turned it: its neighbours cover what it would
-      Cover cover{corners, face, std::max({a.w, b.w, c.w}), {}, 0};
+      Cover cover{corners,
+                  face,
+                  std::max({a.w, b.w, c.w}),
+                  std::min({a.u, b.u, c.u}),
+                  std::max({a.u, b.u, c.u}),
+                  std::min({a.v, b.v, c.v}),
+                  std::max({a.v, b.v, c.v}),
+                  0};
       const auto length = [&](int first, int second) {
         const auto d = [&](const Seen& p, int k) {
           return static_cast<double>(k == 0 ? p.u - a.u : k == 1 ? p.v - a.v : p.w - a.w);
@@ -137,6 +149,9 @@ class Scene {
       cover.touching = touching_units * std::hypot(length(1, 2), length(2, 0), length(0, 1));
       covers_.push_back(cover);
     }
+    // The nearest first: they hide most.
+    std::stable_sort(covers_.begin(), covers_.end(),
+                     [](const Cover& a, const Cover& b) { return a.nearest > b.nearest; });
   }
 
   [[nodiscard]] int column_of(double u) const {
@@ -257,14 +272,15 @@ class Hider {
     left_.clear();
     right_.clear();
     ++edge_;
-    const Grid farthest = std::min(a.w, b.w);
+    const auto [left, right] = std::minmax(a.u, b.u);
+    const auto [low, high] = std::minmax(a.v, b.v);
     bool is_all = false;
-    scene_.near(a, b, [&](std::uint32_t number) {
-      if (is_all || std::exchange(seen_by_[number], edge_) == edge_) return;
+    scene_.near(a, b, [&, left = left, right = right, low = low, high = high](std::uint32_t number) {
+      if (std::exchange(seen_by_[number], edge_) == edge_) return false;
       const Cover& cover = scene_.covers()[number];
-      if (cover.nearest <= farthest) return;
-      if (std::find(faces.begin(), faces.end(), cover.face) != faces.end()) return;
-      is_all = add(a, b, cover);
+      if (cover.left > right || cover.right < left || cover.low > high || cover.high < low) return false;
+      if (std::find(faces.begin(), faces.end(), cover.face) == faces.end()) is_all = add(a, b, cover);
+      return is_all;
     });
     if (is_all) {
       both_.assign(1, {0, 1});

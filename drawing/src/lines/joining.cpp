@@ -194,10 +194,15 @@ class Chains {
     return std::atan2(to[1] - from[1], to[0] - from[0]);
   }
 
+  /// Dashes end at corners, if there is room for any; what is solid need not.
+  [[nodiscard]] bool may_turn(std::uint32_t end) const {
+    constexpr double dash = 3;  // millimetres
+    return pieces_[end / 2].kind != LineKind::hidden || length_of(pieces_[end / 2]) < dash;
+  }
+
   /// At one place: those that go on most straight follow each other.
   void pair(std::span<const End> ends) {
-    // Dashes end at corners; what is solid need not.
-    const double largest_bend = !ends.empty() && ends.front().kind == LineKind::hidden ? 0.6 : 4;  // radians
+    constexpr double small_bend = 0.6;  // radians
     constexpr std::size_t many = 16;
     if (ends.size() < 2 || ends.size() > many) return;
     std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> pairs;
@@ -205,7 +210,8 @@ class Chains {
       for (std::size_t k = i + 1; k < ends.size(); ++k) {
         const double bend = std::fabs(std::remainder(
             direction(ends[i].end) - direction(ends[k].end) + std::numbers::pi, 2 * std::numbers::pi));
-        if (bend < largest_bend) pairs.emplace_back(bend, ends[i].end, ends[k].end);
+        if (bend < small_bend || (may_turn(ends[i].end) && may_turn(ends[k].end)))
+          pairs.emplace_back(bend, ends[i].end, ends[k].end);
       }
     std::sort(pairs.begin(), pairs.end());
     for (const auto& [bend, one, other] : pairs) {

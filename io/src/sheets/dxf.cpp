@@ -195,8 +195,15 @@ class DxfWriter {
     tag(0, "ENDTAB").tag(0, "ENDSEC");
   }
 
+  /// LibreCAD goes by the usual names, and not by the lengths.
   [[nodiscard]] std::string line_type(std::uint32_t layer) const {
-    return sheet_.layers[layer].dashes.empty() ? "Continuous" : "DASHES_" + std::to_string(layer);
+    const auto& dashes = sheet_.layers[layer].dashes;
+    if (dashes.empty()) return "Continuous";
+    std::string name = dashes.size() == 2 ? "DASHED" : dashes.size() == 4 ? "CENTER" : "DASHES";
+    const bool is_taken =
+        std::any_of(sheet_.layers.begin(), sheet_.layers.begin() + layer,
+                    [&](const Sheet::Layer& other) { return other.dashes.size() == dashes.size(); });
+    return is_taken ? name + "_" + std::to_string(layer) : name;
   }
 
   void write_line_types() {

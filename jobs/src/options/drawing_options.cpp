@@ -111,7 +111,7 @@ std::string today() {
 void add_view_options(CLI::App& app, DrawingOptions& options, DrawingText& text) {
   const auto group = "What is drawn";
   app.add_option("--views", text.views,
-                 "front, back, left, right, top, bottom, iso (default:\nfront,top,left,iso)")
+                 "which views: front, back, left, right, top, bottom,\niso (default: front,top,left,iso)")
       ->type_name("VIEW,...")
       ->group(group);
   app.add_option(
@@ -119,13 +119,13 @@ void add_view_options(CLI::App& app, DrawingOptions& options, DrawingText& text)
          "cut at a plane and look at what is behind it,\nhatched by part: A=x:10; A=-x:10 the other way; "
          "repeat\nfor several")
       ->allow_extra_args(false)
-      ->type_name("NAME=AXIS:PLACE")
+      ->type_name("NAME=PLANE")
       ->group(group);
   app.add_option("--dimension", text.dimensions,
                  "the distance of two points of the model, as a view\nshows it: front:0,0,0:40,0,0; repeat "
                  "for several")
       ->allow_extra_args(false)
-      ->type_name("VIEW:POINT:POINT")
+      ->type_name("DISTANCE")
       ->group(group);
   app.add_option(
          "--hidden", text.hidden,
@@ -154,7 +154,7 @@ void add_sheet_options(CLI::App& app, DrawingOptions& options, DrawingText& text
       ->type_name("SIZE")
       ->group(group);
   app.add_option("--scale", text.scale, "1:2, 5:1, ... (default: the largest usual one that\nfits)")
-      ->type_name("A:B")
+      ->type_name("SCALE")
       ->group(group);
   app.add_option("--projection", text.projection, "where views lie: first or third angle (default: first)")
       ->check(is_one_of({"first", "third"}))
