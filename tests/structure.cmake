@@ -4,11 +4,12 @@
 # each can be read with what stands before it alone.
 cmake_minimum_required(VERSION 3.25)
 
-set(rooms geometry model dataflow io supersteps api jobs)
+set(rooms geometry meshing model dataflow io supersteps api jobs)
 set(geometry support exact families hyperplanes cells surface)
+set(meshing complex simplices tetrahedra groups)
 set(model expression text mesh builder import drawing csg)
 set(dataflow process shapes network producers evaluate regions surface lowering operands constructs compile)
-set(io files outputs surfaces vtk hdf5 occt)
+set(io files outputs meshes surfaces vtk hdf5 occt)
 set(supersteps ranks state regions stages loop render)
 set(api expression report evaluation)
 set(jobs tables queue options answers program)
