@@ -9,6 +9,7 @@
 
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/state/run_options.hpp"
+#include "options/mesh_options.hpp"
 #include "queue/queue.hpp"
 
 namespace bsp2::jobs {
@@ -39,6 +40,7 @@ struct RunCommand {
   bool brief = false;            ///< only the first of them
   std::function<void(const std::filesystem::path&)> on_writing;  ///< called before a file is written
   [[nodiscard]] bool shows_steps() const { return frames || series; }
+  std::optional<MeshCommand> solver_mesh;  ///< make a mesh for solvers, and nothing else
   std::optional<QueueCommand>
       queue;                     ///< work with a queue of jobs; to merge is to resume what they have found
   std::vector<unsigned> levels;  ///< and these levels, then to the end; empty: chosen by the model
