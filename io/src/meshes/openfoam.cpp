@@ -42,14 +42,16 @@ class FoamWriter {
     write_boundary();
     write_cell_zones();
     write_face_zones();
-    if (!fs::exists(folder_ / "system" / "controlDict")) {
-      MeshText control;
-      header(control, "dictionary", "controlDict", "system");
-      control << "application     none;\nstartFrom       startTime;\nstartTime       0;\nstopAt          "
-                 "endTime;\nendTime         1;\ndeltaT          1;\nwriteControl    timeStep;\nwriteInterval "
-                 "  1;\n";
-      write_file(folder_ / "system" / "controlDict", control.text());
-    }
+    // checkMesh and the like ask for these; whoever has some keeps them.
+    write_dictionary("controlDict",
+                     "application     none;\nstartFrom       startTime;\nstartTime       0;\nstopAt          "
+                     "endTime;\nendTime         1;\ndeltaT          1;\nwriteControl    timeStep;\n"
+                     "writeInterval   1;\n");
+    write_dictionary("fvSchemes",
+                     "ddtSchemes { default steadyState; }\ngradSchemes { default Gauss linear; }\n"
+                     "divSchemes { default none; }\nlaplacianSchemes { default Gauss linear corrected; }\n"
+                     "interpolationSchemes { default linear; }\nsnGradSchemes { default corrected; }\n");
+    write_dictionary("fvSolution", "solvers { }\n");
   }
 
  private:
@@ -70,6 +72,14 @@ class FoamWriter {
   }
   void write(const char* name, const MeshText& text) const {
     write_file(folder_ / "constant" / "polyMesh" / name, text.text());
+  }
+
+  void write_dictionary(const char* name, std::string_view content) const {
+    if (fs::exists(folder_ / "system" / name)) return;
+    MeshText text;
+    header(text, "dictionary", name, "system");
+    text << content;
+    write_file(folder_ / "system" / name, text.text());
   }
 
   void write_points() const {
