@@ -33,7 +33,7 @@ function(bsp2_module room name)
   set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME bsp2-${name} LIBRARY_OUTPUT_DIRECTORY ${BSP2_BUILT_MODULES}
     CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   target_include_directories(${target} PRIVATE src $<TARGET_PROPERTY:bsp2_${room},INTERFACE_INCLUDE_DIRECTORIES>
-    $<TARGET_PROPERTY:bsp2_geometry,INTERFACE_INCLUDE_DIRECTORIES>)
+    $<TARGET_PROPERTY:bsp2_geometry,INTERFACE_INCLUDE_DIRECTORIES> $<TARGET_PROPERTY:bsp2_meshing,INTERFACE_INCLUDE_DIRECTORIES>)
   target_compile_definitions(${target} PRIVATE BSP2_MODULE_LAYOUT="${BSP2_MODULE_LAYOUT}")
   target_link_libraries(${target} PRIVATE bsp2_options Boost::headers ${MODULE_LINK})
   target_link_options(${target} PRIVATE -Wl,-z,now)  # what its library lacks is told when it is loaded, not in its midst

@@ -4,11 +4,12 @@
 # each can be read with what stands before it alone.
 cmake_minimum_required(VERSION 3.25)
 
-set(rooms geometry model dataflow io supersteps drawing api jobs)
+set(rooms geometry meshing model dataflow io supersteps drawing api jobs)
 set(geometry support exact families hyperplanes cells surface)
+set(meshing complex simplices tetrahedra groups)
 set(model expression text mesh builder import drawing csg)
 set(dataflow process shapes network producers evaluate regions surface lowering operands constructs compile)
-set(io files outputs surfaces sheets vtk hdf5 occt pdf)
+set(io files outputs meshes surfaces sheets vtk hdf5 occt pdf)
 set(supersteps ranks state regions stages loop render)
 set(drawing views lines sheets)
 set(api expression report evaluation)

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "surface/exact_points.hpp"
+#include "bsp2/geometry/surface/exact_points.hpp"
 #include "surface/plane_skin.hpp"
 
 // Notation. On one hyperplane h, the facets of cells on its negative side, N_i, have disjoint interiors, and

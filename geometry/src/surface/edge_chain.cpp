@@ -1,4 +1,4 @@
-#include "surface/edge_chain.hpp"
+#include "bsp2/geometry/surface/edge_chain.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "surface/exact_points.hpp"
+#include "bsp2/geometry/surface/exact_points.hpp"
 
 #include <algorithm>
 #include <cmath>

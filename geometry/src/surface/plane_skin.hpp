@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "bsp2/geometry/surface/contact.hpp"
-#include "surface/edge_chain.hpp"
-#include "surface/exact_points.hpp"
+#include "bsp2/geometry/surface/edge_chain.hpp"
+#include "bsp2/geometry/surface/exact_points.hpp"
 #include "surface/no_index.hpp"
 
 namespace bsp2::geometry {

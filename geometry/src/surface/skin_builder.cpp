@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "bsp2/geometry/cells/splitter.hpp"
-#include "surface/exact_points.hpp"
+#include "bsp2/geometry/surface/exact_points.hpp"
 #include "surface/no_index.hpp"
 #include "surface/plane_skin.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bsp2/geometry/surface/contact.hpp"
-#include "surface/exact_points.hpp"
+#include "bsp2/geometry/surface/exact_points.hpp"
 
 namespace bsp2::geometry {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "surface/edge_chain.hpp"
+#include "bsp2/geometry/surface/edge_chain.hpp"
 #include "surface/no_index.hpp"
 #include "surface/sweep_triangulation.hpp"
 

@@ -5,8 +5,8 @@
 
 #include "bsp2/geometry/surface/boundary.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
-#include "surface/edge_chain.hpp"
-#include "surface/exact_points.hpp"
+#include "bsp2/geometry/surface/edge_chain.hpp"
+#include "bsp2/geometry/surface/exact_points.hpp"
 
 namespace bsp2::geometry {
 

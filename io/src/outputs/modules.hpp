@@ -41,6 +41,14 @@ struct VtkModule {
   std::string (*to_vtp)(const geometry::TriangleSurface& surface, const SurfaceParts& parts);
 };
 
+/// An array for a file: of doubles or of whole numbers, the other pointer null; rows by columns.
+struct Hdf5Array {
+  const char* name;
+  const double* reals;
+  const std::int64_t* integers;
+  std::uint64_t rows, columns;
+};
+
 /// What bsp2-hdf5 does: see write_snapshot and read_snapshot.
 struct Hdf5Module {
   static constexpr const char* name = "bsp2-hdf5";
@@ -49,6 +57,10 @@ struct Hdf5Module {
   /// @param path a file that can be opened.
   Snapshot (*read_snapshot)(const std::filesystem::path& path, SnapshotPart part,
                             const std::function<bool(std::uint32_t region)>& wanted);
+  /// A file of arrays, and a text about them as its attribute `names`; it appears when it is complete.
+  /// @throws Error if it cannot be written.
+  void (*write_arrays)(const std::filesystem::path& path, const std::vector<Hdf5Array>& arrays,
+                       const std::string& names);
 };
 
 enum class CadFormat { step, iges, brep };

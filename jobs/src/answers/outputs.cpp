@@ -19,6 +19,7 @@
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/pvd.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
+#include "bsp2/io/outputs/solver_mesh.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
@@ -39,6 +40,8 @@ std::vector<fs::path> files_of(const RunCommand& command) {
     if (file) files.push_back(*file);
   if (command.drawing)
     files.insert(files.end(), command.drawing->files.begin(), command.drawing->files.end());
+  if (command.solver_mesh && io::solver_format(command.solver_mesh->output) != io::SolverFormat::openfoam)
+    files.push_back(command.solver_mesh->output);
   return files;
 }
 
@@ -308,7 +311,8 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
     make(command, *command.picture, result.report, ranks, [&] { draw_picture(command, result, ranks); });
 }
 
-void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks) {
+void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks,
+                   const std::function<std::string(std::string)>& with_more) {
   const auto make = [&](const fs::path& path, const auto& work) {
     make_alone(command, path, result.report, ranks, work);
   };
@@ -318,7 +322,7 @@ void write_results(const RunCommand& command, supersteps::RunResult& result, sup
   if (ranks.is_master()) tell_lost_colours(command, result);
   supersteps::record_costs(ranks, result.report);
   if (command.report)
-    make(*command.report, [&] { io::write_file(*command.report, api::to_json(result.report)); });
+    make(*command.report, [&] { io::write_file(*command.report, with_more(api::to_json(result.report))); });
   if (command.table)
     make(*command.table, [&] { io::write_file(*command.table, to_csv(result.report.supersteps)); });
   // The largest, and there already under its own name.

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "options/command_line.hpp"
@@ -38,6 +40,9 @@ void write_cells(const RunCommand& command, supersteps::RunResult& result, super
 
 /// Writes the rest: the boundary, then the report, which holds the costs up to here, at last a copy of the
 /// snapshot. Otherwise as write_cells.
-void write_results(const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks);
+/// @param with_more adds to the report what else the command has made.
+void write_results(
+    const RunCommand& command, supersteps::RunResult& result, supersteps::Ranks& ranks,
+    const std::function<std::string(std::string)>& with_more = [](std::string report) { return report; });
 
 }  // namespace bsp2::jobs

@@ -12,6 +12,7 @@
 #include "options/checks.hpp"
 #include "options/drawing_options.hpp"
 #include "options/help.hpp"
+#include "options/mesh_options.hpp"
 #include "options/picture_options.hpp"
 #include "options/queue_options.hpp"
 #include "options/version.hpp"
@@ -40,6 +41,7 @@ struct Raw {
       rendered, points, series, viewed, view_eye;
   PictureText view;
   DrawingText drawing;
+  MeshText solver_mesh;
   std::vector<std::string> keep, boundaries;
   bool mesh = false, list_formats = false;
 };
@@ -266,6 +268,42 @@ void add_tables_options(CLI::App& app, RunCommand& command) {
       ->type_name("N");
 }
 
+/// A mesh for solvers, of a model or of a snapshot.
+void add_mesh_command(CLI::App& app, RunCommand& command, Raw& raw) {
+  auto& options = command.options;
+  add_input(app, "MODEL|SNAPSHOT", raw.solver_mesh.input,
+            "a .csg or .scad file, or what --snapshot wrote (.h5)");
+  add_mesh_options(app, raw.solver_mesh);
+  const auto group = work_group;
+  app.add_flag("--curved", options.curved, "take spheres, cylinders, circles as truly round")->group(group);
+  add_tolerance_option(app, command, group);
+  app.add_option("--level", options.level, "stop after N cuts in a row; the rest is left out")
+      ->check(is_number(0U, 65535U, "0 .. 65535"))
+      ->type_name("N")
+      ->group(group);
+  app.add_option("--parts", raw.parts, "what the parts are: named (default), or colour")
+      ->check(is_one_of({"named", "colour", "color"}))
+      ->type_name("KIND")
+      ->group(group);
+  app.add_option("--coincidence", options.coincidence,
+                 "planes closer than this share of the bounding box\nare one; 0: only equal planes")
+      ->check(finite_share())
+      ->type_name("T")
+      ->capture_default_str()
+      ->group(group);
+  app.add_flag("--strict", options.strict, "end with an error where there is a warning")->group(group);
+  add_threads_option(app, command, group);
+  add_path(app, "--report", raw.report, "write the report", "FILE.json");
+  app.add_flag("--stats", command.stats, "print how many dihedral angles are how large");
+  app.add_flag("--quiet", command.quiet, "print no summary and no progress");
+  app.footer(
+      "Examples:\n"
+      "  bsp2 mesh model.csg -o model.msh --size 2\n"
+      "  bsp2 mesh model.csg -o model.inp --element-order 2 --group fixed=x==min\n"
+      "  bsp2 mesh model.csg -o case              an OpenFOAM case of polyhedra\n"
+      "On several ranks the cells are computed by all and meshed by the first one.");
+}
+
 void set_kept(supersteps::RunOptions& options, const std::vector<std::string>& keep) {
   if (keep.empty()) return;
   const auto named = [&](const char* label) {
@@ -382,6 +420,18 @@ RunCommand finished(RunCommand command, const Raw& raw) {
     if (!command.picture) command.picture = *command.folder / picture_name;
     if (!command.report) command.report = *command.folder / report_name;
   }
+  if (!raw.solver_mesh.input.empty()) {
+    command.solver_mesh = mesh_command(raw.solver_mesh);
+    const std::filesystem::path input = raw.solver_mesh.input;
+    if (input.extension() == ".h5") {
+      command.options.resume = input;
+      command.options.steps = 0;
+    } else {
+      command.options.model = input;
+    }
+    command.options.collect = supersteps::Collect::master;
+    command.options.can_be_asked = true;
+  }
   if (command.tets && !command.mesh && !command.series)
     throw Error("--tets needs -o DIR, --vtu or --series (see 'bsp2 run --help')");
   command.options.boundary = !command.boundaries.empty();
@@ -397,8 +447,8 @@ RunCommand finished(RunCommand command, const Raw& raw) {
   command.options.surface_only = options.boundary && !command.mesh && !command.picture &&
                                  !command.shows_steps() && !command.points && !options.snapshot &&
                                  !options.resume && raw.keep.empty() && !has_limits;
-  command.options.collect_cells =
-      command.mesh || options.boundary || command.picture || command.shows_steps() || command.points;
+  command.options.collect_cells = command.mesh || options.boundary || command.picture ||
+                                  command.shows_steps() || command.points || command.solver_mesh;
   return command;
 }
 
@@ -545,6 +595,8 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   queried->footer(
       "The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY "
       "counts as both.");
+  CLI::App* meshed = app.add_subcommand("mesh", "Make a mesh for solvers: conforming, with named parts");
+  add_mesh_command(*meshed, command, raw);
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
   CLI::App* draw = add_draw_command(app, command, raw.drawing);

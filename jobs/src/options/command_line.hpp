@@ -11,6 +11,7 @@
 #include "bsp2/drawing/sheets/drawing.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/state/run_options.hpp"
+#include "options/mesh_options.hpp"
 #include "queue/queue.hpp"
 
 namespace bsp2::jobs {
@@ -60,6 +61,7 @@ struct RunCommand {
   bool brief = false;            ///< only the first of them
   std::function<void(const std::filesystem::path&)> on_writing;  ///< called before a file is written
   [[nodiscard]] bool shows_steps() const { return frames || series; }
+  std::optional<MeshCommand> solver_mesh;  ///< make a mesh for solvers, and nothing else
   std::optional<QueueCommand>
       queue;  ///< work with a queue of jobs; to merge is to resume what they have found
   std::optional<ViewCommand> viewer;  ///< show the run in browsers, and again when its files are saved

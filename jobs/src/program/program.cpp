@@ -14,6 +14,7 @@
 #include "answers/point_query.hpp"
 #include "answers/progress_bar.hpp"
 #include "answers/snapshot_info.hpp"
+#include "answers/solver_mesh.hpp"
 #include "answers/summary.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
@@ -176,6 +177,18 @@ class FollowedSupersteps {
   std::function<void(const std::string&, unsigned)> before_;
 };
 
+/// The mesh for solvers, on the master, which has all cells. Collective.
+std::optional<MeshSummary> mesh_cells(const RunCommand& command, supersteps::RunResult& result,
+                                      supersteps::Ranks& ranks) {
+  std::optional<MeshSummary> summary;
+  ranks.agree([&] {
+    if (!ranks.is_master()) return;
+    command.on_writing(command.solver_mesh->output);
+    summary = make_solver_mesh(*command.solver_mesh, result);
+  });
+  return summary;
+}
+
 /// On all ranks, and only the master speaks.
 /// @return the exit code.
 int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks, const Run& run,
@@ -213,10 +226,11 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
       write_step(command, now, step, ranks, step_failures);
     };
   bool cells_are_written = false;
-  command.options.on_cells = [&](supersteps::RunResult& now) {
-    write_cells(command, now, ranks);
-    cells_are_written = true;
-  };
+  if (!command.solver_mesh)  // which needs the cells to the end
+    command.options.on_cells = [&](supersteps::RunResult& now) {
+      write_cells(command, now, ranks);
+      cells_are_written = true;
+    };
   supersteps::RunResult result = run(command.options, ranks);
   for (const auto& failed : {step_failures.frames, step_failures.series})
     if (failed) result.report.failed.push_back(*failed);
@@ -237,7 +251,10 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
   }
   if (command.drawing) write_drawings(command, result, ranks, run, out);
   if (!cells_are_written) write_cells(command, result, ranks);
-  write_results(command, result, ranks);
+  std::optional<MeshSummary> mesh;
+  if (command.solver_mesh) mesh = mesh_cells(command, result, ranks);
+  write_results(command, result, ranks,
+                [&](const std::string& report) { return mesh ? with_mesh(report, *mesh) : report; });
   bar.clear();
   if (!ranks.is_master()) return code_of(result.report);
   for (const std::string& warning : result.report.warnings) log.warn("warning: {}", warning);
@@ -245,8 +262,9 @@ int run_command(RunCommand command, std::ostream& out, supersteps::Ranks& ranks,
     if (!command.quiet || command.options.steps == 0U) log.info("note: {}", note);
   if (speaks) tell_left_out(command, result.report, log);
   if (speaks && !command.drawing)
-    print_summary(out, result.report, command.stats || needs_table(result.report));
-  if (command.stats) print_stats(out, result.report);
+    print_summary(out, result.report, (command.stats && !command.solver_mesh) || needs_table(result.report));
+  if (speaks && mesh) print_mesh_summary(out, *mesh, command.stats);
+  if (command.stats && !command.solver_mesh) print_stats(out, result.report);
   if (speaks) tell_written(out, command, result.report);
   return tell_failed(result.report, log);
 }

@@ -4,6 +4,8 @@
 
 #include "bsp2/dataflow/surface/surface.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/meshing/complex/complex.hpp"
 #include "loop/querying.hpp"
 #include "stages/stages.hpp"
 
@@ -40,6 +42,13 @@ class AskedRun : public Asked {
     RunOptions options;
     options.contacts = true;
     return resolved(result, options).contacts;
+  }
+  [[nodiscard]] meshing::Complex complex(const RunResult& result) const override {
+    if constexpr (D == 3)
+      return meshing::conforming_complex(network_->table, result.mesh.batches);
+    else
+      throw Error("meshes for solvers are made of solids of dimension 3, not " + std::to_string(D) +
+                  "; section(), extrude() or project() in the model give one of that dimension");
   }
 
  private:

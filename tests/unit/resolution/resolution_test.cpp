@@ -9,11 +9,11 @@
 #include <optional>
 #include <set>
 
+#include "bsp2/geometry/surface/edge_chain.hpp"
+#include "bsp2/geometry/surface/exact_points.hpp"
 #include "dataflow/oracle.hpp"
 #include "resolution/resolved.hpp"
 #include "support/rounds.hpp"
-#include "surface/edge_chain.hpp"
-#include "surface/exact_points.hpp"
 
 namespace bsp2::dataflow {
 namespace {

@@ -17,6 +17,10 @@
 #include "bsp2/geometry/surface/outline.hpp"
 #include "bsp2/supersteps/ranks/ranks.hpp"
 
+namespace bsp2::meshing {
+struct Complex;
+}
+
 namespace bsp2::supersteps {
 
 /// An output that could not be made. The others are made all the same.
@@ -155,6 +159,8 @@ class Asked {
   virtual void find_boundary(RunResult& result, bool with_faces) const = 0;
   /// Which IN cells touch, and where; none unless D = 3.
   [[nodiscard]] virtual std::vector<geometry::Contact> contacts(const RunResult& result) const = 0;
+  /// The IN cells as a complex that conforms. @throws bsp2::Error unless D = 3.
+  [[nodiscard]] virtual meshing::Complex complex(const RunResult& result) const = 0;
 };
 
 /// What a rank holds after a run.

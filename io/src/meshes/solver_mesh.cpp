@@ -1,0 +1,86 @@
+#include "bsp2/io/outputs/solver_mesh.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "meshes/formats.hpp"
+
+namespace bsp2::io {
+namespace fs = std::filesystem;
+
+void add_middles(SolverMesh& mesh) {
+  auto& points = mesh.tetrahedra.points;
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  constexpr std::array<std::array<int, 2>, 6> ends{{{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}}};
+  const auto edge = [](std::uint32_t a, std::uint32_t b) {
+    return a < b ? std::array{a, b} : std::array{b, a};
+  };
+  for (const auto& t : mesh.tetrahedra.tetrahedra)
+    for (const auto& [a, b] : ends) edges.push_back(edge(t[a], t[b]));
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  const auto first = static_cast<std::uint32_t>(points.size());
+  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+    return first + static_cast<std::uint32_t>(std::lower_bound(edges.begin(), edges.end(), edge(a, b)) -
+                                              edges.begin());
+  };
+  for (const auto& [a, b] : edges) {
+    meshing::Point p;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = points[a][k] + (points[b][k] - points[a][k]) / 2;
+    points.push_back(p);
+  }
+  for (const auto& t : mesh.tetrahedra.tetrahedra) {
+    auto& own = mesh.middles.emplace_back();
+    for (std::size_t i = 0; i < ends.size(); ++i) own[i] = middle(t[ends[i][0]], t[ends[i][1]]);
+  }
+  for (const auto& [a, b, c] : mesh.tetrahedra.triangles)
+    mesh.triangle_middles.push_back({middle(a, b), middle(b, c), middle(a, c)});
+}
+
+std::optional<SolverFormat> solver_format(const fs::path& path) {
+  const std::string ending = path.extension().string();
+  std::error_code ignored;
+  if (ending == ".foam" || ending.empty() || fs::is_directory(path, ignored)) return SolverFormat::openfoam;
+  static const std::map<std::string, SolverFormat> formats{{".vtu", SolverFormat::vtu},
+                                                           {".msh", SolverFormat::gmsh},
+                                                           {".inp", SolverFormat::abaqus},
+                                                           {".xdmf", SolverFormat::xdmf}};
+  const auto found = formats.find(ending);
+  return found == formats.end() ? std::nullopt : std::optional(found->second);
+}
+
+std::string solver_endings() {
+  return ".msh (gmsh), .inp (CalculiX, Abaqus), .xdmf (dolfinx), .vtu (ParaView), or in none or .foam (a "
+         "folder: an OpenFOAM case)";
+}
+
+bool holds_polyhedra(SolverFormat format) {
+  return format == SolverFormat::openfoam || format == SolverFormat::vtu;
+}
+bool holds_second_order(SolverFormat format) { return format != SolverFormat::openfoam; }
+
+std::string plain_name(const std::string& name) {
+  std::string plain = name;
+  for (char& c : plain)
+    if (!(c >= '0' && c <= '9') && !(c >= 'a' && c <= 'z') && !(c >= 'A' && c <= 'Z') && c != '-' && c != '.')
+      c = '_';
+  return plain;
+}
+
+void write_solver_mesh(const fs::path& path, const SolverMesh& mesh, int gmsh_version) {
+  switch (solver_format(path).value()) {
+    case SolverFormat::openfoam:
+      return write_openfoam(path, mesh);
+    case SolverFormat::vtu:
+      return write_solver_vtu(path, mesh);
+    case SolverFormat::gmsh:
+      return write_gmsh(path, mesh, gmsh_version);
+    case SolverFormat::abaqus:
+      return write_abaqus(path, mesh);
+    case SolverFormat::xdmf:
+      return write_xdmf(path, mesh);
+  }
+}
+
+}  // namespace bsp2::io

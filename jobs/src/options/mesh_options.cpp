@@ -1,0 +1,99 @@
+#include "options/mesh_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/io/outputs/solver_mesh.hpp"
+#include "options/checks.hpp"
+
+namespace bsp2::jobs {
+namespace {
+
+CLI::Validator is_length() { return is_number(0.0, 1e300, "0 or more"); }
+
+std::pair<std::string, double> part_size(const std::string& text) {
+  const auto equal = text.rfind('=');
+  double size = 0;
+  if (equal == std::string::npos || equal == 0 || !CLI::detail::lexical_cast(text.substr(equal + 1), size) ||
+      !(size > 0) || !std::isfinite(size))
+    throw Error("--part-size: '" + text + "' must be NAME=H, a part's name and a length above 0");
+  return {text.substr(0, equal), size};
+}
+
+}  // namespace
+
+void add_mesh_options(CLI::App& app, MeshText& text) {
+  const auto group = "What the mesh is like";
+  app.add_option("-o,--output", text.output,
+                 "the mesh, as the ending says: .msh, .inp, .xdmf, .vtu;\na folder: an OpenFOAM case")
+      ->required()
+      ->check(is_named())
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option(
+         "--type", text.type,
+         "tetrahedra, or the polyhedra that the cells are\n(default: tetrahedra; OpenFOAM: polyhedra)")
+      ->check(is_one_of({"tetrahedra", "polyhedra"}))
+      ->type_name("TYPE")
+      ->group(group);
+  app.add_option("--size", text.size,
+                 "how long edges shall be (default: a twentieth of the\nmodel's diagonal); 0: the cells' own "
+                 "tetrahedra")
+      ->check(is_length())
+      ->type_name("H")
+      ->group(group);
+  app.add_option("--part-size", text.part_sizes, "the same in one part; repeat for several")
+      ->allow_extra_args(false)
+      ->type_name("NAME=H")
+      ->group(group);
+  app.add_option("--clean", text.clean,
+                 "absorb what is shorter, by moves of so much at most\n(default: a millionth of the smallest "
+                 "part's size)")
+      ->check(is_length())
+      ->type_name("T")
+      ->group(group);
+  app.add_option(
+         "--group", text.groups,
+         "faces by name: those where x==min, z==max, y==2.5,\nx<=1, z>=0, several joined by &; repeat "
+         "for several")
+      ->allow_extra_args(false)
+      ->type_name("NAME=WHERE")
+      ->group(group);
+  app.add_option("--element-order", text.order, "1, or 2: with points in the middle of edges")
+      ->check(is_number(1, 2, "1 .. 2"))
+      ->type_name("N")
+      ->group(group);
+  app.add_option("--msh-version", text.version, "of .msh files: 4.1 or 2.2")
+      ->check(is_one_of({"4.1", "2.2"}))
+      ->type_name("V")
+      ->capture_default_str()
+      ->group(group);
+}
+
+MeshCommand mesh_command(const MeshText& text) {
+  MeshCommand command;
+  command.output = text.output;
+  const auto format = io::solver_format(command.output);
+  if (!format) throw Error("-o: '" + text.output + "' must end in " + io::solver_endings());
+  if (command.output.extension() == ".foam") command.output.replace_extension();
+  command.polyhedra = text.type.empty() ? *format == io::SolverFormat::openfoam : text.type == "polyhedra";
+  if (command.polyhedra && !io::holds_polyhedra(*format))
+    throw Error("--type polyhedra: only OpenFOAM cases and .vtu files hold polyhedra, not '" + text.output +
+                "'");
+  command.clean = text.clean;
+  command.size = text.size;
+  for (const std::string& each : text.part_sizes) command.part_sizes.push_back(part_size(each));
+  for (const std::string& each : text.groups) command.groups.push_back(meshing::parse_group(each));
+  command.gmsh_version = text.version == "2.2" ? 22 : 41;
+  command.second_order = text.order == 2;
+  if (command.second_order && (command.polyhedra || !io::holds_second_order(*format)))
+    throw Error(
+        "--element-order 2: only tetrahedra in .msh, .inp, .xdmf and .vtu files may have points in the "
+        "middle of edges");
+  if (command.polyhedra && (command.size.value_or(0) > 0 || !command.part_sizes.empty()))
+    throw Error("--size: polyhedra are the cells as they are; add --type tetrahedra");
+  return command;
+}
+
+}  // namespace bsp2::jobs

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bsp2/meshing/groups/groups.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace bsp2::jobs {
+
+struct RunCommand;
+
+/// What `bsp2 mesh` makes.
+struct MeshCommand {
+  std::filesystem::path output;
+  bool polyhedra = false;
+  std::optional<double> clean;  ///< a length; none: a millionth of the size of the smallest part
+  std::optional<double> size;   ///< likewise: a twentieth of the diagonal; 0: the cells' own tetrahedra
+  std::vector<std::pair<std::string, double>> part_sizes;
+  std::vector<meshing::GroupRule> groups;
+  int gmsh_version = 41;
+  bool second_order = false;
+};
+
+/// Options of the command as they are typed.
+struct MeshText {
+  std::string input, output, type, version = "4.1";
+  std::vector<std::string> part_sizes, groups;
+  std::optional<double> clean, size;
+  int order = 1;
+};
+
+/// Adds the options that only this command has.
+void add_mesh_options(CLI::App& app, MeshText& text);
+
+/// What they mean. @throws bsp2::Error if they make no sense.
+MeshCommand mesh_command(const MeshText& text);
+
+}  // namespace bsp2::jobs

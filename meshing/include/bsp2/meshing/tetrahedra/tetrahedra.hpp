@@ -1,0 +1,80 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bsp2/meshing/complex/complex.hpp"
+
+namespace bsp2::meshing {
+
+/// A plane piece of the outside or of the interface between two parts: all of it on one plane and one side.
+struct PlaneSide {
+  static constexpr std::int32_t nothing = -2;  ///< no solid: no part, and not `no_part` either
+  std::uint32_t plane;                         ///< as in Complex
+  std::int32_t part, other;  ///< `part` is behind `outward`; other: `nothing`, or a higher part
+  Point outward;
+  friend bool operator==(const PlaneSide&, const PlaneSide&) = default;
+};
+
+/// Tetrahedra that meet face to face.
+///
+/// Shape, for t tetrahedra and s triangles: `tetrahedra` are four points each, right side out: of a b c d,
+/// (b-a) x (c-a) points to d. `triangles` are those of the outside and of interfaces, counter-clockwise seen
+/// from the side that `sides[side].outward` points to; each once. No point is unused.
+struct Tetrahedra {
+  std::vector<Point> points;
+  std::vector<std::array<std::uint32_t, 4>> tetrahedra;
+  std::vector<std::int32_t> part;  ///< of each tetrahedron
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> side;  ///< of each triangle: index into `sides`
+  std::vector<PlaneSide> sides;
+};
+
+/// How a mesh is made of good shape. Lengths in model units.
+struct ShapeOptions {
+  double clean = 0;  ///< what is shorter is absorbed by moves of at most this in all; 0: nothing
+  double size = 0;   ///< wanted length of edges; 0: the cells' own tetrahedra stay, but for `clean`
+  std::vector<double> size_of_part;  ///< by part; 0 or missing: `size`
+  double growth = 0.6;  ///< by which share of the distance edges may be longer than those they lead to
+};
+
+/// What was done.
+struct ShapeReport {
+  std::uint64_t tetrahedra_at_first = 0;
+  std::uint64_t turned_at_first = 0;  ///< that rounding had made flat or turned over
+  std::uint64_t turned = 0;           ///< that are so still: above 0 the mesh is of no use
+  std::uint64_t moved_points = 0;     ///< corners of the solid that were moved
+  double largest_move = 0;
+};
+
+/// Each face becomes a fan about a point in its middle, each cell a cone from a point in its middle over its
+/// faces; triangles and tetrahedra that nothing touches stay whole. Conforming by construction. Where cells
+/// are thinner than their corners are rounded, tetrahedra may be flat or turned over: see `shape`.
+Tetrahedra tetrahedra_of(const Complex& complex);
+
+/// Cleans a mesh and makes it one of good shape. Plane sides, interfaces and edges stay where they are, but
+/// for what `clean` moves. No step leaves a tetrahedron flat or turned over that was not before, which is
+/// decided exactly of the rounded points.
+ShapeReport shape(Tetrahedra& mesh, const ShapeOptions& options);
+
+/// The same as cells with faces, of which those on a side know their plane. @param triangle_of_face gets, for
+/// each face on a side, its place among the mesh's triangles; else none.
+Complex complex_of(const Tetrahedra& mesh, std::vector<std::uint32_t>& triangle_of_face);
+
+/// How good the shapes are.
+struct Quality {
+  double smallest_angle = 180, largest_angle = 0;   ///< dihedral, in degrees
+  double mean_smallest_angle = 0;                   ///< of the smallest of each tetrahedron
+  std::array<std::uint64_t, 18> histogram{};        ///< dihedral angles in steps of 10 degrees
+  std::array<std::uint64_t, 3> tetrahedra_below{};  ///< whose smallest angle is below 1, 5 and 10 degrees
+  std::uint64_t turned = 0;                         ///< flat or turned over, decided exactly
+};
+Quality quality_of(const Tetrahedra& mesh);
+
+/// The volume of each part, by number; of no part: the last one.
+std::vector<double> volumes_of(const Tetrahedra& mesh, std::size_t parts);
+
+}  // namespace bsp2::meshing

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
+
+namespace bsp2::meshing {
+
+/// A mesh that is changed step by step: edges collapse, are split or removed, faces are flipped, points move.
+///
+/// A step that is refused changes nothing. Its measure is `shape_of`, so "better" means that the worst
+/// tetrahedron has become better. Points have a *kind*: corners stay, those of an edge stay on it, those of a
+/// plane side stay in it. Thread rule: one thread at a time.
+class Editor {
+ public:
+  static constexpr std::uint32_t none = ~0U;
+  static constexpr std::int32_t inner = -1;  ///< of a face that is on no side
+  enum Kind : std::uint8_t { corner = 0, on_edge = 1, on_side = 2, inside = 3 };
+
+  struct Tetrahedron {
+    std::array<std::uint32_t, 4> point;
+    std::array<std::int32_t, 4> side;  ///< of the face opposite of each point, or `inner`
+    std::int32_t part;
+    double shape;
+    [[nodiscard]] bool is_gone() const { return point[0] == none; }
+    [[nodiscard]] int place_of(std::uint32_t p) const {
+      return point[0] == p ? 0 : point[1] == p ? 1 : point[2] == p ? 2 : point[3] == p ? 3 : -1;
+    }
+  };
+
+  explicit Editor(const Tetrahedra& mesh);
+  /// What there is now; unused points are gone.
+  [[nodiscard]] Tetrahedra result() const;
+
+  [[nodiscard]] std::size_t size() const { return tetrahedra_.size(); }  ///< with those that are gone
+  [[nodiscard]] const Tetrahedron& at(std::uint32_t t) const { return tetrahedra_[t]; }
+  [[nodiscard]] std::size_t point_count() const { return points_.size(); }
+  [[nodiscard]] const Point& point(std::uint32_t p) const { return points_[p]; }
+  [[nodiscard]] Kind kind(std::uint32_t p) const { return kind_[p]; }
+  [[nodiscard]] std::span<const std::uint32_t> star(std::uint32_t p) const { return star_[p]; }
+  [[nodiscard]] std::vector<std::uint32_t> neighbours(std::uint32_t p) const;
+  [[nodiscard]] double length(std::uint32_t u, std::uint32_t v) const;
+  [[nodiscard]] double worst_at(std::uint32_t p) const;
+
+  struct CollapseLimits {
+    double shape;                ///< of what comes of it, or what is there now if that is worse
+    double length;               ///< of edges that come of it
+    bool moves_corners = false;  ///< kinds do not matter, if only the topology stays
+  };
+  /// Moves u to v.
+  bool collapse(std::uint32_t u, std::uint32_t v, const CollapseLimits& limits);
+  /// A new point in the middle of an edge. @param least the shape of what comes of it, at least.
+  /// @return the point, or `none` if it was refused.
+  std::uint32_t split(std::uint32_t u, std::uint32_t v, double least);
+  /// Splits an edge inside where that makes the worst tetrahedron around it better.
+  bool split_better(std::uint32_t u, std::uint32_t v);
+  /// Takes an edge away and fills the hole anew, if that is better. An edge in a plane side is swapped in it.
+  bool remove_edge(std::uint32_t u, std::uint32_t v);
+  /// Two tetrahedra become three, if that is better. @param face of t, opposite of its point at this place.
+  bool flip_face(std::uint32_t t, int face);
+  /// Moves a point to where its worst tetrahedron is better.
+  bool smooth(std::uint32_t p);
+
+ private:
+  /// The tetrahedra around an edge, and what is on it.
+  struct Ring {
+    std::vector<std::uint32_t> tetrahedra;
+    std::vector<std::pair<std::uint32_t, std::int32_t>> sides;  // of faces at the edge: third point, side
+    [[nodiscard]] bool is_inside() const { return sides.empty(); }
+    [[nodiscard]] bool is_flat() const { return sides.size() == 2 && sides[0].second == sides[1].second; }
+  };
+  /// A part of a ring between two faces on a side, or all of it, to be filled without its edge.
+  struct Arc {
+    std::vector<std::uint32_t> points;
+    std::vector<std::array<std::int32_t, 2>> outer;  // of each step: the side of its face at v, and at u
+    std::int32_t part = 0;
+    bool is_closed = false;
+    std::vector<std::array<int, 3>> triangles;
+  };
+
+  std::vector<PlaneSide> sides_;
+  std::vector<Point> points_;
+  std::vector<Kind> kind_;
+  std::vector<Tetrahedron> tetrahedra_;
+  std::vector<std::uint32_t> free_;
+  std::vector<std::vector<std::uint32_t>> star_;
+
+  [[nodiscard]] Kind find_kind(std::uint32_t p) const;
+  [[nodiscard]] Ring ring_of(std::uint32_t u, std::uint32_t v) const;
+  [[nodiscard]] double shape(const std::array<std::uint32_t, 4>& p) const;
+  [[nodiscard]] bool may_go_along(std::uint32_t u, std::uint32_t v, const Ring& ring) const;
+  [[nodiscard]] bool keeps_topology(std::uint32_t u, std::uint32_t v, const Ring& ring) const;
+  [[nodiscard]] std::uint32_t beyond(std::uint32_t t, int face) const;
+  [[nodiscard]] std::vector<std::int32_t> key_of(const Ring& ring) const;
+  [[nodiscard]] std::optional<std::array<std::uint32_t, 2>> ends_along(std::uint32_t p) const;
+  [[nodiscard]] double worst_with(std::uint32_t p, const Point& x, double enough) const;
+  bool arcs_of(std::uint32_t u, std::uint32_t v, const Ring& ring, std::vector<Arc>& arcs) const;
+  double fill(Arc& arc, std::uint32_t u, std::uint32_t v, double enough) const;
+  std::uint32_t add(const std::array<std::uint32_t, 4>& points, const std::array<std::int32_t, 4>& sides,
+                    std::int32_t part);
+  void remove(std::uint32_t t);
+  void replace_with_middle(const Ring& ring, std::uint32_t u, std::uint32_t v, std::uint32_t m);
+  void set_side(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::int32_t side);
+};
+
+}  // namespace bsp2::meshing

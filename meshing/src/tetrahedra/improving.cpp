@@ -1,0 +1,291 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+
+#include "tetrahedra/editor.hpp"
+#include "tetrahedra/quality.hpp"
+
+namespace bsp2::meshing {
+namespace {
+
+// Sines of dihedral angles: what is below is worth work, what a collapse may leave at least, and what no
+// split may make worse.
+constexpr double good = 0.35, fair = 0.2, poor = 0.1;
+constexpr double too_long = 1.4, too_short = 0.75;  // against the wanted length
+constexpr double of_features = 1.5;                 // as long may edges be at short edges of the solid
+
+using Pair = std::array<std::uint32_t, 2>;
+
+std::array<Pair, 6> edges_of(const Editor::Tetrahedron& t) {
+  const auto& p = t.point;
+  return {{{p[0], p[1]}, {p[0], p[2]}, {p[0], p[3]}, {p[1], p[2]}, {p[1], p[3]}, {p[2], p[3]}}};
+}
+
+class Shaping {
+ public:
+  Shaping(Tetrahedra& mesh, const ShapeOptions& options) : mesh_(mesh), options_(options), editor_(mesh) {}
+
+  ShapeReport run() {
+    report_.tetrahedra_at_first = mesh_.tetrahedra.size();
+    report_.turned_at_first = turned();
+    moved_.assign(editor_.point_count(), 0);
+    for (int pass = 0; pass < 3; ++pass) {
+      clean();
+      absorb();
+      if (turned() == 0) break;
+    }
+    clean();
+    if (options_.size > 0) make_good();
+    absorb();
+    report_.turned = turned();
+    mesh_ = editor_.result();
+    return report_;
+  }
+
+ private:
+  Tetrahedra& mesh_;
+  const ShapeOptions& options_;
+  Editor editor_;
+  ShapeReport report_;
+  std::vector<double> moved_;   // how far what has become this point was moved, at most
+  std::vector<double> wanted_;  // length of edges at each point
+
+  [[nodiscard]] std::uint64_t turned() const {
+    std::uint64_t count = 0;
+    for (std::uint32_t t = 0; t < editor_.size(); ++t)
+      if (!editor_.at(t).is_gone() && editor_.at(t).shape <= 0) ++count;
+    return count;
+  }
+
+  // --- what rounding has turned over, and what is too small ---
+
+  void absorb() {
+    for (int pass = 0; pass < 12; ++pass) {
+      std::uint64_t left = 0, changed = 0;
+      for (std::uint32_t t = 0; t < editor_.size(); ++t) {
+        if (editor_.at(t).is_gone() || editor_.at(t).shape > 0) continue;
+        ++left;
+        if (absorb(t)) ++changed;
+      }
+      if (left == 0 || changed == 0) return;
+    }
+  }
+
+  bool absorb(std::uint32_t t) {
+    auto edges = edges_of(editor_.at(t));
+    std::sort(edges.begin(), edges.end(), [&](const Pair& a, const Pair& b) {
+      return editor_.length(a[0], a[1]) < editor_.length(b[0], b[1]);
+    });
+    for (const bool moves : {false, true})
+      for (const auto& [u, v] : edges)
+        if (collapse_either(u, v, {.shape = 0, .length = 0, .moves_corners = moves})) return true;
+    for (const auto& [u, v] : edges)
+      if (editor_.remove_edge(u, v)) return true;
+    for (int face = 0; face < 4; ++face)
+      if (editor_.flip_face(t, face)) return true;
+    for (const std::uint32_t p : editor_.at(t).point)
+      if (editor_.smooth(p)) return true;
+    return false;
+  }
+
+  /// A collapse that moves what must stay is only for short edges, and told.
+  bool collapse_either(std::uint32_t u, std::uint32_t v, const Editor::CollapseLimits& limits) {
+    if (editor_.kind(u) < editor_.kind(v)) std::swap(u, v);
+    const double length = editor_.length(u, v);
+    for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)}) {
+      const double moved = limits.moves_corners ? length + moved_at(from) : 0;
+      if (limits.moves_corners && moved > options_.clean) continue;
+      if (!editor_.collapse(from, to, limits)) continue;
+      if (limits.moves_corners) {
+        set_moved(to, std::max(moved, moved_at(to)));
+        ++report_.moved_points;
+        report_.largest_move = std::max(report_.largest_move, moved);
+      }
+      return true;
+    }
+    return false;
+  }
+
+  [[nodiscard]] double moved_at(std::uint32_t p) const { return p < moved_.size() ? moved_[p] : 0; }
+  void set_moved(std::uint32_t p, double length) {
+    if (p >= moved_.size()) moved_.resize(editor_.point_count(), 0);
+    moved_[p] = length;
+  }
+
+  void clean() {
+    if (!(options_.clean > 0)) return;
+    for (int pass = 0; pass < 4; ++pass) {
+      std::uint64_t changed = 0;
+      for (const auto& [u, v] : edges_where([&](double length, double) { return length < options_.clean; })) {
+        if (collapse_either(u, v, {.shape = 0, .length = 0, .moves_corners = false}) ||
+            collapse_either(u, v, {.shape = 0, .length = 0, .moves_corners = true}))
+          ++changed;
+      }
+      if (changed == 0) return;
+    }
+  }
+
+  // --- sizes ---
+
+  /// All edges whose length is as wanted, the shortest first. Points of edges may be gone when their turn
+  /// comes: then nothing is around them.
+  template <typename Wanted>
+  std::vector<Pair> edges_where(const Wanted& is_wanted) {
+    std::vector<std::pair<double, Pair>> found;
+    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
+      if (editor_.star(p).empty()) continue;
+      for (const std::uint32_t q : editor_.neighbours(p))
+        if (p < q)
+          if (const double length = editor_.length(p, q); is_wanted(length, wanted(p, q)))
+            found.push_back({length, {p, q}});
+    }
+    std::sort(found.begin(), found.end());
+    std::vector<Pair> edges;
+    for (const auto& [length, edge] : found) edges.push_back(edge);
+    return edges;
+  }
+
+  [[nodiscard]] double wanted(std::uint32_t p, std::uint32_t q) const {
+    const auto at = [&](std::uint32_t point) {
+      return point < wanted_.size() ? wanted_[point] : std::numeric_limits<double>::infinity();
+    };
+    return std::min(at(p), at(q));
+  }
+
+  [[nodiscard]] double size_at(std::uint32_t p) const {
+    double size = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t t : editor_.star(p)) {
+      const auto part = static_cast<std::size_t>(editor_.at(t).part);
+      const bool is_own =
+          editor_.at(t).part >= 0 && part < options_.size_of_part.size() && options_.size_of_part[part] > 0;
+      size = std::min(size, is_own ? options_.size_of_part[part] : options_.size);
+    }
+    return size;
+  }
+
+  /// As the user wants it, but where the solid is finer: there short edges go over to long ones.
+  void find_wanted(bool with_features) {
+    wanted_.assign(editor_.point_count(), std::numeric_limits<double>::infinity());
+    using Item = std::pair<double, std::uint32_t>;
+    std::priority_queue<Item, std::vector<Item>, std::greater<>> open;
+    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
+      if (editor_.star(p).empty()) continue;
+      const double size = size_at(p);
+      wanted_[p] = size;
+      if (with_features && editor_.kind(p) == Editor::corner)
+        for (const std::uint32_t q : editor_.neighbours(p))
+          if (editor_.kind(q) == Editor::corner)
+            wanted_[p] = std::min(wanted_[p], std::max(size / 16, of_features * editor_.length(p, q)));
+      open.emplace(wanted_[p], p);
+    }
+    while (!open.empty()) {
+      const auto [length, p] = open.top();
+      open.pop();
+      if (length > wanted_[p]) continue;
+      for (const std::uint32_t q : editor_.neighbours(p)) {
+        const double through = length + options_.growth * editor_.length(p, q);
+        if (through >= wanted_[q]) continue;
+        wanted_[q] = through;
+        open.emplace(through, q);
+      }
+    }
+  }
+
+  // --- shape ---
+
+  void make_good() {
+    find_wanted(false);
+    for (int pass = 0; pass < 6; ++pass)
+      if (coarsen(1) * 50 < editor_.point_count() && pass > 1) break;
+    improve(good, false);
+    for (int pass = 0; pass < 4; ++pass) {
+      find_wanted(true);
+      refine();
+      for (int again = 0; again < 3; ++again)
+        if (coarsen(too_short) * 50 < editor_.point_count()) break;
+      improve(good, false);
+      smooth_all();
+    }
+    for (int pass = 0; pass < 6; ++pass) {
+      if (improve(pass < 3 ? fair : good, true) == 0) break;
+      smooth_all();
+    }
+  }
+
+  /// @param share edges shorter than this share of what is wanted go. @return how many did.
+  std::uint64_t coarsen(double share) {
+    std::uint64_t gone = 0;
+    for (const auto& [u, v] :
+         edges_where([share](double length, double wanted) { return length < share * wanted; })) {
+      if (editor_.star(u).empty() || editor_.star(v).empty()) continue;
+      if (collapse_either(u, v, {.shape = fair, .length = too_long * wanted(u, v)})) ++gone;
+    }
+    return gone;
+  }
+
+  void refine() {
+    for (int pass = 0; pass < 8; ++pass) {
+      auto edges = edges_where([](double length, double wanted) { return length > too_long * wanted; });
+      std::uint64_t made = 0;
+      for (std::size_t i = edges.size(); i-- > 0;) {
+        const auto [u, v] = edges[i];
+        const std::uint32_t m = editor_.split(u, v, poor);
+        if (m == Editor::none) continue;
+        ++made;
+        wanted_.resize(editor_.point_count(), std::numeric_limits<double>::infinity());
+        wanted_[m] = (wanted_[u] + wanted_[v]) / 2;
+      }
+      if (made == 0) return;
+      smooth_all();
+    }
+  }
+
+  void smooth_all() {
+    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) editor_.smooth(p);
+  }
+
+  /// Tetrahedra that are worse than `below` are made better. @return how often one was.
+  std::uint64_t improve(double below, bool with_new_points) {
+    std::vector<std::pair<double, std::uint32_t>> worst;
+    for (std::uint32_t t = 0; t < editor_.size(); ++t)
+      if (!editor_.at(t).is_gone() && editor_.at(t).shape < below) worst.emplace_back(editor_.at(t).shape, t);
+    std::sort(worst.begin(), worst.end());
+    std::uint64_t count = 0;
+    for (const auto& [shape, t] : worst)
+      if (!editor_.at(t).is_gone() && editor_.at(t).shape == shape && improve_one(t, with_new_points))
+        ++count;
+    return count;
+  }
+
+  bool improve_one(std::uint32_t t, bool with_new_points) {
+    const auto edges = edges_of(editor_.at(t));
+    for (const auto& [u, v] : edges)
+      if (editor_.remove_edge(u, v)) return true;
+    for (int face = 0; face < 4; ++face)
+      if (editor_.flip_face(t, face)) return true;
+    const auto points = editor_.at(t).point;
+    for (const std::uint32_t p : points)
+      if (editor_.smooth(p)) return true;
+    // A collapse counts if all that comes of it is better than this one.
+    const double better = editor_.at(t).shape * 1.01 + 1e-9;
+    for (const auto& [u, v] : edges)
+      for (const auto& [from, to] : {std::pair(u, v), std::pair(v, u)})
+        if (collapse_to_better(from, to, better)) return true;
+    if (!with_new_points) return false;
+    for (const auto& [u, v] : edges)
+      if (editor_.split_better(u, v)) return true;
+    return false;
+  }
+
+  bool collapse_to_better(std::uint32_t u, std::uint32_t v, double better) {
+    return editor_.kind(u) != Editor::corner &&
+           editor_.collapse(u, v, {.shape = better, .length = 2 * wanted(u, v)});
+  }
+};
+
+}  // namespace
+
+ShapeReport shape(Tetrahedra& mesh, const ShapeOptions& options) { return Shaping(mesh, options).run(); }
+
+}  // namespace bsp2::meshing

@@ -1,0 +1,276 @@
+// Meshes for solvers, of random solids: what must hold of any, against the cells themselves.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/multiprecision/cpp_int.hpp>
+#include <cmath>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/meshing/complex/complex.hpp"
+#include "bsp2/meshing/groups/groups.hpp"
+#include "bsp2/meshing/simplices/orientation.hpp"
+#include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
+#include "dataflow/oracle.hpp"
+#include "resolution/resolved.hpp"
+#include "support/rounds.hpp"
+
+namespace bsp2::meshing {
+namespace {
+
+using dataflow::Kind;
+using dataflow::Random;
+using Rational = boost::multiprecision::cpp_rational;
+
+dataflow::Resolved solid_of(const model::Expression& e, unsigned threads = 1, double coincidence = 1e-9) {
+  dataflow::EvaluateOptions options;
+  options.threads = threads;
+  return dataflow::resolved(e, options, 0, coincidence);
+}
+
+/// By fractions, which round nothing.
+int exact_sign(const Point& a, const Point& b, const Point& c, const Point& d) {
+  std::array<std::array<Rational, 3>, 3> m;
+  for (std::size_t k = 0; k < 3; ++k) {
+    m[0][k] = Rational(b[k]) - Rational(a[k]);
+    m[1][k] = Rational(c[k]) - Rational(a[k]);
+    m[2][k] = Rational(d[k]) - Rational(a[k]);
+  }
+  Rational sum = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    sum += m[0][k] * (m[1][(k + 1) % 3] * m[2][(k + 2) % 3] - m[1][(k + 2) % 3] * m[2][(k + 1) % 3]);
+  return sum.sign();
+}
+
+long double cone(const Point& eye, const Point& a, const Point& b, const Point& c) {
+  std::array<std::array<long double, 3>, 3> m;
+  for (std::size_t k = 0; k < 3; ++k) {
+    m[0][k] = static_cast<long double>(a[k]) - eye[k];
+    m[1][k] = static_cast<long double>(b[k]) - eye[k];
+    m[2][k] = static_cast<long double>(c[k]) - eye[k];
+  }
+  long double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    sum += m[0][k] * (m[1][(k + 1) % 3] * m[2][(k + 2) % 3] - m[1][(k + 2) % 3] * m[2][(k + 1) % 3]);
+  return sum / 6;
+}
+
+double area(const Point& a, const Point& b, const Point& c) {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
+    const double n = (b[l] - a[l]) * (c[m] - a[m]) - (b[m] - a[m]) * (c[l] - a[l]);
+    sum += n * n;
+  }
+  return std::sqrt(sum) / 2;
+}
+
+/// Each cell is closed: its faces' edges pair, and it is a ball. Volume and surface are those of the solid.
+void check_complex(const Complex& complex, const dataflow::Resolved& solid) {
+  std::vector<std::map<std::pair<std::uint32_t, std::uint32_t>, int>> edges(complex.cells());
+  std::vector<std::set<std::uint32_t>> corners(complex.cells());
+  std::vector<int> faces(complex.cells(), 0);
+  std::set<std::pair<std::int32_t, std::int32_t>> pairs;
+  long double volume = 0;
+  double outer_area = 0;
+  for (std::size_t face = 0; face < complex.faces(); ++face) {
+    const auto cycle = complex.points_of(face);
+    ASSERT_GE(cycle.size(), 3U);
+    const std::int32_t owner = complex.owner[face], neighbour = complex.neighbour[face];
+    ASSERT_TRUE(neighbour == Complex::outside || neighbour > owner);
+    if (neighbour != Complex::outside) {
+      ASSERT_TRUE(pairs.emplace(owner, neighbour).second) << "two cells meet in two faces";
+    }
+    for (const std::int32_t cell : {owner, neighbour}) {
+      if (cell == Complex::outside) continue;
+      ++faces[static_cast<std::size_t>(cell)];
+      for (std::size_t k = 0; k < cycle.size(); ++k) {
+        std::uint32_t from = cycle[k], to = cycle[(k + 1) % cycle.size()];
+        ASSERT_NE(from, to);
+        if (cell != owner) std::swap(from, to);
+        corners[static_cast<std::size_t>(cell)].insert(from);
+        ++edges[static_cast<std::size_t>(cell)][{from, to}];
+      }
+    }
+    for (std::size_t k = 1; k + 1 < cycle.size(); ++k) {
+      const Point &a = complex.points[cycle[0]], &b = complex.points[cycle[k]],
+                  &c = complex.points[cycle[k + 1]];
+      if (neighbour == Complex::outside) {
+        volume += cone(complex.points[0], a, b, c);
+        outer_area += area(a, b, c);
+      }
+    }
+  }
+  for (std::size_t cell = 0; cell < complex.cells(); ++cell) {
+    for (const auto& [edge, count] : edges[cell]) {
+      ASSERT_EQ(count, 1) << "an edge is used twice in one direction";
+      ASSERT_EQ(edges[cell].count({edge.second, edge.first}), 1U) << "a cell is not closed";
+    }
+    ASSERT_EQ(static_cast<int>(corners[cell].size()) - static_cast<int>(edges[cell].size() / 2) + faces[cell],
+              2);
+  }
+  EXPECT_NEAR(static_cast<double>(volume), solid.volume, 1e-9 * (1 + solid.volume));
+  EXPECT_NEAR(outer_area, solid.surface.area(), 1e-9 * (1 + outer_area));
+}
+
+/// Right side out, each face once or twice, and what is once is what the triangles say.
+void check_tetrahedra(const Tetrahedra& mesh, double volume, double tolerance) {
+  std::map<std::array<std::uint32_t, 3>, std::vector<std::int32_t>> faces;
+  long double sum = 0;
+  for (std::size_t i = 0; i < mesh.tetrahedra.size(); ++i) {
+    const auto& t = mesh.tetrahedra[i];
+    const Point &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]],
+                &d = mesh.points[t[3]];
+    ASSERT_EQ(exact_sign(a, b, c, d), 1);
+    sum += cone(a, b, c, d);
+    for (int k = 0; k < 4; ++k) {
+      std::array<std::uint32_t, 3> face{t[(k + 1) % 4], t[(k + 2) % 4], t[(k + 3) % 4]};
+      std::sort(face.begin(), face.end());
+      faces[face].push_back(mesh.part[i]);
+    }
+  }
+  EXPECT_NEAR(static_cast<double>(sum), volume, tolerance);
+  std::map<std::array<std::uint32_t, 3>, int> triangles;
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    auto face = mesh.triangles[i];
+    std::sort(face.begin(), face.end());
+    ASSERT_EQ(++triangles[face], 1);
+    const PlaneSide& side = mesh.sides[mesh.side[i]];
+    const auto& parts = faces.at(face);
+    if (side.other == PlaneSide::nothing) {
+      ASSERT_EQ(parts, std::vector{side.part});
+    } else {
+      ASSERT_EQ(parts.size(), 2U);
+      ASSERT_EQ(std::minmax(parts[0], parts[1]), std::minmax(side.part, side.other));
+    }
+  }
+  for (const auto& [face, parts] : faces) {
+    ASSERT_LE(parts.size(), 2U);
+    ASSERT_EQ(triangles.count(face) == 1, parts.size() == 1 || parts[0] != parts[1]);
+  }
+}
+
+class RandomMeshes : public testing::TestWithParam<Kind> {};
+
+INSTANTIATE_TEST_SUITE_P(Of, RandomMeshes, testing::Values(Kind::grid_boxes, Kind::solids),
+                         [](const auto& parameter) {
+                           return parameter.param == Kind::grid_boxes ? "Boxes" : "Solids";
+                         });
+
+/// A solid of one or two parts.
+model::Expression random_solid(Random& random, Kind kind) {
+  const auto one = dataflow::random_expression(random, 3, kind, 2);
+  if (dataflow::chance(random, 0.5)) return one;
+  return model::unite(
+      {model::part("a", one), model::part("b", dataflow::random_expression(random, 3, kind, 1))});
+}
+
+TEST_P(RandomMeshes, CellsMeetFaceToFace) {
+  for (int round = 0; round < samples::rounds(50); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto solid = solid_of(random_solid(random, GetParam()), 1, round % 5 == 0 ? 0 : 1e-9);
+    check_complex(conforming_complex(solid.network.table, solid.batches), solid);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST_P(RandomMeshes, ComplexIsTheSameForAnyThreads) {
+  for (int round = 0; round < samples::rounds(10); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto e = random_solid(random, GetParam());
+    const auto one = solid_of(e), three = solid_of(e, 3);
+    const Complex a = conforming_complex(one.network.table, one.batches);
+    const Complex b = conforming_complex(three.network.table, three.batches);
+    EXPECT_EQ(a.points, b.points);
+    EXPECT_EQ(a.face_points, b.face_points);
+    EXPECT_EQ(a.owner, b.owner);
+    EXPECT_EQ(a.neighbour, b.neighbour);
+    EXPECT_EQ(a.part, b.part);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST_P(RandomMeshes, TetrahedraAreValid) {
+  for (int round = 0; round < samples::rounds(6); ++round) {
+    const std::uint64_t seed = dataflow::new_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    Random random(seed);
+    const auto solid = solid_of(random_solid(random, GetParam()));
+    const Complex complex = conforming_complex(solid.network.table, solid.batches);
+    if (complex.cells() == 0) continue;
+    Tetrahedra mesh = tetrahedra_of(complex);
+    const double area = solid.surface.area();
+    ShapeOptions options;
+    options.clean = 1e-6;
+    options.size = round % 3 == 0 ? 0 : dataflow::uniform(random, 0.8, 2);
+    const ShapeReport report = shape(mesh, options);
+    EXPECT_EQ(report.turned, 0U);
+    EXPECT_LE(report.largest_move, options.clean);
+    check_tetrahedra(mesh, solid.volume, 1e-9 * (1 + solid.volume) + report.largest_move * area);
+    EXPECT_EQ(quality_of(mesh).turned, 0U);
+    if (testing::Test::HasFailure()) return;
+  }
+}
+
+TEST(Orientation, IsThatOfFractions) {
+  const std::uint64_t seed = dataflow::new_seed();
+  SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+  Random random(seed);
+  int flat = 0;
+  for (int round = 0; round < samples::rounds(2000); ++round) {
+    std::array<Point, 4> p;
+    for (Point& point : p)
+      for (double& x : point)
+        x = dataflow::uniform(random, -1, 1) * std::ldexp(1, dataflow::pick(random, -30, 3));
+    if (round % 2 == 0) {  // nearly or truly flat
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[3][k] = p[0][k] + (p[1][k] - p[0][k]) / 2 + (p[2][k] - p[0][k]) / 4;
+        if (round % 4 == 0) p[0][k] = p[1][k] = p[2][k] = 0.125 * dataflow::pick(random, -4, 4);
+      }
+    }
+    const int sign = exact_sign(p[0], p[1], p[2], p[3]);
+    flat += sign == 0 ? 1 : 0;
+    ASSERT_EQ(orientation(p[0], p[1], p[2], p[3]), sign);
+    ASSERT_EQ(orientation(p[1], p[0], p[2], p[3]), -sign);
+  }
+  EXPECT_GT(flat, 0);
+}
+
+TEST(Shape, ABlockOfOneSizeIsGood) {
+  const std::vector<double> middle{1, 0, 0, 5, 0, 1, 0, 3, 0, 0, 1, -1, 0, 0, 0, 1};
+  const auto hole = model::transform(middle, model::cylinder(4, 1, 1, 16, false));
+  const auto solid = solid_of(model::subtract({model::cuboid({10, 6, 2}, false), hole}));
+  Tetrahedra mesh = tetrahedra_of(conforming_complex(solid.network.table, solid.batches));
+  shape(mesh, {.clean = 1e-6, .size = 1});
+  check_tetrahedra(mesh, solid.volume, 1e-9 * solid.volume);
+  const Quality quality = quality_of(mesh);
+  EXPECT_GT(quality.smallest_angle, 5);
+  EXPECT_LT(quality.tetrahedra_below[2], mesh.tetrahedra.size() / 100);
+}
+
+TEST(Groups, AreNamedByPartAndByRule) {
+  const std::vector<Point> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  Groups groups({"a", "b"}, {parse_group("floor=z==min"), parse_group("low = x <= 0.5 & y<=0.5")}, points,
+                1e-9);
+  const std::array<std::uint32_t, 3> floor{0, 1, 2}, slope{1, 2, 3};
+  const auto name = [&](std::int32_t part, std::int32_t other, const auto& corners) {
+    return groups.groups()[static_cast<std::size_t>(groups.group_of(part, other, corners, points))];
+  };
+  EXPECT_EQ(name(0, PlaneSide::nothing, floor), "floor");
+  EXPECT_EQ(name(1, PlaneSide::nothing, slope), "b|outside");
+  EXPECT_EQ(name(0, 1, slope), "a|b");
+  EXPECT_EQ(groups.empty_rules(), std::vector<std::string>{"low"});
+  for (const char* wrong : {"x==min", "=x==min", "a=q==1", "a=x=1", "a=x==1e", "a=x==min&", "a="})
+    EXPECT_THROW((void)parse_group(wrong), Error) << wrong;
+}
+
+}  // namespace
+}  // namespace bsp2::meshing
