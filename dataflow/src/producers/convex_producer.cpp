@@ -53,8 +53,8 @@ Advice ConvexProducer<D>::advise(const Word* leaf, CellView<D>& cell) const {
   // at once.
   if (planes.size() > many_planes && planes.size() % 32 == 0)
     if (const auto half = halve(leaf, cell)) return {geometry::oriented(*half)};
-  // In the plane nearly all lines of a long arc cross both halves of a box, and until a few that are spread over it
-  // have been cut along no half has less of them.
+  // In the plane nearly all lines of a long arc cross both halves of a box, and until a few that are spread
+  // over it have been cut along no half has less of them.
   if (D == 2 && planes.size() > many_planes) return {any_of(planes), true};
   OrientedHyperplane chosen;
   double furthest = -std::numeric_limits<double>::infinity();
