@@ -232,6 +232,18 @@ TEST_F(Drawings, HatchWhatASectionCuts) {
   }
 }
 
+TEST_F(Drawings, ASectionBetweenTwoPartsCutsNothing) {
+  const std::string gap =
+      file("gap.csg", "cube(10); multmatrix([[1,0,0,20],[0,1,0,0],[0,0,1,0],[0,0,0,1]]) cube(10);");
+  for (const auto& [place, is_cut] :
+       {std::pair<const char*, bool>{"x:15", false}, {"-x:15", false}, {"x:25", true}}) {
+    const Ended ended =
+        bsp2("draw " + gap + " -o " + at("g.dxf") + " --views front --scale 1:1 --section A=" + place);
+    ASSERT_EQ(ended.code, 0) << ended.text;
+    EXPECT_EQ(length_in(at("g.dxf"), "SECTION") > 0, is_cut) << place;
+  }
+}
+
 TEST_F(Drawings, OfASnapshotAreThoseOfItsModel) {
   std::mt19937 random(7);
   const std::string solid = file("solid.csg", random_solid(random));

@@ -441,7 +441,7 @@ export class Stage {
   placeFirst(message) {
     this.isPlaced = true;
     if (message.dimension === 2) this.view('top');
-    else if (message.eye && !this.isAsked) { this.camera.position.set(...message.eye); this.controls.target.copy(this.box.getCenter(new THREE.Vector3())); this.controls.update(); }
+    else if (message.eye?.length === 3 && !this.isAsked) { this.camera.position.set(...message.eye); this.controls.target.copy(this.box.getCenter(new THREE.Vector3())); this.controls.update(); }
     else if (!this.isAsked) this.view('iso');
   }
 

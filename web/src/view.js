@@ -420,7 +420,7 @@ function showFigures() {
 function receive(message) {
   if (message.kind === 'progress') { showProgress(message); return; }
   if (message.kind === 'error') {
-    $('error').replaceChildren(element('b', { textContent: 'The model cannot be evaluated as it is saved now' }), message.text);
+    $('error').replaceChildren(element('b', { textContent: message.title ?? 'The model cannot be evaluated as it is saved now' }), message.text);
     $('error').hidden = false;
     return;
   }

@@ -64,8 +64,14 @@ struct Found {
 class RoundFinder {
  public:
   RoundFinder(const Brep& brep, double smooth_angle) : brep_(brep), ribs_of_face_(brep.faces.size()) {
+    if (brep.points.empty()) return;
+    corner_ = brep.points.front();
     for (const Point3& point : brep.points)
-      for (const double x : point) size_ = std::max(size_, std::fabs(x));
+      for (std::size_t k = 0; k < 3; ++k) corner_[k] = std::min(corner_[k], point[k]);
+    for (const Point3& point : brep.points) {
+      points_.push_back(minus(point, corner_));
+      for (const double x : points_.back()) size_ = std::max(size_, x);
+    }
     for (std::uint32_t i = 0; i < brep.edges.size(); ++i) add_rib(i, smooth_angle * std::numbers::pi / 180);
   }
 
@@ -75,20 +81,24 @@ class RoundFinder {
     std::vector<RoundAxis> axes;
     for (auto& [key, found] : found_)
       if (goes_around(found.places))
-        axes.push_back({plus(found.axle.place, found.low, found.axle.direction),
-                        plus(found.axle.place, found.high, found.axle.direction), found.radius});
+        axes.push_back({placed(found.axle, found.low), placed(found.axle, found.high), found.radius});
     return axes;
   }
 
  private:
   const Brep& brep_;
+  Point3 corner_{};             // of the box around all
+  std::vector<Point3> points_;  // from there: far from the origin their differences would be lost
   double size_ = 0;
   std::vector<Rib> ribs_;
   std::vector<std::vector<std::uint32_t>> ribs_of_face_;
   std::map<std::array<std::int64_t, 6>, Found> found_;
 
   [[nodiscard]] const Point3& end(const Rib& rib, std::size_t i = 0) const {
-    return brep_.points[brep_.edges[rib.edge].ends[i]];
+    return points_[brep_.edges[rib.edge].ends[i]];
+  }
+  [[nodiscard]] Point3 placed(const Axle& axle, double along) const {
+    return plus(plus(axle.place, along, axle.direction), 1, corner_);
   }
 
   void add_rib(std::uint32_t number, double smooth_angle) {
@@ -97,7 +107,7 @@ class RoundFinder {
     const Brep::Use &one = brep_.uses[brep_.uses_of_edges[edge.first]],
                     &other = brep_.uses[brep_.uses_of_edges[edge.first + 1]];
     if (std::fabs(one.angle - std::numbers::pi) >= smooth_angle || one.face == other.face) return;
-    const Point3 along = minus(brep_.points[edge.ends[1]], brep_.points[edge.ends[0]]);
+    const Point3 along = minus(points_[edge.ends[1]], points_[edge.ends[0]]);
     const double length = std::sqrt(dot(along, along));
     if (!(length > 0)) return;
     for (const std::uint32_t face : {one.face, other.face})
@@ -190,7 +200,7 @@ class RoundFinder {
     const Point3& axis = found.axle.direction;
     const Point3 side = std::fabs(axis[2]) < 0.9 ? cross(axis, {0, 0, 1}) : cross(axis, {1, 0, 0});
     for (const std::uint32_t point : brep_.edges[rib.edge].ends) {
-      const Point3& p = brep_.points[point];
+      const Point3& p = points_[point];
       const Point3 spoke = minus(flat(p, axis), found.axle.place);
       found.low = std::min(found.low, dot(p, axis));
       found.high = std::max(found.high, dot(p, axis));

@@ -24,7 +24,9 @@ std::vector<Sheet::Layer> drawing_layers() {
 
 std::string dimension_text(double value) {
   std::array<char, 40> digits;
-  std::snprintf(digits.data(), digits.size(), std::fabs(value) >= 0.01 ? "%.3f" : "%.3g", value);
+  const double size = std::fabs(value);
+  const char* const form = size >= 1e9 ? "%.9g" : size >= 1 ? "%.3f" : "%.3g";
+  std::snprintf(digits.data(), digits.size(), form, value);
   std::string text = digits.data();
   if (text.find('.') != std::string::npos && text.find('e') == std::string::npos) {
     text.erase(text.find_last_not_of('0') + 1);

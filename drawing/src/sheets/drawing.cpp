@@ -163,6 +163,11 @@ class Draughtsman {
     std::int64_t plane = std::numeric_limits<std::int64_t>::min();
     const std::int64_t towards = (*axes_)[2][k];
     for (const auto& point : solid.grid.points) plane = std::max(plane, towards * point[k]);
+    // A section between two parts cuts nothing: what is left ends elsewhere, but for planes that were merged.
+    constexpr double merged = 1e-6;
+    const double at = solid.grid.origin[k] + static_cast<double>(towards * plane) * solid.grid.unit;
+    const double largest = solid.grid.unit * static_cast<double>(std::int64_t{1} << 36);
+    if (std::fabs(at - view_->section->place) > merged * largest) return;
     std::map<std::int32_t, std::vector<std::vector<Point2>>> loops_of_part;
     for (const Brep::Face& face : brep.faces) {
       if (face.other != Brep::outside) continue;

@@ -110,8 +110,26 @@ class DxfWriter {
     for (const char c : name)
       word += std::string_view("<>/\\\":;?*|=`,").find(c) == std::string_view::npos ? c : '_';
     word = in_one_line(word);
-    while (word.empty() || !taken.insert(word).second) word += "_";
+    while (word.empty() || !taken.insert(lower(word)).second) word += "_";
     return word;
+  }
+
+  /// Names that differ in this alone are one name.
+  static std::string lower(std::string text) {
+    for (char& c : text) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return text;
+  }
+
+  /// Without what readers take for a sign of its own: %%c is a diameter, ^I a tab, \U+00D8 a letter.
+  static std::string plain(const std::string& text) {
+    std::string line;
+    for (const char c : text) {
+      if (c == '%' && line.ends_with('%')) line += ' ';
+      if (c == 'U' && line.ends_with('\\')) line += ' ';
+      line += c;
+      if (c == '^') line += ' ';
+    }
+    return line;
   }
 
   /// Without control characters: a value is a line.
@@ -279,7 +297,7 @@ class DxfWriter {
     tag(100, "AcDbText")
         .point(10, label.at)
         .tag(40, label.height)
-        .tag(1, in_one_line(label.text))
+        .tag(1, plain(in_one_line(label.text)))
         .tag(50, label.turn);
     if (label.anchor != Sheet::Anchor::start)
       tag(72, label.anchor == Sheet::Anchor::middle ? 1 : 2).point(11, label.at);

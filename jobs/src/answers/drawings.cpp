@@ -68,11 +68,16 @@ std::string box_in_front(const drawing::Section& section, const Box& solid) {
     lower[k] = solid.lower[k] - size;
     length[k] = solid.upper[k] + size - lower[k];
   }
+  // It begins at the plane, mirrored where it is below: a sum would be rounded.
   const bool is_above = is_front_above(section);
-  if (is_above) lower[section.axis] = section.place;
-  length[section.axis] = (is_above ? solid.upper[section.axis] + size : section.place) - lower[section.axis];
-  return fmt::format("multmatrix([[1,0,0,{}],[0,1,0,{}],[0,0,1,{}],[0,0,0,1]]) cube(size=[{},{},{}]);",
-                     lower[0], lower[1], lower[2], length[0], length[1], length[2]);
+  std::array<int, 3> sign{1, 1, 1};
+  lower[section.axis] = section.place;
+  length[section.axis] = is_above ? solid.upper[section.axis] + size - section.place
+                                  : section.place - (solid.lower[section.axis] - size);
+  if (!is_above) sign[section.axis] = -1;
+  return fmt::format("multmatrix([[{},0,0,{}],[0,{},0,{}],[0,0,{},{}],[0,0,0,1]]) cube(size=[{},{},{}]);",
+                     sign[0], lower[0], sign[1], lower[1], sign[2], lower[2], length[0], length[1],
+                     length[2]);
 }
 
 void check_place(const drawing::Section& section, const Box& solid) {

@@ -43,6 +43,8 @@ class Lookout {
  public:
   Lookout(const ViewCommand& command, const Server& server, FileWatch& watch)
       : command_(command), server_(server), watch_(watch) {}
+  /// From now on there is nothing to compute.
+  void begin() { since_ = Clock::now(); }
   Next look() {
     if (SignalWatch::interrupted()) return Next::end;
     if (watch_.has_changed()) return Next::run;
@@ -175,6 +177,7 @@ int view_command(const RunCommand& command, std::ostream& out, supersteps::Ranks
     if (watch) watch->begin();
     const int code = view_and_tell(session);
     Next next = Next::end;
+    if (lookout) lookout->begin();
     ranks.together([&] { next = wait_for_next(ranks, lookout ? &*lookout : nullptr); });
     if (next == Next::end) return code;
   }

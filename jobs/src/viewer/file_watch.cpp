@@ -43,7 +43,9 @@ std::vector<fs::path> files_of_model(const fs::path& model) {
     const auto add = [&](std::string_view name) {
       std::error_code none;
       const fs::path file = (folder / name).lexically_normal();
-      if (!fs::is_regular_file(file, none)) return;
+      // One that is missing may be made later; not every text in quotes is the name of a file.
+      const bool may_come = is_source(file) && !fs::exists(file, none);
+      if (!may_come && !fs::is_regular_file(file, none)) return;
       if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
     };
     for_each_between(text, '"', '"', add);

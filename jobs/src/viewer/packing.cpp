@@ -161,8 +161,9 @@ class CellTriangles {
 
   void add(const CellBatch& batch, std::size_t cell) {
     const std::int32_t primitive = batch.primitive[cell], part = batch.part[cell];
-    LooseTriangle like{
-        .owner = cells(), .part = part < 0 ? no_number : static_cast<std::uint16_t>(part), .tint = no_number};
+    LooseTriangle like{.owner = cells(),
+                       .part = part < 0 || part >= no_number ? no_number : static_cast<std::uint16_t>(part),
+                       .tint = no_number};
     if (primitive >= 0 && static_cast<std::size_t>(primitive) < looks_.tint_of_primitive.size())
       like.tint = looks_.tint_of_primitive[static_cast<std::size_t>(primitive)];
     parts.push_back(part);

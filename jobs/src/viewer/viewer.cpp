@@ -304,12 +304,13 @@ void Viewer::finish(const supersteps::RunResult& result) {
   scene_.remove("error");
   if (dimension_ < 2 || dimension_ > 3) {
     Message message("error", run_);
+    message["title"] = "There is no picture of this model";
     message["text"] =
         model_ + " has " + std::to_string(dimension_) +
         " dimensions, and the page shows solids of 2 and 3; a section or a projection of it can be shown";
     scene_.put("error", message.bytes());
   }
-  tell("finished");
+  tell(dimension_ == 2 || dimension_ == 3 ? "finished" : "failed");
 }
 
 void Viewer::fail(const std::string& text) {
@@ -452,9 +453,8 @@ void Viewer::pack_end(const Picture& picture) {
   scene_.put("shown", message.bytes());
   scene_.remove("fresh ");
   fresh_triangles_ = 0;
-  for (const char* kind : {"region ", "piece "})  // those of earlier runs
-    for (std::uint64_t run = picture.run; run-- > 1 && run + 3 > picture.run;)
-      scene_.remove(kind + std::to_string(run) + " ");
+  for (; oldest_run_ < picture.run; ++oldest_run_)
+    for (const char* kind : {"region ", "piece "}) scene_.remove(kind + std::to_string(oldest_run_) + " ");
 }
 
 std::string Viewer::model_message(const Picture& picture) const {

@@ -100,6 +100,7 @@ class Viewer {
   std::exception_ptr failed_;
 
   std::uint64_t packed_run_ = 0;  ///< of whom the next are; of the thread that packs
+  std::uint64_t oldest_run_ = 1;  ///< of which something may be in the scene; of whoever packs
   Looks looks_;
   std::size_t fresh_triangles_ = 0;  ///< since the last picture
   std::uint64_t fresh_messages_ = 0;

@@ -357,6 +357,22 @@ TEST(RoundFaces, HaveTheirAxesWhateverTheyAreCutFrom) {
   EXPECT_TRUE(round_axes(brep_of(model::cuboid({1, 2, 3})), 30).empty());
 }
 
+TEST(RoundFaces, OfHolesFarFromTheOriginHaveAnAxisEach) {
+  const auto hole = [](double x, double y, double r) {
+    return moved(x, y, -1, model::cylinder(10, r, r, 64, false));
+  };
+  const auto plate =
+      model::subtract(std::vector{model::cuboid({40, 20, 5}), hole(6, 6, 1), hole(9, 6, 1), hole(30, 10, 2)});
+  for (const double away : {0.0, 1e6}) {
+    auto axes = round_axes(brep_of(moved(away, away, 0, plate)), 30);
+    ASSERT_EQ(axes.size(), 3U) << away;
+    std::sort(axes.begin(), axes.end(), [](const auto& a, const auto& b) { return a.from[0] < b.from[0]; });
+    EXPECT_NEAR(axes[0].from[0] - away, 6, 1e-4);
+    EXPECT_NEAR(axes[2].from[0] - away, 30, 1e-4);
+    EXPECT_NEAR(axes[2].from[1] - away, 10, 1e-4);
+  }
+}
+
 TEST(RoundFaces, OfConesAndSpheresHaveOneAxis) {
   for (unsigned seed = 1; seed <= samples::rounds(20U); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -139,6 +139,8 @@ TEST(Annotations, WriteNumbersAsDraughtsmenDo) {
   EXPECT_EQ(dimension_text(0.5), "0.5");
   EXPECT_EQ(dimension_text(12.3456), "12.346");
   EXPECT_EQ(dimension_text(0.0012345), "0.00123");
+  EXPECT_EQ(dimension_text(0.0149), "0.0149");
+  EXPECT_EQ(dimension_text(5e39), "5e+39");
   EXPECT_EQ(scale_text(0.5), "1:2");
   EXPECT_EQ(scale_text(20), "20:1");
 }
