@@ -595,7 +595,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   queried->footer(
       "The distance is that to the nearest point with another label, negative in the\nsolid. What is FUZZY "
       "counts as both.");
-  CLI::App* meshed = app.add_subcommand("mesh", "Make a mesh for solvers: conforming, with named parts");
+  CLI::App* meshed = app.add_subcommand("mesh", "Make a conforming mesh for solvers, with named parts");
   add_mesh_command(*meshed, command, raw);
   CLI::App* tables = app.add_subcommand("tables", "Measure the paper's tables 1 to 6 for a model");
   add_tables_options(*tables, command);
@@ -618,7 +618,6 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   add_output_options(*queue.merge, command, raw);
   AboutCommands about;
   add_about_commands(app, about);
-  app.footer("Try 'bsp2 run --help'.");
   run->footer(run_footer);
   if (!arguments.empty() && arguments.front() == completion_word) {
     out << completion_lines(app, std::span(arguments).subspan(1));

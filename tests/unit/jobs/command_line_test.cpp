@@ -334,6 +334,9 @@ TEST(CommandLine, HelpFitsAScreenAndHelpAllHasEverything) {
                                                                                        {"query"},
                                                                                        {"info"},
                                                                                        {"tables"},
+                                                                                       {"draw"},
+                                                                                       {"mesh"},
+                                                                                       {"view"},
                                                                                        {"completion"}}) {
     std::vector<std::string> ask = command;
     ask.emplace_back("--help");
