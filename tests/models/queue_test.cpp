@@ -65,8 +65,10 @@ class Jobs : public testing::Test {
     const auto at = text.find("digest");
     return at == std::string::npos ? "none: " + text : text.substr(text.find_first_not_of(' ', at + 6), 32);
   }
-  void split(const std::vector<std::string>& options) {
-    std::vector<std::string> arguments{"jobs", "split", model_, queue_.string()};
+  /// A job a region, unless the options say otherwise.
+  void split(const std::vector<std::string>& options, const std::string& job_seconds = "0") {
+    std::vector<std::string> arguments{"jobs",          "split",         model_,
+                                       queue_.string(), "--job-seconds", job_seconds};
     arguments.insert(arguments.end(), options.begin(), options.end());
     const Ended ended = run(arguments);
     ASSERT_EQ(ended.code, 0) << ended.text;
@@ -78,6 +80,10 @@ class Jobs : public testing::Test {
   /// Divides jobs by cells: seconds differ from machine to machine and under the sanitizers.
   [[nodiscard]] std::vector<std::string> worker(int cells) const {
     return worker("--cells", std::to_string(cells));
+  }
+  [[nodiscard]] std::size_t jobs() const {
+    const std::string lines = bytes(queue_ / "jobs.txt");
+    return static_cast<std::size_t>(std::ranges::count(lines, '\n'));
   }
   [[nodiscard]] std::size_t results() const {
     std::size_t count = 0;
@@ -245,7 +251,8 @@ TEST_F(Jobs, OfManySmallRegionsSurviveKills) {
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   const std::vector<std::string> options{"--regions", "2048"};
-  split(options);
+  split(options, "0.1");
+  EXPECT_LT(jobs(), 2048U);
   std::size_t before = 0;
   for (int round = 0; round < 10; ++round) {
     const pid_t first = start(worker()), second = start(worker());
@@ -258,14 +265,25 @@ TEST_F(Jobs, OfManySmallRegionsSurviveKills) {
     before = results();
   }
   EXPECT_EQ(run(worker()).code, 0);
-  EXPECT_GT(results(), 20U);
-  EXPECT_LT(results(), 300U);
+  EXPECT_EQ(results(), jobs());
   std::uintmax_t size = 0;
   for (const auto& entry : fs::directory_iterator(queue_ / "done")) size += entry.file_size();
   const fs::path whole = folder_.path() / "whole.h5";
   EXPECT_EQ(run({"run", model_, "--regions", "2048", "--snapshot", whole.string()}).code, 0);
   EXPECT_LT(size, 2 * fs::file_size(whole));
   expect_merged(options);
+}
+
+/// How fast the machine is decides in between.
+TEST_F(Jobs, AreAsLongAsIsAskedFor) {
+  split({"--regions", "64"}, "1000000");
+  EXPECT_LE(jobs(), 2U);  // one more has the regions in which nothing is undecided
+  EXPECT_EQ(run(worker()).code, 0);
+  expect_merged({"--regions", "64"});
+  fs::remove_all(queue_);
+  split({"--regions", "64"});
+  EXPECT_GT(jobs(), 32U);
+  EXPECT_EQ(run({"jobs", "split", model_, queue_.string(), "--job-seconds", "-1"}).code, 2);
 }
 
 TEST_F(Jobs, ASignalKeepsWhatWasFound) {

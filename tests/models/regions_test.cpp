@@ -126,7 +126,8 @@ TEST_F(ProgramInRegions, MergesJobs) {
     for (const int regions : {1, 20}) {
       SCOPED_TRACE(regions);
       fs::remove_all(queue);
-      bsp2_("jobs split " + model_ + " " + queue + " --regions " + std::to_string(regions) + options);
+      bsp2_("jobs split " + model_ + " " + queue + " --job-seconds 0 --regions " + std::to_string(regions) +
+            options);
       bsp2_("jobs run " + queue + " --quiet --cells " + std::to_string(text.pick(50, 300)));
       EXPECT_EQ(bsp2_.digest("jobs merge " + queue), expected);
     }

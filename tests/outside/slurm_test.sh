@@ -108,7 +108,7 @@ until_true is_over "$job"
 check "two nodes, one failed, requeued" two
 
 # --- A job array and its merge ---
-"$bsp2" jobs split model.csg queue --regions 32 || fail split
+"$bsp2" jobs split model.csg queue --regions 32 --job-seconds 0 || fail split
 merge=$("$source/slurm/submit_array.sh" model.csg queue three 5 --threads 1 --budget 200ms --lease 4) || fail submit_array
 until_true compgen -G 'queue/done/*.h5' >/dev/null
 node=$(squeue -h -t R -o %N | grep -v '^$' | tail -1)

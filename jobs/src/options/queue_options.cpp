@@ -52,6 +52,12 @@ QueueCommands add_queue_commands(CLI::App& app, RunCommand& command) {
       ->check(is_number(1.0, 1e6, "1 .. 1000000"))
       ->type_name("SECONDS")
       ->capture_default_str();
+  commands.split
+      ->add_option("--job-seconds", queue.job_seconds,
+                   "regions share a job until it is about so much work;\n0: a job a region")
+      ->check(is_number(0.0, 1e6, "0 .. 1000000"))
+      ->type_name("SECONDS")
+      ->capture_default_str();
   commands.split->add_flag("--quiet", command.quiet, "do not tell how many jobs there are");
   commands.run->add_flag("--quiet", command.quiet, "print no line for each job");
   commands.status->add_flag("--all", queue.all, "a line for each job, not only for those at work");

@@ -116,7 +116,7 @@ int queue_command(const RunCommand& command, std::ostream& speech) {
   std::ostream silence(nullptr);
   std::ostream& out = command.quiet ? silence : speech;
   if (command.queue->action == QueueCommand::Action::split) {
-    Queue::split(command.options, command.queue->folder);
+    Queue::split(command.options, command.queue->folder, command.queue->job_seconds);
     const std::size_t jobs = Queue(command.queue->folder).size();
     out << command.queue->folder.string() << ": " << jobs << (jobs == 1 ? " job\n" : " jobs\n");
     return 0;

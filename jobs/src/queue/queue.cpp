@@ -9,7 +9,9 @@
 #include <cerrno>
 #include <chrono>
 #include <fstream>
+#include <iterator>
 #include <numeric>
+#include <optional>
 #include <ostream>
 #include <set>
 #include <sstream>
@@ -43,9 +45,41 @@ std::string line_of(std::size_t number, double work, const std::vector<std::uint
   return line + '\n';
 }
 
-/// So many regions are a job each. Of more, small ones share a job, until there are about so many jobs.
-constexpr std::size_t most_single_jobs = 1024;
-constexpr double most_jobs = 128;
+/// Seconds that a unit of estimated work takes one thread, by a look at some regions; nothing if already one
+/// of them takes long. @param unnamed a file that may be written, and is removed.
+std::optional<double> seconds_a_unit(const fs::path& plan, const std::vector<supersteps::RegionWork>& regions,
+                                     const fs::path& unnamed) {
+  constexpr double enough = 0.1, most = 0.5;
+  supersteps::PortionEvaluator evaluator(plan);
+  supersteps::RunOptions how;
+  how.threads = 1;
+  how.budget_seconds = most;
+  std::optional<double> known;
+  for (std::size_t count = 1; count <= regions.size(); count *= 4) {
+    supersteps::Portion sample{plan, {}};
+    double work = 0;
+    for (std::size_t i = 0; i < count; ++i) {  // all over the list: it is in the order of work
+      const auto& region = regions[(2 * i + 1) * regions.size() / (2 * count)];
+      sample.regions.push_back(region.region);
+      work += region.work;
+    }
+    const auto state = evaluator.evaluate(sample, how, unnamed);
+    if (!state.is_finished) break;
+    known = state.seconds / work;
+    if (state.seconds >= enough) break;
+  }
+  std::error_code ignored;
+  fs::remove(unnamed, ignored);
+  return known;
+}
+
+/// A part of a list of regions, the one with most work first, in which something is undecided.
+std::vector<supersteps::RegionWork> undecided(const std::vector<supersteps::RegionWork>& regions) {
+  std::vector<supersteps::RegionWork> some;
+  std::copy_if(regions.begin(), regions.end(), std::back_inserter(some),
+               [](const auto& region) { return region.work > 0; });
+  return some;
+}
 
 bool is_of(const std::string& name, std::uint32_t root) {
   const std::string text = std::to_string(root);
@@ -54,7 +88,7 @@ bool is_of(const std::string& name, std::uint32_t root) {
 
 }  // namespace
 
-void Queue::split(const supersteps::RunOptions& options, const fs::path& folder) {
+void Queue::split(const supersteps::RunOptions& options, const fs::path& folder, double job_seconds) {
   std::error_code error;
   if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error)))
     throw Error("'" + folder.string() +
@@ -70,8 +104,10 @@ void Queue::split(const supersteps::RunOptions& options, const fs::path& folder)
   std::size_t number = 0;
   std::vector<std::uint32_t>
       together;  // small regions, the work of which is not worth a claim and a file each
-  double work = 0;
-  const double least = regions.size() <= most_single_jobs ? 0 : all / most_jobs;
+  double work = 0, least = 0;
+  if (const auto some = undecided(regions); job_seconds > 0 && some.size() > 1)
+    if (const auto seconds = seconds_a_unit(folder / "plan.h5", some, folder / ".sample.h5"))
+      least = job_seconds / *seconds;
   const auto add_job = [&] {
     text += line_of(number++, work / all, together);
     together.clear();

@@ -26,6 +26,7 @@ namespace bsp2::jobs {
 struct QueueCommand {
   enum class Action : std::uint8_t { split, run, merge, status } action = Action::status;
   std::filesystem::path folder;
+  double job_seconds = 1;            ///< split: a job is about so much work for one thread; 0: a job a region
   std::optional<std::uint32_t> job;  ///< run: this one, and what it is divided into
   bool until_empty = false;          ///< run: then all others too
   bool all = false;                  ///< status: a line a job
@@ -48,7 +49,10 @@ class Queue {
  public:
   /// Makes a queue. @throws bsp2::Error if the folder has something in it, or if the model cannot be
   /// evaluated.
-  static void split(const supersteps::RunOptions& options, const std::filesystem::path& folder);
+  /// @param job_seconds regions share a job until it is about so much work for one thread of this machine, as
+  /// far as a look at some of them tells; 0: a job a region.
+  static void split(const supersteps::RunOptions& options, const std::filesystem::path& folder,
+                    double job_seconds);
 
   /// Opens a queue. @throws bsp2::Error if there is none.
   explicit Queue(std::filesystem::path folder);
