@@ -54,6 +54,16 @@ Json named(const supersteps::NamedPart& part) {
   return json;
 }
 
+Json cleaned(const supersteps::CleaningReport& cleaning) {
+  Json json{{"file", cleaning.file.string()},          {"length", cleaning.length},
+            {"merged_points", cleaning.merged_points}, {"slivers", cleaning.slivers},
+            {"left_out", cleaning.left_out},           {"left", cleaning.left},
+            {"triangles", cleaning.triangles},         {"moved", cleaning.moved},
+            {"volume_change", cleaning.volume_change}, {"self_intersections", 0}};
+  if (cleaning.has_given_up) json["self_intersections"] = nullptr;  // not looked for in what was found
+  return json;
+}
+
 Json overlapping(const supersteps::OverlappingMesh& mesh) {
   Json json{{"place", mesh.place},
             {"file", nullptr},
@@ -95,6 +105,9 @@ std::string to_json(const supersteps::RunReport& report) {
     json["boundary"] = {{"triangles", report.boundary->triangles},
                         {"area", report.boundary->area},
                         {"closed", report.boundary->closed}};
+  if (report.boundary && !report.boundary->cleaned.empty())
+    for (const auto& cleaning : report.boundary->cleaned)
+      json["boundary"]["cleaned"].push_back(cleaned(cleaning));
   if (const auto& simplices = report.simplices)
     json["simplices"] = {{"count", simplices->simplices},
                          {"smallest_angle", simplices->smallest_angle},

@@ -142,6 +142,13 @@ const SurfaceFormat* surface_format(const fs::path& path) {
   return found == std::end(formats) ? nullptr : found;
 }
 
+double least_step(const fs::path& path) {
+  const SurfaceFormat* format = surface_format(path);
+  // Of .off, which holds all digits, some readers keep no more.
+  const bool is_single = format != nullptr && (format->is_single || format->ending == ".off");
+  return is_single && !format->is_plane ? std::numeric_limits<float>::epsilon() / 16 : 0;
+}
+
 std::string surface_endings() {
   std::vector<std::string_view> endings;
   for (const SurfaceFormat& format : formats) endings.push_back(format.ending);

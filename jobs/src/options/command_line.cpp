@@ -196,6 +196,15 @@ CLI::Option* add_list_formats_option(CLI::App& app, Raw& raw) {
   return app.add_flag_function("--list-formats", ask, "print the formats of surfaces");
 }
 
+CLI::Option* add_clean_option(CLI::App& app, RunCommand& command) {
+  return app
+      .add_option("--clean", command.clean,
+                  "surfaces without shorter edges and thinner triangles;\n0: as they are (default: what the "
+                  "format tells apart)")
+      ->check(is_number(0.0, 1e300, "0 or more"))
+      ->type_name("LENGTH");
+}
+
 void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
   const auto group = "What is written";
   add_path(app, "-o,--output", raw.folder,
@@ -215,6 +224,7 @@ void add_output_options(CLI::App& app, RunCommand& command, Raw& raw) {
       ->allow_extra_args(false)
       ->type_name("FILE")
       ->group(group);
+  add_clean_option(app, command)->group(group);
   add_list_formats_option(app, raw)->group(group);
   add_path(app, "--picture", raw.picture, "draw the solid: .png, .svg or .pdf", "FILE")->group(group);
   add_path(app, "--frames", raw.frames,
@@ -575,6 +585,7 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
            "ending\nsays (see --list-formats)",
            "FILE")
       ->required();
+  add_clean_option(*exported, command);
   add_list_formats_option(*exported, raw);
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
   CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");

@@ -46,6 +46,7 @@ struct RunCommand {
   supersteps::RunOptions options;
   std::optional<std::filesystem::path> folder;                 ///< -o: report, mesh and picture go there
   std::optional<std::filesystem::path> mesh, picture, report;  ///< also those that -o names
+  std::optional<double> clean;                                 ///< of surfaces: edges shorter than this go
   std::vector<std::filesystem::path> boundaries;               ///< likewise: the surface, in several formats
   std::optional<std::filesystem::path> snapshot_copy;  ///< resume -o: where the snapshot goes too, at the end
   std::optional<std::filesystem::path> table;          ///< the supersteps as CSV

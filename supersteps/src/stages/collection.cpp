@@ -4,13 +4,16 @@
 #include <boost/serialization/utility.hpp>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
+#include <string>
 
 #include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/io/outputs/cad.hpp"
 #include "bsp2/io/outputs/outline.hpp"
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/io/outputs/vtu.hpp"
+#include "bsp2/model/mesh/cleaning.hpp"
 #include "ranks/exchange.hpp"
 #include "stages/stages.hpp"
 
@@ -178,7 +181,59 @@ io::SurfaceParts parts_of(const RunResult& result) {
 
 }  // namespace
 
-void write_boundary(RunResult& result, const std::filesystem::path& path) {
+namespace {
+
+std::string counted(std::uint64_t count, const char* one, const char* many) {
+  return std::to_string(count) + ' ' + (count == 1 ? one : many);
+}
+
+/// What was cleaned, for who gets the file.
+std::string told(const CleaningReport& cleaning) {
+  std::ostringstream text;
+  text << cleaning.file.string() << ": ";
+  if (cleaning.has_given_up) {
+    text << "edges shorter and triangles thinner than " << cleaning.length
+         << " were left as they are: without them the surface would cross itself; a smaller --clean may do";
+    return text.str();
+  }
+  text << "for edges and triangles below " << cleaning.length << ", "
+       << counted(cleaning.merged_points, "corner was", "corners were") << " merged with others, "
+       << counted(cleaning.slivers, "thin triangle", "thin triangles") << " taken in by neighbours and "
+       << counted(cleaning.left_out, "corner", "corners") << " left out; no corner moved farther than "
+       << cleaning.moved << ", and the volume changed by " << cleaning.volume_change;
+  if (cleaning.left > 0)
+    text << "; " << counted(cleaning.left, "thin triangle is", "thin triangles are")
+         << " left that could not go without spoiling others";
+  return text.str();
+}
+
+/// The surface for a file. @return the one that was found where nothing is to be cleaned.
+const geometry::TriangleSurface& surface_for(const std::filesystem::path& path, RunResult& result,
+                                             std::optional<double> clean, unsigned threads,
+                                             geometry::TriangleSurface& cleaned) {
+  const geometry::TriangleSurface& found = result.boundary.value();
+  model::CleanLength length;
+  (clean ? length.length : length.of_coordinate) = clean ? *clean : io::least_step(path);
+  if (!(length.at(1) > 0)) return found;
+  auto made = model::cleaned(found, length, threads);
+  const model::Cleaning& what = made.cleaning;
+  cleaned = std::move(made.surface);
+  if (!result.report.boundary) return cleaned;
+  const CleaningReport report{path,          what.length,      what.merged_points,       what.slivers,
+                              what.left_out, what.left,        cleaned.triangles.size(), what.moved,
+                              what.volume,   what.has_given_up};
+  result.report.boundary->cleaned.push_back(report);
+  if (clean && (what.is_changed() || what.has_given_up)) {  // what a format cannot hold anyway is no news
+    auto& list = what.has_given_up ? result.report.warnings : result.report.notes;
+    list.push_back(told(report));
+  }
+  return cleaned;
+}
+
+}  // namespace
+
+void write_boundary(RunResult& result, const std::filesystem::path& path, std::optional<double> clean,
+                    unsigned threads) {
   io::SurfaceRemarks remarks;
   const io::SurfaceFormat* format = io::surface_format(path);
   if (format != nullptr && format->has_faces) {
@@ -190,8 +245,10 @@ void write_boundary(RunResult& result, const std::filesystem::path& path) {
           "is a mistake of bsp2: please report the model";
   } else if (result.outlines) {
     remarks.notes = io::write_outline(path, *result.outlines, parts_of(result));
-  } else
-    remarks = io::write_surface(path, result.boundary.value(), parts_of(result));
+  } else {
+    geometry::TriangleSurface cleaned;
+    remarks = io::write_surface(path, surface_for(path, result, clean, threads, cleaned), parts_of(result));
+  }
   if (!remarks.warning.empty()) result.report.warnings.push_back(remarks.warning);
   auto& notes = result.report.notes;
   notes.insert(notes.end(), remarks.notes.begin(), remarks.notes.end());

@@ -239,7 +239,7 @@ double basis(const std::vector<double>& knots, std::size_t i, int degree, double
   return sum;
 }
 
-struct Spline {
+struct SplineEntity {
   int degree;
   std::vector<double> knots, weights;
   std::vector<PlanePoint> points;
@@ -293,11 +293,11 @@ double distance_to_path(const PlanePoint& p, const std::vector<PlanePoint>& path
 
 /// Control points around a circle, so that the curve does not cross itself: clamped, or closed with knots
 /// that go on.
-Spline random_spline(std::mt19937& random, bool is_closed) {
+SplineEntity random_spline(std::mt19937& random, bool is_closed) {
   const auto number = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
-  Spline spline{1 + static_cast<int>(random() % 5), {}, {}, {}};
+  SplineEntity spline{1 + static_cast<int>(random() % 5), {}, {}, {}};
   const auto p = static_cast<std::size_t>(spline.degree), n = p + 2 + random() % 8;
   for (std::size_t i = 0; i < n; ++i) {
     const double angle = 2 * pi * static_cast<double>(i) / static_cast<double>(n), radius = number(70, 130);
@@ -328,7 +328,7 @@ TEST_F(DxfDrawing, SplinesAreWhatTheirBasisFunctionsSay) {
   std::mt19937 random(seed);
   for (int round = 0; round < samples::rounds(40); ++round) {
     const bool is_closed = random() % 2 == 0;
-    const Spline spline = random_spline(random, is_closed);
+    const SplineEntity spline = random_spline(random, is_closed);
     const std::vector<PlanePoint> dense = spline.dense(4000);
     const double expected = std::fabs(twice_area(dense)) / 2;
     const PlaneDrawing drawing = read(file_of(spline.text(4 | (is_closed ? 1 : 0))), {.fn = 720});
@@ -345,7 +345,7 @@ TEST_F(DxfDrawing, SplinesAreWhatTheirBasisFunctionsSay) {
 /// A circle of four quarters, of degree 2 and of weights, is one of $fn sides.
 TEST_F(DxfDrawing, ARationalSplineIsACircle) {
   const double s = std::sqrt(0.5);
-  const Spline circle{
+  const SplineEntity circle{
       2,
       {0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4},
       {1, s, 1, s, 1, s, 1, s, 1},
@@ -400,9 +400,9 @@ TEST_F(DxfDrawing, SplinesGoThroughTheirFitPoints) {
 }
 
 TEST_F(DxfDrawing, DamagedSplinesAreErrors) {
-  const Spline sound{2, {0, 0, 0, 1, 1, 1}, {1, 1, 1}, {{0, 0}, {5, 9}, {9, 0}}};
+  const SplineEntity sound{2, {0, 0, 0, 1, 1, 1}, {1, 1, 1}, {{0, 0}, {5, 9}, {9, 0}}};
   EXPECT_EQ(fault(file_of(sound.text(4))), "");
-  Spline odd = sound;
+  SplineEntity odd = sound;
   odd.knots.pop_back();
   EXPECT_EQ(fault(file_of(odd.text(4))), "import: FILE: SPLINE has 5 knots where it takes 6");
   odd = sound, odd.knots[3] = -1;
@@ -772,7 +772,7 @@ TEST_F(DxfDrawing, DamagedDrawingsAreErrorsOrDrawings) {
   SCOPED_TRACE(::testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::string entities;
-  const Spline spline = random_spline(random, false);
+  const SplineEntity spline = random_spline(random, false);
   Pairs fitted;
   fitted.entity("SPLINE")(70, 1)(71, 3);
   for (int i = 0; i < 5; ++i) fitted.point(11, std::cos(i) * 9, std::sin(i) * 9);

@@ -30,6 +30,11 @@ std::span<const SurfaceFormat> surface_formats();
 /// The format that a file's ending names, in letters of any case; null if none does.
 const SurfaceFormat* surface_format(const std::filesystem::path& path);
 
+/// How long the edges of a surface should be at least in a file, where nobody says, as a share of the
+/// coordinates of their ends: a sixteenth of a step of single precision, far below what it rounds by,
+/// or 0 where a format keeps all digits.
+[[nodiscard]] double least_step(const std::filesystem::path& path);
+
 /// For messages: ".3mf, .amf, ... or .x3d", and of these those for plane solids, ".dxf, .pdf or .svg".
 std::string surface_endings();
 std::string plane_endings();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "bsp2/supersteps/state/run_result.hpp"
 
@@ -22,7 +23,10 @@ SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::files
 /// Writes the surface of a run, or its faces, or of a plane solid its outlines, in the format that the file's
 /// ending names. On the master. The report gets what there is to tell of it.
 /// @pre what the format holds has been found (RunOptions::boundary, or `faces` or `outlines` as well).
+/// @param clean of triangles: no edge shorter, no triangle thinner than this (model/mesh/cleaning.hpp); 0: as
+/// they are; nothing: what the format can hold, io::least_step. @param threads that look for crossings.
 /// @throws bsp2::Error if the file cannot be written.
-void write_boundary(RunResult& result, const std::filesystem::path& path);
+void write_boundary(RunResult& result, const std::filesystem::path& path, std::optional<double> clean = {},
+                    unsigned threads = 1);
 
 }  // namespace bsp2::supersteps

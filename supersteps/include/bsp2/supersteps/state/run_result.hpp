@@ -45,11 +45,26 @@ struct SimplexReport {
 };
 
 /// The surface of the IN cells in figures.
+/// What a surface file is without. Lengths are in model units.
+struct CleaningReport {
+  std::filesystem::path file;
+  double length = 0;                ///< no edge is shorter, no triangle thinner, but for those that are left
+  std::uint64_t merged_points = 0;  ///< corners that became one with another
+  std::uint64_t slivers = 0;        ///< thin triangles that neighbours took in
+  std::uint64_t left_out = 0;       ///< corners within a face or a straight edge
+  std::uint64_t left = 0;           ///< thin triangles that would have spoiled others
+  std::uint64_t triangles = 0;      ///< in the file
+  double moved = 0;                 ///< the farthest that a corner came
+  double volume_change = 0;
+  bool has_given_up = false;  ///< the surface would have crossed itself, and is as it was
+};
+
 struct BoundaryReport {
   std::uint64_t triangles = 0;
   double area = 0.0;
   bool closed = false;  ///< every edge is used equally often in both directions: counted, not assumed
   std::string digest;   ///< of points, triangles and parts, byte for byte
+  std::vector<CleaningReport> cleaned;  ///< a file each, of those that were looked at
 };
 
 /// Integrals over a solid. Lengths are in model units; moments are about the origin.

@@ -1,0 +1,190 @@
+// Surfaces without short edges and slivers: closed, not crossing themselves, and near to where they were.
+
+#include "bsp2/model/mesh/cleaning.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+
+#include "mesh/mesh_crossing.hpp"
+#include "mesh/predicates.hpp"
+#include "model/helpers.hpp"
+#include "support/rounds.hpp"
+
+namespace bsp2::model {
+namespace {
+
+using geometry::TriangleSurface;
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// The unit cube's surface with a net of `cells` squares a side on each face.
+TriangleSurface cube_of_squares(int cells) {
+  TriangleSurface surface;
+  std::map<Point3, std::uint32_t> numbers;
+  const auto number = [&](const Point3& p) {
+    const auto [at, is_new] = numbers.try_emplace(p, static_cast<std::uint32_t>(surface.points.size()));
+    if (is_new) surface.points.push_back(p);
+    return at->second;
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (const bool upper : {false, true})
+      for (int i = 0; i < cells; ++i)
+        for (int k = 0; k < cells; ++k) {
+          const auto corner = [&](int u, int v) {
+            Point3 p;
+            p[axis] = upper ? 1 : 0;
+            p[(axis + 1) % 3] = static_cast<double>(u) / cells;
+            p[(axis + 2) % 3] = static_cast<double>(v) / cells;
+            return number(p);
+          };
+          const std::uint32_t a = corner(i, k), b = corner(i + 1, k), c = corner(i + 1, k + 1),
+                              d = corner(i, k + 1);
+          for (Triangle t : {Triangle{a, b, c}, Triangle{a, c, d}}) {
+            if (!upper) std::swap(t[1], t[2]);
+            surface.triangles.push_back(t);
+            surface.owner.push_back(0);
+          }
+        }
+  return surface;
+}
+
+double thickness(const TriangleSurface& surface, const Triangle& t) {
+  const Point3 &a = surface.points[t[0]], &b = surface.points[t[1]], &c = surface.points[t[2]];
+  const Point3 n = cross(minus(b, a), minus(c, a));
+  const auto length = [](const Point3& v) { return std::sqrt(dot(v, v)); };
+  return length(n) / std::max({length(minus(b, a)), length(minus(c, b)), length(minus(a, c))});
+}
+
+bool crosses_itself(const TriangleSurface& surface) {
+  TriangleMesh mesh;
+  mesh.points = surface.points;
+  mesh.triangles = surface.triangles;
+  return self_crossing(mesh).has_value();
+}
+
+/// Puts a new point on an edge, or in a triangle, moved by up to `reach`: what cuts leave beside each other.
+void add_point(TriangleSurface& surface, std::mt19937& random, double reach, bool anywhere) {
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  const auto i = std::uniform_int_distribution<std::size_t>(0, surface.triangles.size() - 1)(random);
+  const Triangle t = surface.triangles[i];
+  const auto added = static_cast<std::uint32_t>(surface.points.size());
+  // Close to a corner, so that edges are short, or somewhere on an edge, so that triangles may be thin.
+  const double share = anywhere && uniform(0, 1) < 0.5 ? uniform(0.2, 0.8) : reach;
+  Point3 point;
+  for (std::size_t k = 0; k < 3; ++k)
+    point[k] = surface.points[t[0]][k] + share * (surface.points[t[1]][k] - surface.points[t[0]][k]) +
+               uniform(-reach, reach) / 8;
+  surface.points.push_back(point);
+  std::vector<Triangle> kept;
+  std::vector<std::int32_t> owner;
+  for (std::size_t each = 0; each < surface.triangles.size(); ++each) {
+    const Triangle& o = surface.triangles[each];
+    const auto from = std::ranges::find(o, t[0]), to = std::ranges::find(o, t[1]);
+    owner.push_back(surface.owner[each]);
+    if (from == o.end() || to == o.end()) {
+      kept.push_back(o);
+      continue;
+    }
+    Triangle first = o, second = o;
+    std::ranges::replace(first, t[1], added);
+    std::ranges::replace(second, t[0], added);
+    kept.push_back(first);
+    kept.push_back(second);
+    owner.push_back(surface.owner[each]);
+  }
+  surface.triangles = std::move(kept);
+  surface.owner = std::move(owner);
+}
+
+TEST(Cleaning, LeavesWhatIsCleanByteForByte) {
+  const TriangleSurface cube = cube_of_squares(3);
+  const CleanSurface same = cleaned(cube, {0.1});
+  EXPECT_EQ(same.surface.points, cube.points);
+  EXPECT_EQ(same.surface.triangles, cube.triangles);
+  EXPECT_FALSE(same.cleaning.is_changed());
+}
+
+TEST(Cleaning, TakesAwayWhatIsShorterOrThinner) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  for (int round = 0; round < samples::rounds(60); ++round) {
+    constexpr double length = 1e-3;
+    const int cells = 1 + round % 4, added = 1 + round % 40;
+    TriangleSurface surface = cube_of_squares(cells);
+    const TriangleSurface plain = surface;
+    for (int i = 0; i < added; ++i) add_point(surface, random, length / 8, round % 2 == 0);
+    ASSERT_TRUE(surface.is_closed());
+    if (crosses_itself(surface)) continue;
+    const CleanSurface clean = cleaned(surface, {length});
+    ASSERT_FALSE(clean.cleaning.has_given_up);
+    EXPECT_TRUE(clean.surface.is_closed());
+    EXPECT_FALSE(crosses_itself(clean.surface));
+    EXPECT_LE(clean.cleaning.moved, length);
+    EXPECT_LT(std::fabs(clean.surface.volume() - surface.volume()), length * surface.area());
+    EXPECT_NEAR(clean.cleaning.volume, clean.surface.volume() - surface.volume(), 1e-12);
+    std::size_t thin = 0;
+    for (const Triangle& t : clean.surface.triangles) thin += thickness(clean.surface, t) < length ? 1 : 0;
+    EXPECT_EQ(thin, clean.cleaning.left);
+    EXPECT_EQ(thin, 0U);
+    // Of corners beside others nothing is left.
+    if (round % 2 == 1) {
+      EXPECT_LE(clean.surface.triangles.size(), plain.triangles.size()) << "round " << round;
+    }
+  }
+}
+
+/// Each place has its own step: what is small and near the origin stays beside what is far away.
+TEST(Cleaning, MeasuresByTheCoordinatesOfThePlace) {
+  TriangleSurface surface = cube_of_squares(1);
+  const TriangleSurface small = surface;
+  for (Point3& p : surface.points)
+    for (double& x : p) x *= 0.01;
+  for (const Point3& p : small.points) surface.points.push_back({p[0] + 1e6, p[1] + 1e6, p[2] + 1e6});
+  for (const auto& [a, b, c] : small.triangles) {
+    surface.triangles.push_back({a + 8, b + 8, c + 8});
+    surface.owner.push_back(0);
+  }
+  EXPECT_FALSE(cleaned(surface, {.of_coordinate = 1e-8}).cleaning.is_changed());
+  const CleanSurface clean = cleaned(surface, {.of_coordinate = 1e-5});
+  EXPECT_EQ(clean.surface.triangles.size(), 12U) << "the far cube is gone";
+  EXPECT_NEAR(clean.surface.volume(), 1e-6, 1e-15);
+}
+
+/// A hundred walls thinner than the length: what would cross stays.
+TEST(Cleaning, NeverMakesASurfaceCrossItself) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(::testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int round = 0; round < samples::rounds(40); ++round) {
+    TriangleSurface surface;
+    // Boxes above each other, with gaps and thicknesses from far below the length to far above it.
+    double z = 0;
+    for (int i = 0; i < 12; ++i) {
+      TriangleSurface box = cube_of_squares(1 + i % 2);
+      const double height = std::pow(10, -4 * unit(random)), turn = unit(random);
+      const auto first = static_cast<std::uint32_t>(surface.points.size());
+      for (const Point3& p : box.points)
+        surface.points.push_back({p[0] * std::cos(turn) - p[1] * std::sin(turn),
+                                  p[0] * std::sin(turn) + p[1] * std::cos(turn), z + p[2] * height});
+      for (const Triangle& t : box.triangles)
+        surface.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      surface.owner.insert(surface.owner.end(), box.triangles.size(), i);
+      z += height + std::pow(10, -4 * unit(random));
+    }
+    ASSERT_FALSE(crosses_itself(surface));
+    const CleanSurface clean = cleaned(surface, {0.01});
+    EXPECT_TRUE(clean.surface.is_closed());
+    EXPECT_FALSE(crosses_itself(clean.surface));
+    EXPECT_LE(clean.cleaning.moved, 0.01);
+  }
+}
+
+}  // namespace
+}  // namespace bsp2::model
