@@ -105,7 +105,8 @@ TEST(MomentSum, AddsEachSummandRoundedToTheNearestUnit) {
   Random random(seed);
   expect_rounded_sums(MomentSum<1>(1), random);
   expect_rounded_sums(MomentSum<3>(1e10, 1e-3), random);
-  expect_rounded_sums(MomentSum<6>(1e-40, 1e-40), random);  // whose units no double is as small as
+  expect_rounded_sums(MomentSum<built_dimensions>(1e-40, 1e-40),
+                      random);  // whose units no double is as small as
 }
 
 TEST(Moments, IndexIsTheUpperTriangleByRows) {

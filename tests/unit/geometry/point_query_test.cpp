@@ -109,7 +109,9 @@ TEST(NearestToOrigin, AgreesWithAllSubsetsOfTheHyperplanes) {
   compare_with_all_subsets<2>();
   compare_with_all_subsets<3>();
   compare_with_all_subsets<4>();
+#if BSP2_DIMENSIONS > 4
   compare_with_all_subsets<6>();
+#endif
 }
 
 /// The facets of a prism over a polygon of very many sides are nearly parallel.
@@ -177,8 +179,10 @@ TEST(PointQuery, MeasuresACubeInAnyDimension) {
   measure_a_cube<2>();
   measure_a_cube<3>();
   measure_a_cube<4>();
+#if BSP2_DIMENSIONS > 4
   measure_a_cube<5>();
   measure_a_cube<6>();
+#endif
 }
 
 TEST(PointQuery, FuzzyIsNeitherInNorOut) {

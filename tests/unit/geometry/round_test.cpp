@@ -107,8 +107,10 @@ TEST(RoundFamily, EnclosesTheSphereInEveryWedge) {
   check_family<3>(3, seed);
   check_family<3>(2, seed);
   check_family<4>(4, seed);
+#if BSP2_DIMENSIONS > 4
   check_family<5>(3, seed);
   check_family<6>(6, seed);
+#endif
 }
 
 TEST(RoundFamily, GivesEveryHyperplaneOneNumber) {

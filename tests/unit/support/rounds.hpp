@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <concepts>
 #include <cstdlib>
 
@@ -14,11 +15,12 @@ inline constexpr bool is_sanitized = false;
 #endif
 
 /// How many rounds a test on random input makes that needs all of them to meet what it looks for: `usual`.
-/// BSP2_ROUNDS=n in the environment: n times as many.
+/// BSP2_ROUNDS=x in the environment: x times as many, which may be fewer.
 template <std::integral Integer>
 Integer all_rounds(Integer usual) {
   const char* factor = std::getenv("BSP2_ROUNDS");
-  return factor == nullptr ? usual : usual * static_cast<Integer>(std::atoi(factor));
+  return factor == nullptr ? usual
+                           : static_cast<Integer>(std::ceil(static_cast<double>(usual) * std::atof(factor)));
 }
 
 /// As `all_rounds`, but a fifth of them under a sanitizer, which makes each many times slower and looks for

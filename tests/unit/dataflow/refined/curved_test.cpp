@@ -44,9 +44,11 @@ TEST(Curved, BallsOfAnyDimensionLieInTheirIntervals) {
   check_levels<2>(model::ball(2, 1), ball_volume(2), {0, 1, 4, 8, 12, 16, 20});
   check_levels<3>(model::ball(3, 1), ball_volume(3), {0, 1, 6, 10, 14, 18}, 0.6);
   check_levels<4>(model::ball(4, 1), ball_volume(4), {0, 1, 8, 14, 20}, 1.2);
+#if BSP2_DIMENSIONS > 4
   // What is around a ball is most of its box: 32 and 64 against 5.3 and 5.2.
   check_levels<5>(model::ball(5, 1), ball_volume(5), {0, 10, 18}, 7);
   check_levels<6>(model::ball(6, 1), ball_volume(6), {0, 12, 18}, 16);
+#endif
 }
 
 /// The promise of docs/curved.md: at level l of the fan, layers are 1 - 1 / sqrt(1 + (d - 1) / 4^l) thick.
@@ -105,8 +107,10 @@ void check_rate_in_chamber(int first, int last) {
 TEST(Curved, TheFuzzyLayerShrinksFourfoldALevelInChambers) {
   check_rate_in_chamber<3>(1, 5);
   check_rate_in_chamber<4>(1, 4);
+#if BSP2_DIMENSIONS > 4
   check_rate_in_chamber<5>(1, 3);
   check_rate_in_chamber<6>(1, 3);
+#endif
 }
 
 TEST(Curved, CylindersAndConesLieInTheirIntervals) {
@@ -330,7 +334,9 @@ TEST(RoundProducer, EmitsAStreamOfRefinements) {
   check_stream<3>(model::transform(free_matrix(random, 3, 3), model::round_cylinder(2, 1, {2})), 16, random);
   check_stream<3>(model::transform(free_matrix(random, 3, 3), model::cone(2, 1, 0)), 16, random);
   check_stream<4>(model::ball(4, 1), 14, random);
+#if BSP2_DIMENSIONS > 4
   check_stream<5>(model::round_cylinder(3, 1, {1, 2}), 14, random);
+#endif
 }
 
 TEST(Curved, CsgIsReadRoundOnDemand) {

@@ -13,6 +13,7 @@
 #include "bsp2/geometry/families/computed_family.hpp"
 #include "bsp2/geometry/families/round_family.hpp"
 #include "bsp2/geometry/families/torus_family.hpp"
+#include "bsp2/geometry/support/dimensions.hpp"
 
 namespace bsp2::dataflow {
 
@@ -20,7 +21,7 @@ namespace bsp2::dataflow {
 /// enclose it there.
 namespace preimage {
 
-constexpr std::size_t most_axes = 6;
+constexpr std::size_t most_axes = geometry::built_dimensions;
 /// A point of such a frame, or a covector, its constant last.
 using Vector = std::array<double, most_axes>;
 using Covector = std::array<long double, most_axes + 1>;
@@ -28,7 +29,7 @@ using Covector = std::array<long double, most_axes + 1>;
 /// |(y_1 .. y_K)| <= the radius of the family, which has K axes: a ball, or a cylinder or cone without its
 /// ends.
 struct RoundSolid {
-  geometry::RoundFamily<6> family;
+  geometry::RoundFamily<geometry::built_dimensions> family;
   [[nodiscard]] std::size_t axes() const;
 };
 struct TorusSolid {

@@ -11,12 +11,25 @@
 ///   #define BSP2_INSTANTIATE(D) template class Splitter<D>;
 ///   BSP2_FOR_EACH_DIMENSION(BSP2_INSTANTIATE)
 ///   #undef BSP2_INSTANTIATE
+///
+/// A build for 4 dimensions (cmake -DBSP2_DIMENSIONS=4) reads models of 6, too, and refuses to evaluate them.
+#ifndef BSP2_DIMENSIONS
+#define BSP2_DIMENSIONS 6
+#endif
+#if BSP2_DIMENSIONS == 6
 #define BSP2_FOR_EACH_DIMENSION(macro) macro(1) macro(2) macro(3) macro(4) macro(5) macro(6)
+#elif BSP2_DIMENSIONS == 4
+#define BSP2_FOR_EACH_DIMENSION(macro) macro(1) macro(2) macro(3) macro(4)
+#else
+#error "BSP2_DIMENSIONS is 4 or 6"
+#endif
 
 namespace bsp2::geometry {
 
-/// The last one of `BSP2_FOR_EACH_DIMENSION`: no solid has more.
+/// No solid has more.
 inline constexpr int most_dimensions = 6;
+/// The last one of `BSP2_FOR_EACH_DIMENSION`.
+inline constexpr int built_dimensions = BSP2_DIMENSIONS;
 
 [[nodiscard]] constexpr bool is_dimension(int dimension) {
   return dimension >= 1 && dimension <= most_dimensions;
@@ -30,7 +43,10 @@ auto in_dimension(int dimension, Use&& use) {
   if (!is_dimension(dimension))
     throw Error("solids of dimension 1 to " + std::to_string(most_dimensions) + " can be evaluated, not " +
                 std::to_string(dimension));
-  if constexpr (D < most_dimensions)
+  if (dimension > built_dimensions)
+    throw Error("this program is built for solids of up to " + std::to_string(built_dimensions) +
+                " dimensions: build it with -DBSP2_DIMENSIONS=6");
+  if constexpr (D < built_dimensions)
     if (dimension != D) return in_dimension<D + 1>(dimension, std::forward<Use>(use));
   return use(std::integral_constant<int, D>());
 }
