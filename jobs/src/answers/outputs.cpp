@@ -117,7 +117,8 @@ void tell_lost_colours(const RunCommand& command, supersteps::RunResult& result)
 /// On the master. Nothing if the run could not find it, which it has told.
 void write_boundary(const RunCommand& command, const fs::path& path, supersteps::RunResult& result) {
   const auto& folder = command.folder;
-  if (result.boundary || result.outlines) return supersteps::write_boundary(result, path, command.clean, result.report.threads);
+  if (result.boundary || result.outlines)
+    return supersteps::write_boundary(result, path, command.clean, result.report.threads);
   const int d = result.report.dimension;
   if ((d == 3 || (d == 2 && command.options.outlines)) && !result.report.failed.empty()) {
     // What could not be glued has no name of its own; an earlier file there is not this run's.
