@@ -84,8 +84,10 @@ Ink ink_of(const RunResult& result, const geometry::CellBatch& batch, std::size_
 }
 
 Ink lit(const Ink& ink, const Vector& normal) {
-  static const Vector light = normalized({-0.5, 0.6, 0.7});
-  const double brightness = 0.4 + 0.08 * normal[1] + 0.6 * std::max(0.0, dot(normal, light));
+  // The second light is for what is turned away from the first one.
+  static const Vector light = normalized({-0.5, 0.6, 0.7}), from_beside = normalized({0.9, 0.1, 0.4});
+  const double brightness = 0.4 + 0.08 * normal[1] + 0.52 * std::max(0.0, dot(normal, light)) +
+                            0.2 * std::max(0.0, dot(normal, from_beside));
   Ink result = ink;
   for (double& channel : result.colour) channel = std::clamp(channel * brightness, 0.0, 1.0);
   return result;
