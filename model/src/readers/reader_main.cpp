@@ -1,0 +1,72 @@
+#include "readers/reader_main.hpp"
+
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <new>
+
+namespace bsp2::model {
+namespace {
+
+/// Lowers a limit, if it is not that low already.
+void limit(int resource, rlim_t most) {
+  rlimit now{};
+  if (::getrlimit(static_cast<__rlimit_resource_t>(resource), &now) != 0) return;
+  if (now.rlim_cur != RLIM_INFINITY && now.rlim_cur <= most) return;
+  now.rlim_cur = now.rlim_max == RLIM_INFINITY ? most : std::min(most, now.rlim_max);
+  ::setrlimit(static_cast<__rlimit_resource_t>(resource), &now);
+}
+
+/// Far above what a sound file of this size takes: a damaged one does not fill the machine, nor run for ever.
+void limit_process(const std::string& path) {
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(path, unknown);
+  const rlim_t bytes = unknown ? 0 : static_cast<rlim_t>(size);
+  limit(RLIMIT_DATA, (rlim_t{2} << 30) + 400 * bytes);
+  limit(RLIMIT_CPU, 900 + 30 * (bytes >> 20));
+  limit(RLIMIT_CORE, 0);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would listen
+  std::signal(SIGPIPE, SIG_DFL);
+}
+
+}  // namespace
+
+int read_for_model(int argc, char** argv, void (*read)(const ReadRequest& request, PartsWriter& parts)) {
+  if (argc != 6) {
+    std::fputs("This program reads files for bsp2; it is not started by hand.\n", stderr);
+    return 2;
+  }
+  std::FILE* const pipe = ::fdopen(::dup(1), "wb");
+  const int nowhere = ::open("/dev/null", O_WRONLY);
+  if (pipe == nullptr || nowhere < 0 || ::dup2(nowhere, 1) < 0) return 1;
+  const ReadRequest request{argv[1], std::atof(argv[2]), std::atof(argv[3]), std::atof(argv[4]),
+                            std::atof(argv[5])};
+  limit_process(request.path);
+  PartsWriter parts(pipe);
+  const auto tell = [&](const std::string& text) { parts.text(PartsStream::Record::error, text); };
+  try {
+    parts.text(PartsStream::Record::layout, BSP2_MODULE_LAYOUT);
+    try {
+      read(request, parts);
+      parts.end();
+    } catch (const std::bad_alloc&) {
+      tell(
+          "takes more memory than there is for a file of its size; it is damaged, or made to do harm, or "
+          "asked for too finely");
+    } catch (const std::exception& error) {
+      tell(error.what());
+    }
+  } catch (const std::exception&) {
+  }
+  std::fflush(pipe);
+  ::_exit(0);  // libraries take long to put away what goes anyhow
+}
+
+}  // namespace bsp2::model
