@@ -102,6 +102,8 @@ ImportedParts import_3mf(
     const std::filesystem::path& path);  ///< the build, with its transforms; units make no difference
 ImportedParts import_gltf(std::string_view bytes,
                           const std::filesystem::path& path);  ///< text and binary, in millimetres, z up
+ImportedParts import_msh(std::string_view bytes,
+                         const std::filesystem::path& path);  ///< of gmsh, 2.2 and 4.1, text and binary
 ImportedMesh import_amf(
     std::string_view bytes,
     const std::filesystem::path& path);  ///< plain or zipped; no constellations, no units, as in OpenSCAD

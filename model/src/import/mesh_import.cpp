@@ -8,8 +8,10 @@
 #include "bsp2/model/expression/csg.hpp"
 #include "builder/polyhedron.hpp"
 #include "import/imports.hpp"
+#include "import/part_names.hpp"
 #include "import/reader_process.hpp"
 #include "mesh/mesh_crossing.hpp"
+#include "mesh/mesh_touching.hpp"
 
 namespace bsp2::model {
 namespace {
@@ -35,32 +37,87 @@ ImportedParts import_cad(const std::filesystem::path& path, const Fineness& fine
   return parts_by_program("bsp2-read-cad", "Open CASCADE", path, fineness);
 }
 
+ImportedParts import_vtk(const std::filesystem::path& path, const Fineness& fineness) {
+  return parts_by_program("bsp2-read-vtk", "VTK", path, fineness);
+}
+
 using Importer = ImportedParts (*)(const std::filesystem::path&, const Fineness&);
 
-/// By ending.
-constexpr std::pair<std::string_view, Importer> importers[] = {{".3mf", import_many<import_3mf>},
-                                                               {".amf", import_one<import_amf>},
-                                                               {".brep", import_cad},
-                                                               {".glb", import_many<import_gltf>},
-                                                               {".gltf", import_many<import_gltf>},
-                                                               {".iges", import_cad},
-                                                               {".igs", import_cad},
-                                                               {".obj", import_one<import_obj>},
-                                                               {".off", import_one<import_off>},
-                                                               {".ply", import_one<import_ply>},
-                                                               {".step", import_cad},
-                                                               {".stl", import_one<import_stl>},
-                                                               {".stp", import_cad}};
+struct ImportFormat {
+  std::string_view ending;
+  Importer import;
+  bool has_parts, has_colours;
+  std::string_view description;
+};
+
+constexpr bool with_parts = true, no_parts = false, with_colours = true, no_colours = false;
+
+/// By ending: the one place that knows them.
+constexpr ImportFormat formats[] = {
+    {".3mf", import_many<import_3mf>, with_parts, with_colours, "objects of the build"},
+    {".amf", import_one<import_amf>, no_parts, no_colours, "all objects as one mesh"},
+    {".brep", import_cad, with_parts, no_colours, "faces of Open CASCADE: a part a solid"},
+    {".glb", import_many<import_gltf>, with_parts, with_colours, "glTF, binary: a part a node with a mesh"},
+    {".gltf", import_many<import_gltf>, with_parts, with_colours, "the same as text"},
+    {".iges", import_cad, with_parts, with_colours, "faces of CAD programs"},
+    {".igs", import_cad, with_parts, with_colours, "the same"},
+    {".msh", import_many<import_msh>, with_parts, no_colours,
+     "gmsh 2.2 and 4.1: triangles, or the outside of solids"},
+    {".obj", import_one<import_obj>, no_parts, no_colours, "all groups as one mesh"},
+    {".off", import_one<import_off>, no_parts, no_colours, "a mesh"},
+    {".ply", import_one<import_ply>, no_parts, no_colours, "a mesh"},
+    {".step", import_cad, with_parts, with_colours, "faces of CAD programs: a part a product"},
+    {".stl", import_one<import_stl>, no_parts, no_colours, "a mesh"},
+    {".stp", import_cad, with_parts, with_colours, "the same as .step"},
+    {".vtp", import_vtk, with_parts, with_colours, "surfaces of VTK and ParaView"},
+};
+
+/// What is read elsewhere, for the table.
+constexpr ImportFormat drawings[] = {{".dxf", nullptr, no_parts, no_colours, "plane: closed outlines"},
+                                     {".svg", nullptr, no_parts, no_colours, "plane: areas of a drawing"}};
 
 Importer importer_of(std::string_view ending) {
-  for (const auto& [known, importer] : importers)
-    if (known == ending) return importer;
+  for (const ImportFormat& format : formats)
+    if (format.ending == ending) return format.import;
   return nullptr;
 }
 
 /// How a part is called in messages; the whole if it has no name.
 std::string mesh_name(const std::filesystem::path& path, const std::string& part) {
   return "the mesh of " + (part.empty() ? "" : "'" + part + "' in ") + path.string();
+}
+
+/// Parts that bound a solid only together become one, as a surface has nothing between parts that touch.
+void join_touching(ImportedParts& read) {
+  if (read.parts.size() < 2) return;
+  std::vector<MeshView> meshes;
+  for (const ImportedPart& part : read.parts) meshes.push_back({part.mesh.points, part.mesh.faces});
+  const auto groups = closed_together(meshes);
+  if (groups.size() == read.parts.size()) return;
+  std::vector<ImportedPart> parts;
+  for (const std::vector<std::size_t>& group : groups) {
+    ImportedPart part = std::move(read.parts[group.front()]);
+    std::string names = "'" + part.name + "'";
+    std::vector<ImportedPart> touching;
+    for (std::size_t i = 1; i < group.size(); ++i) {
+      const ImportedPart& other = read.parts[group[i]];
+      part.name += other.name.empty() ? "" : (part.name.empty() ? "" : " + ") + other.name;
+      names += (i + 1 == group.size() ? " and '" : ", '") + other.name + "'";
+      if (other.colour != part.colour) part.colour.reset();
+    }
+    if (group.size() > 1) {
+      for (const std::size_t i : group)
+        touching.push_back({{}, {}, i == group.front() ? part.mesh : std::move(read.parts[i].mesh)});
+      part.mesh = joined(touching);
+      part.name = printable_name(part.name);
+      read.notes.push_back(
+          "the parts " + names +
+          " touch each other, and the file has nothing between them: they are one part here" +
+          (part.name.empty() ? "" : ", '" + part.name + "'"));
+    }
+    parts.push_back(std::move(part));
+  }
+  read.parts = std::move(parts);
 }
 
 void call(const std::function<void(const std::string&)>& told, const std::string& text) {
@@ -102,12 +159,31 @@ bool is_mesh_ending(std::string_view ending) { return importer_of(ending) != nul
 
 std::string mesh_endings() {
   std::string text;
-  for (const auto& importer : importers)
-    text += (&importer == importers                 ? ""
-             : &importer + 1 == std::end(importers) ? " and "
-                                                    : ", ") +
-            std::string(importer.first);
+  for (const ImportFormat& format : formats)
+    text += (&format == formats                 ? ""
+             : &format + 1 == std::end(formats) ? " and "
+                                                : ", ") +
+            std::string(format.ending);
   return text;
+}
+
+std::string import_format_table() {
+  std::vector<ImportFormat> all(std::begin(formats), std::end(formats));
+  all.insert(all.end(), std::begin(drawings), std::end(drawings));
+  std::sort(all.begin(), all.end(),
+            [](const ImportFormat& a, const ImportFormat& b) { return a.ending < b.ending; });
+  std::string table = "ending parts  colours  is read as\n";
+  const auto cell = [&](std::string_view text, std::size_t width) {
+    table += text;
+    table.append(width - text.size(), ' ');
+  };
+  for (const ImportFormat& format : all) {
+    cell(format.ending, 7);
+    cell(format.has_parts ? "yes" : "-", 7);
+    cell(format.has_colours ? "yes" : "-", 9);
+    (table += format.description) += '\n';
+  }
+  return table;
 }
 
 ImportedParts import_parts(const std::filesystem::path& path, const Fineness& fineness) {
@@ -127,7 +203,8 @@ ImportedMesh import_mesh(const std::filesystem::path& path) {
 
 std::vector<SolidPart> solids_of_file(const std::filesystem::path& path, const Fineness& fineness,
                                       const Remarks& remarks) {
-  const ImportedParts read = import_parts(path, fineness);
+  ImportedParts read = import_parts(path, fineness);
+  join_touching(read);
   for (const std::string& text : read.warnings) call(remarks.warn, path.string() + ": " + text);
   for (const std::string& text : read.notes) call(remarks.note, path.string() + ": " + text);
   std::vector<SolidPart> solids;

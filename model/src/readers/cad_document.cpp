@@ -5,6 +5,7 @@
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
 #include <IGESCAFControl_Reader.hxx>
+#include <IGESControl_Controller.hxx>
 #include <IGESData_GlobalSection.hxx>
 #include <IGESData_IGESModel.hxx>
 #include <Interface_Check.hxx>
@@ -12,7 +13,17 @@
 #include <Message.hxx>
 #include <Message_Messenger.hxx>
 #include <Message_Printer.hxx>
+#include <STEPCAFControl_Controller.hxx>
 #include <STEPCAFControl_Reader.hxx>
+#include <ShapeExtend_MsgRegistrator.hxx>
+#include <ShapeFix_Face.hxx>
+#include <ShapeFix_Shape.hxx>
+#include <ShapeFix_Shell.hxx>
+#include <ShapeFix_Solid.hxx>
+#include <ShapeFix_Wire.hxx>
+#include <ShapeProcess_ShapeContext.hxx>
+#include <Standard_Failure.hxx>
+#include <Standard_OutOfMemory.hxx>
 #include <TColStd_SequenceOfAsciiString.hxx>
 #include <TCollection_ExtendedString.hxx>
 #include <TCollection_HAsciiString.hxx>
@@ -32,6 +43,8 @@
 #include <XCAFDoc_ColorTool.hxx>
 #include <XCAFDoc_DocumentTool.hxx>
 #include <XCAFDoc_ShapeTool.hxx>
+#include <XSAlgo.hxx>
+#include <XSAlgo_AlgoContainer.hxx>
 #include <XSControl_WorkSession.hxx>
 #include <algorithm>
 #include <array>
@@ -308,7 +321,7 @@ class Collector {
     TopoDS_Shape best;
     int fewest = -1;
     double tolerance = 0;
-    for (const double attempt : {1e-6, 1e-4, 1e-3, 1e-2}) {
+    for (const double attempt : {1e-6, 1e-5, 1e-4, 1e-3, 1e-2}) {
       if (faces.empty() || fewest == 0) break;
       BRepBuilderAPI_Sewing sewing(attempt);
       for (const TopoDS_Shape& face : faces) sewing.Add(face);
@@ -320,6 +333,44 @@ class Collector {
     }
     if (!best.IsNull()) note << "; sewn at their edges, with a tolerance of " << tolerance;
     return best;
+  }
+};
+
+/// What Open CASCADE does to shapes that it has read, but for the faces of a shell, which it would turn
+/// towards one side in a time that grows with the square of their number: closing the mesh turns them in no
+/// time.
+class QuickFixes final : public XSAlgo_AlgoContainer {
+  DEFINE_STANDARD_RTTI_INLINE(QuickFixes, XSAlgo_AlgoContainer)
+ public:
+  TopoDS_Shape ProcessShape(const TopoDS_Shape& shape, const Standard_Real precision,
+                            const Standard_Real most_tolerance, const Standard_CString,
+                            const Standard_CString, Handle(Standard_Transient) & info,
+                            const Message_ProgressRange&, const Standard_Boolean) const override {
+    if (shape.IsNull()) return shape;
+    const Handle(ShapeProcess_ShapeContext) context = new ShapeProcess_ShapeContext(shape, "");
+    context->SetDetalisation(TopAbs_EDGE);
+    info = context;
+    const Handle(ShapeExtend_MsgRegistrator) messages = new ShapeExtend_MsgRegistrator();
+    const Handle(ShapeFix_Shape) fix = new ShapeFix_Shape(shape);
+    fix->SetMsgRegistrator(messages);
+    fix->SetPrecision(precision);
+    fix->SetMaxTolerance(most_tolerance);
+    fix->FixFaceTool()->FixWireTool()->FixSameParameterMode() = 0;
+    fix->FixSolidTool()->CreateOpenSolidMode() = false;
+    fix->FixSolidTool()->FixShellTool()->FixOrientationMode() = 0;
+    fix->FixShellTool()->FixOrientationMode() = 0;
+    try {
+      fix->Perform();
+    } catch (const Standard_OutOfMemory&) {
+      throw;
+    } catch (const Standard_Failure&) {
+      return shape;  // as it is in the file
+    }
+    if (!fix->Shape().IsNull() && !fix->Shape().IsSame(shape)) {
+      context->RecordModification(fix->Context(), messages);
+      context->SetResult(fix->Shape());
+    }
+    return context->Result();
   }
 };
 
@@ -444,7 +495,23 @@ CadDocument read_iges(const std::string& path, const Handle(Complaints) & compla
   return result;
 }
 
+/// The last line of such a file names its shape: "+1 0".
+bool has_brep_end(const std::string& path) {
+  std::string end = last_bytes(path, 200);
+  end.resize(end.find_last_not_of(" \t\r\n") + 1);
+  const std::size_t line = end.find_last_of("\r\n") + 1, space = end.find(' ', line);
+  const auto is_number = [](std::string_view text) {
+    return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+  };
+  return space != std::string::npos && (end[line] == '+' || end[line] == '-') &&
+         is_number(std::string_view(end).substr(line + 1, space - line - 1)) &&
+         is_number(std::string_view(end).substr(space + 1));
+}
+
 CadDocument read_brep(const std::string& path) {
+  if (first_bytes(path, 4096).find("CASCADE Topology V") == std::string::npos)
+    throw Error("is no .brep file of Open CASCADE");
+  if (!has_brep_end(path)) throw Error("is cut off: it does not end with the shape that it holds");
   TopoDS_Shape shape;
   const BRep_Builder builder;
   if (!BRepTools::Read(shape, path.c_str(), builder) || shape.IsNull())
@@ -460,6 +527,9 @@ CadDocument read_cad(const std::string& path) {
   const Handle(Complaints) complaints = new Complaints();
   Message::DefaultMessenger()->ChangePrinters().Clear();
   Message::DefaultMessenger()->AddPrinter(complaints);
+  STEPCAFControl_Controller::Init();
+  IGESControl_Controller::Init();
+  XSAlgo::SetAlgoContainer(new QuickFixes());
   const std::string ending = lower(path.substr(path.find_last_of('.')));
   if (ending == ".brep") return read_brep(path);
   return ending == ".iges" || ending == ".igs" ? read_iges(path, complaints) : read_step(path, complaints);

@@ -211,16 +211,18 @@ class Mesher {
         return std::fabs(from.Distance(surface.Sphere().Location()) - surface.Sphere().Radius());
       case GeomAbs_Cylinder:
         return std::fabs(along_and_off(surface.Cylinder().Position()).second - surface.Cylinder().Radius());
-      case GeomAbs_Cone: {
+      case GeomAbs_Cone: {  // both halves, from the tip
         const gp_Cone cone = surface.Cone();
         const auto [along, off] = along_and_off(cone.Position());
-        return std::fabs((off - cone.RefRadius()) * std::cos(cone.SemiAngle()) -
-                         along * std::sin(cone.SemiAngle()));
+        const double c = std::cos(cone.SemiAngle()), s = std::sin(cone.SemiAngle());
+        return std::min(std::fabs((off - cone.RefRadius()) * c - along * s),
+                        std::fabs((-off - cone.RefRadius()) * c - along * s));
       }
-      case GeomAbs_Torus: {
+      case GeomAbs_Torus: {  // that may go through itself
         const gp_Torus torus = surface.Torus();
         const auto [along, off] = along_and_off(torus.Position());
-        return std::fabs(std::hypot(off - torus.MajorRadius(), along) - torus.MinorRadius());
+        return std::min(std::fabs(std::hypot(off - torus.MajorRadius(), along) - torus.MinorRadius()),
+                        std::fabs(std::hypot(-off - torus.MajorRadius(), along) - torus.MinorRadius()));
       }
       default:
         return std::nullopt;

@@ -1,6 +1,9 @@
 // bsp2-read-cad: reads files for CAD programs for the model.
 #include <Standard_Failure.hxx>
 #include <Standard_OutOfMemory.hxx>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
 #include <new>
 #include <sstream>
@@ -37,7 +40,7 @@ void tell(const CadDocument& document, const ReadRequest& request, PartsWriter& 
     if (part.colour) {
       part.colour->GetRGB().Values(colour[0], colour[1], colour[2], Quantity_TOC_sRGB);
       colour[3] = part.colour->Alpha();
-      for (double& channel : colour) channel = std::clamp(channel, 0.0, 1.0);
+      for (double& channel : colour) channel = std::round(std::clamp(channel, 0.0, 1.0) * 255) / 255;
     }
     parts.part(part.name, part.colour ? &colour : nullptr, mesh.points, mesh.triangles);
   }
@@ -53,7 +56,9 @@ void tell(const CadDocument& document, const ReadRequest& request, PartsWriter& 
 
 void read(const ReadRequest& request, PartsWriter& parts) {
   try {
-    tell(read_cad(request.path), request, parts);
+    const CadDocument document = read_cad(request.path);
+    file_is_read();
+    tell(document, request, parts);
   } catch (const Standard_OutOfMemory&) {
     throw std::bad_alloc();
   } catch (const Standard_Failure& failure) {

@@ -15,28 +15,40 @@
 namespace bsp2::model {
 namespace {
 
-/// Lowers a limit, if it is not that low already.
-void limit(int resource, rlim_t most) {
+/// Lowers a limit, if it is not that low already. @param hard at most that can be asked for later.
+void limit(int resource, rlim_t most, rlim_t hard) {
   rlimit now{};
-  if (::getrlimit(static_cast<__rlimit_resource_t>(resource), &now) != 0) return;
-  if (now.rlim_cur != RLIM_INFINITY && now.rlim_cur <= most) return;
-  now.rlim_cur = now.rlim_max == RLIM_INFINITY ? most : std::min(most, now.rlim_max);
-  ::setrlimit(static_cast<__rlimit_resource_t>(resource), &now);
+  const auto which = static_cast<__rlimit_resource_t>(resource);
+  if (::getrlimit(which, &now) != 0) return;
+  now.rlim_max = std::min(now.rlim_max, hard);  // none is the largest number
+  now.rlim_cur = std::min({now.rlim_cur, most, now.rlim_max});
+  ::setrlimit(which, &now);
 }
+
+/// Seconds of the processor, for a file of so many megabytes.
+rlim_t seconds_to_read(rlim_t megabytes) { return 10 + 20 * megabytes; }
+rlim_t seconds_for_all(rlim_t megabytes) { return 900 + 60 * megabytes; }
 
 /// Far above what a sound file of this size takes: a damaged one does not fill the machine, nor run for ever.
 void limit_process(const std::string& path) {
   std::error_code unknown;
   const auto size = std::filesystem::file_size(path, unknown);
-  const rlim_t bytes = unknown ? 0 : static_cast<rlim_t>(size);
-  limit(RLIMIT_DATA, (rlim_t{2} << 30) + 400 * bytes);
-  limit(RLIMIT_CPU, 900 + 30 * (bytes >> 20));
-  limit(RLIMIT_CORE, 0);
+  const rlim_t bytes = unknown ? 0 : static_cast<rlim_t>(size), memory = (rlim_t{2} << 30) + 400 * bytes;
+  limit(RLIMIT_DATA, memory, memory);
+  limit(RLIMIT_CPU, seconds_to_read(bytes >> 20), seconds_for_all(bytes >> 20));
+  limit(RLIMIT_CORE, 0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody would listen
   std::signal(SIGPIPE, SIG_DFL);
 }
 
 }  // namespace
+
+void file_is_read() {
+  rlimit now{};
+  if (::getrlimit(RLIMIT_CPU, &now) != 0) return;
+  now.rlim_cur = now.rlim_max;
+  ::setrlimit(RLIMIT_CPU, &now);
+}
 
 int read_for_model(int argc, char** argv, void (*read)(const ReadRequest& request, PartsWriter& parts)) {
   if (argc != 6) {

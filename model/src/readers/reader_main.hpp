@@ -17,4 +17,7 @@ struct ReadRequest {
 /// @return the exit code.
 int read_for_model(int argc, char** argv, void (*read)(const ReadRequest& request, PartsWriter& parts));
 
+/// What is left to do may take long: it depends on what is asked for, no more on what is in the file alone.
+void file_is_read();
+
 }  // namespace bsp2::model

@@ -103,6 +103,9 @@ bool is_scad(const std::filesystem::path& path);
 /// @throws bsp2::Error if there is no such program, or if it fails: with what it said.
 ModelText convert_scad(const std::filesystem::path& path);
 
+/// The formats of files that a model imports as a table, a line each, of at most 80 columns.
+std::string import_format_table();
+
 /// Whether this is, by its name, a file that a model imports: a mesh, faces, or a drawing.
 bool is_imported(const std::filesystem::path& path);
 
