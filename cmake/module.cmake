@@ -43,3 +43,18 @@ function(bsp2_module room name)
   add_dependencies(bsp2_${room} ${target})
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/bsp2 COMPONENT bsp2)
 endfunction()
+
+# bsp2_reader(<room> <name> SOURCES ... LINK ...): a program that reads files for a room, in a process of its own; it lies among the modules.
+# It takes nothing from the rooms but their headers either. After bsp2_module_layout.
+function(bsp2_reader room name)
+  cmake_parse_arguments(READER "" "" "SOURCES;LINK" ${ARGN})
+  set(target bsp2_reader_${name})
+  add_executable(${target} ${READER_SOURCES})
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME bsp2-read-${name} RUNTIME_OUTPUT_DIRECTORY ${BSP2_BUILT_MODULES})
+  target_include_directories(${target} PRIVATE src $<TARGET_PROPERTY:bsp2_${room},INTERFACE_INCLUDE_DIRECTORIES>
+    $<TARGET_PROPERTY:bsp2_geometry,INTERFACE_INCLUDE_DIRECTORIES>)
+  target_compile_definitions(${target} PRIVATE BSP2_MODULE_LAYOUT="${BSP2_MODULE_LAYOUT}")
+  target_link_libraries(${target} PRIVATE bsp2_options Boost::headers ${READER_LINK})
+  add_dependencies(bsp2_${room} ${target})
+  install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/bsp2 COMPONENT bsp2)
+endfunction()

@@ -9,6 +9,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/surface.hpp"
+#include "bsp2/model/expression/csg.hpp"
 #include "options/checks.hpp"
 #include "options/drawing_options.hpp"
 #include "options/help.hpp"
@@ -641,7 +642,9 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) fail(error, app);
     if (raw.list_formats) {
-      out << io::surface_format_table();
+      out << "Written (--boundary FILE):\n\n"
+          << io::surface_format_table() << "\nRead (as the model, or by import()):\n\n"
+          << model::import_format_table();
       return std::nullopt;
     }
     app.exit(error, out, out);  // help or version

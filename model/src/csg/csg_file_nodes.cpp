@@ -45,6 +45,27 @@ DrawingFrame read_frame(const Arguments& arguments) {
   return frame;
 }
 
+/// How finely faces become triangles. The deflection is a length, as of the model.
+Fineness read_fineness(const Arguments& arguments) {
+  const double deflection = arguments.number("deflection", -1, 0);
+  if (arguments.find("deflection") != nullptr && !(deflection > 0 && deflection <= largest_coordinate))
+    throw Error("import: the deflection has to be a length above 0");
+  return {resolution_of(arguments), deflection};
+}
+
+/// One part of the source, whatever the parts of the file are called.
+Expression pooled_solids(std::vector<SolidPart> parts, NodePool& pool) {
+  std::vector<Expression> solids;
+  for (SolidPart& part : parts) {
+    Expression solid = pool.primitive(std::move(part.mesh), 3);
+    if (part.colour) solid = pool.coloured(*part.colour, solid);
+    if (!part.name.empty()) solid = pool.named(Named::Role::part, part.name, solid);
+    solids.push_back(std::move(solid));
+  }
+  if (solids.empty()) return pool.empty(3);
+  return solids.size() == 1 ? solids.front() : pool.boolean(Operation::unite, 3, solids, true);
+}
+
 }  // namespace
 
 Expression make_import(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,
@@ -74,11 +95,8 @@ Expression make_import(const Arguments& arguments, const std::filesystem::path& 
     return pool.boolean(Operation::unite, 2, shapes, true);
   }
   if (!is_mesh_ending(kind))
-    throw Error("import: files named *" + kind +
-                " are not read; .stl, .off, .obj, .ply, .3mf, .amf, .dxf and .svg are");
-  if (std::optional<TriangleMesh> closed = mesh_of_file(path, warn))
-    return pool.primitive(std::move(*closed), 3);
-  return pool.empty(3);
+    throw Error("import: files named *" + kind + " are not read; " + mesh_endings() + " are, .dxf and .svg");
+  return pooled_solids(solids_of_file(path, read_fineness(arguments), {warn, note}), pool);
 }
 
 Expression make_surface(const Arguments& arguments, const std::filesystem::path& folder, NodePool& pool,

@@ -71,7 +71,7 @@ class Reader {
   [[nodiscard]] bool only_points_count(const Frame& frame, bool is_solid) const;
   [[nodiscard]] bool flat_points_count(const Frame& frame) const;
   std::optional<double> scale_of_maps();
-  void remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh);
+  void remember_meshes(const Frame& frame, const Arguments& arguments, const Expression& made);
   Expression solid_of_hollow(const Frame& frame, const HollowPolyhedron& polyhedron);
   const Expression* known_polyhedron();
   Expression primitive_of(const Frame& frame, const Arguments& arguments);
@@ -137,6 +137,7 @@ class Reader {
                       : " (and at " + std::to_string(more) + (more == 1 ? " more place)" : " more places)"));
   }
   std::string located(const SyntaxError& error) {
+    if (error.text.starts_with(name_ + ":")) return error.text;  // the file is the model, and has no text
     return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
   }
 
@@ -304,7 +305,7 @@ void Reader::interpret(Frame& frame) {
           if (!is_extrusion(frame.kind) || !arguments.find("file")) break;
         }
         Expression made = primitive_of(frame, arguments);
-        if (is_mesh(made) && !only_points_count(frame, true)) remember_mesh(frame, arguments, made);
+        if (!only_points_count(frame, true)) remember_meshes(frame, arguments, made);
         operands_.push_back(std::move(made));
         operand_places_.push_back(places_.size());
         if (!pool_.is_empty(operands_.back())) places_.push_back(frame.offset);
@@ -385,13 +386,21 @@ std::optional<double> Reader::scale_of_maps() {
   return scale;
 }
 
-/// A polyhedron, or an import of one, with what there is to say of it should it overlap itself.
-void Reader::remember_mesh(const Frame& frame, const Arguments& arguments, const Expression& mesh) {
+/// A polyhedron, or the parts of an import, with what there is to say of them should they overlap themselves.
+void Reader::remember_meshes(const Frame& frame, const Arguments& arguments, const Expression& made) {
   if (frame.kind != NodeKind::polyhedron && frame.kind != NodeKind::import) return;
-  meshes_.push_back(
-      {frame.offset,
-       frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "") : std::filesystem::path(),
-       mesh, frame.is_root ? 1 : scale_of_maps()});
+  std::vector<Expression> open{made};  // united, named, coloured: no deeper than that
+  while (!open.empty()) {
+    const Expression at = std::move(open.back());
+    open.pop_back();
+    if (is_mesh(at))
+      meshes_.push_back({frame.offset,
+                         frame.kind == NodeKind::import ? folder_ / arguments.string("file", 0, "")
+                                                        : std::filesystem::path(),
+                         at, frame.is_root ? 1 : scale_of_maps()});
+    const auto children = at.node().children();
+    open.insert(open.end(), children.rbegin(), children.rend());
+  }
 }
 
 /// OpenSCAD reports an open polyhedron and goes on without it; a hull takes its points all the same.

@@ -27,26 +27,69 @@ struct ImportedMesh {
   void add_face(std::span<const std::uint32_t> corners);
 };
 
+/// Who is told what there is to say about a file; each may be empty.
+struct Remarks {
+  std::function<void(const std::string&)> warn;  ///< what is not read, and others
+  std::function<void(const std::string&)> note;  ///< what is right as it is, and good to know
+};
+
+/// What of a file is a part by itself.
+struct ImportedPart {
+  std::string name;              ///< empty: it has none
+  std::optional<Colour> colour;  ///< of all of it
+  ImportedMesh mesh;
+};
+
+/// All parts of a file, in its order: one without a name of what only has triangles.
+struct ImportedParts {
+  std::vector<ImportedPart> parts;
+  std::vector<std::string> warnings{};  ///< what is odd about the file, or not as exact in it
+  std::vector<std::string> notes{};     ///< what is right as it is, and good to know
+};
+
+/// All parts as one mesh.
+ImportedMesh joined(const std::vector<ImportedPart>& parts);
+
+/// How finely the curved faces of a file become triangles.
+struct Fineness {
+  Resolution resolution;
+  double deflection = 0;  ///< how far triangles may be from the face, > 0; 0: as the resolution says
+};
+
 /// The ending of a file's name (with its dot) in small letters.
 std::string lower_ending(const std::filesystem::path& path);
 
-/// Whether import_mesh reads files with this ending (with its dot, in small letters).
+/// Whether import_parts reads files with this ending (with its dot, in small letters).
 bool is_mesh_ending(std::string_view ending);
 
-/// The meshes of a file (STL, OFF, OBJ, PLY, 3MF, AMF).
+/// The endings that import_parts reads, for messages: ".3mf, .amf, ... and .vtp".
+std::string mesh_endings();
+
+/// The parts of a file of solids: meshes, or faces that become meshes.
 ///
 /// Strict: what is damaged or cut off is an error with its line or byte, never half a mesh; only of the
 /// number of facets that a binary STL file tells its length knows better, which gets a warning. Coordinates
 /// are finite and at most largest_coordinate.
 /// @throws bsp2::Error if the file cannot be read.
+ImportedParts import_parts(const std::filesystem::path& path, const Fineness& fineness = {});
+
+/// The same as one mesh.
 ImportedMesh import_mesh(const std::filesystem::path& path);
 
-/// The solid that these meshes bound, repaired where they do not close; nothing if they enclose nothing.
-/// @param warn is told what was repaired, and what is odd but for faces that cross (overlaps_of in csg.hpp
+/// A part of a file that is a solid.
+struct SolidPart {
+  std::string name;  ///< empty: none
+  std::optional<Colour> colour;
+  TriangleMesh mesh;
+};
+
+/// The solids that the parts of a file bound, each repaired where it does not close; what encloses nothing is
+/// left out.
+/// @param remarks is told what was repaired, and what is odd but for faces that cross (overlaps_of in csg.hpp
 /// looks for those).
 /// @throws bsp2::Error also for what cannot be repaired.
-std::optional<TriangleMesh> mesh_of_file(const std::filesystem::path& path,
-                                         const std::function<void(const std::string&)>& warn);
+std::vector<SolidPart> solids_of_file(const std::filesystem::path& path, const Fineness& fineness,
+                                      const Remarks& remarks);
 
 /// The same for each format, of the bytes of a file. @param path its name in messages.
 ImportedMesh import_stl(std::string_view bytes, const std::filesystem::path& path);  ///< text and binary
@@ -54,9 +97,13 @@ ImportedMesh import_off(std::string_view bytes, const std::filesystem::path& pat
 ImportedMesh import_obj(std::string_view bytes, const std::filesystem::path& path);
 ImportedMesh import_ply(std::string_view bytes,
                         const std::filesystem::path& path);  ///< text and binary, both byte orders
-ImportedMesh import_3mf(
+ImportedParts import_3mf(
     std::string_view bytes,
     const std::filesystem::path& path);  ///< the build, with its transforms; units make no difference
+ImportedParts import_gltf(std::string_view bytes,
+                          const std::filesystem::path& path);  ///< text and binary, in millimetres, z up
+ImportedParts import_msh(std::string_view bytes,
+                         const std::filesystem::path& path);  ///< of gmsh, 2.2 and 4.1, text and binary
 ImportedMesh import_amf(
     std::string_view bytes,
     const std::filesystem::path& path);  ///< plain or zipped; no constellations, no units, as in OpenSCAD
@@ -81,12 +128,6 @@ struct PlaneDrawing {
 struct DrawingFrame {
   std::array<double, 2> origin{};
   double scale = 1;
-};
-
-/// Who is told what there is to say about a drawing; each may be empty.
-struct Remarks {
-  std::function<void(const std::string&)> warn;  ///< what is not read, and others
-  std::function<void(const std::string&)> note;  ///< what is right as it is, and good to know
 };
 
 /// The paths of a DXF drawing's lines, arcs, circles, ellipses, splines, polylines, solids and inserted

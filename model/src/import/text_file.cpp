@@ -87,10 +87,14 @@ bool is_imported(const std::filesystem::path& path) {
 
 std::string read_model_text(const std::filesystem::path& path) {
   std::error_code error;
-  if (std::filesystem::exists(path, error) && is_imported(path))
-    throw Error(path.string() + ": is no model but something that a model imports; write import(file = \"" +
-                path.filename().string() + "\"); into a .csg file and run that");
-  return read_file(path, check_beginning_of_model);
+  if (!std::filesystem::is_regular_file(path, error) || !is_imported(path))
+    return read_file(path, check_beginning_of_model);
+  std::string text = "import(file = \"";
+  for (const char c : path.filename().string()) {
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + "\");\n";
 }
 
 }  // namespace bsp2::model

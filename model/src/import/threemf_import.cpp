@@ -6,9 +6,11 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "import/imports.hpp"
+#include "import/part_names.hpp"
 #include "import/text_cursor.hpp"
 #include "import/xml_stream.hpp"
 #include "import/zip_file.hpp"
+#include "text/colour_names.hpp"
 
 // Source: 3MF Consortium, "3D Manufacturing Format, Core Specification" and "Production Extension", whose
 // parts in other files of the package are read as well. Units make no difference, as in OpenSCAD.
@@ -39,12 +41,23 @@ using ObjectName = std::pair<std::string, std::uint32_t>;
 struct Instance {
   ObjectName object;
   Placement placement = identity;
+  std::string name{};  // of what it is a component of, if that has one
+};
+
+/// A group of colours in a part of the package, and which of them.
+struct ColourIndex {
+  std::optional<std::uint32_t> group, index;
+  friend bool operator==(const ColourIndex&, const ColourIndex&) = default;
 };
 
 struct Object {
   std::vector<Point3> points;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<Instance> components;
+  std::string name;
+  ColourIndex own_colour;                       // of triangles that have none
+  std::optional<ColourIndex> triangles_colour;  // of the first triangle
+  bool is_of_one_colour = true;
 };
 
 std::string without_slash(std::string_view name) {
@@ -56,29 +69,30 @@ class PackageReader {
   PackageReader(std::string_view bytes, const std::filesystem::path& path)
       : zip_(open_zip(bytes, path)), path_(path) {}
 
-  ImportedMesh read() {
+  ImportedParts read() {
     const std::string root = root_part();
     parts_.emplace_back(root);
     for (std::size_t i = 0; i < parts_.size(); ++i)
       read_part(std::string(parts_[i]));  // a copy: there may be more of them after it
     std::vector<Instance> open = std::move(build_);
     std::reverse(open.begin(), open.end());
-    ImportedMesh mesh;
     for (std::size_t count = 0; !open.empty(); ++count) {
       if (count + open.size() > most_instances)
         throw Error(path_.string() + ": its objects are put together from more than " +
                     std::to_string(most_instances) + " components");
-      const Instance instance = std::move(open.back());
+      Instance instance = std::move(open.back());
       open.pop_back();
       const auto found = objects_.find(instance.object);
       if (found == objects_.end())
         throw Error(path_.string() + ": there is no object " + std::to_string(instance.object.second) +
                     " in " + instance.object.first);
-      add(found->second, instance.placement, mesh);
-      for (const Instance& component : found->second.components)
-        open.push_back({component.object, component.placement * instance.placement});
+      if (!found->second.name.empty()) instance.name = found->second.name;
+      add(found->second, instance);
+      const std::vector<Instance>& components = found->second.components;
+      for (auto component = components.rbegin(); component != components.rend(); ++component)
+        open.push_back({component->object, component->placement * instance.placement, instance.name});
     }
-    return mesh;
+    return finished();
   }
 
  private:
@@ -116,6 +130,7 @@ class PackageReader {
                   path_.string() + ": " + part);
     if (!xml.next() || xml.name() != "model") xml.fail("expected the element 'model'");
     Object* object = nullptr;
+    colours_ = nullptr;
     while (xml.next()) {
       if (xml.event() == XmlStream::Event::begin)
         begin(xml, part, object);
@@ -127,13 +142,13 @@ class PackageReader {
   void begin(XmlStream& xml, const std::string& part, Object*& object) {
     const std::string_view name = xml.name();
     if (name == "object") {
-      std::uint32_t id = 0;
+      object = &begin_object(xml, part);
+    } else if (name == "basematerials" || name == "colorgroup") {
+      begin_colours(xml, part);
+    } else if ((name == "base" || name == "color") && colours_ != nullptr) {
       xml.visit_attributes([&](std::string_view attribute, std::string_view value) {
-        if (attribute == "id") id = xml.index(value);
+        if (attribute == "displaycolor" || attribute == "color") colours_->push_back(colour_named(value));
       });
-      const auto [found, is_new] = objects_.try_emplace({part, id});
-      if (!is_new) xml.fail("there is an object " + std::to_string(id) + " already");
-      object = &found->second;
     } else if (name == "vertex" && object != nullptr) {
       read_vertex(xml, *object);
     } else if (name == "triangle" && object != nullptr) {
@@ -153,6 +168,28 @@ class PackageReader {
     }
   }
 
+  Object& begin_object(XmlStream& xml, const std::string& part) {
+    std::uint32_t id = 0;
+    Object read;
+    xml.visit_attributes([&](std::string_view attribute, std::string_view value) {
+      if (attribute == "id") id = xml.index(value);
+      if (attribute == "name") read.name = printable_name(value);
+      if (attribute == "pid") read.own_colour.group = xml.index(value);
+      if (attribute == "pindex") read.own_colour.index = xml.index(value);
+    });
+    const auto [found, is_new] = objects_.try_emplace({part, id}, std::move(read));
+    if (!is_new) xml.fail("there is an object " + std::to_string(id) + " already");
+    return found->second;
+  }
+
+  void begin_colours(XmlStream& xml, const std::string& part) {
+    std::uint32_t id = 0;
+    xml.visit_attributes([&](std::string_view attribute, std::string_view value) {
+      if (attribute == "id") id = xml.index(value);
+    });
+    colours_ = &groups_[{part, id}];
+  }
+
   static void read_vertex(XmlStream& xml, Object& object) {
     Point3 point{};
     int given = 0;
@@ -168,7 +205,12 @@ class PackageReader {
   static void read_triangle(XmlStream& xml, Object& object) {
     std::array<std::uint32_t, 3> corners{};
     int given = 0;
+    ColourIndex colour = object.own_colour;
+    std::array<std::optional<std::uint32_t>, 2> others;  // of the second and the third corner
     xml.visit_attributes([&](std::string_view name, std::string_view value) {
+      if (name == "pid") colour.group = xml.index(value);
+      if (name == "p1") colour.index = xml.index(value);
+      if (name == "p2" || name == "p3") others[name == "p2" ? 0 : 1] = xml.index(value);
       if (name != "v1" && name != "v2" && name != "v3") return;
       const std::uint32_t index = xml.index(value);
       if (index >= object.points.size())
@@ -179,6 +221,10 @@ class PackageReader {
     });
     if (given != 3) xml.fail("a triangle without all of its corners");
     object.triangles.push_back(corners);
+    if (!object.triangles_colour) object.triangles_colour = colour;
+    for (const auto& other : others)
+      if (other && other != colour.index) object.is_of_one_colour = false;
+    if (colour != *object.triangles_colour) object.is_of_one_colour = false;
   }
 
   Instance read_instance(XmlStream& xml, const std::string& part) {
@@ -208,36 +254,73 @@ class PackageReader {
   }
 
   /// A mirror image has its outside outside.
-  void add(const Object& object, const Placement& placement, ImportedMesh& mesh) const {
-    if (!mesh.points.empty() && std::max(mesh.faces.size() + object.triangles.size(),
-                                         mesh.points.size() + object.points.size()) > most_copied)
+  void add(const Object& object, const Instance& instance) {
+    if (object.points.empty() && object.triangles.empty()) return;
+    triangles_ += object.triangles.size();
+    points_ += object.points.size();
+    if (!parts_read_.empty() && std::max(triangles_, points_) > most_copied)
       throw Error(path_.string() + ": its objects have more than " + std::to_string(most_copied) +
                   " triangles or points together");
-    const auto first = static_cast<std::uint32_t>(mesh.points.size());
+    ImportedPart part{instance.name, colour_of(object, instance.object.first), {}};
+    if (!object.is_of_one_colour) ++many_coloured_;
+    const Placement& placement = instance.placement;
     for (const Point3& point : object.points) {
       Point3 placed;
       for (std::size_t i = 0; i < 3; ++i) {
         placed[i] = placement[9 + i];
         for (std::size_t k = 0; k < 3; ++k) placed[i] += point[k] * placement[3 * k + i];
       }
-      mesh.add_point(placed);
+      part.mesh.add_point(placed);
     }
     const bool is_mirrored = determinant(placement) < 0;
     for (const auto& [a, b, c] : object.triangles)
-      mesh.add_face(is_mirrored ? std::array{first + a, first + c, first + b}
-                                : std::array{first + a, first + b, first + c});
+      part.mesh.add_face(is_mirrored ? std::array{a, c, b} : std::array{a, b, c});
+    parts_read_.push_back(std::move(part));
+  }
+
+  std::optional<Colour> colour_of(const Object& object, const std::string& part) const {
+    const ColourIndex colour = object.triangles_colour.value_or(object.own_colour);
+    if (!object.is_of_one_colour || !colour.group) return std::nullopt;
+    const auto group = groups_.find({part, *colour.group});
+    const std::uint32_t index = colour.index.value_or(0);
+    return group != groups_.end() && index < group->second.size() ? group->second[index] : std::nullopt;
+  }
+
+  /// Objects without names and colours are one mesh, as ever.
+  ImportedParts finished() {
+    ImportedParts result;
+    const bool has_parts = std::any_of(parts_read_.begin(), parts_read_.end(), [](const ImportedPart& part) {
+      return !part.name.empty() || part.colour.has_value();
+    });
+    if (has_parts) {
+      PartNames names;
+      for (ImportedPart& part : parts_read_) part.name = names.once(part.name);
+      result.parts = std::move(parts_read_);
+    } else {
+      result.parts.push_back({{}, {}, joined(parts_read_)});
+    }
+    if (many_coloured_ > 0)
+      result.notes.push_back(std::to_string(many_coloured_) +
+                             (many_coloured_ == 1 ? " object has triangles" : " objects have triangles") +
+                             " of several colours; a part has one colour, so " +
+                             (many_coloured_ == 1 ? "it comes" : "they come") + " without");
+    return result;
   }
 
   std::unique_ptr<ZipFile> zip_;
   const std::filesystem::path& path_;
   std::vector<std::string> parts_;  // the first is the root; read in this order
   std::map<ObjectName, Object> objects_;
+  std::map<ObjectName, std::vector<std::optional<Colour>>> groups_;
+  std::vector<std::optional<Colour>>* colours_ = nullptr;  // of the group that was begun last
   std::vector<Instance> build_;
+  std::vector<ImportedPart> parts_read_;
+  std::size_t points_ = 0, triangles_ = 0, many_coloured_ = 0;
 };
 
 }  // namespace
 
-ImportedMesh import_3mf(std::string_view bytes, const std::filesystem::path& path) {
+ImportedParts import_3mf(std::string_view bytes, const std::filesystem::path& path) {
   return PackageReader(bytes, path).read();
 }
 

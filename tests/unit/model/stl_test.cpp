@@ -115,10 +115,10 @@ TEST(StlCount, TextsStayTexts) {
 
 TEST(StlCount, TheCaseIsASolid) {
   std::vector<std::string> warnings;
-  const auto mesh = mesh_of_file(BSP2_SOURCE_DIR "/tests/cases/stl-count-0.stl",
-                                 [&](const std::string& text) { warnings.push_back(text); });
-  ASSERT_TRUE(mesh);
-  EXPECT_EQ(mesh->triangles.size(), 12U);
+  const auto solids = solids_of_file(BSP2_SOURCE_DIR "/tests/cases/stl-count-0.stl", {},
+                                     {[&](const std::string& text) { warnings.push_back(text); }, {}});
+  ASSERT_EQ(solids.size(), 1U);
+  EXPECT_EQ(solids[0].mesh.triangles.size(), 12U);
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(
       warnings[0].find("stl-count-0.stl: the header says 0 facets, but by its length the file holds 12;"),

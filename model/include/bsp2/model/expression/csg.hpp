@@ -103,13 +103,17 @@ bool is_scad(const std::filesystem::path& path);
 /// @throws bsp2::Error if there is no such program, or if it fails: with what it said.
 ModelText convert_scad(const std::filesystem::path& path);
 
-/// Whether this is, by its name, a mesh or a drawing: no model, but what a model imports.
+/// The formats of files that a model imports as a table, a line each, of at most 80 columns.
+std::string import_format_table();
+
+/// Whether this is, by its name, a file that a model imports: a mesh, faces, or a drawing.
 bool is_imported(const std::filesystem::path& path);
 
-/// The whole text of a model file. @throws bsp2::Error if it is missing, a directory, not readable or empty.
+/// The whole text of a file. @throws bsp2::Error if it is missing, a directory, not readable or empty.
 std::string read_text(const std::filesystem::path& path);
-/// The same. @throws bsp2::Error also if it is a mesh or a drawing, by its name: those are imported; or a
-/// snapshot, or no text at all, by its first bytes.
+/// The text of a model file. Of what a model imports (is_imported) it is a model that does so, and reads from
+/// the same folder.
+/// @throws bsp2::Error also if it is a snapshot, or no text at all, by its first bytes.
 std::string read_model_text(const std::filesystem::path& path);
 
 }  // namespace bsp2::model

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+
+#include "import/parts_stream.hpp"
+
+/// What the programs that read files for the model have in common (import/reader_process.hpp).
+namespace bsp2::model {
+
+/// What is asked of a program, by its arguments.
+struct ReadRequest {
+  std::string path;
+  double fn = 0, fa = 12, fs = 2, deflection = 0;  ///< see Fineness
+};
+
+/// Runs `read`: limits the process, keeps what libraries print away from the pipe, and tells of exceptions.
+/// @return the exit code.
+int read_for_model(int argc, char** argv, void (*read)(const ReadRequest& request, PartsWriter& parts));
+
+/// What is left to do may take long: it depends on what is asked for, no more on what is in the file alone.
+void file_is_read();
+
+}  // namespace bsp2::model

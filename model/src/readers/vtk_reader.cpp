@@ -1,0 +1,165 @@
+// bsp2-read-vtk: reads surfaces of VTK (.vtp) for the model.
+#include <vtkAbstractArray.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCommand.h>
+#include <vtkDataArray.h>
+#include <vtkFieldData.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkObject.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
+#include <vtkTriangleFilter.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLPolyDataReader.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "import/part_names.hpp"
+#include "readers/reader_main.hpp"
+
+namespace bsp2::model {
+namespace {
+
+/// Keeps the first error that VTK tells of.
+class FirstError final : public vtkCommand {
+ public:
+  static FirstError* New() { return new FirstError; }
+  void Execute(vtkObject*, unsigned long, void* text) override {
+    if (!this->text.empty() || text == nullptr) return;
+    std::string said = static_cast<const char*>(text);
+    // "ERROR: In file, line n\nvtkClass (0x...): what it is about"
+    if (const std::size_t at = said.find("): "); at != std::string::npos) said = said.substr(at + 3);
+    this->text = printable_name(said);
+    if (this->text.empty()) this->text = "VTK cannot read it";
+  }
+  std::string text;
+};
+
+struct Part {
+  std::vector<std::array<double, 3>> points;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::unordered_map<vtkIdType, std::uint32_t> own;
+  std::optional<std::array<double, 4>> colour;
+  bool is_of_one_colour = true;
+};
+
+std::optional<std::array<double, 4>> colour_at(vtkDataArray* colours, vtkIdType cell) {
+  if (colours == nullptr) return std::nullopt;
+  std::array<double, 4> colour{0, 0, 0, 255};
+  for (int k = 0; k < std::min(colours->GetNumberOfComponents(), 4); ++k)
+    colour[static_cast<std::size_t>(k)] = std::clamp(colours->GetComponent(cell, k), 0.0, 255.0);
+  for (double& channel : colour) channel /= 255;
+  return colour;
+}
+
+void add_triangle(vtkPolyData* data, const vtkIdType* corners, Part& part) {
+  std::array<std::uint32_t, 3> triangle{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (corners[k] < 0 || corners[k] >= data->GetNumberOfPoints())
+      throw Error("a polygon names point " + std::to_string(corners[k]) + ", but there are " +
+                  std::to_string(data->GetNumberOfPoints()) + ", the first being 0");
+    const auto [found, is_new] =
+        part.own.try_emplace(corners[k], static_cast<std::uint32_t>(part.points.size()));
+    if (is_new) {
+      std::array<double, 3> point{};
+      data->GetPoint(corners[k], point.data());
+      for (const double x : point)
+        if (!(std::fabs(x) <= 1e100))
+          throw Error("point " + std::to_string(corners[k]) +
+                      " has a coordinate that is not finite or too large");
+      part.points.push_back(point);
+    }
+    triangle[k] = found->second;
+  }
+  part.triangles.push_back(triangle);
+}
+
+void check_corners(vtkPolyData* data) {
+  for (vtkCellArray* cells : {data->GetPolys(), data->GetStrips()}) {
+    vtkNew<vtkIdList> corners;
+    for (vtkIdType i = 0; i < cells->GetNumberOfCells(); ++i) {
+      cells->GetCellAtId(i, corners);
+      for (vtkIdType k = 0; k < corners->GetNumberOfIds(); ++k)
+        if (corners->GetId(k) < 0 || corners->GetId(k) >= data->GetNumberOfPoints())
+          throw Error("polygon " + std::to_string(i) + " names point " + std::to_string(corners->GetId(k)) +
+                      ", but there are " + std::to_string(data->GetNumberOfPoints()) + ", the first being 0");
+    }
+  }
+}
+
+std::string counted(vtkIdType count, const std::string& one, const std::string& many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+void read(const ReadRequest& request, PartsWriter& writer) {
+  vtkObject::GlobalWarningDisplayOff();
+  vtkNew<FirstError> errors;
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->AddObserver(vtkCommand::ErrorEvent, errors);
+  reader->SetFileName(request.path.c_str());
+  reader->SetReaderErrorObserver(errors);
+  reader->SetParserErrorObserver(errors);
+  reader->Update();
+  if (!errors->text.empty()) throw Error("it is damaged: " + errors->text);
+  if (reader->GetErrorCode() != 0) throw Error("it is damaged, or cut off");
+  vtkPolyData* const data = reader->GetOutput();
+  check_corners(data);
+  const vtkIdType passed_over = data->GetNumberOfVerts() + data->GetNumberOfLines();
+  vtkNew<vtkTriangleFilter> filter;
+  filter->SetInputData(data);
+  filter->PassVertsOff();
+  filter->PassLinesOff();
+  filter->AddObserver(vtkCommand::ErrorEvent, errors);
+  filter->Update();
+  vtkPolyData* const triangles = filter->GetOutput();
+  vtkDataArray* const part_of = triangles->GetCellData()->GetArray("part");
+  vtkDataArray* colours = triangles->GetCellData()->GetArray("color");
+  if (colours != nullptr && colours->GetNumberOfComponents() < 3) colours = nullptr;
+  std::map<long long, Part> parts;
+  vtkNew<vtkIdList> corners;
+  vtkCellArray* const cells = triangles->GetPolys();
+  for (vtkIdType i = 0; i < cells->GetNumberOfCells(); ++i) {
+    cells->GetCellAtId(i, corners);
+    if (corners->GetNumberOfIds() != 3) continue;
+    const double number = part_of != nullptr ? part_of->GetComponent(i, 0) : 0;
+    Part& part = parts[std::fabs(number) < 1e9 ? std::llround(number) : -1];
+    const auto colour = colour_at(colours, i);
+    if (part.triangles.empty()) part.colour = colour;
+    if (colour != part.colour) part.is_of_one_colour = false;
+    add_triangle(triangles, corners->GetPointer(0), part);
+  }
+  if (parts.empty()) throw Error("there are no polygons in it");
+  auto* const names = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray("part_names"));
+  PartNames used;
+  vtkIdType many_coloured = 0;
+  for (auto& [number, part] : parts) {
+    const bool is_named = names != nullptr && number >= 0 && number < names->GetNumberOfValues();
+    if (!part.is_of_one_colour) {
+      part.colour.reset();
+      ++many_coloured;
+    }
+    writer.part(is_named ? used.once(printable_name(names->GetValue(number))) : "",
+                part.colour ? &*part.colour : nullptr, part.points, part.triangles);
+  }
+  if (passed_over > 0)
+    writer.text(PartsStream::Record::note,
+                counted(passed_over, "vertex or line is passed over", "vertices and lines are passed over"));
+  if (many_coloured > 0)
+    writer.text(PartsStream::Record::note, counted(many_coloured, "part has", "parts have") +
+                                               " polygons of several colours, and come" +
+                                               (many_coloured == 1 ? "s" : "") + " without one");
+}
+
+}  // namespace
+}  // namespace bsp2::model
+
+int main(int argc, char** argv) { return bsp2::model::read_for_model(argc, argv, &bsp2::model::read); }

@@ -1,0 +1,144 @@
+// What the program writes for other programs it reads again, as a model: the same solids, parts and colours.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "support/rounds.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace bsp2::models {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RunEnded {
+  int code;
+  std::string text;  // standard output and standard error
+};
+
+RunEnded run(const std::string& arguments) {
+  FILE* pipe = popen((BSP2_PROGRAM " " + arguments + " 2>&1").c_str(), "r");
+  std::string text;
+  std::array<char, 4096> buffer;
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
+    text.append(buffer.data(), count);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text};
+}
+
+std::uint64_t next_seed() {
+  static std::mt19937_64 seeds([] {
+    const char* given = std::getenv("BSP2_SEED");
+    return given != nullptr ? std::strtoull(given, nullptr, 10) : std::random_device()();
+  }());
+  return seeds();
+}
+
+/// Parts that stand free of each other, each a solid with bites out of it.
+std::string random_model(std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto pick = [&](int low, int high) { return std::uniform_int_distribution<int>(low, high)(random); };
+  std::ostringstream text;
+  const auto solid = [&](int from, int size) {
+    text << "multmatrix([[1,0,0," << from + pick(0, 3) << "],[0,1,0," << pick(0, 3) << "],[0,0,1,"
+         << pick(0, 3) << "],[0,0,0,1]]) ";
+    if (pick(0, 1) == 0)
+      text << "cube([" << size + pick(0, 3) << "," << size + pick(0, 3) << "," << size + pick(0, 3)
+           << "]);\n";
+    else
+      text << "cylinder(h = " << size + pick(0, 3) << ", r = " << size << ", $fn = " << pick(3, 9) << ");\n";
+  };
+  const int parts = pick(1, 4);
+  for (int i = 0; i < parts; ++i) {
+    text << "part(name = \"part " << static_cast<char>('a' + i) << "\") ";
+    if (i % 2 == 0) text << "color([" << (pick(0, 1) == 0 ? "1" : "0.2") << ",0,0,1]) ";
+    text << "difference() {\n";
+    solid(40 * i, 6);
+    for (int k = pick(0, 2); k > 0; --k) solid(40 * i + 3, 2);
+    text << "}\n";
+  }
+  return text.str();
+}
+
+class ReadAgain : public testing::Test {
+ protected:
+  samples::TemporaryFolder folder_;
+
+  [[nodiscard]] std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  nlohmann::json report_of(const std::string& model, const std::string& more = "") {
+    const std::string report = path("report.json");
+    fs::remove(report);
+    const RunEnded ended = run("run " + model + " --quiet --threads 1 --report " + report + " " + more);
+    EXPECT_EQ(ended.code, 0) << ended.text;
+    std::ifstream file(report);
+    return nlohmann::json::parse(file, nullptr, false);
+  }
+};
+
+TEST_F(ReadAgain, RandomPartsInAllFormats) {
+  const std::map<std::string, std::pair<double, bool>> formats{
+      {".step", {1e-9, true}}, {".iges", {1e-6, true}}, {".3mf", {1e-5, true}},  {".glb", {1e-5, true}},
+      {".gltf", {1e-5, true}}, {".vtp", {1e-9, true}},  {".brep", {1e-9, false}}};
+  for (int round = 0; round < samples::rounds(2); ++round) {
+    const std::uint64_t seed = next_seed();
+    SCOPED_TRACE(testing::Message() << "BSP2_SEED=" << seed);
+    std::ofstream(path("model.csg")) << random_model(seed);
+    std::string outputs;
+    for (const auto& [ending, promise] : formats) outputs += " --boundary " + path("out" + ending);
+    const nlohmann::json wanted = report_of(path("model.csg"), outputs);
+    for (const auto& [ending, promise] : formats) {
+      SCOPED_TRACE(ending);
+      const auto& [precision, has_names] = promise;
+      const nlohmann::json found = report_of(path("out" + ending), "--boundary " + path("again.stl"));
+      ASSERT_EQ(found.at("boundary").at("closed"), true);
+      const double volume = wanted.at("volume").at("in");
+      ASSERT_NEAR(found.at("volume").at("in").get<double>(), volume, precision * volume);
+      if (!has_names) continue;
+      ASSERT_EQ(found.at("parts").size(), wanted.at("parts").size());
+      for (std::size_t i = 0; i < wanted.at("parts").size(); ++i) {
+        const nlohmann::json &a = wanted.at("parts")[i], &b = found.at("parts")[i];
+        ASSERT_EQ(a.at("name"), b.at("name"));
+        const std::string colour = a.value("color", "");
+        if (!colour.empty()) {
+          ASSERT_EQ(b.value("color", ""), colour);
+        }
+        ASSERT_NEAR(b.at("volume").get<double>(), a.at("volume").get<double>(), precision * volume);
+      }
+    }
+  }
+}
+
+/// What is damaged is one message with the name of the file, and code 2.
+TEST_F(ReadAgain, DamagedFilesAreOneMessage) {
+  std::ofstream(path("model.csg")) << random_model(next_seed());
+  std::string outputs;
+  const std::array<const char*, 7> endings{".step", ".iges", ".brep", ".3mf", ".glb", ".gltf", ".vtp"};
+  for (const char* ending : endings) outputs += " --boundary " + path(std::string("out") + ending);
+  ASSERT_EQ(run("run " + path("model.csg") + " --quiet" + outputs).code, 0);
+  for (const char* ending : endings) {
+    SCOPED_TRACE(ending);
+    const std::string file = path(std::string("out") + ending);
+    const auto size = fs::file_size(file);
+    for (const std::uintmax_t part : {size / 2, size / 10, std::uintmax_t{1}}) {
+      fs::resize_file(file, part);
+      const RunEnded ended = run("run " + file + " --quiet");
+      ASSERT_EQ(ended.code, 2) << ended.text;
+      ASSERT_EQ(ended.text.find("bsp2: " + file), 0U) << ended.text;
+      ASSERT_EQ(ended.text.find('\n'), ended.text.size() - 1) << ended.text;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace bsp2::models
