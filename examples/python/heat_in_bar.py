@@ -12,7 +12,7 @@ import bsp2
 # Steel from x = 0 to 3, copper from 3 to 4, and a hole of 16 facets through both.
 bar = bsp2.cuboid([3, 1, 1]).part("steel") + bsp2.cuboid([1, 1, 1]).translate([3, 0, 0]).part("copper")
 hole = bsp2.cylinder(h=6, r=0.3, fn=16).rotate([0, 90, 0]).translate([-1, 0.5, 0.5])
-solid = bsp2.solver_mesh(bar - hole, size=0.2, groups={"hot": "x==min", "cold": "x==max"})
+solid = bsp2.solver_mesh(bar - hole, size=0.5, groups={"hot": "x==min", "cold": "x==max"})
 print(f"{len(solid.tetrahedra):,} tetrahedra in {' and '.join(solid.volume_names)}, faces: {', '.join(solid.group_names)}")
 
 # The arrays are what dolfinx wants; it orders cells anew, and says how.

@@ -521,10 +521,10 @@ class BSP2_API Result {
   /// A mesh for solvers of the IN cells. Likewise. @throws Error also if no valid mesh is found.
   [[nodiscard]] SolverMesh solver_mesh(const SolverMeshOptions& options = {}) const;
 
-  /// Writes a file in the format that its ending names: .pvtu and .vtu (the cells), .stl, .ply, .obj, .vtp and what
-  /// else there is for surfaces, .png, .svg, .pdf (a picture), .json (the report), .csg (the model), .h5 (the
-  /// snapshot, if Options::snapshot had one made). Collective. It is there when it is complete. @return
-  /// warnings. @throws Error if it cannot be written.
+  /// Writes a file in the format that its ending names: .pvtu and .vtu (the cells), .stl, .ply, .obj, .vtp
+  /// and what else there is for surfaces, .png, .svg, .pdf (a picture), .json (the report), .csg (the model),
+  /// .h5 (the snapshot, if Options::snapshot had one made). Collective. It is there when it is complete.
+  /// @return warnings. @throws Error if it cannot be written.
   std::vector<std::string> write(const std::filesystem::path& path, const WriteOptions& options = {}) const;
   /// A picture as the bytes of a file. Collective; empty but on the master. @param format png, svg or pdf.
   [[nodiscard]] std::string picture(const std::string& format = "png", const View& view = {}) const;
