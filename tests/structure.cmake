@@ -12,7 +12,7 @@ set(dataflow process shapes network producers evaluate regions surface lowering 
 set(io files outputs meshes surfaces sheets vtk hdf5 occt pdf)
 set(supersteps ranks state regions stages loop render)
 set(drawing views lines sheets)
-set(api expression report evaluation)
+set(api expression report products evaluation)
 set(jobs tables queue options answers serving viewer program)
 set(most_files 24)  # in a folder
 

@@ -12,6 +12,7 @@ Lengths are in the model's units, angles in degrees, axes count from 1. Wherever
 import collections
 import functools
 import json
+import os
 import sys
 import warnings
 
@@ -85,14 +86,20 @@ def _warn(sentences):
         warnings.warn(sentence, ModelWarning, stacklevel=4)
 
 
-def _found(compute, what, progress, stop, all_ranks, options):
+def _told(compute, what, progress, stop, all_ranks, options):
+    """What a computation makes, while its progress is told."""
     bar = _Bar() if progress is True and (all_ranks or ranks()).is_master else None
     tell = bar if bar is not None else progress if callable(progress) else None
     try:
-        result = compute(what, options, tell, stop, all_ranks or ranks())
+        return compute(what, options, tell, stop, all_ranks or ranks())
     finally:
         if bar is not None:
             bar.close()
+
+
+def _found(compute, what, progress, stop, all_ranks, options):
+    result = _told(compute, what, progress, stop, all_ranks, options)
+    result._asked = (what if isinstance(what, Expression) else None, options)
     _warn(result.warnings)
     return result
 
@@ -186,13 +193,16 @@ def _distance(self, points):
 
 
 def _save(self, path, tets=False, **look):
-    """Writes a file in the format that its ending names: .pvtu (the cells); .stl, .ply, .obj, .off, .amf, .3mf, .glb, .wrl, .x3d, .vtp
+    """Writes a file in the format that its ending names: .pvtu, .vtu (the cells); .stl, .ply, .obj, .off, .amf, .3mf, .glb, .wrl, .x3d, .vtp
     (the surface); .step, .iges, .brep (its faces, for CAD programs); .png, .svg, .pdf (a picture), .json (the report), .csg (the model),
-    .h5 (the snapshot, if one was asked for). All ranks together.
+    .h5 (the snapshot, if one was asked for); .msh, .inp, .xdmf (a mesh for solvers, as `solver_mesh` makes it). All ranks together.
 
     tets: a .pvtu of simplices. For pictures: size=(width, height), shade='color' (or part, rank, region, label), edges=False, eye, look,
     explode.
     """
+    if os.path.splitext(path)[1].lower() in (".msh", ".inp", ".xdmf"):
+        solver_mesh(self).save(path)
+        return
     for sentence in self._write(path, tets, look):
         warnings.warn(sentence, ModelWarning, stacklevel=2)
 
@@ -234,7 +244,6 @@ def _meshio(self):
 
 def _vtk(self):
     """The cells as a vtkUnstructuredGrid (Debian: python3-vtk9), read from a .pvtu that is written for it; to be called by one rank."""
-    import os
     import tempfile
 
     from vtkmodules.vtkIOXML import vtkXMLPUnstructuredGridReader
@@ -254,7 +263,6 @@ def _trimesh(self):
     return surface.points, surface.triangles
 
 
-
 Result.cells = property(_cells, doc=_cells.__doc__)
 Result.locate = _locate
 Result.distance = _distance
@@ -269,28 +277,14 @@ Result.volume = property(
     lambda self: self.volume_interval.least, doc="Of the IN cells: the least that the volume of the solid can be; `volume_interval` has both."
 )
 Result.centroid = property(lambda self: self.measures.centroid, doc="D numbers, of the IN cells.")
+Result.intervals = property(
+    lambda self: {"volume": self.volume_interval, "inertia": (self.measures.inertia_least, self.measures.inertia_most)},
+    doc="Between which values the figures of the solid are: volume as an Interval, inertia as two matrices, which are empty where nothing is FUZZY.",
+)
 Result.inertia = property(
     lambda self: self.measures.inertia, doc="(D+1) x (D+1): integrals of x_i x_j with x_0 = 1, over the IN cells (moments about the origin)."
 )
 Result.report = property(lambda self: json.loads(self._report()), doc="What report.json holds, as a dict: docs/report.md.")
 
 
-def view(model, **options):
-    """Evaluates a model, if it is none yet, and shows a picture: in a notebook, or as a file in the browser."""
-    result = model if isinstance(model, Result) else model.evaluate(**options)
-    try:
-        from IPython import get_ipython
-        from IPython.display import Image, display
-
-        if get_ipython() is not None:
-            display(Image(result._picture("png", {})))
-            return result
-    except ImportError:
-        pass
-    import tempfile
-    import webbrowser
-
-    with tempfile.NamedTemporaryFile(suffix=".png", delete=False) as file:
-        file.write(result._picture("png", {}))
-    webbrowser.open("file://" + file.name)
-    return result
+from ._products import draw, solver_mesh, view  # noqa: E402,F401

@@ -1,7 +1,7 @@
 """Type hints of `import bsp2`; what things are is told by help(bsp2)."""
 
 from os import PathLike
-from typing import Any, Callable, Iterable, Iterator, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Iterable, Iterator, Mapping, NamedTuple, Optional, Sequence, TypeVar, Union
 
 import numpy
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ _Path = Union[str, PathLike[str]]
 _Lengths = Union[float, Sequence[float], NDArray[Any]]
 _Solids = Union["Expression", Iterable["Expression"]]
 _Indices = Union[Sequence[Sequence[int]], NDArray[Any]]
+_Model = TypeVar("_Model", bound=Union["Expression", "Result"])
 _Progress = Union[bool, Callable[[str, float, int], Any]]
 
 class Error(RuntimeError):
@@ -58,10 +59,27 @@ class Part:
 class Surface:
     points: NDArray[numpy.float64]
     triangles: NDArray[numpy.uint32]
+    faces: NDArray[numpy.int64]
     parts: NDArray[numpy.int32]
     area: float
     closed: bool
     digest: str
+
+class SolverMesh:
+    points: NDArray[numpy.float64]
+    tetrahedra: NDArray[numpy.uint32]
+    volumes: NDArray[numpy.int32]
+    triangles: NDArray[numpy.uint32]
+    groups: NDArray[numpy.int32]
+    volume_names: list[str]
+    group_names: list[str]
+    volume: float
+    smallest_angle: float
+    largest_angle: float
+    warnings: list[str]
+    notes: list[str]
+    def save(self, path: _Path, second_order: bool = False, gmsh_version: float = 4.1) -> None: ...
+    def to_meshio(self) -> Any: ...
 
 class Ranks:
     def __init__(self) -> None: ...
@@ -92,6 +110,7 @@ class Result:
     cells: Cells
     volume: float
     volume_interval: Interval
+    intervals: dict[str, Any]
     centroid: NDArray[numpy.float64]
     inertia: NDArray[numpy.float64]
     bounds: Optional[tuple[NDArray[numpy.float64], NDArray[numpy.float64]]]
@@ -108,6 +127,7 @@ class Result:
     def distance(self, points: ArrayLike) -> NDArray[numpy.float64]: ...
     def save(self, path: _Path, tets: bool = False, **look: Any) -> None: ...
     def picture(self, format: str = "png", **look: Any) -> bytes: ...
+    def section(self, axis: int, at: float = 0.0, **options: Any) -> Result: ...
     def triangles(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.uint32]]: ...
     def to_meshio(self) -> Any: ...
     def to_vtk(self) -> Any: ...
@@ -135,6 +155,7 @@ class Expression:
     def part(self, name: str) -> Expression: ...
     def measure(self, name: str) -> Expression: ...
     def color(self, color: Union[str, Sequence[float]], alpha: float = 1.0) -> Expression: ...
+    def section(self, axis: int, at: float = 0.0) -> Expression: ...
     def evaluate(
         self,
         *,
@@ -162,7 +183,29 @@ def resume(
     **options: Any,
 ) -> Result: ...
 def ranks() -> Ranks: ...
-def view(model: Union[Expression, Result], **options: Any) -> Result: ...
+def view(model: _Model, **options: Any) -> _Model: ...
+def solver_mesh(
+    model: Union[Expression, Result],
+    size: Optional[float] = None,
+    *,
+    part_sizes: Optional[Mapping[str, float]] = None,
+    clean: Optional[float] = None,
+    groups: Union[Mapping[str, str], Sequence[str], None] = None,
+    polyhedra: bool = False,
+    **options: Any,
+) -> SolverMesh: ...
+def draw(
+    model: Union[Expression, Result],
+    files: Union[_Path, Sequence[_Path]],
+    *,
+    views: Union[str, Sequence[str], None] = None,
+    sections: Union[str, Sequence[str], None] = None,
+    dimensions: Union[str, Sequence[str], None] = None,
+    progress: _Progress = False,
+    stop: Optional[Callable[[], bool]] = None,
+    ranks: Optional[Ranks] = None,
+    **more: Any,
+) -> None: ...
 def load(path: _Path) -> Expression: ...
 def parse(text: str, name: str = "model") -> Expression: ...
 def node(name: str, *solids: _Solids, dimension: Optional[int] = None, **arguments: Any) -> Expression: ...

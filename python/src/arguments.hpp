@@ -9,7 +9,71 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
+
+namespace bsp2::python {
+
+/// Whether a number is a real one, so that it becomes a double without losing a part of it: not a complex
+/// one, a date, a masked one or a text, of all of which numpy makes a double if it is asked to.
+inline bool is_real(pybind11::handle given) {
+  if (PyFloat_Check(given.ptr()) != 0 || PyLong_Check(given.ptr()) != 0) return true;
+  if (PyComplex_Check(given.ptr()) != 0 || PyNumber_Check(given.ptr()) == 0) return false;
+  if (!pybind11::hasattr(given, "dtype"))  // a Fraction, a Decimal, ...
+    return pybind11::hasattr(given, "__float__") || PyIndex_Check(given.ptr()) != 0;
+  const auto kind = pybind11::str(given.attr("dtype").attr("kind")).cast<std::string>();
+  return (kind == "b" || kind == "i" || kind == "u" || kind == "f") && !pybind11::hasattr(given, "mask");
+}
+
+}  // namespace bsp2::python
+
+namespace pybind11::detail {
+
+/// As pybind11 has it, but for what `is_real` refuses.
+template <>
+class type_caster<double> {
+ public:
+  PYBIND11_TYPE_CASTER(double, const_name("float"));
+  bool load(handle given, bool convert) {
+    if (!given || (!convert && PyFloat_Check(given.ptr()) == 0) || !bsp2::python::is_real(given))
+      return false;
+    value = PyFloat_AsDouble(given.ptr());
+    if (PyErr_Occurred() == nullptr) return true;
+    PyErr_Clear();
+    return false;
+  }
+  static handle cast(double number, return_value_policy, handle) { return PyFloat_FromDouble(number); }
+};
+
+/// Whole numbers: a float is none, of whatever kind, and what is too large is refused.
+template <typename Whole>
+class whole_caster {
+ public:
+  PYBIND11_TYPE_CASTER(Whole, const_name("int"));
+  bool load(handle given, bool) {
+    if (!given || PyIndex_Check(given.ptr()) == 0) return false;
+    const auto index = reinterpret_steal<object>(PyNumber_Index(given.ptr()));
+    int overflow = 0;
+    const long long number = index ? PyLong_AsLongLongAndOverflow(index.ptr(), &overflow) : -1;
+    if (PyErr_Occurred() != nullptr) PyErr_Clear();
+    if (!index || overflow != 0 || !std::in_range<Whole>(number)) return false;
+    value = static_cast<Whole>(number);
+    return true;
+  }
+  static handle cast(Whole number, return_value_policy, handle) {
+    if constexpr (std::is_signed_v<Whole>) return PyLong_FromLongLong(number);
+    return PyLong_FromUnsignedLongLong(static_cast<unsigned long long>(number));
+  }
+};
+template <>
+class type_caster<int> : public whole_caster<int> {};
+template <>
+class type_caster<unsigned> : public whole_caster<unsigned> {};
+template <>
+class type_caster<unsigned long> : public whole_caster<unsigned long> {};
+
+}  // namespace pybind11::detail
 
 namespace bsp2::python {
 
@@ -17,15 +81,26 @@ namespace py = pybind11;
 
 /// Whether numbers of this kind become doubles without a word: not complex ones, dates, texts or objects.
 inline bool is_of_numbers(const py::array& array) {
+  if (py::hasattr(array, "mask")) return false;  // what is masked has a number, too, that means nothing
   const char kind = array.dtype().kind();
   return kind == 'b' || kind == 'i' || kind == 'u' || kind == 'f';
 }
 
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
+/// An array as it is, which may be one with a mask; of lists a new one.
+inline py::array array_of_given(const py::object& given) {
+  if (py::isinstance<py::array>(given)) return py::reinterpret_borrow<py::array>(given);
+  if (py::isinstance<py::list>(given) || py::isinstance<py::tuple>(given))
+    for (const py::handle item : given)
+      if (!PyList_CheckExact(item.ptr()) && !PyTuple_CheckExact(item.ptr()) && py::hasattr(item, "mask"))
+        return {};  // numpy would take what is masked for numbers
+  return py::array::ensure(given);
+}
+
 /// Lists or an array as rows of numbers. @param name for messages.
 inline Doubles rows_of(const py::object& given, const char* name) {
-  const py::array array = py::array::ensure(given);
+  const py::array array = array_of_given(given);
   if (!array || !is_of_numbers(array)) {
     PyErr_Clear();
     throw py::type_error(std::string(name) +
@@ -53,13 +128,14 @@ inline std::vector<Vector> vectors_of(const py::object& given, const char* name)
 }
 
 inline bool is_of_indices(const py::array& array) {
+  if (py::hasattr(array, "mask")) return false;
   const char kind = array.dtype().kind();
   return kind == 'i' || kind == 'u' || (array.size() == 0 && kind == 'f');  // as numpy has an empty list
 }
 
 /// Rows of three indices. @param name for messages.
 inline std::vector<std::uint32_t> triangles_of(const py::object& given, const char* name) {
-  const py::array array = py::array::ensure(given);
+  const py::array array = array_of_given(given);
   if (!array || !is_of_indices(array)) {
     PyErr_Clear();
     throw py::type_error(std::string(name) + " have to be an array of whole numbers, or lists of them");
@@ -127,8 +203,7 @@ inline Value value_of(const py::handle& given) {
     for (const py::handle item : py::reinterpret_borrow<py::sequence>(given)) list.push_back(value_of(item));
     return Value(list);
   }
-  if (PyNumber_Check(given.ptr()) != 0)
-    return Value(py::float_(py::reinterpret_borrow<py::object>(given)).cast<double>());
+  if (is_real(given)) return Value(given.cast<double>());
   throw py::type_error("a number, a text, or lists of them are needed, not " +
                        py::str(py::type::handle_of(given)).cast<std::string>());
 }

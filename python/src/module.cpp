@@ -1,4 +1,5 @@
 #include <chrono>
+#include <map>
 #include <optional>
 
 #include "nodes.hpp"
@@ -129,10 +130,10 @@ Options options_of(const py::dict& given) {
   return options;
 }
 
-template <typename Work>
-Result listened(Options options, const py::object& progress, const py::object& stop, Work work) {
+template <typename Made = Result, typename Work>
+Made listened(Options options, const py::object& progress, const py::object& stop, Work work) {
   Listener listener(options, progress, stop);
-  std::optional<Result> result;
+  std::optional<Made> result;
   try {
     const py::gil_scoped_release nothing_of_python;
     result.emplace(work(options));
@@ -234,6 +235,76 @@ void add_measures(py::module_& m) {
       .def_property_readonly("is_master", &Ranks::is_master);
 }
 
+SolverMeshOptions solver_mesh_options(const py::dict& given) {
+  SolverMeshOptions options;
+  options.size = optional_of<double>(given, "size");
+  options.clean = optional_of<double>(given, "clean");
+  for (const auto& [name, size] : given["part_sizes"].cast<std::map<std::string, double>>())
+    options.part_sizes.emplace_back(name, size);
+  options.groups = given["groups"].cast<std::vector<std::string>>();
+  options.polyhedra = given["polyhedra"].cast<bool>();
+  return options;
+}
+
+DrawingOptions drawing_options(const py::dict& given) {
+  DrawingOptions options;
+  for (const auto& [key, value] : given) {
+    const auto name = key.cast<std::string>();
+    const std::map<std::string, std::string*> texts{
+        {"hidden", &options.hidden},    {"smooth", &options.smooth}, {"sheet", &options.sheet},
+        {"scale", &options.scale},      {"title", &options.title},   {"projection", &options.projection},
+        {"author", &options.author},    {"number", &options.number}, {"date", &options.date},
+        {"material", &options.material}};
+    const std::map<std::string, std::vector<std::string>*> lists{
+        {"views", &options.views}, {"sections", &options.sections}, {"dimensions", &options.dimensions}};
+    if (const auto text = texts.find(name); text != texts.end())
+      *text->second = value.cast<std::string>();
+    else if (const auto list = lists.find(name); list != lists.end())
+      *list->second = value.cast<std::vector<std::string>>();
+    else if (name == "smooth_angle")
+      options.smooth_angle = value.cast<double>();
+    else if (name == "centre_lines")
+      options.centre_lines = value.cast<bool>();
+    else
+      options.overall = value.cast<bool>();
+  }
+  return options;
+}
+
+void add_solver_mesh(py::module_& m) {
+  const auto shown = [](auto member, std::size_t width) {
+    return [=](const py::object& self) {
+      return view_of((self.cast<const SolverMesh&>().*member)(), self, width);
+    };
+  };
+  py::class_<SolverMesh>(m, "SolverMesh",
+                         "Tetrahedra that meet face to face, with names of volumes and of faces. Arrays are "
+                         "views of it, as of a "
+                         "result.")
+      .def_property_readonly("points", shown(&SolverMesh::points, 3), "p x 3")
+      .def_property_readonly("tetrahedra", shown(&SolverMesh::tetrahedra, 4),
+                             "t x 4 indices of points, right side out: (b-a) x (c-a) points to d.")
+      .def_property_readonly("volumes", shown(&SolverMesh::volumes, 0), "t: as in volume_names.")
+      .def_property_readonly("triangles", shown(&SolverMesh::triangles, 3),
+                             "s x 3: of the outside and of interfaces.")
+      .def_property_readonly("groups", shown(&SolverMesh::groups, 0), "s: as in group_names.")
+      .def_property_readonly("volume_names", &SolverMesh::volume_names, "Of parts; else 'solid'.")
+      .def_property_readonly("group_names", &SolverMesh::group_names,
+                             "By what is on the two sides ('steel|outside'), or as `groups` said.")
+      .def_property_readonly("volume", &SolverMesh::volume, "Of all tetrahedra.")
+      .def_property_readonly("smallest_angle", &SolverMesh::smallest_angle, "Dihedral, in degrees.")
+      .def_property_readonly("largest_angle", &SolverMesh::largest_angle, "Likewise.")
+      .def_property_readonly("warnings", &SolverMesh::warnings, "What is odd about it.")
+      .def_property_readonly("notes", &SolverMesh::notes, "What is as it should be, but may surprise.")
+      .def(
+          "_write",
+          [](const SolverMesh& self, const std::filesystem::path& path, bool second_order, int gmsh_version) {
+            const py::gil_scoped_release nothing_of_python;
+            self.write(path, second_order, gmsh_version);
+          },
+          arg("path"), arg("second_order"), arg("gmsh_version"));
+}
+
 py::dict located(const Result& self, const py::object& points) {
   Doubles rows = rows_of(points, "points");
   if (rows.shape(1) != self.dimension())
@@ -274,7 +345,7 @@ py::tuple contacts_of(const Result& self) {
 void add_result(py::module_& m) {
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<Result>(
-      m, "Result",
+      m, "Result", py::dynamic_attr(),
       "What an evaluation has found. Arrays are views of it: they keep it alive, and cannot be written to.")
       .def_property_readonly("dimension", &Result::dimension, "D, how many dimensions the solid has.")
       .def_property_readonly("complete", &Result::is_complete,
@@ -323,6 +394,14 @@ void add_result(py::module_& m) {
       .def("contacts", &contacts_of,
            "Which IN cells touch in more than an edge: k x 2 cells, k x 2 faces of each, k areas.")
       .def("_locate", &located, arg("points"))
+      .def(
+          "_solver_mesh",
+          [](const Result& self, const py::dict& given) {
+            const SolverMeshOptions options = solver_mesh_options(given);
+            const py::gil_scoped_release nothing_of_python;
+            return self.solver_mesh(options);
+          },
+          arg("options"))
       .def(
           "_write",
           [](const Result& self, const std::filesystem::path& path, bool tets, const py::dict& look) {
@@ -379,6 +458,7 @@ PYBIND11_MODULE(_bsp2, m) {
   add_nodes(m);
   add_measures(m);
   add_result(m);
+  add_solver_mesh(m);
   m.def("_launched", [] {
     if (!launched_ranks) launched_ranks = Ranks::launched();
     return *launched_ranks;
@@ -391,6 +471,17 @@ PYBIND11_MODULE(_bsp2, m) {
                         [&](const Options& all) { return evaluate(expression, all, ranks); });
       },
       arg("expression"), arg("options"), arg("progress"), arg("stop"), arg("ranks"));
+  m.def(
+      "_draw",
+      [](const Expression& expression, const std::vector<std::filesystem::path>& files, const py::dict& words,
+         const py::dict& options, const py::object& progress, const py::object& stop, const Ranks& ranks) {
+        const DrawingOptions drawing = drawing_options(words);
+        return listened<std::vector<std::string>>(
+            options_of(options), progress, stop,
+            [&](const Options& all) { return draw(expression, files, drawing, all, ranks); });
+      },
+      arg("expression"), arg("files"), arg("drawing"), arg("options"), arg("progress"), arg("stop"),
+      arg("ranks"));
   m.def(
       "_resume",
       [](const std::filesystem::path& snapshot, const py::dict& options, const py::object& progress,

@@ -15,7 +15,7 @@ Corners corners(double fn, double fa, double fs) { return {.fn = fn, .fa = fa, .
 Vector lengths(const py::object& given, std::size_t count) {
   if (PyFloat_Check(given.ptr()) != 0 || PyLong_Check(given.ptr()) != 0 ||
       (PySequence_Check(given.ptr()) == 0 && PyNumber_Check(given.ptr()) != 0))
-    return Vector(count, py::float_(given).cast<double>());
+    return Vector(count, given.cast<double>());
   return given.cast<Vector>();
 }
 

@@ -2,6 +2,7 @@
 
 import ast
 import gc
+import importlib.util
 import math
 import os
 import pathlib
@@ -376,6 +377,21 @@ class Running(unittest.TestCase):
             "    result = ranks = None\n"
         )
         self.assertEqual(self.on_ranks(3, script), ["3", "11", "11.0"] * 2)
+
+    def test_mpi4py_starts_and_ends_mpi_or_not(self):
+        """Whoever starts MPI first: mpi4py ends it while results and ranks are still there."""
+        if importlib.util.find_spec("mpi4py") is None:
+            self.skipTest("mpi4py is not installed")
+        work = (
+            "import bsp2\n"
+            "result = bsp2.cube(2).evaluate(regions=4)\n"
+            "if bsp2.ranks().is_master: print(bsp2.ranks().count, result.volume)\n"
+        )
+        load = "from mpi4py import MPI\n"
+        for script in (load + work, work + load, load + work + "MPI.Finalize()\nprint(end='', flush=True)\n"):
+            self.assertEqual(self.on_ranks(2, script), ["2", "8.0"])
+            done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=100)
+            self.assertEqual((done.returncode, done.stdout), (0, "1 8.0\n"), done.stderr)
 
     def test_a_file_that_one_rank_cannot_use_ends_all(self):
         script = (

@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import math
 import os
 import pathlib
 import re
@@ -53,6 +54,17 @@ class Examples(unittest.TestCase):
 
     def test_plasm_temple(self):
         self.assertEqual(self.say("plasm_temple.py"), "box from [-0.8, -0.8, 0.0] to [17.2, 9.2, 9.2]\n")
+
+    @unittest.skipUnless(importlib.util.find_spec("dolfinx"), "dolfinx is not installed")
+    def test_heat_in_bar(self):
+        with tempfile.TemporaryDirectory() as folder:
+            command = [sys.executable, str(EXAMPLES / "heat_in_bar.py")]
+            said = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True, timeout=200).stdout
+        flow, formula = re.search(r"heat flow ([0-9.]+), by formula ([0-9.]+)\n$", said).groups()
+        # Linear in each part, so the elements hit it; the area is that of a square less a polygon of 16 corners.
+        area = 1 - 8 * 0.3**2 * math.sin(math.pi / 8)
+        self.assertAlmostEqual(float(flow), 100 * area / (3 + 1 / 8), delta=1e-4)
+        self.assertEqual(flow, formula)
 
     def test_first_steps(self):
         cells = json.loads((EXAMPLES / "first_steps.ipynb").read_text())["cells"]

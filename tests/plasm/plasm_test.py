@@ -695,6 +695,28 @@ def property_maps(rng):
         assert same(one[3][1], solid * abs(np.linalg.det(matrix[1:, 1:])))
 
 
+def property_thin_cells(rng):
+    """Cells that are thinner than a length are flat, wherever they stand and whatever scales them; solids stay."""
+    quad = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+    bent = 10.0 ** rng.uniform(-4, -1, size=30)  # how far one corner is out of the plane of the others
+    cells = np.repeat(quad[None], 30, axis=0)
+    cells[:, 2, 2] = bent
+    least = np.linalg.svd(cells - cells[:, :1], compute_uv=False)[:, 2]
+    quads = _complex.leaf([_complex.Batch(cells, np.arange(30))], 3)
+    turn = geometry.ROTN([rng.uniform(1, 2), rng.normal(size=3).tolist()])
+    for scale in (1, 8, -0.5):
+        moved = turn(plasm.S([1, 2, 3])([scale] * 3)(quads))
+        for limit in (1e-3, 1e-2):
+            flat = least * abs(scale) <= limit
+            found = moved.measures(limit)
+            assert found[2][0] == flat.sum() and found[3][0] == 30 - flat.sum()
+            assert same(found[3][1], bent[~flat].sum() / 6 * abs(scale) ** 3)
+            assert abs(found[2][1] / (flat.sum() * scale**2) - 1) < 1e-3
+    sheet = plasm.S(3)(1e-4)(quads)
+    assert sheet.measures(1e-4)[2][0] == 30
+    assert list(plasm.CUBOID([1, 1, 1e-5]).measures(1e-3)) == [3]
+
+
 def property_unions(rng):
     """The union of random boxes is what inclusion and exclusion say."""
     for dimension in (2, 3):
@@ -733,6 +755,50 @@ def check_sizes(rng):
     tower = plasm.STRUCT(plasm.NN(5000)([plasm.CUBOID([1, 1, 1]), plasm.T(3)(1), plasm.R([1, 2])(0.01)]))
     assert same(tower.measures()[3][1], 5000.0) and same(tower.box()[1][2], 5000.0)
     assert time.process_time() - began < 60  # a loop over cells takes minutes
+
+
+def check_skeletons_of_booleans(rng):
+    """A face of a Boolean's cells that is a line by roundings is none: circles that agree but for these."""
+    parts = [i / 32 * PI for i in range(33)]
+    half = plasm.CONVEXHULL([[0.5 * math.cos(a), 0.5 * math.sin(a)] for a in parts])
+    net = plasm.MAP(lambda p: [p[1] * math.cos(p[0]), p[1] * math.sin(p[0]), p[2]])
+    disk = net(plasm.INSR(plasm.PROD)([plasm.INTERVALS(PI)(32), plasm.INTERVALS(0.66)(4), plasm.Q(0.22)]))
+    faces = plasm.SKELETON(2)(plasm.DIFFERENCE([disk, plasm.PROD([half, plasm.Q(0.22)])]))
+    assert list(faces.measures()) == [2]
+
+
+def check_inverses(rng):
+    """A matrix that is singular but for roundings has no inverse; one whose rows are small has."""
+    for _ in range(20):
+        a, b = rng.normal(size=(2, 3))
+        normal = np.cross(a, b)
+        assert np.allclose(np.array(plasm.INV([a, b, 1e-9 * normal])) @ [a, b, 1e-9 * normal], np.eye(3))
+        assert np.isnan(plasm.INV([a, (-1.1 * a).tolist(), (1e-16 * normal).tolist()])).all()
+    assert np.isnan(plasm.INV([[0, 0], [0, 1]])).all()
+
+
+def check_packages_of_python2(rng):
+    """Within a package a module is found beside the one that imports it; what few have is missed when called."""
+    with tempfile.TemporaryDirectory() as folder:
+        package = pathlib.Path(folder, "furniture")
+        package.mkdir()
+        (package / "__init__.py").write_text("from sizes import *\nimport legs\nprint 'read'\n")
+        (package / "sizes.py").write_text("HEIGHT = 3\n")
+        (package / "legs.py").write_text("from sizes import HEIGHT\nfrom p2t import *\nleg = [1, 1, HEIGHT]\n")
+        pathlib.Path(folder, "sizes.py").write_text("HEIGHT = 7\n")
+        path = pathlib.Path(folder, "table.py")
+        path.write_text(
+            "from pyplasm import *\nimport furniture, triangle\nshown = CUBOID(furniture.legs.leg)\n"
+            "try:\n    triangle.triangulate({})\nexcept ImportError as error:\n    told = str(error)\n"
+        )
+        with open(os.devnull, "w") as sink:
+            out, sys.stdout = sys.stdout, sink
+            try:
+                names = run.run(path)
+            finally:
+                sys.stdout = out
+        assert np.allclose(names["shown"].box(), ([0, 0, 0], [1, 1, 3]))
+        assert "triangle" in names["told"]
 
 
 def check_python2(rng):

@@ -434,6 +434,60 @@ struct WriteOptions {
   View view;
 };
 
+/// What a mesh for solvers is like. Lengths in model units. See docs/meshing.md.
+struct SolverMeshOptions {
+  std::optional<double> size;  ///< of edges; 0: the cells' own tetrahedra; none: a twentieth of the diagonal
+  std::vector<std::pair<std::string, double>> part_sizes;  ///< likewise in parts, by name
+  std::optional<double> clean;      ///< what is shorter is absorbed; none: a millionth of the smallest part
+  std::vector<std::string> groups;  ///< faces by name: "NAME=WHERE", as "inlet=x==min"
+  bool polyhedra = false;           ///< the cells as they are instead: for files, there are no arrays of them
+};
+
+/// A mesh of tetrahedra that meet face to face, right side out, with names of volumes and of faces.
+class BSP2_API SolverMesh {
+ public:
+  // The arrays live as long as the mesh: p points, t tetrahedra, s triangles of the outside and of
+  // interfaces.
+  [[nodiscard]] std::span<const double> points() const;                ///< 3 p
+  [[nodiscard]] std::span<const std::uint32_t> tetrahedra() const;     ///< 4 t: (b-a) x (c-a) points to d
+  [[nodiscard]] std::span<const std::int32_t> volumes() const;         ///< t: as in volume_names()
+  [[nodiscard]] std::span<const std::uint32_t> triangles() const;      ///< 3 s
+  [[nodiscard]] std::span<const std::int32_t> groups() const;          ///< s: as in group_names()
+  [[nodiscard]] const std::vector<std::string>& volume_names() const;  ///< of parts; else "solid"
+  [[nodiscard]] const std::vector<std::string>& group_names() const;   ///< "steel|outside", ...
+  [[nodiscard]] double volume() const;
+  [[nodiscard]] double smallest_angle() const;  ///< dihedral, in degrees
+  [[nodiscard]] double largest_angle() const;
+  [[nodiscard]] const std::vector<std::string>& warnings() const;
+  [[nodiscard]] const std::vector<std::string>& notes() const;  ///< what is as it should be
+
+  /// Writes .msh, .inp, .xdmf, .vtu or, as a folder, a case of OpenFOAM. @param second_order with points in
+  /// the middle of edges. @param gmsh_version 41 or 22. @throws Error if it cannot be written.
+  void write(const std::filesystem::path& path, bool second_order = false, int gmsh_version = 41) const;
+
+  class Implementation;
+  explicit SolverMesh(std::shared_ptr<const Implementation> implementation)
+      : implementation_(std::move(implementation)) {}
+
+ private:
+  std::shared_ptr<const Implementation> implementation_;
+};
+
+/// What an engineering drawing shows, in the words of `bsp2 draw`. See docs/drawing.md.
+struct DrawingOptions {
+  std::vector<std::string> views{"front", "top", "left", "iso"};  ///< also back, right, bottom
+  std::vector<std::string> sections;         ///< "A=x:10": cut there, seen as usual; "A=-x:10" the other way
+  std::vector<std::string> dimensions;       ///< "front:0,0,0:40,0,0": the distance of two points in a view
+  std::string hidden = "dashed";             ///< edges behind faces: dashed, none, all
+  std::string smooth = "none";               ///< edges between facets of what is round: none, thin
+  double smooth_angle = 30;                  ///< degrees: facets that meet in less are of something round
+  bool centre_lines = true, overall = true;  ///< axes of what is round, and overall dimensions
+  std::string sheet = "A3";                  ///< to A0
+  std::string scale = "auto";                ///< "1:2", ...; auto: the largest usual one that fits
+  std::string projection = "first";          ///< or third
+  std::string title = "model", author, number, material, date;  ///< no date: today
+};
+
 /// What an evaluation has found. With several ranks the master has all, the others know what is marked
 /// collective, unless the cells stay where they were found (`is_collected`).
 class BSP2_API Result {
@@ -464,10 +518,13 @@ class BSP2_API Result {
   /// are held.
   [[nodiscard]] Locations locate(std::span<const double> points) const;
 
-  /// Writes a file in the format that its ending names: .pvtu (the cells), .stl, .ply, .obj, .vtp and what
-  /// else there is for surfaces, .png, .svg, .pdf (a picture), .json (the report), .csg (the model), .h5 (the
-  /// snapshot, if Options::snapshot had one made). Collective. It is there when it is complete. @return
-  /// warnings. @throws Error if it cannot be written.
+  /// A mesh for solvers of the IN cells. Likewise. @throws Error also if no valid mesh is found.
+  [[nodiscard]] SolverMesh solver_mesh(const SolverMeshOptions& options = {}) const;
+
+  /// Writes a file in the format that its ending names: .pvtu and .vtu (the cells), .stl, .ply, .obj, .vtp
+  /// and what else there is for surfaces, .png, .svg, .pdf (a picture), .json (the report), .csg (the model),
+  /// .h5 (the snapshot, if Options::snapshot had one made). Collective. It is there when it is complete.
+  /// @return warnings. @throws Error if it cannot be written.
   std::vector<std::string> write(const std::filesystem::path& path, const WriteOptions& options = {}) const;
   /// A picture as the bytes of a file. Collective; empty but on the master. @param format png, svg or pdf.
   [[nodiscard]] std::string picture(const std::string& format = "png", const View& view = {}) const;
@@ -495,5 +552,12 @@ BSP2_API Result evaluate(const Expression& expression, const Options& options = 
 /// own. Collective.
 BSP2_API Result resume(const std::filesystem::path& snapshot, const Options& options = {},
                        const Ranks& ranks = {});
+
+/// Makes an engineering drawing of a solid of space and writes it. Collective. @param files .svg, .pdf, .dxf.
+/// @return what there is to say about it. @throws Error as `evaluate`, and for a drawing that makes no sense.
+BSP2_API std::vector<std::string> draw(const Expression& expression,
+                                       const std::vector<std::filesystem::path>& files,
+                                       const DrawingOptions& drawing = {}, const Options& options = {},
+                                       const Ranks& ranks = {});
 
 }  // namespace bsp2

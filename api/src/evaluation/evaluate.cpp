@@ -5,6 +5,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "bsp2/api/products/drawings.hpp"
+#include "bsp2/io/files/file.hpp"
+#include "bsp2/io/outputs/sheet.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/supersteps/loop/run.hpp"
 #include "evaluation/result.hpp"
@@ -168,21 +171,70 @@ void collect_warnings(const Expression::Node& root, std::vector<std::string>& wa
   }
 }
 
+/// @param warnings gets those of the files that are in it.
+supersteps::RunOptions run_options(const Expression& expression, const Options& options,
+                                   std::vector<std::string>& warnings) {
+  supersteps::RunOptions run = run_options(options);
+  const Expression::Node& root = *expression.root();
+  run.model = root.is_text() ? root.source : "model";
+  // What was loaded is read as it stands: places in messages are those of the file.
+  run.text = std::make_shared<const std::string>(root.is_text() ? root.text : expression.to_text());
+  run.read = root.read;
+  collect_warnings(root, warnings);
+  if (options.strict && !warnings.empty())
+    throw Error(warnings.front() + "; strict turns warnings into errors");
+  return run;
+}
+
+void write_sheet(const std::filesystem::path& file, const io::Sheet& sheet) {
+  io::make_folder(io::folder_of(file));
+  io::write_file(file, io::sheet_bytes(sheet, io::sheet_format(file).value()));
+}
+
 }  // namespace
 
 Result evaluate(const Expression& expression, const Options& options, const Ranks& ranks) {
   return guarded([&] {
-    supersteps::RunOptions run = run_options(options);
-    const Expression::Node& root = *expression.root();
-    run.model = root.is_text() ? root.source : "model";
-    // What was loaded is read as it stands: places in messages are those of the file.
-    run.text = std::make_shared<const std::string>(root.is_text() ? root.text : expression.to_text());
-    run.read = root.read;
     std::vector<std::string> warnings;
-    collect_warnings(root, warnings);
-    if (options.strict && !warnings.empty())
-      throw Error(warnings.front() + "; strict turns warnings into errors");
+    supersteps::RunOptions run = run_options(expression, options, warnings);
     return found(std::move(run), options, ranks, expression, warnings);
+  });
+}
+
+std::vector<std::string> draw(const Expression& expression, const std::vector<std::filesystem::path>& files,
+                              const DrawingOptions& words, const Options& options, const Ranks& ranks) {
+  return guarded([&] {
+    const drawing::DrawingOptions how = api::drawing_options(words);
+    for (const auto& file : files) {
+      const auto format = io::sheet_format(file);
+      if (!format) throw Error("cannot draw '" + file.string() + "': a drawing is .svg, .pdf or .dxf");
+      io::check_sheet(*format);
+    }
+    Options of_surface = options;
+    of_surface.surface_only = of_surface.faces = true;
+    std::vector<std::string> told;
+    supersteps::RunOptions run = run_options(expression, of_surface, told);
+    supersteps::Ranks& all = ranks.implementation()->ranks;
+    const Patience patience(all, options.timeout);
+    const Told progress(all, run, options.progress);
+    all.restart();
+    all.together([&] {
+      const supersteps::RunResult result = supersteps::run(run, all);
+      all.agree([&] {
+        if (result.report.interrupted) throw Error("interrupted; nothing is drawn");
+        if (!result.report.failed.empty()) throw Error(result.report.failed.front().text);
+      });
+      const drawing::Drawing drawn = api::draw(
+          run, how, result, all, [](const auto& again, auto& same) { return supersteps::run(again, same); });
+      all.agree([&] {
+        if (!all.is_master()) return;
+        for (const auto& file : files) write_sheet(file, drawn.sheet);
+      });
+      for (const auto& sentences :
+           {result.report.warnings, api::warnings_of_drawing(result), result.report.notes, drawn.notes})
+        told.insert(told.end(), sentences.begin(), sentences.end());
+    });
+    return told;
   });
 }
 

@@ -35,7 +35,7 @@ class Result::Implementation {
   std::optional<Cells> cells_;
   std::optional<Measures> measures_;
 
-  void write_on_master(const std::filesystem::path& path, std::vector<std::string>& warnings);
+  void write_on_master(const std::filesystem::path& path, bool tets, std::vector<std::string>& warnings);
   [[nodiscard]] std::string source() const;
 };
 

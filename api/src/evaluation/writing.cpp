@@ -1,3 +1,4 @@
+#include <limits>
 #include <map>
 #include <string>
 #include <string_view>
@@ -6,6 +7,7 @@
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/surface.hpp"
+#include "bsp2/io/outputs/vtu.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/stages/collection.hpp"
 #include "evaluation/result.hpp"
@@ -64,8 +66,24 @@ std::string Result::Implementation::picture(const std::string& format, const Vie
   return bytes;
 }
 
+/// All cells in one file: a mesh whose only piece takes the name.
+void write_one_vtu(const supersteps::RunResult& result, const std::filesystem::path& path, bool tets) {
+  if (!result.is_collected)
+    throw Error("cannot write '" + path.string() +
+                "': the cells are on several ranks; .pvtu has a file of each of them");
+  const io::TemporaryDirectory scratch(io::folder_of(path));
+  io::VtuOptions options = supersteps::vtu_options(result);
+  options.tets = tets;
+  options.piece_cells = std::numeric_limits<std::size_t>::max();
+  const std::filesystem::path mesh = scratch.path() / "mesh.pvtu", piece = scratch.path() / "mesh_0.vtu";
+  io::write_vtu(mesh, result.report.dimension, result.mesh.batches, options);
+  if (!std::filesystem::exists(piece))
+    throw Error("cannot write '" + path.string() + "': there are no cells");
+  std::filesystem::rename(piece, path);
+}
+
 /// What needs nothing of the others.
-void Result::Implementation::write_on_master(const std::filesystem::path& path,
+void Result::Implementation::write_on_master(const std::filesystem::path& path, bool tets,
                                              std::vector<std::string>& warnings) {
   const std::string ending = path.extension().string();
   if (const io::SurfaceFormat* format = io::surface_format(path)) {
@@ -77,6 +95,9 @@ void Result::Implementation::write_on_master(const std::filesystem::path& path,
     const auto before = static_cast<std::ptrdiff_t>(told.size());
     supersteps::write_boundary(result, path);
     warnings.insert(warnings.end(), told.begin() + before, told.end());
+  } else if (ending == ".vtu") {
+    check_cells("'" + path.string() + "'");
+    write_one_vtu(result, path, tets);
   } else if (ending == ".json") {
     io::write_file(path, api::to_json(result.report));
   } else if (ending == ".csg") {
@@ -87,10 +108,11 @@ void Result::Implementation::write_on_master(const std::filesystem::path& path,
                   "': a snapshot is made while a model is evaluated; give Options::snapshot");
     io::copy_snapshot(*snapshot, path);
   } else {
-    throw Error("cannot write '" + path.string() +
-                "': its ending names no format; .pvtu (cells), .png, .svg, .pdf (picture), .json (report), "
-                ".csg (model), .h5 (snapshot), and for the surface " +
-                io::surface_endings() + " are known");
+    throw Error(
+        "cannot write '" + path.string() +
+        "': its ending names no format; .pvtu, .vtu (cells), .png, .svg, .pdf (picture), .json (report), "
+        ".csg (model), .h5 (snapshot), and for the surface " +
+        io::surface_endings() + " are known");
   }
 }
 
@@ -104,7 +126,7 @@ std::vector<std::string> Result::Implementation::write(const std::filesystem::pa
     ranks->ranks.agree([&] {
       if (!ranks->ranks.is_master()) return;
       io::make_folder(io::folder_of(path));
-      if (!is_mesh && !picture) write_on_master(path, warnings);
+      if (!is_mesh && !picture) write_on_master(path, options.tets, warnings);
     });
     if (is_mesh) result.report.simplices = supersteps::write_mesh(ranks->ranks, result, path, options.tets);
     if (picture) {

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "bsp2/bsp2.hpp"
 #include "options/command_line.hpp"
 
 namespace CLI {
@@ -12,9 +13,9 @@ class App;
 namespace bsp2::jobs {
 
 /// Options of a drawing as they are typed, before they mean something.
-struct DrawingText {
-  std::string views, projection, scale, sheet, hidden, smooth;
-  std::vector<std::string> files, sections, dimensions;
+struct DrawingText : bsp2::DrawingOptions {
+  std::string views_in_one;
+  std::vector<std::string> files;
   bool plain = false, no_centre_lines = false;
 };
 

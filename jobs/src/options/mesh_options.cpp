@@ -5,6 +5,7 @@
 
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
+#include "bsp2/meshing/groups/groups.hpp"
 #include "options/checks.hpp"
 
 namespace bsp2::jobs {
@@ -77,21 +78,23 @@ MeshCommand mesh_command(const MeshText& text) {
   const auto format = io::solver_format(command.output);
   if (!format) throw Error("-o: '" + text.output + "' must end in " + io::solver_endings());
   if (command.output.extension() == ".foam") command.output.replace_extension();
-  command.polyhedra = text.type.empty() ? *format == io::SolverFormat::openfoam : text.type == "polyhedra";
-  if (command.polyhedra && !io::holds_polyhedra(*format))
+  SolverMeshOptions& options = command.options;
+  options.polyhedra = text.type.empty() ? *format == io::SolverFormat::openfoam : text.type == "polyhedra";
+  if (options.polyhedra && !io::holds_polyhedra(*format))
     throw Error("--type polyhedra: only OpenFOAM cases and .vtu files hold polyhedra, not '" + text.output +
                 "'");
-  command.clean = text.clean;
-  command.size = text.size;
-  for (const std::string& each : text.part_sizes) command.part_sizes.push_back(part_size(each));
-  for (const std::string& each : text.groups) command.groups.push_back(meshing::parse_group(each));
+  options.clean = text.clean;
+  options.size = text.size;
+  for (const std::string& each : text.part_sizes) options.part_sizes.push_back(part_size(each));
+  for (const std::string& each : text.groups) meshing::parse_group(each);  // it is told now if it is wrong
+  options.groups = text.groups;
   command.gmsh_version = text.version == "2.2" ? 22 : 41;
   command.second_order = text.order == 2;
-  if (command.second_order && (command.polyhedra || !io::holds_second_order(*format)))
+  if (command.second_order && (options.polyhedra || !io::holds_second_order(*format)))
     throw Error(
         "--element-order 2: only tetrahedra in .msh, .inp, .xdmf and .vtu files may have points in the "
         "middle of edges");
-  if (command.polyhedra && (command.size.value_or(0) > 0 || !command.part_sizes.empty()))
+  if (options.polyhedra && (options.size.value_or(0) > 0 || !options.part_sizes.empty()))
     throw Error("--size: polyhedra are the cells as they are; add --type tetrahedra");
   return command;
 }

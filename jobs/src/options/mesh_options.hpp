@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "bsp2/meshing/groups/groups.hpp"
+#include "bsp2/bsp2.hpp"
 
 namespace CLI {
 class App;
@@ -19,11 +19,7 @@ struct RunCommand;
 /// What `bsp2 mesh` makes.
 struct MeshCommand {
   std::filesystem::path output;
-  bool polyhedra = false;
-  std::optional<double> clean;  ///< a length; none: a millionth of the size of the smallest part
-  std::optional<double> size;   ///< likewise: a twentieth of the diagonal; 0: the cells' own tetrahedra
-  std::vector<std::pair<std::string, double>> part_sizes;
-  std::vector<meshing::GroupRule> groups;
+  SolverMeshOptions options;
   int gmsh_version = 41;
   bool second_order = false;
 };

@@ -87,6 +87,21 @@ def frames(points):
     return (values > floor).sum(axis=1), vectors
 
 
+def flattened(points, rank, basis, content, thickness, share):
+    """Rank, directions and content of cells, those of them flat that are thinner than a length, or than a share
+    of their size."""
+    if not points.size:
+        return rank, basis, content
+    _, singular, directions = np.linalg.svd(points - points[:, :1])
+    limits = np.maximum(singular[:, :1] * share, thickness)
+    new = np.minimum((singular > limits).sum(axis=1), rank)
+    thin = np.flatnonzero(new < rank)
+    basis, content = np.array(basis), np.array(content)
+    basis[thin] = directions[thin].swapaxes(1, 2)
+    content[thin] = measures(points[thin], new[thin], basis[thin])
+    return new, basis, content
+
+
 def measures(points, rank, basis):
     """Length, area, volume, ... of each cell, by its rank. Points have none."""
     result = np.zeros(len(points))

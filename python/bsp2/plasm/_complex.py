@@ -49,6 +49,10 @@ class Batch:
             self._measures = _cells.measures(self.points, *self.frames())
         return self._measures
 
+    def flattened(self, thickness, share):
+        """Rank, directions and content of the cells, as `_cells.flattened`."""
+        return _cells.flattened(self.points, *self.frames(), self.measures(), thickness, share)
+
     def corners(self):
         """Which points of each cell are corners of it, as `_cells.extremes`."""
         if self._keep is None:
@@ -173,8 +177,12 @@ class Hpc:
                     high = np.maximum(high, moved.max(axis=(0, 1)))
         return None if np.isinf(low).any() else (low, high)
 
-    def measures(self):
-        """Number and content of the cells of each dimension: {dimension: (cells, content)}."""
+    def measures(self, thickness=None, share=_cells.RANK_TOLERANCE):
+        """Number and content of the cells of each dimension: {dimension: (cells, content)}.
+
+        thickness: cells are flat that are thinner than this length, or than a share of their size, unless they
+        are known to be solid.
+        """
         total = {}
         _in_bulk([batch for places in self.places() for batch in places.leaf.batches], measured=True)
         moved = []
@@ -191,16 +199,14 @@ class Hpc:
                     moved.append((places_of, batch, linear[anew][:, :, :d]))
                 if anew.all():
                     continue
-                rank, basis = batch.frames()
-                content = batch.measures()
-                for r in np.unique(rank):
-                    chosen = rank == r
-                    factors = _factors(linear[~anew][:, :, :d], basis[chosen][:, :, :r])
-                    _add(total, np.full(factors.size, r), (factors * content[chosen]).reshape(-1))
+                _add_alike(total, batch, linear[~anew][:, :, :d], thickness, share)
         _in_bulk([batch for batch, _, _ in moved])
         for batch, origin, maps in moved:
             _measure_moved(batch, origin, maps)
-            _add(total, batch.frames()[0], batch.measures())
+            rank, content = batch.frames()[0], batch.measures()
+            if thickness is not None and not origin.solid():
+                rank, _, content = batch.flattened(thickness, share)
+            _add(total, rank, content)
         return {r: total[r] for r in sorted(total)}
 
     def solid_volume(self):
@@ -419,6 +425,22 @@ def _measure_moved(batch, origin, maps):
     batch._measures = content
 
 
+def _add_alike(total, batch, maps, thickness, share):
+    """Adds what maps that keep angles, or the rank, make of the cells of a batch."""
+    kinds = [(maps, *batch.frames(), batch.measures())]
+    if thickness is not None and not batch.solid():
+        scales = np.round(np.sqrt(np.einsum("pij,pij->p", maps, maps) / max(maps.shape[2], 1)), 12)
+        kinds = [
+            (maps[scales == scale], *batch.flattened(thickness / max(scale, 1e-300), share))
+            for scale in np.unique(scales)
+        ]
+    for alike, rank, basis, content in kinds:
+        for r in np.unique(rank):
+            chosen = rank == r
+            factors = _factors(alike, basis[chosen][:, :, :r])
+            _add(total, np.full(factors.size, r), (factors * content[chosen]).reshape(-1))
+
+
 def _effects(linear):
     """Of maps (maps, D, d): which take cells to flatter ones, and which keep angles."""
     gram = np.einsum("pij,pik->pjk", linear, linear)
@@ -579,6 +601,9 @@ def _skeleton(node, dimension):
         else:
             for shape, chosen in batch.shapes():
                 result.extend(_faces(batch.selected(chosen), shape, dimension))
+    if node.edges:  # of a Boolean: what is left of a face between two cuts that are all but one is none
+        full = [_cells.frames(batch.points)[0] == dimension for batch, _ in result]
+        result = [(batch.selected(f), number[f]) for (batch, number), f in zip(result, full)]
     # Faces come in the order of their cells, each cell's together.
     step = 1 + max([int(number.max()) for _, number in result if len(number)], default=0)
     pieces = [Batch(b.points, b.order * step + number, b.dimension, b.shape) for b, number in result]

@@ -573,12 +573,14 @@ def IDNT(n):
 
 
 def INV(matrix):
-    """The inverse of a matrix; of a singular one all entries are nan, as where pyplasm divides by zero."""
+    """The inverse of a matrix; of a singular one all entries are nan, as where pyplasm divides by zero. It is
+    singular if single precision, which pyplasm computes in, cannot tell it from one that is."""
     matrix = np.array(matrix, float)
-    try:
-        return np.linalg.inv(matrix).tolist()
-    except np.linalg.LinAlgError:
+    lengths = np.abs(matrix).max(axis=1, keepdims=True)
+    regular = np.isfinite(lengths).all() and lengths.all()
+    if not regular or np.linalg.svd(matrix / lengths, compute_uv=False).min() < 1e-7:
         return np.full(matrix.shape, np.nan).tolist()
+    return np.linalg.inv(matrix).tolist()
 
 
 def TRACE(matrix):

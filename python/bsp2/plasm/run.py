@@ -6,6 +6,7 @@ have its names from the start.
 """
 
 import ast
+import builtins
 import hashlib
 import importlib
 import importlib.abc
@@ -19,7 +20,7 @@ import warnings
 
 import bsp2
 
-_BUILT_IN = set(dir(__import__("builtins")))
+_BUILT_IN = set(dir(builtins))
 
 LAR_MODULES = (
     "architectural boolean boolean1 boolean2 boundary hijson hospital integr inters iot3d lar lar2psm larcc "
@@ -218,10 +219,22 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         _have_old_scipy(text)
         code, _ = translated(text, file)
         module.__dict__["__bsp2_divided__"] = self.divide
+        if module.__package__:
+            module.__dict__["__builtins__"] = dict(vars(builtins), __import__=_import_in_package)
         _preload(module.__dict__, {}, python2=True)
         if name.split(".")[0] not in LAR_MODULES:
             _preload_lar(module.__dict__, text)
         exec(code, module.__dict__)
+
+
+def _import_in_package(name, names=None, local_names=None, fromlist=(), level=0):
+    """As Python 2 imports within a package: what lies beside a module comes first."""
+    package = (names or {}).get("__package__")
+    if package and level == 0 and "." not in name:
+        folders = getattr(sys.modules.get(package), "__path__", [])
+        if any(os.path.isfile(os.path.join(folder, name + ".py")) for folder in folders):
+            return importlib.import_module("." + name, package)
+    return builtins.__import__(name, names, local_names, fromlist, level)
 
 
 class _LarFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
@@ -249,6 +262,26 @@ class _LarFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         module.__all__ += [key for key in names if key not in module.__all__]
 
 
+class _AbsentFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """What larlib's modules import for a few of their functions, and few have installed: there until it is
+    called."""
+
+    NAMES = ("p2t", "triangle")
+
+    def find_spec(self, name, path=None, target=None):
+        return importlib.util.spec_from_loader(name, self) if name in self.NAMES else None
+
+    def create_module(self, spec):
+        return None
+
+    def exec_module(self, module):
+        def absent(*_, **__):
+            raise ModuleNotFoundError(f"No module named '{module.__name__}', which larlib needs here")
+
+        module.__all__ = []
+        module.__getattr__ = lambda name: absent
+
+
 def _fill(module):
     from bsp2 import plasm
 
@@ -260,7 +293,6 @@ def _fill(module):
 
 def _preload(names, more, python2):
     if python2:
-        import builtins
         from functools import reduce
 
         names.setdefault("reduce", reduce)
@@ -313,7 +345,7 @@ def run(path, floor=False, preload=None, folders=()):
     sys.modules["__main__"] = main
     sys.path[:0] = [os.path.dirname(path), *map(os.fspath, folders)]
     sys.meta_path.insert(0, finder)
-    sys.meta_path.append(_LarFinder())
+    sys.meta_path += [_LarFinder(), _AbsentFinder()]
     sys.argv = [path]
     sys.setrecursionlimit(max(before[4], 10000))
     try:

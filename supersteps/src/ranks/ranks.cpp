@@ -184,19 +184,16 @@ class Ranks::Implementation {
       : environment_(std::move(environment)),
         signs_(std::in_place),
         world_(std::in_place),
-        queue_(world_->new_queue()) {}
-  /// After a failure, files that could not be written may keep MPI from its end. First all have to be here:
-  /// until then the master may be about to say what went wrong.
+        queue_(world_->new_queue()) {
+    MPI_Comm_create_keyval(MPI_COMM_NULL_COPY_FN, &Implementation::mpi_ends, &key_, nullptr);
+    MPI_Comm_set_attr(MPI_COMM_SELF, key_, this);
+  }
   ~Implementation() {
-    open_.reset();
-    signs_.reset();
-    if (failed_ == 0) return;
-    const auto said = [] { return std::string(); };
-    watched(said, failed_, long_patience, [] { MPI_Barrier(MPI_COMM_WORLD); });
-    watched(said, failed_, short_patience, [this] {
-      world_.reset();
-      environment_.reset();
-    });
+    if (key_ != MPI_KEYVAL_INVALID) {
+      const int key = std::exchange(key_, MPI_KEYVAL_INVALID);
+      MPI_Comm_delete_attr(MPI_COMM_SELF, key);
+    }
+    leave(true);
   }
   Implementation(const Implementation&) = delete;
   Implementation& operator=(const Implementation&) = delete;
@@ -322,9 +319,10 @@ class Ranks::Implementation {
   [[nodiscard]] const std::vector<Message>& received() const { return received_; }
 
  private:
-  std::unique_ptr<boost::mpi::environment> environment_;  // ends MPI after the world
-  std::optional<SignsOfLife> signs_;                      // as the world
-  std::optional<bsplib::World> world_;                    // none: this process alone
+  std::unique_ptr<boost::mpi::environment> environment_;  // ends MPI after the world, if it started it
+  int key_ = MPI_KEYVAL_INVALID;        // of what is attached to MPI_COMM_SELF, as long as MPI runs
+  std::optional<SignsOfLife> signs_;    // as the world
+  std::optional<bsplib::World> world_;  // none: this process alone
   std::uint32_t queue_ = 0;
   std::unique_ptr<bsplib::OpenSuperstep> open_;
   bool is_syncing_ = false;
@@ -339,6 +337,30 @@ class Ranks::Implementation {
   std::uint64_t unsent_ = 0, sent_ = 0;  // bytes for others: for the next sync, and of the last one
   std::uint64_t hidden_sent_ = 0, hidden_received_ = 0;
   std::uint64_t bytes_sent_ = 0, bytes_received_ = 0, syncs_ = 0;  // up to the entry at hand
+
+  /// MPI deletes what is attached to MPI_COMM_SELF as the first act of its end: somebody else, as mpi4py, may
+  /// end it before this is gone.
+  static int mpi_ends(MPI_Comm, int, void* self, void*) {
+    auto& implementation = *static_cast<Implementation*>(self);
+    if (std::exchange(implementation.key_, MPI_KEYVAL_INVALID) != MPI_KEYVAL_INVALID)
+      implementation.leave(false);
+    return MPI_SUCCESS;
+  }
+
+  /// After a failure, files that could not be written may keep MPI from its end. First all have to be here:
+  /// until then the master may be about to say what went wrong. @param ends_mpi if it is ours.
+  void leave(bool ends_mpi) {
+    open_.reset();
+    signs_.reset();
+    if (!world_) return;
+    if (failed_ == 0) return world_.reset();
+    const auto said = [] { return std::string(); };
+    watched(said, failed_, long_patience, [] { MPI_Barrier(MPI_COMM_WORLD); });
+    watched(said, failed_, short_patience, [&] {
+      world_.reset();
+      if (ends_mpi) environment_.reset();
+    });
+  }
 
   void supervised(const std::function<void()>& program) {
     const auto fail = [&](Culprit culprit, const char* text) {

@@ -254,19 +254,24 @@ void write_boundary(RunResult& result, const std::filesystem::path& path, std::o
   notes.insert(notes.end(), remarks.notes.begin(), remarks.notes.end());
 }
 
+io::VtuOptions vtu_options(const RunResult& result) {
+  io::VtuOptions options;
+  options.rank_of_region = result.rank_of_region;
+  options.part_names = result.part_names;
+  for (const auto& colour : result.colour_of_primitive)
+    options.colour_of_primitive.push_back(colour.value_or(uncoloured));
+  options.other_colour = uncoloured;
+  return options;
+}
+
 SimplexReport write_mesh(Ranks& ranks, const RunResult& result, const std::filesystem::path& pvtu, bool tets,
                          unsigned step) {
   std::optional<io::VtuShare> share;
   io::VtuShare::Size size;
   ranks.agree([&] {
     ranks.begin("collection", step);
-    io::VtuOptions options;
+    io::VtuOptions options = vtu_options(result);
     options.tets = tets;
-    options.rank_of_region = result.rank_of_region;
-    options.part_names = result.part_names;
-    for (const auto& colour : result.colour_of_primitive)
-      options.colour_of_primitive.push_back(colour.value_or(uncoloured));
-    options.other_colour = uncoloured;
     share.emplace(pvtu, result.report.dimension, result.mesh.batches, options);
     size = share->size();
   });

@@ -5,7 +5,14 @@
 
 #include "bsp2/supersteps/state/run_result.hpp"
 
+namespace bsp2::io {
+struct VtuOptions;
+}
+
 namespace bsp2::supersteps {
+
+/// How the cells of a run are written: by whom they were computed, colours and names.
+io::VtuOptions vtu_options(const RunResult& result);
 
 /// Writes the cells of a run as one VTK unstructured grid: every rank the pieces that it holds, the master
 /// the `.pvtu`.

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bsp2/bsp2.hpp"
+#include "bsp2/io/outputs/solver_mesh.hpp"
+#include "bsp2/supersteps/state/run_result.hpp"
+
+namespace bsp2::api {
+
+/// A mesh for solvers in figures.
+struct MeshSummary {
+  bool polyhedra = false;
+  std::uint64_t points = 0, cells = 0, faces = 0;
+  std::vector<std::pair<std::string, double>> volumes;        ///< content by name
+  std::vector<std::pair<std::string, std::uint64_t>> groups;  ///< faces by name
+  double volume = 0;
+  double size = 0, clean = 0;
+  // Of tetrahedra.
+  std::uint64_t cells_at_first = 0, moved_points = 0;
+  double largest_move = 0;
+  double smallest_angle = 0, largest_angle = 0, mean_smallest_angle = 0;
+  std::array<std::uint64_t, 18> histogram{};
+  std::array<std::uint64_t, 3> below{};  ///< tetrahedra with an angle below 1, 5 and 10 degrees
+  double seconds_of_cells = 0, seconds_of_shape = 0;
+};
+
+/// A mesh, and what there is to tell of it.
+struct MadeSolverMesh {
+  io::SolverMesh mesh;
+  MeshSummary summary;
+  std::vector<std::string> warnings, notes;
+};
+
+/// Makes the mesh of a finished run. On the master alone, which has all cells.
+/// @param dashes before names of options in messages: "--" in those of the program.
+/// @throws bsp2::Error if there is nothing to mesh; std::runtime_error if no valid mesh was found.
+MadeSolverMesh make_solver_mesh(const SolverMeshOptions& options, const supersteps::RunResult& result,
+                                std::string_view dashes = "");
+
+}  // namespace bsp2::api

@@ -1,0 +1,269 @@
+#include "bsp2/api/products/solver_mesh.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+#include "bsp2/geometry/support/error.hpp"
+#include "bsp2/meshing/complex/complex.hpp"
+#include "bsp2/meshing/groups/groups.hpp"
+#include "bsp2/meshing/tetrahedra/tetrahedra.hpp"
+#include "bsp2/model/expression/suggestion.hpp"
+
+namespace bsp2::api {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using meshing::Complex;
+using meshing::Point;
+
+/// With commas between thousands.
+std::string grouped(std::uint64_t number) {
+  std::string digits = std::to_string(number);
+  for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, 1, ',');
+  return digits;
+}
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double diagonal(const Point& low, const Point& high) {
+  double sum = 0;
+  for (std::size_t k = 0; k < 3; ++k) sum += (high[k] - low[k]) * (high[k] - low[k]);
+  return std::sqrt(sum);
+}
+
+/// The diagonals of the bounds of each part, and of all.
+struct Extents {
+  double all = 0, smallest_part = 0;
+
+  explicit Extents(const Complex& complex) {
+    struct Box {
+      Point low{1e308, 1e308, 1e308}, high{-1e308, -1e308, -1e308};
+      void add(const Point& p) {
+        for (std::size_t k = 0; k < 3; ++k) {
+          low[k] = std::min(low[k], p[k]);
+          high[k] = std::max(high[k], p[k]);
+        }
+      }
+    };
+    Box whole;
+    std::map<std::int32_t, Box> parts;
+    for (std::size_t face = 0; face < complex.faces(); ++face)
+      for (const std::int32_t cell : {complex.owner[face], complex.neighbour[face]})
+        if (cell != Complex::outside)
+          for (const std::uint32_t p : complex.points_of(face)) {
+            parts[complex.part[static_cast<std::size_t>(cell)]].add(complex.points[p]);
+            whole.add(complex.points[p]);
+          }
+    all = diagonal(whole.low, whole.high);
+    smallest_part = all;
+    for (const auto& [part, box] : parts)
+      smallest_part = std::min(smallest_part, diagonal(box.low, box.high));
+  }
+};
+
+class SolverMeshMaker {
+ public:
+  SolverMeshMaker(const SolverMeshOptions& options, const supersteps::RunResult& result,
+                  std::string_view dashes)
+      : options_(options), result_(result), dashes_(dashes) {}
+
+  MadeSolverMesh run() {
+    const auto start = Clock::now();
+    tell_what_is_left_out();
+    Complex complex = result_.asked->complex(result_);
+    if (complex.cells() == 0) throw Error("there is nothing to mesh: the solid is empty");
+    summary_.seconds_of_cells = seconds_since(start);
+    summary_.polyhedra = options_.polyhedra;
+    const Extents extents(complex);
+    summary_.clean = options_.clean.value_or(1e-6 * extents.smallest_part);
+    summary_.size = options_.size.value_or(extents.all / 20);
+    std::vector<meshing::GroupRule> rules;
+    for (const std::string& text : options_.groups) rules.push_back(meshing::parse_group(text));
+    groups_.emplace(result_.part_names, std::move(rules), complex.points,
+                    std::max(summary_.clean, 1e-9 * extents.all));
+    options_.polyhedra ? take(std::move(complex)) : make_tetrahedra(complex);
+    for (const std::string& name : groups_->empty_rules())
+      made_.warnings.push_back(dashes_ + "group " + name +
+                               ": no face is where it says, so there is no such group");
+    mesh_.volumes = groups_->volumes();
+    mesh_.groups = groups_->groups();
+    mesh_.is_interface = groups_->is_interface();
+    count();
+    summary_.points = mesh_.points().size();
+    return std::move(made_);
+  }
+
+ private:
+  const SolverMeshOptions& options_;
+  const supersteps::RunResult& result_;
+  const std::string dashes_;
+  MadeSolverMesh made_;
+  MeshSummary& summary_ = made_.summary;
+  io::SolverMesh& mesh_ = made_.mesh;
+  std::optional<meshing::Groups> groups_;
+
+  void tell_what_is_left_out() {
+    const supersteps::RunReport& report = result_.report;
+    if (report.fuzzy_cells > 0)
+      made_.notes.push_back(fmt::format(
+          "the mesh is that of what is inside for sure: {} that {} still undecided (FUZZY), of a volume of "
+          "{:.6g}, {} left out; of what is round, a smaller {}tolerance leaves out less",
+          report.fuzzy_cells == 1 ? std::string("one cell") : grouped(report.fuzzy_cells) + " cells",
+          report.fuzzy_cells == 1 ? "is" : "are", report.fuzzy_volume, report.fuzzy_cells == 1 ? "is" : "are",
+          dashes_));
+  }
+
+  void take(Complex complex) {
+    for (std::size_t face = 0; face < complex.faces(); ++face) {
+      const auto part_of = [&](std::int32_t cell) {
+        return cell == Complex::outside ? meshing::PlaneSide::nothing
+                                        : complex.part[static_cast<std::size_t>(cell)];
+      };
+      std::int32_t part = part_of(complex.owner[face]), other = part_of(complex.neighbour[face]);
+      if (other != meshing::PlaneSide::nothing && other < part) std::swap(part, other);
+      mesh_.group_of_face.push_back(
+          part == other ? -1 : groups_->group_of(part, other, complex.points_of(face), complex.points));
+    }
+    for (const std::int32_t part : complex.part) mesh_.volume.push_back(groups_->volume_of(part));
+    summary_.faces = complex.faces();
+    mesh_.polyhedra = std::move(complex);
+  }
+
+  void make_tetrahedra(const Complex& complex) {
+    const auto start = Clock::now();
+    mesh_.tetrahedra = meshing::tetrahedra_of(complex);
+    meshing::ShapeOptions options{summary_.clean, summary_.size, sizes_of_parts()};
+    const double before = total(meshing::volumes_of(mesh_.tetrahedra, 0));
+    const meshing::ShapeReport shaped = meshing::shape(mesh_.tetrahedra, options);
+    if (shaped.turned > 0)
+      throw std::runtime_error(fmt::format(
+          "no valid mesh was found: of {} tetrahedra {} {} flat or turned over, since the model has details "
+          "that are as small as doubles are rounded; a larger {}clean (now {:.3g}) may absorb them",
+          grouped(mesh_.tetrahedra.tetrahedra.size()), grouped(shaped.turned),
+          shaped.turned == 1 ? "is" : "are", dashes_, options.clean));
+    summary_.cells_at_first = shaped.tetrahedra_at_first;
+    summary_.moved_points = shaped.moved_points;
+    summary_.largest_move = shaped.largest_move;
+    if (shaped.moved_points > 0)
+      made_.notes.push_back(fmt::format(
+          "{} of the solid {} moved, by {:.3g} at most, to absorb what is smaller than {}clean {:.3g}; the "
+          "volume changed by {:.3g}",
+          shaped.moved_points == 1 ? std::string("one corner") : grouped(shaped.moved_points) + " corners",
+          shaped.moved_points == 1 ? "was" : "were", shaped.largest_move, dashes_, options.clean,
+          total(meshing::volumes_of(mesh_.tetrahedra, 0)) - before));
+    name_faces();
+    tell_quality();
+    summary_.seconds_of_shape = seconds_since(start);
+  }
+
+  static double total(const std::vector<double>& volumes) {
+    double sum = 0;
+    for (const double volume : volumes) sum += volume;
+    return sum;
+  }
+
+  [[nodiscard]] std::vector<double> sizes_of_parts() const {
+    std::vector<double> sizes(result_.part_names.size(), 0);
+    for (const auto& [name, size] : options_.part_sizes) {
+      const auto found = std::find(result_.part_names.begin(), result_.part_names.end(), name);
+      if (found == result_.part_names.end())
+        throw Error(dashes_ + "part-size: the model has no part '" + name + "'" +
+                    model::suggestion(name, std::vector<std::string_view>(result_.part_names.begin(),
+                                                                          result_.part_names.end())));
+      sizes[static_cast<std::size_t>(found - result_.part_names.begin())] = size;
+    }
+    return sizes;
+  }
+
+  void name_faces() {
+    const auto& tets = mesh_.tetrahedra;
+    for (std::size_t i = 0; i < tets.triangles.size(); ++i) {
+      const meshing::PlaneSide& side = tets.sides[tets.side[i]];
+      mesh_.group_of_triangle.push_back(
+          groups_->group_of(side.part, side.other, tets.triangles[i], tets.points));
+    }
+    for (const std::int32_t part : tets.part) mesh_.volume.push_back(groups_->volume_of(part));
+    summary_.faces = 2 * tets.tetrahedra.size();
+    std::size_t outer = 0;
+    for (const std::uint32_t side : tets.side) outer += tets.sides[side].other == meshing::PlaneSide::nothing;
+    summary_.faces += outer / 2;
+  }
+
+  void tell_quality() {
+    const meshing::Quality quality = meshing::quality_of(mesh_.tetrahedra);
+    if (quality.turned > 0) throw std::runtime_error("a tetrahedron is turned over, against all care");
+    summary_.smallest_angle = quality.smallest_angle;
+    summary_.largest_angle = quality.largest_angle;
+    summary_.mean_smallest_angle = quality.mean_smallest_angle;
+    summary_.histogram = quality.histogram;
+    summary_.below = quality.tetrahedra_below;
+  }
+
+  void count() {
+    summary_.cells = mesh_.volume.size();
+    for (const std::string& name : mesh_.groups) summary_.groups.emplace_back(name, 0);
+    for (const auto* groups : {&mesh_.group_of_triangle, &mesh_.group_of_face})
+      for (const std::int32_t group : *groups)
+        if (group >= 0) ++summary_.groups[static_cast<std::size_t>(group)].second;
+    for (const std::string& name : mesh_.volumes) summary_.volumes.emplace_back(name, 0);
+    if (options_.polyhedra) {
+      count_polyhedra();
+    } else {
+      const auto& tets = mesh_.tetrahedra;
+      meshing::Tetrahedra copy;  // volumes by name
+      copy.points = tets.points;
+      copy.tetrahedra = tets.tetrahedra;
+      copy.part = mesh_.volume;
+      const auto volumes = meshing::volumes_of(copy, mesh_.volumes.size());
+      for (std::size_t i = 0; i < mesh_.volumes.size(); ++i) summary_.volumes[i].second = volumes[i];
+    }
+    for (const auto& [name, volume] : summary_.volumes) summary_.volume += volume;
+  }
+
+  /// Cones over the faces, of which each counts for its two cells.
+  void count_polyhedra() {
+    const Complex& complex = *mesh_.polyhedra;
+    for (std::size_t face = 0; face < complex.faces(); ++face) {
+      const auto points = complex.points_of(face);
+      double cone = 0;
+      for (std::size_t k = 1; k + 1 < points.size(); ++k) {
+        const Point &o = complex.points[points[0]], &a = complex.points[points[k]],
+                    &b = complex.points[points[k + 1]];
+        // Seen from a corner of the solid, not from the origin, which may be far away.
+        const Point& eye = complex.points[0];
+        std::array<Point, 3> m;
+        for (std::size_t i = 0; i < 3; ++i)
+          m[0][i] = o[i] - eye[i], m[1][i] = a[i] - eye[i], m[2][i] = b[i] - eye[i];
+        for (std::size_t i = 0; i < 3; ++i)
+          cone +=
+              m[0][i] * (m[1][(i + 1) % 3] * m[2][(i + 2) % 3] - m[1][(i + 2) % 3] * m[2][(i + 1) % 3]) / 6;
+      }
+      const auto add = [&](std::int32_t cell, double volume) {
+        if (cell == Complex::outside) return;
+        summary_.volumes[static_cast<std::size_t>(mesh_.volume[static_cast<std::size_t>(cell)])].second +=
+            volume;
+      };
+      add(complex.owner[face], cone);
+      add(complex.neighbour[face], -cone);
+    }
+  }
+};
+
+}  // namespace
+
+MadeSolverMesh make_solver_mesh(const SolverMeshOptions& options, const supersteps::RunResult& result,
+                                std::string_view dashes) {
+  if (!result.asked) throw std::logic_error("the cells of a mesh are not at hand");
+  return SolverMeshMaker(options, result, dashes).run();
+}
+
+}  // namespace bsp2::api
