@@ -192,18 +192,18 @@ def _distance(self, points):
     return self._locate(points)["distances"]
 
 
-def _save(self, path, tets=False, **look):
+def _save(self, path, tets=False, clean=None, **look):
     """Writes a file in the format that its ending names: .pvtu, .vtu (the cells); .stl, .ply, .obj, .off, .amf, .3mf, .glb, .wrl, .x3d, .vtp
     (the surface); .step, .iges, .brep (its faces, for CAD programs); .png, .svg, .pdf (a picture), .json (the report), .csg (the model),
     .h5 (the snapshot, if one was asked for); .msh, .inp, .xdmf (a mesh for solvers, as `solver_mesh` makes it). All ranks together.
 
-    tets: a .pvtu of simplices. For pictures: size=(width, height), shade='color' (or part, rank, region, label), edges=False, eye, look,
+    tets: a .pvtu of simplices. clean: a surface without shorter edges and thinner triangles; 0: as it is. For pictures: size=(width, height), shade='color' (or part, rank, region, label), edges=False, eye, look,
     explode.
     """
     if os.path.splitext(path)[1].lower() in (".msh", ".inp", ".xdmf"):
         solver_mesh(self).save(path)
         return
-    for sentence in self._write(path, tets, look):
+    for sentence in self._write(path, tets, clean, look):
         warnings.warn(sentence, ModelWarning, stacklevel=2)
 
 

@@ -154,8 +154,8 @@ auto cells_view(Member member, bool are_points = false) {
   };
 }
 
-WriteOptions write_options(bool tets, const py::dict& look) {
-  WriteOptions options{.tets = tets};
+WriteOptions write_options(bool tets, std::optional<double> clean, const py::dict& look) {
+  WriteOptions options{.tets = tets, .clean = clean};
   View& view = options.view;
   for (const auto& [key, value] : look) {
     const auto name = key.cast<std::string>();
@@ -404,16 +404,17 @@ void add_result(py::module_& m) {
           arg("options"))
       .def(
           "_write",
-          [](const Result& self, const std::filesystem::path& path, bool tets, const py::dict& look) {
-            const WriteOptions options = write_options(tets, look);
+          [](const Result& self, const std::filesystem::path& path, bool tets, std::optional<double> clean,
+             const py::dict& look) {
+            const WriteOptions options = write_options(tets, clean, look);
             const py::gil_scoped_release nothing_of_python;
             return self.write(path, options);
           },
-          arg("path"), arg("tets"), arg("look"))
+          arg("path"), arg("tets"), arg("clean"), arg("look"))
       .def(
           "_picture",
           [](const Result& self, const std::string& format, const py::dict& look) {
-            const View view = write_options(false, look).view;
+            const View view = write_options(false, {}, look).view;
             std::string bytes;
             {
               const py::gil_scoped_release nothing_of_python;

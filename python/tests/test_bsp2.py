@@ -262,6 +262,19 @@ class Results(unittest.TestCase):
             with self.assertRaisesRegex(bsp2.Error, "faces"):
                 drilled().evaluate(surface_only=True).save(f"{folder}/y.step")
 
+    def test_surfaces_are_cleaned(self):
+        # Exactly, the faces of this roof meet in very many corners beside its top.
+        result = bsp2.parse("roof() circle(r = 10, $fn = 60);").evaluate()
+        with tempfile.TemporaryDirectory() as folder:
+            result.save(f"{folder}/exact.off", clean=0)
+            with self.assertWarns(bsp2.ModelWarning):
+                result.save(f"{folder}/clean.off", clean=0.001)
+            triangles = [int(open(f"{folder}/{name}.off").read().split()[2]) for name in ("exact", "clean")]
+            self.assertGreater(triangles[0], 118)
+            self.assertEqual(triangles[1], 118)
+            with self.assertRaises(bsp2.Error):
+                result.save(f"{folder}/clean.off", clean=-1)
+
     def test_snapshots_are_gone_on_from(self):
         model = drilled()
         with tempfile.TemporaryDirectory() as folder:

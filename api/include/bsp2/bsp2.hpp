@@ -431,6 +431,9 @@ struct View {
 
 struct WriteOptions {
   bool tets = false;  ///< a .pvtu of simplices
+  /// Of a surface of triangles: without shorter edges and thinner triangles, in model units; 0: as it is; none:
+  /// what the format can tell apart. See docs/formats.md.
+  std::optional<double> clean;
   View view;
 };
 

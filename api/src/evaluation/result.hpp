@@ -35,7 +35,8 @@ class Result::Implementation {
   std::optional<Cells> cells_;
   std::optional<Measures> measures_;
 
-  void write_on_master(const std::filesystem::path& path, bool tets, std::vector<std::string>& warnings);
+  void write_on_master(const std::filesystem::path& path, const WriteOptions& options,
+                       std::vector<std::string>& warnings);
   [[nodiscard]] std::string source() const;
 };
 

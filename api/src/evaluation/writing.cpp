@@ -1,3 +1,4 @@
+#include <cmath>
 #include <limits>
 #include <map>
 #include <string>
@@ -83,7 +84,7 @@ void write_one_vtu(const supersteps::RunResult& result, const std::filesystem::p
 }
 
 /// What needs nothing of the others.
-void Result::Implementation::write_on_master(const std::filesystem::path& path, bool tets,
+void Result::Implementation::write_on_master(const std::filesystem::path& path, const WriteOptions& options,
                                              std::vector<std::string>& warnings) {
   const std::string ending = path.extension().string();
   if (const io::SurfaceFormat* format = io::surface_format(path)) {
@@ -93,11 +94,11 @@ void Result::Implementation::write_on_master(const std::filesystem::path& path, 
       find_surface(format->has_faces);
     auto& told = result.report.warnings;
     const auto before = static_cast<std::ptrdiff_t>(told.size());
-    supersteps::write_boundary(result, path);
+    supersteps::write_boundary(result, path, options.clean, result.report.threads);
     warnings.insert(warnings.end(), told.begin() + before, told.end());
   } else if (ending == ".vtu") {
     check_cells("'" + path.string() + "'");
-    write_one_vtu(result, path, tets);
+    write_one_vtu(result, path, options.tets);
   } else if (ending == ".json") {
     io::write_file(path, api::to_json(result.report));
   } else if (ending == ".csg") {
@@ -118,6 +119,8 @@ void Result::Implementation::write_on_master(const std::filesystem::path& path, 
 
 std::vector<std::string> Result::Implementation::write(const std::filesystem::path& path,
                                                        const WriteOptions& options) {
+  if (options.clean && !(*options.clean >= 0 && std::isfinite(*options.clean)))
+    throw Error("cannot write '" + path.string() + "': clean is a length, 0 or more");
   std::vector<std::string> warnings;
   const bool is_mesh = path.extension() == ".pvtu";
   const auto picture = supersteps::picture_format(path);
@@ -126,7 +129,7 @@ std::vector<std::string> Result::Implementation::write(const std::filesystem::pa
     ranks->ranks.agree([&] {
       if (!ranks->ranks.is_master()) return;
       io::make_folder(io::folder_of(path));
-      if (!is_mesh && !picture) write_on_master(path, options.tets, warnings);
+      if (!is_mesh && !picture) write_on_master(path, options, warnings);
     });
     if (is_mesh) result.report.simplices = supersteps::write_mesh(ranks->ranks, result, path, options.tets);
     if (picture) {
