@@ -58,7 +58,8 @@ IMeshTools_Parameters parameters_of(const TopoDS_Shape& shape, const ReadRequest
   } else {
     const double angle = std::clamp(request.fa * std::numbers::pi / 180, finest, widest);
     parameters.Deflection =
-        std::max(request.fs / 2 * std::tan(angle / 4), size * (1 - std::cos(angle / 2)) / 11);
+        std::min(std::max(request.fs / 2 * std::tan(angle / 4), size * (1 - std::cos(angle / 2)) / 11),
+                 size / 200);  // of what is as small as $fs
   }
   parameters.Deflection = std::max(parameters.Deflection, std::min(shortest, 1e-6 * size));
   return parameters;

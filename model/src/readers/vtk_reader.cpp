@@ -33,13 +33,13 @@ namespace {
 class FirstError final : public vtkCommand {
  public:
   static FirstError* New() { return new FirstError; }
-  void Execute(vtkObject*, unsigned long, void* text) override {
-    if (!this->text.empty() || text == nullptr) return;
-    std::string said = static_cast<const char*>(text);
+  void Execute(vtkObject*, unsigned long, void* data) override {
+    if (!text.empty() || data == nullptr) return;
+    std::string said = static_cast<const char*>(data);
     // "ERROR: In file, line n\nvtkClass (0x...): what it is about"
     if (const std::size_t at = said.find("): "); at != std::string::npos) said = said.substr(at + 3);
-    this->text = printable_name(said);
-    if (this->text.empty()) this->text = "VTK cannot read it";
+    text = printable_name(said);
+    if (text.empty()) text = "VTK cannot read it";
   }
   std::string text;
 };
