@@ -197,7 +197,8 @@ inline Value value_of(const py::handle& given) {
     return array.ndim() == 1 ? Value(span_of(numbers))
                              : Value::rows(span_of(numbers), static_cast<std::size_t>(numbers.shape(1)));
   }
-  if (PySequence_Check(given.ptr()) != 0) {
+  const bool is_one_of_numpy = py::hasattr(given, "dtype");  // a record would be a sequence, too
+  if (PySequence_Check(given.ptr()) != 0 && PyBytes_Check(given.ptr()) == 0 && !is_one_of_numpy) {
     const Level level;
     std::vector<Value> list;
     for (const py::handle item : py::reinterpret_borrow<py::sequence>(given)) list.push_back(value_of(item));

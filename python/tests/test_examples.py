@@ -84,6 +84,15 @@ class Examples(unittest.TestCase):
             self.assertRegex(said, r"^117\d\d[0-9.]* in \d+ convex cells\n")
             self.assertTrue(os.path.exists(os.path.join(folder, "drilled.stl")))
 
+    def test_all_programs_of_the_manual(self):
+        programs = re.findall(r"```python\n(.*?)```", (SOURCE / "docs" / "python.md").read_text(), re.DOTALL)
+        self.assertGreaterEqual(len(programs), 2)
+        for program in programs[1:]:
+            with tempfile.TemporaryDirectory() as folder:
+                subprocess.run([sys.executable, "-W", "error", "-c", program], cwd=folder, check=True, stdout=subprocess.PIPE)
+                for name in re.findall(r'"([a-z]+\.[a-z]+)"', program):
+                    self.assertTrue(os.path.exists(os.path.join(folder, name)), name)
+
     def test_each_is_tried(self):
         tried = {name[5:] for name in dir(self) if name.startswith("test_")}
         for example in (*EXAMPLES.glob("*.py"), *EXAMPLES.glob("*.ipynb")):

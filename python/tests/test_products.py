@@ -5,18 +5,19 @@ import os
 import pathlib
 import random
 import re
-import signal
 import subprocess
 import sys
 import tempfile
 import unittest
 import warnings
 import xml.etree.ElementTree
+import zipfile
 
 import numpy as np
 
 import bsp2
 
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
 SEED = int(os.environ.get("BSP2_SEED", 1))
 
 
@@ -271,6 +272,39 @@ class Viewing(unittest.TestCase):
         # Nobody opens the page: where xdg-open is missing, the viewer says so and goes on.
         done, _ = self.ways("browser", script, PATH="/nonexistent")
         self.assertRegex(done.stdout, r"^http://\S+\nTrue None\nTrue\n$", done.stderr)
+
+
+class Wheels(unittest.TestCase):
+    @unittest.skipUnless("BSP2_BUILD_DIR" in os.environ, "no build folder is named")
+    def test_a_wheel_is_complete(self):
+        """What `pip install .` makes, unpacked as pip does it, works without the build folder."""
+        sys.path.insert(0, str(SOURCE / "python" / "tools"))
+        import bsp2_wheel
+
+        with tempfile.TemporaryDirectory() as folder:
+            said = subprocess.run(
+                [sys.executable, "-c", "import bsp2_wheel, sys; bsp2_wheel.build_wheel(sys.argv[1], {'build-dir': sys.argv[2]})",
+                 folder, os.environ["BSP2_BUILD_DIR"]],
+                env={**os.environ, "PYTHONPATH": str(SOURCE / "python" / "tools")}, capture_output=True, text=True,
+            )  # fmt: skip
+            self.assertEqual(said.returncode, 0, said.stderr)
+            (wheel,) = pathlib.Path(folder).glob("bsp2-*.whl")
+            packages = pathlib.Path(folder, "lib", "python3.0", "site-packages")
+            with zipfile.ZipFile(wheel) as archive:
+                recorded = archive.read(f"bsp2-{bsp2_wheel.version()}.dist-info/RECORD").decode()
+                self.assertEqual({line.split(",")[0] for line in recorded.split()}, set(archive.namelist()))
+                for entry in archive.infolist():
+                    _, mark, beneath_prefix = entry.filename.partition(".data/data/")
+                    target = pathlib.Path(folder, beneath_prefix) if mark else packages / entry.filename
+                    target.parent.mkdir(parents=True, exist_ok=True)
+                    target.write_bytes(archive.read(entry))
+                    target.chmod(entry.external_attr >> 16 & 0o777)
+            script = "import bsp2; bsp2.cube().evaluate().save('x.vtu'); print(bsp2.__file__, bsp2._products._program())"
+            environment = {**os.environ, "PYTHONPATH": str(packages)}
+            said = subprocess.run([sys.executable, "-c", script], cwd=folder, env=environment, capture_output=True, text=True)
+            self.assertEqual(said.stdout, f"{packages}/bsp2/__init__.py {folder}/bin/bsp2\n", said.stderr)
+            self.assertTrue(os.path.exists(f"{folder}/x.vtu"))
+            subprocess.run([f"{folder}/bin/bsp2", "--version"], check=True, stdout=subprocess.DEVNULL)
 
 
 if __name__ == "__main__":

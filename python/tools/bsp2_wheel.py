@@ -57,6 +57,8 @@ def installed(build, prefix):
     for component in ("bsp2", "library", "python"):
         run("cmake", "--install", build, "--component", component, "--prefix", prefix)
     (extension,) = prefix.glob("lib*/**/bsp2/_bsp2*.so")
+    if not extension.name.endswith(sysconfig.get_config_var("EXT_SUFFIX")):
+        raise SystemExit(f"{build} has {extension.name}, which is for another Python than {sys.executable}")
     return extension.parents[1].relative_to(prefix)
 
 
@@ -99,7 +101,7 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
                 entry = zipfile.ZipInfo(str(place))
                 entry.external_attr = (0o100000 | mode) << 16
                 entry.compress_type = zipfile.ZIP_DEFLATED
-                wheel.writestr(entry, data)
+                wheel.writestr(entry, data, compresslevel=1)  # it is unpacked at once
                 digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
                 record.append(f"{place},sha256={digest},{len(data)}")
 

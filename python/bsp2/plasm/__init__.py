@@ -59,6 +59,13 @@ _private = {
     "curves",
     "fl",
     "geometry",
+    "primitives",
+    "maps",
+    "assemblies",
+    "boxes",
+    "booleans",
+    "shapes",
+    "constructs",
     "legacy",
     "lar",
 }
