@@ -137,7 +137,8 @@ class Reader {
                       : " (and at " + std::to_string(more) + (more == 1 ? " more place)" : " more places)"));
   }
   std::string located(const SyntaxError& error) {
-    if (error.text.starts_with(name_ + ":")) return error.text;  // the file is the model, and has no text
+    if (is_imported(name_))  // the file is the model, and its text is ours
+      return error.text.starts_with(name_ + ":") ? error.text : name_ + ": " + error.text;
     return name_ + ":" + lines_.at(error.offset) + ": " + error.text;
   }
 

@@ -379,6 +379,38 @@ TEST_F(MeshFile, PackagesPutObjectsTogether) {
   EXPECT_EQ(high, 12) << "x, doubled and moved, is y in the end";
 }
 
+/// The name is that of the innermost object that has one, and is there once; colours are of objects, or of
+/// all triangles alike.
+TEST_F(MeshFile, PackagesHaveNamesAndColours) {
+  const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                          {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  const auto object = [&](unsigned id, const std::string& attributes) {
+    std::string text = object_3mf(unit, static_cast<int>(id));
+    const std::string of_triangles = " pid=\"1\"";
+    for (std::size_t at; (at = text.find(of_triangles)) != std::string::npos;)
+      text.erase(at, of_triangles.size());
+    return text.insert(text.find("<object") + 7, " " + attributes);
+  };
+  const std::string colours =
+      "<basematerials id=\"7\"><base name=\"x\" displaycolor=\"#00FF00\"/><base name=\"y\" "
+      "displaycolor=\"#FF000033\"/></basematerials>";
+  const std::string objects =
+      colours + object(1, "name=\"gear\" pid=\"7\" pindex=\"1\"") + object(2, "") +
+      "<object id=\"3\" name=\"all\"><components><component objectid=\"1\"/><component "
+      "objectid=\"2\" transform=\"1 0 0 0 1 0 0 0 1 5 0 0\"/></components></object>";
+  ASSERT_EQ(message("a.3mf", package(objects,
+                                     "<item objectid=\"3\"/><item objectid=\"1\" transform=\"1 0 0 0 1 "
+                                     "0 0 0 1 9 0 0\"/>")),
+            "no error");
+  const ImportedParts read = import_parts(folder_.path() / "a.3mf");
+  ASSERT_EQ(read.parts.size(), 3U);
+  EXPECT_EQ(read.parts[0].name, "gear");
+  EXPECT_EQ(read.parts[0].colour, (Colour{1, 0, 0, 0.2}));
+  EXPECT_EQ(read.parts[1].name, "all");
+  EXPECT_EQ(read.parts[1].colour, std::nullopt);
+  EXPECT_EQ(read.parts[2].name, "gear (2)");
+}
+
 TEST_F(MeshFile, MirrorImagesInPackagesAreNotInsideOut) {
   const TriangleMesh unit{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                           {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};

@@ -180,9 +180,9 @@ Expression construct(Construct what, std::vector<Expression> operands);
 Expression polyhedron(std::vector<std::array<double, 3>> points,
                       const std::vector<std::vector<std::uint32_t>>& faces);
 
-/// The solid that the mesh of a file bounds (.stl, .off, .obj, .ply, .3mf, .amf), read and repaired as
-/// `import` of the text form does (docs/model.md, "Polyhedra"). Faces that enclose nothing give the empty
-/// solid.
+/// The solids of a file (import_format_table in csg.hpp has the formats), read and repaired as `import` of
+/// the text form does (docs/model.md, "Polyhedra"), with the names and colours of its parts. Faces that
+/// enclose nothing give the empty solid.
 /// @param warn is told what was repaired, and what is odd, if it is there.
 /// @throws bsp2::Error that names the file, and its line or byte, if it cannot be read.
 Expression imported(const std::filesystem::path& path,
