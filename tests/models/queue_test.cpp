@@ -123,6 +123,10 @@ TEST_F(Jobs, GiveWhatARunGives) {
   split(options);
   EXPECT_EQ(run(worker()).code, 0);
   EXPECT_EQ(results(), 16U);
+  for (const auto& entry : fs::directory_iterator(queue_ / "done")) {  // what the plan took is not theirs
+    const auto result = bsp2::io::read_snapshot(entry.path(), bsp2::io::SnapshotPart::head);
+    EXPECT_EQ(result.head.superstep_name, std::vector<std::string>{"computation"});
+  }
   expect_merged(options);
   const Ended status = run({"jobs", "status", queue_.string()});
   EXPECT_NE(status.text.find("16 finished; 100 %"), std::string::npos) << status.text;

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <chrono>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <numeric>
 #include <optional>
@@ -48,12 +49,13 @@ std::string line_of(std::size_t number, double work, const std::vector<std::uint
 /// Seconds that a unit of estimated work takes one thread, by a look at some regions; nothing if already one
 /// of them takes long. @param unnamed a file that may be written, and is removed.
 std::optional<double> seconds_a_unit(const fs::path& plan, const std::vector<supersteps::RegionWork>& regions,
-                                     const fs::path& unnamed) {
+                                     const fs::path& unnamed, const std::function<bool()>& interrupted) {
   constexpr double enough = 0.1, most = 0.5;
   supersteps::PortionEvaluator evaluator(plan);
   supersteps::RunOptions how;
   how.threads = 1;
   how.budget_seconds = most;
+  how.interrupted = interrupted;
   std::optional<double> known;
   for (std::size_t count = 1; count <= regions.size(); count *= 4) {
     supersteps::Portion sample{plan, {}};
@@ -65,7 +67,7 @@ std::optional<double> seconds_a_unit(const fs::path& plan, const std::vector<sup
     }
     const auto state = evaluator.evaluate(sample, how, unnamed);
     if (!state.is_finished) break;
-    known = state.seconds / work;
+    if (state.seconds > 0) known = state.seconds / work;
     if (state.seconds >= enough) break;
   }
   std::error_code ignored;
@@ -106,7 +108,8 @@ void Queue::split(const supersteps::RunOptions& options, const fs::path& folder,
       together;  // small regions, the work of which is not worth a claim and a file each
   double work = 0, least = 0;
   if (const auto some = undecided(regions); job_seconds > 0 && some.size() > 1)
-    if (const auto seconds = seconds_a_unit(folder / "plan.h5", some, folder / ".sample.h5"))
+    if (const auto seconds =
+            seconds_a_unit(folder / "plan.h5", some, folder / ".sample.h5", options.interrupted))
       least = job_seconds / *seconds;
   const auto add_job = [&] {
     text += line_of(number++, work / all, together);

@@ -404,6 +404,8 @@ class GltfReader {
     primitive.colour = colour_of(json, place);
     mesh.triangles += primitive.triangles.size();
     mesh.points += primitive.points.size();
+    if (std::max(mesh.triangles, mesh.points) > most_elements)
+      fail(place + ": its mesh has more than " + std::to_string(most_elements) + " triangles or points");
     if (!primitive.triangles.empty()) mesh.primitives.push_back(std::move(primitive));
   }
 

@@ -4,7 +4,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -62,6 +64,14 @@ class MshInput {
     if (number > (bytes_.size() - at_) / least_bytes)
       fail("it tells of " + std::to_string(number) + " elements, and ends before; it is cut off");
     return number;
+  }
+  /// A physical group; below 0 it means that an element is turned.
+  std::int64_t group() {
+    const std::int64_t number = integer();
+    if (number < std::numeric_limits<std::int32_t>::min() ||
+        number > std::numeric_limits<std::int32_t>::max())
+      fail(std::to_string(number) + " is no number of a group");
+    return std::abs(number);
   }
   template <typename T>
   T raw() {
@@ -239,7 +249,7 @@ class MshReader {
         const std::int64_t entity = input_.integer();
         for (int i = 0; i < (dimension == 0 ? 3 : 6); ++i) input_.coordinate();
         for (std::size_t i = input_.count(input_.size(), 2); i > 0; --i)
-          physical_groups_.try_emplace({dimension, entity}, std::abs(input_.integer()));
+          physical_groups_.try_emplace({dimension, entity}, input_.group());
         if (dimension > 0)
           for (std::size_t i = input_.count(input_.size(), 2); i > 0; --i) input_.integer();
       }
@@ -302,8 +312,8 @@ class MshReader {
   void read_element_2(const ElementType& type, std::size_t tags) {
     std::array<std::int64_t, 2> first{};
     for (std::size_t i = 0; i < tags; ++i) {
-      const std::int64_t tag = input_.integer();
-      if (i < 2) first[i] = std::abs(tag);
+      const std::int64_t tag = i < 2 ? input_.group() : input_.integer();
+      if (i < 2) first[i] = tag;
     }
     read_corners(type,
                  group_of(type.dimension, first[0] != 0 ? std::optional(first[0]) : std::nullopt, first[1]),

@@ -46,10 +46,10 @@ class Reading {
     }
   }
   ~Reading() {
-    ::close(output_);
+    if (output_ >= 0) ::close(output_);
     if (child_ == 0) return;
     ::kill(child_, SIGKILL);
-    wait();
+    reap();
   }
   Reading(const Reading&) = delete;
   Reading& operator=(const Reading&) = delete;
@@ -65,8 +65,15 @@ class Reading {
     }
     return true;
   }
-  /// What waitpid says.
+  /// What waitpid says. What is still written is not read any more.
   int wait() {
+    ::close(output_);
+    output_ = -1;
+    return reap();
+  }
+
+ private:
+  int reap() {
     int status = 0;
     while (::waitpid(child_, &status, 0) < 0)
       if (errno != EINTR) {
@@ -76,8 +83,6 @@ class Reading {
     child_ = 0;
     return status;
   }
-
- private:
   [[noreturn]] static void fail_to_start(int error) {
     throw Error(std::string("the program that reads it cannot be started: ") + std::strerror(error));
   }
@@ -166,7 +171,10 @@ class PartsReader {
     const auto colour = number<Colour>();
     if (has_colour) part.colour = colour;
     each<Point3>([&](const Point3& point) { part.mesh.add_point(point); });
-    each<std::array<std::uint32_t, 3>>([&](const auto& corners) { part.mesh.add_face(corners); });
+    each<std::array<std::uint32_t, 3>>([&](const auto& corners) {
+      for (const std::uint32_t corner : corners) is_whole_ = is_whole_ && corner < part.mesh.points.size();
+      if (is_whole_) part.mesh.add_face(corners);
+    });
     return part;
   }
 

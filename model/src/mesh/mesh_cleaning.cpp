@@ -328,22 +328,22 @@ class SurfaceCleaner {
         ++cleaning_.slivers;
         return;
       }
+    const double bend = bent_[sliver] + thickness;
     for (const Index i : neighbours) {
       if (is_later(i, a, c) && waits_[sliver]++ < most_waits) {
         slivers_.push_back(sliver);
         slivers_.push_back(i);
         return;
       }
-      if (!may_be_split(i, a, c, b, thickness)) return;
+      if (!may_be_split(i, a, c, b, bend)) return;
     }
-    const double bend = bent_[sliver] + thickness;
     remove(sliver);
     ++cleaning_.slivers;
     for (const Index i : neighbours) split(i, a, c, b, bend);
   }
 
-  [[nodiscard]] bool may_be_split(Index i, Index a, Index c, Index b, double thickness) const {
-    if (is_fixed(i) || bent_[i] + thickness > limit_at(b)) return false;
+  [[nodiscard]] bool may_be_split(Index i, Index a, Index c, Index b, double bend) const {
+    if (is_fixed(i) || bent_[i] + bend > limit_at(b)) return false;
     const Triangle& t = triangles_[i];
     const Shape before = shape(t);
     if (!is_thin(before))
@@ -381,6 +381,12 @@ class SurfaceCleaner {
 
   // --- corners in faces and straight edges ---
 
+  /// Where a corner goes that is left out, and how far its triangles are then from where they were.
+  struct LeftOut {
+    Index to;
+    double bend;
+  };
+
   /// @return whether there were any around what has changed.
   bool leave_out_corners() {
     bool is_changed = false;
@@ -388,9 +394,10 @@ class SurfaceCleaner {
       if (!is_touched_[corner] || became_[corner] != none) continue;
       is_touched_[corner] = false;
       if (fixed_[corner]) continue;
-      if (const auto to = neighbour_instead_of(corner)) {
+      if (const auto way = way_to_leave_out(corner)) {
         ++cleaning_.left_out;
-        collapse(corner, *to);
+        for (const Index i : star(corner)) bent_[i] = way->bend;
+        collapse(corner, way->to);
         is_changed = true;
       }
     }
@@ -418,14 +425,15 @@ class SurfaceCleaner {
     return ends;
   }
 
-  [[nodiscard]] std::optional<Index> neighbour_instead_of(Index corner) {
+  [[nodiscard]] std::optional<LeftOut> way_to_leave_out(Index corner) {
     const std::vector<Index> triangles = star(corner);
     if (triangles.empty()) return std::nullopt;
+    double bent = 0;
+    for (const Index i : triangles) bent = std::max(bent, bent_[i]);
     std::vector<Index> ends = lasting_edges(corner, triangles);
     if (!ends.empty()) {
-      if (ends.size() != 2 ||
-          distance_to_segment(points_[corner], points_[ends[0]], points_[ends[1]]) > limit_at(corner) / 2)
-        return std::nullopt;
+      if (ends.size() != 2) return std::nullopt;
+      bent += distance_to_segment(points_[corner], points_[ends[0]], points_[ends[1]]);
     } else {
       for (const Index i : triangles)
         for (const Index end : triangles_[i])
@@ -433,27 +441,30 @@ class SurfaceCleaner {
       std::ranges::sort(ends);
       ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
     }
-    for (const Index end : ends)
-      if (is_in_all_planes(end, corner, triangles)) return end;
+    for (const Index end : ends) {
+      const auto away = way_from_planes(end, corner, triangles);
+      if (away && bent + *away <= limit_at(corner) / 2) return LeftOut{end, bent + *away};
+    }
     return std::nullopt;
   }
 
-  /// Whether a corner's triangles stay in their planes if it goes to the other end of an edge.
-  [[nodiscard]] bool is_in_all_planes(Index end, Index corner, const std::vector<Index>& triangles) const {
-    if (fixed_[end]) return false;
+  /// How far from their planes a corner's triangles come if it goes to the other end of an edge; nothing if
+  /// they turn.
+  [[nodiscard]] std::optional<double> way_from_planes(Index end, Index corner,
+                                                      const std::vector<Index>& triangles) const {
+    if (fixed_[end]) return std::nullopt;
     constexpr double least_cosine = 0.999;
+    double away = 0;
     for (const Index i : triangles) {
       const Triangle& t = triangles_[i];
       if (has(t, end)) continue;
       const Shape before = shape(t), after = moved(t, corner, end);
-      if (is_thin(before) || is_thin(after)) return false;
-      if (before.distance(points_[end]) > limit_at(corner) / 2 ||
-          after.distance(points_[corner]) > limit_at(corner) / 2)
-        return false;
+      if (is_thin(before) || is_thin(after)) return std::nullopt;
+      away = std::max({away, before.distance(points_[end]), after.distance(points_[corner])});
       const Point3 m = before.normal(), n = after.normal();
-      if (dot(m, n) < least_cosine * length_of(m) * length_of(n)) return false;
+      if (dot(m, n) < least_cosine * length_of(m) * length_of(n)) return std::nullopt;
     }
-    return true;
+    return away;
   }
 };
 

@@ -193,6 +193,7 @@ io::Snapshot evaluated(const dataflow::Network<D>& network, const io::SnapshotHe
   result.head.source.clear();  // the plan has it, and the partition
   result.head.partition_hyperplane.clear();
   result.head.partition_children.clear();
+  forget_records(result.head);  // they are of the plan
   result.head.is_portion = true;
   result.head.steps = 1;
   result.head.complete = !stopped;

@@ -113,6 +113,18 @@ std::string hyperplane_digest(const dataflow::Network<D>& network) {
   return std::to_string(hash);
 }
 
+void forget_records(io::SnapshotHead& head) {
+  head.superstep_name.clear();
+  head.superstep_step.clear();
+  head.superstep_rank.clear();
+  head.superstep_seconds.clear();
+  head.superstep_work_seconds.clear();
+  head.superstep_predicted_seconds.clear();
+  head.superstep_bytes_sent.clear();
+  head.superstep_bytes_received.clear();
+  head.superstep_cells.clear();
+}
+
 void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& records) {
   for (const SuperstepRecord& record : records)
     for (std::size_t rank = 0; rank < record.seconds.size(); ++rank) {

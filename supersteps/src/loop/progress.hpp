@@ -81,6 +81,7 @@ template <int D>
 RegionMeshes meshes_of(const io::Snapshot& snapshot);
 
 /// The table of supersteps, as a snapshot holds it.
+void forget_records(io::SnapshotHead& head);
 void append_records(io::SnapshotHead& head, const std::vector<SuperstepRecord>& records);
 std::vector<SuperstepRecord> records_of(const io::SnapshotHead& head);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bsp2/geometry/support/dimensions.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "dataflow/any_dimension.hpp"
 #include "support/rounds.hpp"
@@ -27,7 +28,7 @@ std::vector<double> elementary(const std::vector<double>& a) {
 /// r)^k / k!.
 TEST(AnyDimension, SumsHaveTheVolumesOfSteinersFormula) {
   Seeded s;
-  for (int d = 1; d <= 5; ++d) {
+  for (int d = 1; d <= std::min(5, geometry::built_dimensions); ++d) {
     const auto lengths = random_lengths(s.random, d);
     const double r = uniform(s.random, 0.2, 1);
     std::vector<double> points;
@@ -444,7 +445,7 @@ TEST(AnyDimension, SweptBallsStayRound) {
 TEST(AnyDimension, SweptPolytopesAreHulls) {
   // A box along a vector v: its volume and, for each axis, the face across it times |v_i|.
   Seeded s;
-  for (int d = 2; d <= 5; ++d) {
+  for (int d = 2; d <= std::min(5, geometry::built_dimensions); ++d) {
     const auto a = random_lengths(s.random, d);
     std::vector<double> from(static_cast<std::size_t>(d)), v;
     double volume = 1, expected = 0;
@@ -459,7 +460,8 @@ TEST(AnyDimension, SweptPolytopesAreHulls) {
 }
 
 TEST(AnyDimension, HullsInAnyDimension) {
-  for (int d = 1; d <= 5; ++d) {  // a simplex and its mirror image: the cross-polytope
+  for (int d = 1; d <= std::min(5, geometry::built_dimensions);
+       ++d) {  // a simplex and its mirror image: the cross-polytope
     std::vector<double> mirror = identity_matrix(d);
     for (int i = 0; i < d; ++i) mirror[static_cast<std::size_t>(i * (d + 2))] = -1;
     const auto both = model::unite({model::simplex(d, 1), model::transform(mirror, model::simplex(d, 1))});
