@@ -373,8 +373,9 @@ void add_nodes(py::module_& m) {
   add_primitives(m);
   add_constructs(m);
   m.def("load", &load, arg("path"), py::call_guard<py::gil_scoped_release>(),
-        "What a file holds: a model (.csg, .scad), a mesh (.stl, .off, .obj, .ply, .3mf, .amf) or a drawing "
-        "(.dxf, .svg).");
+        "What a file holds: a model (.csg, .scad), a mesh (.stl, .off, .obj, .ply, .3mf, .amf, .glb, .gltf, "
+        ".vtp, "
+        ".msh), the solids of a CAD program (.step, .iges, .brep) or a drawing (.dxf, .svg).");
   m.def(
       "parse", [](const std::string& text, const std::string& name) { return parse(text, name); },
       arg("text"), arg("name") = "model", py::call_guard<py::gil_scoped_release>(),

@@ -154,8 +154,8 @@ class BSP2_API Expression {
 };
 
 /// What a file holds: a model (.csg; .scad, which the program openscad translates), a mesh (.stl, .off, .obj,
-/// .ply, .3mf, .amf) or a drawing (.dxf, .svg), by its ending. The text of a model is read now; meshes and
-/// drawings when they are evaluated, by each rank.
+/// .ply, .3mf, .amf, .glb, .gltf, .vtp, .msh), the solids of a CAD program (.step, .iges, .brep) or a drawing
+/// (.dxf, .svg), by its ending. The text of a model is read now; all else when it is evaluated, by each rank.
 /// @throws Error if it cannot be read, or is no model.
 BSP2_API Expression load(const std::filesystem::path& path);
 
@@ -431,8 +431,8 @@ struct View {
 
 struct WriteOptions {
   bool tets = false;  ///< a .pvtu of simplices
-  /// Of a surface of triangles: without shorter edges and thinner triangles, in model units; 0: as it is; none:
-  /// what the format can tell apart. See docs/formats.md.
+  /// Of a surface of triangles: without shorter edges and thinner triangles, in model units; 0: as it is;
+  /// none: what the format can tell apart. See docs/formats.md.
   std::optional<double> clean;
   View view;
 };
