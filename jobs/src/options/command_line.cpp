@@ -200,8 +200,9 @@ CLI::Option* add_list_formats_option(CLI::App& app, Raw& raw) {
 CLI::Option* add_clean_option(CLI::App& app, RunCommand& command) {
   return app
       .add_option("--clean", command.clean,
-                  "surfaces without shorter edges and thinner triangles;\n0: as they are (default: what the "
-                  "format tells apart)")
+                  "surfaces without shorter edges, thinner triangles;\n0: as they are (default: what the "
+                  "format\ntells "
+                  "apart)")
       ->check(is_number(0.0, 1e300, "0 or more"))
       ->type_name("LENGTH");
 }

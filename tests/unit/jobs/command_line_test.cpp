@@ -9,6 +9,7 @@
 #include "answers/point_query.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/outputs/surface.hpp"
+#include "bsp2/model/expression/csg.hpp"
 #include "options/picture_options.hpp"
 
 namespace bsp2::jobs {
@@ -99,15 +100,16 @@ TEST(CommandLine, FilesHaveNames) {
     EXPECT_NE(message_for({command, "a.h5", "-o", ""}).find("needs a name"), std::string::npos) << command;
 }
 
-/// One table: what is printed, what a mistake names, and what the page shows.
+/// One table of each kind: what is printed, what a mistake names, and what the page shows.
 TEST(CommandLine, FormatsOfSurfacesAreListed) {
   for (const char* command : {"run", "export"}) {
     std::ostringstream out;
     EXPECT_FALSE(parse_command_line({command, "--list-formats"}, out));
-    EXPECT_EQ(out.str(), io::surface_format_table());
+    EXPECT_EQ(out.str(), "Written (--boundary FILE):\n\n" + io::surface_format_table() +
+                             "\nRead (as the model, or by import()):\n\n" + model::import_format_table());
   }
   const std::string table = io::surface_format_table();
-  std::istringstream lines(table);
+  std::istringstream lines(table + model::import_format_table());
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
   const std::string mistake = message_for({"run", "a.csg", "--boundary", "b.gif"});
   for (const io::SurfaceFormat& format : io::surface_formats()) {
@@ -119,6 +121,7 @@ TEST(CommandLine, FormatsOfSurfacesAreListed) {
   std::ifstream page(std::string(BSP2_SOURCE_DIR) + "/docs/formats.md");
   const std::string text{std::istreambuf_iterator<char>(page), {}};
   EXPECT_NE(text.find("```\n" + table + "```\n"), std::string::npos) << table;
+  EXPECT_NE(text.find("```\n" + model::import_format_table() + "```\n"), std::string::npos);
 }
 
 TEST(CommandLine, AFolderIsNoSurface) {

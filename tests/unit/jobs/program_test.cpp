@@ -129,6 +129,7 @@ TEST(ReportJson, IsDocumentedFieldByField) {
   report.named_parts = {{0, "knob", supersteps::Rgba{255, 0, 0, 128}, 0.5}};
   report.measures = {{report, "all", 3}};
   report.boundary = {12, 6.5, true};
+  report.boundary->cleaned = {{"a.stl", 0.1}};
   report.simplices = {28990, 0.5, 3, 1e-17};
   report.notes = {"from within"};
   report.failed = {{"cannot write"}};
