@@ -136,7 +136,9 @@ TEST_F(Jobs, GiveWhatARunGives) {
 }
 
 TEST_F(Jobs, SayNothingWhereTheyAreToBeQuiet) {
-  EXPECT_EQ(run({"jobs", "split", model_, queue_.string(), "--regions", "2", "--job-seconds", "0", "--quiet"}).text, "");
+  EXPECT_EQ(
+      run({"jobs", "split", model_, queue_.string(), "--regions", "2", "--job-seconds", "0", "--quiet"}).text,
+      "");
   EXPECT_EQ(run({"jobs", "run", queue_.string(), "--quiet"}).text, "");
   EXPECT_EQ(results(), 2U);
 }
