@@ -228,8 +228,8 @@ try {
 
   await step('mistakes are shown with their place, and go', async () => {
     await writeFile(file, 'cube(size = 1);\nnonsense(3);\n');
-    await page.waitForSelector('#error:not([hidden])');
-    assert.match(await page.textContent('#error'), /model\.csg:2/);
+    // Not at once: for a moment the file is empty, which is a mistake, too.
+    await until(page, () => /model\.csg:2/.test(document.querySelector('#error:not([hidden])')?.textContent));
     assert.equal(await page.textContent('#state'), 'failed');
     assert.ok((await covered(page)).count > 0, 'what was there stays');
     await shot(page, 'mistake');
@@ -264,7 +264,7 @@ try {
   page = await open(long.link, { viewport: { width: 420, height: 300 } });
 
   await step('a page that is loaded again while the run goes on, and two at once', async () => {
-    await until(page, () => window.bsp2?.stats.firstPicture > 0);
+    await until(page, () => window.bsp2?.stats.firstPicture > 0 && bsp2.stage.isPlaced);
     assert.ok(['running'].includes(await page.evaluate(() => bsp2.progress.state)), 'the run is too short for this test');
     await shot(page, 'running');
     await page.reload();

@@ -65,13 +65,13 @@ class Terminal : public testing::Test {
  protected:
   bsp2::samples::TemporaryFolder folder_;
 
-  /// Small cubes that touch in edges: their surface takes longer than their cells.
+  /// Balls between cubes: both their cells and their surface take longer than a bar needs to show.
   std::vector<std::string> arguments(int n) {
     const fs::path model = folder_.path() / "model.csg";
     std::ofstream file(model);
     for (int i = 0; i < n * n * n; ++i)
       file << "multmatrix([[1,0,0," << i % n << "],[0,1,0," << i / n % n << "],[0,0,1," << i / n / n
-           << "],[0,0,0,1]]){cube(" << (i % 2 == 0 ? "1" : "0.5") << ");}\n";
+           << "],[0,0,0,1]]){" << (i % 2 == 0 ? "cube(1)" : "sphere(r = 0.6, $fn = 16)") << ";}\n";
     file.close();
     return {
         "bsp2",       "run",        model.string(), "--threads", "2", "-o", (folder_.path() / "out").string(),
@@ -81,7 +81,7 @@ class Terminal : public testing::Test {
 
 TEST_F(Terminal, NamesEachSuperstepAndItsShareInOneLine) {
   for (const unsigned short columns : {40, 80, 120}) {
-    const Screen screen = on_terminal(arguments(30), columns, [](pid_t, int, const std::string&) {});
+    const Screen screen = on_terminal(arguments(11), columns, [](pid_t, int, const std::string&) {});
     ASSERT_TRUE(WIFEXITED(screen.status) && WEXITSTATUS(screen.status) == 0) << screen.text;
     std::set<std::string> with_share;
     for (const std::string& line : drawings(screen.text)) {
@@ -102,7 +102,7 @@ TEST_F(Terminal, NarrowedAndStoppedLeavesNoLines) {
   bool is_narrow = false, is_stopped = false;
   std::size_t narrowed_at = 0;
   const Screen screen =
-      on_terminal(arguments(40), 100, [&](pid_t child, int terminal, const std::string& text) {
+      on_terminal(arguments(13), 100, [&](pid_t child, int terminal, const std::string& text) {
         const auto count = drawings(text).size();
         if (!is_narrow && count >= 2) {
           winsize size{};

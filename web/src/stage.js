@@ -101,10 +101,15 @@ export class Stage {
     this.coming = null;
   }
 
+  /** Whether a message is of another run than what is shown: then that comes in its place, once it is complete. */
+  comesInItsPlace(message) {
+    if (message.run === this.run || this.regions.size + this.pieces.size === 0) return false;
+    if (this.coming?.run !== message.run) this.coming = { run: message.run, messages: new Map(), model: null };
+    return true;
+  }
+
   receiveTriangles(message) {
-    const isOther = message.run !== this.run && this.regions.size + this.pieces.size > 0;
-    if (isOther) {
-      if (!this.coming || this.coming.run !== message.run) this.coming = { run: message.run, messages: new Map(), model: null };
+    if (this.comesInItsPlace(message)) {
       this.coming.messages.set(`${message.kind} ${message.region ?? message.piece}`, message);
       return;
     }
@@ -120,8 +125,8 @@ export class Stage {
   }
 
   receiveModel(message) {
-    if (message.run !== this.run && this.coming) { this.coming.model = message; return; }
-    this.setModel(message);
+    if (this.comesInItsPlace(message)) this.coming.model = message;
+    else this.setModel(message);
   }
 
   setModel(message) {

@@ -303,8 +303,11 @@ function remember() {
     const { look, controls } = stage;
     const brief = (vector) => vector.toArray().map((x) => Number(x.toPrecision(6))).join(',');
     const state = new URLSearchParams();
-    state.set('eye', brief(stage.camera.position));
-    state.set('at', brief(controls.target));
+    const isThere = stage.isPlaced || stage.isAsked; // else the camera is nowhere yet
+    if (isThere) {
+      state.set('eye', brief(stage.camera.position));
+      state.set('at', brief(controls.target));
+    }
     if (look.parallel) state.set('parallel', Number((stage.parallel.top / stage.parallel.zoom).toPrecision(6)));
     if (look.shade !== 'colour') state.set('shade', look.shade);
     if (look.what !== 'auto') state.set('show', look.what);
@@ -317,7 +320,7 @@ function remember() {
     const hash = `#${state}`;
     if (location.hash !== hash) history.replaceState(null, '', hash);
     const eye = brief(stage.camera.position);
-    if (eye !== camera) line.say({ eye: eye.split(',').map(Number), at: brief(controls.target).split(',').map(Number) });
+    if (isThere && eye !== camera) line.say({ eye: eye.split(',').map(Number), at: brief(controls.target).split(',').map(Number) });
     camera = eye;
   }, 150);
 }
@@ -344,7 +347,7 @@ function recall() {
   $('what').value = look.what;
   $('explode').value = look.explode;
   const [eye, at] = [vector('eye'), vector('at')];
-  if (eye && at) {
+  if (eye && at && eye.join() !== at.join()) {
     stage.isAsked = true;
     stage.camera.position.set(...eye);
     stage.controls.target.set(...at);

@@ -1,5 +1,7 @@
 #include "serving/scene.hpp"
 
+#include <utility>
+
 namespace bsp2::jobs {
 
 void Scene::tell() {
@@ -14,16 +16,25 @@ void Scene::listen(std::function<void()> on_change) {
 
 void Scene::forget_listener() { listen({}); }
 
-void Scene::put(const std::string& key, std::string bytes) {
+void Scene::put(const std::string& key, Bytes bytes, bool is_first) {
   {
     const std::lock_guard lock(mutex_);
-    bytes_ += bytes.size();
+    bytes_ += bytes->size();
+    if (is_first) first_ = bytes;
     std::uint64_t& number = number_of_[key];
     messages_.erase(number);
     number = ++last_;
-    messages_.emplace(number, std::make_shared<const std::string>(std::move(bytes)));
+    messages_.emplace(number, std::move(bytes));
   }
   tell();
+}
+
+void Scene::put(const std::string& key, std::string bytes) {
+  put(key, std::make_shared<const std::string>(std::move(bytes)), false);
+}
+
+void Scene::put_first(const std::string& key, std::string bytes) {
+  put(key, std::make_shared<const std::string>(std::move(bytes)), true);
 }
 
 void Scene::remove(std::string_view beginning) {
@@ -37,6 +48,7 @@ void Scene::remove(std::string_view beginning) {
 
 std::optional<Scene::Entry> Scene::after(std::uint64_t number) const {
   const std::lock_guard lock(mutex_);
+  if (number < number_of_first && first_) return Entry{number_of_first, first_};
   const auto found = messages_.upper_bound(number);
   if (found == messages_.end()) return std::nullopt;
   return Entry{found->first, found->second};

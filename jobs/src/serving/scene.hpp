@@ -32,6 +32,8 @@ class Scene {
 
   /// The message under a key becomes another one, and the last in order.
   void put(const std::string& key, std::string bytes);
+  /// The same; and whoever begins to read gets it before all others, too: what these are shown with.
+  void put_first(const std::string& key, std::string bytes);
   /// Takes all those away whose keys begin so.
   void remove(std::string_view beginning);
   /// The first message that came after `number`; 0: the first of all.
@@ -44,8 +46,11 @@ class Scene {
   std::function<void()> on_change_;
   std::map<std::uint64_t, Bytes> messages_;
   std::map<std::string, std::uint64_t, std::less<>> number_of_;
-  std::uint64_t last_ = 0, bytes_ = 0;
+  static constexpr std::uint64_t number_of_first = 1;
+  Bytes first_;  // null: none
+  std::uint64_t last_ = number_of_first, bytes_ = 0;
 
+  void put(const std::string& key, Bytes bytes, bool is_first);
   void tell();
 };
 

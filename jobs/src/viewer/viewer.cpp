@@ -281,6 +281,7 @@ void Viewer::show(const supersteps::RunResult& now, supersteps::Ranks& ranks) {
   for (const std::string& message : messages) ranks.send(0, message);
   ranks.sync();
   if (!ranks.is_master()) return;
+  pack_model(picture);
   for (const auto& message : ranks.received()) {
     const auto end = message.bytes.find('\n');
     scene_.put(std::string(message.bytes.substr(0, end)), std::string(message.bytes.substr(end + 1)));
@@ -363,6 +364,7 @@ void Viewer::pack_again_and_again() {
     std::exception_ptr failed;
     try {
       if (picture) {
+        pack_model(*picture);
         pack(
             *picture,
             [this](const std::string& key, std::string bytes) { scene_.put(key, std::move(bytes)); }, 1,
@@ -429,10 +431,14 @@ void Viewer::pack_fresh(const Batches& batches, unsigned step) {
   scene_.put(key, std::move(message));
 }
 
+/// What stands before the cells, since they are seen within its bounds.
+void Viewer::pack_model(const Picture& picture) {
+  if (server_) scene_.put_first("model", model_message(picture));
+}
+
 /// What stands after the cells: that they are all there, and the surface in their place once there is one.
 void Viewer::pack_end(const Picture& picture) {
   if (!server_) return;
-  scene_.put("model", model_message(picture));
   const bool is_over = picture.report.has_value();
   if (picture.faces) {
     std::size_t number = 0;

@@ -115,6 +115,7 @@ class Viewer {
   void hand_over(std::optional<Picture>& place, Picture picture);
   void pack(const Picture& picture, const Send& send, unsigned ranks, bool may_stop);
   void pack_fresh(const Batches& batches, unsigned step);
+  void pack_model(const Picture& picture);
   void pack_end(const Picture& picture);
   [[nodiscard]] std::string model_message(const Picture& picture) const;
   [[nodiscard]] Picture picture_of(const supersteps::RunResult& result) const;

@@ -350,6 +350,27 @@ TEST(Scene, SlowReadersGetTheNewestOfEachKeyOnceAndInOrder) {
   EXPECT_EQ(scene.size(), 9U);
 }
 
+TEST(Scene, TellsWhoBeginsWhatTheRestIsShownWith) {
+  Scene scene;
+  scene.put("region", "1");
+  scene.put_first("model", "old");
+  scene.put("region", "2");
+  const auto old_reader = scene.after(0);
+  ASSERT_TRUE(old_reader);
+  EXPECT_EQ(*old_reader->bytes, "old");
+  scene.put_first("model", "new");
+  const auto read_from = [&](std::uint64_t at) {
+    std::vector<std::string> all;
+    for (auto next = scene.after(at); next; next = scene.after(at)) {
+      all.push_back(*next->bytes);
+      at = next->number;
+    }
+    return all;
+  };
+  EXPECT_EQ(read_from(old_reader->number), (std::vector<std::string>{"2", "new"}));
+  EXPECT_EQ(read_from(0), (std::vector<std::string>{"new", "2", "new"}));
+}
+
 /// What a server answers to bytes that are sent to it.
 std::string answer_of(std::uint16_t port, const std::string& request) {
   const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
