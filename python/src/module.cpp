@@ -88,6 +88,38 @@ class Listener {
   }
 };
 
+/// Python's other threads go on, and what the library does ends when a signal wants to be raised.
+class Released {
+ public:
+  Released() : stoppable_(is_over) {}
+  /// What came when all was done is raised by Python itself.
+  ~Released() {
+    if (!raised || std::uncaught_exceptions() > exceptions_) return;
+    const py::gil_scoped_acquire gil;
+    raised.reset();
+    PyErr_SetInterrupt();
+  }
+  Released(const Released&) = delete;
+  Released& operator=(const Released&) = delete;
+
+  /// Of a call that has ended by it, until its exception is translated.
+  static thread_local std::optional<py::error_already_set> raised;
+
+ private:
+  int exceptions_ = std::uncaught_exceptions();
+  const py::gil_scoped_release nothing_of_python_;
+  const Stoppable stoppable_;
+
+  static bool is_over() {
+    if (raised) return true;
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() == 0) return false;
+    raised.emplace();
+    return true;
+  }
+};
+thread_local std::optional<py::error_already_set> Released::raised;
+
 template <typename Number>
 std::optional<Number> optional_of(const py::dict& given, const char* name) {
   if (!given.contains(name) || given[name].is_none()) return std::nullopt;
@@ -327,7 +359,7 @@ py::dict located(const Result& self, const py::object& points) {
 py::tuple contacts_of(const Result& self) {
   std::vector<Contact> contacts;
   {
-    const py::gil_scoped_release nothing_of_python;
+    const Released nothing_of_python;
     contacts = self.contacts();
   }
   std::vector<std::uint64_t> cells;
@@ -343,7 +375,7 @@ py::tuple contacts_of(const Result& self) {
 }
 
 void add_result(py::module_& m) {
-  using Release = py::call_guard<py::gil_scoped_release>;
+  using Release = py::call_guard<Released>;
   py::class_<Result>(
       m, "Result", py::dynamic_attr(),
       "What an evaluation has found. Arrays are views of it: they keep it alive, and cannot be written to.")
@@ -398,7 +430,7 @@ void add_result(py::module_& m) {
           "_solver_mesh",
           [](const Result& self, const py::dict& given) {
             const SolverMeshOptions options = solver_mesh_options(given);
-            const py::gil_scoped_release nothing_of_python;
+            const Released nothing_of_python;
             return self.solver_mesh(options);
           },
           arg("options"))
@@ -407,7 +439,7 @@ void add_result(py::module_& m) {
           [](const Result& self, const std::filesystem::path& path, bool tets, std::optional<double> clean,
              const py::dict& look) {
             const WriteOptions options = write_options(tets, clean, look);
-            const py::gil_scoped_release nothing_of_python;
+            const Released nothing_of_python;
             return self.write(path, options);
           },
           arg("path"), arg("tets"), arg("clean"), arg("look"))
@@ -417,7 +449,7 @@ void add_result(py::module_& m) {
             const View view = write_options(false, {}, look).view;
             std::string bytes;
             {
-              const py::gil_scoped_release nothing_of_python;
+              const Released nothing_of_python;
               bytes = self.picture(format, view);
             }
             return py::bytes(bytes);
@@ -448,6 +480,10 @@ PYBIND11_MODULE(_bsp2, m) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const Error& error) {
+      if (Released::raised) {
+        Released::raised->restore();
+        return Released::raised.reset();
+      }
       const py::object made = py::reinterpret_borrow<py::object>(error_type)(py::str(error.what()));
       made.attr("is_users_mistake") = error.is_users_mistake();
       PyErr_SetObject(error_type.ptr(), made.ptr());

@@ -73,9 +73,15 @@ class Terminal : public testing::Test {
       file << "multmatrix([[1,0,0," << i % n << "],[0,1,0," << i / n % n << "],[0,0,1," << i / n / n
            << "],[0,0,0,1]]){" << (i % 2 == 0 ? "cube(1)" : "sphere(r = 0.6, $fn = 16)") << ";}\n";
     file.close();
-    return {
-        "bsp2",       "run",        model.string(), "--threads", "2", "-o", (folder_.path() / "out").string(),
-        "--boundary", "surface.ply"};
+    return {"bsp2",
+            "run",
+            model.string(),
+            "--threads",
+            "2",
+            "-o",
+            (folder_.path() / "out").string(),
+            "--boundary",
+            (folder_.path() / "surface.ply").string()};
   }
 };
 

@@ -350,7 +350,8 @@ struct Options {
   /// Told about ten times a second, on the master, by the thread that evaluates.
   std::function<void(const Progress&)> progress;
   /// Asked some hundred times a second, by the thread that evaluates (on each rank): true ends the evaluation
-  /// soon. The result is then not complete, and has no cells; a snapshot has what there is.
+  /// soon. The result is then not complete, and has no cells; a snapshot has what there is. If it comes while
+  /// the surface is found, the cells are there, and the surface is not.
   std::function<bool()> stop;
 };
 
@@ -543,6 +544,22 @@ class BSP2_API Result {
 
  private:
   std::shared_ptr<Implementation> implementation_;
+};
+
+/// While one lives, what its thread asks of the library ends soon once `stop` says so: a text that is read, an
+/// evaluation, a surface, contacts, a mesh for solvers. It ends with an Error, "interrupted"; nothing is half
+/// done then, and it can be asked for again. Thread rule: made and gone on the thread that asks.
+class BSP2_API Stoppable {
+ public:
+  /// @param stop asked at most twenty times a second, by the thread that made this.
+  explicit Stoppable(std::function<bool()> stop);
+  ~Stoppable();
+  Stoppable(const Stoppable&) = delete;
+  Stoppable& operator=(const Stoppable&) = delete;
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
 };
 
 /// Evaluates an expression. The cells depend on it and on the options, not on ranks and threads. Collective:

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "bsp2/api/products/drawings.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/io/files/file.hpp"
 #include "bsp2/io/outputs/sheet.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
@@ -147,11 +148,18 @@ Result found(supersteps::RunOptions run, const Options& options, const Ranks& ra
   const Patience patience(all, options.timeout);
   const Told told(all, run, options.progress);
   all.restart();
-  all.together([&] {
-    all.agree([&] { check_files(run); });
-    made->result = supersteps::run(run, all);
-    if (options.contacts) gather_contacts(all, made->result);
-  });
+  const geometry::Interruption interruption(options.stop);
+  try {
+    all.together([&] {
+      all.agree([&] { check_files(run); });
+      made->result = supersteps::run(run, all);
+      if (options.contacts) gather_contacts(all, made->result);
+    });
+  } catch (const Error&) {
+    if (all.count() > 1 || !geometry::Interruption::is_wanted()) throw;
+    made->result = {};  // before there was anything to show
+    made->result.report.interrupted = true;
+  }
   made->has_contacts = options.contacts && made->holds_cells && !made->result.report.interrupted &&
                        made->result.report.failed.empty() && all.is_master();
   auto& report = made->result.report;
@@ -217,6 +225,7 @@ std::vector<std::string> draw(const Expression& expression, const std::vector<st
     supersteps::Ranks& all = ranks.implementation()->ranks;
     const Patience patience(all, options.timeout);
     const Told progress(all, run, options.progress);
+    const geometry::Interruption interruption(options.stop);
     all.restart();
     all.together([&] {
       const supersteps::RunResult result = supersteps::run(run, all);

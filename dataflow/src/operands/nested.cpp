@@ -12,6 +12,7 @@
 #include "bsp2/dataflow/process/consumer.hpp"
 #include "bsp2/geometry/exact/covector.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/model/builder/builder.hpp"
 #include "bsp2/model/builder/flat.hpp"
 #include "lowering/lowering.hpp"
@@ -329,9 +330,11 @@ std::vector<geometry::CellBatch> cells_of(const Network<D>& network, const Finen
   CellCollector collector;
   Consumer* const consumers[] = {&collector};
   EvaluateOptions how;
+  how.interrupted = geometry::Interruption::is_wanted;
   how.keep_fuzzy = fineness != nullptr;
   if (fineness != nullptr) how.tolerance = fineness->thickness * network.table.width();
   evaluate<D>(network, std::move(regions), how, consumers);
+  geometry::Interruption::check();
   return std::move(collector.batches);
 }
 

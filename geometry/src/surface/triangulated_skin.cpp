@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/surface/edge_chain.hpp"
 #include "surface/no_index.hpp"
 #include "surface/sweep_triangulation.hpp"
@@ -23,12 +24,14 @@ class Steps {
   void begin(double from, double to) {
     from_ = from;
     to_ = to;
+    Interruption::check();
     if (told_) told_(from);
   }
   void within(std::size_t done, std::size_t all) const {
     constexpr std::size_t seldom = 1024;
-    if (told_ && ++calls_ % seldom == 0)
-      told_(from_ + (to_ - from_) * static_cast<double>(done) / static_cast<double>(all));
+    if (++calls_ % seldom != 0) return;
+    Interruption::check();
+    if (told_) told_(from_ + (to_ - from_) * static_cast<double>(done) / static_cast<double>(all));
   }
 
  private:

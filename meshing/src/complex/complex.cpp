@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 #include "bsp2/geometry/surface/edge_chain.hpp"
 #include "complex/plane_overlay.hpp"
@@ -93,6 +94,7 @@ class ComplexMaker {
   void name_points() {
     FacetSet set;
     for (std::size_t i = 0; i < index_.size(); ++i) {
+      geometry::Interruption::check();
       set.clear(index_.hyperplane(i));
       index_.append(i, set);
       for (std::size_t facet = 0; facet < set.facets.size(); ++facet) {
@@ -145,6 +147,7 @@ class ComplexMaker {
     PlaneOverlay overlay(exact_, points_);
     std::size_t at = 0;
     for (std::size_t i = 0; i < index_.size(); ++i) {
+      geometry::Interruption::check();
       set.clear(index_.hyperplane(i));
       index_.append(i, set);
       facets.clear();

@@ -3,6 +3,7 @@
 #include <limits>
 #include <queue>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "tetrahedra/editor.hpp"
 #include "tetrahedra/quality.hpp"
 
@@ -15,6 +16,7 @@ constexpr double good = 0.35, fair = 0.2, poor = 0.1;
 constexpr double too_long = 1.4, too_short = 0.75;  // against the wanted length
 constexpr double of_features = 1.5;                 // as long may edges be at short edges of the solid
 
+using geometry::Interruption;
 using Pair = std::array<std::uint32_t, 2>;
 
 std::array<Pair, 6> edges_of(const Editor::Tetrahedron& t) {
@@ -65,6 +67,7 @@ class Shaping {
       std::uint64_t left = 0, changed = 0;
       for (std::uint32_t t = 0; t < editor_.size(); ++t) {
         if (editor_.at(t).is_gone() || editor_.at(t).shape > 0) continue;
+        Interruption::check();
         ++left;
         if (absorb(t)) ++changed;
       }
@@ -118,6 +121,7 @@ class Shaping {
     for (int pass = 0; pass < 4; ++pass) {
       std::uint64_t changed = 0;
       for (const auto& [u, v] : edges_where([&](double length, double) { return length < options_.clean; })) {
+        Interruption::check();
         if (collapse_either(u, v, {.shape = 0, .length = 0, .moves_corners = false}) ||
             collapse_either(u, v, {.shape = 0, .length = 0, .moves_corners = true}))
           ++changed;
@@ -219,6 +223,7 @@ class Shaping {
     for (const auto& [u, v] :
          edges_where([share](double length, double wanted) { return length < share * wanted; })) {
       if (editor_.star(u).empty() || editor_.star(v).empty()) continue;
+      Interruption::check();
       if (collapse_either(u, v, {.shape = fair, .length = too_long * wanted(u, v)})) ++gone;
     }
     return gone;
@@ -230,6 +235,7 @@ class Shaping {
       std::uint64_t made = 0;
       for (std::size_t i = edges.size(); i-- > 0;) {
         const auto [u, v] = edges[i];
+        Interruption::check();
         const std::uint32_t m = editor_.split(u, v, poor);
         if (m == Editor::none) continue;
         ++made;
@@ -242,7 +248,10 @@ class Shaping {
   }
 
   void smooth_all() {
-    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) editor_.smooth(p);
+    for (std::uint32_t p = 0; p < editor_.point_count(); ++p) {
+      Interruption::check();
+      editor_.smooth(p);
+    }
   }
 
   /// Tetrahedra that are worse than `below` are made better. @return how often one was.
@@ -252,9 +261,11 @@ class Shaping {
       if (!editor_.at(t).is_gone() && editor_.at(t).shape < below) worst.emplace_back(editor_.at(t).shape, t);
     std::sort(worst.begin(), worst.end());
     std::uint64_t count = 0;
-    for (const auto& [shape, t] : worst)
+    for (const auto& [shape, t] : worst) {
+      Interruption::check();
       if (!editor_.at(t).is_gone() && editor_.at(t).shape == shape && improve_one(t, with_new_points))
         ++count;
+    }
     return count;
   }
 

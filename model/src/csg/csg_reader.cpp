@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bsp2/geometry/support/error.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/model/expression/csg.hpp"
 #include "builder/matrix.hpp"
 #include "builder/node_pool.hpp"
@@ -185,6 +186,7 @@ Model Reader::read_nodes() {
   if (text_.starts_with("\xFF\xFE") || text_.starts_with("\xFE\xFF"))
     scanner_.fail("this text is UTF-16; save it as UTF-8");
   for (scanner_.skip_space(); !scanner_.at_end(); scanner_.skip_space(), any = true) {
+    geometry::Interruption::check();
     if (scanner_.peek() == '}') {
       if (frames_.size() == 1) scanner_.fail("this '}' closes nothing");
       scanner_.advance();

@@ -12,6 +12,7 @@
 #include "bsp2/bsplib/error.hpp"
 #include "bsp2/dataflow/constructs/part_outlines.hpp"
 #include "bsp2/geometry/support/dimensions.hpp"
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/surface/contact.hpp"
 #include "ranks/exchange.hpp"
 #include "stages/stages.hpp"
@@ -250,6 +251,7 @@ void glue_regions(const dataflow::Network<3>& network, const Names& names, const
   RegionsInTurn regions(cells);
   double done = 0;
   for (CellShare some = regions.next(); !some.batches.empty(); some = regions.next()) {
+    geometry::Interruption::check();
     if (told) told(std::exchange(done, regions.taken()));
     const FacetIndex index(network.table, some.batches, {some.first_cell, groups.only(false), names});
     const auto load = [&](std::size_t i, FacetSet& facets) {

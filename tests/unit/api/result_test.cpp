@@ -204,6 +204,51 @@ TEST(ApiResult, EndsWhenAsked) {
   EXPECT_THROW((void)result.locate(std::vector<double>(4)), Error);
 }
 
+TEST(ApiResult, KeepsCellsWhoseSurfaceIsNotWaitedFor) {
+  const Expression model = load(examples + "mechanical_piece.csg");
+  std::atomic<bool> is_looked_for = false;
+  const Result result = evaluate(model, {.surface = true,
+                                         .progress =
+                                             [&](const Progress& now) {
+                                               is_looked_for = is_looked_for || now.superstep == "resolution";
+                                             },
+                                         .stop = [&] { return is_looked_for.load(); }});
+  EXPECT_FALSE(result.is_interrupted());
+  EXPECT_EQ(result.digest(), evaluate(model).digest());
+  EXPECT_EQ(result.surface().digest, evaluate(model, {.surface = true}).surface().digest);
+}
+
+TEST(ApiResult, EndsWhateverIsAskedOfItAndCanBeAskedAgain) {
+  const Expression model = parse("difference() { cube(4); sphere(2, $fn = 8); }");
+  const Result result = evaluate(model);
+  const auto is_ended = [](const auto& ask) {
+    const Stoppable stoppable([] { return true; });
+    try {
+      ask();
+    } catch (const Error& error) {
+      EXPECT_STREQ(error.what(), "interrupted");
+      return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(is_ended([] { (void)parse("cube(1);"); }));
+  EXPECT_TRUE(is_ended([&] { (void)result.surface(); }));
+  EXPECT_TRUE(is_ended([&] { (void)result.contacts(); }));
+  EXPECT_TRUE(is_ended([&] { (void)result.solver_mesh({.size = 4}); }));
+  EXPECT_FALSE(is_ended([&] { (void)result.cells(); }));
+  const Result untouched = evaluate(model, {.surface = true});
+  EXPECT_EQ(result.surface().digest, untouched.surface().digest);
+  EXPECT_EQ(result.contacts().size(), untouched.contacts().size());
+  EXPECT_EQ(result.solver_mesh({.size = 4}).tetrahedra().size(),
+            untouched.solver_mesh({.size = 4}).tetrahedra().size());
+  // Within the compilation: what a construct is made of is evaluated there.
+  bool has_begun = false;
+  const Result none =
+      evaluate(parse("minkowski() { difference() { cube(4); sphere(1, $fn = 30); } sphere(1, $fn = 30); }"),
+               {.stop = [&] { return std::exchange(has_begun, true); }});
+  EXPECT_TRUE(none.is_interrupted());
+}
+
 TEST(ApiResult, ManyThreadsEvaluateAtOnce) {
   const Expression shared = cube(3) - sphere(1.5, {.fn = 20});
   const std::string digest = evaluate(shared).digest();

@@ -7,26 +7,32 @@
 #include <mutex>
 #include <vector>
 
+#include "bsp2/geometry/support/interruption.hpp"
 #include "bsp2/geometry/support/threads.hpp"
 
 namespace bsp2::geometry {
 
 /// Parts 0 ... count - 1 into ranges of `grain`, which threads take one after the other, and calls
 /// `work(first, end)` for each. One of the threads is the one that calls; it waits for the others, and passes
-/// on what one throws.
+/// on what one throws. @throws Interrupted between ranges, if the work of the caller is to end.
 template <typename Work>
 void for_each_range(std::size_t count, std::size_t grain, unsigned threads, const Work& work) {
   std::atomic<std::size_t> next = 0;
-  const auto take_ranges = [&] {
-    for (std::size_t first; (first = next.fetch_add(grain, std::memory_order_relaxed)) < count;)
+  std::atomic<bool> is_over = false;
+  const auto take_ranges = [&](bool is_caller) {
+    for (std::size_t first; !is_over.load(std::memory_order_relaxed) &&
+                            (first = next.fetch_add(grain, std::memory_order_relaxed)) < count;) {
       work(first, std::min(first + grain, count));
+      if (is_caller && Interruption::is_wanted()) is_over = true;
+    }
   };
   const std::size_t ranges = (count + grain - 1) / grain;
   Threads others;
   for (std::size_t i = 1; i < std::min<std::size_t>(threads, ranges); ++i)
-    others.start(take_ranges, Threads::Begin::elsewhere);
-  take_ranges();
+    others.start([&] { take_ranges(false); }, Threads::Begin::elsewhere);
+  take_ranges(true);
   others.join();
+  if (is_over) throw Interrupted();
 }
 
 /// Items 0 ... count - 1 that some threads make ahead, while the one that calls uses them in their order. Few

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+
+#include "bsp2/geometry/support/error.hpp"
+
+namespace bsp2::geometry {
+
+/// What is thrown through work that somebody has ended before it was done.
+class Interrupted : public Error {
+ public:
+  Interrupted() : Error("interrupted") {}
+};
+
+/// While one lives, long work that its thread does asks it now and then whether to go on. Of several, one in
+/// the other, the innermost is asked. Thread rule: made, asked and gone on one thread.
+class Interruption {
+ public:
+  /// @param asked whether to end; called at most twenty times a second, until it says so. Empty: never.
+  explicit Interruption(std::function<bool()> asked);
+  ~Interruption();
+  Interruption(const Interruption&) = delete;
+  Interruption& operator=(const Interruption&) = delete;
+
+  /// Whether the work of this thread is to end.
+  [[nodiscard]] static bool is_wanted();
+  /// For loops: each round some microseconds long or more. @throws Interrupted if the work is to end.
+  static void check() {
+    if (is_wanted()) throw Interrupted();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::function<bool()> asked_;
+  Clock::time_point last_{};
+  bool is_over_ = false;
+  Interruption* outer_;
+};
+
+}  // namespace bsp2::geometry
