@@ -13,10 +13,12 @@
 #include <vector>
 
 #include "answers/drawings.hpp"
+#include "answers/film.hpp"
 #include "answers/summary.hpp"
 #include "bsp2/api/report/report_json.hpp"
 #include "bsp2/geometry/support/error.hpp"
 #include "bsp2/io/files/file.hpp"
+#include "bsp2/io/outputs/animation.hpp"
 #include "bsp2/io/outputs/pvd.hpp"
 #include "bsp2/io/outputs/snapshot.hpp"
 #include "bsp2/io/outputs/solver_mesh.hpp"
@@ -177,6 +179,11 @@ void draw_picture(const RunCommand& command, supersteps::RunResult& result, supe
     if (possible) ranks.begin("rendering");
   });
   if (!possible) return;
+  if (command.film)
+    return ranks.agree([&] {
+      if (ranks.is_master())
+        draw_film(*command.film, command.view, result, result.report.threads, *command.picture);
+    });
   auto at_eye = geometry::Label::out;
   const std::string picture = supersteps::render(ranks, result, command.view, &at_eye);
   tell_eye(at_eye, result.report);
@@ -255,6 +262,7 @@ void check_outputs(const RunCommand& command) {
     if (snapshot) io::check_snapshot_path(*snapshot);
   if (command.mesh || command.series) io::check_vtu();
   for (const fs::path& file : command.boundaries) io::check_surface_file(file);
+  if (command.film) io::Animation::check(*command.picture);
   if (command.picture || command.frames) supersteps::check_pictures();
   if (command.drawing) check_drawings(command);
   if (command.frames) io::check_folder(io::folder_of(frame_path(*command.frames, 0)));

@@ -41,6 +41,7 @@ struct Raw {
   std::string order, budget, folder, picture, frames, report, table, collect, snapshot, parts, exported,
       rendered, points, series, viewed, view_eye;
   PictureText view;
+  FilmText film;
   DrawingText drawing;
   MeshText solver_mesh;
   std::vector<std::string> keep, boundaries;
@@ -338,7 +339,10 @@ void set_pictures(RunCommand& command, const Raw& raw) {
   command.view = picture_options(view);
   if (!raw.picture.empty()) command.picture = raw.picture;
   if (!raw.rendered.empty()) command.picture = raw.rendered;
-  if (command.picture)
+  if (!raw.rendered.empty()) command.film = film_command(raw.film, raw.view.explode, raw.rendered);
+  if (!command.film && raw.view.explode.find(':') != std::string::npos)
+    throw Error("--explode: a range is for animations, which 'bsp2 render' makes; here it is one number");
+  if (command.picture && !command.film)
     command.view.format = checked_format(*command.picture, raw.rendered.empty() ? "--picture" : "-o");
   if (!raw.frames.empty()) command.frames = raw.frames;
   if (is_given(raw.view) && !command.picture && !command.frames && raw.folder.empty() &&
@@ -592,8 +596,16 @@ std::optional<RunCommand> parse_command_line(const std::vector<std::string>& arg
   exported->add_flag("--tets", command.tets, "cut the cells into tetrahedra in a .pvtu");
   CLI::App* rendered = app.add_subcommand("render", "Draw the cells of a snapshot");
   add_input(*rendered, "SNAPSHOT", command.options.resume, "what --snapshot wrote");
-  add_path(*rendered, "-o,--output", raw.rendered, "the picture: .png, .svg or .pdf", "FILE")->required();
+  add_path(*rendered, "-o,--output", raw.rendered, "the picture: .png, .svg or .pdf; or an animation", "FILE")
+      ->required();
   add_picture_options(*rendered, raw.view);
+  add_film_options(*rendered, raw.film);
+  add_threads_option(*rendered, command, "Options");
+  rendered->footer(
+      "Examples:\n"
+      "  bsp2 render run.h5 -o far.png --eye 60,-90,40 --size 2000x1500\n"
+      "  bsp2 render run.h5 -o turn.apng --turntable 120\n"
+      "  bsp2 render run.h5 -o inside.mp4 --sweep-section y:-10:10 --count 200");
   CLI::App* view = add_view_command(app, command, raw.viewed, raw.view_eye);
   add_model_options(*view, command, raw);
   add_work_options(*view, command, raw);

@@ -11,6 +11,7 @@
 #include "bsp2/drawing/sheets/drawing.hpp"
 #include "bsp2/supersteps/render/rendering.hpp"
 #include "bsp2/supersteps/state/run_options.hpp"
+#include "options/film_options.hpp"
 #include "options/mesh_options.hpp"
 #include "queue/queue.hpp"
 
@@ -51,6 +52,7 @@ struct RunCommand {
   std::optional<std::filesystem::path> snapshot_copy;  ///< resume -o: where the snapshot goes too, at the end
   std::optional<std::filesystem::path> table;          ///< the supersteps as CSV
   supersteps::PictureOptions view;                     ///< of the picture and the frames
+  std::optional<FilmCommand> film;                     ///< the picture is an animation
   std::optional<std::filesystem::path> frames;         ///< a picture of each step, under this prefix
   std::optional<std::filesystem::path> series;         ///< `.pvd`: the mesh of each step, over time
   std::optional<std::filesystem::path> points;         ///< tell where these points are, and nothing else

@@ -10,10 +10,11 @@ namespace bsp2::jobs {
 namespace {
 
 /// What fits a screen beside usage and examples.
-constexpr std::size_t few_options = 16;
-constexpr std::array<std::string_view, 17> most_used{
-    "views",  "section", "sheet",     "output", "boundary", "picture", "snapshot", "threads", "curved",
-    "strict", "open",    "tolerance", "budget", "partial",  "port",    "quiet",    "stay"};
+constexpr std::size_t few_options = 12;
+constexpr std::array<std::string_view, 19> most_used{
+    "turntable", "sweep-section", "views",   "section", "sheet",  "output", "boundary",
+    "picture",   "snapshot",      "threads", "curved",  "strict", "open",   "tolerance",
+    "budget",    "partial",       "port",    "quiet",   "stay"};
 
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return app.get_options(

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -24,7 +25,30 @@ const std::map<std::string, Shade>& shades() {
   return names;
 }
 
-/// Numbers with something between them; empty if that is not what the text is.
+std::optional<std::array<double, 3>> point_of(const std::string& text, const char* option) {
+  if (text.empty()) return std::nullopt;
+  const auto numbers = numbers_in(text, ',');
+  if (numbers.size() != 3)
+    throw Error(std::string(option) + ": '" + text + "' is no point; write three numbers, for example " +
+                option + " 30,-40,25");
+  return std::array{numbers[0], numbers[1], numbers[2]};
+}
+
+/// A factor, or two with a colon between them.
+CLI::Validator is_explosion() {
+  constexpr double most = 100;
+  return {[](const std::string& text) -> std::string {
+            const auto factors = numbers_in(text, ':');
+            const bool are_factors = (factors.size() == 1 || factors.size() == 2) &&
+                                     std::all_of(factors.begin(), factors.end(),
+                                                 [](double factor) { return factor >= 0 && factor <= most; });
+            return are_factors ? "" : "must be a number, 0 .. 100, not '" + text + "'";
+          },
+          "0 .. 100"};
+}
+
+}  // namespace
+
 std::vector<double> numbers_in(const std::string& text, char between) {
   std::vector<double> numbers;
   for (std::size_t at = 0; at <= text.size();) {
@@ -37,17 +61,6 @@ std::vector<double> numbers_in(const std::string& text, char between) {
   return numbers;
 }
 
-std::optional<std::array<double, 3>> point_of(const std::string& text, const char* option) {
-  if (text.empty()) return std::nullopt;
-  const auto numbers = numbers_in(text, ',');
-  if (numbers.size() != 3)
-    throw Error(std::string(option) + ": '" + text + "' is no point; write three numbers, for example " +
-                option + " 30,-40,25");
-  return std::array{numbers[0], numbers[1], numbers[2]};
-}
-
-}  // namespace
-
 void add_picture_options(CLI::App& app, PictureText& text) {
   const auto group = "How pictures look";
   app.add_option("--eye", text.eye,
@@ -58,9 +71,10 @@ void add_picture_options(CLI::App& app, PictureText& text) {
   app.add_option("--look", text.look, "what is in the middle of the picture")
       ->type_name("X,Y,Z")
       ->group(group);
-  app.add_option("--explode", text.explode,
-                 "move the regions apart: each by F times its way\nfrom the middle")
-      ->check(is_number(0.0, 100.0, "0 .. 100"))
+  app.add_option(
+         "--explode", text.explode,
+         "move the regions apart: each by F times its way\nfrom the middle (in an animation also A:B)")
+      ->check(is_explosion())
       ->type_name("F")
       ->group(group);
   app.add_flag("--edges", text.edges, "draw the edges of the cells")->group(group);
@@ -74,7 +88,7 @@ void add_picture_options(CLI::App& app, PictureText& text) {
 
 bool is_given(const PictureText& text) {
   return !text.eye.empty() || !text.look.empty() || !text.size.empty() || !text.shade.empty() ||
-         text.explode > 0 || text.edges;
+         !text.explode.empty() || text.edges;
 }
 
 std::vector<double> eye_of(const std::string& text) {
@@ -92,7 +106,7 @@ supersteps::PictureOptions picture_options(const PictureText& text) {
   options.look = point_of(text.look, "--look");
   if (options.eye && options.look && *options.eye == *options.look)
     throw Error("--eye and --look are the same point: the picture needs a direction");
-  options.explode = text.explode;
+  if (const auto factors = numbers_in(text.explode, ':'); factors.size() == 1) options.explode = factors[0];
   options.edges = text.edges;
   if (!text.shade.empty()) options.shade = shades().at(text.shade);
   if (text.size.empty()) return options;

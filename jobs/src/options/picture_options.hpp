@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "bsp2/supersteps/render/rendering.hpp"
 
@@ -14,8 +15,7 @@ namespace bsp2::jobs {
 
 /// The options of a picture as they are typed: one home for all commands that draw.
 struct PictureText {
-  std::string eye, look, size, shade;
-  double explode = 0;
+  std::string eye, look, size, shade, explode;
   bool edges = false;
 };
 
@@ -24,6 +24,9 @@ void add_picture_options(CLI::App& app, PictureText& text);
 
 /// Was any of them given?
 bool is_given(const PictureText& text);
+
+/// Numbers with something between them; empty if that is not what the text is.
+std::vector<double> numbers_in(const std::string& text, char between);
 
 /// The point that --eye names, in any dimension. @throws bsp2::Error if it names none.
 std::vector<double> eye_of(const std::string& text);

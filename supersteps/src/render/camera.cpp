@@ -24,6 +24,12 @@ Vector default_direction() {
   return {std::sin(a) * std::cos(e), -std::cos(a) * std::cos(e), std::sin(e)};
 }
 
+/// Counter-clockwise as seen from above.
+Vector turned(const Vector& a, double degrees) {
+  const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
+  return {c * a[0] - s * a[1], s * a[0] + c * a[1], a[2]};
+}
+
 }  // namespace
 
 Vector normalized(const Vector& a) {
@@ -80,11 +86,12 @@ Camera::Camera(const PictureOptions& options, int dimension, const Box3& shown) 
       throw Error("the eye is where it looks, at (" + std::to_string(looked_at[0]) + ", " +
                   std::to_string(looked_at[1]) + ", " + std::to_string(looked_at[2]) +
                   "): choose another --eye or --look");
-    eye_ = options.eye;
-    toward_ = normalized(back);
+    const Vector way = turned(back, options.turn);
+    eye_ = options.turn == 0 ? *options.eye : sum(looked_at, way);
+    toward_ = normalized(way);
     near_ = 1e-4 * std::max(diagonal(shown), length(back));
   } else {
-    toward_ = default_direction();
+    toward_ = turned(default_direction(), options.turn);
   }
   right_ = cross({0, 0, 1}, toward_);
   right_ = length(right_) > 1e-9 ? normalized(right_)
@@ -122,7 +129,6 @@ Extent::Extent() {
 }
 
 void Extent::add(const Camera& camera, const Vector& point) {
-  constexpr double widest = 1;  // the tangent of half of 90 degrees
   const Vector seen = camera.see(point);
   for (int axis = 0; axis < 2; ++axis) {
     double x = std::copysign(widest, seen[axis]);  // of what is behind the eye
@@ -130,6 +136,23 @@ void Extent::add(const Camera& camera, const Vector& point) {
     if (camera.is_perspective()) x = std::clamp(x, -widest, widest);
     low[axis] = std::min(low[axis], x);
     high[axis] = std::max(high[axis], x);
+  }
+}
+
+void Extent::add_ball(const Camera& camera, const Vector& middle, double radius) {
+  const Vector seen = camera.see(middle);
+  const double distance = std::sqrt(dot(seen, seen));
+  if (camera.is_perspective() && !(distance > radius)) return add_square({0, 0}, widest);
+  if (!camera.is_perspective()) return add_square({seen[0], seen[1]}, radius);
+  // Where the ball is in the middle of the picture; it is looked at.
+  add_square(camera.is_before_eye(seen) ? camera.project(seen) : Point2{},
+             std::min(widest, radius / std::sqrt(distance * distance - radius * radius)));
+}
+
+void Extent::add_square(const Point2& middle, double half) {
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    low[axis] = std::min(low[axis], middle[axis] - half);
+    high[axis] = std::max(high[axis], middle[axis] + half);
   }
 }
 

@@ -76,12 +76,17 @@ struct Extent {
   Point2 low, high;
   Extent();
   void add(const Camera& camera, const Vector& point);
+  void add_ball(const Camera& camera, const Vector& middle, double radius);
   void add(const Extent& other);
 
   template <class Archive>
   void serialize(Archive& archive, unsigned) {
     archive& low[0] & low[1] & high[0] & high[1];
   }
+
+ private:
+  static constexpr double widest = 1;  // the tangent of half of 90 degrees
+  void add_square(const Point2& middle, double half);
 };
 
 /// Maps the plane of the picture into its pixels so that the extent fits, with a margin.

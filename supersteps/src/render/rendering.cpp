@@ -197,15 +197,17 @@ class Painter {
 
   /// @param number of the cell, counted through the batches.
   void paint(const CellBatch& batch, std::size_t cell, std::size_t number, const Vector& shift) {
-    if (!is_drawn(batch, cell)) return;
+    if (!is_drawn(batch, cell) || (options_.most_level && batch.level[cell] > *options_.most_level)) return;
     Ink ink = ink_of(result_, batch, cell, options_.shade);
     ink.edges = options_.edges;
     if (batch.dimension == 2)
       paint_polygon(batch, cell, shift, ink);
     else if (inner_ != nullptr && batch.label[cell] == geometry::Label::in)
       paint_inner_sides(number, shift, ink);
-    else
+    else if (!options_.section)
       paint_cell(batch, cell, shift, ink);
+    else
+      paint_cut_cell(batch, cell, *options_.section, shift, ink);
   }
 
  private:
@@ -219,6 +221,75 @@ class Painter {
       const Vector normal = normal_of(seen_);
       if (camera_.shows_front(normal, seen_[0])) fill(lit(ink, normalized(normal)));
     }
+  }
+
+  /// What of a cell is on the near side of a section, and its cut.
+  void paint_cut_cell(const CellBatch& batch, std::size_t cell, const PictureSection& section,
+                      const Vector& shift, const Ink& ink) {
+    bool is_kept = false, is_cut_off = false;
+    for (std::size_t v = 0; v < batch.point_count(cell); ++v)
+      (is_left(point_of(batch, cell, v), section) ? is_kept : is_cut_off) = true;
+    if (!is_cut_off) return paint_cell(batch, cell, shift, ink);
+    if (!is_kept) return;
+    std::vector<Vector> polygon, cut;
+    for (std::size_t f = batch.facet_offset[cell]; f < batch.facet_offset[cell + 1]; ++f) {
+      polygon.clear();
+      for (const std::uint16_t v : batch.vertices_of_facet(f)) polygon.push_back(point_of(batch, cell, v));
+      paint_polygon_in_space(part_of(polygon, section, cut), shift, ink);
+    }
+    paint_polygon_in_space(around(cut, section), shift, ink);
+  }
+
+  static bool is_left(const Vector& p, const PictureSection& section) {
+    const double x = p[static_cast<std::size_t>(section.axis)];
+    return section.keeps_upper ? x >= section.at : x <= section.at;
+  }
+
+  /// @param cut gets the points in which the polygon's edges cross the section.
+  static std::vector<Vector> part_of(const std::vector<Vector>& polygon, const PictureSection& section,
+                                     std::vector<Vector>& cut) {
+    const auto axis = static_cast<std::size_t>(section.axis);
+    std::vector<Vector> part;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vector &p = polygon[i], &q = polygon[(i + 1) % polygon.size()];
+      if (is_left(p, section)) part.push_back(p);
+      if (is_left(p, section) == is_left(q, section)) continue;
+      // The same from both ends, since the edge is one of two facets.
+      const auto& [a, b] = std::minmax(p, q);
+      const double t = (section.at - a[axis]) / (b[axis] - a[axis]);
+      Vector at;
+      for (std::size_t k = 0; k < 3; ++k) at[k] = a[k] + t * (b[k] - a[k]);
+      at[axis] = section.at;
+      part.push_back(at);
+      cut.push_back(at);
+    }
+    return part;
+  }
+
+  /// Corners of a convex polygon in a section, each at least once: counter-clockwise, seen from where nothing
+  /// is left.
+  static std::vector<Vector> around(std::vector<Vector> points, const PictureSection& section) {
+    auto u = static_cast<std::size_t>((section.axis + 1) % 3),
+         v = static_cast<std::size_t>((section.axis + 2) % 3);
+    if (section.keeps_upper) std::swap(u, v);
+    std::sort(points.begin(), points.end());
+    points.erase(std::unique(points.begin(), points.end()), points.end());
+    Vector middle{};
+    for (const Vector& p : points)
+      for (std::size_t k = 0; k < 3; ++k) middle[k] += p[k] / static_cast<double>(points.size());
+    const auto angle = [&](const Vector& p) { return std::atan2(p[v] - middle[v], p[u] - middle[u]); };
+    std::sort(points.begin(), points.end(),
+              [&](const Vector& a, const Vector& b) { return angle(a) < angle(b); });
+    return points;
+  }
+
+  /// If it faces the viewer.
+  void paint_polygon_in_space(const std::vector<Vector>& polygon, const Vector& shift, const Ink& ink) {
+    if (polygon.size() < 3) return;
+    seen_.clear();
+    for (const Vector& p : polygon) seen_.push_back(camera_.see(sum(p, shift)));
+    const Vector normal = normal_of(seen_);
+    if (camera_.shows_front(normal, seen_[0])) fill(lit(ink, normalized(normal)));
   }
 
   /// Where the solid ends behind a cell: lit as if it were looked at from there.
@@ -399,6 +470,11 @@ Extent extent_of(Ranks& ranks, const RunResult& result, const PictureOptions& op
     for (const Vector& corner : box.corners()) extent.add(camera, corner);
     return extent;
   }
+  if (options.fits_ball && !shown.is_empty()) {
+    const Vector across = difference(shown.high, shown.low);
+    extent.add_ball(camera, shown.middle(), (1 + options.explode) * std::sqrt(dot(across, across)) / 2);
+    return extent;
+  }
   for (const auto& batch : result.mesh.batches)
     for (std::size_t cell = 0; cell < batch->size(); ++cell) {
       if (!is_drawn(*batch, cell)) continue;
@@ -461,7 +537,8 @@ std::string draw(Ranks& ranks, const RunResult& result, const PictureOptions& op
   const auto& [shown, camera, space] = std::tie(scene.shown, *scene.camera, *scene.space);
   std::optional<InnerSides> inner;
   at_eye = scene.label_at_eye(ranks, result);
-  if (at_eye == geometry::Label::in) inner.emplace(ranks, result, space.regions(), camera);
+  if (at_eye == geometry::Label::in && !options.section)
+    inner.emplace(ranks, result, space.regions(), camera);
   const Frame frame(camera, extent_of(ranks, result, options, space, camera, shown), options.look,
                     options.width, options.height);
   std::vector<std::string> layers;

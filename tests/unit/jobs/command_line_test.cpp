@@ -11,6 +11,7 @@
 #include "bsp2/io/outputs/surface.hpp"
 #include "bsp2/model/expression/csg.hpp"
 #include "options/picture_options.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace bsp2::jobs {
 namespace {
@@ -182,7 +183,7 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
     EXPECT_EQ(command.view.height, 480);
   }
   EXPECT_EQ(parsed({"render", "a.h5", "-o", "p.png"}).options.steps, 0U);
-  EXPECT_NE(message_for({"render", "a.h5", "-o", "p.gif"}).find("'p.gif' must end in .png, .svg or .pdf"),
+  EXPECT_NE(message_for({"render", "a.h5", "-o", "p.bmp"}).find("'p.bmp' must end in .png, .svg or .pdf"),
             std::string::npos);
   EXPECT_NE(
       message_for({"render", "a.h5", "-o", "p.png", "--shade", "rank"}).find("does not tell who computed"),
@@ -192,6 +193,55 @@ TEST(CommandLine, PicturesHaveOneSetOfOptions) {
                           "--size=9999x9999", "--size=1.5x2", "--explode=-1", "--shade=pink"})
     EXPECT_NE(message_for({"run", "a", "--picture", "p.png", bad}), "") << bad;
   EXPECT_NE(message_for({"run", "a", "--picture", "p.png", "--eye", "1,2,3", "--look", "1,2,3"}), "");
+}
+
+TEST(CommandLine, AnimationsMoveFromTheFirstPictureToTheLast) {
+  const RunCommand command = parsed({"render", "a.h5", "-o", "f.apng", "--turntable", "4", "--explode", "0:3",
+                                     "--sweep-section", "y:-1:8", "--grow", "--size", "90x80"});
+  ASSERT_TRUE(command.film);
+  EXPECT_EQ(command.film->count, 4U);
+  EXPECT_EQ(command.film->rate, 25);
+  for (unsigned i = 0; i < 4; ++i) {
+    const auto view = view_of(*command.film, command.view, i, 9);
+    EXPECT_EQ(view.turn, 90 * i);
+    EXPECT_EQ(view.explode, i);
+    ASSERT_TRUE(view.section);
+    EXPECT_EQ(view.section->axis, 1);
+    EXPECT_EQ(view.section->at, -1 + 3.0 * i);
+    EXPECT_TRUE(view.section->keeps_upper);
+    EXPECT_EQ(view.most_level, 3 * i);
+    EXPECT_EQ(view.width, 90);
+  }
+  EXPECT_FALSE(parsed({"render", "a.h5", "-o", "p.png", "--explode", "2"}).film);
+  samples::TemporaryFolder folder;
+  const std::string path = folder.path() / "path.txt";
+  std::ofstream(path) << "# eyes\n1 2 3\n\n5,2,3  0 0 1 # and what is looked at\n5 4 3\n";
+  const auto along = parsed({"render", "a.h5", "-o", "f.apng", "--path", path, "--count", "5"}).film;
+  ASSERT_TRUE(along);
+  const auto eye = [&](unsigned i) { return view_of(*along, {}, i, 0).eye.value(); };
+  EXPECT_EQ(eye(0), (std::array{1.0, 2.0, 3.0}));
+  EXPECT_EQ(eye(1), (std::array{3.0, 2.0, 3.0}));
+  EXPECT_EQ(eye(4), (std::array{5.0, 4.0, 3.0}));
+  EXPECT_EQ(view_of(*along, {}, 1, 0).look, (std::array{0.0, 0.0, 1.0}));
+  const auto fails = [&](std::vector<std::string> more, const std::string& text) {
+    std::vector<std::string> arguments{"render", "a.h5", "-o"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const std::string message = message_for(arguments);
+    EXPECT_NE(message.find(text), std::string::npos) << message;
+  };
+  fails({"f.apng", "--path", path, "--turntable", "4"}, "choose one");
+  std::ofstream(path) << "1 2 3\n1 2\n";
+  fails({"f.apng", "--path", path}, path + ":2: '1 2' is no camera");
+  fails({"f.apng", "--path", path + "x"}, "cannot read");
+  fails({"f.apng"}, "say how it moves");
+  fails({"f.png", "--rate", "3"}, "say how it moves");
+  fails({"f.png", "--grow"}, "an animation ends in .apng, .gif, .mp4 or .webm");
+  fails({"f.apng", "--sweep-section", "w:0:1"}, "'w:0:1' is no way of a section");
+  fails({"f.apng", "--sweep-section", "x:0"}, "--sweep-section x:0:100");
+  fails({"f.apng", "--turntable", "0"}, "1 .. 100000");
+  EXPECT_NE(
+      message_for({"run", "a", "--picture", "p.png", "--explode", "0:1"}).find("a range is for animations"),
+      std::string::npos);
 }
 
 TEST(CommandLine, FramesAreStepsOfTheirOwn) {

@@ -104,6 +104,55 @@ TEST(Rendering, AnEmptySolidIsAnEmptyImageAndFourDimensionsAreRefused) {
   EXPECT_THROW(render(SolidMesh{.dimension = 4}, {}), Error);
 }
 
+/// However it is divided into cells, and wherever it is cut: the section hides what is behind it.
+TEST(Rendering, SectionsAreFilled) {
+  const auto [whole, leaf] = box_of_cells(1);
+  const auto [cells, tree] = box_of_cells(500);
+  std::mt19937 random(5);
+  for (int round = 0; round < 12; ++round) {
+    PictureOptions options{.width = 200, .height = 200, .fits_ball = true};
+    options.section = {round % 3, 0.5 + static_cast<double>(random() % 9), round % 2 == 0};
+    options.turn = static_cast<double>(random() % 360);
+    const Image expected = decode(render(whole, leaf, options)), seen = decode(render(cells, tree, options));
+    int different = 0, covered = 0;
+    for (std::size_t i = 0; i < seen.pixels.size(); ++i) {
+      different += seen.pixels[i] != expected.pixels[i];
+      covered += expected.pixels[i] != expected.pixels[0];
+    }
+    EXPECT_GT(covered, 400) << round;
+    EXPECT_LT(different, 80) << round;
+    options.section.reset();
+    EXPECT_NE(decode(render(whole, leaf, options)).pixels, expected.pixels) << round;
+  }
+  // Nothing is left, or all.
+  PictureOptions none{.width = 50, .height = 50, .section = PictureSection{0, 10.5, true}};
+  const Image empty = decode(render(cells, tree, none));
+  EXPECT_EQ(std::count(empty.pixels.begin(), empty.pixels.end(), empty.pixels[0]), 2500);
+  none.section->keeps_upper = false;
+  EXPECT_EQ(decode(render(cells, tree, none)).pixels,
+            decode(render(cells, tree, {.width = 50, .height = 50})).pixels);
+}
+
+TEST(Rendering, AQuarterTurnShowsTheNextSide) {
+  // A box that looks the same from its four sides, but for the light; the scale stays.
+  const auto [whole, leaf] = box_of_cells(1);
+  const auto silhouette = [&](double turn, std::optional<std::array<double, 3>> eye) {
+    PictureOptions options{.width = 150, .height = 150, .eye = eye, .turn = turn, .fits_ball = true};
+    const Image image = decode(render(whole, leaf, options));
+    int covered = 0;
+    for (const std::uint32_t pixel : image.pixels) covered += pixel != image.pixels[0];
+    return covered;
+  };
+  const std::optional<std::array<double, 3>> eyes[] = {{}, std::array{30.0, -20.0, 15.0}};
+  for (const auto& eye : eyes) {
+    const int first = silhouette(0, eye);
+    EXPECT_GT(first, 1000);
+    EXPECT_NEAR(silhouette(90, eye), first, 0.02 * first);
+    EXPECT_NEAR(silhouette(270, eye), first, 0.02 * first);
+    EXPECT_GT(std::abs(silhouette(eye ? 10 : 15, eye) - first), 0.005 * first);
+  }
+}
+
 /// Two unit cubes beside each other along x, each a region of its own.
 RunResult two_cubes() {
   auto batch = std::make_shared<CellBatch>();

@@ -28,6 +28,13 @@ std::optional<PictureFormat> picture_format(const std::filesystem::path& path);
 /// Error if that fails.
 void check_pictures();
 
+/// What is on one side of a plane across an axis is cut off.
+struct PictureSection {
+  int axis = 0;
+  double at = 0;
+  bool keeps_upper = true;  ///< what is left has x_axis >= at; else x_axis <= at
+};
+
 /// Camera and looks of a picture. Lengths and points are in model units; in the plane z = 0.
 struct PictureOptions {
   PictureFormat format = PictureFormat::png;
@@ -42,6 +49,13 @@ struct PictureOptions {
   std::optional<std::array<double, 3>> look;
   /// Regions are moved away from the middle, by so many times their distance from it.
   double explode = 0;
+  /// The viewer goes so many degrees around the vertical line through what is looked at, to the right. D = 3.
+  double turn = 0;
+  /// The picture is as wide as the ball around the solid's bounds, so that pictures of several turns and
+  /// sections are at one scale.
+  bool fits_ball = false;
+  std::optional<PictureSection> section;  ///< D = 3, from an eye outside the solid
+  std::optional<unsigned> most_level;     ///< cells that more cuts made are not drawn
   Bounds bounds;  ///< what the picture is made to show; empty: what there is to be drawn
   /// Told the share of this rank's cells that is drawn, in [0, 1], now and then; may be empty.
   std::function<void(double done)> on_progress;

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <filesystem>
+
+#include "bsp2/supersteps/render/rendering.hpp"
+#include "options/film_options.hpp"
+
+namespace bsp2::jobs {
+
+/// Draws the pictures of an animation and writes it. Not collective: of a result whose cells this process
+/// has.
+/// @param threads that draw. @throws bsp2::Error as `supersteps::render` and `io::Animation`.
+void draw_film(const FilmCommand& film, const supersteps::PictureOptions& view,
+               const supersteps::RunResult& result, unsigned threads, const std::filesystem::path& path);
+
+}  // namespace bsp2::jobs
