@@ -546,9 +546,9 @@ class BSP2_API Result {
   std::shared_ptr<Implementation> implementation_;
 };
 
-/// While one lives, what its thread asks of the library ends soon once `stop` says so: a text that is read, an
-/// evaluation, a surface, contacts, a mesh for solvers. It ends with an Error, "interrupted"; nothing is half
-/// done then, and it can be asked for again. Thread rule: made and gone on the thread that asks.
+/// While one lives, what its thread asks of the library ends soon once `stop` says so: a text that is read,
+/// an evaluation, a surface, contacts, a mesh for solvers. It ends with an Error, "interrupted"; nothing is
+/// half done then, and it can be asked for again. Thread rule: made and gone on the thread that asks.
 class BSP2_API Stoppable {
  public:
   /// @param stop asked at most twenty times a second, by the thread that made this.
