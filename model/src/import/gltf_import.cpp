@@ -417,7 +417,13 @@ class GltfReader {
     if (model == nullptr || find(*model, "baseColorFactor") == nullptr) return std::nullopt;
     const auto [red, green, blue, alpha] =
         numbers<4>(*model, "baseColorFactor", place_of("materials", which), {1, 1, 1, 1});
-    return Colour{srgb(red), srgb(green), srgb(blue), std::clamp(alpha, 0.0, 1.0)};
+    return Colour{srgb(red), srgb(green), srgb(blue), opacity(material, alpha)};
+  }
+
+  /// What is opaque says so by saying nothing; what is masked is there or not there.
+  [[nodiscard]] double opacity(const Json& material, double alpha) const {
+    const std::string mode = string(material, "alphaMode");
+    return mode == "BLEND" ? std::clamp(alpha, 0.0, 1.0) : 1;
   }
 
   std::string_view buffer(std::size_t which) {

@@ -40,7 +40,8 @@ std::string letters_of(const std::string& bytes) {
 struct Sample {
   std::string buffer = "a gap...";  // 8 bytes
   std::string nodes = R"([{"name": "corner", "mesh": 0}])";
-  std::string material = R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0.2158605, 0.5]}})";
+  std::string material =
+      R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0.2158605, 0.5]}, "alphaMode": "BLEND"})";
   std::string positions =
       R"({"bufferView": 0, "byteOffset": 4, "componentType": 5126, "count": 4, "type": "VEC3"})";
   std::string primitive = R"({"attributes": {"POSITION": 0}, "indices": 1, "material": 0})";
@@ -91,6 +92,16 @@ TEST(Gltf, IsInMillimetresWithZUp) {
   EXPECT_NEAR(volume_of(parts.parts[0]), 1e9 / 6, 1e-3);
   EXPECT_EQ(parts.parts[0].mesh.points,
             (std::vector<Point3>{{0, 0, 0}, {1000, 0, 0}, {0, 0, 1000}, {0, -1000, 0}}));
+}
+
+TEST(Gltf, AlphaCountsWhereItIsBlended) {
+  for (const char* mode :
+       {"", R"(, "alphaMode": "OPAQUE")", R"(, "alphaMode": "MASK")", R"(, "alphaMode": 7)"}) {
+    Sample sample;
+    sample.material =
+        R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 0.5]})" + std::string(mode) + "}";
+    EXPECT_EQ(read(sample).parts.at(0).colour, (Colour{1, 0, 0, 1})) << mode;
+  }
 }
 
 /// Nodes in each other, by matrix and by rotation, scale and translation, one of them a mirror.
