@@ -627,6 +627,27 @@ double Editor::worst_with(std::uint32_t p, const Point& x, double enough) const 
   return worst;
 }
 
+bool Editor::nudge(std::uint32_t p, const Point& to) {
+  const Point from = std::exchange(points_[p], to);
+  std::vector<double> shapes;
+  bool is_better = false;
+  for (const std::uint32_t t : star_[p]) {
+    shapes.push_back(shape(tetrahedra_[t].point));
+    const bool was_right = tetrahedra_[t].shape > 0, is_right = shapes.back() > 0;
+    if (was_right && !is_right) {
+      points_[p] = from;
+      return false;
+    }
+    is_better = is_better || is_right != was_right;
+  }
+  if (!is_better) {
+    points_[p] = from;
+    return false;
+  }
+  for (std::size_t i = 0; i < shapes.size(); ++i) tetrahedra_[star_[p][i]].shape = shapes[i];
+  return true;
+}
+
 bool Editor::smooth(std::uint32_t p) {
   if (kind_[p] == corner || star_[p].empty()) return false;
   const double before = worst_at(p);

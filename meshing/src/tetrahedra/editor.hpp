@@ -64,6 +64,8 @@ class Editor {
   bool flip_face(std::uint32_t t, int face);
   /// Moves a point to where its worst tetrahedron is better.
   bool smooth(std::uint32_t p);
+  /// Moves a point of any kind if fewer tetrahedra are flat or turned over then, and none is that was not.
+  bool nudge(std::uint32_t p, const Point& to);
 
  private:
   /// The tetrahedra around an edge, and what is on it.

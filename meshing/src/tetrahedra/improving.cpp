@@ -89,7 +89,66 @@ class Shaping {
       if (editor_.flip_face(t, face)) return true;
     for (const std::uint32_t p : editor_.at(t).point)
       if (editor_.smooth(p)) return true;
+    return dissolve(t) || pull_apart(t);
+  }
+
+  /// Collapses an edge that leads away from it: then all is another around one of its points.
+  bool dissolve(std::uint32_t t) {
+    const auto points = editor_.at(t).point;
+    for (const std::uint32_t p : points)
+      for (const std::uint32_t q : editor_.neighbours(p))
+        if (std::find(points.begin(), points.end(), q) == points.end() &&
+            editor_.collapse(p, q, {.shape = 0, .length = 0}))
+          return true;
+    for (const std::uint32_t p : points)
+      for (const std::uint32_t q : editor_.neighbours(p))
+        if (editor_.remove_edge(p, q)) return true;
     return false;
+  }
+
+  /// Moves one of the points away from the other three, as little as helps: what is there is thinner than the
+  /// points are rounded, and no other step has helped.
+  bool pull_apart(std::uint32_t t) {
+    constexpr double least = 0x1p-30, step = 0.25;  // of what may be moved
+    const auto points = editor_.at(t).point;
+    for (double share = least; share <= 1; share /= step)
+      for (int k = 0; k < 4; ++k) {
+        const std::uint32_t p = points[static_cast<std::size_t>(k)];
+        const double length = share * (options_.clean - moved_at(p));
+        const Point across = normal_of_face(points, k);
+        for (const double side : {length, -length}) {
+          Point to = editor_.point(p);
+          for (std::size_t axis = 0; axis < 3; ++axis) to[axis] += side * across[axis];
+          if (!(length > 0) || !editor_.nudge(p, to)) continue;
+          if (editor_.kind(p) != Editor::inside) {
+            set_moved(p, moved_at(p) + length);
+            ++report_.moved_points;
+            report_.largest_move = std::max(report_.largest_move, moved_at(p));
+          }
+          return true;
+        }
+      }
+    return false;
+  }
+
+  /// Of the face opposite of a point, one long; as long as nothing where that has no area.
+  [[nodiscard]] Point normal_of_face(const std::array<std::uint32_t, 4>& points, int k) const {
+    std::array<Point, 3> corner;
+    for (int i = 0, n = 0; i < 4; ++i)
+      if (i != k) corner[static_cast<std::size_t>(n++)] = editor_.point(points[static_cast<std::size_t>(i)]);
+    Point u, v, normal;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      u[axis] = corner[1][axis] - corner[0][axis];
+      v[axis] = corner[2][axis] - corner[0][axis];
+    }
+    double length = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t a = (axis + 1) % 3, b = (axis + 2) % 3;
+      normal[axis] = u[a] * v[b] - u[b] * v[a];
+      length += normal[axis] * normal[axis];
+    }
+    for (double& x : normal) x = length > 0 ? x / std::sqrt(length) : 0;
+    return normal;
   }
 
   /// A collapse that moves what must stay is only for short edges, and told.
