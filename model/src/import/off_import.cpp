@@ -1,3 +1,4 @@
+#include "bsp2/geometry/support/counted.hpp"
 #include "import/imports.hpp"
 #include "import/text_cursor.hpp"
 
