@@ -51,8 +51,8 @@ bool is_in_background(std::FILE* file) { return ::tcgetpgrp(::fileno(file)) != :
 
 std::string progress_line(const ProgressState& state, std::size_t columns) {
   constexpr std::size_t least_bar = 8, most_bar = 30;
-  const std::size_t room =
-      std::max<std::size_t>(columns, 2) - 1;  // in the last column a terminal would begin a new line
+  // The terminal shows a Ctrl-C as ^C behind it, and in its last column would begin a new line.
+  const std::size_t room = std::max<std::size_t>(columns, 4) - 3;
   std::vector<std::string> rest;  // the first is the last to go
   if (state.share)
     rest.push_back(fmt::format("{:3} %", static_cast<int>(100 * std::clamp(*state.share, 0.0, 1.0))));
