@@ -1,4 +1,3 @@
-#include "bsp2/geometry/support/counted.hpp"
 #include "import/imports.hpp"
 #include "import/text_cursor.hpp"
 
